@@ -1,0 +1,53 @@
+// What can be set in the filter, with its defaults; the scenario's keys slam.* are these, name for name.
+#pragma once
+
+#include <Eigen/Geometry>
+
+namespace slam {
+
+/// One-parameter radial lens of Swaminathan & Nayar as used by MonoSLAM (paper.md 6.2): z forward, u right, v down.
+/// u_d = u_0 + u_c / sqrt(1 + 2 K1 |u_c|²), u_c = (fu x/z, fv y/z). k1_px2 = 0 is the ideal pinhole.
+struct CameraIntrinsics {
+  int width_px = 320, height_px = 240;
+  double fu_px = 197.0, fv_px = 195.0, u0_px = 157.0, v0_px = 127.0;
+  double k1_px2 = 7.37e-6;
+};
+
+/// How the sensors sit on the robot: known to the filter beforehand, as on the real one.
+struct Calibration {
+  CameraIntrinsics camera;
+  Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< chest IMU in the camera's frame (planned posture)
+};
+
+/// Where the velocity that the plan gives is trusted: along the robot's own axes, or along the plan's world axes.
+enum class VelocityAxes { robot, plan };
+
+struct Options {
+  struct Start {  ///< uncertainty of the first pose: covers the robot's settling on its feet
+    double sigma_position_m = 0.01, sigma_orientation_rad = 0.01, sigma_velocity_m_s = 0.05, sigma_rate_rad_s = 0.05;
+  } start;
+  struct Motion {  ///< constant-velocity model: standard deviation of the unknown accelerations
+    double sigma_acceleration_m_s2 = 4.0, sigma_angular_acceleration_rad_s2 = 6.0;
+  } motion;
+  struct Gyro {
+    bool enabled = true;
+    double sigma_rad_s = 0.01;  ///< per 200 Hz sample
+  } gyro;
+  struct PlanVelocity {
+    bool enabled = true;
+    VelocityAxes axes = VelocityAxes::robot;
+    double sigma_m_s = 0.05;
+  } plan_velocity;
+  struct Height {
+    bool enabled = true;
+    double sigma_m = 0.03;
+  } height;
+  struct Vision {
+    bool enabled = true;
+    double sigma_px = 1.0;      ///< at the image's centre; grows linearly to twice that at the corner
+    int visible_landmarks = 12;  ///< how many to measure in a frame, and to keep in view
+    double minimum_correlation = 0.8;
+  } vision;
+};
+
+}  // namespace slam

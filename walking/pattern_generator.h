@@ -1,0 +1,30 @@
+// The paper's section II on one page: footsteps -> ZMP reference -> preview control -> centre of mass, waist and feet.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "walking/plan.h"
+
+namespace walking {
+
+/// Plans the whole walk. Streaming: memory does not grow with the length of the walk's output.
+class PatternGenerator {
+ public:
+  /// Throws std::invalid_argument naming the option when the walk cannot be planned (a foot out of reach, ...).
+  explicit PatternGenerator(const WalkOptions& options);
+  ~PatternGenerator();
+  PatternGenerator(PatternGenerator&&) noexcept;
+
+  /// The number of 5 ms ticks of the walk, first and last standing included.
+  std::size_t ticks() const;
+
+  /// The next tick's reference; after the last tick, the last reference with zero velocities.
+  Reference next();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace walking

@@ -1,0 +1,71 @@
+// What the plan is made of: footsteps and commands in, one Reference every 5 ms out.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <numbers>
+#include <variant>
+#include <vector>
+
+namespace walking {
+
+inline constexpr double kPeriod = 0.005;     ///< s, control period of HRP-2 and of its pattern generator
+inline constexpr double kGravity = 9.81;     ///< m/s², the value the published gains were computed with
+inline constexpr int kJoints = 30;           ///< RLEG 0-5, LLEG 0-5, CHEST 0-1, HEAD 0-1, RARM 0-6, LARM 0-6
+using JointVector = Eigen::Matrix<double, kJoints, 1>;
+
+enum class Side { right, left };
+
+/// Stand still on both feet.
+struct Stand {
+  double duration_s = 1.0;
+};
+/// Walk straight to a point given in the robot's own frame at the start of the command, without turning.
+struct Straight {
+  double forward_m = 1.0;
+  double left_m = 0.0;
+};
+/// Walk along a circle, facing along it; angle > 0 turns left (centre on the left).
+struct TangentArc {
+  double radius_m = 0.75;
+  double angle_rad = std::numbers::pi / 2;
+};
+/// Walk along a circle, facing its centre (radius_m ahead); angle > 0 turns left, the robot moving to its right.
+struct PerpendicularArc {
+  double radius_m = 0.75;
+  double angle_rad = 2 * std::numbers::pi;
+};
+using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc>;
+
+enum class SwingPolynomial { quintic, cubic };
+
+/// The scenario's keys walk.*, name for name.
+struct WalkOptions {
+  double single_support_s = 0.78;
+  double double_support_s = 0.02;
+  double step_height_m = 0.07;
+  double step_length_m = 0.15;
+  double preview_s = 1.6;
+  double com_height_m = 0.814;
+  SwingPolynomial swing = SwingPolynomial::quintic;
+  std::vector<Command> commands;
+};
+
+enum class Support { both, left, right };
+
+/// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z up.
+struct Reference {
+  double t_s = 0;
+  Eigen::Vector3d com = Eigen::Vector3d::Zero(), com_velocity = Eigen::Vector3d::Zero(),
+                  com_acceleration = Eigen::Vector3d::Zero();  ///< m, m/s, m/s² in P
+  Eigen::Vector2d zmp = Eigen::Vector2d::Zero();               ///< the cart-table's ZMP, m in P
+  Eigen::Vector2d zmp_reference = Eigen::Vector2d::Zero();     ///< the smoothed reference it follows
+  Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();      ///< waist
+  Eigen::Vector3d waist_velocity = Eigen::Vector3d::Zero();    ///< of the waist's origin, m/s in P
+  double waist_yaw_rate = 0;                                   ///< rad/s
+  Eigen::Isometry3d X_PL = Eigen::Isometry3d::Identity();      ///< left sole: point of the sole below the ankle
+  Eigen::Isometry3d X_PR = Eigen::Isometry3d::Identity();      ///< right sole
+  Support support = Support::both;
+  int command = 0;   ///< index into WalkOptions::commands of what is being carried out
+};
+
+}  // namespace walking
