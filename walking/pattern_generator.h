@@ -1,4 +1,5 @@
-// The paper's section II on one page: footsteps -> ZMP reference -> preview control -> centre of mass, waist and feet.
+// The paper's section II on one page: footsteps -> ZMP reference -> preview control -> centre of mass, waist
+// and feet.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,8 @@ namespace walking {
 /// Plans the whole walk. Streaming: memory does not grow with the length of the walk's output.
 class PatternGenerator {
  public:
-  /// Throws std::invalid_argument naming the option when the walk cannot be planned (a foot out of reach, ...).
+  /// Throws std::invalid_argument naming the option when the walk cannot be planned (a foot out of reach,
+  /// ...).
   explicit PatternGenerator(const WalkOptions& options);
   ~PatternGenerator();
   PatternGenerator(PatternGenerator&&) noexcept;

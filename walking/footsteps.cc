@@ -1,0 +1,120 @@
+#include "walking/footsteps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "walking/hrp2.h"
+
+namespace walking {
+namespace {
+
+constexpr double kHalfSpacing = hrp2::kFootSpacing / 2;
+constexpr double kNegligible = 1e-9;  // of a step: a rest shorter than this is rounding, not a step
+
+Eigen::Vector2d rotated(double yaw, const Eigen::Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
+
+/// The foot of `side` where it belongs in a stance around `centre`.
+Footstep footstep_at(const FootPose& centre, Side side) { return {side, feet_together(centre).of(side)}; }
+
+/// Distances along the way after each step: whole steps, then the rest.
+std::vector<double> progress(double distance, double step) {
+  const int whole = static_cast<int>(std::floor(distance / step + kNegligible));
+  std::vector<double> s;
+  for (int k = 1; k <= whole; ++k) s.push_back(std::min(k * step, distance));
+  if (distance - whole * step > kNegligible * step) s.push_back(distance);
+  if (!s.empty()) s.back() = distance;
+  return s;
+}
+
+void require(bool holds, const std::string& complaint) {
+  if (!holds) throw std::invalid_argument(complaint);
+}
+
+std::vector<Footstep> steps_of(const Stand&, double) { return {}; }
+
+/// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
+/// the foot spacing, so that the feet never cross and the lateral distance is never below the spacing.
+std::vector<Footstep> steps_of(const Straight& straight, double step) {
+  const double distance = std::hypot(straight.forward_m, straight.left_m);
+  require(std::isfinite(distance), "straight: forward_m and left_m must be finite");
+  require(distance > 0, "straight: forward_m and left_m are both zero; use stand");
+  const Side lead = straight.left_m > 0 ? Side::left : Side::right;
+  std::vector<double> s = progress(distance, step);
+  s.push_back(distance);  // the closing step
+  std::vector<Footstep> steps;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    const bool leading = k % 2 == 0;
+    const double lateral = s[leading ? std::min(k + 1, s.size() - 1) : k];
+    const FootPose centre{{straight.forward_m * (s[k] / distance), straight.left_m * (lateral / distance)},
+                          0};
+    steps.push_back(footstep_at(centre, leading ? lead : other(lead)));
+  }
+  return steps;
+}
+
+void check_arc(const char* name, double radius_m, double angle_rad, double least_radius_m) {
+  require(std::isfinite(radius_m) && radius_m > least_radius_m,
+          std::string(name) + ": radius_m must be more than " + std::to_string(least_radius_m));
+  require(std::isfinite(angle_rad) && angle_rad != 0,
+          std::string(name) + ": the angle must be finite and not zero");
+}
+
+/// Feet alternate on two circles, the outer foot first.
+std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
+  check_arc("tangent_arc", arc.radius_m, arc.angle_rad, hrp2::kFootSpacing);
+  const double turn = std::copysign(1.0, arc.angle_rad);
+  const Eigen::Vector2d circle_centre(0, turn * arc.radius_m);
+  std::vector<double> angles = progress(std::abs(arc.angle_rad), step / arc.radius_m);
+  angles.push_back(angles.back());  // the closing step
+  Side side = turn > 0 ? Side::right : Side::left;
+  std::vector<Footstep> steps;
+  for (const double angle : angles) {
+    const double yaw = turn * angle;
+    steps.push_back(footstep_at({circle_centre - rotated(yaw, circle_centre), yaw}, side));
+    side = other(side);
+  }
+  return steps;
+}
+
+/// Facing the centre, radius_m ahead: the foot on the side of travel goes to its place in the turned stance,
+/// the other closes. Turning left, the robot moves to its right.
+std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
+  check_arc("perpendicular_arc", arc.radius_m, arc.angle_rad, hrp2::kFootSpacing);
+  const double turn = std::copysign(1.0, arc.angle_rad);
+  const Eigen::Vector2d circle_centre(arc.radius_m, 0);
+  const Side lead = turn > 0 ? Side::right : Side::left;
+  std::vector<Footstep> steps;
+  for (const double angle : progress(std::abs(arc.angle_rad), step / arc.radius_m)) {
+    const double yaw = turn * angle;
+    const FootPose centre{circle_centre - rotated(yaw, circle_centre), yaw};
+    steps.push_back(footstep_at(centre, lead));
+    steps.push_back(footstep_at(centre, other(lead)));
+  }
+  return steps;
+}
+
+}  // namespace
+
+FootPose operator*(const FootPose& frame, const FootPose& local) {
+  return {frame.position + rotated(frame.yaw, local.position), frame.yaw + local.yaw};
+}
+
+Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
+
+Stance feet_together(const FootPose& centre) {
+  return {centre * FootPose{{0, kHalfSpacing}, 0}, centre * FootPose{{0, -kHalfSpacing}, 0}};
+}
+
+FootPose centre_of(const Stance& stance) {
+  return {(stance.left.position + stance.right.position) / 2, (stance.left.yaw + stance.right.yaw) / 2};
+}
+
+std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m) {
+  auto steps = std::visit([&](const auto& c) { return steps_of(c, step_length_m); }, command);
+  for (Footstep& step : steps) step.pose = start * step.pose;
+  return steps;
+}
+
+}  // namespace walking

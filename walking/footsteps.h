@@ -1,0 +1,51 @@
+// From walking commands to footsteps: where each foot lands, in order, feet together before and after every
+// command.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "walking/plan.h"
+
+namespace walking {
+
+/// A sole on the ground, or the stance of both: the point below the ankle (m) and the heading (rad, never
+/// wrapped).
+struct FootPose {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  double yaw = 0;
+};
+
+/// One foot coming down at its place.
+struct Footstep {
+  Side side;
+  FootPose pose;
+};
+
+/// Where both feet stand.
+struct Stance {
+  FootPose left, right;
+
+  const FootPose& of(Side side) const { return side == Side::left ? left : right; }
+  FootPose& of(Side side) { return side == Side::left ? left : right; }
+};
+
+/// `local` given in the frame of `frame`, in the frame that `frame` itself is given in.
+FootPose operator*(const FootPose& frame, const FootPose& local);
+
+Side other(Side side);
+
+/// Feet together (hrp2::kFootSpacing apart) around the point `centre`, both heading where it heads.
+Stance feet_together(const FootPose& centre);
+
+/// Half way between feet that are together.
+FootPose centre_of(const Stance& stance);
+
+/// The landings that carry `command` out, the first foot to move first, from feet together around `start` to
+/// feet together at the command's end; none for Stand. `step_length_m` is what the stance's centre advances
+/// with a step (with a pair of steps where the feet go sideways): floor(distance / step length) whole steps,
+/// one for the rest, and the closing one (Stasse et al. 2006, section II; the step stack of the JRL pattern
+/// generator). Throws std::invalid_argument naming what is wrong with the command.
+std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m);
+
+}  // namespace walking

@@ -1,0 +1,29 @@
+// Joint angles that put waist and soles where they shall be: HRP-2's offset legs in closed form, the rest
+// half-sitting.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "walking/plan.h"
+#include "walking/stabilizer.h"
+
+namespace walking {
+
+/// A leg's joint angles, rad: hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll.
+struct LegSolution {
+  Eigen::Matrix<double, 6, 1> q;
+  bool reached = true;  ///< false: too far or too close; the leg points there as far as it goes
+};
+
+/// `X_BA`: the ankle (axes of the sole) in the waist. Knee bent forwards. Closed form after Kajita's leg,
+/// with the knee's lateral offset of HRP-2.
+LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA);
+
+/// All joints for a posture; chest, head, arms and hands in half-sitting.
+struct BodySolution {
+  JointVector q;
+  bool left_reached = true, right_reached = true;
+};
+BodySolution inverse_kinematics(const Posture& posture);
+
+}  // namespace walking

@@ -1,0 +1,74 @@
+#include "walking/preview_control.h"
+
+#include <cassert>
+#include <utility>
+
+namespace walking {
+namespace {
+
+/// State [e; dx], input du: the cart-table in increments with its ZMP error in front.
+struct ErrorSystem {
+  explicit ErrorSystem(const CartTable& cart) {
+    F << cart.C * cart.A, cart.A;
+    A << Eigen::Vector4d::UnitX(), F;
+    B << cart.C * cart.B, cart.B;
+  }
+  Eigen::Matrix<double, 4, 3> F;
+  Eigen::Matrix4d A;
+  Eigen::Vector4d B;
+};
+
+/// The stabilising solution P of the discrete algebraic Riccati equation.
+Eigen::Matrix4d riccati(const ErrorSystem& system, const Eigen::Matrix4d& Q, double R) {
+  constexpr int kMost = 1000000;  // the slowest pole is slow for a high centre of mass and a short period
+  constexpr double kConverged = 1e-15;  // relative change; one iteration reduces the error by about 3 %
+  Eigen::Matrix4d P = Q;
+  for (int i = 0; i < kMost; ++i) {
+    const Eigen::RowVector4d BPA = system.B.transpose() * P * system.A;
+    const double S = R + system.B.dot(P * system.B);
+    const Eigen::Matrix4d next = system.A.transpose() * P * system.A - BPA.transpose() * (BPA / S) + Q;
+    const double change = (next - P).norm();
+    P = (next + next.transpose()) / 2;
+    if (change <= kConverged * P.norm()) break;
+  }
+  return P;
+}
+
+}  // namespace
+
+PreviewGains preview_gains(const CartTable& cart, int horizon, const PreviewWeights& weights) {
+  assert(horizon >= 1);
+  const ErrorSystem system(cart);
+  const Eigen::Matrix4d Q =
+      Eigen::Vector4d(weights.error, weights.state, weights.state, weights.state).asDiagonal();
+  const Eigen::Matrix4d P = riccati(system, Q, weights.input);
+  const Eigen::RowVector4d BP_S = system.B.transpose() * P / (weights.input + system.B.dot(P * system.B));
+  PreviewGains gains;
+  gains.integral = BP_S(0);
+  gains.state = BP_S * system.F;
+  gains.preview.resize(horizon);
+  gains.preview(0) = -gains.integral;
+  const Eigen::Matrix4d closed_loop = system.A - system.B * (BP_S * system.A);
+  const Eigen::RowVector4d B_S = system.B.transpose() / (weights.input + system.B.dot(P * system.B));
+  Eigen::Vector4d X = -closed_loop.transpose() * P.col(0);
+  for (int j = 1; j < horizon; ++j) {
+    gains.preview(j) = B_S * X;
+    X = closed_loop.transpose() * X;
+  }
+  return gains;
+}
+
+PreviewControl::PreviewControl(const CartTable& cart, PreviewGains gains, const Eigen::Vector2d& position)
+    : cart_(cart), gains_(std::move(gains)) {
+  x_.row(0) = position;
+}
+
+void PreviewControl::advance(const Eigen::Vector2d& now, const Eigen::Ref<const Eigen::MatrixX2d>& ahead) {
+  assert(ahead.rows() == gains_.preview.size());
+  error_sum_ += cart_.C * x_ - now.transpose();
+  const Eigen::RowVector2d jerk =
+      -gains_.integral * error_sum_ - gains_.state * x_ - gains_.preview.transpose() * ahead;
+  x_ = (cart_.A * x_ + cart_.B * jerk).eval();
+}
+
+}  // namespace walking

@@ -1,0 +1,118 @@
+#include "walking/timeline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "walking/zmp_reference.h"
+
+namespace walking {
+namespace {
+
+constexpr double kFinalStanding = 2.0;  // s: the centre of mass comes to rest as exp(-3.5 t)
+
+int ticks_of(double seconds) { return static_cast<int>(std::lround(seconds / kPeriod)); }
+
+void require(bool holds, const std::string& complaint) {
+  if (!holds) throw std::invalid_argument(complaint);
+}
+
+void check(const char* name, double value, double least, double most) {
+  require(std::isfinite(value) && value >= least && value <= most,
+          std::string("walk.") + name + ": " + std::to_string(value) + " is not between " +
+              std::to_string(least) + " and " + std::to_string(most));
+}
+
+void check(const WalkOptions& options) {
+  check("single_support_s", options.single_support_s, 0.1, 10);
+  check("double_support_s", options.double_support_s, kPeriod, 10);
+  check("step_height_m", options.step_height_m, 0, 0.3);
+  check("step_length_m", options.step_length_m, 0.001, 1);
+  check("preview_s", options.preview_s, kPeriod, 10);
+  check("com_height_m", options.com_height_m, 0.1, 10);
+  require(!options.commands.empty(), "walk.commands: there is none");
+}
+
+/// Standing that belongs to a command of its own: what was asked for, but at least what the plan needs there.
+int standing_ticks(const WalkOptions& options, std::size_t command) {
+  double seconds = 0;
+  if (const auto* stand = std::get_if<Stand>(&options.commands[command])) {
+    check("commands.stand.duration_s", stand->duration_s, 0, 1e4);
+    seconds = stand->duration_s;
+  }
+  return ticks_of(seconds);
+}
+
+}  // namespace
+
+Eigen::Vector2d Phase::zmp(int tick) const {
+  const double s = std::min(1.0, static_cast<double>(tick + zmp_ramp_start) / zmp_ramp_ticks);
+  return zmp_from + s * (zmp_to - zmp_from);
+}
+
+Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot)
+    : zmp_in_foot_(zmp_in_foot), stance_(feet_together(start)), waist_yaw_(start.yaw) {
+  check(options);
+  stop_ramp_ticks_ = std::max(1, ticks_of(options.double_support_s) / 2);
+  zmp_ = zmp_under(centre_of(stance_));
+  const int first = ticks_of(options.preview_s) + kSmoothingTicks;
+  const int last = ticks_of(kFinalStanding);
+  const std::size_t n = options.commands.size();
+  if (!std::holds_alternative<Stand>(options.commands.front())) stand(0, first);
+  for (std::size_t i = 0; i < n; ++i) {
+    const int command = static_cast<int>(i);
+    if (std::holds_alternative<Stand>(options.commands[i])) {
+      stand(command, std::max({standing_ticks(options, i), i == 0 ? first : 0, i + 1 == n ? last : 0}));
+    } else {
+      try {
+        walk(command, footsteps(options.commands[i], centre_of(stance_), options.step_length_m), options);
+      } catch (const std::invalid_argument& e) {
+        throw std::invalid_argument("walk.commands[" + std::to_string(i) + "]." + e.what());
+      }
+    }
+  }
+  if (!std::holds_alternative<Stand>(options.commands.back())) stand(static_cast<int>(n) - 1, last);
+}
+
+Eigen::Vector2d Timeline::zmp_under(const FootPose& foot) const {
+  return (foot * FootPose{zmp_in_foot_, 0}).position;
+}
+
+void Timeline::append(Phase phase) {
+  if (phase.ticks == 0) return;
+  stance_ = phase.to;
+  waist_yaw_ = phase.waist_yaw_to;
+  zmp_ = phase.zmp_to;
+  begins_.push_back(begins_.back() + phase.ticks);
+  phases_.push_back(std::move(phase));
+}
+
+void Timeline::stand(int command, int ticks) {
+  append({command, Support::both, ticks, stance_, stance_, waist_yaw_, waist_yaw_, zmp_,
+          zmp_under(centre_of(stance_)), stop_ramp_ticks_, 1});
+}
+
+void Timeline::walk(int command, const std::vector<Footstep>& steps, const WalkOptions& options) {
+  const int double_ticks = ticks_of(options.double_support_s);
+  for (const Footstep& step : steps) {
+    const Side carrying = other(step.side);
+    const Eigen::Vector2d zmp = zmp_under(stance_.of(carrying));
+    append({command, Support::both, double_ticks, stance_, stance_, waist_yaw_, waist_yaw_, zmp_, zmp,
+            double_ticks, 0});
+    Stance landed = stance_;
+    landed.of(step.side) = step.pose;
+    append({command, carrying == Side::left ? Support::left : Support::right,
+            ticks_of(options.single_support_s), stance_, landed, waist_yaw_, step.pose.yaw, zmp, zmp, 1, 0});
+  }
+}
+
+Timeline::Moment Timeline::at(std::ptrdiff_t tick) const {
+  const auto last = static_cast<std::ptrdiff_t>(ticks()) - 1;
+  const auto t = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(tick, 0, last));
+  const auto next = std::upper_bound(begins_.begin(), begins_.end(), t);
+  const auto i = static_cast<std::size_t>(next - begins_.begin() - 1);
+  return {phases_[i], static_cast<int>(t - begins_[i])};
+}
+
+}  // namespace walking
