@@ -31,8 +31,8 @@ struct CameraOptions {
 /// One draw of what differs between the plant and its nominal model, made by the run from named streams.
 struct Draw {
   double floor_friction = 0.7;
-  Eigen::VectorXd joint_offset_rad;  ///< 30
-  Eigen::VectorXd mass_scale;        ///< one per body of the robot
+  Eigen::VectorXd joint_offset_rad;  ///< true angle minus what the encoder reads, one per joint; empty: none
+  Eigen::VectorXd mass_scale;        ///< of the waist, then of the link each joint moves (31); empty: none
 };
 
 }  // namespace sim::world

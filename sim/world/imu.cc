@@ -1,0 +1,17 @@
+#include "sim/world/imu.h"
+
+namespace sim::world {
+
+ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen::Vector3d& gravity) {
+  ImuReading reading{.begin = from.t, .end = to.t};
+  const double dt = std::chrono::duration<double>(to.t - from.t).count();
+  if (dt <= 0) {
+    return reading;
+  }
+  const Eigen::AngleAxisd turn(Eigen::Quaterniond(from.R_WG.transpose() * to.R_WG).normalized());
+  reading.gyro = turn.axis() * (turn.angle() / dt);
+  reading.specific_force = from.R_WG.transpose() * ((to.v_WG - from.v_WG) / dt - gravity);
+  return reading;
+}
+
+}  // namespace sim::world

@@ -1,0 +1,32 @@
+// Loads robot and room into one MuJoCo model, and keeps MuJoCo's errors and warnings from waiting for a key
+// or being lost.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+struct mjModel_;
+struct mjData_;
+
+namespace sim::world {
+
+struct FreeModel {
+  void operator()(mjModel_* model) const;
+};
+struct FreeData {
+  void operator()(mjData_* data) const;
+};
+using Model = std::unique_ptr<mjModel_, FreeModel>;
+using Data = std::unique_ptr<mjData_, FreeData>;
+
+/// models/<robot>.xml and models/<room>.xml, compiled as one model; paths inside both are relative to that
+/// folder. Throws std::runtime_error with MuJoCo's own message (file and line) when they do not load. From
+/// the first call on, an error inside MuJoCo prints one line on stderr and ends the process with exit code 3,
+/// and warnings are kept.
+Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models);
+
+/// The last warning of MuJoCo since this was called before; empty if there was none.
+std::string take_warning();
+
+}  // namespace sim::world

@@ -1,0 +1,249 @@
+#include "sim/world/world.h"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace sim::world {
+namespace {
+
+constexpr std::chrono::milliseconds kStep{1};
+constexpr double kFallenHeight = 0.45;                // m, of the waist; half-sitting is 0.649
+constexpr double kFallenTilt = std::numbers::pi / 4;  // of the waist's axis from the vertical
+
+using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Eigen::Vector3d vector(const mjtNum* numbers) { return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]); }
+
+Eigen::Isometry3d pose(const mjtNum* position, const mjtNum* rotation) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::Map<const RowMajor3d>(rotation);
+  X.translation() = vector(position);
+  return X;
+}
+
+int id(const mjModel* model, mjtObj type, const std::string& name) {
+  const int found = mj_name2id(model, type, name.c_str());
+  if (found < 0) {
+    throw std::runtime_error(std::string("the model has no ") + mju_type2Str(type) + " named '" + name + "'");
+  }
+  return found;
+}
+
+int sensor_address(const mjModel* model, const std::string& name) {
+  return model->sensor_adr[id(model, mjOBJ_SENSOR, name)];
+}
+
+std::vector<std::string> joint_names() {
+  std::vector<std::string> names;
+  const std::array<std::pair<const char*, int>, 6> groups{
+      {{"RLEG", 6}, {"LLEG", 6}, {"CHEST", 2}, {"HEAD", 2}, {"RARM", 7}, {"LARM", 7}}};
+  for (const auto& [group, count] : groups) {
+    for (int i = 0; i < count; ++i) {
+      names.push_back(std::string(group) + "_JOINT" + std::to_string(i));
+    }
+  }
+  return names;
+}
+
+void scale_mass(mjModel* model, int body, double scale) {
+  model->body_mass[body] *= scale;
+  for (int axis = 0; axis < 3; ++axis) {
+    model->body_inertia[3 * body + axis] *= scale;
+  }
+}
+
+}  // namespace
+
+World::World(const WorldOptions& options, const Draw& draw, const walking::JointVector& q,
+             const Eigen::Isometry3d& X_WB, const std::filesystem::path& models)
+    : model_(load_model(options.robot, options.room, models)), data_(mj_makeData(model_.get())) {
+  find_ids();
+  apply(draw);
+  place(q, X_WB);
+  command(q, walking::JointVector::Zero());
+  mj_forward(model_.get(), data_.get());
+  felt_from_ = recorded_from_ = imu_state();
+}
+
+void World::find_ids() {
+  const mjModel* m = model_.get();
+  ids_.waist = id(m, mjOBJ_BODY, "BODY");
+  ids_.camera = id(m, mjOBJ_CAMERA, "head_camera");
+  ids_.imu = id(m, mjOBJ_SITE, "chest_imu");
+  ids_.floor = id(m, mjOBJ_GEOM, "floor");
+  ids_.left_sole = id(m, mjOBJ_SITE, "LLEG_SOLE");
+  ids_.right_sole = id(m, mjOBJ_SITE, "RLEG_SOLE");
+  ids_.left_sole_geom = id(m, mjOBJ_GEOM, "LLEG_SOLE");
+  ids_.right_sole_geom = id(m, mjOBJ_GEOM, "RLEG_SOLE");
+  ids_.left_force = sensor_address(m, "LLEG_force");
+  ids_.left_torque = sensor_address(m, "LLEG_torque");
+  ids_.right_force = sensor_address(m, "RLEG_force");
+  ids_.right_torque = sensor_address(m, "RLEG_torque");
+  for (const std::string& name : joint_names()) {
+    const int joint = id(m, mjOBJ_JOINT, name);
+    ids_.position.push_back(m->jnt_qposadr[joint]);
+    ids_.velocity.push_back(m->jnt_dofadr[joint]);
+    ids_.body.push_back(m->jnt_bodyid[joint]);
+    ids_.actuator.push_back(id(m, mjOBJ_ACTUATOR, name));
+  }
+}
+
+void World::apply(const Draw& draw) {
+  mjModel* m = model_.get();
+  if (draw.joint_offset_rad.size() != 0 && draw.joint_offset_rad.size() != walking::kJoints) {
+    throw std::invalid_argument("a draw has one joint offset per joint, or none");
+  }
+  if (draw.mass_scale.size() != 0 && draw.mass_scale.size() != walking::kJoints + 1) {
+    throw std::invalid_argument("a draw has one mass scale for the waist and one per joint, or none");
+  }
+  // MuJoCo takes the larger friction of a pair: floor and soles get the same.
+  for (int geom : {ids_.floor, ids_.left_sole_geom, ids_.right_sole_geom}) {
+    m->geom_friction[3 * geom] = draw.floor_friction;
+  }
+  if (draw.joint_offset_rad.size() != 0) {
+    offset_ = draw.joint_offset_rad;
+  }
+  if (draw.mass_scale.size() != 0) {
+    scale_mass(m, ids_.waist, draw.mass_scale[0]);
+    for (int joint = 0; joint < walking::kJoints; ++joint) {
+      scale_mass(m, ids_.body[joint], draw.mass_scale[joint + 1]);
+    }
+    mj_setConst(m, data_.get());
+  }
+}
+
+void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) {
+  mj_resetData(model_.get(), data_.get());
+  const Eigen::Quaterniond turn(X_WB.linear());
+  mjtNum* base = data_->qpos + model_->jnt_qposadr[model_->body_jntadr[ids_.waist]];
+  Eigen::Map<Eigen::Matrix<double, 7, 1>> free_joint(base);
+  free_joint << X_WB.translation(), turn.w(), turn.vec();
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    data_->qpos[ids_.position[joint]] = q[joint] + offset_[joint];
+  }
+  mj_kinematics(model_.get(), data_.get());
+  base[2] -= lowest_sole_corner();
+}
+
+double World::lowest_sole_corner() const {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (int geom : {ids_.left_sole_geom, ids_.right_sole_geom}) {
+    const Eigen::Isometry3d X_WS = pose(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom);
+    const Eigen::Vector3d half = vector(model_->geom_size + 3 * geom);
+    lowest = std::min(lowest, X_WS.translation().z() - X_WS.linear().row(2).cwiseAbs().dot(half));
+  }
+  return lowest;
+}
+
+void World::command(const walking::JointVector& q, const walking::JointVector& dq) {
+  // MuJoCo's position servo is kp (ctrl − q), its damping acts on the whole joint velocity: the command
+  // carries the wanted velocity's share of it.
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    const double kp = model_->actuator_gainprm[mjNGAIN * ids_.actuator[joint]];
+    const double kd = model_->dof_damping[ids_.velocity[joint]];
+    data_->ctrl[ids_.actuator[joint]] = q[joint] + offset_[joint] + kd / kp * dq[joint];
+  }
+}
+
+const Status& World::step() {
+  if (status_.condition != Condition::ok) {
+    return status_;
+  }
+  mj_step2(model_.get(), data_.get());
+  mj_step1(model_.get(), data_.get());
+  time_ += kStep;
+  status_ = check();
+  return status_;
+}
+
+Status World::check() const {
+  const double lag = data_->time - std::chrono::duration<double>(time_).count();
+  const std::string warning = take_warning();
+  if (!warning.empty()) {
+    return {Condition::physics_failed, warning};
+  }
+  // On a state that is not finite MuJoCo restarts the robot and its clock and goes on.
+  if (!(std::abs(lag) < 1e-6)) {
+    return {Condition::physics_failed, "the physics has restarted itself"};
+  }
+  if (feet_touch()) {
+    return {Condition::feet_touched, "one foot touched the other"};
+  }
+  const Eigen::Isometry3d X = X_WB();
+  if (X.translation().z() < kFallenHeight || X.linear()(2, 2) < std::cos(kFallenTilt)) {
+    return {Condition::fell, "the waist is low or tilted"};
+  }
+  return {};
+}
+
+bool World::feet_touch() const {
+  const auto between_feet = [this](const mjContact& contact) {
+    return std::minmax(contact.geom1, contact.geom2) ==
+           std::minmax(ids_.left_sole_geom, ids_.right_sole_geom);
+  };
+  return std::any_of(data_->contact, data_->contact + data_->ncon, between_feet);
+}
+
+walking::Wrench World::wrench(int force, int torque) const {
+  // MuJoCo gives what the leg exerts on the sole: at rest the ground exerts the opposite on the foot.
+  return {-vector(data_->sensordata + force), -vector(data_->sensordata + torque)};
+}
+
+walking::Felt World::felt() {
+  const ImuState now = imu_state();
+  const ImuReading reading = reading_between(felt_from_, now, vector(model_->opt.gravity));
+  felt_from_ = now;
+  walking::Felt felt;
+  felt.gyro = reading.gyro;
+  felt.accelerometer = reading.specific_force;
+  felt.left = wrench(ids_.left_force, ids_.left_torque);
+  felt.right = wrench(ids_.right_force, ids_.right_torque);
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    felt.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
+  }
+  return felt;
+}
+
+ImuReading World::imu_since_last() {
+  const ImuState now = imu_state();
+  const ImuReading reading = reading_between(recorded_from_, now, vector(model_->opt.gravity));
+  recorded_from_ = now;
+  return reading;
+}
+
+ImuState World::imu_state() const {
+  std::array<mjtNum, 6> velocity{};  // angular, linear
+  mj_objectVelocity(model_.get(), data_.get(), mjOBJ_SITE, ids_.imu, velocity.data(), 0);
+  return {time_, X_WG().linear(), vector(velocity.data() + 3)};
+}
+
+Eigen::Isometry3d World::X_WB() const {
+  return pose(data_->xpos + 3 * ids_.waist, data_->xmat + 9 * ids_.waist);
+}
+
+Eigen::Isometry3d World::X_WC() const {
+  // MuJoCo's camera looks along -z with y up.
+  Eigen::Isometry3d X = pose(data_->cam_xpos + 3 * ids_.camera, data_->cam_xmat + 9 * ids_.camera);
+  X.linear().col(1) *= -1;
+  X.linear().col(2) *= -1;
+  return X;
+}
+
+Eigen::Isometry3d World::X_WG() const {
+  return pose(data_->site_xpos + 3 * ids_.imu, data_->site_xmat + 9 * ids_.imu);
+}
+Eigen::Isometry3d World::X_WL() const {
+  return pose(data_->site_xpos + 3 * ids_.left_sole, data_->site_xmat + 9 * ids_.left_sole);
+}
+Eigen::Isometry3d World::X_WR() const {
+  return pose(data_->site_xpos + 3 * ids_.right_sole, data_->site_xmat + 9 * ids_.right_sole);
+}
+
+Eigen::Vector3d World::com() const { return vector(data_->subtree_com + 3 * ids_.waist); }
+
+}  // namespace sim::world

@@ -1,0 +1,90 @@
+// The physics: the robot in its room, moved by its joint servos alone, with what its sensors feel and where
+// it truly is.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/world/imu.h"
+#include "sim/world/model.h"
+#include "sim/world/options.h"
+#include "walking/plan.h"
+#include "walking/stabilizer.h"
+
+namespace sim::world {
+
+/// What has become of the robot. All but `ok` are final: the physics then stands still.
+enum class Condition { ok, fell, feet_touched, physics_failed };
+struct Status {
+  Condition condition = Condition::ok;
+  std::string cause;  ///< of a condition other than ok
+};
+
+/// One robot in one room. World W: x ahead and z up, under the robot's waist at the start as the plan has it.
+/// The base is free; nothing but contact, gravity and the servos acts on the robot.
+class World {
+ public:
+  /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved
+  /// vertically until the lower sole touches the floor (z = 0). Throws std::runtime_error when a model does
+  /// not load, and std::invalid_argument when a draw has the wrong size.
+  World(const WorldOptions& options, const Draw& draw, const walking::JointVector& q,
+        const Eigen::Isometry3d& X_WB, const std::filesystem::path& models);
+
+  /// What the servos are to follow until the next command: joint angles (rad) and their velocities (rad/s).
+  void command(const walking::JointVector& q, const walking::JointVector& dq);
+
+  /// Advances the physics by 1 ms. Positions and sensors then belong to the new time.
+  const Status& step();
+
+  const Status& status() const { return status_; }
+  std::chrono::nanoseconds time() const { return time_; }
+
+  /// What the stabiliser feels, gyro and accelerometer as means since the last call of felt().
+  walking::Felt felt();
+
+  /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
+  ImuReading imu_since_last();
+
+  /// True poses in W. Ground truth: for the score alone, never for filter, stabiliser or plan.
+  Eigen::Isometry3d X_WB() const;  ///< waist
+  Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
+  Eigen::Isometry3d X_WG() const;  ///< chest IMU
+  Eigen::Isometry3d X_WL() const;  ///< left sole, below the ankle
+  Eigen::Isometry3d X_WR() const;  ///< right sole
+  Eigen::Vector3d com() const;     ///< centre of mass of the whole robot
+
+  /// For the renderer.
+  const mjModel_* model() const { return model_.get(); }
+  const mjData_* data() const { return data_.get(); }
+
+ private:
+  struct Ids {
+    int waist = 0, camera = 0, imu = 0, floor = 0;
+    int left_sole = 0, right_sole = 0;  // sites
+    int left_sole_geom = 0, right_sole_geom = 0;
+    int left_force = 0, left_torque = 0, right_force = 0, right_torque = 0;  // addresses in sensordata
+    std::vector<int> position, velocity, actuator, body;                     // of the 30 joints
+  };
+
+  void find_ids();
+  void apply(const Draw& draw);
+  void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
+  double lowest_sole_corner() const;
+  Status check() const;
+  bool feet_touch() const;
+  ImuState imu_state() const;
+  walking::Wrench wrench(int force, int torque) const;
+
+  Model model_;
+  Data data_;
+  Ids ids_;
+  walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's
+  std::chrono::nanoseconds time_{0};
+  Status status_;
+  ImuState felt_from_, recorded_from_;
+};
+
+}  // namespace sim::world

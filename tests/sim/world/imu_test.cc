@@ -1,0 +1,50 @@
+#include "sim/world/imu.h"
+
+#include <gtest/gtest.h>
+
+namespace sim::world {
+namespace {
+
+using namespace std::chrono_literals;
+const Eigen::Vector3d kDown(0, 0, -9.81);
+
+ImuState tilted() {
+  ImuState state;
+  state.R_WG =
+      (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY()))
+          .toRotationMatrix();
+  state.v_WG = Eigen::Vector3d(0.4, -0.1, 0.05);
+  return state;
+}
+
+TEST(Imu, AtRestFeelsGravityUpwardsAndNoTurn) {
+  ImuState from, to;
+  to.t = 5ms;
+  const ImuReading reading = reading_between(from, to, kDown);
+  EXPECT_EQ(reading.gyro, Eigen::Vector3d::Zero());
+  EXPECT_EQ(reading.specific_force, Eigen::Vector3d(0, 0, 9.81));
+}
+
+TEST(Imu, IntegratingAReadingLeadsFromOneStateToTheNext) {
+  const ImuState from = tilted();
+  ImuState to = from;
+  to.t = 5ms;
+  to.R_WG = from.R_WG * Eigen::AngleAxisd(0.004, Eigen::Vector3d(1, 2, -2) / 3.0).toRotationMatrix();
+  to.v_WG += Eigen::Vector3d(0.01, 0.02, -0.015);
+  const ImuReading reading = reading_between(from, to, kDown);
+  const double dt = 0.005;
+  const Eigen::Vector3d turn = reading.gyro * dt;
+  const Eigen::Matrix3d R = from.R_WG * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  const Eigen::Vector3d v = from.v_WG + dt * (from.R_WG * reading.specific_force + kDown);
+  EXPECT_LT((R - to.R_WG).norm(), 1e-12);  // rounding of one Log and one Exp
+  EXPECT_LT((v - to.v_WG).norm(), 1e-14);
+}
+
+TEST(Imu, GivesNothingOverAnEmptyInterval) {
+  const ImuReading reading = reading_between(tilted(), tilted(), kDown);
+  EXPECT_EQ(reading.begin, reading.end);
+  EXPECT_EQ(reading.gyro, Eigen::Vector3d::Zero());
+}
+
+}  // namespace
+}  // namespace sim::world

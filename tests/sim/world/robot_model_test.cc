@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include "tests/sim/world/half_sitting_world.h"
+
+namespace sim::world {
+namespace {
+
+struct Limit {
+  const char* joint;
+  Eigen::Vector3d axis;
+  double low, high;
+};
+
+const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kY = Eigen::Vector3d::UnitY(),
+                      kZ = Eigen::Vector3d::UnitZ();
+
+// Order, axes and limits of HRP-2's joints.
+const std::vector<Limit> kLimits{
+    {"RLEG_JOINT0", kZ, -.785398, .523599},  {"RLEG_JOINT1", kX, -.610865, .349066},
+    {"RLEG_JOINT2", kY, -2.18166, .733038},  {"RLEG_JOINT3", kY, -.0349066, 2.61799},
+    {"RLEG_JOINT4", kY, -1.309, .733038},    {"RLEG_JOINT5", kX, -.349066, .610865},
+    {"LLEG_JOINT0", kZ, -.523599, .785398},  {"LLEG_JOINT1", kX, -.349066, .610865},
+    {"LLEG_JOINT2", kY, -2.18166, .733038},  {"LLEG_JOINT3", kY, -.0349066, 2.61799},
+    {"LLEG_JOINT4", kY, -1.309, .733038},    {"LLEG_JOINT5", kX, -.610865, .349066},
+    {"CHEST_JOINT0", kZ, -.785398, .785398}, {"CHEST_JOINT1", kY, -.0872665, 1.0472},
+    {"HEAD_JOINT0", kZ, -.785398, .785398},  {"HEAD_JOINT1", kY, -.523599, .785398},
+    {"RARM_JOINT0", kY, -3.14159, 1.0472},   {"RARM_JOINT1", kX, -1.65806, .174533},
+    {"RARM_JOINT2", kZ, -1.6057, 1.6057},    {"RARM_JOINT3", kY, -2.3911, .0349066},
+    {"RARM_JOINT4", kZ, -1.6057, 1.6057},    {"RARM_JOINT5", kY, -1.6057, 1.6057},
+    {"RARM_JOINT6", kX, -1.0, 1.0},          {"LARM_JOINT0", kY, -3.14159, 1.0472},
+    {"LARM_JOINT1", kX, -.174533, 1.65806},  {"LARM_JOINT2", kZ, -1.6057, 1.6057},
+    {"LARM_JOINT3", kY, -2.3911, .0349066},  {"LARM_JOINT4", kZ, -1.6057, 1.6057},
+    {"LARM_JOINT5", kY, -1.6057, 1.6057},    {"LARM_JOINT6", kX, -1.0, 1.0}};
+
+TEST(RobotModel, HasTheJointsOfHrp2InItsOrderWithItsAxesAndLimits) {
+  const World world = standing();
+  const mjModel* m = world.model();
+  ASSERT_EQ(m->nu, 30);
+  for (std::size_t i = 0; i < kLimits.size(); ++i) {
+    const int actuator = static_cast<int>(i);
+    ASSERT_STREQ(mj_id2name(m, mjOBJ_ACTUATOR, actuator), kLimits[i].joint);
+    const int joint = mj_name2id(m, mjOBJ_JOINT, kLimits[i].joint);
+    ASSERT_EQ(m->actuator_trnid[2 * actuator], joint);
+    EXPECT_EQ(Eigen::Vector3d(m->jnt_axis + 3 * joint), kLimits[i].axis) << kLimits[i].joint;
+    EXPECT_TRUE(m->jnt_limited[joint]);
+    EXPECT_DOUBLE_EQ(m->jnt_range[2 * joint], kLimits[i].low) << kLimits[i].joint;
+    EXPECT_DOUBLE_EQ(m->jnt_range[2 * joint + 1], kLimits[i].high) << kLimits[i].joint;
+  }
+}
+
+TEST(RobotModel, HasTheMassAndCentreOfMassOfHrp2InHalfSitting) {
+  const World world = standing();
+  const int waist = mj_name2id(world.model(), mjOBJ_BODY, "BODY");
+  EXPECT_NEAR(world.model()->body_subtreemass[waist], 56.867992, 1e-6);
+  const Eigen::Vector3d com = world.com() - world.X_WB().translation();
+  // The link table is rounded to 1e-5 m, and the hand's share of it is an assumption.
+  EXPECT_LT((com - Eigen::Vector3d(0.013695, 0.001550, 0.159589)).norm(), 2e-5);
+  EXPECT_NEAR(world.com().z(), 0.808291, 2e-5);
+}
+
+TEST(RobotModel, HasTheLegGeometryOfHrp2) {
+  const World world = standing();
+  const Eigen::Isometry3d X_BL = world.X_WB().inverse() * world.X_WL();
+  const Eigen::Isometry3d X_BR = world.X_WB().inverse() * world.X_WR();
+  // Half-sitting puts the ankles there (closed form), the soles 0.105 m below.
+  EXPECT_LT((X_BL.translation() - Eigen::Vector3d(.0094903511, .095, -.5437018512 - .105)).norm(), 1e-9);
+  EXPECT_LT((X_BR.translation() - Eigen::Vector3d(.0094903511, -.095, -.5437018512 - .105)).norm(), 1e-9);
+}
+
+TEST(RobotModel, MovesByItsFeetAlone) {
+  const World world = standing();
+  const mjModel* m = world.model();
+  EXPECT_EQ(m->neq, 0);  // nothing welded
+  EXPECT_EQ(m->nmocap, 0);
+  EXPECT_EQ(m->nu, 30);  // servos at the joints, none at the base
+  EXPECT_EQ(m->opt.gravity[2], -9.81);
+  EXPECT_EQ(m->opt.timestep, 0.001);
+}
+
+}  // namespace
+}  // namespace sim::world

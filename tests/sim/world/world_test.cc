@@ -1,0 +1,146 @@
+#include "sim/world/world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/sim/world/half_sitting_world.h"
+
+namespace sim::world {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+TEST(World, BeginsWithTheSolesOnTheFloorWhereverTheWaistIs) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translate(Eigen::Vector3d(50, -20, 3)).rotate(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()));
+  const World world = standing({}, X_WB);
+  EXPECT_NEAR(world.X_WL().translation().z(), 0, 1e-9);
+  EXPECT_NEAR(world.X_WR().translation().z(), 0, 1e-9);
+  EXPECT_NEAR(world.X_WB().translation().x(), 50, 1e-12);
+  EXPECT_NEAR(world.X_WB().translation().z(), 0.6487018512, 1e-9);
+}
+
+TEST(World, LooksAheadFromTheHeadAboutOneMetreFortyAboveTheFloor) {
+  const World world = standing();
+  const Eigen::Isometry3d X_WC = world.X_WC();
+  Eigen::Matrix3d expected;  // x right, y down, z ahead
+  expected << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  EXPECT_LT((X_WC.linear() - expected).norm(), 1e-9);
+  EXPECT_NEAR(X_WC.translation().z(), 1.40, 0.005);
+}
+
+TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
+  World world = standing();
+  run(world, 5000);
+  EXPECT_EQ(world.status().condition, Condition::ok) << world.status().cause;
+  EXPECT_EQ(world.time(), 5s);
+  EXPECT_LT((world.X_WB().translation() - Eigen::Vector3d(0, 0, 0.6487)).norm(),
+            0.005);  // servos give way a little
+}
+
+TEST(World, FeelsItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
+  World world = standing();
+  run(world, 3000);
+  world.felt();
+  run(world, 5);
+  const walking::Felt felt = world.felt();
+  const double weight = 56.868 * 9.81;
+  EXPECT_NEAR(felt.left.force.z() + felt.right.force.z(), weight,
+              2.0);  // the sole plates hang below the sensors
+  EXPECT_NEAR(felt.accelerometer.norm(), 9.81, 0.02);
+  EXPECT_LT(felt.gyro.norm(), 0.01);
+  // Centre of pressure in x of the soles: under the centre of mass.
+  const double pressure_x = -(felt.left.torque.y() + felt.right.torque.y()) / weight;
+  EXPECT_NEAR(pressure_x, world.com().x() - world.X_WL().translation().x(), 0.002);
+}
+
+TEST(World, ReadsJointsThroughTheirOffsets) {
+  Draw draw;
+  draw.joint_offset_rad = Eigen::VectorXd::Constant(walking::kJoints, 0.002);
+  World world = standing(draw);
+  EXPECT_LT((world.felt().q - half_sitting()).norm(), 1e-12);
+  EXPECT_GT((world.X_WC().linear() - standing().X_WC().linear()).norm(), 1e-3);
+}
+
+TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheFelt) {
+  World split = standing(), whole = standing();
+  run(whole, 5);
+  run(split, 3);
+  const ImuReading first = split.imu_since_last();
+  run(split, 2);
+  const ImuReading second = split.imu_since_last();
+  EXPECT_EQ(first.begin, 0ns);
+  EXPECT_EQ(first.end, 3ms);
+  EXPECT_EQ(second.begin, first.end);
+  EXPECT_EQ(second.end, 5ms);
+  EXPECT_EQ(split.felt().gyro, whole.felt().gyro);
+}
+
+TEST(World, RunsTwiceToTheSameBits) {
+  World a = standing(), b = standing();
+  run(a, 500);
+  run(b, 500);
+  EXPECT_EQ(a.X_WC().matrix(), b.X_WC().matrix());
+  EXPECT_EQ(a.felt().accelerometer, b.felt().accelerometer);
+}
+
+TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {
+  World world = standing();
+  walking::JointVector q = half_sitting();
+  q[4] = q[10] = 0.5;  // both ankles pitch: it tips over
+  world.command(q, walking::JointVector::Zero());
+  run(world, 4000);
+  EXPECT_EQ(world.status().condition, Condition::fell);
+  const auto when = world.time();
+  run(world, 10);
+  EXPECT_EQ(world.time(), when);  // final: the physics stands still
+}
+
+TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {
+  World world = standing();
+  walking::JointVector q = half_sitting();
+  q[1] = 0.25;   // right hip rolls inwards
+  q[7] = -0.25;  // left hip rolls inwards
+  world.command(q, walking::JointVector::Zero());
+  run(world, 2000);
+  EXPECT_EQ(world.status().condition, Condition::feet_touched);
+}
+
+TEST(World, EndsAsFailedWhenThePhysicsIsGivenNumbersThatAreNotFinite) {
+  World world = standing();
+  world.command(walking::JointVector::Constant(std::numeric_limits<double>::quiet_NaN()),
+                walking::JointVector::Zero());
+  run(world, 10);
+  EXPECT_EQ(world.status().condition, Condition::physics_failed);
+  EXPECT_FALSE(world.status().cause.empty());
+}
+
+TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
+  WorldOptions options;
+  options.room = "no_such_room";
+  const auto load = [&](const std::filesystem::path& folder) {
+    World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), folder);
+  };
+  EXPECT_THAT([&] { load(models()); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("no_such_room.xml")));
+
+  const auto folder = std::filesystem::path(testing::TempDir()) / "broken_models";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(models() / "hrp2.xml", folder / "hrp2.xml",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::ofstream(folder / "no_such_room.xml")
+      << "<mujoco><worldbody><geom shape='cube'/></worldbody></mujoco>";
+  EXPECT_THAT([&] { load(folder); }, testing::ThrowsMessage<std::runtime_error>(HasSubstr("shape")));
+}
+
+TEST(World, RefusesADrawOfTheWrongSize) {
+  Draw draw;
+  draw.joint_offset_rad = Eigen::VectorXd::Zero(3);
+  EXPECT_THROW(standing(draw), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sim::world
