@@ -1,4 +1,5 @@
-// One scenario, one YAML file: the walk, the world, the sensors' errors, the filter, and the limits its score must keep.
+// One scenario, one YAML file: the walk, the world, the sensors' errors, the filter, and the limits its score
+// must keep.
 #pragma once
 
 #include <array>
@@ -17,7 +18,8 @@
 namespace sim::bench {
 
 /// How a run can end. `failed`: the simulator or the filter broke in a way that no scenario can allow.
-inline constexpr std::array<std::string_view, 5> kEndings{"completed", "fell", "collided", "diverged", "failed"};
+inline constexpr std::array<std::string_view, 5> kEndings{"completed", "fell", "collided", "diverged",
+                                                          "failed"};
 
 /// Which way a limit holds its metric.
 enum class Bound { at_most, at_least };
@@ -36,7 +38,8 @@ struct Limits {
   std::vector<MetricLimit> metrics;
 };
 
-/// All that shapes a run, and nothing else does. Without camera there are no frames; without slam no filter runs.
+/// All that shapes a run, and nothing else does. Without camera there are no frames; without slam no filter
+/// runs.
 struct Scenario {
   std::string name;  ///< of the results folder; the file's stem unless the file says otherwise
   std::uint64_t seed = 1;
@@ -59,11 +62,13 @@ struct Changes {
   std::vector<std::string> without;  ///< of "camera", "slam"
 };
 
-/// Reads a scenario strictly. Throws ConfigError (scenario_yaml.h) at the first thing that is not as it should be.
+/// Reads a scenario strictly. Throws ConfigError (scenario_yaml.h) at the first thing that is not as it
+/// should be.
 ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
 
 /// Likewise from text; file_name is what messages call it, its stem names the scenario.
-ReadScenario read_scenario_text(std::string_view text, const std::string& file_name, const Changes& changes = {});
+ReadScenario read_scenario_text(std::string_view text, const std::string& file_name,
+                                const Changes& changes = {});
 
 /// The whole scenario as YAML; reading it again gives the same scenario bit for bit.
 std::string to_yaml(const Scenario& scenario);

@@ -1,0 +1,174 @@
+#include "sim/bench/scenario_keys.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "sim/bench/scenario_commands.h"
+
+namespace sim::bench {
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+template <class Section>
+auto& section(Section& s) {
+  return s;
+}
+template <class Section>
+auto& section(std::optional<Section>& s) {
+  return *s;
+}
+template <class Section>
+auto& section(const std::optional<Section>& s) {
+  return *s;
+}
+
+// The key's name is the member's name: written once, checked by the compiler.
+#define GAITSLAM_KEY(part, member) \
+#part "." #member, [](auto&& scenario) -> auto& { return section(scenario.part).member; }
+
+constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096};
+constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
+
+template <class Access>
+Key<Scenario> key(const std::string& name, Access access, const Domain& domain, const std::string& doc) {
+  return make_key<Scenario>(name, access, domain, doc, default_scenario());
+}
+
+using Keys = std::vector<Key<Scenario>>;
+
+void add_run(Keys& keys) {
+  keys.push_back(key(
+      "name", [](auto&& s) -> auto& { return s.name; }, kAny,
+      "of the results folder; default: the file's name"));
+  keys.push_back(key(
+      "seed", [](auto&& s) -> auto& { return s.seed; }, kAny, "of every random stream of the run"));
+}
+
+Key<Scenario> commands_key() {
+  return {"walk.commands", "a list of commands", "what the robot does, in order",
+          [](const Yaml& node, Scenario& s) { read_commands(node, "walk.commands", s.walk.commands); },
+          [](const Scenario& s) { return print_commands(s.walk.commands); }};
+}
+
+void add_walk(Keys& keys) {
+  keys.push_back(key(GAITSLAM_KEY(walk, single_support_s), {0.1, 5}, "time on one foot in a step"));
+  keys.push_back(key(GAITSLAM_KEY(walk, double_support_s), {0.005, 5}, "time on both feet between steps"));
+  keys.push_back(key(GAITSLAM_KEY(walk, step_height_m), {0.005, 0.2}, "how high the swing foot is lifted"));
+  keys.push_back(key(GAITSLAM_KEY(walk, step_length_m), {0.01, 0.4}, "longest way of a foot in a step"));
+  keys.push_back(key(GAITSLAM_KEY(walk, preview_s), {0.1, 10}, "how far ahead the controller sees the ZMP"));
+  keys.push_back(key(GAITSLAM_KEY(walk, com_height_m), {0.3, 1.5}, "height of the cart-table model"));
+  keys.push_back(key(GAITSLAM_KEY(walk, swing), {0, 0, kSwing}, "polynomial of the swing foot"));
+  keys.push_back(commands_key());
+}
+
+void add_world(Keys& keys) {
+  keys.push_back(key(GAITSLAM_KEY(world, robot), kAny, "the robot's model, models/<robot>.xml"));
+  keys.push_back(key(GAITSLAM_KEY(world, room), kAny, "the room's model, models/<room>.xml"));
+  keys.push_back(key(GAITSLAM_KEY(world, floor_friction), {0.01, 5}, "sliding friction of sole on floor"));
+  keys.push_back(key(GAITSLAM_KEY(world, variation.friction), kSpread,
+                     "standard deviation of floor_friction over seeds"));
+  keys.push_back(key(GAITSLAM_KEY(world, variation.joint_offset_rad), {0, 0.1},
+                     "standard deviation of each joint's zero over seeds"));
+  keys.push_back(key(GAITSLAM_KEY(world, variation.mass_fraction), {0, 0.2},
+                     "standard deviation of each link's mass over seeds, relative"));
+}
+
+void add_camera(Keys& keys) {
+  keys.push_back(key(GAITSLAM_KEY(camera, width_px), kPixels, "width of the image"));
+  keys.push_back(key(GAITSLAM_KEY(camera, height_px), kPixels, "height of the image"));
+  keys.push_back(key(GAITSLAM_KEY(camera, rate_hz), {0.1, 1000}, "frames per second of simulated time"));
+  keys.push_back(key(GAITSLAM_KEY(camera, lens), {0, 0, kLens},
+                     "wide: one-parameter radial lens, 91.6 deg across; pinhole: ideal, 90 deg"));
+  keys.push_back(key(GAITSLAM_KEY(camera, samples), {0, 16}, "multisampling of the renderer"));
+}
+
+void add_slam(Keys& keys) {
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, start.sigma_position_m), kSigma, "standard deviation of the first position"));
+  keys.push_back(key(GAITSLAM_KEY(slam, start.sigma_orientation_rad), kSigma,
+                     "standard deviation of the first orientation"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, start.sigma_velocity_m_s), kSigma, "standard deviation of the first velocity"));
+  keys.push_back(key(GAITSLAM_KEY(slam, start.sigma_rate_rad_s), kSigma,
+                     "standard deviation of the first angular rate"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, motion.sigma_acceleration_m_s2), kSigma, "unknown acceleration of the camera"));
+  keys.push_back(key(GAITSLAM_KEY(slam, motion.sigma_angular_acceleration_rad_s2), kSigma,
+                     "unknown angular acceleration of the camera"));
+  keys.push_back(key(GAITSLAM_KEY(slam, gyro.enabled), kAny, "use the gyro"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, gyro.sigma_rad_s), kSigma, "noise the filter expects of a 200 Hz gyro sample"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.enabled), kAny, "use the planned velocity"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.axes), {0, 0, kAxes},
+                     "axes in which the planned velocity is trusted"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_m_s), kSigma,
+                     "error the filter expects of the planned velocity"));
+  keys.push_back(key(GAITSLAM_KEY(slam, height.enabled), kAny, "use the planned height"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, height.sigma_m), kSigma, "error the filter expects of the planned height"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.enabled), kAny, "use the camera"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.sigma_px), {0.01, 100},
+                     "image noise at the centre; twice that at the corner"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.visible_landmarks), {1, 1000},
+                     "landmarks to measure in a frame and to keep in view"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.minimum_correlation), {-1, 1},
+                     "normalised correlation a match must reach"));
+}
+
+void add_limits(Keys& keys) {
+  keys.push_back(key(GAITSLAM_KEY(limits, ending), {0, 0, kEndings}, "endings with which a run can pass"));
+}
+
+}  // namespace
+
+const Keys& scenario_keys() {
+  static const Keys all = [] {
+    Keys keys;
+    add_run(keys);
+    add_walk(keys);
+    add_world(keys);
+    add_camera(keys);
+    add_slam(keys);
+    add_limits(keys);
+    return keys;
+  }();
+  return all;
+}
+
+const Key<Scenario>* find_key(std::string_view name) {
+  const auto& all = scenario_keys();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& key) { return key.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+const Scenario& default_scenario() {
+  static const Scenario scenario = [] {
+    Scenario s;
+    s.camera.emplace();
+    s.slam.emplace();
+    return s;
+  }();
+  return scenario;
+}
+
+bool has_section(const Scenario& scenario, std::string_view key) {
+  if (key == "camera" || key.starts_with("camera.")) return scenario.camera.has_value();
+  if (key == "slam" || key.starts_with("slam.")) return scenario.slam.has_value();
+  return true;
+}
+
+std::string_view unit_of(std::string_view key) {
+  using Ending = std::pair<std::string_view, std::string_view>;
+  static constexpr Ending kUnits[]{
+      {"_rad_s2", "rad/s²"}, {"_rad_s", "rad/s"}, {"_m_s2", "m/s²"}, {"_m_s", "m/s"}, {"_px2", "px⁻²"},
+      {"_px", "px"},         {"_rad", "rad"},     {"_deg", "deg"},   {"_hz", "Hz"},   {"_ms", "ms"},
+      {"_ns", "N·s"},        {"_s", "s"},         {"_m", "m"},       {"_kg", "kg"},   {"_n", "N"}};
+  for (const auto& [ending, unit] : kUnits) {
+    if (key.ends_with(ending)) return unit;
+  }
+  return "";
+}
+
+}  // namespace sim::bench

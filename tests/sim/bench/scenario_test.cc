@@ -1,0 +1,230 @@
+#include "sim/bench/scenario.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <numbers>
+
+#include "sim/bench/scenario_keys.h"
+#include "sim/bench/scenario_yaml.h"
+
+namespace sim::bench {
+namespace {
+
+const std::filesystem::path kSource = GAITSLAM_SOURCE_DIR;
+const std::string kWalk = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
+const std::string kAll = kWalk + "camera: {}\nslam: {}\n";
+
+ReadScenario read_text(const std::string& text, const Changes& changes = {}) {
+  return read_scenario_text(text, "test.yaml", changes);
+}
+
+/// What the reader says about the text, or "" when it finds nothing wrong.
+std::string complaint(const std::string& text, const Changes& changes = {}) {
+  try {
+    read_text(text, changes);
+    return "";
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+}
+
+TEST(Scenario, EveryShippedScenarioIsRead) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kSource / "scenarios")) {
+    if (entry.path().extension() != ".yaml") continue;
+    EXPECT_NO_THROW(read_scenario(entry.path())) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 1);
+}
+
+TEST(Scenario, TangentCircleIsThePapersFirstExperiment) {
+  const Scenario s = read_scenario(kSource / "scenarios/tangent_circle.yaml").scenario;
+  EXPECT_EQ(s.name, "tangent_circle");
+  const auto& diagonal = std::get<walking::Straight>(s.walk.commands.at(1));
+  EXPECT_EQ(diagonal.forward_m, 1.0);
+  EXPECT_EQ(diagonal.left_m, -0.5);
+  int arcs = 0;
+  for (const walking::Command& command : s.walk.commands) {
+    if (const auto* arc = std::get_if<walking::TangentArc>(&command)) {
+      EXPECT_EQ(arc->radius_m, 0.75);
+      EXPECT_EQ(arc->angle_rad, std::numbers::pi / 2);
+      ++arcs;
+    }
+  }
+  EXPECT_EQ(arcs, 4);
+  EXPECT_TRUE(s.camera && s.slam);
+}
+
+TEST(Scenario, EachBadFileIsAnsweredWithItsPlaceAndWhatWasExpected) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kSource / "tests/sim/bench/bad_scenarios")) {
+    std::ifstream in(entry.path());
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    const std::string marker = "# expect: ";
+    ASSERT_TRUE(text.starts_with(marker)) << entry.path();
+    const std::string expected = text.substr(marker.size(), text.find('\n') - marker.size());
+    EXPECT_EQ(complaint(text), "test.yaml:" + expected) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 70);
+}
+
+TEST(Scenario, WrittenAndReadAgainIsTheSameBitForBit) {
+  Scenario s = read_text(kAll).scenario;
+  s.seed = std::numeric_limits<std::uint64_t>::max();
+  s.walk.step_length_m = std::nextafter(0.1, 1);
+  s.slam->gyro.sigma_rad_s = 1.0 / 3 * 1e-7;
+  s.walk.commands = {walking::TangentArc{0.1 + 0.2, to_radians(std::nextafter(90.0, 91))},
+                     walking::PerpendicularArc{1.0 / 3, -std::numbers::pi / 2},
+                     walking::Straight{-0.0, 1e-300}};
+  s.limits.metrics = {{"rmse_m", "median", Bound::at_most, 2.0 / 3},
+                      {"loop_closed", "", Bound::at_least, -1e300}};
+  s.limits.ending = {"diverged", "fell"};
+  const Scenario again = read_text(to_yaml(s)).scenario;
+  EXPECT_EQ(to_yaml(again), to_yaml(s));
+  EXPECT_EQ(again.seed, s.seed);
+  EXPECT_EQ(again.walk.step_length_m, s.walk.step_length_m);
+  EXPECT_EQ(again.slam->gyro.sigma_rad_s, s.slam->gyro.sigma_rad_s);
+  const auto& arc = std::get<walking::TangentArc>(again.walk.commands.at(0));
+  EXPECT_EQ(arc.radius_m, 0.1 + 0.2);
+  EXPECT_EQ(arc.angle_rad, to_radians(std::nextafter(90.0, 91)));
+  EXPECT_EQ(std::get<walking::PerpendicularArc>(again.walk.commands.at(1)).angle_rad, -std::numbers::pi / 2);
+  EXPECT_TRUE(std::signbit(std::get<walking::Straight>(again.walk.commands.at(2)).forward_m));
+  EXPECT_EQ(again.limits.metrics, s.limits.metrics);
+  EXPECT_EQ(again.limits.ending, s.limits.ending);
+}
+
+TEST(Scenario, WhatIsLeftOutStaysOutWhenWrittenAndReadAgain) {
+  const Scenario s = read_text(kAll, {{}, {"camera", "slam"}}).scenario;
+  EXPECT_FALSE(s.camera || s.slam);
+  const Scenario again = read_text(to_yaml(s)).scenario;
+  EXPECT_FALSE(again.camera || again.slam);
+}
+
+TEST(Scenario, DegreesOfAFileComeBackExactly) {
+  for (int i = 1; i <= 20000; ++i) {
+    const double radians = to_radians(i * 0.037);
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(to_radians(to_degrees(radians))),
+              std::bit_cast<std::uint64_t>(radians));
+  }
+  EXPECT_EQ(to_degrees(std::numbers::pi / 2), 90);
+}
+
+TEST(Keys, EveryDefaultLiesWithinItsOwnRange) {
+  for (const auto& key : scenario_keys()) {
+    if (key.name == "name" || key.name == "walk.commands") continue;  // these two have no default
+    Scenario s = default_scenario();
+    EXPECT_NO_THROW(key.read(parse_yaml(key.print(s), {"default"}), s)) << key.name;
+    EXPECT_FALSE(key.doc.empty() || key.expected.empty()) << key.name;
+  }
+}
+
+TEST(Keys, ReadWhatTheyPrintAndTouchNothingElse) {
+  for (const auto& key : scenario_keys()) {
+    Scenario changed = default_scenario();
+    changed.name = "x";
+    const std::string before = to_yaml(changed);
+    if (key.name == "walk.commands") continue;
+    key.read(parse_yaml(key.print(changed), {"default"}), changed);
+    EXPECT_EQ(to_yaml(changed), before) << key.name;
+  }
+}
+
+TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
+  std::vector<std::string> names, sections;
+  for (const auto& key : scenario_keys()) {
+    names.push_back(key.name);
+    const std::string section = key.name.substr(0, key.name.rfind('.'));
+    if (sections.empty() || sections.back() != section) sections.push_back(section);
+  }
+  for (auto* list : {&names, &sections}) {
+    std::sort(list->begin(), list->end());
+    EXPECT_EQ(std::adjacent_find(list->begin(), list->end()), list->end());
+  }
+}
+
+TEST(Keys, CarryTheirUnitInTheName) {
+  EXPECT_EQ(unit_of("walk.step_length_m"), "m");
+  EXPECT_EQ(unit_of("slam.gyro.sigma_rad_s"), "rad/s");
+  EXPECT_EQ(unit_of("slam.motion.sigma_acceleration_m_s2"), "m/s²");
+  EXPECT_EQ(unit_of("slam.vision.visible_landmarks"), "");
+}
+
+TEST(Overrides, GoThroughTheSameTableAsTheFile) {
+  const ReadScenario r = read_text(
+      kAll + "seed: 3\nlimits: {rmse_m: {at_most: 1}}\n",
+      {{"seed=7", "slam.gyro.sigma_rad_s=0.02", "walk.commands=[{straight: {forward_m: 2}}]",
+        "limits.rmse_m.at_most=0.5", "limits.rmse_m.median.at_most=0.25", "limits.ending=[fell]", "seed=8"},
+       {}});
+  EXPECT_EQ(r.scenario.seed, 8u);
+  EXPECT_EQ(r.scenario.slam->gyro.sigma_rad_s, 0.02);
+  EXPECT_EQ(std::get<walking::Straight>(r.scenario.walk.commands.at(0)).forward_m, 2);
+  ASSERT_EQ(r.scenario.limits.metrics.size(), 2u);
+  EXPECT_EQ(r.scenario.limits.metrics[0].value, 0.5);
+  EXPECT_EQ(r.scenario.limits.metrics[1].aggregate, "median");
+  EXPECT_EQ(r.scenario.limits.ending, std::vector<std::string>{"fell"});
+  EXPECT_EQ(r.origin.at("seed"), "argument 7");
+  EXPECT_EQ(r.origin.at("walk.commands"), "argument 3");
+}
+
+TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
+  const auto of = [](const std::string& argument) { return complaint(kAll, {{"seed=1", argument}, {}}); };
+  EXPECT_EQ(of("slam.gyro.sgima_rad_s=1"),
+            "<argument>:2:1: slam.gyro.sgima_rad_s: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");
+  EXPECT_EQ(of("seed=nan"),
+            "<argument>:2:6: seed: is 'nan', expected a whole number from 0 to 18446744073709551615");
+  EXPECT_EQ(of("seed="),
+            "<argument>:2:1: seed: is empty, expected a whole number from 0 to 18446744073709551615");
+  EXPECT_EQ(of("seed"), "<argument>:2:1: 'seed': expected key=value");
+  EXPECT_EQ(of("=3"), "<argument>:2:1: '=3': expected key=value");
+  EXPECT_EQ(of("slam=3"),
+            "<argument>:2:1: slam: is a section, expected keys below it: start, motion, gyro, plan_velocity, "
+            "height, vision");
+  EXPECT_EQ(
+      of("walk.commands=[{hop: {}}]"),
+      "<argument>:2:17: walk.commands: unknown command 'hop', expected one of stand, straight, tangent_arc, "
+      "perpendicular_arc");
+}
+
+TEST(Overrides, DoNotBeginASectionThatTheFileLeavesOut) {
+  EXPECT_EQ(complaint(kWalk, {{"slam.gyro.sigma_rad_s=1"}, {}}),
+            "<argument>:1:1: slam.gyro.sigma_rad_s: this scenario has no section 'slam'");
+}
+
+TEST(Without, NamesSectionsOnly) {
+  EXPECT_EQ(complaint(kAll, {{}, {"slamm"}}),
+            "--without slamm: expected camera or slam; did you mean 'slam'?");
+  EXPECT_EQ(complaint(kAll, {{}, {"slam"}}), "");
+  EXPECT_NE(complaint(kAll, {{}, {"camera"}}), "");
+}
+
+TEST(Scenario, FilesThatCannotBeReadAreNamed) {
+  const auto complaint_about = [](const std::filesystem::path& file) -> std::string {
+    try {
+      read_scenario(file);
+      return "";
+    } catch (const ConfigError& e) {
+      return e.what();
+    }
+  };
+  EXPECT_EQ(complaint_about("no/such.yaml"), "no/such.yaml: cannot be read: No such file or directory");
+  EXPECT_EQ(complaint_about("/"), "/: is a folder, expected a scenario file");
+}
+
+TEST(Scenario, DeepNestingIsRefusedNotCrashedOn) {
+  EXPECT_NE(complaint(std::string(100000, '[')), "");
+  EXPECT_NE(complaint(std::string(100000, '{')), "");
+  std::string nested = "walk:\n";
+  for (int i = 1; i < 700; ++i) nested += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
+  EXPECT_NE(complaint(nested), "");
+}
+
+}  // namespace
+}  // namespace sim::bench
