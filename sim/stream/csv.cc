@@ -1,0 +1,108 @@
+#include "sim/stream/csv.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace sim::stream {
+namespace {
+
+template <typename T>
+bool parse(std::string_view text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+}  // namespace
+
+CsvReader::CsvReader(const std::filesystem::path& file, std::vector<std::string> headers)
+    : file_(file), input_(file, std::ios::binary) {
+  if (!input_) throw FileError(file_, "cannot be opened");
+  if (!read_line()) throw FileError(file_, "is empty");
+  const auto found = std::find(headers.begin(), headers.end(), line_);
+  if (found == headers.end())
+    throw FileError(file_, 1, "expected the header \"" + headers.front() + "\", found \"" + line_ + "\"");
+  header_ = static_cast<std::size_t>(found - headers.begin());
+  columns_ = static_cast<std::size_t>(std::count(line_.begin(), line_.end(), ',')) + 1;
+}
+
+bool CsvReader::read_line() {
+  if (!std::getline(input_, line_)) {
+    if (input_.bad()) throw FileError(file_, "cannot be read");
+    return false;
+  }
+  ++line_number_;
+  if (input_.eof())
+    throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
+  if (!line_.empty() && line_.back() == '\r') line_.pop_back();
+  return true;
+}
+
+void CsvReader::split() {
+  fields_.clear();
+  std::string_view rest = line_;
+  for (std::size_t comma; (comma = rest.find(',')) != rest.npos; rest.remove_prefix(comma + 1))
+    fields_.push_back(rest.substr(0, comma));
+  fields_.push_back(rest);
+}
+
+bool CsvReader::next() {
+  if (!read_line()) return false;
+  split();
+  if (fields_.size() != columns_)
+    throw FileError(file_, line_number_,
+                    fmt::format("expected {} fields, found {}", columns_, fields_.size()));
+  return true;
+}
+
+void CsvReader::fail(std::size_t field, const std::string& why) const {
+  throw FileError(file_, line_number_, static_cast<std::size_t>(fields_.at(field).data() - line_.data()) + 1,
+                  why);
+}
+
+std::int64_t CsvReader::integer(std::size_t field) const {
+  std::int64_t value = 0;
+  if (!parse(text(field), value)) fail(field, fmt::format("expected an integer, found \"{}\"", text(field)));
+  return value;
+}
+
+double CsvReader::number(std::size_t field) const {
+  double value = 0;
+  if (!parse(text(field), value) || !std::isfinite(value))
+    fail(field, fmt::format("expected a finite number, found \"{}\"", text(field)));
+  return value;
+}
+
+Eigen::Vector3d CsvReader::vector(std::size_t first) const {
+  return {number(first), number(first + 1), number(first + 2)};
+}
+
+Eigen::Isometry3d CsvReader::pose(std::size_t first) const {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = vector(first);
+  for (int row = 0; row < 3; ++row)
+    X.linear().row(row) = vector(first + 3 + 3 * static_cast<std::size_t>(row)).transpose();
+  const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
+  if (residual.norm() > 1e-9 || X.linear().determinant() < 0)
+    fail(first + 3, "these nine numbers are not a rotation");
+  return X;
+}
+
+std::string csv_fields(const Eigen::Vector3d& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
+
+std::string csv_fields(const Eigen::Isometry3d& X) {
+  std::string fields = csv_fields(Eigen::Vector3d(X.translation()));
+  for (int row = 0; row < 3; ++row) fields += "," + csv_fields(Eigen::Vector3d(X.linear().row(row)));
+  return fields;
+}
+
+std::string pose_columns(const std::string& frames) {
+  std::string columns = fmt::format("p_{0}_x [m],p_{0}_y [m],p_{0}_z [m]", frames);
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) columns += fmt::format(",R_{}_{}{} []", frames, row, column);
+  return columns;
+}
+
+}  // namespace sim::stream

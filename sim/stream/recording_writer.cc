@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "sim/stream/manifest.h"
+#include "sim/stream/recording.h"
+#include "sim/stream/recording_format.h"
+#include "sim/stream/sensor_yaml.h"
+
+namespace sim::stream {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace recording_format;
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::logic_error(std::string("recording: ") + what);
+}
+
+void make_folders(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::create_directories(folder, error))
+    throw FileError(folder, error ? "cannot be made: " + error.message() : "exists already");
+  for (const char* part :
+       {"mav0/cam0/data", "mav0/imu0", "mav0/plan0", "mav0/state_groundtruth_estimate0", "truth"})
+    fs::create_directories(folder / part);
+}
+
+std::int64_t written(slam::Stamp t) { return (kEpoch + t).count(); }
+
+std::string motion_row(const TrueMotion& motion) {
+  Eigen::Quaterniond q(motion.X_WG.linear());
+  q.normalize();
+  return fmt::format("{},{},{},{},{},{},{},0,0,0,0,0,0\n", written(motion.t),
+                     csv_fields(Eigen::Vector3d(motion.X_WG.translation())), q.w(), q.x(), q.y(), q.z(),
+                     csv_fields(motion.v_WG));
+}
+
+std::string plan_row(slam::Stamp t, const slam::PlannedMotion& plan) {
+  return fmt::format("{},{},{},{},{}\n", written(t), csv_fields(plan.X_PC), csv_fields(plan.v_PC_C),
+                     csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)));
+}
+
+// One csv file of the recording, written row by row.
+struct Rows {
+  Rows(const fs::path& folder, const std::string& name_) : name(name_), file(folder / name_) {}
+  Rows(const fs::path& folder, const std::string& name_, const std::string& header) : Rows(folder, name_) {
+    file.write(header + "\n");
+  }
+  std::string name;
+  HashedFile file;
+};
+
+}  // namespace
+
+struct RecordingWriter::Files {
+  Files(const fs::path& folder_, const RecordingSetup& setup_)
+      : folder((make_folders(folder_), folder_)), setup(setup_) {}
+
+  fs::path folder;
+  RecordingSetup setup;
+  ManifestWriter manifest{folder};
+  Rows frames{folder, kFrames, kStampColumn}, camera{folder, kCameraRows, kCameraHeader},
+      imu{folder, kImuRows}, plan{folder, kPlanRows, kPlanHeader}, motion{folder, kMotionRows, kMotionHeader},
+      true_camera{folder, kTrueCamera, kTrueCameraHeader}, true_waist{folder, kTrueWaist, kTrueWaistHeader},
+      planned_waist{folder, kPlannedWaist, kPlannedWaistHeader}, surfaces{folder, kSurfaces, kSurfacesHeader};
+  std::optional<slam::Stamp> last_frame, last_poses, last_motion;
+  std::optional<slam::Stamp> imu_begin, imu_end;
+  std::optional<bool> with_accelerometer;  // known from the first reading on
+
+  void write_whole(const std::string& name, std::string_view bytes) {
+    HashedFile file(folder / name);
+    file.write(bytes);
+    file.close();
+    manifest.add(name, file.hash());
+  }
+
+  void add_image(slam::Stamp t, const cv::Mat& image) {
+    const slam::CameraIntrinsics& size = setup.calibration.camera;
+    require(image.type() == CV_8UC1 && image.cols == size.width_px && image.rows == size.height_px,
+            "an image is not 8-bit grey of the camera's size");
+    std::vector<unsigned char> png;
+    cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    const std::string name = fmt::format("{}.png", written(t));
+    write_whole(kCameraFolder + name, {reinterpret_cast<const char*>(png.data()), png.size()});
+    camera.file.write(fmt::format("{},{}\n", written(t), name));
+  }
+
+  void begin_inertial(const slam::InertialSample& first, bool accelerometer) {
+    imu_begin = imu_end = first.begin;
+    with_accelerometer = accelerometer;
+    imu.file.write((accelerometer ? kImuHeader : kGyroHeader) + "\n");
+  }
+
+  void add_inertial(const slam::InertialSample& gyro, const slam::InertialSample* accelerometer) {
+    if (!with_accelerometer) begin_inertial(gyro, accelerometer != nullptr);
+    require(gyro.begin == *imu_end && gyro.end > gyro.begin, "inertial readings do not chain");
+    require(*with_accelerometer == (accelerometer != nullptr), "the accelerometer comes and goes");
+    imu.file.write(fmt::format("{},{}", written(gyro.end), csv_fields(gyro.value)));
+    if (accelerometer) {
+      require(accelerometer->begin == gyro.begin && accelerometer->end == gyro.end,
+              "gyro and accelerometer differ in time");
+      imu.file.write("," + csv_fields(accelerometer->value));
+    }
+    imu.file.write("\n");
+    imu_end = gyro.end;
+  }
+
+  void add_inertial(const slam::Observation& ideal) {
+    require(ideal.accelerometer.empty() || ideal.accelerometer.size() == ideal.gyro.size(),
+            "gyro and accelerometer differ in number");
+    for (std::size_t i = 0; i < ideal.gyro.size(); ++i) {
+      require(ideal.gyro[i].end <= ideal.t && (!last_frame || ideal.gyro[i].end > *last_frame),
+              "an inertial reading is not of its frame");
+      add_inertial(ideal.gyro[i], ideal.accelerometer.empty() ? nullptr : &ideal.accelerometer[i]);
+    }
+  }
+};
+
+RecordingWriter::RecordingWriter(const fs::path& folder, const RecordingSetup& setup)
+    : files_(std::make_unique<Files>(folder, setup)) {}
+
+RecordingWriter::~RecordingWriter() = default;
+
+void RecordingWriter::add(const slam::Observation& ideal) {
+  require(!files_->last_frame || ideal.t > *files_->last_frame, "a frame is not after the one before");
+  files_->frames.file.write(fmt::format("{}\n", written(ideal.t)));
+  files_->add_inertial(ideal);
+  if (!ideal.image.empty()) files_->add_image(ideal.t, ideal.image);
+  if (ideal.plan) files_->plan.file.write(plan_row(ideal.t, *ideal.plan));
+  files_->last_frame = ideal.t;
+}
+
+void RecordingWriter::add(const TruePoses& poses) {
+  require(!files_->last_poses || poses.t > *files_->last_poses, "true poses are not in order of time");
+  files_->true_camera.file.write(fmt::format("{},{}\n", written(poses.t), csv_fields(poses.X_WC)));
+  files_->true_waist.file.write(fmt::format("{},{}\n", written(poses.t), csv_fields(poses.X_WB)));
+  files_->planned_waist.file.write(fmt::format("{},{}\n", written(poses.t), csv_fields(poses.X_PB)));
+  files_->last_poses = poses.t;
+}
+
+void RecordingWriter::add(const TrueMotion& motion) {
+  require(!files_->last_motion || motion.t > *files_->last_motion, "true motions are not in order of time");
+  files_->motion.file.write(motion_row(motion));
+  files_->last_motion = motion.t;
+}
+
+void RecordingWriter::add(const RecordedSurface& surface) {
+  files_->surfaces.file.write(
+      fmt::format("{},{},{}\n", surface.kind, csv_fields(surface.X_WS), csv_fields(surface.size)));
+}
+
+void RecordingWriter::finish() {
+  Files& f = *files_;
+  if (!f.with_accelerometer) f.imu.file.write(kImuHeader + "\n");
+  f.write_whole(kBody, body_yaml());
+  f.write_whole(kCameraSensor, camera_yaml(f.setup));
+  f.write_whole(kImuSensor, imu_yaml(f.setup, f.imu_begin));
+  f.write_whole(kPlanSensor, plan_yaml(f.setup));
+  f.write_whole(kMotionSensor, motion_yaml());
+  for (Rows* rows : {&f.frames, &f.camera, &f.imu, &f.plan, &f.motion, &f.true_camera, &f.true_waist,
+                     &f.planned_waist, &f.surfaces}) {
+    rows->file.close();
+    f.manifest.add(rows->name, rows->file.hash());
+  }
+  f.manifest.finish();
+}
+
+}  // namespace sim::stream

@@ -1,0 +1,162 @@
+#include "sim/stream/sensor_yaml.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <charconv>
+#include <cmath>
+
+namespace sim::stream {
+namespace {
+
+// The directive is what OpenCV's reader wants to see first; yaml-cpp does not know that version of it.
+constexpr const char* kDirective = "%YAML:1.0";
+constexpr const char* kLens = "one-parameter-radial";
+
+std::string matrix(const std::string& key, const Eigen::Isometry3d& X) {
+  const Eigen::Matrix4d& m = X.matrix();
+  std::string text = fmt::format("{}:\n  cols: 4\n  rows: 4\n  data: [", key);
+  for (int row = 0; row < 4; ++row)
+    text += fmt::format("{}{}, {}, {}, {}", row ? ",\n         " : "", m(row, 0), m(row, 1), m(row, 2),
+                        m(row, 3));
+  return text + "]\n";
+}
+
+std::string head(const std::string& type, const std::string& comment) {
+  return fmt::format("{}\nsensor_type: {}\ncomment: {}\n", kDirective, type, comment);
+}
+
+// A parsed file that complains with file, line and column.
+class Yaml {
+ public:
+  Yaml(const std::filesystem::path& file, std::string text) : file_(file) {
+    if (text.starts_with(kDirective)) text.replace(0, std::string(kDirective).size(), "#");
+    try {
+      root_ = YAML::Load(text);
+    } catch (const YAML::Exception& error) {
+      fail(error.mark, error.msg);
+    }
+  }
+
+  YAML::Node at(const std::string& key) const {
+    const YAML::Node node = root_.IsMap() ? root_[key] : YAML::Node(YAML::NodeType::Undefined);
+    if (!node) throw FileError(file_, "has no key " + key);
+    return node;
+  }
+
+  double number(const YAML::Node& node) const {
+    const std::string text = node.IsScalar() ? node.Scalar() : "";
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+      fail(node.Mark(), "expected a finite number");
+    return value;
+  }
+
+  std::int64_t integer(const YAML::Node& node) const {
+    const std::string text = node.IsScalar() ? node.Scalar() : "";
+    std::int64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || error != std::errc{} || end != text.data() + text.size())
+      fail(node.Mark(), "expected an integer");
+    return value;
+  }
+
+  std::vector<double> numbers(const YAML::Node& node, std::size_t count) const {
+    if (!node.IsSequence() || node.size() != count)
+      fail(node.Mark(), fmt::format("expected {} numbers", count));
+    std::vector<double> values;
+    for (const YAML::Node& entry : node) values.push_back(number(entry));
+    return values;
+  }
+
+  Eigen::Isometry3d pose(const std::string& key) const {
+    const YAML::Node node = at(key);
+    if (!node.IsMap() || !node["data"]) fail(node.Mark(), "expected a matrix");
+    const std::vector<double> values = numbers(node["data"], 16);
+    Eigen::Isometry3d X;
+    X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+    const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
+    if (residual.norm() > 1e-9 || X.linear().determinant() < 0 ||
+        X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+      fail(node.Mark(),
+           "not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+    return X;
+  }
+
+  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& why) const {
+    if (mark.is_null()) throw FileError(file_, why);
+    throw FileError(file_, static_cast<std::size_t>(mark.line) + 1, static_cast<std::size_t>(mark.column) + 1,
+                    why);
+  }
+
+ private:
+  std::filesystem::path file_;
+  YAML::Node root_;
+};
+
+}  // namespace
+
+std::string camera_yaml(const RecordingSetup& setup) {
+  const slam::CameraIntrinsics& camera = setup.calibration.camera;
+  return head("camera", "head camera; body frame: the chest IMU") +
+         matrix("T_BS", setup.calibration.X_CG.inverse()) + matrix("T_SB", setup.calibration.X_CG) +
+         fmt::format(
+             "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n"
+             "distortion_model: {}\ndistortion_coefficients: [{}]\n",
+             setup.camera_rate_hz, camera.width_px, camera.height_px, camera.fu_px, camera.fv_px,
+             camera.u0_px, camera.v0_px, kLens, camera.k1_px2);
+}
+
+std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin) {
+  return head("imu", "chest IMU, ideal: means over (previous stamp, stamp]; +g up at rest") +
+         matrix("T_BS", Eigen::Isometry3d::Identity()) +
+         fmt::format(
+             "rate_hz: {}\ngyroscope_noise_density: 0\ngyroscope_random_walk: "
+             "0\naccelerometer_noise_density: 0\n"
+             "accelerometer_random_walk: 0\n",
+             setup.imu_rate_hz) +
+         (begin ? fmt::format("first_interval_begins_ns: {}\n", (kEpoch + *begin).count()) : "");
+}
+
+std::string plan_yaml(const RecordingSetup& setup) {
+  return head("plan", "walking plan: the camera's pose and velocities in the plan's own world") +
+         fmt::format("rate_hz: {}\n", setup.camera_rate_hz) + matrix("T_WC_start", setup.X_WC_start);
+}
+
+std::string motion_yaml() {
+  return head("visual-inertial", "truth of the simulator") + matrix("T_BS", Eigen::Isometry3d::Identity());
+}
+
+std::string body_yaml() {
+  return std::string(kDirective) + "\ncomment: GaitSLAM humanoid; body frame: the chest IMU\n";
+}
+
+void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {
+  const Yaml yaml(file, text);
+  slam::CameraIntrinsics& camera = setup.calibration.camera;
+  const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
+             intrinsics = yaml.numbers(yaml.at("intrinsics"), 4);
+  if (yaml.at("distortion_model").Scalar() != kLens)
+    yaml.fail(yaml.at("distortion_model").Mark(), std::string("expected ") + kLens);
+  camera.width_px = static_cast<int>(resolution[0]), camera.height_px = static_cast<int>(resolution[1]);
+  camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
+  camera.v0_px = intrinsics[3];
+  camera.k1_px2 = yaml.numbers(yaml.at("distortion_coefficients"), 1)[0];
+  setup.calibration.X_CG = yaml.pose("T_SB");
+  setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
+}
+
+std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
+                                         RecordingSetup& setup) {
+  const Yaml yaml(file, text);
+  setup.imu_rate_hz = yaml.number(yaml.at("rate_hz"));
+  if (text.find("first_interval_begins_ns") == text.npos) return std::nullopt;
+  return slam::Stamp(yaml.integer(yaml.at("first_interval_begins_ns"))) - kEpoch;
+}
+
+void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {
+  setup.X_WC_start = Yaml(file, text).pose("T_WC_start");
+}
+
+}  // namespace sim::stream

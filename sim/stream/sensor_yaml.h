@@ -1,0 +1,29 @@
+// The sensor.yaml files of a recording: how the sensors sit on the robot, and the camera's intrinsics.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "sim/stream/recording.h"
+
+namespace sim::stream {
+
+/// cam0: body frame = chest IMU G, so T_BS = X_GC; T_SB = X_CG is what the filter is given. The lens has one
+/// radial parameter: u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z) (Swaminathan & Nayar
+/// 1999).
+std::string camera_yaml(const RecordingSetup& setup);
+/// imu0: the readings are ideal, so all noise densities are zero. begin: of the first reading's interval, if
+/// there is one.
+std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
+std::string plan_yaml(const RecordingSetup& setup);
+std::string motion_yaml();
+std::string body_yaml();
+
+/// What imu_yaml and the others wrote; texts as read from the files, `file` for complaints. Throws FileError.
+void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
+std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
+                                         RecordingSetup& setup);
+void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
+
+}  // namespace sim::stream
