@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/stream/sensor_errors.h"
 #include "sim/world/options.h"
 #include "slam/options.h"
 #include "walking/plan.h"
@@ -46,6 +47,7 @@ struct Scenario {
   walking::WalkOptions walk;
   world::WorldOptions world;
   std::optional<world::CameraOptions> camera;
+  stream::ErrorOptions errors;
   std::optional<slam::Options> slam;
   Limits limits;
 };

@@ -28,7 +28,7 @@ auto& section(const std::optional<Section>& s) {
 #define GAITSLAM_KEY(part, member) \
 #part "." #member, [](auto&& scenario) -> auto& { return section(scenario.part).member; }
 
-constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096};
+constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096}, kFraction{0, 1};
 constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
 
 template <class Access>
@@ -84,6 +84,24 @@ void add_camera(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(camera, samples), {0, 16}, "multisampling of the renderer"));
 }
 
+void add_errors(Keys& keys) {
+  keys.push_back(
+      key(GAITSLAM_KEY(errors, gyro.sigma_rad_s), kSpread, "white noise of a 200 Hz gyro reading"));
+  keys.push_back(key(GAITSLAM_KEY(errors, gyro.bias_sigma_rad_s), kSpread,
+                     "standard deviation of the gyro's constant bias over seeds"));
+  keys.push_back(key(GAITSLAM_KEY(errors, accelerometer.sigma_m_s2), kSpread,
+                     "white noise of a 200 Hz accelerometer reading"));
+  keys.push_back(key(GAITSLAM_KEY(errors, accelerometer.bias_sigma_m_s2), kSpread,
+                     "standard deviation of the accelerometer's constant bias over seeds"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.read_sigma_grey), {0, 100},
+                     "noise of a black pixel, of 255 grey levels"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.shot_sigma_grey), {0, 100},
+                     "noise of a white pixel from counting light alone"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.loss_fraction), kFraction, "frames whose image is lost"));
+  keys.push_back(
+      key(GAITSLAM_KEY(errors, plan.loss_fraction), kFraction, "frames whose planned motion is lost"));
+}
+
 void add_slam(Keys& keys) {
   keys.push_back(
       key(GAITSLAM_KEY(slam, start.sigma_position_m), kSigma, "standard deviation of the first position"));
@@ -100,11 +118,19 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, gyro.enabled), kAny, "use the gyro"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, gyro.sigma_rad_s), kSigma, "noise the filter expects of a 200 Hz gyro sample"));
+  keys.push_back(key(GAITSLAM_KEY(slam, gyro.sigma_bias_rad_s), kSpread,
+                     "uncertainty of the gyro's bias at the start; 0: there is none"));
+  keys.push_back(key(GAITSLAM_KEY(slam, gyro.sigma_bias_walk_rad_s2), kSpread,
+                     "growth of the bias's standard deviation in 1 s"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.enabled), kAny, "use the planned velocity"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.axes), {0, 0, kAxes},
                      "axes in which the planned velocity is trusted"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_m_s), kSigma,
                      "error the filter expects of the planned velocity"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_slip_m_s), kSpread,
+                     "slowly changing error of the planned velocity; 0: there is none"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, plan_velocity.slip_time_s), {0.001, 1e6}, "how long that error lasts"));
   keys.push_back(key(GAITSLAM_KEY(slam, height.enabled), kAny, "use the planned height"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, height.sigma_m), kSigma, "error the filter expects of the planned height"));
@@ -115,6 +141,15 @@ void add_slam(Keys& keys) {
                      "landmarks to measure in a frame and to keep in view"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.minimum_correlation), {-1, 1},
                      "normalised correlation a match must reach"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.corner_threshold), {0, 1e9},
+                     "smaller eigenvalue of the gradient moments that makes a corner"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, depth.inverse_1_m), {1e-6, 100}, "inverse depth that a landmark begins with"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.sigma_inverse_1_m), {1e-6, 100}, "its standard deviation"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.linearity), {0, 10},
+                     "a landmark becomes a point below this linearity index; 0: never"));
+  keys.push_back(key(GAITSLAM_KEY(slam, consistency.observability_constrained), kAny,
+                     "no measurement may seem to tell the world's heading"));
 }
 
 void add_limits(Keys& keys) {
@@ -130,6 +165,7 @@ const Keys& scenario_keys() {
     add_walk(keys);
     add_world(keys);
     add_camera(keys);
+    add_errors(keys);
     add_slam(keys);
     add_limits(keys);
     return keys;
@@ -162,9 +198,10 @@ bool has_section(const Scenario& scenario, std::string_view key) {
 std::string_view unit_of(std::string_view key) {
   using Ending = std::pair<std::string_view, std::string_view>;
   static constexpr Ending kUnits[]{
-      {"_rad_s2", "rad/s²"}, {"_rad_s", "rad/s"}, {"_m_s2", "m/s²"}, {"_m_s", "m/s"}, {"_px2", "px⁻²"},
-      {"_px", "px"},         {"_rad", "rad"},     {"_deg", "deg"},   {"_hz", "Hz"},   {"_ms", "ms"},
-      {"_ns", "N·s"},        {"_s", "s"},         {"_m", "m"},       {"_kg", "kg"},   {"_n", "N"}};
+      {"_1_m", "1/m"}, {"_grey", "grey"}, {"_rad_s2", "rad/s²"}, {"_rad_s", "rad/s"}, {"_m_s2", "m/s²"},
+      {"_m_s", "m/s"}, {"_px2", "px⁻²"},  {"_px", "px"},         {"_rad", "rad"},     {"_deg", "deg"},
+      {"_hz", "Hz"},   {"_ms", "ms"},     {"_ns", "N·s"},        {"_s", "s"},         {"_m", "m"},
+      {"_kg", "kg"},   {"_n", "N"}};
   for (const auto& [ending, unit] : kUnits) {
     if (key.ends_with(ending)) return unit;
   }

@@ -184,9 +184,8 @@ TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
             "<argument>:2:1: seed: is empty, expected a whole number from 0 to 18446744073709551615");
   EXPECT_EQ(of("seed"), "<argument>:2:1: 'seed': expected key=value");
   EXPECT_EQ(of("=3"), "<argument>:2:1: '=3': expected key=value");
-  EXPECT_EQ(of("slam=3"),
-            "<argument>:2:1: slam: is a section, expected keys below it: start, motion, gyro, plan_velocity, "
-            "height, vision");
+  EXPECT_EQ(of("slam.height=3"),
+            "<argument>:2:1: slam.height: is a section, expected keys below it: enabled, sigma_m");
   EXPECT_EQ(
       of("walk.commands=[{hop: {}}]"),
       "<argument>:2:17: walk.commands: unknown command 'hop', expected one of stand, straight, tangent_arc, "
