@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 
 namespace sim::world {
@@ -9,7 +10,8 @@ namespace sim::world {
 /// The scenario's keys world.*.
 struct WorldOptions {
   std::string robot = "hrp2";    ///< models/<robot>.xml
-  std::string room = "office";   ///< models/<room>.xml
+  std::string room = "office";   ///< models/<room>.xml: what the head camera sees
+  std::uint64_t seed = 1;        ///< of what is painted on the room's surfaces
   double floor_friction = 0.7;   ///< sliding friction between sole and floor
   struct Variation {             ///< standard deviations from seed to seed, drawn from named streams
     double friction = 0.02;           ///< of floor_friction

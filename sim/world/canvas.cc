@@ -1,0 +1,135 @@
+#include "sim/world/canvas.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace sim::world {
+namespace {
+
+constexpr int kSubpixelBits = 4;
+
+// One random field over the picture: independent values on a coarse grid, interpolated.
+cv::Mat1f field(cv::RNG& random, cv::Size size, double sigma, double cell_px) {
+  const cv::Size coarse(int(std::ceil(size.width / cell_px)) + 1, int(std::ceil(size.height / cell_px)) + 1);
+  cv::Mat1f values(coarse);
+  const double half_range = sigma * std::sqrt(3.0);
+  random.fill(values, cv::RNG::UNIFORM, 1 - half_range, 1 + half_range);
+  if (cell_px <= 1) return values(cv::Rect({0, 0}, size));
+  cv::Mat1f fine;
+  cv::resize(values, fine, size, 0, 0, cv::INTER_LINEAR);
+  return fine;
+}
+
+void multiply(cv::Mat3b image, const cv::Mat1f& factor) {
+  for (int row = 0; row < image.rows; ++row) {
+    cv::Vec3b* texel = image[row];
+    const float* by = factor[row];
+    for (int column = 0; column < image.cols; ++column)
+      for (int channel = 0; channel < 3; ++channel)
+        texel[column][channel] = cv::saturate_cast<uchar>(texel[column][channel] * by[column]);
+  }
+}
+
+}  // namespace
+
+cv::RNG paint_stream(std::uint64_t seed, std::string_view name) {
+  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a of the name, then of the seed
+  for (const char letter : name)
+    hash = (hash ^ std::uint64_t(static_cast<unsigned char>(letter))) * 0x100000001b3u;
+  hash = (hash ^ seed) * 0x9e3779b97f4a7c15u;
+  return cv::RNG(hash ^ (hash >> 29));
+}
+
+Colour shade(const Colour& colour, double factor) { return colour * factor; }
+
+Canvas::Canvas(double width_m, double height_m, double texel_m, const Colour& ground)
+    : texel_m_(texel_m),
+      image_(int(std::lround(height_m / texel_m)), int(std::lround(width_m / texel_m)),
+             cv::Vec3b(uchar(ground[0]), uchar(ground[1]), uchar(ground[2]))) {}
+
+cv::Point Canvas::pixel(cv::Point2d point) const {
+  const double scale = (1 << kSubpixelBits) / texel_m_, half = 0.5 * (1 << kSubpixelBits);
+  return {int(std::lround(point.x * scale - half)), int(std::lround(point.y * scale - half))};
+}
+
+cv::Rect Canvas::pixels(const Box& box) const {
+  const auto at = [&](double metres) { return int(std::lround(metres / texel_m_)); };
+  const cv::Point corner(at(box.x), at(box.y)), end(at(box.x + box.width), at(box.y + box.height));
+  return cv::Rect(corner, end) & cv::Rect({0, 0}, image_.size());
+}
+
+int Canvas::thick(double metres) const { return std::max(1, int(std::lround(metres / texel_m_))); }
+
+void Canvas::fill(const Box& box, const Colour& colour) {
+  const cv::Rect area = pixels(box);
+  if (!area.empty()) image_(area).setTo(colour);
+}
+
+void Canvas::frame(const Box& box, double thickness, const Colour& colour) {
+  const double t = thickness;
+  fill({box.x, box.y, box.width, t}, colour);
+  fill({box.x, box.y + box.height - t, box.width, t}, colour);
+  fill({box.x, box.y, t, box.height}, colour);
+  fill({box.x + box.width - t, box.y, t, box.height}, colour);
+}
+
+void Canvas::line(cv::Point2d a, cv::Point2d b, double thickness, const Colour& colour) {
+  cv::line(image_, pixel(a), pixel(b), colour, thick(thickness), cv::LINE_AA, kSubpixelBits);
+}
+
+void Canvas::disc(cv::Point2d centre, double radius, const Colour& colour) {
+  const int r = int(std::lround(radius / texel_m_ * (1 << kSubpixelBits)));
+  cv::circle(image_, pixel(centre), r, colour, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+}
+
+void Canvas::ring(cv::Point2d centre, double radius, double thickness, const Colour& colour) {
+  const int r = int(std::lround(radius / texel_m_ * (1 << kSubpixelBits)));
+  cv::circle(image_, pixel(centre), r, colour, thick(thickness), cv::LINE_AA, kSubpixelBits);
+}
+
+void Canvas::polygon(const std::vector<cv::Point2d>& corners, const Colour& colour) {
+  std::vector<cv::Point> points;
+  for (const cv::Point2d& corner : corners) points.push_back(pixel(corner));
+  cv::fillPoly(image_, std::vector<std::vector<cv::Point>>{points}, colour, cv::LINE_AA, kSubpixelBits);
+}
+
+void Canvas::text(const std::string& words, cv::Point2d at, double height, double thickness,
+                  const Colour& colour) {
+  constexpr double kCapital = 21;  // texels of a capital of this font at scale 1
+  cv::putText(image_, words, {int(at.x / texel_m_), int(at.y / texel_m_)}, cv::FONT_HERSHEY_DUPLEX,
+              height / texel_m_ / kCapital, colour, thick(thickness), cv::LINE_AA);
+}
+
+void Canvas::gradient(const Box& box, const Colour& top, const Colour& bottom) {
+  const cv::Rect area = pixels(box);
+  for (int row = 0; row < area.height; ++row) {
+    const double part = (row + 0.5) / area.height;
+    image_(cv::Rect(area.x, area.y + row, area.width, 1)).setTo(top * (1 - part) + bottom * part);
+  }
+}
+
+void Canvas::grain(cv::RNG& random, double sigma, double size) {
+  multiply(image_, field(random, image_.size(), sigma, size / texel_m_));
+}
+
+void Canvas::light(const Box& box, double softness, double factor) {
+  const Box wide{box.x - softness, box.y - softness, box.width + 2 * softness, box.height + 2 * softness};
+  const cv::Rect area = pixels(wide);
+  if (area.empty()) return;
+  const auto part = [&](double at, double from, double length) {  // 0 outside, 1 inside, smooth between
+    const double inside = std::min(at - from, from + length - at) / softness;
+    const double t = std::clamp((inside + 1) / 2, 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+  };
+  cv::Mat1f by(area.size());
+  for (int row = 0; row < area.height; ++row) {
+    const double down = part((area.y + row + 0.5) * texel_m_, box.y, box.height);
+    for (int column = 0; column < area.width; ++column)
+      by(row, column) =
+          float(1 + (factor - 1) * down * part((area.x + column + 0.5) * texel_m_, box.x, box.width));
+  }
+  multiply(image_(area), by);
+}
+
+}  // namespace sim::world

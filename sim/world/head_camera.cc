@@ -1,0 +1,47 @@
+#include "sim/world/head_camera.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <utility>
+
+namespace sim::world {
+namespace {
+
+constexpr char kName[] = "head_camera";
+constexpr double kDensity = 1.0;  // source pixels per image pixel at the centre
+
+}  // namespace
+
+Eigen::Isometry3d camera_pose(const mjModel& model, const mjData& data, const std::string& name) {
+  const int id = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
+  if (id < 0) throw std::invalid_argument("the model has no camera \"" + name + "\"");
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  X_WC.translation() = Eigen::Map<const Eigen::Vector3d>(data.cam_xpos + 3 * id);
+  const Eigen::Matrix3d R_WM = Eigen::Map<const RowMajor>(data.cam_xmat + 9 * id);
+  X_WC.linear() = R_WM * Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
+  return X_WC;
+}
+
+HeadCamera::HeadCamera(Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed)
+    : model_(std::move(robot_in_room)),
+      data_(mj_makeData(model_.get())),
+      camera_(camera_model(options)),
+      lens_(camera_, kDensity),
+      scene_(*model_, lens_.source().width_px, lens_.source().height_px, options.samples, texture_seed) {
+  mj_kinematics(model_.get(), data_.get());
+  camera_pose(*model_, *data_, kName);
+}
+
+cv::Mat HeadCamera::render(const mjData& plant) {
+  std::copy_n(plant.qpos, model_->nq, data_->qpos);
+  mj_kinematics(model_.get(), data_.get());
+  mj_camlight(model_.get(), data_.get());
+  const Eigen::Isometry3d X_WC = camera_pose(*model_, *data_, kName);
+  cv::Mat1b grey;
+  cv::cvtColor(scene_.draw(*data_, X_WC, lens_.source(), false), grey, cv::COLOR_RGB2GRAY);
+  return lens_.warp(grey);
+}
+
+}  // namespace sim::world

@@ -1,0 +1,47 @@
+// The robot's eye: 8-bit grey frames of the room, through a real lens.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "sim/world/lens.h"
+#include "sim/world/model.h"
+#include "sim/world/options.h"
+#include "sim/world/scene.h"
+
+namespace sim::world {
+
+/// Pose of a camera of the model in W, optical axes (x right, y down, z forward); positions must be computed
+/// (mj_kinematics and mj_camlight, or mj_step1, or mj_forward). Throws std::invalid_argument for an unknown
+/// name.
+Eigen::Isometry3d camera_pose(const mjModel& model, const mjData& data, const std::string& name);
+
+/// Renders what the camera "head_camera" of a model sees. The same positions give the same bytes.
+/// The model is the robot in its furnished room, and the camera's own: the physics that moves the robot knows
+/// the floor alone, as every visible geom would cost it time at each step. Owns the OpenGL context of the
+/// thread that made it; draw from that thread only.
+class HeadCamera {
+ public:
+  /// Throws std::runtime_error when there is no OpenGL, std::invalid_argument when the model has no
+  /// head_camera.
+  HeadCamera(Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1);
+
+  const CameraModel& camera() const { return camera_; }
+  const mjModel& model() const { return *model_; }
+  /// Grey frame (CV_8UC1, height x width of the options) of a robot whose joint positions are those of
+  /// `plant`.
+  cv::Mat render(const mjData& plant);
+
+ private:
+  Model model_;
+  Data data_;
+  CameraModel camera_;
+  LensWarp lens_;
+  Scene scene_;
+};
+
+}  // namespace sim::world

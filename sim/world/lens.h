@@ -1,0 +1,56 @@
+// The lens of the simulated head camera: from the renderer's pinhole picture to the picture a real lens
+// gives.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+#include "sim/world/options.h"
+
+namespace sim::world {
+
+/// One-parameter radial camera of Swaminathan & Nayar as MonoSLAM uses it (Davison et al. 2007):
+/// u_d = u0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z); k1 = 0 is the ideal pinhole.
+/// Whole numbers are pixel centres: the image covers [-0.5, width - 0.5].
+struct CameraModel {
+  int width_px, height_px;
+  double fu_px, fv_px, u0_px, v0_px;
+  double k1_px2;
+
+  /// Pixel of a point of the camera's frame (x right, y down, z forward; z > 0).
+  Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;
+  /// Direction (x/z, y/z) seen at a pixel; needs 2 k1 |uv - u0|² < 1.
+  Eigen::Vector2d direction(const Eigen::Vector2d& uv) const;
+};
+
+/// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; centre 157, 127;
+/// k1 7.37e-6; about 91.6° across), scaled to the image's size, or a centred pinhole of 90° across.
+CameraModel camera_model(const CameraOptions& options);
+
+/// A pinhole picture with square pixels that covers all the camera sees: column c, row r (from the top) look
+/// along x/z = left + (c + 0.5) / focal_px, y/z = top + (r + 0.5) / focal_px.
+struct Pinhole {
+  int width_px, height_px;
+  double focal_px;
+  double left, top;  ///< x/z and y/z at the picture's upper left edge
+};
+
+/// Warps the renderer's pinhole picture through the camera's lens.
+class LensWarp {
+ public:
+  /// `density`: pixels of the pinhole picture per pixel of the image at its centre.
+  LensWarp(const CameraModel& camera, double density);
+
+  const Pinhole& source() const { return source_; }
+  /// Where pixel (u, v) samples the source, in its pixel centres.
+  Eigen::Vector2d source_pixel(int u, int v) const;
+  /// The image of a source picture whose rows run from the bottom up, as OpenGL reads them.
+  cv::Mat warp(const cv::Mat& bottom_up) const;
+
+ private:
+  CameraModel camera_;
+  Pinhole source_;
+  cv::Mat map_, fraction_;  ///< cv::remap's fixed-point maps
+};
+
+}  // namespace sim::world
