@@ -14,10 +14,11 @@ constexpr double kPi = std::numbers::pi;
 /// The hip as seen from the ankle, turned about the ankle's roll axis into the plane of thigh and shank.
 Eigen::Vector3d chain_from_ankle(double outwards, const Eigen::Vector3d& hip, bool& reached) {
   const double in_plane2 = hip.y() * hip.y() + hip.z() * hip.z() - hrp2::kKneeY * hrp2::kKneeY;
-  reached = reached && in_plane2 >= 0;
   const double in_plane = std::sqrt(std::max(0.0, in_plane2));
   const double angle = std::atan2(hip.z(), hip.y()) - outwards * std::atan2(hrp2::kKneeY, in_plane);
-  return {hip.x(), in_plane * std::cos(angle), in_plane * std::sin(angle)};
+  const Eigen::Vector3d r(hip.x(), in_plane * std::cos(angle), in_plane * std::sin(angle));
+  reached = reached && in_plane2 >= 0 && r.z() > 0;
+  return r;
 }
 
 /// Knee angle for a hip-ankle distance in the leg's plane; clamped to straight or fully folded.
@@ -26,13 +27,6 @@ double knee_angle(double distance, bool& reached) {
   const double cosine = (distance * distance - a * a - b * b) / (2 * a * b);
   reached = reached && cosine <= 1 && cosine >= -1;
   return std::acos(std::clamp(cosine, -1.0, 1.0));
-}
-
-/// Ankle roll is at most a quarter turn: a hip below the ankle is met by turning the other way.
-double wrapped_roll(double roll) {
-  if (roll > kPi / 2) return roll - kPi;
-  if (roll < -kPi / 2) return roll + kPi;
-  return roll;
 }
 
 Eigen::Matrix3d about_x(double angle) {
@@ -64,8 +58,8 @@ LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
   const double knee = knee_angle(distance, solution.reached);
   const double at_ankle =
       distance > 0 ? std::asin(std::clamp(hrp2::kThigh * std::sin(kPi - knee) / distance, -1.0, 1.0)) : 0;
-  const double roll = wrapped_roll(std::atan2(r.y(), r.z()));
-  const double pitch = -std::atan2(r.x(), std::copysign(std::hypot(r.y(), r.z()), r.z())) - at_ankle;
+  const double roll = std::atan2(r.y(), r.z());
+  const double pitch = -std::atan2(r.x(), std::hypot(r.y(), r.z())) - at_ankle;
   solution.q << hip_angles(X_BA.linear() * about_x(-roll) * about_y(-pitch - knee)), knee, pitch, roll;
   return solution;
 }

@@ -12,7 +12,8 @@ namespace walking {
 /// A leg's joint angles, rad: hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll.
 struct LegSolution {
   Eigen::Matrix<double, 6, 1> q;
-  bool reached = true;  ///< false: too far or too close; the leg points there as far as it goes
+  bool reached =
+      true;  ///< false: too far, too close or the hip below the sole; the leg goes there as far as it can
 };
 
 /// `X_BA`: the ankle (axes of the sole) in the waist. Knee bent forwards. Closed form after Kajita's leg,

@@ -1,8 +1,12 @@
 #include "walking/pattern_generator.h"
 
 #include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "walking/hrp2.h"
+#include "walking/leg_limits.h"
 #include "walking/preview_control.h"
 #include "walking/swing_foot.h"
 #include "walking/timeline.h"
@@ -23,6 +27,25 @@ int horizon_of(const WalkOptions& options) {
   return static_cast<int>(std::lround(options.preview_s / kPeriod));
 }
 
+Reference at_rest(Reference reference) {
+  reference.com_velocity.setZero();
+  reference.com_acceleration.setZero();
+  reference.waist_velocity.setZero();
+  reference.waist_yaw_rate = 0;
+  return reference;
+}
+
+/// Walks the whole plan in thought. Throws std::invalid_argument where the legs cannot follow.
+void require_legs_to_follow(PatternGenerator plan) {
+  for (std::size_t k = 0; k < plan.ticks(); ++k) {
+    const Reference r = plan.next();
+    const auto obstacle = legs_prevent(inverse_kinematics({r.X_PB, r.X_PL, r.X_PR}));
+    if (!obstacle) continue;
+    throw std::invalid_argument("walk.commands[" + std::to_string(r.command) + "]: at " +
+                                std::to_string(r.t_s) + " s " + *obstacle + "; shorten walk.step_length_m");
+  }
+}
+
 }  // namespace
 
 struct PatternGenerator::State {
@@ -36,9 +59,10 @@ struct PatternGenerator::State {
     for (int j = 0; j < window.rows(); ++j) window.row(j) = zmp_reference.smoothed(j);
   }
 
+  Reference now() const;
+  void advance();
   void place_feet(const Phase& phase, double elapsed, Reference& reference) const;
   void place_waist(const Phase& phase, double elapsed, Reference& reference) const;
-  void advance();
 
   WalkOptions options;
   Timeline timeline;
@@ -48,6 +72,24 @@ struct PatternGenerator::State {
   std::size_t tick = 0;
   Reference last;
 };
+
+Reference PatternGenerator::State::now() const {
+  const auto [phase, tick_of_phase] = timeline.at(static_cast<std::ptrdiff_t>(tick));
+  const double elapsed = static_cast<double>(tick_of_phase) / phase.ticks;
+  const PreviewControl::State& x = control.state();
+  Reference reference;
+  reference.t_s = static_cast<double>(tick) * kPeriod;
+  reference.com << x.row(0).transpose(), hrp2::kWaistHeight + hrp2::kComInWaist.z();
+  reference.com_velocity << x.row(1).transpose(), 0;
+  reference.com_acceleration << x.row(2).transpose(), 0;
+  reference.zmp = control.zmp();
+  reference.zmp_reference = window.row(0);
+  reference.support = phase.support;
+  reference.command = phase.command;
+  place_feet(phase, elapsed, reference);
+  place_waist(phase, elapsed, reference);
+  return reference;
+}
 
 /// Both feet where they stand, the swinging one on its way.
 void PatternGenerator::State::place_feet(const Phase& phase, double elapsed, Reference& reference) const {
@@ -69,6 +111,7 @@ void PatternGenerator::State::place_waist(const Phase& phase, double elapsed, Re
   reference.waist_velocity = reference.com_velocity - heading.rate * Eigen::Vector3d::UnitZ().cross(offset);
 }
 
+/// Preview control moves the centre of mass on; the window moves with it.
 void PatternGenerator::State::advance() {
   const Eigen::Index n = window.rows();
   control.advance(window.row(0).transpose(), window.bottomRows(n - 1));
@@ -77,7 +120,10 @@ void PatternGenerator::State::advance() {
   window.row(n - 1) = zmp_reference.smoothed(static_cast<std::ptrdiff_t>(tick) + n - 1);
 }
 
-PatternGenerator::PatternGenerator(const WalkOptions& options) : state_(std::make_unique<State>(options)) {}
+PatternGenerator::PatternGenerator(const WalkOptions& options) : state_(std::make_unique<State>(options)) {
+  require_legs_to_follow(PatternGenerator(std::make_unique<State>(options)));
+}
+PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::move(state)) {}
 PatternGenerator::~PatternGenerator() = default;
 PatternGenerator::PatternGenerator(PatternGenerator&&) noexcept = default;
 
@@ -85,30 +131,10 @@ std::size_t PatternGenerator::ticks() const { return state_->timeline.ticks(); }
 
 Reference PatternGenerator::next() {
   State& s = *state_;
-  if (s.tick >= ticks()) {
-    s.last.com_velocity.setZero();
-    s.last.com_acceleration.setZero();
-    s.last.waist_velocity.setZero();
-    s.last.waist_yaw_rate = 0;
-    return s.last;
-  }
-  const auto [phase, tick_of_phase] = s.timeline.at(static_cast<std::ptrdiff_t>(s.tick));
-  const double elapsed = static_cast<double>(tick_of_phase) / phase.ticks;
-  Reference reference;
-  reference.t_s = static_cast<double>(s.tick) * kPeriod;
-  const PreviewControl::State& x = s.control.state();
-  reference.com << x.row(0).transpose(), hrp2::kWaistHeight + hrp2::kComInWaist.z();
-  reference.com_velocity << x.row(1).transpose(), 0;
-  reference.com_acceleration << x.row(2).transpose(), 0;
-  reference.zmp = s.control.zmp();
-  reference.zmp_reference = s.window.row(0);
-  reference.support = phase.support;
-  reference.command = phase.command;
-  s.place_feet(phase, elapsed, reference);
-  s.place_waist(phase, elapsed, reference);
+  if (s.tick >= ticks()) return at_rest(s.last);
+  s.last = s.now();
   s.advance();
-  s.last = reference;
-  return reference;
+  return s.last;
 }
 
 }  // namespace walking

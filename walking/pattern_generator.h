@@ -1,5 +1,4 @@
-// The paper's section II on one page: footsteps -> ZMP reference -> preview control -> centre of mass, waist
-// and feet.
+// The paper's section II on one page: footsteps -> ZMP -> preview control -> centre of mass, waist and feet.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +11,8 @@ namespace walking {
 /// Plans the whole walk. Streaming: memory does not grow with the length of the walk's output.
 class PatternGenerator {
  public:
-  /// Throws std::invalid_argument naming the option when the walk cannot be planned (a foot out of reach,
-  /// ...).
+  /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
+  /// of range, a foot out of reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
   explicit PatternGenerator(const WalkOptions& options);
   ~PatternGenerator();
   PatternGenerator(PatternGenerator&&) noexcept;
@@ -26,6 +25,7 @@ class PatternGenerator {
 
  private:
   struct State;
+  explicit PatternGenerator(std::unique_ptr<State> state);  // no questions about the legs
   std::unique_ptr<State> state_;
 };
 

@@ -61,6 +61,9 @@ PreviewGains preview_gains(const CartTable& cart, int horizon, const PreviewWeig
 PreviewControl::PreviewControl(const CartTable& cart, PreviewGains gains, const Eigen::Vector2d& position)
     : cart_(cart), gains_(std::move(gains)) {
   x_.row(0) = position;
+  // A finite preview adds up to less than the position gain; the sum of errors that standing here leaves
+  // behind makes up for it, so that the walk is the same wherever it starts.
+  error_sum_ = -(gains_.state(0) + gains_.preview.sum()) / gains_.integral * position;
 }
 
 void PreviewControl::advance(const Eigen::Vector2d& now, const Eigen::Ref<const Eigen::MatrixX2d>& ahead) {

@@ -28,7 +28,7 @@ class PreviewControl {
  public:
   using State = Eigen::Matrix<double, 3, 2>;  ///< rows: position, velocity, acceleration
 
-  /// Starts at rest at `position`.
+  /// Starts at rest at `position`, having stood there for long.
   PreviewControl(const CartTable& cart, PreviewGains gains, const Eigen::Vector2d& position);
 
   const State& state() const { return x_; }

@@ -8,7 +8,7 @@ namespace walking {
 
 Eigen::Isometry3d sole(const FootPose& foot, double height_m) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::AngleAxisd(foot.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  X.linear().topLeftCorner<2, 2>() = Eigen::Rotation2Dd(foot.yaw).toRotationMatrix();
   X.translation() << foot.position, height_m;
   return X;
 }

@@ -34,14 +34,9 @@ void check(const WalkOptions& options) {
   require(!options.commands.empty(), "walk.commands: there is none");
 }
 
-/// Standing that belongs to a command of its own: what was asked for, but at least what the plan needs there.
-int standing_ticks(const WalkOptions& options, std::size_t command) {
-  double seconds = 0;
-  if (const auto* stand = std::get_if<Stand>(&options.commands[command])) {
-    check("commands.stand.duration_s", stand->duration_s, 0, 1e4);
-    seconds = stand->duration_s;
-  }
-  return ticks_of(seconds);
+int ticks_of(const Stand& stand) {
+  require(stand.duration_s >= 0 && stand.duration_s <= 1e5, "stand: duration_s must be between 0 and 100000");
+  return ticks_of(stand.duration_s);
 }
 
 }  // namespace
@@ -56,23 +51,22 @@ Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eige
   check(options);
   stop_ramp_ticks_ = std::max(1, ticks_of(options.double_support_s) / 2);
   zmp_ = zmp_under(centre_of(stance_));
-  const int first = ticks_of(options.preview_s) + kSmoothingTicks;
-  const int last = ticks_of(kFinalStanding);
-  const std::size_t n = options.commands.size();
+  const int first = ticks_of(options.preview_s) + kSmoothingTicks, last = ticks_of(kFinalStanding);
+  const int n = static_cast<int>(options.commands.size());
   if (!std::holds_alternative<Stand>(options.commands.front())) stand(0, first);
-  for (std::size_t i = 0; i < n; ++i) {
-    const int command = static_cast<int>(i);
-    if (std::holds_alternative<Stand>(options.commands[i])) {
-      stand(command, std::max({standing_ticks(options, i), i == 0 ? first : 0, i + 1 == n ? last : 0}));
-    } else {
-      try {
-        walk(command, footsteps(options.commands[i], centre_of(stance_), options.step_length_m), options);
-      } catch (const std::invalid_argument& e) {
-        throw std::invalid_argument("walk.commands[" + std::to_string(i) + "]." + e.what());
-      }
-    }
+  for (int i = 0; i < n; ++i) carry_out(i, options, std::max(i == 0 ? first : 0, i + 1 == n ? last : 0));
+  if (!std::holds_alternative<Stand>(options.commands.back())) stand(n - 1, last);
+}
+
+void Timeline::carry_out(int command, const WalkOptions& options, int least_standing) try {
+  const Command& what = options.commands[command];
+  if (const auto* standing = std::get_if<Stand>(&what)) {
+    stand(command, std::max(ticks_of(*standing), least_standing));
+  } else {
+    walk(command, footsteps(what, centre_of(stance_), options.step_length_m), options);
   }
-  if (!std::holds_alternative<Stand>(options.commands.back())) stand(static_cast<int>(n) - 1, last);
+} catch (const std::invalid_argument& e) {
+  throw std::invalid_argument("walk.commands[" + std::to_string(command) + "]." + e.what());
 }
 
 Eigen::Vector2d Timeline::zmp_under(const FootPose& foot) const {

@@ -41,6 +41,7 @@ class Timeline {
   Moment at(std::ptrdiff_t tick) const;
 
  private:
+  void carry_out(int command, const WalkOptions& options, int least_standing);
   void stand(int command, int ticks);
   void walk(int command, const std::vector<Footstep>& steps, const WalkOptions& options);
   void append(Phase phase);

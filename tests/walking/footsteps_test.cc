@@ -1,0 +1,166 @@
+#include "walking/footsteps.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "walking/hrp2.h"
+
+namespace walking {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kExact = 1e-12;     // rounding of a few rotations
+constexpr double kPrinted = 1.1e-6;  // reference values have six decimals and four of the degrees
+
+void expect_foot(const Footstep& step, Side side, double x, double y, double degrees) {
+  EXPECT_EQ(step.side, side);
+  EXPECT_NEAR(step.pose.position.x(), x, kPrinted);
+  EXPECT_NEAR(step.pose.position.y(), y, kPrinted);
+  EXPECT_NEAR(step.pose.yaw / kDegree, degrees, 6e-5);
+}
+
+/// A landing as the step stack has it: in the frame of the foot before, which is first turned to the new
+/// heading.
+Eigen::Vector2d relative(const FootPose& before, const FootPose& now) {
+  return Eigen::Rotation2Dd(-now.yaw) * (now.position - before.position);
+}
+
+void expect_relative(const FootPose& before, const FootPose& now, double dx, double dy, double degrees) {
+  const Eigen::Vector2d d = relative(before, now);
+  EXPECT_NEAR(d.x(), dx, kPrinted);
+  EXPECT_NEAR(d.y(), dy, kPrinted);
+  EXPECT_NEAR((now.yaw - before.yaw) / kDegree, degrees, kPrinted);
+}
+
+void expect_ends_together_at(const std::vector<Footstep>& steps, const FootPose& centre) {
+  const Stance end = feet_together(centre);
+  ASSERT_GE(steps.size(), 2u);
+  for (const Footstep& step : {steps[steps.size() - 2], steps.back()}) {
+    EXPECT_LT((step.pose.position - end.of(step.side).position).norm(), kExact);
+    EXPECT_NEAR(step.pose.yaw, centre.yaw, kExact);
+  }
+  EXPECT_NE(steps.back().side, steps[steps.size() - 2].side);
+}
+
+TEST(TangentArc, QuarterCircleIsTheReferenceStepStack) {
+  const auto steps = footsteps(TangentArc{0.75, 90 * kDegree}, {}, 0.15);
+  ASSERT_EQ(steps.size(), 9u);  // seven whole steps, the rest, the closing one
+  expect_foot(steps[0], Side::right, .167876, -.078156, 11.4592);
+  expect_foot(steps[1], Side::left, .255069, .146705, 22.9183);
+  expect_foot(steps[2], Side::right, .477123, .052591, 34.3775);
+  expect_foot(steps[7], Side::left, .655, .750, 90);
+  expect_foot(steps[8], Side::right, .845, .750, 90);
+  expect_relative({{0, .095}, 0}, steps[0].pose, .130128, -.203056, 11.459156);
+  expect_relative(steps[0].pose, steps[1].pose, .167876, .173156, 11.459156);
+  expect_relative(steps[5].pose, steps[6].pose, .130128, -.203056, 11.459156);
+  expect_relative(steps[6].pose, steps[7].pose, .143622, .177705, 9.785909);
+  expect_relative(steps[7].pose, steps[8].pose, 0, -.19, 0);
+}
+
+TEST(TangentArc, FourQuartersReturnToTheStart) {
+  FootPose centre{{1, -0.5}, 0.3};
+  const FootPose start = centre;
+  for (int i = 0; i < 4; ++i) {
+    const auto steps = footsteps(TangentArc{}, centre, 0.15);
+    Stance end;
+    end.of(steps[7].side) = steps[7].pose;
+    end.of(steps[8].side) = steps[8].pose;
+    centre = centre_of(end);
+  }
+  EXPECT_LT((centre.position - start.position).norm(), kExact);
+  EXPECT_NEAR(centre.yaw, start.yaw + 2 * std::numbers::pi, kExact);
+}
+
+TEST(PerpendicularArc, FullCircleIsTheReferenceStepStack) {
+  const auto steps = footsteps(PerpendicularArc{0.75, 360 * kDegree}, {}, 0.10);
+  ASSERT_EQ(steps.size(), 96u);  // 97 entries of the stack, the first of which only names the first support
+  expect_relative({{0, .095}, 0}, steps[0].pose, -.019286, -.288861, 7.639437);
+  expect_relative(steps[0].pose, steps[1].pose, 0, .19, 0);
+  expect_relative(steps[93].pose, steps[94].pose, -.001672, -.202375, .946448);
+  expect_foot(steps[22], Side::right, .866859, -.746906, 91.6732);
+  expect_foot(steps[46], Side::right, 1.493176, .138619, 183.3465);
+  expect_foot(steps[70], Side::right, .589740, .738811, 275.0197);
+  expect_ends_together_at(steps, {{0, 0}, 360 * kDegree});
+}
+
+TEST(Straight, DiagonalGivesTheLateralShareToTheFootOnThatSide) {
+  const auto steps = footsteps(Straight{1.0, -0.5}, {}, 0.15);
+  ASSERT_EQ(steps.size(), 9u);  // 1.118 m: seven whole steps, the rest, the closing one
+  const double forward = 0.15 * 1.0 / std::hypot(1.0, 0.5), aside = -forward / 2;
+  EXPECT_EQ(steps[0].side, Side::right);
+  for (int k = 0; k < 7; ++k) EXPECT_NEAR(steps[k].pose.position.x(), (k + 1) * forward, kExact);
+  double left = 0.095;
+  for (int k = 0; k + 2 < 8; k += 2) {
+    EXPECT_NEAR(left - steps[k].pose.position.y(), 0.19 - 2 * aside, kExact);
+    left = steps[k + 1].pose.position.y();
+    EXPECT_NEAR(left - steps[k].pose.position.y(), 0.19, kExact);
+  }
+  for (const Footstep& step : steps) EXPECT_EQ(step.pose.yaw, 0);
+  expect_ends_together_at(steps, {{1.0, -0.5}, 0});
+}
+
+TEST(Straight, FeetAreNeverCloserSidewaysThanTheirSpacing) {
+  for (const double left_m : {-0.7, -0.5, 0.0, 0.13, 0.6}) {
+    Stance stance = feet_together({});
+    for (const Footstep& step : footsteps(Straight{1.3, left_m}, {}, 0.15)) {
+      stance.of(step.side) = step.pose;
+      EXPECT_GE(stance.left.position.y() - stance.right.position.y(), hrp2::kFootSpacing - kExact);
+    }
+  }
+}
+
+TEST(Straight, WholeNumberOfStepsHasNoRest) {
+  EXPECT_EQ(footsteps(Straight{0.45, 0}, {}, 0.15).size(), 4u);  // 0.45 / 0.15 is just below 3 in binary
+  EXPECT_EQ(footsteps(Straight{0.46, 0}, {}, 0.15).size(), 5u);
+}
+
+TEST(Straight, BackwardsIsWalkedBackwards) {
+  const auto steps = footsteps(Straight{-0.4, 0}, {}, 0.15);
+  EXPECT_NEAR(steps.front().pose.position.x(), -0.15, kExact);
+  expect_ends_together_at(steps, {{-0.4, 0}, 0});
+}
+
+TEST(Footsteps, EveryCommandEndsWithFeetTogetherAtItsNominalPlaceWhereverItStarts) {
+  const FootPose start{{3, -2}, 2.5};
+  expect_ends_together_at(footsteps(Straight{1, 0.5}, start, 0.15), start * FootPose{{1, 0.5}, 0});
+  expect_ends_together_at(footsteps(Straight{0.9, -0.2}, start, 0.15), start * FootPose{{0.9, -0.2}, 0});
+  expect_ends_together_at(footsteps(TangentArc{0.75, 1.3}, start, 0.15),
+                          start * FootPose{{0.75 * std::sin(1.3), 0.75 * (1 - std::cos(1.3))}, 1.3});
+  expect_ends_together_at(footsteps(TangentArc{0.75, -1.3}, start, 0.15),
+                          start * FootPose{{0.75 * std::sin(1.3), -0.75 * (1 - std::cos(1.3))}, -1.3});
+  expect_ends_together_at(footsteps(PerpendicularArc{0.75, 1.3}, start, 0.1),
+                          start * FootPose{{0.75 * (1 - std::cos(1.3)), -0.75 * std::sin(1.3)}, 1.3});
+}
+
+TEST(Footsteps, LeftAndRightMirrorEachOther) {
+  const std::vector<std::pair<Command, Command>> pairs{
+      {Straight{1, 0.5}, Straight{1, -0.5}},
+      {TangentArc{0.75, 1.5}, TangentArc{0.75, -1.5}},
+      {PerpendicularArc{0.75, 1.5}, PerpendicularArc{0.75, -1.5}}};
+  for (const auto& [one, two] : pairs) {
+    const auto left = footsteps(one, {}, 0.15), right = footsteps(two, {}, 0.15);
+    ASSERT_EQ(left.size(), right.size());
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      EXPECT_EQ(left[i].side, other(right[i].side));
+      EXPECT_NEAR(left[i].pose.position.x(), right[i].pose.position.x(), kExact);
+      EXPECT_NEAR(left[i].pose.position.y(), -right[i].pose.position.y(), kExact);
+      EXPECT_NEAR(left[i].pose.yaw, -right[i].pose.yaw, kExact);
+    }
+  }
+}
+
+TEST(Footsteps, StandingHasNone) { EXPECT_TRUE(footsteps(Stand{2}, {}, 0.15).empty()); }
+
+TEST(Footsteps, WhatCannotBeWalkedIsRefused) {
+  EXPECT_THROW(footsteps(Straight{0, 0}, {}, 0.15), std::invalid_argument);
+  EXPECT_THROW(footsteps(Straight{NAN, 0}, {}, 0.15), std::invalid_argument);
+  EXPECT_THROW(footsteps(TangentArc{0.1, 1}, {}, 0.15), std::invalid_argument);
+  EXPECT_THROW(footsteps(TangentArc{0.75, 0}, {}, 0.15), std::invalid_argument);
+  EXPECT_THROW(footsteps(PerpendicularArc{-1, 1}, {}, 0.15), std::invalid_argument);
+  EXPECT_THROW(footsteps(PerpendicularArc{0.75, INFINITY}, {}, 0.15), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace walking

@@ -1,0 +1,113 @@
+#include "walking/timeline.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace walking {
+namespace {
+
+Timeline timeline_of(const WalkOptions& options) { return {options, {}, Eigen::Vector2d::Zero()}; }
+
+WalkOptions walk(std::vector<Command> commands) {
+  WalkOptions options;
+  options.commands = std::move(commands);
+  return options;
+}
+
+TEST(Timeline, AlternatesDoubleAndSingleSupportOfTheGivenTimes) {
+  const auto timeline = timeline_of(walk({Stand{2}, TangentArc{}, Stand{3}}));
+  const auto& phases = timeline.phases();
+  ASSERT_EQ(phases.size(), 2u + 2 * 9);
+  EXPECT_EQ(phases.front().ticks, 400);
+  for (std::size_t i = 1; i + 1 < phases.size(); i += 2) {
+    EXPECT_EQ(phases[i].support, Support::both);
+    EXPECT_EQ(phases[i].ticks, 4);
+    EXPECT_EQ(phases[i + 1].support, (i / 2) % 2 == 0 ? Support::left : Support::right);
+    EXPECT_EQ(phases[i + 1].ticks, 156);
+  }
+  EXPECT_EQ(phases.back().ticks, 600);
+  EXPECT_EQ(timeline.ticks(), 400u + 9 * 160 + 600);
+}
+
+TEST(Timeline, EveryPhaseBeginsWhereTheOneBeforeEnded) {
+  const auto timeline =
+      timeline_of(walk({Straight{1, -0.5}, Stand{1}, TangentArc{}, PerpendicularArc{0.75, -1}}));
+  const Phase* before = nullptr;
+  for (const Phase& phase : timeline.phases()) {
+    if (before != nullptr) {
+      for (const Side side : {Side::left, Side::right}) {
+        EXPECT_EQ(phase.from.of(side).position, before->to.of(side).position);
+        EXPECT_EQ(phase.from.of(side).yaw, before->to.of(side).yaw);
+      }
+      EXPECT_EQ(phase.waist_yaw_from, before->waist_yaw_to);
+      EXPECT_EQ(phase.zmp_from, before->zmp_to);
+    }
+    before = &phase;
+  }
+}
+
+TEST(Timeline, OnlyTheFootInTheAirMoves) {
+  const auto timeline = timeline_of(walk({Straight{1, -0.5}, TangentArc{}}));
+  for (const Phase& phase : timeline.phases()) {
+    const bool left_stays = phase.from.left.position == phase.to.left.position;
+    const bool right_stays = phase.from.right.position == phase.to.right.position;
+    EXPECT_EQ(left_stays, phase.support != Support::right);
+    EXPECT_EQ(right_stays, phase.support != Support::left);
+  }
+}
+
+TEST(Timeline, ShortStandingAtBothEndsIsLengthenedToWhatThePlanNeeds) {
+  const auto without = timeline_of(walk({Straight{0.15, 0}}));
+  const auto with = timeline_of(walk({Stand{0.1}, Straight{0.15, 0}, Stand{0.1}}));
+  EXPECT_EQ(without.ticks(), with.ticks());
+  EXPECT_EQ(with.phases().front().ticks, 330);  // the preview and the smoothing window
+  EXPECT_EQ(with.phases().back().ticks, 400);
+  EXPECT_EQ(timeline_of(walk({Stand{5}, Straight{0.15, 0}, Stand{5}})).ticks(), 1000u + 320 + 1000);
+}
+
+TEST(Timeline, PausesInBetweenLastAsLongAsCommanded) {
+  const auto timeline =
+      timeline_of(walk({Stand{2}, Straight{0.15, 0}, Stand{1}, Straight{0.15, 0}, Stand{2}}));
+  EXPECT_EQ(timeline.phases()[5].ticks, 200);
+  EXPECT_EQ(timeline.phases()[5].command, 2);
+}
+
+TEST(Timeline, AMomentBeforeOrAfterTheWalkIsItsFirstOrLast) {
+  const auto timeline = timeline_of(walk({Stand{2}, Straight{0.15, 0}, Stand{2}}));
+  EXPECT_EQ(timeline.at(-5).tick, 0);
+  EXPECT_EQ(&timeline.at(-5).phase, &timeline.phases().front());
+  EXPECT_EQ(timeline.at(1000000).tick, 399);
+  EXPECT_EQ(&timeline.at(1000000).phase, &timeline.phases().back());
+  EXPECT_EQ(timeline.at(400).tick, 0);
+  EXPECT_EQ(&timeline.at(400).phase, &timeline.phases()[1]);
+}
+
+void expect_complaint(const std::string& about, const std::function<void(WalkOptions&)>& spoil) {
+  WalkOptions options = walk({Stand{1}, TangentArc{}});
+  spoil(options);
+  try {
+    timeline_of(options);
+    ADD_FAILURE() << "nothing said about " << about;
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find(about), std::string::npos) << e.what();
+  }
+}
+
+TEST(Timeline, ImpossibleOptionsAreRefusedByName) {
+  expect_complaint("walk.single_support_s", [](auto& o) { o.single_support_s = 0; });
+  expect_complaint("walk.double_support_s", [](auto& o) { o.double_support_s = -0.02; });
+  expect_complaint("walk.step_height_m", [](auto& o) { o.step_height_m = NAN; });
+  expect_complaint("walk.step_length_m", [](auto& o) { o.step_length_m = 0; });
+  expect_complaint("walk.preview_s", [](auto& o) { o.preview_s = INFINITY; });
+  expect_complaint("walk.com_height_m", [](auto& o) { o.com_height_m = -0.8; });
+  expect_complaint("walk.commands", [](auto& o) { o.commands.clear(); });
+  expect_complaint("walk.commands[0]", [](auto& o) { o.commands[0] = Stand{-1}; });
+  expect_complaint("walk.commands[1]", [](auto& o) { o.commands[1] = TangentArc{0, 1}; });
+}
+
+}  // namespace
+}  // namespace walking
