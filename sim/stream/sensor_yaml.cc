@@ -23,7 +23,7 @@ std::string matrix(const std::string& key, const Eigen::Isometry3d& X) {
 }
 
 std::string head(const std::string& type, const std::string& comment) {
-  return fmt::format("{}\nsensor_type: {}\ncomment: {}\n", kDirective, type, comment);
+  return fmt::format("{}\nsensor_type: {}\ncomment: \"{}\"\n", kDirective, type, comment);
 }
 
 // A parsed file that complains with file, line and column.
@@ -129,7 +129,7 @@ std::string motion_yaml() {
 }
 
 std::string body_yaml() {
-  return std::string(kDirective) + "\ncomment: GaitSLAM humanoid; body frame: the chest IMU\n";
+  return std::string(kDirective) + "\ncomment: \"GaitSLAM humanoid; body frame: the chest IMU\"\n";
 }
 
 void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {

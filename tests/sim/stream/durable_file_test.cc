@@ -1,0 +1,139 @@
+#include "sim/stream/durable_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "tests/sim/stream/temporary_folder.h"
+
+namespace sim::stream {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> names(const fs::path& folder) {
+  std::vector<std::string> all;
+  for (const auto& entry : fs::directory_iterator(folder)) all.push_back(entry.path().filename().string());
+  return all;
+}
+
+// Runs `work` in a process of its own that is then killed at once.
+template <typename Work>
+void run_and_kill(Work work) {
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    work();
+    kill(getpid(), SIGKILL);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+}
+
+TEST(DurableFile, IsWrittenAndReplaced) {
+  const TemporaryFolder folder;
+  write_durably(folder / "a.json", "first");
+  EXPECT_EQ(content(folder / "a.json"), "first");
+  write_durably(folder / "a.json", std::string("sec\0ond", 7));
+  EXPECT_EQ(content(folder / "a.json"), std::string("sec\0ond", 7));
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("a.json"));
+}
+
+TEST(DurableFile, ThatCannotBeWrittenIsNamedAndLeavesNothing) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(
+      [&] { write_durably(folder / "none" / "a.json", "x"); },
+      ThrowsMessage<FileError>(testing::AllOf(HasSubstr("none"), HasSubstr("No such file or directory"))));
+  fs::create_directory(folder / "taken");
+  EXPECT_THAT([&] { write_durably(folder / "taken", "x"); },
+              ThrowsMessage<FileError>(HasSubstr("taken: cannot be written")));
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("taken"));
+}
+
+TEST(DurableFolder, AppearsByCommitAlone) {
+  const TemporaryFolder folder;
+  DurableFolder result(folder / "parents/too/result");
+  std::ofstream(result.path() / "score.json") << "{}";
+  EXPECT_FALSE(fs::exists(folder / "parents/too/result"));
+  EXPECT_EQ(result.path().parent_path(),
+            folder / "parents/too");  // a sibling: renaming never crosses file systems
+  result.commit();
+  EXPECT_EQ(content(folder / "parents/too/result/score.json"), "{}");
+  EXPECT_THAT(names(folder / "parents/too"), testing::ElementsAre("result"));
+}
+
+TEST(DurableFolder, LeavesNothingWithoutCommit) {
+  const TemporaryFolder folder;
+  { std::ofstream(DurableFolder(folder / "result").path() / "a") << "x"; }
+  EXPECT_THAT(names(folder.path()), testing::IsEmpty());
+}
+
+TEST(DurableFolder, RefusesOrReplacesWhatExists) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "result");
+  std::ofstream(folder / "result/old") << "old";
+  EXPECT_THAT([&] { DurableFolder refused(folder / "result"); },
+              ThrowsMessage<FileError>(HasSubstr("result: exists already")));
+  DurableFolder result(folder / "result/", Existing::replace);  // a trailing slash means the same folder
+  std::ofstream(result.path() / "new") << "new";
+  EXPECT_EQ(content(folder / "result/old"), "old");
+  result.commit();
+  EXPECT_THAT(names(folder / "result"), testing::ElementsAre("new"));
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
+}
+
+TEST(DurableFolder, DoesNotOverwriteWhatAppearedMeanwhile) {
+  const TemporaryFolder folder;
+  DurableFolder result(folder / "result");
+  fs::create_directory(folder / "result");
+  std::ofstream(folder / "result/other") << "of another run";
+  EXPECT_THAT([&] { result.commit(); }, ThrowsMessage<FileError>(HasSubstr("result: cannot be made")));
+  EXPECT_EQ(content(folder / "result/other"), "of another run");
+}
+
+TEST(DurableFolder, AKilledRunLeavesNoResultAndTheNextOneCleansUp) {
+  const TemporaryFolder folder;
+  run_and_kill([&] {
+    auto* result = new DurableFolder(folder / "result");  // never destroyed: the process dies first
+    std::ofstream(result->path() / "half") << "half";
+  });
+  EXPECT_FALSE(fs::exists(folder / "result"));
+  EXPECT_EQ(names(folder.path()).size(), 1u);  // the killed process's temporary
+  DurableFolder result(folder / "result");
+  EXPECT_EQ(names(folder.path()).size(), 1u);  // its own alone
+  result.commit();
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
+}
+
+TEST(DurableFolder, OfARunningProcessIsLeftAlone) {
+  const TemporaryFolder folder;
+  const DurableFolder other(folder / "result");
+  const pid_t child = fork();
+  if (child == 0) {
+    const DurableFolder mine(folder /
+                             "result");  // same target, another process: cleans orphans, not this one
+    _exit(fs::exists(other.path()) && mine.path() != other.path() ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+}  // namespace
+}  // namespace sim::stream
