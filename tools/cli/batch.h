@@ -1,0 +1,30 @@
+// Several seeds of one scenario, each in a process of its own: one that crashes takes no other with it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/bench/scenario.h"
+
+namespace cli {
+
+struct Batch {
+  std::vector<std::uint64_t> seeds;
+  int jobs = 1;                ///< processes at a time
+  std::filesystem::path root;  ///< seed-<n> goes below
+  std::filesystem::path models;
+};
+
+/// How one seed's process ended.
+struct SeedOutcome {
+  std::uint64_t seed = 0;
+  int exit_code = 0;
+  std::string complaint;  ///< what it wrote to stderr, or the signal that killed it
+};
+
+/// Runs all seeds; in the order of batch.seeds whatever the order in which they end.
+std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const Batch& batch);
+
+}  // namespace cli

@@ -1,0 +1,48 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+
+#include "sim/bench/scenario.h"
+#include "sim/bench/scenario_yaml.h"
+#include "tools/cli/commands.h"
+#include "walking/pattern_generator.h"
+
+namespace cli {
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples:
+  gaitslam check scenarios/*.yaml
+Exit code: 0 all are fine, 2 one is not.)";
+
+/// Reads the file and plans its walk; prints what is wrong with it.
+bool is_fine(const std::string& file) {
+  try {
+    const auto read = sim::bench::read_scenario(file);
+    const walking::PatternGenerator plan(read.scenario.walk);
+    std::cout << fmt::format("{}: fine, a walk of {:.2f} s\n", file,
+                             static_cast<double>(plan.ticks()) * walking::kPeriod);
+    return true;
+  } catch (const sim::bench::ConfigError& e) {
+    std::cerr << e.what() << '\n';
+  } catch (const std::invalid_argument& e) {
+    std::cerr << fmt::format("{}: the walk cannot be planned: {}\n", file, e.what());
+  }
+  return false;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int& exit_code) {
+  auto files = std::make_shared<std::vector<std::string>>();
+  CLI::App* command =
+      app.add_subcommand("check", "Read scenarios strictly and plan their walks; simulate nothing");
+  command->add_option("scenarios", *files, "YAML files")->required();
+  command->footer(kExamples);
+  command->callback([files, &exit_code] {
+    for (const std::string& file : *files) exit_code = is_fine(file) ? exit_code : 2;
+  });
+}
+
+}  // namespace cli

@@ -1,0 +1,20 @@
+// The subcommands of gaitslam: each adds itself to the program's command line and leaves its exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <stdexcept>
+
+namespace cli {
+
+/// What a command line asks for cannot be done; main prints it and ends with exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+void add_run(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
+void add_config(CLI::App& app, int& exit_code);
+
+}  // namespace cli

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+#include "sim/bench/metric.h"
+#include "sim/bench/scenario_commands.h"
+#include "sim/bench/scenario_keys.h"
+#include "sim/bench/scenario_limits.h"
+#include "tools/cli/commands.h"
+
+namespace cli {
+namespace {
+
+namespace bench = sim::bench;
+
+constexpr const char* kExamples = R"(
+Examples:
+  gaitslam config scenarios/tangent_circle.yaml slam.gyro.sigma_rad_s=0.02
+  gaitslam config scenarios/tangent_circle.yaml --yaml
+  gaitslam config --keys)";
+
+struct Request {
+  std::string scenario;
+  bench::Changes changes;
+  bool keys = false, yaml = false;
+};
+
+void print_row(const std::string& key, const std::string& value, std::string_view unit,
+               const std::string& standard, const std::string& origin) {
+  std::cout << fmt::format("{:<46} {:<12} {:<6} {:<10} {}\n", key, value, unit, standard, origin);
+}
+
+/// A list goes below its key, an item to a line.
+void print_list(const std::string& key, const std::string& list, const std::string& origin) {
+  print_row(key, "", "", "", origin);
+  std::istringstream lines(list);
+  for (std::string line; std::getline(lines, line);) {
+    if (line != "[") std::cout << line << '\n';
+  }
+}
+
+std::string origin_of(const bench::ReadScenario& read, const std::string& key) {
+  const auto found = read.origin.find(key);
+  return found == read.origin.end() ? "default" : found->second;
+}
+
+void print_values(const bench::ReadScenario& read) {
+  print_row("key", "value", "unit", "default", "from");
+  for (const auto& key : bench::scenario_keys()) {
+    if (!bench::has_section(read.scenario, key.name)) continue;
+    const std::string value = key.print(read.scenario), origin = origin_of(read, key.name);
+    if (value.find('\n') != value.npos) {
+      print_list(key.name, value, origin);
+    } else {
+      print_row(key.name, value, bench::unit_of(key.name), key.print(bench::default_scenario()), origin);
+    }
+  }
+  for (const bench::MetricLimit& limit : read.scenario.limits.metrics) {
+    const std::string key = fmt::format("limits.{}.{}", bench::subject(limit), bench::word(limit.bound));
+    print_row(key, fmt::format("{}", limit.value), bench::find_metric(limit.metric)->unit, "",
+              origin_of(read, key));
+  }
+}
+
+void print_keys() {
+  for (const auto& key : bench::scenario_keys()) {
+    const std::string standard = key.print(bench::default_scenario());
+    const std::string shown = standard.find('\n') == standard.npos ? "; default " + standard : "";
+    std::cout << fmt::format("{}\n    {}\n    {}{}\n", key.name, key.doc, key.expected, shown);
+  }
+  std::cout << "\nItems of walk.commands:\n" << bench::describe_commands();
+  std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
+               "limits.<metric>.median.at_most (or mean, "
+               "worst). Metrics:\n";
+  for (const bench::Metric& metric : bench::metrics()) {
+    std::cout << fmt::format("  {:<24} {:<4} {}\n", metric.name, metric.unit, metric.doc);
+  }
+}
+
+void config(const Request& request) {
+  if (request.keys) return print_keys();
+  if (request.scenario.empty()) throw UsageError("config: expected a scenario's YAML file, or --keys");
+  const bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
+  request.yaml ? void(std::cout << bench::to_yaml(read.scenario)) : print_values(read);
+}
+
+}  // namespace
+
+void add_config(CLI::App& app, int&) {
+  auto request = std::make_shared<Request>();
+  CLI::App* command =
+      app.add_subcommand("config", "Print every key as it will be used and where it came from");
+  command->add_option("scenario", request->scenario, "the scenario's YAML file");
+  command->add_option("changes", request->changes.overrides, "what to set otherwise")
+      ->option_text("key=value ...");
+  command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
+      ->delimiter(',');
+  command->add_flag("--keys", request->keys, "all keys there are, with range, default and meaning");
+  command->add_flag("--yaml", request->yaml, "the whole scenario as YAML");
+  command->footer(kExamples);
+  command->callback([request] { config(*request); });
+}
+
+}  // namespace cli

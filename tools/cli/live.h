@@ -1,0 +1,22 @@
+// The simulator as the program sees it: there in the full build (live_world.cc), absent without
+// (live_none.cc).
+#pragma once
+
+#include <string>
+
+#include "sim/bench/result.h"
+#include "sim/bench/scenario.h"
+
+namespace cli {
+
+/// sim::bench::run, or UsageError in a build without the simulator.
+sim::bench::Outcome run_live(const sim::bench::ReadScenario& scenario, const sim::bench::ResultPlace& place,
+                             const sim::bench::Progress& progress);
+
+/// Throws UsageError in a build without the simulator: asked before anything is begun.
+void require_simulator();
+
+/// MuJoCo's version, or "" without the simulator.
+std::string mujoco_version();
+
+}  // namespace cli

@@ -1,0 +1,17 @@
+#include <mujoco/mujoco.h>
+
+#include "sim/bench/run.h"
+#include "tools/cli/live.h"
+
+namespace cli {
+
+sim::bench::Outcome run_live(const sim::bench::ReadScenario& scenario, const sim::bench::ResultPlace& place,
+                             const sim::bench::Progress& progress) {
+  return sim::bench::run(scenario, place, progress);
+}
+
+void require_simulator() {}
+
+std::string mujoco_version() { return mj_versionString(); }
+
+}  // namespace cli

@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "sim/bench/replay.h"
+#include "sim/bench/scenario_yaml.h"
+#include "sim/stream/file_error.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/out_folder.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/version.h"
+
+namespace cli {
+namespace {
+
+namespace bench = sim::bench;
+namespace fs = std::filesystem;
+
+constexpr const char* kExamples = R"(
+Examples:
+  gaitslam replay results/tangent_circle/seed-1
+  gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
+  gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
+The results go to RESULT/replay, replacing earlier ones, or to DIR. Exit code: as for run.)";
+
+struct Request {
+  fs::path result;
+  std::optional<std::string> out;
+  bench::Changes changes;
+  bool force = false;
+};
+
+/// What the recording has in it cannot be changed by replaying it.
+void require_replayable(const bench::ReadScenario& read) {
+  for (const auto& [key, origin] : read.origin) {
+    const bool recorded = key.starts_with("walk.") || key.starts_with("world.") || key.starts_with("camera.");
+    if (recorded && origin.starts_with("argument")) {
+      throw UsageError(
+          fmt::format("{}: shapes the recording, which replay does not change; run the scenario again", key));
+    }
+  }
+}
+
+std::string walk_ending(const fs::path& about) {
+  std::ifstream in(about);
+  if (!in) throw sim::stream::FileError(about, "cannot be read");
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("walk_ending") || !json["walk_ending"].is_string()) {
+    throw sim::stream::FileError(about, "expected JSON with walk_ending");
+  }
+  return json["walk_ending"];
+}
+
+int replay(const Request& request) {
+  if (!fs::is_directory(request.result)) {
+    throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
+  }
+  const bench::ReadScenario read = bench::read_scenario(request.result / "scenario.yaml", request.changes);
+  require_replayable(read);
+  const fs::path folder = request.out ? fs::path(*request.out) : request.result / "replay";
+  check_out_folder(folder, request.out.has_value(), request.force);
+  bench::Outcome outcome;
+  {
+    ProgressLine progress("replay of " + request.result.string());
+    outcome = bench::replay(read, request.result / "recording", walk_ending(request.result / "about.json"),
+                            {folder, sim::stream::Existing::replace, {}, kVersion, kRevision, libraries()},
+                            [&](double part) { progress.show(part); });
+  }
+  std::cout << bench::score_table(folder) << "results in " << folder.string() << '\n';
+  if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
+  return outcome.exit_code;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, int& exit_code) {
+  auto request = std::make_shared<Request>();
+  CLI::App* command = app.add_subcommand("replay", "Run the filter again on the recording of a run");
+  command->add_option("result", request->result, "a result folder, as results/tangent_circle/seed-1")
+      ->required();
+  command
+      ->add_option("changes", request->changes.overrides,
+                   "what to set otherwise: errors.*, slam.*, limits.*, seed")
+      ->option_text("key=value ...");
+  command->add_option("--out", request->out, "folder for the results");
+  command->add_flag("--force", request->force, "replace a folder that exists");
+  command->footer(kExamples);
+  command->callback([request, &exit_code] { exit_code = replay(*request); });
+}
+
+}  // namespace cli

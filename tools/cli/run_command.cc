@@ -1,0 +1,112 @@
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "sim/bench/scenario_yaml.h"
+#include "sim/bench/summary.h"
+#include "tools/cli/batch.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/live.h"
+#include "tools/cli/out_folder.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/seeds.h"
+#include "tools/cli/version.h"
+
+namespace cli {
+namespace {
+
+namespace bench = sim::bench;
+namespace fs = std::filesystem;
+
+constexpr const char* kExamples = R"(
+Examples:
+  gaitslam run scenarios/tangent_circle.yaml
+  gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
+  gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
+Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>.
+Exit code: 0 passed, 1 missed a limit, 2 usage or configuration, 3 fell, diverged or crashed; of several seeds the worst.)";
+
+struct Request {
+  std::string scenario;
+  std::optional<std::string> seeds, out;
+  bench::Changes changes;
+  fs::path models = GAITSLAM_MODELS;
+  int jobs = 1;
+  bool force = false, die_with_parent = false;
+};
+
+/// A seed of a batch does not outlive the batch.
+void die_with_parent() {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() == 1) raise(SIGKILL);
+}
+
+int run_one(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
+  const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
+  bench::Outcome outcome;
+  {
+    ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
+    outcome = run_live(
+        read, {folder, sim::stream::Existing::replace, request.models, kVersion, kRevision, libraries()},
+        [&](double part) { progress.show(part); });
+  }
+  std::cout << bench::score_table(folder) << "results in " << folder.string() << '\n';
+  if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
+  return outcome.exit_code;
+}
+
+int run_seeds(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
+  const bool seed_typed =
+      std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
+                  [](const std::string& argument) { return argument.starts_with("seed="); });
+  if (seed_typed) throw UsageError("--seeds and seed= are both given, expected one of them");
+  const auto outcomes =
+      run_batch(read.scenario, {parse_seeds(*request.seeds), request.jobs, root, request.models});
+  std::vector<bench::SeedScore> scores;
+  for (const SeedOutcome& outcome : outcomes) {
+    if (outcome.exit_code > 1) std::cerr << fmt::format("seed {}: {}", outcome.seed, outcome.complaint);
+    scores.push_back(bench::read_seed_score(root, outcome.seed, outcome.exit_code));
+  }
+  const bench::Summary summary = bench::summarize(read.scenario, scores);
+  bench::write_summary(root / "summary.json", summary);
+  std::cout << bench::summary_table(summary) << "results in " << root.string() << '\n';
+  return bench::exit_code(summary);
+}
+
+int run(const Request& request) {
+  if (request.die_with_parent) die_with_parent();
+  require_simulator();
+  const bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
+  const fs::path root = request.out ? fs::path(*request.out) : fs::path("results") / read.scenario.name;
+  check_out_folder(root, request.out.has_value(), request.force);
+  return request.seeds ? run_seeds(read, request, root) : run_one(read, request, root);
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, int& exit_code) {
+  auto request = std::make_shared<Request>();
+  CLI::App* command = app.add_subcommand("run", "Walk a scenario, track it and score it");
+  command->add_option("scenario", request->scenario, "the scenario's YAML file")->required();
+  command->add_option("changes", request->changes.overrides, "what to set otherwise (gaitslam config --keys)")
+      ->option_text("key=value ...");
+  command->add_option("--seeds", request->seeds, "several seeds, each in its own process: 1..5 or 1,2,7");
+  command->add_option("--jobs", request->jobs, "processes at a time")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
+      ->delimiter(',');
+  command->add_option("--out", request->out, "folder for the results");
+  command->add_option("--models", request->models, "folder of the robot's and room's models");
+  command->add_flag("--force", request->force, "write into a folder that exists");
+  command->add_flag("--die-with-parent", request->die_with_parent)->group("");
+  command->footer(kExamples);
+  command->callback([request, &exit_code] { exit_code = run(*request); });
+}
+
+}  // namespace cli

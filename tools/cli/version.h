@@ -1,0 +1,21 @@
+// What this program was built from.
+#pragma once
+
+#include <map>
+#include <string>
+
+namespace cli {
+
+/// The project's version.
+extern const char* const kVersion;
+
+/// The source's git revision, "+" appended when files differed from it; "unknown" outside of a git checkout.
+extern const char* const kRevision;
+
+/// The libraries in use and their versions.
+std::map<std::string, std::string> libraries();
+
+/// All of the above as text for people.
+std::string version_text();
+
+}  // namespace cli
