@@ -40,34 +40,37 @@ enum class Health { ok, diverged };
 /// What one step did.
 struct FrameReport {
   Stamp t{0};
-  int landmarks = 0;  ///< in the map after the step
-  int predicted = 0;  ///< predicted to be visible
-  int measured = 0;   ///< searched for and found by correlation
-  int accepted = 0;   ///< passed the gates and entered the update
+  int landmarks = 0;                                       ///< in the map after the step
+  int predicted = 0;                                       ///< predicted to be visible
+  int measured = 0;                                        ///< searched for and found by correlation
+  int accepted = 0;                                        ///< passed the gates and entered the update
   std::optional<Nis> vision, gyro, plan_velocity, height;  ///< absent where the sensor gave nothing
-  std::vector<Sighting> begun;     ///< landmarks begun in this frame, where they were first seen
-  std::vector<Sighting> matched;   ///< accepted matches of this frame
+  std::vector<Sighting> begun;    ///< landmarks begun in this frame, where they were first seen
+  std::vector<Sighting> matched;  ///< accepted matches of this frame
   std::vector<int> deleted;
-  std::string refused;             ///< why the observation (or one of its parts) was not used; empty if it was
+  std::string refused;  ///< why the observation (or one of its parts) was not used; empty if it was
   Health health = Health::ok;
-  std::string cause;               ///< of a health other than ok
+  std::string cause;  ///< of a health other than ok
 };
 
 /// A landmark as the map has it.
 struct MapPoint {
   int id = 0;
-  std::string kind;                                        ///< "point" or "inverse_depth"
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();           ///< m
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();    ///< m², axes W
+  std::string kind;                                      ///< "point" or "inverse_depth"
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
   Stamp begun{0};
   int attempts = 0, successes = 0;
 };
 
-/// The filter. Copies nothing it is not given, reads no clock, draws random numbers only from its own seeded stream.
+/// The filter. Copies nothing it is not given, reads no clock, draws random numbers only from its own seeded
+/// stream.
 class Filter {
  public:
-  /// Begins at X_WC_start (the planned camera pose at the start) with the options' start covariance.
-  Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start, std::uint64_t seed);
+  /// Begins at X_WC_start (the planned camera pose at the start) with the options' start covariance. Throws
+  /// std::invalid_argument where options or calibration make no sense.
+  Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
+         std::uint64_t seed);
   ~Filter();
   Filter(Filter&&) noexcept;
   Filter& operator=(Filter&&) noexcept;
@@ -80,8 +83,8 @@ class Filter {
   std::vector<MapPoint> map() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  struct Workings;
+  std::unique_ptr<Workings> workings_;
 };
 
 }  // namespace slam

@@ -5,7 +5,7 @@
 
 namespace slam {
 
-/// One-parameter radial lens of Swaminathan & Nayar as used by MonoSLAM (paper.md 6.2): z forward, u right, v down.
+/// One-parameter radial lens of Swaminathan & Nayar as used by MonoSLAM: z forward, u right, v down.
 /// u_d = u_0 + u_c / sqrt(1 + 2 K1 |u_c|²), u_c = (fu x/z, fv y/z). k1_px2 = 0 is the ideal pinhole.
 struct CameraIntrinsics {
   int width_px = 320, height_px = 240;
@@ -16,27 +16,34 @@ struct CameraIntrinsics {
 /// How the sensors sit on the robot: known to the filter beforehand, as on the real one.
 struct Calibration {
   CameraIntrinsics camera;
-  Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< chest IMU in the camera's frame (planned posture)
+  Eigen::Isometry3d X_CG =
+      Eigen::Isometry3d::Identity();  ///< chest IMU in the camera's frame (planned posture)
 };
 
-/// Where the velocity that the plan gives is trusted: along the robot's own axes, or along the plan's world axes.
+/// Where the velocity that the plan gives is trusted: along the robot's own axes, or along the plan's world
+/// axes.
 enum class VelocityAxes { robot, plan };
 
 struct Options {
   struct Start {  ///< uncertainty of the first pose: covers the robot's settling on its feet
-    double sigma_position_m = 0.01, sigma_orientation_rad = 0.01, sigma_velocity_m_s = 0.05, sigma_rate_rad_s = 0.05;
+    double sigma_position_m = 0.01, sigma_orientation_rad = 0.01, sigma_velocity_m_s = 0.05,
+           sigma_rate_rad_s = 0.05;
   } start;
   struct Motion {  ///< constant-velocity model: standard deviation of the unknown accelerations
     double sigma_acceleration_m_s2 = 4.0, sigma_angular_acceleration_rad_s2 = 6.0;
   } motion;
   struct Gyro {
     bool enabled = true;
-    double sigma_rad_s = 0.01;  ///< per 200 Hz sample
+    double sigma_rad_s = 0.01;          ///< per 200 Hz sample
+    double sigma_bias_rad_s = 0;        ///< of the bias at the start; 0 = there is none
+    double sigma_bias_walk_rad_s2 = 0;  ///< growth of its standard deviation in 1 s
   } gyro;
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
     double sigma_m_s = 0.05;
+    double sigma_slip_m_s = 0;  ///< of the slowly changing part of the plan's error; 0 = there is none
+    double slip_time_s = 10;    ///< how long that part lasts
   } plan_velocity;
   struct Height {
     bool enabled = true;
@@ -44,10 +51,20 @@ struct Options {
   } height;
   struct Vision {
     bool enabled = true;
-    double sigma_px = 1.0;      ///< at the image's centre; grows linearly to twice that at the corner
+    double sigma_px = 1.0;       ///< at the image's centre; grows linearly to twice that at the corner
     int visible_landmarks = 12;  ///< how many to measure in a frame, and to keep in view
     double minimum_correlation = 0.8;
+    double corner_threshold =
+        20000;  ///< smaller eigenvalue of the 11x11 gradient moments, grey levels squared
   } vision;
+  struct Depth {  ///< of a landmark at first sight, as inverse depth
+    double inverse_1_m = 0.3, sigma_inverse_1_m = 0.3;
+    double linearity = 0.1;  ///< a landmark becomes a point below this linearity index; 0 = never
+  } depth;
+  struct Consistency {
+    bool observability_constrained =
+        true;  ///< no measurement may seem to tell the heading of the whole world
+  } consistency;
 };
 
 }  // namespace slam

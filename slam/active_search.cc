@@ -1,0 +1,74 @@
+#include "slam/active_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "slam/ellipse_search.h"
+
+namespace slam {
+namespace {
+
+constexpr double kBorder = kPatchHalf + 2;  // px
+constexpr double kSigmas = 3;
+constexpr double kCoarse =
+    0.15;  // how much the correlation may lack before the match is refined below the pixel
+
+Parameters parameters(const State& state, const Landmark& landmark) {
+  return state.storage_x.segment(landmark.at, landmark.size());
+}
+
+std::optional<Candidate> predict_one(const Kalman& kalman, const Landmark& landmark, std::size_t index,
+                                     const Camera& camera, double sigma_px) {
+  const State& state = kalman.state();
+  const Parameters y = parameters(state, landmark);
+  const Direction d = direction(landmark.kind, y, state.position(), state.orientation());
+  const auto projection = camera.project(d.h_C);
+  if (!projection || !camera.inside(projection->pixel, kBorder)) return std::nullopt;
+  const auto change =
+      view_change(camera, landmark.X_WC_first, state.X_WC(), position(landmark.kind, y), projection->pixel);
+  if (!change || !(change->determinant() > 0.25 && change->determinant() < 4)) return std::nullopt;
+
+  Measurement m(2);
+  m.H_robot.middleCols(kPosition, 3) = projection->J * d.J_r;
+  m.H_robot.middleCols(kOrientation, 4) = projection->J * d.J_q;
+  m.H_landmark = projection->J * d.J_y;
+  m.landmark_at = landmark.at;
+  const double sigma = camera.sigma(projection->pixel, sigma_px);
+  m.R.diagonal().setConstant(sigma * sigma);
+  kalman.constrain(m);
+  const Eigen::Matrix2d S = kalman.innovation_covariance(m);
+  return Candidate{index, projection->pixel, m, S, *change};
+}
+
+}  // namespace
+
+std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
+                                    const Camera& camera, double sigma_px) {
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < landmarks.size(); ++i)
+    if (auto candidate = predict_one(kalman, landmarks[i], i, camera, sigma_px))
+      candidates.push_back(*candidate);
+  return candidates;
+}
+
+void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count) {
+  if (candidates.size() <= count) return;
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.S.trace() > b.S.trace(); });
+  candidates.resize(count, candidates.front());
+}
+
+std::optional<Measurement> find(const cv::Mat& image, const Landmark& landmark, const Candidate& candidate,
+                                double minimum_correlation) {
+  const auto patch = warp(landmark.patch, candidate.view_change);
+  if (!patch) return std::nullopt;
+  const auto coarse = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSigmas);
+  if (!coarse || coarse->correlation < minimum_correlation - kCoarse) return std::nullopt;
+  const auto match = refine(image, *patch, coarse->pixel);
+  if (!match || match->correlation < minimum_correlation) return std::nullopt;
+  Measurement m = candidate.measurement;
+  m.innovation = match->pixel - candidate.pixel;
+  return m;
+}
+
+}  // namespace slam

@@ -1,0 +1,37 @@
+// From the map to the image: which landmarks should be in view, where, and where they were found.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "slam/camera.h"
+#include "slam/kalman.h"
+#include "slam/landmark.h"
+
+namespace slam {
+
+/// A landmark that should be in view: its predicted pixel, its linearised measurement (innovation still
+/// zero), the covariance of the innovation, and how the view has changed since its first sight.
+struct Candidate {
+  std::size_t index;  ///< in the list of landmarks
+  Eigen::Vector2d pixel;
+  Measurement measurement;
+  Eigen::Matrix2d S;
+  Eigen::Matrix2d view_change;
+};
+
+/// What is predicted to be visible: in front, inside the image, at half to twice the first sight's size and
+/// not seen too obliquely.
+std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
+                                    const Camera& camera, double sigma_px);
+
+/// Keeps the `count` candidates with the largest trace S: where measuring tells most (Davison et al. 2007).
+void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count);
+
+/// Looks for a candidate inside its 3-sigma ellipse, refines the match below the pixel and fills the
+/// innovation. Nothing where no place correlates well enough.
+std::optional<Measurement> find(const cv::Mat& image, const Landmark& landmark, const Candidate& candidate,
+                                double minimum_correlation);
+
+}  // namespace slam

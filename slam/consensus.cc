@@ -1,0 +1,87 @@
+#include "slam/consensus.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <limits>
+
+namespace slam {
+namespace {
+
+struct Consent {
+  std::vector<std::size_t> matches;
+  double distance = 0;
+};
+
+/// νᵀS⁻¹ν of match j once match i has been believed.
+double distance_given(const Joint& joint, int i, int j) {
+  const Eigen::Matrix2d S_i = joint.S.block<2, 2>(2 * i, 2 * i), S_ji = joint.S.block<2, 2>(2 * j, 2 * i);
+  const Eigen::Matrix2d gain = S_i.llt().solve(S_ji.transpose()).transpose();
+  const Eigen::Vector2d nu = joint.innovation.segment<2>(2 * j) - gain * joint.innovation.segment<2>(2 * i);
+  const Eigen::Matrix2d S = joint.S.block<2, 2>(2 * j, 2 * j) - gain * S_ji.transpose();
+  return S.llt().matrixL().solve(nu).squaredNorm();
+}
+
+Consent consent_with(const Joint& joint, int i, double gate) {
+  const int count = static_cast<int>(joint.first_row.size()) - 1;
+  Consent consent;
+  for (int j = 0; j < count; ++j) {
+    const Eigen::Vector2d nu = joint.innovation.segment<2>(2 * j);
+    const double d = i == j ? joint.S.block<2, 2>(2 * i, 2 * i).llt().matrixL().solve(nu).squaredNorm()
+                            : distance_given(joint, i, j);
+    if (!(d < gate)) continue;
+    consent.matches.push_back(static_cast<std::size_t>(j));
+    consent.distance += d;
+  }
+  return consent;
+}
+
+/// Adds the matches that pass the gate given all of `consent`.
+std::vector<std::size_t> rescue(const Joint& joint, const std::vector<std::size_t>& consent, double gate) {
+  Joint agreed;
+  select(joint, consent, agreed);
+  const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S);
+  const Eigen::VectorXd white = llt.matrixL().solve(agreed.innovation);
+  std::vector<std::size_t> all;
+  for (std::size_t j = 0; j + 1 < joint.first_row.size(); ++j) {
+    if (std::binary_search(consent.begin(), consent.end(), j)) {
+      all.push_back(j);
+      continue;
+    }
+    const int row = joint.first_row[j];
+    Eigen::MatrixXd cross(agreed.S.rows(), 2);
+    for (std::size_t k = 0; k < consent.size(); ++k)
+      cross.middleRows<2>(2 * static_cast<int>(k)) = joint.S.block<2, 2>(joint.first_row[consent[k]], row);
+    llt.matrixL().solveInPlace(cross);
+    const Eigen::Vector2d nu = joint.innovation.segment<2>(row) - cross.transpose() * white;
+    const Eigen::Matrix2d S = joint.S.block<2, 2>(row, row) - cross.transpose() * cross;
+    if (S.llt().matrixL().solve(nu).squaredNorm() < gate) all.push_back(j);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::size_t> largest_consensus(const Joint& joint, double gate) {
+  Consent best;
+  for (int i = 0; i + 1 < static_cast<int>(joint.first_row.size()); ++i) {
+    Consent consent = consent_with(joint, i, gate);
+    const bool more = consent.matches.size() > best.matches.size();
+    const bool closer = consent.matches.size() == best.matches.size() && consent.distance < best.distance;
+    if (more || closer) best = std::move(consent);
+  }
+  return best.matches.empty() ? best.matches : rescue(joint, best.matches, gate);
+}
+
+void select(const Joint& joint, const std::vector<std::size_t>& keep, Joint& selected) {
+  std::vector<int> rows;
+  selected.first_row.assign(1, 0);
+  for (const std::size_t i : keep) {
+    for (int row = joint.first_row[i]; row < joint.first_row[i + 1]; ++row) rows.push_back(row);
+    selected.first_row.push_back(static_cast<int>(rows.size()));
+  }
+  selected.innovation = joint.innovation(rows);
+  selected.PHt = joint.PHt(Eigen::all, rows);
+  selected.S = joint.S(rows, rows);
+}
+
+}  // namespace slam

@@ -1,0 +1,113 @@
+#include "slam/ellipse_search.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace slam {
+namespace {
+
+constexpr int kWidest = 2 * kLargestSearch + 1;
+using Row = Eigen::Array<float, Eigen::Dynamic, 1, 0, kWidest + 2 * kPatchHalf, 1>;
+
+/// Pixels of the image to search, ends included.
+struct Box {
+  int left, right, top, bottom;
+};
+
+Box search_box(const cv::Mat& image, const Eigen::Vector2d& centre, const Eigen::Vector2d& half) {
+  const Eigen::Vector2d reach = half.cwiseMin(kLargestSearch);
+  return {std::max(kPatchHalf, static_cast<int>(std::ceil(centre.x() - reach.x()))),
+          std::min(image.cols - 1 - kPatchHalf, static_cast<int>(std::floor(centre.x() + reach.x()))),
+          std::max(kPatchHalf, static_cast<int>(std::ceil(centre.y() - reach.y()))),
+          std::min(image.rows - 1 - kPatchHalf, static_cast<int>(std::floor(centre.y() + reach.y())))};
+}
+
+/// Sums and sums of squares of the 11 pixels above and below, for each column around the box, moved down row
+/// by row.
+class ColumnSums {
+ public:
+  ColumnSums(const cv::Mat& image, const Box& box) : image_(image), left_(box.left - kPatchHalf) {
+    columns_ = static_cast<std::size_t>(box.right - box.left + kPatchSide);
+    for (int j = -kPatchHalf; j < kPatchHalf; ++j) add(box.top + j, 1);
+  }
+  void enter(int row) { add(row + kPatchHalf, 1); }
+  void leave(int row) { add(row - kPatchHalf, -1); }
+  std::int32_t sum(std::size_t i) const { return sum_[i]; }
+  std::int32_t square(std::size_t i) const { return square_[i]; }
+
+ private:
+  void add(int row, std::int32_t sign) {
+    const uchar* grey = image_.ptr<uchar>(row) + left_;
+    for (std::size_t i = 0; i < columns_; ++i) {
+      const std::int32_t g = grey[i];
+      sum_[i] += sign * g;
+      square_[i] += sign * g * g;
+    }
+  }
+  const cv::Mat& image_;
+  int left_;
+  std::size_t columns_;
+  std::array<std::int32_t, kWidest + 2 * kPatchHalf> sum_{}, square_{};
+};
+
+/// 11x11 products of the template with the image, for the pixels first..last of one row at once.
+Row products(const cv::Mat& image, const Template& patch, int row, int first, int last) {
+  const int count = last - first + 1;
+  Row sum = Row::Zero(count), grey(count + 2 * kPatchHalf);
+  for (int j = 0; j < kPatchSide; ++j) {
+    const uchar* pixels = image.ptr<uchar>(row + j - kPatchHalf) + first - kPatchHalf;
+    grey = Eigen::Map<const Eigen::Array<uchar, Eigen::Dynamic, 1>>(pixels, count + 2 * kPatchHalf)
+               .cast<float>();
+    for (int i = 0; i < kPatchSide; ++i) sum += patch.grey(j * kPatchSide + i) * grey.segment(i, count);
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
+                                    const Eigen::Vector2d& centre, const Eigen::Matrix2d& S, double sigmas) {
+  const Box box = search_box(image, centre, sigmas * S.diagonal().cwiseSqrt());
+  if (box.left > box.right || box.top > box.bottom) return std::nullopt;
+  const Eigen::Matrix2d A = S.inverse() / (sigmas * sigmas);
+  constexpr double kPixels = Template::kPixels;
+  constexpr double kFlat = kFlatContrast * kFlatContrast * kPixels;
+  ColumnSums sums(image, box);
+  std::optional<Match> best;
+  for (int row = box.top; row <= box.bottom; ++row) {
+    sums.enter(row);
+    // A_xx x² + 2 A_xy x y + A_yy y² <= 1, solved for x
+    const double y = row - centre.y(), middle = -A(0, 1) * y / A(0, 0);
+    const double inside = middle * middle - (A(1, 1) * y * y - 1) / A(0, 0);
+    const double half = inside < 0 ? -1 : std::sqrt(inside);
+    const int first = std::max(box.left, static_cast<int>(std::ceil(centre.x() + middle - half)));
+    const int last = std::min(box.right, static_cast<int>(std::floor(centre.x() + middle + half)));
+    if (inside >= 0 && first <= last) {
+      const Row dot = products(image, patch, row, first, last);
+      std::int64_t sum = 0, square = 0;
+      for (int i = first - box.left; i < first - box.left + 2 * kPatchHalf; ++i) {
+        sum += sums.sum(static_cast<std::size_t>(i));
+        square += sums.square(static_cast<std::size_t>(i));
+      }
+      for (int column = first; column <= last; ++column) {
+        const auto right = static_cast<std::size_t>(column - box.left + 2 * kPatchHalf);
+        sum += sums.sum(right);
+        square += sums.square(right);
+        const double spread = static_cast<double>(square) - static_cast<double>(sum * sum) / kPixels;
+        const double correlation = spread > kFlat ? dot(column - first) / std::sqrt(spread) : -1;
+        if (spread > kFlat && (!best || correlation > best->correlation))
+          best = Match{Eigen::Vector2d(column, row), correlation};
+        const auto left = right - 2 * kPatchHalf;
+        sum -= sums.sum(left);
+        square -= sums.square(left);
+      }
+    }
+    sums.leave(row);
+  }
+  return best;
+}
+
+}  // namespace slam

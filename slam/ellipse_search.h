@@ -1,0 +1,21 @@
+// Active search: the best match of a template inside the ellipse in which its landmark must be.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "slam/patch.h"
+
+namespace slam {
+
+/// Searches the ellipse νᵀS⁻¹ν < sigmas² around `centre` (px), one correlation at each pixel, for the highest
+/// normalised cross-correlation. Half-axes are cut at kLargestSearch, so that the cost stays bounded however
+/// uncertain the landmark. Nothing where the ellipse holds no pixel whose patch lies in the image and is not
+/// flat.
+std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
+                                    const Eigen::Vector2d& centre, const Eigen::Matrix2d& S, double sigmas);
+
+inline constexpr int kLargestSearch = 40;  ///< px
+
+}  // namespace slam

@@ -1,0 +1,315 @@
+#include "slam/filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "slam/active_search.h"
+#include "slam/camera.h"
+#include "slam/consensus.h"
+#include "slam/gyro.h"
+#include "slam/kalman.h"
+#include "slam/map.h"
+#include "slam/motion_model.h"
+#include "slam/plan.h"
+
+namespace slam {
+namespace {
+
+constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows: an internal measurement beyond is refused
+constexpr double kGate1 = 10.83;  // 1 row
+constexpr double kGate2 = 9.21;   // 99 %, 2 rows: a match beyond is refused
+constexpr double kLongestStep_s = 10;      // a stamp further ahead is a broken clock
+constexpr double kLost_s = 2;              // of images in which almost nothing is found: tracking is lost
+constexpr double kFewFound = 0.2;          // of the landmarks searched for
+constexpr std::size_t kEnoughToJudge = 5;  // landmarks searched for
+constexpr int kBegunPerFrame = 3;          // landmarks, after the first frame with any
+
+double seconds(Stamp t) { return std::chrono::duration<double>(t).count(); }
+
+RobotVector start_mean(const Eigen::Isometry3d& X_WC) {
+  RobotVector x = RobotVector::Zero();
+  const Eigen::Quaterniond q(X_WC.linear());
+  x.segment<3>(kPosition) = X_WC.translation();
+  x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
+  return x;
+}
+
+RobotMatrix start_covariance(const RobotVector& x, const Options& options) {
+  const auto square = [](double a) { return a * a; };
+  RobotMatrix P = RobotMatrix::Zero();
+  P.diagonal().segment<3>(kPosition).setConstant(square(options.start.sigma_position_m));
+  const Matrix43d dq = left_matrix(x.segment<4>(kOrientation)).rightCols<3>() / 2;  // ∂(q × Exp(θ))/∂θ
+  P.block<4, 4>(kOrientation, kOrientation) =
+      square(options.start.sigma_orientation_rad) * dq * dq.transpose();
+  P.diagonal().segment<3>(kVelocity).setConstant(square(options.start.sigma_velocity_m_s));
+  P.diagonal().segment<3>(kRate).setConstant(square(options.start.sigma_rate_rad_s));
+  P.diagonal().segment<3>(kGyroBias).setConstant(square(options.gyro.sigma_bias_rad_s));
+  P.diagonal().segment<3>(kSlip).setConstant(square(options.plan_velocity.sigma_slip_m_s));
+  return P;
+}
+
+bool finite(const PlannedMotion& plan) {
+  return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite();
+}
+
+/// σ of the image's grey values, every fourth row looked at.
+double contrast(const cv::Mat& image) {
+  std::int64_t sum = 0, square = 0, count = 0;
+  for (int row = 0; row < image.rows; row += 4) {
+    const uchar* grey = image.ptr<uchar>(row);
+    for (int column = 0; column < image.cols; ++column) {
+      sum += grey[column];
+      square += grey[column] * grey[column];
+    }
+    count += image.cols;
+  }
+  const double mean = static_cast<double>(sum) / static_cast<double>(count);
+  return std::sqrt(std::max(0.0, static_cast<double>(square) / static_cast<double>(count) - mean * mean));
+}
+
+}  // namespace
+
+struct Filter::Workings {
+  Workings(const Options& o, const Calibration& c, const Eigen::Isometry3d& X_WC_start, std::uint64_t seed)
+      : options(o),
+        calibration(c),
+        camera(c.camera),
+        kalman(start_mean(X_WC_start), start_covariance(start_mean(X_WC_start), o),
+               o.consistency.observability_constrained),
+        map(seed) {}
+
+  Options options;
+  Calibration calibration;
+  Camera camera;
+  Kalman kalman;
+  Map map;
+  std::optional<Stamp> now;           // of the last observation taken in
+  std::optional<PlannedMotion> plan;  // of the last observation
+  double lost_s = 0;
+  Estimate estimate;
+  FrameReport report;
+  Joint joint, agreed;  // work space
+
+  RobotVector robot() const { return kalman.state().storage_x.head<kRobot>(); }
+  std::string objection(const Observation& o) const;
+  void predict(double dt);
+  void measure_internal(const Observation& o, Stamp before);
+  std::optional<Nis> gated(const Measurement& m, double gate, const char* name,
+                           std::vector<Measurement>& accepted);
+  void measure_vision(const Observation& o, double dt);
+  void update_with(const std::vector<Measurement>& found, const std::vector<Candidate>& candidates,
+                   const std::vector<std::size_t>& which);
+  void judge_tracking(std::size_t searched, std::size_t accepted, double dt);
+  void manage_map(const Observation& o, const std::vector<Candidate>& in_view);
+  void update(const Joint& with, const char* name);
+  void refuse(const std::string& why) { report.refused += (report.refused.empty() ? "" : "; ") + why; }
+  void diverge(const std::string& cause);
+  void publish();
+};
+
+Filter::Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
+               std::uint64_t seed)
+    : workings_(std::make_unique<Workings>(options, calibration, X_WC_start, seed)) {
+  workings_->publish();
+}
+Filter::~Filter() = default;
+Filter::Filter(Filter&&) noexcept = default;
+Filter& Filter::operator=(Filter&&) noexcept = default;
+
+/// One cycle of the paper's section III.
+const FrameReport& Filter::step(const Observation& o) {
+  Workings& w = *workings_;
+  const Health health = w.report.health;
+  const std::string cause = w.report.cause;
+  w.report = FrameReport{};
+  w.report.t = o.t;
+  w.report.health = health;
+  w.report.cause = cause;
+  w.report.landmarks = static_cast<int>(w.map.landmarks().size());
+  w.report.refused = w.objection(o);
+  if (!w.report.refused.empty()) return w.report;
+
+  const double dt = w.now ? seconds(o.t - *w.now) : 0;
+  if (w.now) {
+    w.predict(dt);                  // eq. (6)
+    w.measure_internal(o, *w.now);  // section III-C: gyro, planned velocity
+  }
+  w.measure_vision(o, dt);  // section III-A: active search, update, map
+  w.now = o.t;
+  w.plan = o.plan;
+  w.publish();
+  return w.report;
+}
+
+const Estimate& Filter::estimate() const { return workings_->estimate; }
+
+/// Why the observation cannot be used at all; empty if it can.
+std::string Filter::Workings::objection(const Observation& o) const {
+  if (report.health != Health::ok) return "the filter has stopped: " + report.cause;
+  if (now && o.t <= *now) return "its time is not after the last one's";
+  if (now && seconds(o.t - *now) > kLongestStep_s) return "its time is more than 10 s after the last one's";
+  if (!o.image.empty() && (o.image.type() != CV_8UC1 || o.image.cols != calibration.camera.width_px ||
+                           o.image.rows != calibration.camera.height_px))
+    return "its image is not 8-bit grey of the camera's size";
+  for (const auto* samples : {&o.gyro, &o.accelerometer})
+    for (const InertialSample& sample : *samples)
+      if (!sample.value.allFinite() || sample.end < sample.begin) return "an inertial reading is not finite";
+  if (o.plan && !finite(*o.plan)) return "its plan is not finite";
+  return "";
+}
+
+void Filter::Workings::predict(double dt) {
+  const Prediction prediction = predict_motion(robot(), dt, options);
+  kalman.predict(prediction.x, prediction.F, prediction.Q);
+}
+
+/// Puts a measurement to the others if it passes its gate, and says so if it does not.
+std::optional<Nis> Filter::Workings::gated(const Measurement& measurement, double gate, const char* name,
+                                           std::vector<Measurement>& accepted) {
+  Measurement m = measurement;
+  kalman.constrain(m);
+  const Nis nis{kalman.nis(m), m.rows};
+  if (nis.value < gate)
+    accepted.push_back(m);
+  else
+    refuse(std::string(name) + " is beyond its gate");
+  return nis;
+}
+
+void Filter::Workings::measure_internal(const Observation& o, Stamp before) {
+  std::vector<Measurement> accepted;
+  if (options.gyro.enabled)
+    if (const auto rate = mean_rate(o.gyro, before, o.t, calibration.X_CG.linear(), options))
+      report.gyro = gated(measure_rate(robot(), *rate), kGate3, "gyro", accepted);
+  if (options.plan_velocity.enabled && o.plan && plan) {
+    const Eigen::Vector3d v =
+        planned_velocity(plan->X_PC, o.plan->X_PC, seconds(o.t - before), options.plan_velocity.axes);
+    report.plan_velocity =
+        gated(measure_velocity(robot(), v, options.plan_velocity), kGate3, "planned velocity", accepted);
+  }
+  if (options.height.enabled && o.plan)
+    report.height = gated(measure_height(robot(), o.plan->X_PC.translation().z(), options.height), kGate1,
+                          "planned height", accepted);
+  if (accepted.empty()) return;
+  kalman.stack(accepted, joint);
+  update(joint, "internal");
+}
+
+void Filter::Workings::measure_vision(const Observation& o, double dt) {
+  if (!options.vision.enabled || o.image.empty()) return;
+  if (contrast(o.image) < kFlatContrast) return refuse("the image is flat");
+  std::vector<Candidate> candidates = predict_view(kalman, map.landmarks(), camera, options.vision.sigma_px);
+  report.predicted = static_cast<int>(candidates.size());
+  const std::vector<Candidate> in_view = candidates;
+  keep_most_informative(candidates, static_cast<std::size_t>(options.vision.visible_landmarks));
+
+  std::vector<Measurement> found;
+  std::vector<std::size_t> whose;  // candidate of each
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (auto m = find(o.image, map.landmarks()[candidates[i].index], candidates[i],
+                      options.vision.minimum_correlation)) {
+      found.push_back(*m);
+      whose.push_back(i);
+    }
+  report.measured = static_cast<int>(found.size());
+  update_with(found, candidates, whose);
+  judge_tracking(candidates.size(), report.matched.size(), dt);
+  manage_map(o, in_view);
+}
+
+/// Updates with the matches that agree among themselves, and counts searches and successes.
+void Filter::Workings::update_with(const std::vector<Measurement>& found,
+                                   const std::vector<Candidate>& candidates,
+                                   const std::vector<std::size_t>& whose) {
+  std::vector<bool> success(candidates.size(), false);
+  if (!found.empty()) {
+    kalman.stack(found, joint);
+    const std::vector<std::size_t> keep = largest_consensus(joint, kGate2);
+    for (const std::size_t i : keep) {
+      const Candidate& c = candidates[whose[i]];
+      success[whose[i]] = true;
+      report.matched.push_back({map.landmarks()[c.index].id, c.pixel + found[i].innovation});
+    }
+    if (!keep.empty()) {
+      select(joint, keep, agreed);
+      const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S);
+      report.vision =
+          Nis{llt.matrixL().solve(agreed.innovation).squaredNorm(), static_cast<int>(agreed.S.rows())};
+      update(agreed, "vision");
+    }
+  }
+  report.accepted = static_cast<int>(report.matched.size());
+  const bool blind =
+      candidates.size() >= kEnoughToJudge &&
+      static_cast<double>(report.accepted) < kFewFound * static_cast<double>(candidates.size());
+  if (blind) return;  // the image or the pose is at fault, not the landmarks
+  for (std::size_t i = 0; i < candidates.size(); ++i) map.count(candidates[i].index, success[i]);
+}
+
+void Filter::Workings::judge_tracking(std::size_t searched, std::size_t accepted, double dt) {
+  const bool blind =
+      searched >= kEnoughToJudge && static_cast<double>(accepted) < kFewFound * static_cast<double>(searched);
+  lost_s = blind ? lost_s + dt : 0;
+  if (lost_s > kLost_s) diverge("tracking lost: almost no landmark found for 2 s");
+}
+
+void Filter::Workings::manage_map(const Observation& o, const std::vector<Candidate>& in_view) {
+  report.deleted = map.prune(kalman);
+  if (options.depth.linearity > 0) map.convert(options.depth.linearity, kalman);
+  std::vector<Eigen::Vector2d> taken;
+  for (const Candidate& candidate : in_view) taken.push_back(candidate.pixel);
+  const int missing = options.vision.visible_landmarks - static_cast<int>(in_view.size());
+  const int wanted = map.landmarks().empty() ? missing : std::min(missing, kBegunPerFrame);
+  const std::size_t before = map.landmarks().size();
+  if (wanted > 0 && lost_s == 0) map.begin(o.image, o.t, taken, wanted, camera, options, kalman);
+  for (std::size_t i = before; i < map.landmarks().size(); ++i) {
+    const Landmark& landmark = map.landmarks()[i];
+    const auto seen =
+        camera.project(kalman.state().X_WC().linear().transpose() *
+                       bearing(kalman.state().x()(landmark.at + 3), kalman.state().x()(landmark.at + 4)));
+    report.begun.push_back({landmark.id, seen ? seen->pixel : Eigen::Vector2d::Zero()});
+  }
+  report.landmarks = static_cast<int>(map.landmarks().size());
+}
+
+void Filter::Workings::update(const Joint& with, const char* name) {
+  if (!kalman.update(with))
+    diverge(std::string("the ") + name + " innovation covariance is not positive definite");
+}
+
+void Filter::Workings::diverge(const std::string& cause) {
+  if (report.health != Health::ok) return;
+  report.health = Health::diverged;
+  report.cause = cause;
+}
+
+void Filter::Workings::publish() {
+  if (!kalman.sound()) diverge("the state is not finite or a variance is negative");
+  const State& state = kalman.state();
+  estimate.t = now.value_or(Stamp{0});
+  estimate.X_WC = state.X_WC();
+  Eigen::Vector4d back = state.orientation();
+  back.tail<3>() *= -1;
+  Eigen::Matrix<double, 6, 7> J = Eigen::Matrix<double, 6, 7>::Zero();  // of (orientation, position) errors
+  J.block<3, 4>(0, kOrientation) = 2 * left_matrix(back).bottomRows<3>();
+  J.block<3, 3>(3, kPosition).setIdentity();
+  estimate.covariance = J * state.storage_P.topLeftCorner<7, 7>() * J.transpose();
+}
+
+std::vector<MapPoint> Filter::map() const {
+  std::vector<MapPoint> points;
+  const State& state = workings_->kalman.state();
+  for (const Landmark& landmark : workings_->map.landmarks()) {
+    const int at = landmark.at, size = landmark.size();
+    const Parameters y = state.storage_x.segment(at, size);
+    const auto J = position_jacobian(landmark.kind, y);
+    points.push_back({landmark.id, std::holds_alternative<Point>(landmark.kind) ? "point" : "inverse_depth",
+                      position(landmark.kind, y),
+                      J * state.storage_P.block(at, at, size, size) * J.transpose(), landmark.begun,
+                      landmark.attempts, landmark.successes});
+  }
+  return points;
+}
+
+}  // namespace slam

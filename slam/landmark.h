@@ -1,0 +1,56 @@
+// A landmark: how its parameters in the state say where it is, and what it looked like when first seen.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <variant>
+
+#include "slam/inverse_depth.h"
+#include "slam/observation.h"
+#include "slam/patch.h"
+
+namespace slam {
+
+/// A point in space: 3 parameters, p_W in m.
+struct Point {
+  static constexpr int kSize = 3;
+};
+
+using LandmarkKind = std::variant<Point, InverseDepth>;
+
+/// A landmark's part of the state vector, without the heap.
+using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
+
+struct Landmark {
+  int id = 0;
+  LandmarkKind kind = InverseDepth{};
+  int at = 0;  ///< where its parameters begin in the state
+  SourcePatch patch;
+  Eigen::Isometry3d X_WC_first =
+      Eigen::Isometry3d::Identity();  ///< camera pose that saw it first, as believed then
+  Stamp begun{0};
+  int attempts = 0, successes = 0;
+
+  int size() const {
+    return std::visit([](auto k) { return decltype(k)::kSize; }, kind);
+  }
+};
+
+/// A landmark as seen from the camera: a vector towards it in C (of any positive length) and its derivatives.
+struct Direction {
+  Eigen::Vector3d h_C;
+  Eigen::Matrix3d J_r;                                    ///< ∂h/∂r
+  Matrix34d J_q;                                          ///< ∂h/∂q
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> J_y;  ///< ∂h/∂(the landmark's parameters)
+};
+
+/// h_C = R(q)ᵀ(y − r) for a point, R(q)ᵀ(ρ(c₀ − r) + m) for inverse depth. y: the landmark's parameters.
+Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::Vector3d& r,
+                    const Eigen::Vector4d& q);
+
+/// Where the landmark is believed to be, m in W; never further than 100 m from where it was first seen.
+Eigen::Vector3d position(const LandmarkKind& kind, const Parameters& y);
+/// ∂position/∂y.
+Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> position_jacobian(const LandmarkKind& kind,
+                                                                    const Parameters& y);
+
+}  // namespace slam

@@ -1,0 +1,117 @@
+#include "slam/map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "slam/corner_detector.h"
+
+namespace slam {
+namespace {
+
+constexpr int kTries = 5;
+constexpr double kApart = 20;  // px between a new landmark and the others
+
+/// A box of a quarter of the image's sides at a random place that leaves room for the patch.
+cv::Rect random_box(const cv::Mat& image, std::mt19937_64& random) {
+  const int margin = kSourceHalf + 1;
+  const int width = image.cols / 4, height = image.rows / 4;
+  const auto below = [&random](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
+  const int x = margin + below(image.cols - 2 * margin - width + 1);
+  const int y = margin + below(image.rows - 2 * margin - height + 1);
+  return {x, y, width, height};
+}
+
+bool holds_any(const cv::Rect& box, const std::vector<Eigen::Vector2d>& pixels) {
+  return std::any_of(pixels.begin(), pixels.end(),
+                     [&](const Eigen::Vector2d& p) { return box.contains(cv::Point2d(p.x(), p.y())); });
+}
+
+bool far_from_all(const Eigen::Vector2i& pixel, const std::vector<Eigen::Vector2d>& taken) {
+  return std::all_of(taken.begin(), taken.end(),
+                     [&](const Eigen::Vector2d& p) { return (p - pixel.cast<double>()).norm() >= kApart; });
+}
+
+double inverse_depth_sigma(const State& state, const Landmark& landmark) {
+  return std::sqrt(std::max(0.0, state.storage_P(landmark.at + 5, landmark.at + 5)));
+}
+
+/// An inverse depth surely negative: nothing that a camera in front of it could have seen.
+bool behind(const State& state, const Landmark& landmark) {
+  return std::holds_alternative<InverseDepth>(landmark.kind) &&
+         state.storage_x(landmark.at + 5) + 3 * inverse_depth_sigma(state, landmark) < 0;
+}
+
+}  // namespace
+
+void Map::count(std::size_t index, bool success) {
+  ++landmarks_[index].attempts;
+  if (success) ++landmarks_[index].successes;
+}
+
+int Map::begin(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& taken, int wanted,
+               const Camera& camera, const Options& options, Kalman& kalman) {
+  std::vector<Eigen::Vector2d> occupied = taken;
+  const std::size_t before = landmarks_.size();
+  const auto begun = [&] { return static_cast<int>(landmarks_.size() - before); };
+  for (int tries = 0; begun() < wanted && tries < kTries * wanted; ++tries) {
+    const cv::Rect box = random_box(image, random_);
+    if (holds_any(box, occupied)) continue;
+    const auto corner = strongest_corner(image, box, options.vision.corner_threshold);
+    if (!corner || !far_from_all(corner->pixel, occupied)) continue;
+    add(image, t, corner->pixel, camera, options, kalman);
+    occupied.push_back(corner->pixel.cast<double>());
+  }
+  return begun();
+}
+
+void Map::add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const Camera& camera,
+              const Options& options, Kalman& kalman) {
+  const auto ray = camera.unproject(pixel.cast<double>());
+  if (!ray) return;
+  Landmark landmark;
+  landmark.id = next_id_++;
+  landmark.patch = cut_patch(image, pixel);
+  landmark.X_WC_first = kalman.state().X_WC();
+  landmark.begun = t;
+  const double sigma = camera.sigma(pixel.cast<double>(), options.vision.sigma_px);
+  landmark.at =
+      kalman.append(begin_inverse_depth(kalman.state().storage_x.head<kRobot>(), *ray, sigma, options.depth));
+  landmarks_.push_back(landmark);
+}
+
+void Map::convert(double linearity, Kalman& kalman) {
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    Landmark& landmark = landmarks_[i];
+    const State& state = kalman.state();
+    if (!std::holds_alternative<InverseDepth>(landmark.kind)) continue;
+    const Vector6d y = state.storage_x.segment<6>(landmark.at);
+    if (!(linearity_index(y, inverse_depth_sigma(state, landmark), state.position()) < linearity)) continue;
+    kalman.replace(landmark.at, InverseDepth::kSize, inverse_depth_position(y),
+                   inverse_depth_position_jacobian(y));
+    landmark.kind = Point{};
+    for (Landmark& later : landmarks_)
+      if (later.at > landmark.at) later.at -= InverseDepth::kSize - Point::kSize;
+  }
+}
+
+std::vector<int> Map::prune(Kalman& kalman) {
+  std::vector<int> deleted;
+  for (std::size_t i = landmarks_.size(); i-- > 0;) {
+    const Landmark& landmark = landmarks_[i];
+    const bool unreliable = landmark.attempts >= 10 && 2 * landmark.successes < landmark.attempts;
+    if (!unreliable && !behind(kalman.state(), landmark)) continue;
+    deleted.push_back(landmark.id);
+    erase(i, kalman);
+  }
+  return deleted;
+}
+
+void Map::erase(std::size_t index, Kalman& kalman) {
+  const int at = landmarks_[index].at, size = landmarks_[index].size();
+  kalman.erase(at, size);
+  landmarks_.erase(landmarks_.begin() + static_cast<std::ptrdiff_t>(index));
+  for (Landmark& later : landmarks_)
+    if (later.at > at) later.at -= size;
+}
+
+}  // namespace slam

@@ -1,0 +1,47 @@
+// The map's upkeep: landmarks begun, turned into points, deleted.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <random>
+#include <vector>
+
+#include "slam/camera.h"
+#include "slam/kalman.h"
+#include "slam/landmark.h"
+#include "slam/options.h"
+
+namespace slam {
+
+class Map {
+ public:
+  explicit Map(std::uint64_t seed) : random_(seed) {}
+
+  const std::vector<Landmark>& landmarks() const { return landmarks_; }
+
+  /// Counts one search for a landmark, and whether it was accepted.
+  void count(std::size_t index, bool success);
+
+  /// Begins at most `wanted` landmarks at corners away from the pixels `taken`; returns how many. New ones
+  /// are at the end of landmarks().
+  int begin(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& taken, int wanted,
+            const Camera& camera, const Options& options, Kalman& kalman);
+
+  /// Turns inverse depths that have become nearly Gaussian in space into points.
+  void convert(double linearity, Kalman& kalman);
+
+  /// Deletes what was searched for at least 10 times and found less than every second time (Davison et al.
+  /// 2007), or has come to lie behind its own first sight; returns the ids.
+  std::vector<int> prune(Kalman& kalman);
+
+ private:
+  void add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const Camera& camera,
+           const Options& options, Kalman& kalman);
+  void erase(std::size_t index, Kalman& kalman);
+
+  std::vector<Landmark> landmarks_;
+  int next_id_ = 0;
+  std::mt19937_64 random_;
+};
+
+}  // namespace slam

@@ -1,0 +1,20 @@
+// How the camera moves between frames: MonoSLAM's constant velocity, driven by unknown accelerations.
+#pragma once
+
+#include "slam/options.h"
+#include "slam/state.h"
+
+namespace slam {
+
+/// f(x), ∂f/∂x and the covariance that the unknown impulses add.
+struct Prediction {
+  RobotVector x;
+  RobotMatrix F, Q;
+};
+
+/// r⁺ = r + (v+V)Δt, q⁺ = q × q((ω+Ω)Δt), v⁺ = v+V, ω⁺ = ω+Ω with zero-mean impulses V = aΔt, Ω = αΔt
+/// (Davison et al. 2007, eq. (1)-(5)); so v⁺ and ω⁺ are exactly the mean velocity and rate over the interval.
+/// Gyro bias is a random walk, slip a Gauss-Markov process. dt_s > 0.
+Prediction predict_motion(const RobotVector& x, double dt_s, const Options& options);
+
+}  // namespace slam

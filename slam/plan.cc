@@ -1,0 +1,40 @@
+#include "slam/plan.h"
+
+namespace slam {
+
+Eigen::Vector3d planned_velocity(const Eigen::Isometry3d& X_PC_before, const Eigen::Isometry3d& X_PC,
+                                 double dt_s, VelocityAxes axes) {
+  const Eigen::Vector3d v_P = (X_PC.translation() - X_PC_before.translation()) / dt_s;
+  return axes == VelocityAxes::plan ? v_P : Eigen::Vector3d(X_PC.linear().transpose() * v_P);
+}
+
+Measurement measure_velocity(const RobotVector& x, const Eigen::Vector3d& velocity,
+                             const Options::PlanVelocity& options) {
+  const Eigen::Vector4d q = x.segment<4>(kOrientation);
+  const Eigen::Matrix3d R_WC = rotation_matrix(q);
+  const Eigen::Vector3d v = x.segment<3>(kVelocity), slip = x.segment<3>(kSlip);
+  Measurement m(3);
+  if (options.axes == VelocityAxes::robot) {
+    m.innovation.head<3>() = velocity - R_WC.transpose() * v - slip;
+    m.H_robot.middleCols(kOrientation, 4) = rotated_back_jacobian(q, v);
+    m.H_robot.middleCols(kVelocity, 3) = R_WC.transpose();
+    m.H_robot.middleCols(kSlip, 3).setIdentity();
+  } else {
+    m.innovation.head<3>() = velocity - v - R_WC * slip;
+    m.H_robot.middleCols(kOrientation, 4) = rotated_jacobian(q, slip);
+    m.H_robot.middleCols(kVelocity, 3).setIdentity();
+    m.H_robot.middleCols(kSlip, 3) = R_WC;
+  }
+  m.R.diagonal().setConstant(options.sigma_m_s * options.sigma_m_s);
+  return m;
+}
+
+Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options) {
+  Measurement m(1);
+  m.innovation(0) = height_m - x(kPosition + 2);
+  m.H_robot(0, kPosition + 2) = 1;
+  m.R(0, 0) = options.sigma_m * options.sigma_m;
+  return m;
+}
+
+}  // namespace slam

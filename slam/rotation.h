@@ -1,0 +1,40 @@
+// Quaternions as four numbers (w, x, y, z) in the state vector: products, exponential and the derivatives an
+// EKF needs.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace slam {
+
+using Matrix34d = Eigen::Matrix<double, 3, 4>;
+using Matrix43d = Eigen::Matrix<double, 4, 3>;
+
+/// Unit quaternion of a rotation vector (rad): (cos |θ|/2, θ/|θ| sin |θ|/2); finite at θ = 0.
+Eigen::Vector4d quaternion_exp(const Eigen::Vector3d& theta);
+/// ∂ quaternion_exp / ∂θ; finite at θ = 0.
+Matrix43d quaternion_exp_jacobian(const Eigen::Vector3d& theta);
+
+/// Rotation vector (rad, |θ| <= π) of a unit quaternion; q and −q give the same.
+Eigen::Vector3d quaternion_log(const Eigen::Vector4d& q);
+
+/// Hamilton product a × b.
+Eigen::Vector4d quaternion_product(const Eigen::Vector4d& a, const Eigen::Vector4d& b);
+/// ∂(a × b)/∂b.
+Eigen::Matrix4d left_matrix(const Eigen::Vector4d& a);
+/// ∂(a × b)/∂a.
+Eigen::Matrix4d right_matrix(const Eigen::Vector4d& b);
+
+/// R(q), quadratic in q: a rotation where |q| = 1.
+Eigen::Matrix3d rotation_matrix(const Eigen::Vector4d& q);
+/// ∂(R(q) a)/∂q.
+Matrix34d rotated_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d& a);
+/// ∂(R(q)ᵀ a)/∂q.
+Matrix34d rotated_back_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d& a);
+
+/// ∂(q/|q|)/∂q = (I − q̂q̂ᵀ)/|q|.
+Eigen::Matrix4d normalised_jacobian(const Eigen::Vector4d& q);
+
+/// [a]ₓ, so that [a]ₓ b = a × b.
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& a);
+
+}  // namespace slam

@@ -1,0 +1,94 @@
+// A textured 7 x 11 x 3 m room with furniture, ray-cast through the filter's lens, and walks along the
+// paper's circles.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <random>
+#include <vector>
+
+#include "slam/camera.h"
+#include "slam/observation.h"
+
+namespace slam::synthetic {
+
+/// Normal numbers from a seed, the same on every machine.
+class Normal {
+ public:
+  explicit Normal(std::uint64_t seed) : random_(seed) {}
+  double operator()();
+
+ private:
+  std::mt19937_64 random_;
+};
+
+/// Planes and boxes with printed textures, lit evenly.
+class Room {
+ public:
+  Room();
+  /// What a camera at X_WC sees, 8-bit grey, 2x2 rays a pixel.
+  cv::Mat render(const Camera& camera, const Eigen::Isometry3d& X_WC) const;
+  /// Where the ray from `origin` along `direction` meets the first surface.
+  Eigen::Vector3d hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+
+ private:
+  struct Surface {
+    float distance;
+    int texture, axis;
+  };
+  Surface nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const;
+  float grey(const Surface& surface, const Eigen::Vector3f& point, float footprint) const;
+
+  struct Box {
+    Eigen::Vector3f low, high;
+  };
+  std::vector<Box> furniture_;
+  Box walls_;
+  std::vector<std::vector<cv::Mat>> textures_;  // [surface][level], one texel 1 cm · 2^level
+};
+
+enum class Path { tangent, perpendicular, standing };
+
+/// A walk and what the sensors say about it.
+struct Walk {
+  Path path = Path::tangent;
+  double radius_m = 0.75, duration_s = 28, stand_s = 0.5;
+  double sway_m = 0.03, bounce_m = 0.01, step_s = 0.8;
+  double slip = 0.03;        ///< the plan walks this much further than the robot
+  double yaw_error = 0.042;  ///< and turns this much further
+  double gyro_sigma_rad_s = 0.01, accelerometer_sigma_m_s2 = 0.05, image_sigma = 2;
+  double rate_hz = 30;
+
+  int frames() const { return static_cast<int>(duration_s * rate_hz) + 1; }
+  Stamp stamp(int frame) const;
+  /// True camera pose at a time, in W.
+  Eigen::Isometry3d X_WC(double t_s) const;
+};
+
+/// Where the chest's sensors sit in the camera's frame: turned, and below it.
+Calibration calibration();
+
+/// The images of a walk without noise.
+std::vector<cv::Mat> render(const Room& room, const Walk& walk);
+
+/// The frames of a walk: images (rendered once), and per seed the noisy observations.
+class Recording {
+ public:
+  /// images: as rendered, or none.
+  explicit Recording(const Walk& walk, std::vector<cv::Mat> images = {});
+  Observation observation(int frame) const;
+  /// Draws the noise of gyro, accelerometer and images anew.
+  void reseed(std::uint64_t seed);
+  const Walk& walk() const { return walk_; }
+
+ private:
+  std::vector<InertialSample> inertial(int frame, bool accelerometer, std::uint64_t salt) const;
+
+  Walk walk_;
+  std::vector<cv::Mat> images_;
+  std::vector<Eigen::Isometry3d> plan_;
+  std::uint64_t seed_ = 1;
+};
+
+}  // namespace slam::synthetic
