@@ -1,0 +1,49 @@
+# Sourced by tools/gaitslam, tools/test.sh and .ci/run: installs missing packages and builds. $root is the project's folder.
+# Everything it says goes to stderr.
+
+say() { echo "gaitslam: $*" >&2; }
+
+missing_packages() {
+  command -v dpkg-query >/dev/null || return 0  # not Debian: CMake will say what it lacks
+  packages=$(sed 's/#.*//' "$root/tools/packages.txt")
+  installed=" $(dpkg-query -W -f '${db:Status-Status}=${Package} ' $packages 2>/dev/null) "
+  for package in $packages; do
+    case $installed in *" installed=$package "*) ;; *) echo "$package" ;; esac
+  done
+}
+
+install_packages() {
+  missing=$(missing_packages | tr '\n' ' ')
+  [ -n "$missing" ] || return 0
+  if [ "$(id -u)" = 0 ]; then
+    say "installing $missing"
+    export DEBIAN_FRONTEND=noninteractive
+    apt-get update -qq >&2 && apt-get install -y -qq --no-install-recommends $missing >&2 && return 0
+    say "packages could not be installed; once they can be (the network is there), run this:"
+    say "  apt-get update && apt-get install -y --no-install-recommends $missing"
+  else
+    say "packages are missing; run this once:"
+    say "  sudo apt-get update && sudo apt-get install -y --no-install-recommends $missing"
+  fi
+  exit 2
+}
+
+# build PRESET [TARGET...]: configures when that was never done; ninja sees to the rest.
+build() {
+  folder=$root/build/$1
+  mkdir -p "$folder" || { say "$folder cannot be written"; exit 2; }
+  exec 9>"$folder/.lock"
+  flock 9  # two at a time would build into each other
+  if [ ! -f "$folder/build.ninja" ]; then
+    say "building in build/$1 (the first time takes some minutes)"
+    (cd "$root" && cmake --preset "$1" >"$folder/configure.log" 2>&1) || {
+      cat "$folder/configure.log" >&2
+      rm -f "$folder/build.ninja"
+      say "configuring failed"
+      exit 2
+    }
+  fi
+  shift
+  ninja -C "$folder" "$@" >&2 || { say "the build failed"; exit 2; }
+  exec 9>&-
+}

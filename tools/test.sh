@@ -1,0 +1,17 @@
+#!/bin/sh
+# Builds everything and runs the tests: tools/test.sh [--long] [PRESET [ctest options]].
+# PRESET is release, ci, dev, asan or no-world; --long adds the tests labelled so: whole walks over several seeds.
+set -eu
+labels="-LE long"
+if [ "${1:-}" = --long ]; then
+  labels=
+  shift
+fi
+root=$(dirname "$(dirname "$(readlink -f "$0")")")
+. "$root/tools/setup.sh"
+preset=${1:-release}
+[ $# -eq 0 ] || shift
+install_packages
+build "$preset"
+cd "$root"
+exec ctest --preset "$preset" --no-tests=error -j "$(nproc)" $labels "$@"
