@@ -1,0 +1,199 @@
+#include "sim/world/head_camera.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+namespace sim::world {
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+const std::filesystem::path kModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
+
+// A robot that is nothing but a flying head camera, and a room of the given geoms.
+class Models {
+ public:
+  explicit Models(const std::string& room) {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "eye.xml")
+        << "<mujoco><worldbody><body name='eye'><freejoint/>"
+           "<geom type='sphere' size='0.01' group='2'/>"
+           "<camera name='head_camera' xyaxes='0 -1 0 0 0 1'/></body></worldbody></mujoco>";
+    std::ofstream(folder_ / "room.xml")
+        << "<mujoco><visual><headlight ambient='1 1 1' diffuse='0 0 0' specular='0 0 0'/></visual><worldbody>"
+        << room << "</worldbody></mujoco>";
+  }
+  ~Models() { std::filesystem::remove_all(folder_); }
+  Model load() const { return load_model("eye", "room", folder_); }
+
+ private:
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("gaitslam_head_camera_" + std::to_string(getpid()));
+};
+
+struct Ball {
+  Vector3d p_W;
+  double radius;
+};
+
+std::string white_ball(const Ball& ball) {
+  char text[300];
+  std::snprintf(text, sizeof text,
+                "<geom type='sphere' size='%.17g' pos='%.17g %.17g %.17g' rgba='1 1 1 1'/>", ball.radius,
+                ball.p_W.x(), ball.p_W.y(), ball.p_W.z());
+  return text;
+}
+
+// Balls that cover the image, borders included, at depths from 0.6 to 6 m, each about 6 px in radius.
+std::vector<Ball> balls_in_view(const CameraModel& camera, const Eigen::Isometry3d& X_WC) {
+  std::vector<Ball> balls;
+  for (int row = 0; row < 5; ++row)
+    for (int column = 0; column < 7; ++column) {
+      const Vector2d uv(camera.width_px * (column + 0.5) / 7, camera.height_px * (row + 0.5) / 5);
+      const double depth = 0.6 * std::pow(10.0, ((row * 7 + column) * 5 % 35) / 34.0);
+      const Vector3d ray = camera.direction(uv).homogeneous();
+      balls.push_back({X_WC * (depth * ray), depth * ray.norm() * 6 / (camera.fu_px * ray.norm())});
+    }
+  return balls;
+}
+
+// The lens formula written again, apart from the code under test: direction seen at a pixel.
+Vector3d ray(const CameraModel& camera, double u, double v) {
+  const double du = u - camera.u0_px, dv = v - camera.v0_px;
+  const double straight = 1 / std::sqrt(1 - 2 * camera.k1_px2 * (du * du + dv * dv));
+  return {du * straight / camera.fu_px, dv * straight / camera.fv_px, 1};
+}
+
+bool hits(const Vector3d& direction, const Vector3d& centre, double radius) {
+  return direction.cross(centre).squaredNorm() < radius * radius * direction.squaredNorm();
+}
+
+// Centre of gravity of the pixels in a window, each weighing what `brightness` says.
+template <typename Brightness>
+Vector2d centroid(const cv::Rect& window, Brightness brightness) {
+  Vector2d sum(0, 0);
+  double weight = 0;
+  for (int v = window.y; v < window.y + window.height; ++v)
+    for (int u = window.x; u < window.x + window.width; ++u) {
+      const double w = brightness(u, v);
+      sum += w * Vector2d(u, v), weight += w;
+    }
+  return sum / weight;
+}
+
+Vector2d expected_centroid(const CameraModel& camera, const cv::Rect& window, const Vector3d& p_C,
+                           double radius) {
+  return centroid(window, [&](int u, int v) {
+    constexpr int parts = 8;
+    int covered = 0;
+    for (int row = 0; row < parts; ++row)
+      for (int column = 0; column < parts; ++column)
+        covered +=
+            hits(ray(camera, u + (column + 0.5) / parts - 0.5, v + (row + 0.5) / parts - 0.5), p_C, radius);
+    return double(covered);
+  });
+}
+
+cv::Rect window_around(const CameraModel& camera, const Vector3d& p_C) {
+  const Vector2d uv = camera.project(p_C);
+  return cv::Rect(int(uv.x()) - 11, int(uv.y()) - 11, 23, 23) &
+         cv::Rect(0, 0, camera.width_px, camera.height_px);
+}
+
+void fly_to(mjData& data, const Vector3d& p, const Eigen::Quaterniond& q) {
+  Eigen::Map<Vector3d>(data.qpos) = p;
+  Eigen::Map<Eigen::Vector4d>(data.qpos + 3) << q.w(), q.x(), q.y(), q.z();
+}
+
+Eigen::Isometry3d pose_of_eye(const Vector3d& p, const Eigen::Quaterniond& q) {
+  Eigen::Matrix3d R_EC;  // optical axes in the eye's: x right = -y, y down = -z, z ahead = x
+  R_EC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return Eigen::Translation3d(p) * q * Eigen::Isometry3d(Eigen::AngleAxisd(R_EC));
+}
+
+}  // namespace
+
+TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
+  const Vector3d p(0.3, -0.2, 1.4);
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(0.7, Vector3d(0.1, -0.2, 0.9).normalized()));
+  const Eigen::Isometry3d X_WC = pose_of_eye(p, q);
+  for (Lens lens : {Lens::wide, Lens::pinhole})
+    for (int width : {320, 640}) {
+      CameraOptions options;
+      options.width_px = width, options.height_px = width * 3 / 4, options.lens = lens;
+      const CameraModel model = camera_model(options);
+      const std::vector<Ball> balls = balls_in_view(model, X_WC);
+      std::string room;
+      for (const Ball& ball : balls) room += white_ball(ball);
+      HeadCamera camera(Models(room).load(), options);
+      const Data plant(mj_makeData(&camera.model()));
+      fly_to(*plant, p, q);
+      const cv::Mat1b image = camera.render(*plant);
+      for (const Ball& ball : balls) {
+        const Vector3d p_C = X_WC.inverse() * ball.p_W;
+        const cv::Rect window = window_around(model, p_C);
+        const Vector2d seen = centroid(window, [&](int u, int v) { return double(image(v, u)); });
+        EXPECT_LT((seen - expected_centroid(model, window, p_C, ball.radius)).norm(), 0.1) << p_C.transpose();
+      }
+    }
+}
+
+TEST(HeadCamera, EachFrameBelongsToThePoseItWasAskedFor) {
+  HeadCamera camera(Models(white_ball({{3, 0, 0}, 0.1})).load(), CameraOptions{});
+  const Data plant(mj_makeData(&camera.model()));
+  const cv::Rect whole(0, 0, 320, 240);
+  for (double y : {-0.8, 0.7, 0.0}) {
+    fly_to(*plant, {0, y, 0}, Eigen::Quaterniond::Identity());
+    const cv::Mat1b image = camera.render(*plant);
+    const Vector2d seen = centroid(whole, [&](int u, int v) { return double(image(v, u)); });
+    EXPECT_NEAR(seen.x(), camera.camera().project({y, 0, 3}).x(),
+                0.2);  // the ball's outline is not quite centred
+  }
+}
+
+TEST(HeadCamera, DoesNotSeeTheHeadItSitsIn) {
+  HeadCamera camera(Models("<geom type='sphere' size='1' pos='0 0 -50'/>").load(), CameraOptions{});
+  const Data plant(mj_makeData(&camera.model()));
+  fly_to(*plant, {0, 0, 0}, Eigen::Quaterniond::Identity());
+  EXPECT_EQ(cv::countNonZero(camera.render(*plant)), 0);
+}
+
+TEST(HeadCamera, TwoCamerasGiveTheSameBytes) {
+  CameraOptions options;
+  HeadCamera first(load_model("hrp2", "office", kModels), options),
+      second(load_model("hrp2", "office", kModels), options);
+  const Data plant(mj_makeData(&first.model()));
+  plant->qpos[2] = 0.65;
+  const cv::Mat image = first.render(*plant);
+  EXPECT_EQ(cv::norm(image, second.render(*plant), cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(image, first.render(*plant), cv::NORM_INF), 0);
+}
+
+TEST(HeadCamera, BrightnessOfASurfaceDoesNotDependOnWhereTheHeadIs) {
+  const std::string wall =
+      "<light directional='true' dir='1 0.4 -0.5' diffuse='0.5 0.5 0.5' specular='0 0 0'/>"
+      "<geom type='plane' size='20 20 50' pos='3 0 0' xyaxes='0 -1 0 0 0 1' rgba='0.4 0.4 0.4 1'/>";
+  HeadCamera camera(Models(wall).load(), CameraOptions{});
+  const Data plant(mj_makeData(&camera.model()));
+  double level = -1;
+  for (double x : {0.0, 1.0, 2.0}) {
+    fly_to(*plant, {x, x / 3, 0}, Eigen::Quaterniond(Eigen::AngleAxisd(0.3 * x, Vector3d::UnitZ())));
+    double lowest, highest;
+    cv::minMaxLoc(camera.render(*plant), &lowest, &highest);
+    if (level < 0) level = lowest;
+    EXPECT_EQ(lowest, level);
+    EXPECT_EQ(highest, level);
+  }
+}
+
+TEST(HeadCamera, AModelWithoutOneIsRefused) {
+  EXPECT_THROW(camera_pose(*Models("").load(), *Data(mj_makeData(Models("").load().get())), "other"),
+               std::invalid_argument);
+}
+
+}  // namespace sim::world

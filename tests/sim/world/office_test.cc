@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "sim/world/head_camera.h"
+#include "sim/world/office_paint.h"
+#include "sim/world/surfaces.h"
+
+namespace sim::world {
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+const std::filesystem::path kModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
+
+Model robot_in_office() { return load_model("hrp2", "office", kModels); }
+
+// Stands the robot on the tangent circle (radius 0.75 m about (1, 0.25)) after turning by `yaw`.
+void stand_on_circle(mjData& data, double yaw) {
+  data.qpos[0] = 1 + 0.75 * std::sin(yaw), data.qpos[1] = 0.25 - 0.75 * std::cos(yaw), data.qpos[2] = 0.6487;
+  data.qpos[3] = std::cos(yaw / 2), data.qpos[4] = data.qpos[5] = 0, data.qpos[6] = std::sin(yaw / 2);
+}
+
+// Half the extents of a surface along W's axes.
+Vector3d half_box(const RoomPrimitive& surface) {
+  Vector3d half = surface.size;
+  if (surface.kind == RoomPrimitive::Kind::capsule) half.z() += half.x();
+  return surface.X_WS.linear().cwiseAbs() * half;
+}
+
+bool is_shell(const RoomPrimitive& surface) {
+  return surface.kind == RoomPrimitive::Kind::plane && surface.size.prod() == 0 &&
+         surface.size.maxCoeff() > 3;
+}
+
+}  // namespace
+
+TEST(Office, IsSevenByElevenByThreeMetres) {
+  Vector3d low = Vector3d::Constant(1e9), high = -low;
+  for (const RoomPrimitive& surface : room_primitives(*robot_in_office())) {
+    if (!is_shell(surface)) continue;
+    low = low.cwiseMin(surface.X_WS.translation() - half_box(surface));
+    high = high.cwiseMax(surface.X_WS.translation() + half_box(surface));
+  }
+  EXPECT_LT((high - low - Vector3d(11, 7, 3)).norm(), 1e-9);
+  EXPECT_NEAR(low.z(), 0, 1e-12);
+}
+
+TEST(Office, EverythingStandsInsideAndTwoMetresAroundTheWalkAreFree) {
+  const Vector2d middle(0.9, 0.15);  // of the circles walked
+  for (const RoomPrimitive& surface : room_primitives(*robot_in_office())) {
+    if (is_shell(surface)) continue;
+    const Vector3d centre = surface.X_WS.translation(), half = half_box(surface);
+    EXPECT_LT((centre.head<2>() - middle).cwiseAbs().x() + half.x(), 5.5 + 1e-3);
+    EXPECT_LT((centre.head<2>() - middle).cwiseAbs().y() + half.y(), 3.5 + 1e-3);
+    EXPECT_LT(centre.z() + half.z(), 3.0);
+    const Vector2d away = ((centre.head<2>() - middle).cwiseAbs() - half.head<2>()).cwiseMax(0);
+    EXPECT_GT(away.norm(), 2.0) << centre.transpose();
+  }
+}
+
+TEST(Office, RobotIsNoPartOfTheRoom) {
+  const std::size_t with_robot = room_primitives(*robot_in_office()).size();
+  const Model model = robot_in_office();
+  EXPECT_GT(with_robot, 200u);
+  EXPECT_LT(with_robot, static_cast<std::size_t>(model->ngeom));
+  for (const RoomPrimitive& surface : room_primitives(*model))
+    EXPECT_NEAR(surface.X_WS.linear().determinant(), 1, 1e-9);
+}
+
+TEST(Office, EachOfItsTexturesHasAPainter) {
+  const Model model = robot_in_office();
+  EXPECT_GT(model->ntex, 30);
+  for (int id = 0; id < model->ntex; ++id) {
+    const std::string name = mj_id2name(model.get(), mjOBJ_TEXTURE, id);
+    EXPECT_FALSE(paint_texture(name, 1).empty()) << name;
+  }
+}
+
+TEST(Office, PaintingDependsOnNameAndSeedAlone) {
+  const cv::Mat3b books = paint_texture("books_2", 1);
+  paint_texture("poster_1", 1);
+  EXPECT_EQ(cv::norm(books, paint_texture("books_2", 1), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(books, paint_texture("books_2", 2), cv::NORM_INF), 100);
+  EXPECT_GT(cv::norm(books, paint_texture("books_3", 1), cv::NORM_INF), 100);
+  EXPECT_TRUE(paint_texture("no such thing_1", 1).empty());
+}
+
+// MonoSLAM's corners: the smaller eigenvalue of the summed gradient matrix of an 11x11 patch is at least
+// 20000. OpenCV scales Sobel's gradients (8 times a central difference of one pixel) by 1 / (4 * 11 * 255).
+TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
+  constexpr double kThreshold = 20000 * 4.0 / ((11 * 255.0) * (11 * 255.0));
+  HeadCamera camera(robot_in_office(), CameraOptions{});
+  const Data plant(mj_makeData(&camera.model()));
+  for (int step = 0; step < 16; ++step) {
+    stand_on_circle(*plant, step * 2 * CV_PI / 16);
+    const cv::Mat1b image = camera.render(*plant);
+    cv::Mat1f strength;
+    cv::cornerMinEigenVal(image, strength, 11, 3);
+    std::vector<cv::Point2f> corners;
+    cv::goodFeaturesToTrack(image, corners, 0, 1e-6, 10, strength > kThreshold, 11);
+    std::set<int> twelfths;
+    for (const cv::Point2f& corner : corners) twelfths.insert(int(corner.x) / 80 + 4 * (int(corner.y) / 80));
+    EXPECT_GE(corners.size(), 60u) << step;  // five times what the filter wants in view
+    EXPECT_GE(twelfths.size(), 8u) << step;
+  }
+}
+
+TEST(RoomPrimitives, ShapesAreGivenByTheirHalfExtents) {
+  const char* const xml =
+      "<mujoco><worldbody><geom type='capsule' size='0.1 0.4' pos='1 2 3'/><geom type='plane' size='2 3 1'/>"
+      "<body pos='0 0 1'><freejoint/><geom type='sphere' size='0.2'/></body></worldbody></mujoco>";
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "gaitslam_primitives";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "a.xml") << xml;
+  std::ofstream(folder / "b.xml") << "<mujoco><worldbody/></mujoco>";
+  const std::vector<RoomPrimitive> surfaces = room_primitives(*load_model("a", "b", folder));
+  std::filesystem::remove_all(folder);
+  ASSERT_EQ(surfaces.size(), 2u);
+  EXPECT_EQ(surfaces[0].kind, RoomPrimitive::Kind::capsule);
+  EXPECT_EQ(surfaces[0].size, Vector3d(0.1, 0.1, 0.4));
+  EXPECT_EQ(surfaces[0].X_WS.translation(), Vector3d(1, 2, 3));
+  EXPECT_EQ(surfaces[1].kind, RoomPrimitive::Kind::plane);
+  EXPECT_EQ(surfaces[1].size, Vector3d(2, 3, 0));
+}
+
+}  // namespace sim::world
