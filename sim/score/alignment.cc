@@ -1,0 +1,108 @@
+#include "sim/score/alignment.h"
+
+#include <Eigen/SVD>
+#include <cmath>
+
+namespace sim::score {
+namespace {
+
+// First and second moments of the paired positions, about their means.
+struct Moments {
+  Eigen::Vector3d mean_true = Eigen::Vector3d::Zero(), mean_estimate = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();  // mean of (true)(estimate)ᵀ
+  double square_true = 0, square_estimate = 0;      // means of squared distances
+};
+
+Moments moments(const std::vector<PosePair>& pairs) {
+  Moments m;
+  const double n = static_cast<double>(pairs.size());
+  for (const PosePair& pair : pairs) {
+    m.mean_true += pair.X_true.translation() / n;
+    m.mean_estimate += pair.X_estimate.translation() / n;
+  }
+  for (const PosePair& pair : pairs) {
+    const Eigen::Vector3d a = pair.X_true.translation() - m.mean_true,
+                          b = pair.X_estimate.translation() - m.mean_estimate;
+    m.cross += a * b.transpose() / n;
+    m.square_true += a.squaredNorm() / n;
+    m.square_estimate += b.squaredNorm() / n;
+  }
+  return m;
+}
+
+// Below this part of the positions' spread a moment is rounding.
+constexpr double kNothing = 1e-12;
+
+double spread(const Moments& m) { return std::sqrt(m.square_true * m.square_estimate); }
+
+Similarity about_means(const Moments& m, const Eigen::Matrix3d& R, double scale) {
+  return {scale, R, m.mean_true - scale * R * m.mean_estimate};
+}
+
+Similarity align_origin(const PosePair& first) {
+  const Eigen::Isometry3d X = first.X_true * first.X_estimate.inverse();
+  return {1, X.linear(), X.translation()};
+}
+
+std::variant<Similarity, NoAlignment> align_yaw(const Moments& m) {
+  const double sine = m.cross(1, 0) - m.cross(0, 1), cosine = m.cross(0, 0) + m.cross(1, 1);
+  if (!(std::hypot(sine, cosine) > kNothing * spread(m)))
+    return NoAlignment{"the positions do not spread horizontally: no turn about z is nearest"};
+  return about_means(
+      m, Eigen::AngleAxisd(std::atan2(sine, cosine), Eigen::Vector3d::UnitZ()).toRotationMatrix(), 1);
+}
+
+// Umeyama 1991, eqs. (39)-(43).
+std::variant<Similarity, NoAlignment> align_umeyama(const Moments& m, bool with_scale) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d D = svd.singularValues();
+  if (!(D(0) > kNothing * spread(m))) return NoAlignment{"the positions are all in one point"};
+  if (!(D(1) > kNothing * D(0)))
+    return NoAlignment{"the positions are on one line: the turn about it is not determined"};
+  Eigen::Vector3d S = Eigen::Vector3d::Ones();
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) S(2) = -1;
+  const Eigen::Matrix3d R = svd.matrixU() * S.asDiagonal() * svd.matrixV().transpose();
+  return about_means(m, R, with_scale ? D.dot(S) / m.square_estimate : 1);
+}
+
+// The scale that Umeyama finds, without the turn and the shift it finds with it.
+std::variant<Similarity, NoAlignment> align_scale(const Moments& m) {
+  const auto full = align_umeyama(m, true);
+  if (const auto* none = std::get_if<NoAlignment>(&full)) return *none;
+  return Similarity{std::get<Similarity>(full).scale, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+}
+
+}  // namespace
+
+Eigen::Isometry3d Similarity::operator*(const Eigen::Isometry3d& X) const {
+  Eigen::Isometry3d Y = Eigen::Isometry3d::Identity();
+  Y.linear() = R * X.linear();
+  Y.translation() = scale * R * X.translation() + translation;
+  return Y;
+}
+
+std::variant<Similarity, NoAlignment> align(const std::vector<PosePair>& pairs, Alignment alignment) {
+  if (pairs.empty()) return NoAlignment{"no pose has a true one of the same time"};
+  switch (alignment) {
+    case Alignment::none:
+      return Similarity{};
+    case Alignment::origin:
+      return align_origin(pairs.front());
+    case Alignment::yaw_position:
+      return align_yaw(moments(pairs));
+    case Alignment::se3:
+      return align_umeyama(moments(pairs), false);
+    case Alignment::sim3:
+      return align_umeyama(moments(pairs), true);
+    case Alignment::scale:
+      return align_scale(moments(pairs));
+  }
+  return NoAlignment{"unknown alignment"};
+}
+
+std::vector<PosePair> apply(const Similarity& S, std::vector<PosePair> pairs) {
+  for (PosePair& pair : pairs) pair.X_estimate = S * pair.X_estimate;
+  return pairs;
+}
+
+}  // namespace sim::score

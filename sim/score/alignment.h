@@ -1,0 +1,39 @@
+// The transformation that brings an estimated trajectory nearest to the true one, in the ways the field uses.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "sim/score/trajectory.h"
+
+namespace sim::score {
+
+/// none: as they are · origin: first pose onto first pose · yaw_position: turn about z and shift, least
+/// squares of positions · se3: turn and shift, likewise · sim3: with a scale besides (Umeyama 1991) · scale:
+/// a scale alone.
+enum class Alignment { none, origin, yaw_position, se3, sim3, scale };
+
+/// p -> scale R p + translation; orientations are turned by R.
+struct Similarity {
+  double scale = 1;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Isometry3d operator*(const Eigen::Isometry3d& X) const;
+};
+
+/// Why there is no such transformation, or no single one.
+struct NoAlignment {
+  std::string reason;
+};
+
+/// What maps the pairs' estimates onto their truth. Degenerate where the positions do not determine it: no
+/// pairs; all positions in one point (yaw_position: above one another) or, for se3 and sim3, on one line.
+std::variant<Similarity, NoAlignment> align(const std::vector<PosePair>& pairs, Alignment alignment);
+
+/// The pairs with their estimates transformed.
+std::vector<PosePair> apply(const Similarity& S, std::vector<PosePair> pairs);
+
+}  // namespace sim::score

@@ -1,0 +1,29 @@
+// Errors of an estimated trajectory against the true one, pose by pose.
+#pragma once
+
+#include <vector>
+
+#include "sim/score/trajectory.h"
+
+namespace sim::score {
+
+/// |p_true − p_estimate| of each pair, m.
+std::vector<double> position_errors(const std::vector<PosePair>& pairs);
+/// The angle of R_estimateᵀ R_true of each pair, rad.
+std::vector<double> orientation_errors(const std::vector<PosePair>& pairs);
+/// The turn about W's z that takes the estimated orientation nearest to the true one, rad, left positive.
+double yaw_error(const PosePair& pair);
+
+/// Greatest minus least height (z), m; 0 for none.
+double height_range(const Trajectory& trajectory);
+
+/// How far the robot is from where its plan has it, in axes of the plan's first pose: x ahead, y left (m),
+/// yaw (rad).
+struct Drift {
+  double x = 0, y = 0, yaw = 0;
+};
+/// True minus planned. X_PB_start gives the axes.
+Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
+            const Eigen::Isometry3d& X_PB_start);
+
+}  // namespace sim::score

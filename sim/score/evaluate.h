@@ -1,0 +1,56 @@
+// One run scored: everything that is known of it in, all metrics with units and reasons out.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/score/consistency.h"
+#include "sim/score/loop_closure.h"
+#include "sim/score/statistics.h"
+#include "sim/score/surfaces.h"
+#include "sim/score/trajectory.h"
+
+namespace sim::score {
+
+/// Where the filter believed the camera was. covariance: see pose_nees.
+struct EstimatedPose {
+  Stamp t{0};
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  Matrix6d covariance = Matrix6d::Identity();
+};
+
+/// Everything that is scored, at the stamps of the frames. W is the plan's world P at t = 0.
+struct Run {
+  Trajectory truth_camera, plan_camera;                ///< X_WC, X_PC
+  Trajectory truth_waist, plan_waist;                  ///< X_WB, X_PB
+  std::optional<std::vector<EstimatedPose>> estimate;  ///< absent: the filter was not run
+  std::vector<LandmarkHistory> landmarks;
+  std::vector<Surface> surfaces;
+  TrueCamera camera;
+  std::optional<std::string> diverged;  ///< the cause, if the filter gave up
+};
+
+/// A number with its unit ("1" for a count or a ratio), or the reason why there is none.
+struct Metric {
+  std::optional<double> value;
+  std::string unit;
+  std::string reason;  ///< of a value's absence
+};
+using Metrics = std::map<std::string, Metric, std::less<>>;
+
+/// What a metric is, in words: for the README, for --help, for reports.
+struct MetricDefinition {
+  std::string_view name, unit, definition;
+  Worst worst;  ///< which of several seeds is the worst
+};
+/// All metrics in the order in which they are to be shown.
+std::span<const MetricDefinition> metric_definitions();
+
+/// All metrics of metric_definitions(), each with a value or a reason.
+Metrics evaluate(const Run& run);
+
+}  // namespace sim::score

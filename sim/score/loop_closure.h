@@ -1,0 +1,62 @@
+// Whether the loop was closed: landmarks from the beginning that were lost from view and found again where
+// they truly are.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "sim/score/surfaces.h"
+#include "sim/score/trajectory.h"
+
+namespace sim::score {
+
+/// A landmark's place (px) in the image of a time.
+struct StampedPixel {
+  Stamp t{0};
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
+
+/// A landmark from its begin on.
+struct LandmarkHistory {
+  int id = 0;
+  StampedPixel begun;
+  std::vector<StampedPixel> accepted;  ///< matches that entered an update, in order of time
+};
+
+/// The camera as it truly is.
+struct TrueCamera {
+  /// The pixel of a point in W; nothing when it is behind the camera or outside the image.
+  std::function<std::optional<Eigen::Vector2d>(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W)>
+      project;
+  /// The unit vector in C along which a pixel looks.
+  std::function<Eigen::Vector3d(const Eigen::Vector2d& pixel)> bearing;
+};
+
+/// When the planned waist has turned a quarter and three quarters of the plan's total turn.
+struct TurnMarks {
+  Stamp quarter{0}, three_quarters{0};
+};
+
+/// The plan's total turn about z from its first to its last pose, rad, whole turns counted, left positive.
+double total_turn(const Trajectory& plan_waist);
+/// Nothing unless the plan turns by at least 350° in all.
+std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
+
+/// What makes a landmark count as found again.
+struct LoopRule {
+  Stamp out_of_view = std::chrono::seconds(5);
+  double tolerance_px = 3;
+};
+
+/// The landmarks that close the loop. Each was begun before the end of the first quarter; the surface point
+/// at which the ray through its first pixel meets the room was, by truth, out of the camera's field of view
+/// (what stands between does not matter) in all frames over at least 5 s in one stretch; and after that
+/// stretch, not before three quarters, a match was accepted within 3 px of where truth puts the surface
+/// point. truth_X_WC: at the frames.
+std::vector<int> loop_landmarks(const std::vector<LandmarkHistory>& landmarks, const TurnMarks& marks,
+                                const Trajectory& truth_X_WC, const std::vector<Surface>& surfaces,
+                                const TrueCamera& camera, const LoopRule& rule = {});
+
+}  // namespace sim::score

@@ -1,0 +1,50 @@
+#include "sim/score/statistics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+namespace sim::score {
+
+double mean(const std::vector<double>& values) {
+  assert(!values.empty());
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  assert(!values.empty());
+  const double sum = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+
+double standard_deviation(const std::vector<double>& values) {
+  if (values.size() < 2) return 0;
+  const double m = mean(values);
+  double sum = 0;
+  for (const double value : values) sum += (value - m) * (value - m);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+double quantile(std::vector<double> values, double p) {
+  assert(!values.empty() && p >= 0 && p <= 1);
+  std::sort(values.begin(), values.end());
+  const double place = p * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(place);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  const double part = place - static_cast<double>(below);
+  return (1 - part) * values[below] + part * values[above];
+}
+
+Summary summarise(const std::vector<double>& values, Worst worst) {
+  if (values.empty()) return {};
+  const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+  Summary summary{values.size(), median(values), mean(values), standard_deviation(values), *greatest};
+  if (worst == Worst::smallest) summary.worst = *least;
+  if (worst == Worst::largest_magnitude && std::abs(*least) > std::abs(*greatest)) summary.worst = *least;
+  return summary;
+}
+
+}  // namespace sim::score

@@ -1,0 +1,30 @@
+// Numbers about lists of numbers. All take at least one value unless they say otherwise.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace sim::score {
+
+double mean(const std::vector<double>& values);
+/// Root of the mean of the squares.
+double root_mean_square(const std::vector<double>& values);
+/// The middle value; of an even count the mean of the two in the middle.
+double median(std::vector<double> values);
+/// Of a sample (n − 1); 0 for a single value.
+double standard_deviation(const std::vector<double>& values);
+/// p in [0, 1]: linear between order statistics, p = 0 the least, p = 1 the greatest (Hyndman & Fan 1996,
+/// type 7).
+double quantile(std::vector<double> values, double p);
+
+/// Which of several values of a metric is the worst.
+enum class Worst { largest, smallest, largest_magnitude };
+
+/// A metric over the seeds in which it is defined. Without any: n = 0 and the rest meaningless.
+struct Summary {
+  std::size_t n = 0;
+  double median = 0, mean = 0, standard_deviation = 0, worst = 0;
+};
+Summary summarise(const std::vector<double>& values, Worst worst);
+
+}  // namespace sim::score

@@ -1,0 +1,124 @@
+#include "sim/score/surfaces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sim::score {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// A ray in the axes of a shape: p + s d, s > 0. All functions below give the least such s on the shape, or
+// kNever.
+struct Ray {
+  Eigen::Vector3d p, d;
+  Eigen::Vector3d at(double s) const { return p + s * d; }
+};
+
+// The part of the ray's line inside something convex, from the first to the last parameter; empty if first >
+// last.
+struct Stretch {
+  double first = -kNever, last = kNever;
+};
+
+Stretch both(const Stretch& a, const Stretch& b) {
+  return {std::max(a.first, b.first), std::min(a.last, b.last)};
+}
+
+double entry(const Stretch& inside) {
+  if (!(inside.first <= inside.last) || inside.last <= 0) return kNever;
+  return inside.first > 0 ? inside.first : inside.last;
+}
+
+// |p_i + s d_i| <= half
+Stretch slab(const Ray& ray, int axis, double half) {
+  const double p = ray.p(axis), d = ray.d(axis);
+  if (d == 0) return std::abs(p) <= half ? Stretch{} : Stretch{kNever, -kNever};
+  const double a = (-half - p) / d, b = (half - p) / d;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+// a s² + 2 b s + c <= 0, a >= 0
+Stretch below_zero(double a, double b, double c) {
+  if (a == 0) return c <= 0 ? Stretch{} : Stretch{kNever, -kNever};
+  const double discriminant = b * b - a * c;
+  if (discriminant < 0) return {kNever, -kNever};
+  const double root = std::sqrt(discriminant);
+  return {(-b - root) / a, (-b + root) / a};
+}
+
+Stretch inside_ball(const Ray& ray, double radius) {
+  return below_zero(ray.d.squaredNorm(), ray.p.dot(ray.d), ray.p.squaredNorm() - radius * radius);
+}
+
+Stretch inside_tube(const Ray& ray, double radius) {
+  const Eigen::Vector2d p = ray.p.head<2>(), d = ray.d.head<2>();
+  return below_zero(d.squaredNorm(), p.dot(d), p.squaredNorm() - radius * radius);
+}
+
+double hit_plane(const Ray& ray, const Eigen::Vector3d& size) {
+  if (ray.p.z() <= 0 || ray.d.z() >= 0) return kNever;
+  const double s = -ray.p.z() / ray.d.z();
+  const Eigen::Vector3d at = ray.at(s);
+  const bool within =
+      (size.x() <= 0 || std::abs(at.x()) <= size.x()) && (size.y() <= 0 || std::abs(at.y()) <= size.y());
+  return within ? s : kNever;
+}
+
+double hit_box(const Ray& ray, const Eigen::Vector3d& size) {
+  return entry(both(both(slab(ray, 0, size.x()), slab(ray, 1, size.y())), slab(ray, 2, size.z())));
+}
+
+double hit_cylinder(const Ray& ray, const Eigen::Vector3d& size) {
+  return entry(both(inside_tube(ray, size.x()), slab(ray, 2, size.y())));
+}
+
+double hit_ellipsoid(const Ray& ray, const Eigen::Vector3d& size) {
+  return entry(inside_ball({ray.p.cwiseQuotient(size), ray.d.cwiseQuotient(size)}, 1));
+}
+
+// The union of a cylinder and two balls, which is convex: the hull of the three stretches.
+double hit_capsule(const Ray& ray, const Eigen::Vector3d& size) {
+  const Eigen::Vector3d end(0, 0, size.y());
+  Stretch inside{kNever, -kNever};
+  for (const Stretch& part :
+       {both(inside_tube(ray, size.x()), slab(ray, 2, size.y())), inside_ball({ray.p - end, ray.d}, size.x()),
+        inside_ball({ray.p + end, ray.d}, size.x())})
+    if (part.first <= part.last)
+      inside = {std::min(inside.first, part.first), std::max(inside.last, part.last)};
+  return entry(inside);
+}
+
+double hit(const Surface& surface, const Ray& ray) {
+  switch (surface.kind) {
+    case Surface::Kind::plane:
+      return hit_plane(ray, surface.size);
+    case Surface::Kind::box:
+      return hit_box(ray, surface.size);
+    case Surface::Kind::sphere:
+      return entry(inside_ball(ray, surface.size.x()));
+    case Surface::Kind::cylinder:
+      return hit_cylinder(ray, surface.size);
+    case Surface::Kind::ellipsoid:
+      return hit_ellipsoid(ray, surface.size);
+    case Surface::Kind::capsule:
+      return hit_capsule(ray, surface.size);
+  }
+  return kNever;
+}
+
+}  // namespace
+
+std::optional<double> first_hit(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
+                                const Eigen::Vector3d& direction) {
+  double nearest = kNever;
+  for (const Surface& surface : surfaces) {
+    const Eigen::Isometry3d X_SW = surface.X_WS.inverse();
+    nearest = std::min(nearest, hit(surface, {X_SW * origin, X_SW.linear() * direction}));
+  }
+  if (nearest == kNever) return std::nullopt;
+  return nearest;
+}
+
+}  // namespace sim::score

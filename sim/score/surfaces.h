@@ -1,0 +1,26 @@
+// The surfaces of the room as simple shapes, and where a ray first meets one.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+namespace sim::score {
+
+/// Sizes as in MJCF, all half-lengths in m along the axes S of the shape:
+/// plane: x and y, 0 for without end; the surface is z = 0, seen from z > 0 alone · box: x, y, z · sphere:
+/// radius · cylinder: radius, half-height along z · ellipsoid: three radii · capsule: radius, half-length of
+/// its straight part.
+struct Surface {
+  enum class Kind { plane, box, sphere, cylinder, ellipsoid, capsule };
+  Kind kind = Kind::box;
+  Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+};
+
+/// The least distance > 0 along the unit vector `direction` from `origin` (both in W) at which the ray meets
+/// a surface; nothing if it meets none. From inside a solid it meets the solid's surface on the way out.
+std::optional<double> first_hit(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
+                                const Eigen::Vector3d& direction);
+
+}  // namespace sim::score

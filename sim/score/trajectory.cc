@@ -1,0 +1,63 @@
+#include "sim/score/trajectory.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim::score {
+namespace {
+
+Trajectory::const_iterator first_not_before(const Trajectory& trajectory, Stamp t) {
+  return std::lower_bound(trajectory.begin(), trajectory.end(), t,
+                          [](const StampedPose& pose, Stamp stamp) { return pose.t < stamp; });
+}
+
+}  // namespace
+
+std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
+  std::vector<PosePair> pairs;
+  for (const StampedPose& pose : estimate) {
+    const auto same = first_not_before(truth, pose.t);
+    if (same != truth.end() && same->t == pose.t) pairs.push_back({pose.t, same->X, pose.X});
+  }
+  return pairs;
+}
+
+std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate) {
+  std::vector<PosePair> pairs;
+  for (const StampedPose& pose : estimate)
+    if (const auto X = interpolate(truth, pose.t)) pairs.push_back({pose.t, *X, pose.X});
+  return pairs;
+}
+
+std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp t) {
+  const auto after = first_not_before(trajectory, t);
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->t == t) return after->X;
+  if (after == trajectory.begin()) return std::nullopt;
+  const auto before = after - 1;
+  const double s =
+      static_cast<double>((t - before->t).count()) / static_cast<double>((after->t - before->t).count());
+  const Eigen::Quaterniond q0(before->X.linear()), q1(after->X.linear());
+  Eigen::Isometry3d X(q0.slerp(s, q1).normalized());
+  X.translation() = (1 - s) * before->X.translation() + s * after->X.translation();
+  return X;
+}
+
+double path_length(const Trajectory& trajectory) {
+  double length = 0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i)
+    length += (trajectory[i].X.translation() - trajectory[i - 1].X.translation()).norm();
+  return length;
+}
+
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
+  Eigen::Quaterniond q(R);
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const double sine = q.vec().norm();  // of half the angle
+  return sine < 1e-12 ? Eigen::Vector3d(2 * q.vec())
+                      : Eigen::Vector3d(2 * std::atan2(sine, q.w()) / sine * q.vec());
+}
+
+double yaw(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)); }
+
+}  // namespace sim::score

@@ -1,0 +1,48 @@
+// Poses over time, and the pairing of two such trajectories by their stamps.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <chrono>
+#include <optional>
+#include <vector>
+
+namespace sim::score {
+
+using Stamp = std::chrono::nanoseconds;
+
+/// A pose at a time; its frames are said by the variable that holds it.
+struct StampedPose {
+  Stamp t{0};
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+};
+
+/// In order of time, no stamp twice.
+using Trajectory = std::vector<StampedPose>;
+
+/// What is true (or the reference) and what is believed of one pose at one time, both in the same world.
+struct PosePair {
+  Stamp t{0};
+  Eigen::Isometry3d X_true = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_estimate = Eigen::Isometry3d::Identity();
+};
+
+/// The pairs of exactly equal stamps, in order of time.
+std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate);
+
+/// Pairs each estimate with the truth interpolated at its stamp; estimates outside the truth's time are left
+/// out.
+std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate);
+
+/// Position linearly, orientation along the shortest turn; nothing outside the trajectory's time.
+std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp t);
+
+/// Sum of the distances between successive positions, m.
+double path_length(const Trajectory& trajectory);
+
+/// Rotation vector (rad) of a rotation matrix, its length in [0, π].
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R);
+
+/// The angle (rad, in (−π, π]) of the turn about z that comes nearest to R in the Frobenius norm.
+double yaw(const Eigen::Matrix3d& R);
+
+}  // namespace sim::score
