@@ -63,7 +63,8 @@ void Timeline::carry_out(int command, const WalkOptions& options, int least_stan
   if (const auto* standing = std::get_if<Stand>(&what)) {
     stand(command, std::max(ticks_of(*standing), least_standing));
   } else {
-    walk(command, footsteps(what, centre_of(stance_), options.step_length_m), options);
+    const auto steps = footsteps(what, centre_of(stance_), options.step_length_m);
+    for (const Footstep& landing : steps) step(command, landing, options);
   }
 } catch (const std::invalid_argument& e) {
   throw std::invalid_argument("walk.commands[" + std::to_string(command) + "]." + e.what());
@@ -82,23 +83,39 @@ void Timeline::append(Phase phase) {
   phases_.push_back(std::move(phase));
 }
 
-void Timeline::stand(int command, int ticks) {
-  append({command, Support::both, ticks, stance_, stance_, waist_yaw_, waist_yaw_, zmp_,
-          zmp_under(centre_of(stance_)), stop_ramp_ticks_, 1});
+/// Where the walk is so far, to be continued for so many ticks.
+Phase Timeline::next_phase(int command, Support support, int ticks) const {
+  return {.command = command,
+          .support = support,
+          .ticks = ticks,
+          .from = stance_,
+          .to = stance_,
+          .waist_yaw_from = waist_yaw_,
+          .waist_yaw_to = waist_yaw_,
+          .zmp_from = zmp_,
+          .zmp_to = zmp_};
 }
 
-void Timeline::walk(int command, const std::vector<Footstep>& steps, const WalkOptions& options) {
-  const int double_ticks = ticks_of(options.double_support_s);
-  for (const Footstep& step : steps) {
-    const Side carrying = other(step.side);
-    const Eigen::Vector2d zmp = zmp_under(stance_.of(carrying));
-    append({command, Support::both, double_ticks, stance_, stance_, waist_yaw_, waist_yaw_, zmp_, zmp,
-            double_ticks, 0});
-    Stance landed = stance_;
-    landed.of(step.side) = step.pose;
-    append({command, carrying == Side::left ? Support::left : Support::right,
-            ticks_of(options.single_support_s), stance_, landed, waist_yaw_, step.pose.yaw, zmp, zmp, 1, 0});
-  }
+void Timeline::stand(int command, int ticks) {
+  Phase phase = next_phase(command, Support::both, ticks);
+  phase.zmp_to = zmp_under(centre_of(stance_));
+  phase.zmp_ramp_ticks = stop_ramp_ticks_;
+  phase.zmp_ramp_start = 1;
+  append(std::move(phase));
+}
+
+/// Double support, in which the ZMP goes to the foot that stays, then single support on it.
+void Timeline::step(int command, const Footstep& step, const WalkOptions& options) {
+  const Side carrying = other(step.side);
+  Phase shift = next_phase(command, Support::both, ticks_of(options.double_support_s));
+  shift.zmp_to = zmp_under(stance_.of(carrying));
+  shift.zmp_ramp_ticks = shift.ticks;
+  append(std::move(shift));
+  Phase swing = next_phase(command, carrying == Side::left ? Support::left : Support::right,
+                           ticks_of(options.single_support_s));
+  swing.to.of(step.side) = step.pose;
+  swing.waist_yaw_to = step.pose.yaw;
+  append(std::move(swing));
 }
 
 Timeline::Moment Timeline::at(std::ptrdiff_t tick) const {

@@ -43,7 +43,8 @@ class Timeline {
  private:
   void carry_out(int command, const WalkOptions& options, int least_standing);
   void stand(int command, int ticks);
-  void walk(int command, const std::vector<Footstep>& steps, const WalkOptions& options);
+  void step(int command, const Footstep& step, const WalkOptions& options);
+  Phase next_phase(int command, Support support, int ticks) const;
   void append(Phase phase);
   Eigen::Vector2d zmp_under(const FootPose& foot) const;
 
