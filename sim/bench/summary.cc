@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "sim/bench/scenario_limits.h"
 #include "sim/stream/durable_file.h"
@@ -17,31 +15,12 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double median_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
-}
-
-double sd_of(const std::vector<double>& values) {
-  const double mean = mean_of(values);
-  double sum = 0;
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
-
-double worst_of(const std::vector<double>& values, const std::string& metric, const Scenario& scenario) {
+score::Worst worst_side(const std::string& metric, const Scenario& scenario) {
   for (const MetricLimit& limit : scenario.limits.metrics) {
-    if (limit.metric != metric) continue;
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    return limit.bound == Bound::at_most ? *most : *least;
+    if (limit.metric == metric)
+      return limit.bound == Bound::at_most ? score::Worst::largest : score::Worst::smallest;
   }
-  return *std::max_element(values.begin(), values.end(),
-                           [](double a, double b) { return std::abs(a) < std::abs(b); });
+  return score::Worst::largest_magnitude;
 }
 
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
@@ -54,31 +33,31 @@ std::vector<double> values_of(const std::string& metric, const std::vector<SeedS
   return values;
 }
 
-MetricSummary summarize_metric(const SeedMetric& metric, const Scenario& scenario,
-                               const std::vector<SeedScore>& seeds) {
-  const std::vector<double> values = values_of(metric.name, seeds);
-  MetricSummary summary{metric.name, metric.unit, values.size(), {}, {}, {}, {}};
-  if (values.empty()) return summary;
-  summary.median = median_of(values);
-  summary.mean = mean_of(values);
-  if (values.size() > 1) summary.sd = sd_of(values);
-  summary.worst = worst_of(values, metric.name, scenario);
-  return summary;
+std::optional<double> aggregate(const score::Summary& over_seeds, const std::string& name) {
+  if (over_seeds.n == 0) return std::nullopt;
+  return name == "median" ? over_seeds.median : name == "mean" ? over_seeds.mean : over_seeds.worst;
 }
 
-JudgedLimit judge(const MetricLimit& limit, const std::vector<MetricSummary>& metrics) {
-  JudgedLimit judged{limit, {}, false};
+bool keeps(const MetricLimit& limit, double value) {
+  return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
+}
+
+JudgedLimit judge(const MetricLimit& limit, const std::vector<MetricSummary>& metrics,
+                  bool filter_was_to_run) {
+  JudgedLimit judged{limit, {}, {}};
   for (const MetricSummary& metric : metrics) {
-    if (metric.name != limit.metric) continue;
-    judged.value = limit.aggregate == "median" ? metric.median
-                   : limit.aggregate == "mean" ? metric.mean
-                                               : metric.worst;
+    if (metric.name == limit.metric) judged.value = aggregate(metric.over_seeds, limit.aggregate);
   }
-  if (judged.value) {
-    judged.passed =
-        limit.bound == Bound::at_most ? *judged.value <= limit.value : *judged.value >= limit.value;
-  }
+  if (judged.value || filter_was_to_run) judged.passed = judged.value && keeps(limit, *judged.value);
   return judged;
+}
+
+ordered_json json_of(const MetricSummary& metric) {
+  const auto& [n, median, mean, sd, worst] = metric.over_seeds;
+  if (n == 0)
+    return {{"unit", metric.unit}, {"n", 0},        {"median", nullptr},
+            {"mean", nullptr},     {"sd", nullptr}, {"worst", nullptr}};
+  return {{"unit", metric.unit}, {"n", n}, {"median", median}, {"mean", mean}, {"sd", sd}, {"worst", worst}};
 }
 
 ordered_json json_of(const std::optional<double>& value) {
@@ -89,10 +68,17 @@ ordered_json json_of(const JudgedLimit& judged) {
   return {{"metric", subject(judged.limit)},
           {std::string(word(judged.limit.bound)), judged.limit.value},
           {"value", json_of(judged.value)},
-          {"passed", judged.passed}};
+          {"passed", judged.passed ? ordered_json(*judged.passed) : ordered_json(nullptr)}};
 }
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
+
+std::string row(const MetricSummary& metric) {
+  const score::Summary& s = metric.over_seeds;
+  if (s.n == 0) return fmt::format("{:<26} {:<5} {:>3}\n", metric.name, metric.unit, 0);
+  return fmt::format("{:<26} {:<5} {:>3} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", metric.name, metric.unit,
+                     s.n, s.median, s.mean, s.standard_deviation, s.worst);
+}
 
 }  // namespace
 
@@ -123,11 +109,14 @@ Summary summarize(const Scenario& scenario, const std::vector<SeedScore>& seeds)
       [](const SeedScore& a, const SeedScore& b) { return a.metrics.size() < b.metrics.size(); });
   if (fullest != seeds.end()) {
     for (const SeedMetric& metric : fullest->metrics) {
-      summary.metrics.push_back(summarize_metric(metric, scenario, seeds));
+      summary.metrics.push_back(
+          {metric.name, metric.unit,
+           score::summarise(values_of(metric.name, seeds), worst_side(metric.name, scenario))});
     }
   }
   for (const MetricLimit& limit : scenario.limits.metrics) {
-    if (!limit.aggregate.empty()) summary.limits.push_back(judge(limit, summary.metrics));
+    if (!limit.aggregate.empty())
+      summary.limits.push_back(judge(limit, summary.metrics, scenario.slam.has_value()));
   }
   return summary;
 }
@@ -135,7 +124,8 @@ Summary summarize(const Scenario& scenario, const std::vector<SeedScore>& seeds)
 int exit_code(const Summary& summary) {
   int worst = 0;
   for (const SeedScore& seed : summary.seeds) worst = std::max(worst, seed.exit_code);
-  for (const JudgedLimit& limit : summary.limits) worst = std::max(worst, limit.passed ? 0 : 1);
+  for (const JudgedLimit& limit : summary.limits)
+    worst = std::max(worst, limit.passed.value_or(true) ? 0 : 1);
   return worst;
 }
 
@@ -147,12 +137,7 @@ void write_summary(const fs::path& file, const Summary& summary) {
   }
   json["metrics"] = ordered_json::object();
   for (const MetricSummary& m : summary.metrics) {
-    json["metrics"][m.name] = {{"unit", m.unit},
-                               {"n", m.n},
-                               {"median", json_of(m.median)},
-                               {"mean", json_of(m.mean)},
-                               {"sd", json_of(m.sd)},
-                               {"worst", json_of(m.worst)}};
+    json["metrics"][m.name] = json_of(m);
   }
   json["limits"] = ordered_json::array();
   for (const JudgedLimit& limit : summary.limits) json["limits"].push_back(json_of(limit));
@@ -167,12 +152,14 @@ std::string summary_table(const Summary& summary) {
   text += fmt::format("\n{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", "metric", "unit", "n", "median",
                       "mean", "sd", "worst");
   for (const MetricSummary& m : summary.metrics) {
-    text += fmt::format("{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", m.name, m.unit, m.n,
-                        number(m.median), number(m.mean), number(m.sd), number(m.worst));
+    text += row(m);
   }
   for (const JudgedLimit& limit : summary.limits) {
-    text += fmt::format("limit {} {} {}: {} {}\n", subject(limit.limit), word(limit.limit.bound),
-                        limit.limit.value, number(limit.value), limit.passed ? "passed" : "MISSED");
+    text += fmt::format("limit {} {} {}: {}  {}\n", subject(limit.limit), word(limit.limit.bound),
+                        limit.limit.value, number(limit.value),
+                        !limit.passed   ? "not judged"
+                        : *limit.passed ? "ok"
+                                        : "MISSED");
   }
   return text;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/bench/scenario.h"
+#include "sim/score/statistics.h"
 
 namespace sim::bench {
 
@@ -26,19 +27,19 @@ struct SeedScore {
   std::vector<SeedMetric> metrics;
 };
 
-/// One metric over the seeds for which it is defined. sd: with n - 1; absent for fewer than two. worst: the
-/// value nearest to missing its limit; without a limit the one of largest magnitude.
+/// One metric over the seeds for which it is defined. Worst is the value nearest to missing the metric's
+/// limit; without a limit the one of largest magnitude.
 struct MetricSummary {
   std::string name, unit;
-  std::size_t n = 0;
-  std::optional<double> median, mean, sd, worst;
+  score::Summary over_seeds;
 };
 
-/// A limit on an aggregate: value is absent when the metric is defined for no seed; then it is missed.
+/// A limit on an aggregate. A value absent because the metric is defined for no seed misses the limit, unless
+/// no filter was to run: then the limit is not judged and passed is absent too.
 struct JudgedLimit {
   MetricLimit limit;
   std::optional<double> value;
-  bool passed = false;
+  std::optional<bool> passed;
 };
 
 struct Summary {
