@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "walking/arm_swing.h"
 #include "walking/hrp2.h"
 
 namespace walking {
@@ -64,13 +65,14 @@ LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
   return solution;
 }
 
-BodySolution inverse_kinematics(const Posture& posture) {
+BodySolution inverse_kinematics(const Posture& posture, ArmMotion arms) {
   const Eigen::Isometry3d X_BP = posture.X_PB.inverse();
   const LegSolution right = leg_inverse_kinematics(Side::right, X_BP * ankle_above(posture.X_PR));
   const LegSolution left = leg_inverse_kinematics(Side::left, X_BP * ankle_above(posture.X_PL));
   BodySolution body{hrp2::half_sitting(), left.reached, right.reached};
   body.q.segment<6>(0) = right.q;
   body.q.segment<6>(6) = left.q;
+  if (arms == ArmMotion::swing) swing_arms(posture, body.q);
   return body;
 }
 

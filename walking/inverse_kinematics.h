@@ -20,11 +20,11 @@ struct LegSolution {
 /// with the knee's lateral offset of HRP-2.
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA);
 
-/// All joints for a posture; chest, head, arms and hands in half-sitting.
+/// All joints for a posture; chest, head and hands in half-sitting, the arms as `arms` says.
 struct BodySolution {
   JointVector q;
   bool left_reached = true, right_reached = true;
 };
-BodySolution inverse_kinematics(const Posture& posture);
+BodySolution inverse_kinematics(const Posture& posture, ArmMotion arms = ArmMotion::still);
 
 }  // namespace walking

@@ -8,9 +8,9 @@
 
 namespace walking {
 
-inline constexpr double kPeriod = 0.005;     ///< s, control period of HRP-2 and of its pattern generator
-inline constexpr double kGravity = 9.81;     ///< m/s², the value the published gains were computed with
-inline constexpr int kJoints = 30;           ///< RLEG 0-5, LLEG 0-5, CHEST 0-1, HEAD 0-1, RARM 0-6, LARM 0-6
+inline constexpr double kPeriod = 0.005;  ///< s, control period of HRP-2 and of its pattern generator
+inline constexpr double kGravity = 9.81;  ///< m/s², the value the published gains were computed with
+inline constexpr int kJoints = 30;        ///< RLEG 0-5, LLEG 0-5, CHEST 0-1, HEAD 0-1, RARM 0-6, LARM 0-6
 using JointVector = Eigen::Matrix<double, kJoints, 1>;
 
 enum class Side { right, left };
@@ -29,7 +29,8 @@ struct TangentArc {
   double radius_m = 0.75;
   double angle_rad = std::numbers::pi / 2;
 };
-/// Walk along a circle, facing its centre (radius_m ahead); angle > 0 turns left, the robot moving to its right.
+/// Walk along a circle, facing its centre (radius_m ahead); angle > 0 turns left, the robot moving to its
+/// right.
 struct PerpendicularArc {
   double radius_m = 0.75;
   double angle_rad = 2 * std::numbers::pi;
@@ -37,6 +38,9 @@ struct PerpendicularArc {
 using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc>;
 
 enum class SwingPolynomial { quintic, cubic };
+
+/// Whether the arms keep half-sitting or swing against the legs to make up for part of their yaw momentum.
+enum class ArmMotion { still, swing };
 
 /// The scenario's keys walk.*, name for name.
 struct WalkOptions {
@@ -47,14 +51,15 @@ struct WalkOptions {
   double preview_s = 1.6;
   double com_height_m = 0.814;
   SwingPolynomial swing = SwingPolynomial::quintic;
+  ArmMotion arm_motion = ArmMotion::still;
   std::vector<Command> commands;
 };
 
 enum class Support { both, left, right };
 
-/// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z up. In
-/// half-sitting the ankles are 9.5 mm ahead of the waist and the centre of mass 13.7 mm ahead and 0.808 m above ground
-/// (the cart-table's com_height_m sets the dynamics alone).
+/// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z
+/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the centre of mass 13.7 mm ahead and
+/// 0.808 m above ground (the cart-table's com_height_m sets the dynamics alone).
 struct Reference {
   double t_s = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero(), com_velocity = Eigen::Vector3d::Zero(),
@@ -64,10 +69,10 @@ struct Reference {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();      ///< waist
   Eigen::Vector3d waist_velocity = Eigen::Vector3d::Zero();    ///< of the waist's origin, m/s in P
   double waist_yaw_rate = 0;                                   ///< rad/s
-  Eigen::Isometry3d X_PL = Eigen::Isometry3d::Identity();      ///< left sole: point of the sole below the ankle
-  Eigen::Isometry3d X_PR = Eigen::Isometry3d::Identity();      ///< right sole
+  Eigen::Isometry3d X_PL = Eigen::Isometry3d::Identity();  ///< left sole: point of the sole below the ankle
+  Eigen::Isometry3d X_PR = Eigen::Isometry3d::Identity();  ///< right sole
   Support support = Support::both;
-  int command = 0;   ///< index into WalkOptions::commands of what is being carried out
+  int command = 0;  ///< index into WalkOptions::commands of what is being carried out
 };
 
 }  // namespace walking

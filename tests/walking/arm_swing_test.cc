@@ -1,0 +1,70 @@
+#include "walking/arm_swing.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "walking/hrp2.h"
+#include "walking/inverse_kinematics.h"
+
+namespace walking {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kPrinted = 5e-6;  // degrees, five decimals
+
+TEST(ArmSwing, AnglesAreTheReferenceOnes) {
+  const ArmAngles forward = arm_swing(.15), middle = arm_swing(0), back = arm_swing(-.15);
+  EXPECT_NEAR(forward.elbow / kDegree, -28.92161, kPrinted);
+  EXPECT_NEAR(forward.shoulder_pitch / kDegree, 18.48963, kPrinted);
+  EXPECT_NEAR(middle.elbow / kDegree, -30, 1e-12);
+  EXPECT_NEAR(middle.shoulder_pitch / kDegree, 15, 1e-12);
+  EXPECT_NEAR(back.elbow / kDegree, -28.92161, kPrinted);
+  EXPECT_NEAR(back.shoulder_pitch / kDegree, 10.43198, kPrinted);
+}
+
+TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
+  for (const double foot : {-0.3, -0.1, 0.05, 0.15, 0.4}) {
+    const ArmAngles arm = arm_swing(foot);
+    // Shoulder and elbow turn about y: positive pitch brings the hand back.
+    const double x = -0.25 * std::sin(arm.shoulder_pitch) - 0.25 * std::sin(arm.shoulder_pitch + arm.elbow);
+    const double z = -0.25 * std::cos(arm.shoulder_pitch) - 0.25 * std::cos(arm.shoulder_pitch + arm.elbow);
+    EXPECT_NEAR(x, -0.2267747 * foot, 1e-7);
+    EXPECT_NEAR(z, -0.4829629, 1e-7);
+  }
+}
+
+Posture standing() {
+  Posture posture;
+  posture.X_PB.translation() << 0, 0, hrp2::kWaistHeight;
+  posture.X_PL.translation() << hrp2::kAnkleX, 0.095, 0;
+  posture.X_PR.translation() << hrp2::kAnkleX, -0.095, 0;
+  return posture;
+}
+
+TEST(ArmSwing, StandingRobotKeepsHalfSitting) {
+  const JointVector q = inverse_kinematics(standing(), ArmMotion::swing).q;
+  EXPECT_LT((q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxes) {
+  Posture posture = standing();
+  posture.X_PL.translation().x() += 0.15;
+  posture.X_PR.translation().x() -= 0.15;
+  const Eigen::Isometry3d turned(Eigen::Translation3d(3, 1, 0) *
+                                 Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ()));
+  for (auto* X : {&posture.X_PB, &posture.X_PL, &posture.X_PR}) *X = turned * *X;
+  const JointVector still = inverse_kinematics(posture).q,
+                    swinging = inverse_kinematics(posture, ArmMotion::swing).q;
+  EXPECT_NEAR(swinging(23) / kDegree, 18.48963, kPrinted);  // left shoulder
+  EXPECT_NEAR(swinging(16) / kDegree, 10.43198, kPrinted);  // right shoulder
+  EXPECT_NEAR(swinging(26) / kDegree, -28.92161, kPrinted);
+  EXPECT_NEAR(swinging(19) / kDegree, -28.92161, kPrinted);
+  JointVector difference = swinging - still;
+  for (const int joint : {16, 19, 23, 26}) difference(joint) = 0;
+  EXPECT_TRUE(difference.isZero(0));
+}
+
+}  // namespace
+}  // namespace walking
