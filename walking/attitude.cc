@@ -8,16 +8,17 @@
 
 namespace walking {
 
+using Eigen::Vector3d;
+
 Attitude::Attitude(const Eigen::Vector3d& up, const AttitudeOptions& options)
     : options_(options), up_(up.normalized()) {}
 
 void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specific_force,
                       const Eigen::Vector3d& motion, double dt) {
   const Eigen::Vector3d felt = specific_force - motion;
-  const double deviation = std::abs(felt.norm() - kGravity) / options_.trusted_deviation_m_s2;
-  const double trust = std::max(0.0, 1.0 - deviation);
-  // The turn that would bring the tracked vertical to the felt one (Mahony et al. 2008, eq. (32)).
-  const Eigen::Vector3d correction = trust * up_.cross(felt).eval() / kGravity;
+  // The turn that would bring the tracked vertical to the felt one (Mahony et al. 2008, eq. (32)). Landings
+  // are not left out: their impulses and what they make up for average to nothing only together.
+  const Vector3d correction = up_.cross(felt) / kGravity;
   bias_ += options_.bias_gain_per_s2 * dt * correction;
   const Eigen::Vector3d turn = (gyro - bias_ - options_.accelerometer_gain_per_s * correction) * dt;
   const double angle = turn.norm();

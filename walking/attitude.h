@@ -8,9 +8,8 @@ namespace walking {
 
 /// Gains of the attitude filter.
 struct AttitudeOptions {
-  double accelerometer_gain_per_s = 0.2;  ///< how fast the gyro's drift is pulled back to the felt vertical
-  double bias_gain_per_s2 = 0.01;         ///< how fast a gyro bias is learnt
-  double trusted_deviation_m_s2 = 3.0;    ///< a felt acceleration this far from g is a landing: not trusted
+  double accelerometer_gain_per_s = 0.15;  ///< how fast the gyro's drift is pulled back to the felt vertical
+  double bias_gain_per_s2 = 0.004;         ///< how fast a gyro bias is learnt
 };
 
 /// Tracks the vertical in the axes of the IMU. Heading stays unknown, as it must without a compass.

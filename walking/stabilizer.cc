@@ -18,6 +18,8 @@ const double kOmega =
 constexpr double kGroundForce = 30.0;  // N, a foot that feels less is in the air
 constexpr double kAirLeak = 0.1;       // s, in which an ankle in the air comes back
 
+const Vector3d kAnkle(0, 0, hrp2::kAnkleHeight);  // in the axes of the sole
+
 // The sole about the sole point, m.
 const Vector2d kSoleMin(-0.100, -0.069), kSoleMax(0.130, 0.069);
 
@@ -71,7 +73,9 @@ Posture Stabilizer::step(const Reference& reference, const Felt& felt) {
   const Load load = share(reference);
   give_way_at_ankles(reference, felt, load);
   balance_forces(reference, felt, load);
+  carry(load);
   right_the_body();
+  begun_ = true;
   return corrected(reference);
 }
 
@@ -89,7 +93,7 @@ void Stabilizer::estimate_tilt(const Reference& reference, const Felt& felt) {
 void Stabilizer::estimate_com(const Reference& reference, const Felt& felt) {
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
   const auto error_over = [&](const Eigen::Isometry3d& X_PS, const Eigen::Isometry3d& X_BS) -> Vector2d {
-    const Vector3d com = X_PS.translation() + R_PB * (hrp2::kComInWaist - X_BS.translation());
+    const Vector3d com = X_PS * kAnkle + R_PB * (hrp2::kComInWaist - X_BS * kAnkle);
     return (com - reference.com).head<2>();
   };
   const Vector2d left = error_over(reference.X_PL, sole_in_waist(Side::left, felt.q.segment<6>(6)));
@@ -101,7 +105,6 @@ void Stabilizer::estimate_com(const Reference& reference, const Felt& felt) {
     const double keep = std::exp(-2 * std::numbers::pi * options_.tracking.velocity_cutoff_hz * kPeriod);
     state_.com_velocity_error = keep * state_.com_velocity_error + (1 - keep) * rate;
   }
-  begun_ = true;
   left_error_ = left;
   right_error_ = right;
   state_.com_error = share * left + (1 - share) * right;
@@ -121,13 +124,10 @@ void Stabilizer::estimate_zmp(const Reference& reference, const Felt& felt) {
 void Stabilizer::ask_for_zmp(const Reference& reference) {
   const StabilizerOptions::Tracking& o = options_.tracking;
   state_.zmp_asked = reference.zmp;
-  if (!o.enabled) {
-    return;
+  if (o.enabled) {
+    const Vector2d error = state_.com_error + state_.com_velocity_error / kOmega;
+    state_.zmp_asked += (1 + o.gain_per_s / kOmega) * error;
   }
-  const Vector2d error = state_.com_error + state_.com_velocity_error / kOmega;
-  com_error_integral_ =
-      clamped(com_error_integral_ + kPeriod * o.integral_gain_per_s2 / kOmega * error, o.integral_limit_m);
-  state_.zmp_asked += (1 + o.gain_per_s / kOmega) * error + com_error_integral_;
 }
 
 /// Forces as the ZMP asked for divides the way from sole to sole (Kajita et al. 2010, section III-C).
@@ -180,6 +180,15 @@ void Stabilizer::balance_forces(const Reference& reference, const Felt& felt, co
   reach_ = std::clamp(reach_, -o.limit_m, o.limit_m);
 }
 
+void Stabilizer::carry(const Load& load) {
+  const StabilizerOptions::LegCompliance& o = options_.leg_compliance;
+  if (!o.enabled) {
+    return;
+  }
+  const Vector2d loaded = Vector2d(load.left, load.right) / o.stiffness_n_m;
+  compression_ += (1 - std::exp(-kPeriod / o.lag_s)) * (loaded - compression_);
+}
+
 void Stabilizer::right_the_body() {
   const StabilizerOptions::BodyAttitude& o = options_.body_attitude;
   if (!o.enabled) {
@@ -195,8 +204,8 @@ Posture Stabilizer::corrected(const Reference& reference) const {
   posture.X_PB.translation() += (reference.X_PB.linear() - posture.X_PB.linear()) * hrp2::kComInWaist;
   posture.X_PL.linear() = reference.X_PL.linear() * turned(left_ankle_);
   posture.X_PR.linear() = reference.X_PR.linear() * turned(right_ankle_);
-  posture.X_PL.translation().z() -= reach_ / 2;
-  posture.X_PR.translation().z() += reach_ / 2;
+  posture.X_PL.translation().z() -= reach_ / 2 + compression_[0];
+  posture.X_PR.translation().z() -= -reach_ / 2 + compression_[1];
   return posture;
 }
 

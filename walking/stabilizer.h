@@ -39,20 +39,18 @@ struct StabilizerOptions {
   bool enabled = true;
   AttitudeOptions attitude;
 
-  /// The capture point's error asks for a ZMP that drives it back (Caron et al. 2019, section III).
+  /// The error of the capture point asks for a ZMP that drives it back (Caron et al. 2019, section III).
   struct Tracking {
     bool enabled = true;
-    double gain_per_s = 3.0;  ///< how fast the error of the capture point shall decay
-    double integral_gain_per_s2 = 0.5;
-    double integral_limit_m = 0.02;
+    double gain_per_s = 3.0;          ///< how fast the error of the capture point shall decay
     double velocity_cutoff_hz = 6.0;  ///< low pass on the velocity error of the centre of mass
-    double sole_margin_m = 0.01;      ///< the ZMP asked for stays this far inside the soles
+    double sole_margin_m = 0.01;      ///< the pressure asked for stays this far inside a sole
   } tracking;
 
   /// Ankles give way to the torque they feel beyond what is asked for (Kajita et al. 2010, eqs. (14)-(17)).
   struct AnkleAdmittance {
     bool enabled = true;
-    double gain_rad_s_per_nm = 0.001;
+    double gain_rad_s_per_nm = 0.08;
     double leak_s = 1.5;
     double limit_rad = 0.17;
   } ankle_admittance;
@@ -66,10 +64,18 @@ struct StabilizerOptions {
     double limit_m = 0.025;
   } force_difference;
 
+  /// A leg is made longer by what its planned load compresses it, so that the other foot lands when it
+  /// should.
+  struct LegCompliance {
+    bool enabled = true;
+    double stiffness_n_m = 120e3;  ///< of a leg from waist to ground, vertically: servos and ankle bush
+    double lag_s = 0.03;
+  } leg_compliance;
+
   /// The waist is turned against its felt tilt (Kajita et al. 2010, eqs. (1)-(2)).
   struct BodyAttitude {
     bool enabled = true;
-    double gain_per_s = 0.5;
+    double gain_per_s = 2.0;
     double leak_s = 10.0;
     double limit_rad = 0.1;
   } body_attitude;
@@ -107,6 +113,7 @@ class Stabilizer {
   Load share(const Reference& reference) const;
   void give_way_at_ankles(const Reference& reference, const Felt& felt, const Load& load);
   void balance_forces(const Reference& reference, const Felt& felt, const Load& load);
+  void carry(const Load& load);
   void right_the_body();
   Posture corrected(const Reference& reference) const;
 
@@ -116,9 +123,9 @@ class Stabilizer {
   bool begun_ = false;
   Eigen::Vector2d left_error_ = Eigen::Vector2d::Zero(),
                   right_error_ = Eigen::Vector2d::Zero();  // of the CoM over each sole
-  Eigen::Vector2d com_error_integral_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d left_ankle_ = Eigen::Vector2d::Zero(),
                   right_ankle_ = Eigen::Vector2d::Zero();  // roll, pitch, rad
+  Eigen::Vector2d compression_ = Eigen::Vector2d::Zero();  // of left and right leg, m
   double reach_ = 0;                                       // of the left foot down and the right one up, m
   Eigen::Vector2d body_ = Eigen::Vector2d::Zero();         // roll, pitch of the waist, rad
 };

@@ -192,9 +192,12 @@ bool World::feet_touch() const {
   return std::any_of(data_->contact, data_->contact + data_->ncon, between_feet);
 }
 
-walking::Wrench World::wrench(int force, int torque) const {
-  // MuJoCo gives what the leg exerts on the sole: at rest the ground exerts the opposite on the foot.
-  return {-vector(data_->sensordata + force), -vector(data_->sensordata + torque)};
+walking::Wrench World::wrench(int sole_body, int force, int torque) const {
+  // MuJoCo gives what the leg exerts on the sole: at rest the ground exerts the opposite on the foot, but for
+  // the weight of what hangs below the sensor, which the sensor is tared for.
+  walking::Wrench wrench{-vector(data_->sensordata + force), -vector(data_->sensordata + torque)};
+  wrench.force.z() -= model_->body_mass[sole_body] * model_->opt.gravity[2];
+  return wrench;
 }
 
 walking::Felt World::felt() {
@@ -204,8 +207,8 @@ walking::Felt World::felt() {
   walking::Felt felt;
   felt.gyro = reading.gyro;
   felt.accelerometer = reading.specific_force;
-  felt.left = wrench(ids_.left_force, ids_.left_torque);
-  felt.right = wrench(ids_.right_force, ids_.right_torque);
+  felt.left = wrench(model_->site_bodyid[ids_.left_sole], ids_.left_force, ids_.left_torque);
+  felt.right = wrench(model_->site_bodyid[ids_.right_sole], ids_.right_force, ids_.right_torque);
   for (int joint = 0; joint < walking::kJoints; ++joint) {
     felt.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
   }
@@ -236,6 +239,8 @@ Eigen::Isometry3d World::X_WC() const {
   X.linear().col(2) *= -1;
   return X;
 }
+
+Eigen::Vector3d World::v_WG() const { return imu_state().v_WG; }
 
 Eigen::Isometry3d World::X_WG() const {
   return pose(data_->site_xpos + 3 * ids_.imu, data_->site_xmat + 9 * ids_.imu);

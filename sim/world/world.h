@@ -52,6 +52,7 @@ class World {
   Eigen::Isometry3d X_WB() const;  ///< waist
   Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
   Eigen::Isometry3d X_WG() const;  ///< chest IMU
+  Eigen::Vector3d v_WG() const;    ///< velocity of the chest IMU, m/s in W
   Eigen::Isometry3d X_WL() const;  ///< left sole, below the ankle
   Eigen::Isometry3d X_WR() const;  ///< right sole
   Eigen::Vector3d com() const;     ///< centre of mass of the whole robot
@@ -76,7 +77,7 @@ class World {
   Status check() const;
   bool feet_touch() const;
   ImuState imu_state() const;
-  walking::Wrench wrench(int force, int torque) const;
+  walking::Wrench wrench(int sole_body, int force, int torque) const;
 
   Model model_;
   Data data_;
