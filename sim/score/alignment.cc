@@ -30,10 +30,11 @@ Moments moments(const std::vector<PosePair>& pairs) {
   return m;
 }
 
-// Below this part of the positions' spread a moment is rounding.
-constexpr double kNothing = 1e-12;
-
-double spread(const Moments& m) { return std::sqrt(m.square_true * m.square_estimate); }
+// Below this a moment (m²) is rounding: 1e-12 of the spread, or distances of 1e-10 of that from the origin.
+double nothing(const Moments& m) {
+  return 1e-12 * std::sqrt(m.square_true * m.square_estimate) +
+         1e-20 * m.mean_true.norm() * m.mean_estimate.norm();
+}
 
 Similarity about_means(const Moments& m, const Eigen::Matrix3d& R, double scale) {
   return {scale, R, m.mean_true - scale * R * m.mean_estimate};
@@ -46,7 +47,7 @@ Similarity align_origin(const PosePair& first) {
 
 std::variant<Similarity, NoAlignment> align_yaw(const Moments& m) {
   const double sine = m.cross(1, 0) - m.cross(0, 1), cosine = m.cross(0, 0) + m.cross(1, 1);
-  if (!(std::hypot(sine, cosine) > kNothing * spread(m)))
+  if (!(std::hypot(sine, cosine) > nothing(m)))
     return NoAlignment{"the positions do not spread horizontally: no turn about z is nearest"};
   return about_means(
       m, Eigen::AngleAxisd(std::atan2(sine, cosine), Eigen::Vector3d::UnitZ()).toRotationMatrix(), 1);
@@ -56,8 +57,8 @@ std::variant<Similarity, NoAlignment> align_yaw(const Moments& m) {
 std::variant<Similarity, NoAlignment> align_umeyama(const Moments& m, bool with_scale) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d D = svd.singularValues();
-  if (!(D(0) > kNothing * spread(m))) return NoAlignment{"the positions are all in one point"};
-  if (!(D(1) > kNothing * D(0)))
+  if (!(D(0) > nothing(m))) return NoAlignment{"the positions are all in one point"};
+  if (!(D(1) > nothing(m)))
     return NoAlignment{"the positions are on one line: the turn about it is not determined"};
   Eigen::Vector3d S = Eigen::Vector3d::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) S(2) = -1;
@@ -100,7 +101,7 @@ std::variant<Similarity, NoAlignment> align(const std::vector<PosePair>& pairs, 
   return NoAlignment{"unknown alignment"};
 }
 
-std::vector<PosePair> apply(const Similarity& S, std::vector<PosePair> pairs) {
+std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs) {
   for (PosePair& pair : pairs) pair.X_estimate = S * pair.X_estimate;
   return pairs;
 }

@@ -34,6 +34,6 @@ struct NoAlignment {
 std::variant<Similarity, NoAlignment> align(const std::vector<PosePair>& pairs, Alignment alignment);
 
 /// The pairs with their estimates transformed.
-std::vector<PosePair> apply(const Similarity& S, std::vector<PosePair> pairs);
+std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs);
 
 }  // namespace sim::score

@@ -66,7 +66,7 @@ Value ate_se3_rmse(const Scored& s) {
   if (const std::string why = s.no_estimate(); !why.empty()) return Value::none(why);
   const auto S = align(s.pairs, Alignment::se3);
   if (const auto* none = std::get_if<NoAlignment>(&S)) return Value::none(none->reason);
-  return root_mean_square(position_errors(apply(std::get<Similarity>(S), s.pairs)));
+  return root_mean_square(position_errors(transformed(std::get<Similarity>(S), s.pairs)));
 }
 
 Value rmse(const Scored& s) {
@@ -251,6 +251,12 @@ Metric metric(const Row& row, const Scored& scored) {
 }  // namespace
 
 std::span<const MetricDefinition> metric_definitions() { return kDefinitions; }
+
+const MetricDefinition* find_metric(std::string_view name) {
+  const auto found =
+      std::find_if(kDefinitions.begin(), kDefinitions.end(), [&](const auto& m) { return m.name == name; });
+  return found == kDefinitions.end() ? nullptr : &*found;
+}
 
 Metrics evaluate(const Run& run) {
   const Scored scored(run);

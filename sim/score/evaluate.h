@@ -49,6 +49,8 @@ struct MetricDefinition {
 };
 /// All metrics in the order in which they are to be shown.
 std::span<const MetricDefinition> metric_definitions();
+/// The one of that name, or nullptr.
+const MetricDefinition* find_metric(std::string_view name);
 
 /// All metrics of metric_definitions(), each with a value or a reason.
 Metrics evaluate(const Run& run);

@@ -1,0 +1,80 @@
+#include "sim/score/consistency.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "sim/score/trajectory.h"
+#include "tests/sim/score/random_trajectory.h"
+
+namespace sim::score {
+namespace {
+
+TEST(Consistency, NeesIsAsComputedByHand) {
+  Eigen::Isometry3d truth = Eigen::Isometry3d::Identity(), estimate = truth;
+  truth.translation() = Eigen::Vector3d(0.1, -0.2, 0.3);
+  truth.linear() = Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  Matrix6d P = Matrix6d::Zero();
+  P.diagonal() << 1, 1e-4, 1, 0.01, 0.04, 0.09;
+  const auto nees = pose_nees(truth, estimate, P);
+  ASSERT_TRUE(nees);
+  EXPECT_NEAR(nees->orientation, 4, 1e-12);  // 0.02² / 0.01²
+  EXPECT_NEAR(nees->position, 3, 1e-12);     // 1 + 1 + 1
+}
+
+TEST(Consistency, OrientationErrorIsInTheCamerasAxesAndPositionErrorInTheWorlds) {
+  // Estimate turned by 90° about z: an error about W's x is one about C's −y.
+  Eigen::Isometry3d estimate(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()));
+  Eigen::Isometry3d truth(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()) * estimate.linear());
+  truth.translation().x() = 0.5;
+  Matrix6d P = 1e6 * Matrix6d::Identity();
+  P(1, 1) = 1e-4;  // about C's y
+  P(3, 3) = 0.25;  // along W's x
+  const auto nees = pose_nees(truth, estimate, P);
+  ASSERT_TRUE(nees);
+  EXPECT_NEAR(nees->orientation, 1, 1e-9);
+  EXPECT_NEAR(nees->position, 1, 1e-9);
+}
+
+TEST(Consistency, CovarianceThatIsNoneGivesNothing) {
+  const Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  Matrix6d P = Matrix6d::Identity();
+  P(4, 4) = 0;
+  EXPECT_FALSE(pose_nees(X, X, P));
+  P(4, 4) = -1;
+  EXPECT_FALSE(pose_nees(X, X, P));
+  P(4, 4) = std::nan("");
+  EXPECT_FALSE(pose_nees(X, X, P));
+}
+
+TEST(Consistency, ChiSquareQuantilesAreThoseOfTheTables) {
+  EXPECT_NEAR(chi_square_quantile(0.95, 1), 3.841458820694124, 1e-11);
+  EXPECT_NEAR(chi_square_quantile(0.95, 2), 5.991464547107979, 1e-11);
+  EXPECT_NEAR(chi_square_quantile(0.99, 3), 11.344866730144373, 1e-11);
+  EXPECT_NEAR(chi_square_quantile(0.025, 30), 16.790772265566623, 1e-10);
+  EXPECT_NEAR(chi_square_quantile(0.975, 30), 46.979242243671145, 1e-10);
+  EXPECT_NEAR(chi_square_quantile(0.5, 2), 2 * std::log(2.0), 1e-12);  // closed form: 1 − exp(−x/2)
+}
+
+TEST(Consistency, ChiSquareDistributionHasItsClosedForms) {
+  for (const double x : {0.01, 0.5, 2.0, 3.9, 4.1, 20.0, 60.0}) {
+    EXPECT_NEAR(chi_square_cdf(x, 2), 1 - std::exp(-x / 2), 1e-14);
+    EXPECT_NEAR(chi_square_cdf(x, 1), std::erf(std::sqrt(x / 2)), 1e-13);
+    EXPECT_NEAR(chi_square_cdf(x, 4), 1 - std::exp(-x / 2) * (1 + x / 2), 1e-14);
+  }
+  EXPECT_EQ(chi_square_cdf(0, 3), 0);
+  EXPECT_NEAR(chi_square_cdf(3000, 3000), 0.503433, 1e-5);  // ½ + √(2/π)/(3√dof) for large dof
+}
+
+TEST(Consistency, BandOfTenRunsOfThreeDegreesIsThePublishedOne) {
+  const Band band = mean_band(3, 10);
+  EXPECT_NEAR(band.low, 1.68, 0.005);
+  EXPECT_NEAR(band.high, 4.70, 0.005);
+  const Band narrow = mean_band(3, 1000);
+  EXPECT_GT(narrow.low, 2.8);
+  EXPECT_LT(narrow.high, 3.2);
+}
+
+}  // namespace
+}  // namespace sim::score

@@ -1,0 +1,41 @@
+#include "sim/score/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sim::score {
+namespace {
+
+TEST(Statistics, AreAsComputedByHand) {
+  const std::vector<double> values{3, 1, 4, 1, 5};
+  EXPECT_EQ(mean(values), 2.8);
+  EXPECT_EQ(median(values), 3);
+  EXPECT_EQ(median({4, 1, 3, 2}), 2.5);
+  EXPECT_DOUBLE_EQ(standard_deviation(values), std::sqrt(3.2));  // 12.8 / 4
+  EXPECT_DOUBLE_EQ(root_mean_square(values), std::sqrt(10.4));
+  EXPECT_EQ(standard_deviation({7}), 0);
+}
+
+TEST(Statistics, QuantilesRunFromLeastToGreatest) {
+  const std::vector<double> values{40, 10, 30, 20};
+  EXPECT_EQ(quantile(values, 0), 10);
+  EXPECT_EQ(quantile(values, 1), 40);
+  EXPECT_DOUBLE_EQ(quantile(values, 0.25), 17.5);
+  EXPECT_DOUBLE_EQ(quantile(values, 0.99), 39.7);
+  EXPECT_EQ(quantile({5}, 0.3), 5);
+}
+
+TEST(Statistics, SummaryTakesTheWorstThatTheMetricMeans) {
+  const std::vector<double> values{0.1, -0.6, 0.3};
+  EXPECT_EQ(summarise(values, Worst::largest).worst, 0.3);
+  EXPECT_EQ(summarise(values, Worst::smallest).worst, -0.6);
+  EXPECT_EQ(summarise(values, Worst::largest_magnitude).worst, -0.6);
+  EXPECT_EQ(summarise({0.1, -0.2, 0.3}, Worst::largest_magnitude).worst, 0.3);
+  EXPECT_EQ(summarise(values, Worst::largest).n, 3u);
+  EXPECT_EQ(summarise(values, Worst::largest).median, 0.1);
+  EXPECT_EQ(summarise({}, Worst::largest).n, 0u);
+}
+
+}  // namespace
+}  // namespace sim::score
