@@ -15,6 +15,7 @@
 #include "sim/world/options.h"
 #include "slam/options.h"
 #include "walking/plan.h"
+#include "walking/stabilizer.h"
 
 namespace sim::bench {
 
@@ -45,6 +46,7 @@ struct Scenario {
   std::string name;  ///< of the results folder; the file's stem unless the file says otherwise
   std::uint64_t seed = 1;
   walking::WalkOptions walk;
+  walking::StabilizerOptions stabilizer;
   world::WorldOptions world;
   std::optional<world::CameraOptions> camera;
   stream::ErrorOptions errors;

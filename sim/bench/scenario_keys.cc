@@ -63,6 +63,15 @@ void add_walk(Keys& keys) {
   keys.push_back(commands_key());
 }
 
+void add_stabilizer(Keys& keys) {
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, enabled), kAny, "correct the plan by what the robot feels"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.enabled), kAny, "track the planned capture point"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.enabled), kAny, "ankles give way to torque"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, force_difference.enabled), kAny,
+                     "the foot that carries too little reaches down, the other up"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, body_attitude.enabled), kAny, "the waist is turned against its tilt"));
+}
+
 void add_world(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(world, robot), kAny, "the robot's model, models/<robot>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, room), kAny, "the room's model, models/<room>.xml"));
@@ -163,6 +172,7 @@ const Keys& scenario_keys() {
     Keys keys;
     add_run(keys);
     add_walk(keys);
+    add_stabilizer(keys);
     add_world(keys);
     add_camera(keys);
     add_errors(keys);

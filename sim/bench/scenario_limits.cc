@@ -7,8 +7,8 @@
 #include <array>
 #include <limits>
 
-#include "sim/bench/metric.h"
 #include "sim/bench/scenario_value.h"
+#include "sim/score/evaluate.h"
 
 namespace sim::bench {
 namespace {
@@ -38,9 +38,9 @@ std::size_t choose(const Yaml& at, const std::string& key, std::string_view name
 }
 
 void check_metric(const Yaml& at, const std::string& key, std::string_view name) {
-  if (find_metric(name) != nullptr) return;
+  if (score::find_metric(name) != nullptr) return;
   std::vector<std::string_view> names;
-  for (const Metric& metric : metrics()) names.push_back(metric.name);
+  for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
   fail(at, key, fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names)));
 }
 

@@ -64,7 +64,8 @@ void scale_mass(mjModel* model, int body, double scale) {
 
 World::World(const WorldOptions& options, const Draw& draw, const walking::JointVector& q,
              const Eigen::Isometry3d& X_WB, const std::filesystem::path& models)
-    : model_(load_model(options.robot, kPhysicalRoom, models)), data_(mj_makeData(model_.get())) {
+    : model_(load_model(options.robot, kPhysicalRoom, models, Shapes::colliding)),
+      data_(mj_makeData(model_.get())) {
   find_ids();
   apply(draw);
   place(q, X_WB);

@@ -4,10 +4,10 @@
 #include <memory>
 #include <sstream>
 
-#include "sim/bench/metric.h"
 #include "sim/bench/scenario_commands.h"
 #include "sim/bench/scenario_keys.h"
 #include "sim/bench/scenario_limits.h"
+#include "sim/score/evaluate.h"
 #include "tools/cli/commands.h"
 
 namespace cli {
@@ -59,7 +59,7 @@ void print_values(const bench::ReadScenario& read) {
   }
   for (const bench::MetricLimit& limit : read.scenario.limits.metrics) {
     const std::string key = fmt::format("limits.{}.{}", bench::subject(limit), bench::word(limit.bound));
-    print_row(key, fmt::format("{}", limit.value), bench::find_metric(limit.metric)->unit, "",
+    print_row(key, fmt::format("{}", limit.value), sim::score::find_metric(limit.metric)->unit, "",
               origin_of(read, key));
   }
 }
@@ -74,8 +74,8 @@ void print_keys() {
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, "
                "worst). Metrics:\n";
-  for (const bench::Metric& metric : bench::metrics()) {
-    std::cout << fmt::format("  {:<24} {:<4} {}\n", metric.name, metric.unit, metric.doc);
+  for (const auto& metric : sim::score::metric_definitions()) {
+    std::cout << fmt::format("  {:<24} {:<4} {}\n", metric.name, metric.unit, metric.definition);
   }
 }
 

@@ -1,0 +1,84 @@
+#include "sim/bench/evidence.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "slam/camera.h"
+
+namespace sim::bench {
+namespace {
+
+score::Trajectory trajectory(const std::vector<stream::TimedPose>& poses) {
+  score::Trajectory trajectory;
+  for (const stream::TimedPose& pose : poses) trajectory.push_back({pose.t, pose.X});
+  return trajectory;
+}
+
+std::vector<score::EstimatedPose> estimate(const Tracked& tracked) {
+  std::vector<score::EstimatedPose> poses;
+  for (const TrackedFrame& frame : tracked.frames)
+    poses.push_back({frame.estimate.t, frame.estimate.X_WC, frame.estimate.covariance});
+  return poses;
+}
+
+std::vector<score::LandmarkHistory> landmarks(const Tracked& tracked) {
+  std::map<int, score::LandmarkHistory> histories;
+  for (const TrackedFrame& frame : tracked.frames) {
+    const slam::Stamp t = frame.report.t;
+    for (const slam::Sighting& s : frame.report.begun) histories[s.landmark] = {s.landmark, {t, s.pixel}, {}};
+    for (const slam::Sighting& s : frame.report.matched) histories.at(s.landmark).accepted.push_back({t, s.pixel});
+  }
+  std::vector<score::LandmarkHistory> all;
+  for (auto& [id, history] : histories) all.push_back(std::move(history));
+  return all;
+}
+
+score::Surface surface(const stream::RecordedSurface& recorded) {
+  using Kind = score::Surface::Kind;
+  static const std::map<std::string, Kind> kinds{{"plane", Kind::plane},         {"box", Kind::box},
+                                                 {"sphere", Kind::sphere},       {"cylinder", Kind::cylinder},
+                                                 {"ellipsoid", Kind::ellipsoid}, {"capsule", Kind::capsule}};
+  return {kinds.at(recorded.kind), recorded.X_WS, recorded.size};
+}
+
+score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
+  const slam::Camera camera(intrinsics);
+  const auto project = [camera](const Eigen::Isometry3d& X_WC,
+                                const Eigen::Vector3d& p_W) -> std::optional<Eigen::Vector2d> {
+    const auto seen = camera.project(X_WC.inverse() * p_W);
+    if (!seen || !camera.inside(seen->pixel, 0)) return std::nullopt;
+    return seen->pixel;
+  };
+  const auto bearing = [camera](const Eigen::Vector2d& pixel) -> Eigen::Vector3d {
+    return camera.unproject(pixel).value().h.normalized();
+  };
+  return {project, bearing};
+}
+
+}  // namespace
+
+std::vector<stream::TimedPose> planned_camera(const Remains& remains) {
+  std::vector<stream::TimedPose> poses = remains.truth.waist_plan;
+  if (poses.empty()) return poses;
+  const Eigen::Isometry3d X_BC = poses.front().X.inverse() * remains.setup.X_WC_start;
+  for (stream::TimedPose& pose : poses) pose.X = pose.X * X_BC;
+  return poses;
+}
+
+score::Run evidence(const Remains& remains) {
+  score::Run run;
+  run.truth_camera = trajectory(remains.truth.camera);
+  run.plan_camera = trajectory(planned_camera(remains));
+  run.truth_waist = trajectory(remains.truth.waist);
+  run.plan_waist = trajectory(remains.truth.waist_plan);
+  run.camera = true_camera(remains.setup.calibration.camera);
+  for (const stream::RecordedSurface& recorded : remains.truth.surfaces) run.surfaces.push_back(surface(recorded));
+  if (!remains.tracked) return run;
+  run.estimate = estimate(*remains.tracked);
+  run.landmarks = landmarks(*remains.tracked);
+  if (remains.tracked->diverged()) run.diverged = remains.tracked->cause();
+  return run;
+}
+
+}  // namespace sim::bench

@@ -1,0 +1,169 @@
+#include "sim/bench/result.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "sim/bench/evidence.h"
+#include "sim/stream/csv.h"
+#include "sim/stream/tum.h"
+
+namespace sim::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+// What differs between writing a file of text here and there is only the text.
+void write(const fs::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw stream::FileError(file, "cannot be written");
+}
+
+std::string tum(const std::vector<stream::TimedPose>& poses) {
+  std::string text;
+  for (const stream::TimedPose& pose : poses) text += stream::tum_row(pose.t, pose.X);
+  return text;
+}
+
+void write_estimate(const fs::path& folder, const Tracked& tracked) {
+  std::string poses, with_covariance = stream::kTumCovarianceHeader;
+  for (const TrackedFrame& frame : tracked.frames) {
+    const slam::Estimate& e = frame.estimate;
+    poses += stream::tum_row(e.t, e.X_WC);
+    with_covariance += stream::tum_row(e.t, e.X_WC, e.covariance);
+  }
+  write(folder / "estimate.tum", poses);
+  write(folder / "estimate_cov.txt", with_covariance);
+}
+
+std::string nis_fields(const std::optional<slam::Nis>& nis) {
+  return nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
+}
+
+void write_frames(const fs::path& folder, const Tracked& tracked) {
+  std::string text =
+      "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted,nis_vision,dof_vision,nis_gyro,dof_gyro,"
+      "nis_plan_velocity,dof_plan_velocity,nis_height,dof_height,health,cause,refused\n";
+  for (const TrackedFrame& frame : tracked.frames) {
+    const slam::FrameReport& r = frame.report;
+    text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
+                        r.begun.size(), r.deleted.size());
+    for (const auto& nis : {r.vision, r.gyro, r.plan_velocity, r.height}) text += nis_fields(nis);
+    text += fmt::format(",{},{},{}\n", r.health == slam::Health::ok ? "ok" : "diverged", r.cause, r.refused);
+  }
+  write(folder / "frames.csv", text);
+}
+
+void write_map(const fs::path& folder, const Tracked& tracked) {
+  std::string text =
+      "#id,kind,p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz [m^2],P_zz [m^2],"
+      "begun [ns],attempts,successes\n";
+  for (const slam::MapPoint& point : tracked.map) {
+    const Eigen::Matrix3d& P = point.covariance;
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(), point.p_W.y(),
+                        point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2), point.begun.count(),
+                        point.attempts, point.successes);
+  }
+  write(folder / "map.csv", text);
+}
+
+ordered_json metrics_json(const score::Metrics& metrics) {
+  ordered_json json;
+  for (const score::MetricDefinition& defined : score::metric_definitions()) {
+    const score::Metric& metric = metrics.find(defined.name)->second;
+    ordered_json& entry = json[std::string(defined.name)];
+    entry["value"] = metric.value ? ordered_json(*metric.value) : ordered_json(nullptr);
+    entry["unit"] = metric.unit;
+    if (!metric.value) entry["reason"] = metric.reason;
+  }
+  return json;
+}
+
+bool keeps(const MetricLimit& limit, double value) {
+  return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
+}
+
+// The limits that one run is held to; those over seeds are the summary's. A metric that is not there misses its limit,
+// unless no filter was to run.
+ordered_json limits_json(const Scenario& scenario, const score::Metrics& metrics, bool& all_kept) {
+  ordered_json json = ordered_json::array();
+  for (const MetricLimit& limit : scenario.limits.metrics) {
+    if (!limit.aggregate.empty()) continue;
+    const std::optional<double> value = metrics.at(limit.metric).value;
+    ordered_json entry{{"metric", limit.metric},
+                       {limit.bound == Bound::at_most ? "at_most" : "at_least", limit.value},
+                       {"value", value ? ordered_json(*value) : ordered_json(nullptr)}};
+    if (value || scenario.slam) {
+      const bool kept = value && keeps(limit, *value);
+      entry["passed"] = kept;
+      all_kept &= kept;
+    } else {
+      entry["passed"] = nullptr;
+      entry["reason"] = "no filter was to run";
+    }
+    json.push_back(entry);
+  }
+  return json;
+}
+
+void write_about(const fs::path& folder, const Remains& remains, const ResultPlace& place, const Outcome& outcome) {
+  const Scenario& scenario = remains.scenario.scenario;
+  const ordered_json json{{"format_version", 1},
+                          {"program", "gaitslam"},
+                          {"version", place.version},
+                          {"revision", place.revision},
+                          {"libraries", place.libraries},
+                          {"scenario", scenario.name},
+                          {"seed", scenario.seed},
+                          {"ending", outcome.ending},
+                          {"cause", outcome.cause},
+                          {"walk_ending", remains.ending},
+                          {"walk_cause", remains.cause},
+                          {"recording_xxh3_128", remains.recording_hash}};
+  write(folder / "about.json", json.dump(2) + "\n");
+}
+
+Outcome ending_of(const Remains& remains) {
+  if (remains.ending == "completed" && remains.tracked && remains.tracked->diverged())
+    return {"diverged", remains.tracked->cause(), 0};
+  return {remains.ending, remains.cause, 0};
+}
+
+}  // namespace
+
+Outcome write_result(const fs::path& folder, const Remains& remains, const ResultPlace& place, const Timing& timing,
+                     double simulated_s) {
+  const Scenario& scenario = remains.scenario.scenario;
+  Outcome outcome = ending_of(remains);
+  write(folder / "scenario.yaml", to_yaml(scenario));
+  write(folder / "truth.tum", tum(remains.truth.camera));
+  write(folder / "plan.tum", tum(planned_camera(remains)));
+  write(folder / "waist_truth.tum", tum(remains.truth.waist));
+  write(folder / "waist_plan.tum", tum(remains.truth.waist_plan));
+  if (remains.tracked) {
+    write_estimate(folder, *remains.tracked);
+    write_frames(folder, *remains.tracked);
+    write_map(folder, *remains.tracked);
+  }
+  const score::Metrics metrics = score::evaluate(evidence(remains));
+  bool kept = true;
+  ordered_json json{{"format_version", 1}, {"scenario", scenario.name}, {"seed", scenario.seed},
+                    {"ending", outcome.ending}};
+  json["metrics"] = metrics_json(metrics);
+  json["limits"] = limits_json(scenario, metrics, kept);
+  const auto& allowed = scenario.limits.ending;
+  const bool may_end_so = std::find(allowed.begin(), allowed.end(), outcome.ending) != allowed.end();
+  outcome.exit_code = !may_end_so ? 3 : kept ? 0 : 1;
+  write(folder / "score.json", json.dump(2) + "\n");
+  write_about(folder, remains, place, outcome);
+  timing.write(folder, simulated_s);
+  return outcome;
+}
+
+}  // namespace sim::bench

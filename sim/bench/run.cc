@@ -1,0 +1,266 @@
+#include "sim/bench/run.h"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "sim/bench/planned_camera.h"
+#include "sim/stream/random.h"
+#include "sim/world/head_camera.h"
+#include "sim/world/surfaces.h"
+#include "sim/world/world.h"
+#include "walking/inverse_kinematics.h"
+#include "walking/pattern_generator.h"
+#include "walking/stabilizer.h"
+
+namespace sim::bench {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+constexpr milliseconds kTick{5};
+
+double seconds(nanoseconds t) { return 1e-9 * static_cast<double>(t.count()); }
+
+// Frame k is taken at the millisecond of the physics nearest to k / rate.
+nanoseconds frame_time(int k, double rate_hz) { return milliseconds(std::llround(1e3 * k / rate_hz)); }
+
+Eigen::Vector3d normal(stream::Random& random, double sigma) {
+  const double x = random.normal(), y = random.normal(), z = random.normal();
+  return sigma * Eigen::Vector3d(x, y, z);
+}
+
+// What differs between the plant and its nominal model on this seed.
+world::Draw draw(const Scenario& scenario) {
+  const world::WorldOptions& world = scenario.world;
+  stream::Random friction(scenario.seed, "floor friction"), zeros(scenario.seed, "joint zeros"),
+      masses(scenario.seed, "link masses");
+  world::Draw drawn{std::max(0.01, world.floor_friction + world.variation.friction * friction.normal()),
+                    Eigen::VectorXd(walking::kJoints), Eigen::VectorXd(walking::kJoints + 1)};
+  for (double& offset : drawn.joint_offset_rad) offset = world.variation.joint_offset_rad * zeros.normal();
+  for (double& scale : drawn.mass_scale) scale = std::max(0.1, 1 + world.variation.mass_fraction * masses.normal());
+  return drawn;
+}
+
+// How camera and chest IMU sit on the robot in its planned posture, by the nominal model.
+struct Mounting {
+  Eigen::Isometry3d X_BC, X_CG;
+};
+
+Mounting mounting(const Scenario& scenario, const walking::JointVector& q, const Eigen::Isometry3d& X_WB,
+                  const std::filesystem::path& models) {
+  world::WorldOptions bare = scenario.world;
+  bare.room = "floor";
+  const world::World nominal(bare, world::Draw{bare.floor_friction, {}, {}}, q, X_WB, models);
+  return {nominal.X_WB().inverse() * nominal.X_WC(), nominal.X_WC().inverse() * nominal.X_WG()};
+}
+
+walking::JointVector joints(const walking::Reference& reference) {
+  return walking::inverse_kinematics({reference.X_PB, reference.X_PL, reference.X_PR}).q;
+}
+
+slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
+  return {lens.width_px, lens.height_px, lens.fu_px, lens.fv_px, lens.u0_px, lens.v0_px, lens.k1_px2};
+}
+
+std::string kind(world::RoomPrimitive::Kind kind) {
+  using enum world::RoomPrimitive::Kind;
+  switch (kind) {
+    case plane: return "plane";
+    case box: return "box";
+    case sphere: return "sphere";
+    case cylinder: return "cylinder";
+    case ellipsoid: return "ellipsoid";
+    case capsule: return "capsule";
+  }
+  return "";
+}
+
+stream::RecordedSurface recorded(const world::RoomPrimitive& surface) {
+  using enum world::RoomPrimitive::Kind;
+  const bool round_about_z = surface.kind == cylinder || surface.kind == capsule;
+  const Eigen::Vector3d& s = surface.size;
+  return {kind(surface.kind), surface.X_WS, round_about_z ? Eigen::Vector3d(s.x(), s.z(), 0) : s};
+}
+
+std::string ending(world::Condition condition) {
+  switch (condition) {
+    case world::Condition::fell: return "fell";
+    case world::Condition::feet_touched: return "collided";
+    case world::Condition::physics_failed: return "failed";
+    case world::Condition::ok: break;
+  }
+  return "completed";
+}
+
+// One run. Every member is used in the order of a simulated millisecond: tick, step, frame.
+class Run {
+ public:
+  Run(const ReadScenario& read, const std::filesystem::path& folder, const std::filesystem::path& models);
+
+  void walk(const Progress& progress);
+  Remains remains();
+  const Timing& timing() const { return timing_; }
+  nanoseconds time() const { return world_.time(); }
+
+ private:
+  bool on_its_feet() const { return world_.status().condition == world::Condition::ok; }
+  void tick();
+  walking::Felt felt();
+  void read_imu();
+  void take_frame_if_due();
+  slam::Observation observe();
+  void record_truth(const Eigen::Isometry3d& X_PB);
+
+  const ReadScenario& read_;
+  const Scenario& scenario_ = read_.scenario;
+  std::filesystem::path folder_;
+  Timing timing_;
+  FrameTiming frame_timing_;
+
+  walking::PatternGenerator generator_;
+  std::size_t ticks_ = generator_.ticks();
+  walking::Reference reference_ = generator_.next(), following_ = generator_.next();
+  walking::Stabilizer stabilizer_;
+  walking::JointVector q_ = joints(reference_);
+  Mounting mounting_;
+  world::World world_;
+  std::optional<world::HeadCamera> camera_;
+  stream::Random felt_gyro_noise_, felt_accelerometer_noise_;
+
+  stream::RecordingSetup setup_;
+  stream::RecordingWriter recording_;
+  std::optional<Tracking> tracking_;
+  std::vector<slam::InertialSample> gyro_, accelerometer_;  // since the last frame
+  int frame_ = 0;
+};
+
+stream::RecordingSetup setup(const Scenario& scenario, const Mounting& mounting, const Eigen::Isometry3d& X_PB) {
+  const world::CameraOptions camera = scenario.camera.value_or(world::CameraOptions{});
+  stream::RecordingSetup setup;
+  setup.calibration = {intrinsics(world::camera_model(camera)), mounting.X_CG};
+  setup.X_WC_start = X_PB * mounting.X_BC;
+  setup.camera_rate_hz = camera.rate_hz;
+  return setup;
+}
+
+Run::Run(const ReadScenario& read, const std::filesystem::path& folder, const std::filesystem::path& models)
+    : read_(read),
+      folder_(folder),
+      generator_(scenario_.walk),
+      stabilizer_(scenario_.stabilizer),
+      mounting_(mounting(scenario_, q_, reference_.X_PB, models)),
+      world_(scenario_.world, draw(scenario_), q_, reference_.X_PB, models),
+      felt_gyro_noise_(scenario_.seed, "felt gyro noise"),
+      felt_accelerometer_noise_(scenario_.seed, "felt accelerometer noise"),
+      setup_(setup(scenario_, mounting_, reference_.X_PB)),
+      recording_(folder / "recording", setup_) {
+  if (scenario_.camera) {
+    const world::WorldOptions& w = scenario_.world;
+    camera_.emplace(world::load_model(w.robot, w.room, models), *scenario_.camera, w.seed);
+  }
+  if (scenario_.slam) tracking_.emplace(scenario_, setup_.calibration, setup_.X_WC_start);
+  for (const world::RoomPrimitive& surface : world::room_primitives(*world_.model()))
+    recording_.add(recorded(surface));
+}
+
+void Run::walk(const Progress& progress) {
+  take_frame_if_due();
+  for (std::size_t k = 0; k < ticks_ && on_its_feet(); ++k) {
+    tick();
+    for (nanoseconds t = world_.time(); on_its_feet() && world_.time() < t + kTick;) {
+      {
+        const StageClock clock(frame_timing_.plan_and_physics_ms);
+        world_.step();
+      }
+      take_frame_if_due();
+    }
+    read_imu();
+    reference_ = std::exchange(following_, generator_.next());
+    progress(static_cast<double>(k + 1) / static_cast<double>(ticks_));
+  }
+}
+
+// Every 5 ms: plan -> stabiliser -> inverse kinematics -> servos.
+void Run::tick() {
+  const StageClock clock(frame_timing_.plan_and_physics_ms);
+  const walking::Posture posture = stabilizer_.step(reference_, felt());
+  const walking::JointVector q = walking::inverse_kinematics(posture).q;
+  world_.command(q, (q - q_) / walking::kPeriod);
+  q_ = q;
+}
+
+// What the stabiliser is given: the robot's own sensors, with the noise that the scenario says they have.
+walking::Felt Run::felt() {
+  walking::Felt felt = world_.felt();
+  felt.gyro += normal(felt_gyro_noise_, scenario_.errors.gyro.sigma_rad_s);
+  felt.accelerometer += normal(felt_accelerometer_noise_, scenario_.errors.accelerometer.sigma_m_s2);
+  return felt;
+}
+
+void Run::read_imu() {
+  const world::ImuReading reading = world_.imu_since_last();
+  if (reading.begin == reading.end) return;
+  gyro_.push_back({reading.begin, reading.end, reading.gyro});
+  accelerometer_.push_back({reading.begin, reading.end, reading.specific_force});
+  recording_.add(stream::TrueMotion{reading.end, world_.X_WG(), world_.v_WG()});
+}
+
+void Run::take_frame_if_due() {
+  if (world_.time() != frame_time(frame_, setup_.camera_rate_hz)) return;
+  ++frame_;
+  read_imu();
+  frame_timing_.t = world_.time();
+  slam::Observation observation = observe();
+  {
+    const StageClock clock(frame_timing_.record_ms);
+    recording_.add(observation);
+    record_truth(planned_waist(reference_, following_, seconds(world_.time())));
+  }
+  if (tracking_) {
+    const StageClock clock(frame_timing_.filter_ms);
+    tracking_->take(std::move(observation));
+  }
+  timing_.frames.push_back(std::exchange(frame_timing_, {}));
+}
+
+slam::Observation Run::observe() {
+  slam::Observation observation;
+  observation.t = world_.time();
+  if (camera_) {
+    const StageClock clock(frame_timing_.render_ms);
+    observation.image = camera_->render(*world_.data());
+  }
+  observation.gyro = std::exchange(gyro_, {});
+  observation.accelerometer = std::exchange(accelerometer_, {});
+  observation.plan = planned_motion(reference_, following_, seconds(world_.time()), mounting_.X_BC);
+  return observation;
+}
+
+void Run::record_truth(const Eigen::Isometry3d& X_PB) {
+  recording_.add(stream::TruePoses{world_.time(), world_.X_WC(), world_.X_WB(), X_PB});
+}
+
+Remains Run::remains() {
+  recording_.finish();
+  const world::Status& status = world_.status();
+  const std::filesystem::path recorded = folder_ / "recording";
+  Remains left{read_, ending(status.condition), status.cause, setup_, stream::read_truth(recorded), std::nullopt, ""};
+  if (tracking_) left.tracked = tracking_->finish();
+  left.recording_hash = stream::RecordingReader(recorded).hash();
+  return left;
+}
+
+}  // namespace
+
+Outcome run(const ReadScenario& scenario, const ResultPlace& place, const Progress& progress) {
+  stream::DurableFolder folder(place.folder, place.existing);
+  Run live(scenario, folder.path(), place.models);
+  live.walk(progress);
+  const Outcome outcome =
+      write_result(folder.path(), live.remains(), place, live.timing(), seconds(live.time()));
+  folder.commit();
+  return outcome;
+}
+
+}  // namespace sim::bench

@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "sim/bench/result.h"
+
+namespace sim::bench {
+namespace {
+
+using nlohmann::json;
+
+json read(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  json value = json::parse(in, nullptr, false);
+  if (!value.is_object()) throw stream::FileError(file, "expected a JSON object");
+  return value;
+}
+
+std::string number(const json& value) {
+  if (!value.is_number()) return "-";
+  const double x = value.get<double>();
+  return x == std::floor(x) && std::abs(x) < 1e6 ? fmt::format("{:.0f}", x) : fmt::format("{:.4f}", x);
+}
+
+// "<= 0.1  ok", one of them per limit on the metric.
+std::string verdicts(const json& limits, const std::string& metric) {
+  std::string text;
+  for (const json& limit : limits) {
+    if (limit["metric"] != metric) continue;
+    const bool at_most = limit.contains("at_most");
+    const char* verdict = limit["passed"].is_null() ? "not judged" : limit["passed"].get<bool>() ? "ok" : "MISSED";
+    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=",
+                        number(limit[at_most ? "at_most" : "at_least"]), verdict);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string score_table(const std::filesystem::path& result_folder) {
+  const json score = read(result_folder / "score.json"), timing = read(result_folder / "timing.json");
+  std::string text = fmt::format("{}  seed {}  {}\n", score["scenario"].get<std::string>(),
+                                 score["seed"].get<std::uint64_t>(), score["ending"].get<std::string>());
+  for (const auto& [name, metric] : score["metrics"].items()) {
+    const std::string remark = metric["value"].is_null() && metric.contains("reason")
+                                   ? metric["reason"].get<std::string>()
+                                   : verdicts(score["limits"], name);
+    text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]), metric["unit"].get<std::string>(),
+                        remark);
+    text.erase(text.find_last_not_of(' ') + 1);
+    text += '\n';
+  }
+  text += fmt::format("  filter {:.3f} ms CPU a frame (median; p99 {:.3f}), {:.2f} x real time\n",
+                      timing["frame_cpu_ms_median"].get<double>(), timing["frame_cpu_ms_p99"].get<double>(),
+                      timing["realtime_factor"].get<double>());
+  return text;
+}
+
+}  // namespace sim::bench

@@ -1,0 +1,46 @@
+// The filter's side of a run, live or replayed: ideal observations in, what the filter made of them out.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "sim/bench/scenario.h"
+#include "sim/stream/sensor_errors.h"
+#include "slam/filter.h"
+
+namespace sim::bench {
+
+/// What the filter believed after a frame, and what it did in it.
+struct TrackedFrame {
+  slam::Estimate estimate;
+  slam::FrameReport report;
+};
+
+/// All that a filter left behind.
+struct Tracked {
+  std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
+  std::vector<slam::MapPoint> map;
+  bool diverged() const;
+  const std::string& cause() const;  ///< of the divergence
+};
+
+/// Sensor errors, then the filter: the same for a live run and a replay, so that both give the same bits.
+class Tracking {
+ public:
+  /// The scenario must have a slam section.
+  Tracking(const Scenario& scenario, const slam::Calibration& calibration, const Eigen::Isometry3d& X_WC_start);
+
+  /// Applies the scenario's sensor errors to an ideal observation and gives it to the filter. A filter that has diverged
+  /// is given no more.
+  void take(slam::Observation ideal);
+
+  /// Ends the tracking and hands out what came of it.
+  Tracked finish();
+
+ private:
+  stream::SensorErrors errors_;
+  slam::Filter filter_;
+  Tracked tracked_;
+};
+
+}  // namespace sim::bench
