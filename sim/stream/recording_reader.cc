@@ -30,6 +30,7 @@ class Rows {
     const std::optional<slam::Stamp> before = stamp_;
     stamp_.reset();
     if (!csv_.next()) return;
+    if (csv_.integer(0) < 0) csv_.fail(0, "a stamp below zero");
     stamp_ = slam::Stamp(csv_.integer(0)) - kEpoch;
     if (before && *stamp_ <= *before) csv_.fail(0, "the stamp is not after the one before");
   }

@@ -81,7 +81,7 @@ struct RecordingWriter::Files {
     require(image.type() == CV_8UC1 && image.cols == size.width_px && image.rows == size.height_px,
             "an image is not 8-bit grey of the camera's size");
     std::vector<unsigned char> png;
-    cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    require(cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1}), "an image cannot be encoded");
     const std::string name = fmt::format("{}.png", written(t));
     write_whole(kCameraFolder + name, {reinterpret_cast<const char*>(png.data()), png.size()});
     camera.file.write(fmt::format("{},{}\n", written(t), name));

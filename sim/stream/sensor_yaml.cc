@@ -139,6 +139,9 @@ void read_camera_yaml(const std::filesystem::path& file, const std::string& text
              intrinsics = yaml.numbers(yaml.at("intrinsics"), 4);
   if (yaml.at("distortion_model").Scalar() != kLens)
     yaml.fail(yaml.at("distortion_model").Mark(), std::string("expected ") + kLens);
+  for (const double side : resolution)
+    if (side < 1 || side > 100000 || side != std::floor(side))
+      yaml.fail(yaml.at("resolution").Mark(), "expected whole numbers from 1 to 100000");
   camera.width_px = static_cast<int>(resolution[0]), camera.height_px = static_cast<int>(resolution[1]);
   camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
   camera.v0_px = intrinsics[3];
@@ -152,7 +155,9 @@ std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, cons
   const Yaml yaml(file, text);
   setup.imu_rate_hz = yaml.number(yaml.at("rate_hz"));
   if (text.find("first_interval_begins_ns") == text.npos) return std::nullopt;
-  return slam::Stamp(yaml.integer(yaml.at("first_interval_begins_ns"))) - kEpoch;
+  const YAML::Node begin = yaml.at("first_interval_begins_ns");
+  if (yaml.integer(begin) < 0) yaml.fail(begin.Mark(), "a stamp below zero");
+  return slam::Stamp(yaml.integer(begin)) - kEpoch;
 }
 
 void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {

@@ -87,8 +87,9 @@ TEST(Surfaces, HitsAreTheFirstCrossingFoundByMarching) {
         ++hits;
       } else if (s >= 8) {
         EXPECT_TRUE(!found || *found > 7.9 || kind != Kind::plane);
-        if (found && kind != Kind::plane)
+        if (found && kind != Kind::plane) {
           EXPECT_NEAR(level_at(*found), 0, 1e-12);  // grazed between two steps
+        }
         misses += !found;
       }
     }

@@ -121,6 +121,34 @@ TEST(DurableFolder, AKilledRunLeavesNoResultAndTheNextOneCleansUp) {
   EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
 }
 
+TEST(DurableFolder, KilledAtAnyMomentIsWholeOrAbsent) {
+  const TemporaryFolder folder;
+  constexpr int kFiles = 20;
+  int whole = 0, absent = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      DurableFolder result(folder / "result", Existing::replace);
+      for (int i = 0; i < kFiles; ++i) std::ofstream(result.path() / std::to_string(i)) << trial;
+      result.commit();
+      _exit(0);
+    }
+    usleep(static_cast<useconds_t>(trial * 150));  // from before the first file to after the commit
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    if (!fs::exists(folder / "result")) {
+      ++absent;
+      continue;
+    }
+    ++whole;
+    ASSERT_EQ(names(folder / "result").size(), static_cast<std::size_t>(kFiles));
+    const std::string of = content(folder / "result/0");  // one run's files or another's, never of both
+    for (int i = 1; i < kFiles; ++i) EXPECT_EQ(content(folder / "result" / std::to_string(i)), of);
+  }
+  EXPECT_EQ(whole + absent, 40);
+}
+
 TEST(DurableFolder, OfARunningProcessIsLeftAlone) {
   const TemporaryFolder folder;
   const DurableFolder other(folder / "result");

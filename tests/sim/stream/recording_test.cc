@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "sim/stream/manifest.h"
 #include "sim/stream/random.h"
 #include "tests/sim/stream/temporary_folder.h"
 
@@ -328,6 +329,111 @@ TEST(Recording, EditedManifestIsRefused) {
   }
   replace(manifest, bytes.substr(0, bytes.size() / 2));
   EXPECT_THROW(read_everything(recorded.folder), FileError);
+}
+
+// Brings the manifest up to date with a file that was edited, so that only what the file says can give it
+// away.
+void sign_again(const fs::path& folder, const std::string& name) {
+  const fs::path manifest = folder / "manifest.csv";
+  Hash hash;
+  hash.add(content(folder / name));
+  std::istringstream lines(content(manifest));
+  std::string signed_again;
+  for (std::string line; std::getline(lines, line); signed_again += "\n")
+    signed_again +=
+        line.ends_with("," + name) ? hash.hex() + "," + std::to_string(hash.bytes()) + "," + name : line;
+  replace(manifest, signed_again);
+}
+
+// What reading says of a recording in whose file `name` the first `from` became `to`, hash and all.
+std::string complaint(const fs::path& folder, const std::string& name, const std::string& from,
+                      const std::string& to) {
+  fs::remove_all(folder);
+  const Recorded recorded(folder);
+  std::string text = content(folder / name);
+  EXPECT_NE(text.find(from), text.npos) << from;
+  replace(folder / name, text.replace(text.find(from), from.size(), to));
+  sign_again(folder, name);
+  try {
+    read_everything(folder);
+  } catch (const FileError& error) {
+    const std::string what = error.what(), start = (folder / name).string();
+    return what.starts_with(start) ? what.substr(start.size()) : "of another file: " + what;
+  }
+  return "";
+}
+
+TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
+  const TemporaryFolder folder;
+  const auto says = [&](const std::string& name, const std::string& from, const std::string& to) {
+    return complaint(folder / "r", name, from, to);
+  };
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "1000000000033000000"), "");  // as it was
+  EXPECT_EQ(says("frames.csv", "#timestamp", "#time"),
+            ":1: expected the header \"#timestamp [ns]\", found \"#time [ns]\"");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "soon"), ":3:1: expected an integer, found \"soon\"");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "-5"), ":3:1: a stamp below zero");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "1000000000000000000"),
+            ":3:1: the stamp is not after the one before");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000\n", "1000000000033000000,\n"),
+            ":3: expected 1 fields, found 2");
+  EXPECT_EQ(says("frames.csv", "1000000000363000000\n", "1000000000363000000"),
+            ":13: the last line is cut off: it does not end with a line feed");
+  EXPECT_EQ(says("mav0/cam0/data.csv", "1000000000033000000,", "1000000000034000000,"),
+            ":3:1: no frame of frames.csv has this stamp");
+  EXPECT_THAT(
+      says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,x"),
+      AllOf(testing::StartsWith(":3:21: expected a finite number, found \"x"), testing::EndsWith("\"")));
+  EXPECT_THAT(says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,nan,"),
+              HasSubstr(":3: expected 20 fields, found 21"));
+  EXPECT_THAT(says("truth/surfaces.csv", "0.5,1,0.25", "0.5,inf,0.25"),
+              HasSubstr("expected a finite number, found \"inf\""));
+  EXPECT_THAT(says("mav0/cam0/data.csv", "033000000.png", "034000000.png"), HasSubstr("of another file"));
+  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "resolution: [32", "resolution: [0"),
+            ":19:13: expected whole numbers from 1 to 100000");
+  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "intrinsics: [", "intrinsics: [1, "), ":21:13: expected 4 numbers");
+  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "rate_hz", "rate"), ": has no key rate_hz");
+  EXPECT_THAT(says("mav0/cam0/sensor.yaml", "resolution: [", "resolution: {"), HasSubstr(":19:"));
+  EXPECT_EQ(
+      says("mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]"),
+      ":6:3: not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+  EXPECT_EQ(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_began: "),
+            ": has no key first_interval_begins_ns");
+  EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_begins_ns: 9"),
+              HasSubstr("expected an integer"));
+  EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: 9", "first_interval_begins_ns: 19"),
+              HasSubstr("of another file"));
+}
+
+TEST(Recording, NoEditOfAnyTextFileCrashesTheReader) {
+  const TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  Random random(11, "edit");
+  const std::string alphabet("0123456789.,-+e\n\r\0\xff[]{}:#\" nai", 34);
+  int refused = 0;
+  for (const fs::path& file : files_of(recorded.folder)) {
+    if (file.extension() == ".png" || !read_by_the_project(file)) continue;
+    const std::string bytes = content(file), name = fs::relative(file, recorded.folder).string();
+    for (int trial = 0; trial < 60; ++trial) {
+      std::string edited = bytes;
+      for (std::uint64_t edits = 1 + random.bits() % 3; edits > 0; --edits) {
+        const std::size_t at = random.bits() % edited.size(), length = random.bits() % 4;
+        edited.replace(at, random.bits() % 3, std::string(length, alphabet[random.bits() % alphabet.size()]));
+      }
+      replace(file, edited);
+      sign_again(recorded.folder, name);
+      try {
+        read_everything(recorded.folder);
+      } catch (const FileError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(recorded.folder.string()));
+        ++refused;
+      }
+    }
+    replace(file, bytes);
+    sign_again(recorded.folder, name);
+  }
+  EXPECT_GT(refused, 200);
+  EXPECT_NO_THROW(read_everything(recorded.folder));
 }
 
 TEST(Recording, TheWriterRefusesWhatIdealSensorsCannotGive) {
