@@ -53,13 +53,15 @@ void require_file(const std::filesystem::path& file) {
 void FreeModel::operator()(mjModel_* model) const { mj_deleteModel(model); }
 void FreeData::operator()(mjData_* data) const { mj_deleteData(data); }
 
-Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models) {
+Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
+                 Shapes shapes) {
   set_handlers();
   require_file(models / (robot + ".xml"));
   require_file(models / (room + ".xml"));
   const std::string name = (models / (robot + "_in_" + room + ".xml")).string();
-  const std::string text = "<mujoco model=\"" + robot + " in " + room + "\"><include file=\"" + robot +
-                           ".xml\"/><include file=\"" + room + ".xml\"/></mujoco>";
+  const std::string discard = shapes == Shapes::colliding ? "<compiler discardvisual=\"true\"/>" : "";
+  const std::string text = "<mujoco model=\"" + robot + " in " + room + "\">" + discard + "<include file=\"" +
+                           robot + ".xml\"/><include file=\"" + room + ".xml\"/></mujoco>";
   const auto files = main_file(name, text);
   std::array<char, 1000> message{};
   Model model(mj_loadXML(name.c_str(), files.get(), message.data(), static_cast<int>(message.size())));

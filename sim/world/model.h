@@ -20,11 +20,15 @@ struct FreeData {
 using Model = std::unique_ptr<mjModel_, FreeModel>;
 using Data = std::unique_ptr<mjData_, FreeData>;
 
+/// What of the models' shapes is kept: all that can be seen, or only what can be touched (faster to step).
+enum class Shapes { all, colliding };
+
 /// models/<robot>.xml and models/<room>.xml, compiled as one model; paths inside both are relative to that
 /// folder. Throws std::runtime_error with MuJoCo's own message (file and line) when they do not load. From
 /// the first call on, an error inside MuJoCo prints one line on stderr and ends the process with exit code 3,
 /// and warnings are kept.
-Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models);
+Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
+                 Shapes shapes = Shapes::all);
 
 /// The last warning of MuJoCo since this was called before; empty if there was none.
 std::string take_warning();
