@@ -1,0 +1,194 @@
+#include "walking/stabilizer.h"
+
+#include <gtest/gtest.h>
+
+#include "walking/hrp2.h"
+#include "walking/inverse_kinematics.h"
+
+namespace walking {
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+constexpr double kWeight = 56.867992 * kGravity;
+
+/// Standing still in half-sitting, the ZMP under the centre of mass.
+Reference standing() {
+  Reference reference;
+  reference.com = hrp2::kComInWaist + Vector3d(0, 0, hrp2::kWaistHeight);
+  reference.zmp = reference.zmp_reference = reference.com.head<2>();
+  reference.X_PB.translation().z() = hrp2::kWaistHeight;
+  reference.X_PL.translation() << hrp2::kAnkleX, 0.095, 0;
+  reference.X_PR.translation() << hrp2::kAnkleX, -0.095, 0;
+  return reference;
+}
+
+Reference on_the_left_foot() {
+  Reference reference = standing();
+  const Vector3d shift(0, 0.095, 0);
+  reference.com += shift;
+  reference.zmp += shift.head<2>();
+  reference.X_PB.translation() += shift;
+  reference.X_PR.translation().z() = 0.05;
+  reference.support = Support::left;
+  return reference;
+}
+
+/// What a robot that does exactly as planned feels at rest, the left foot carrying `left` of its weight.
+Felt as_planned(const Reference& reference, double left) {
+  Felt felt;
+  felt.accelerometer = Vector3d(0, 0, kGravity);
+  felt.q = inverse_kinematics(posture_of(reference)).q;
+  const double ahead = reference.zmp.x() - hrp2::kAnkleX;
+  felt.left.force.z() = left * kWeight;
+  felt.right.force.z() = (1 - left) * kWeight;
+  felt.left.torque.y() = -ahead * felt.left.force.z();
+  felt.right.torque.y() = -ahead * felt.right.force.z();
+  return felt;
+}
+
+/// Only one block at work.
+StabilizerOptions nothing() {
+  StabilizerOptions options;
+  options.tracking.enabled = options.ankle_admittance.enabled = options.force_difference.enabled =
+      options.leg_compliance.enabled = options.body_attitude.enabled = false;
+  return options;
+}
+
+Posture after(Stabilizer& stabilizer, const Reference& reference, const Felt& felt, int ticks) {
+  Posture posture;
+  for (int k = 0; k < ticks; ++k) posture = stabilizer.step(reference, felt);
+  return posture;
+}
+
+double distance(const Posture& a, const Posture& b) {
+  return (a.X_PB.matrix() - b.X_PB.matrix()).norm() + (a.X_PL.matrix() - b.X_PL.matrix()).norm() +
+         (a.X_PR.matrix() - b.X_PR.matrix()).norm();
+}
+
+double roll_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(2, 1), X.linear()(2, 2)); }
+double pitch_of(const Eigen::Isometry3d& X) { return std::asin(-X.linear()(2, 0)); }
+
+TEST(Stabilizer, LeavesThePlanAloneWhenAllIsFeltAsPlanned) {
+  StabilizerOptions options;
+  options.leg_compliance.enabled = false;  // this one acts on the planned load alone
+  for (const auto& [reference, left] : {std::pair{standing(), 0.5}, std::pair{on_the_left_foot(), 1.0}}) {
+    Stabilizer stabilizer(options);
+    const Posture posture = after(stabilizer, reference, as_planned(reference, left), 200);
+    EXPECT_LT(distance(posture, posture_of(reference)), 1e-9);
+    EXPECT_LT((stabilizer.state().zmp_felt - reference.zmp).norm(), 1e-12);
+    EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
+  }
+}
+
+TEST(Stabilizer, LeavesThePlanAloneWhenSwitchedOff) {
+  StabilizerOptions options;
+  options.enabled = false;
+  Stabilizer stabilizer(options);
+  EXPECT_EQ(distance(after(stabilizer, standing(), Felt{}, 10), posture_of(standing())), 0);
+}
+
+TEST(Stabilizer, FeelsATiltAndWhereItPutsTheCentreOfMass) {
+  Stabilizer stabilizer(nothing());
+  const double pitch = 0.02;
+  Felt felt = as_planned(standing(), 0.5);
+  felt.gyro.y() = pitch / kPeriod;
+  stabilizer.step(standing(), felt);
+  EXPECT_NEAR(stabilizer.state().tilt.y(), pitch, 1e-5);  // the accelerometer pulls back 0.15/s · 5 ms of it
+  // The whole body turns about the ankles.
+  const double height = standing().com.z() - hrp2::kAnkleHeight;
+  EXPECT_NEAR(stabilizer.state().com_error.x(), pitch * height, 1e-4);  // second order of the tilt
+  EXPECT_NEAR(stabilizer.state().com_error.y(), 0, 1e-9);
+}
+
+TEST(Stabilizer, AsksForAZmpFurtherOutThanTheCentreOfMassIs) {
+  StabilizerOptions options = nothing();
+  options.tracking.enabled = true;
+  Stabilizer stabilizer(options);
+  Felt felt = as_planned(standing(), 0.5);
+  felt.gyro.y() = 0.02 / kPeriod;
+  stabilizer.step(standing(), felt);
+  felt.gyro.setZero();
+  after(stabilizer, standing(), felt, 100);
+  const double error = stabilizer.state().com_error.x();
+  EXPECT_GT(stabilizer.state().zmp_asked.x() - standing().zmp.x(), error);
+}
+
+TEST(Stabilizer, SeesNoVelocityInAStepFromOneFootToTheOther) {
+  Stabilizer stabilizer(nothing());
+  const Reference reference = standing();
+  Felt felt = as_planned(reference, 1.0);
+  felt.q[7] += 0.01;  // the left hip's encoder disagrees with the plan, the right one's does not
+  after(stabilizer, reference, felt, 100);
+  const Vector2d on_left = stabilizer.state().com_error;
+  std::swap(felt.left, felt.right);
+  stabilizer.step(reference, felt);
+  EXPECT_GT((stabilizer.state().com_error - on_left).norm(), 1e-3);
+  EXPECT_LT(stabilizer.state().com_velocity_error.norm(), 1e-9);
+}
+
+TEST(Stabilizer, TurnsTheWaistAgainstItsTiltAboutTheCentreOfMass) {
+  StabilizerOptions options = nothing();
+  options.body_attitude.enabled = true;
+  Stabilizer stabilizer(options);
+  Felt felt = as_planned(standing(), 0.5);
+  felt.gyro.x() = 0.02 / kPeriod;
+  stabilizer.step(standing(), felt);
+  felt.gyro.setZero();
+  const Posture posture = after(stabilizer, standing(), felt, 20);
+  EXPECT_LT(roll_of(posture.X_PB), -1e-3);
+  EXPECT_LT((posture.X_PB * hrp2::kComInWaist - standing().com).norm(), 1e-12);
+}
+
+TEST(Stabilizer, LetsTheAnklesGiveWayToTheTorqueTheyFeel) {
+  StabilizerOptions options = nothing();
+  options.ankle_admittance.enabled = true;
+  Stabilizer stabilizer(options);
+  const Reference reference = on_the_left_foot();
+  Felt felt = as_planned(reference, 1.0);
+  felt.left.torque.x() += 5;
+  felt.left.torque.y() += 3;
+  const Posture posture = after(stabilizer, reference, felt, 2);
+  const double gain = options.ankle_admittance.gain_rad_s_per_nm;
+  EXPECT_NEAR(roll_of(posture.X_PL), 2 * kPeriod * gain * 5, 1e-5);  // the leak takes 1/300 of the first tick
+  EXPECT_NEAR(pitch_of(posture.X_PL), 2 * kPeriod * gain * 3, 1e-5);
+  EXPECT_EQ(roll_of(posture.X_PR), 0);
+}
+
+TEST(Stabilizer, ReachesDownWithTheFootThatCarriesTooLittle) {
+  StabilizerOptions options = nothing();
+  options.force_difference.enabled = true;
+  Stabilizer stabilizer(options);
+  const Posture posture = after(stabilizer, standing(), as_planned(standing(), 0.3), 10);
+  EXPECT_LT(posture.X_PL.translation().z(), -1e-6);
+  EXPECT_DOUBLE_EQ(posture.X_PL.translation().z(), -posture.X_PR.translation().z());
+}
+
+TEST(Stabilizer, MakesALegLongerByWhatItsLoadCompressesIt) {
+  StabilizerOptions options = nothing();
+  options.leg_compliance.enabled = true;
+  Stabilizer stabilizer(options);
+  const Reference reference = on_the_left_foot();
+  const Posture posture = after(stabilizer, reference, as_planned(reference, 1.0), 400);
+  EXPECT_NEAR(posture.X_PL.translation().z(), -kWeight / options.leg_compliance.stiffness_n_m, 1e-9);
+  EXPECT_EQ(posture.X_PR.translation(), reference.X_PR.translation());
+}
+
+TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverIsFelt) {
+  StabilizerOptions options;
+  Stabilizer stabilizer(options);
+  Felt felt = as_planned(standing(), 0.5);
+  felt.left.torque << 1e6, -1e6, 1e6;
+  felt.right.force.z() = -1e6;
+  felt.gyro << 50, -50, 50;
+  const Posture posture = after(stabilizer, standing(), felt, 400);
+  EXPECT_TRUE(posture.X_PB.matrix().allFinite() && posture.X_PL.matrix().allFinite() &&
+              posture.X_PR.matrix().allFinite());
+  EXPECT_LE(std::abs(roll_of(posture.X_PL)),
+            options.ankle_admittance.limit_rad + 0.01);  // roll and pitch combined
+  EXPECT_LE(std::abs(posture.X_PL.translation().z()),
+            options.force_difference.limit_m / 2 + kWeight / options.leg_compliance.stiffness_n_m + 1e-12);
+}
+
+}  // namespace
+}  // namespace walking
