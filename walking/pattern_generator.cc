@@ -1,6 +1,7 @@
 #include "walking/pattern_generator.h"
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "walking/hrp2.h"
 #include "walking/leg_limits.h"
 #include "walking/preview_control.h"
+#include "walking/second_preview.h"
 #include "walking/swing_foot.h"
 #include "walking/timeline.h"
 #include "walking/waist_yaw.h"
@@ -23,10 +25,6 @@ const FootPose kStart{{hrp2::kAnkleX, 0}, 0};
 /// original's default is the ankle itself; this way the walk starts and ends in half-sitting exactly.)
 const Eigen::Vector2d kZmpInFoot{hrp2::kComInWaist.x() - hrp2::kAnkleX, 0};
 
-int horizon_of(const WalkOptions& options) {
-  return static_cast<int>(std::lround(options.preview_s / kPeriod));
-}
-
 Reference at_rest(Reference reference) {
   reference.com_velocity.setZero();
   reference.com_acceleration.setZero();
@@ -39,70 +37,77 @@ Reference at_rest(Reference reference) {
 void require_legs_to_follow(PatternGenerator plan) {
   for (std::size_t k = 0; k < plan.ticks(); ++k) {
     const Reference r = plan.next();
-    const auto obstacle = legs_prevent(inverse_kinematics({r.X_PB, r.X_PL, r.X_PR}));
+    const auto obstacle = legs_prevent(inverse_kinematics(posture_of(r)));
     if (!obstacle) continue;
     throw std::invalid_argument("walk.commands[" + std::to_string(r.command) + "]: at " +
                                 std::to_string(r.t_s) + " s " + *obstacle + "; shorten walk.step_length_m");
   }
 }
 
-}  // namespace
-
-struct PatternGenerator::State {
-  explicit State(const WalkOptions& walk)
-      : options(walk),
-        timeline(walk, kStart, kZmpInFoot),
-        zmp_reference(timeline),
-        window(horizon_of(walk) + 1, 2),
-        control(CartTable(walk.com_height_m), preview_gains(CartTable(walk.com_height_m), horizon_of(walk)),
-                hrp2::kComInWaist.head<2>()) {
-    for (int j = 0; j < window.rows(); ++j) window.row(j) = zmp_reference.smoothed(j);
+/// The cart-table follows the ZMP reference; waist and feet follow from it and from the footsteps.
+class FirstStage {
+ public:
+  FirstStage(const WalkOptions& options, const Timeline& timeline, const CartTable& cart,
+             const PreviewGains& gains)
+      : options_(options),
+        timeline_(timeline),
+        zmp_reference_(timeline_),
+        window_(static_cast<int>(gains.preview.size())),
+        control_(cart, gains, hrp2::kComInWaist.head<2>()) {
+    for (; !window_.full(); ++seen_) window_.push(zmp_reference_.smoothed(seen_));
   }
+  FirstStage(const FirstStage&) = delete;  // zmp_reference_ looks at timeline_
 
-  Reference now() const;
-  void advance();
+  std::size_t ticks() const { return timeline_.ticks(); }
+  Reference next();
+
+ private:
   void place_feet(const Phase& phase, double elapsed, Reference& reference) const;
   void place_waist(const Phase& phase, double elapsed, Reference& reference) const;
 
-  WalkOptions options;
-  Timeline timeline;
-  ZmpReference zmp_reference;
-  Eigen::MatrixX2d window;  // the smoothed reference of this tick and of the preview's
-  PreviewControl control;
-  std::size_t tick = 0;
-  Reference last;
+  WalkOptions options_;
+  Timeline timeline_;
+  ZmpReference zmp_reference_;
+  PreviewWindow window_;  // the smoothed reference
+  PreviewControl control_;
+  std::ptrdiff_t tick_ = 0, seen_ = 0;
 };
 
-Reference PatternGenerator::State::now() const {
-  const auto [phase, tick_of_phase] = timeline.at(static_cast<std::ptrdiff_t>(tick));
+Reference FirstStage::next() {
+  const auto [phase, tick_of_phase] = timeline_.at(tick_);
   const double elapsed = static_cast<double>(tick_of_phase) / phase.ticks;
-  const PreviewControl::State& x = control.state();
+  const PreviewControl::State& x = control_.state();
   Reference reference;
-  reference.t_s = static_cast<double>(tick) * kPeriod;
+  reference.t_s = static_cast<double>(tick_) * kPeriod;
   reference.com << x.row(0).transpose(), hrp2::kWaistHeight + hrp2::kComInWaist.z();
   reference.com_velocity << x.row(1).transpose(), 0;
   reference.com_acceleration << x.row(2).transpose(), 0;
-  reference.zmp = control.zmp();
-  reference.zmp_reference = window.row(0);
+  reference.zmp = control_.zmp();
+  reference.zmp_reference = window_.now();
   reference.support = phase.support;
   reference.command = phase.command;
   place_feet(phase, elapsed, reference);
   place_waist(phase, elapsed, reference);
+  control_.advance(window_);
+  window_.pop();
+  window_.push(zmp_reference_.smoothed(seen_++));
+  ++tick_;
   return reference;
 }
 
 /// Both feet where they stand, the swinging one on its way.
-void PatternGenerator::State::place_feet(const Phase& phase, double elapsed, Reference& reference) const {
+void FirstStage::place_feet(const Phase& phase, double elapsed, Reference& reference) const {
   const auto place = [&](Side side, bool swinging) {
     if (!swinging) return sole(phase.from.of(side));
-    return swing_foot(phase.from.of(side), phase.to.of(side), elapsed, options.step_height_m, options.swing);
+    return swing_foot(phase.from.of(side), phase.to.of(side), elapsed, options_.step_height_m,
+                      options_.swing);
   };
   reference.X_PL = place(Side::left, phase.support == Support::right);
   reference.X_PR = place(Side::right, phase.support == Support::left);
 }
 
 /// The centre of mass keeps its place in the waist, which turns in yaw only and stays at its height.
-void PatternGenerator::State::place_waist(const Phase& phase, double elapsed, Reference& reference) const {
+void FirstStage::place_waist(const Phase& phase, double elapsed, Reference& reference) const {
   const WaistYaw heading = waist_yaw(phase, elapsed);
   reference.X_PB = sole({{0, 0}, heading.yaw});
   const Eigen::Vector3d offset = reference.X_PB.linear() * hrp2::kComInWaist;
@@ -111,30 +116,45 @@ void PatternGenerator::State::place_waist(const Phase& phase, double elapsed, Re
   reference.waist_velocity = reference.com_velocity - heading.rate * Eigen::Vector3d::UnitZ().cross(offset);
 }
 
-/// Preview control moves the centre of mass on; the window moves with it.
-void PatternGenerator::State::advance() {
-  const Eigen::Index n = window.rows();
-  control.advance(window.row(0).transpose(), window.bottomRows(n - 1));
-  window.topRows(n - 1) = window.bottomRows(n - 1).eval();
-  ++tick;
-  window.row(n - 1) = zmp_reference.smoothed(static_cast<std::ptrdiff_t>(tick) + n - 1);
-}
+}  // namespace
 
-PatternGenerator::PatternGenerator(const WalkOptions& options) : state_(std::make_unique<State>(options)) {
-  require_legs_to_follow(PatternGenerator(std::make_unique<State>(options)));
+struct PatternGenerator::State {
+  State(const WalkOptions& options, const Timeline& timeline, const CartTable& cart,
+        const PreviewGains& gains, const WholeBody& model)
+      : first(options, timeline, cart, gains) {
+    if (model) second.emplace(model, options.arm_motion, cart, gains);
+  }
+
+  Reference next() {
+    if (!second) return first.next();
+    while (!second->ready()) second->push(first.next());
+    return second->pop();
+  }
+
+  FirstStage first;
+  std::optional<SecondPreview> second;
+  std::size_t tick = 0;
+  Reference last;
+};
+
+PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model) {
+  const Timeline timeline(options, kStart, kZmpInFoot);
+  const CartTable cart(options.com_height_m);
+  const PreviewGains gains = preview_gains(cart, static_cast<int>(std::lround(options.preview_s / kPeriod)));
+  const auto start = [&] { return std::make_unique<State>(options, timeline, cart, gains, model); };
+  require_legs_to_follow(PatternGenerator(start()));
+  state_ = start();
 }
 PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::move(state)) {}
 PatternGenerator::~PatternGenerator() = default;
 PatternGenerator::PatternGenerator(PatternGenerator&&) noexcept = default;
 
-std::size_t PatternGenerator::ticks() const { return state_->timeline.ticks(); }
+std::size_t PatternGenerator::ticks() const { return state_->first.ticks(); }
 
 Reference PatternGenerator::next() {
   State& s = *state_;
-  if (s.tick >= ticks()) return at_rest(s.last);
-  s.last = s.now();
-  s.advance();
-  return s.last;
+  if (s.tick++ >= ticks()) return at_rest(s.last);
+  return s.last = s.next();
 }
 
 }  // namespace walking

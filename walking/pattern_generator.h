@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "walking/plan.h"
+#include "walking/whole_body.h"
 
 namespace walking {
 
@@ -13,7 +14,9 @@ class PatternGenerator {
  public:
   /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
   /// of range, a foot out of reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
-  explicit PatternGenerator(const WalkOptions& options);
+  /// With a model of the whole body the second preview stage makes its ZMP follow the reference, not the
+  /// cart-table's.
+  explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
   ~PatternGenerator();
   PatternGenerator(PatternGenerator&&) noexcept;
 

@@ -66,12 +66,23 @@ PreviewControl::PreviewControl(const CartTable& cart, PreviewGains gains, const 
   error_sum_ = -(gains_.state(0) + gains_.preview.sum()) / gains_.integral * position;
 }
 
-void PreviewControl::advance(const Eigen::Vector2d& now, const Eigen::Ref<const Eigen::MatrixX2d>& ahead) {
-  assert(ahead.rows() == gains_.preview.size());
-  error_sum_ += cart_.C * x_ - now.transpose();
+void PreviewControl::advance(const PreviewWindow& reference) {
+  assert(reference.full() && reference.ahead().rows() == gains_.preview.size());
+  error_sum_ += cart_.C * x_ - reference.now().transpose();
   const Eigen::RowVector2d jerk =
-      -gains_.integral * error_sum_ - gains_.state * x_ - gains_.preview.transpose() * ahead;
+      -gains_.integral * error_sum_ - gains_.state * x_ - gains_.preview.transpose() * reference.ahead();
   x_ = (cart_.A * x_ + cart_.B * jerk).eval();
+}
+
+void PreviewWindow::push(const Eigen::Vector2d& latest) {
+  assert(!full());
+  values_.row(filled_++) = latest;
+}
+
+void PreviewWindow::pop() {
+  const Eigen::Index rest = values_.rows() - 1;
+  values_.topRows(rest) = values_.bottomRows(rest).eval();
+  --filled_;
 }
 
 }  // namespace walking

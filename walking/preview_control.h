@@ -23,6 +23,22 @@ struct PreviewGains {
 /// the error-and-increments system (Katayama et al. 1985; Kajita et al. 2003).
 PreviewGains preview_gains(const CartTable& cart, int horizon, const PreviewWeights& weights = {});
 
+/// The reference of this tick and of the `horizon` ticks that follow, kept up as time goes on.
+class PreviewWindow {
+ public:
+  explicit PreviewWindow(int horizon) : values_(horizon + 1, 2) {}
+
+  void push(const Eigen::Vector2d& latest);  ///< not full before
+  void pop();                                ///< drops the earliest
+  bool full() const { return filled_ == values_.rows(); }
+  Eigen::Vector2d now() const { return values_.row(0); }
+  auto ahead() const { return values_.bottomRows(values_.rows() - 1); }  ///< row j: in j + 1 ticks
+
+ private:
+  Eigen::MatrixX2d values_;
+  Eigen::Index filled_ = 0;
+};
+
 /// The control loop, both horizontal axes side by side (column 0: x, column 1: y).
 class PreviewControl {
  public:
@@ -34,8 +50,8 @@ class PreviewControl {
   const State& state() const { return x_; }
   Eigen::Vector2d zmp() const { return (cart_.C * x_).transpose(); }
 
-  /// One tick: `now` is the reference of this tick, row j of `ahead` that of j + 1 ticks later.
-  void advance(const Eigen::Vector2d& now, const Eigen::Ref<const Eigen::MatrixX2d>& ahead);
+  /// One tick. The window is full, as long as the gains' preview, and begins with this tick's reference.
+  void advance(const PreviewWindow& reference);
 
  private:
   CartTable cart_;

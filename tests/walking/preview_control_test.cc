@@ -97,15 +97,17 @@ Walked walk(const std::vector<Eigen::Vector2d>& reference, int horizon = kHorizo
   const CartTable cart(0.814);
   PreviewControl control(cart, preview_gains(cart, horizon), reference.front());
   Walked walked;
-  Eigen::MatrixX2d ahead(horizon, 2);
+  const auto at = [&](std::size_t k) { return reference[std::min(k, reference.size() - 1)]; };
+  PreviewWindow window(horizon);
   for (std::size_t k = 0; k < reference.size(); ++k) {
-    for (int j = 0; j < horizon; ++j) ahead.row(j) = reference[std::min(k + 1 + j, reference.size() - 1)];
+    for (std::size_t ahead = k == 0 ? 0 : horizon; !window.full(); ++ahead) window.push(at(k + ahead));
     walked.states.push_back(control.state());
     walked.zmp.push_back(control.zmp());
     const Eigen::Vector2d error = (control.zmp() - reference[k]).cwiseAbs();
     walked.largest_error_x = std::max(walked.largest_error_x, error.x());
     walked.largest_error_y = std::max(walked.largest_error_y, error.y());
-    control.advance(reference[k], ahead);
+    control.advance(window);
+    window.pop();
   }
   return walked;
 }

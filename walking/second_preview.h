@@ -1,0 +1,46 @@
+// The second preview stage: shifts the planned centre of mass so that the whole ZMP follows its reference.
+#pragma once
+
+#include <deque>
+
+#include "walking/inverse_kinematics.h"
+#include "walking/preview_control.h"
+#include "walking/whole_body.h"
+
+namespace walking {
+
+/// The "dynamic filter" of Kajita et al. 2003: the cart-table's plan is played through a model of all links,
+/// and the ZMP error found there, known a preview ahead, is the reference of a second preview control that
+/// corrects the first.
+class SecondPreview {
+ public:
+  SecondPreview(WholeBody model, ArmMotion arms, const CartTable& cart, const PreviewGains& gains);
+
+  /// The first stage's plan, tick by tick.
+  void push(const Reference& planned);
+
+  /// Whether so much has been pushed that the correction of the next tick is known: preview + 2 ticks.
+  bool ready() const { return errors_.full(); }
+
+  /// The next tick's reference, corrected.
+  Reference pop();
+
+ private:
+  void learn_error(const Eigen::Vector2d& error);
+
+  WholeBody model_;
+  ArmMotion arms_;
+  int horizon_;
+  PreviewWindow errors_;
+  PreviewControl control_;
+  std::deque<Reference> planned_;  // pushed and not popped
+  BodyPose pose_;                  // of the last pushed
+  BodyMomentum momentum_;          // half a tick before it
+  int known_ = 0;                  // ticks whose error has been computed
+};
+
+/// `reference` with the waist and the centre of mass in it moved by `state` (rows: position, velocity,
+/// acceleration).
+Reference shifted(Reference reference, const PreviewControl::State& state, const Eigen::Vector2d& zmp);
+
+}  // namespace walking
