@@ -9,7 +9,10 @@ namespace sim::world {
 namespace {
 
 constexpr char kName[] = "head_camera";
-constexpr double kDensity = 1.0;  // source pixels per image pixel at the centre
+
+// Without multisampling a denser picture, smoothed, takes its place: corners are then found within 0.19 px
+// (rms), with it within 0.16 px, without either within 0.25 px.
+double source_density(const CameraOptions& options) { return options.samples > 1 ? 1.0 : 1.3; }
 
 }  // namespace
 
@@ -28,7 +31,7 @@ HeadCamera::HeadCamera(Model robot_in_room, const CameraOptions& options, std::u
     : model_(std::move(robot_in_room)),
       data_(mj_makeData(model_.get())),
       camera_(camera_model(options)),
-      lens_(camera_, kDensity),
+      lens_(camera_, source_density(options)),
       scene_(*model_, lens_.source().width_px, lens_.source().height_px, options.samples, texture_seed) {
   mj_kinematics(model_.get(), data_.get());
   camera_pose(*model_, *data_, kName);

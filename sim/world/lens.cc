@@ -1,13 +1,15 @@
 #include "sim/world/lens.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 namespace sim::world {
 namespace {
 
-constexpr int kMargin = 2;  // px around the source for the bicubic kernel
+constexpr int kMargin = 3;          // px of the source around a sample: bilinear, after smoothing
+constexpr double kSmoothing = 0.6;  // px of the source: standard deviation that removes the stairs of edges
 
 struct Bounds {
   Eigen::Vector2d low, high;
@@ -29,7 +31,7 @@ Bounds seen_directions(const CameraModel& camera) {
 
 Pinhole covering(const CameraModel& camera, double density) {
   const Bounds seen = seen_directions(camera);
-  Pinhole source;
+  Pinhole source{};
   source.focal_px = density * std::max(camera.fu_px, camera.fv_px);
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant((kMargin + 0.5) / source.focal_px);
   const Eigen::Vector2d low = seen.low - margin, size_px = (seen.high + margin - low) * source.focal_px;
@@ -37,6 +39,37 @@ Pinhole covering(const CameraModel& camera, double density) {
   source.width_px = static_cast<int>(std::ceil(size_px.x()));
   source.height_px = static_cast<int>(std::ceil(size_px.y()));
   return source;
+}
+
+// Strips along the four sides of the source that no pixel samples: the corners of the image reach far out,
+// the middles of its sides do not.
+std::vector<cv::Rect> unsampled(const cv::Mat2f& bottom_up_map, const Pinhole& source) {
+  constexpr int strips = 5;
+  const int w = source.width_px, h = source.height_px;
+  std::array<int, strips> left, right, top, bottom;
+  left.fill(w), right.fill(0), top.fill(h), bottom.fill(0);
+  for (const cv::Vec2f& sample : bottom_up_map) {
+    const int x = int(sample[0]), y = h - 1 - int(sample[1]);
+    for (int column : {x - kMargin, x + kMargin}) {
+      const int strip = std::clamp(column, 0, w - 1) * strips / w;
+      top[strip] = std::min(top[strip], y - kMargin), bottom[strip] = std::max(bottom[strip], y + kMargin);
+    }
+    for (int row : {y - kMargin, y + kMargin}) {
+      const int strip = std::clamp(row, 0, h - 1) * strips / h;
+      left[strip] = std::min(left[strip], x - kMargin), right[strip] = std::max(right[strip], x + kMargin);
+    }
+  }
+  std::vector<cv::Rect> unseen;
+  for (int strip = 0; strip < strips; ++strip) {
+    const cv::Range columns((strip * w + strips - 1) / strips, ((strip + 1) * w + strips - 1) / strips);
+    const cv::Range rows((strip * h + strips - 1) / strips, ((strip + 1) * h + strips - 1) / strips);
+    unseen.push_back({columns.start, 0, columns.size(), top[strip]});
+    unseen.push_back({columns.start, bottom[strip] + 1, columns.size(), h - bottom[strip] - 1});
+    unseen.push_back({0, rows.start, left[strip], rows.size()});
+    unseen.push_back({right[strip] + 1, rows.start, w - right[strip] - 1, rows.size()});
+  }
+  std::erase_if(unseen, [](const cv::Rect& strip) { return strip.width <= 0 || strip.height <= 0; });
+  return unseen;
 }
 
 }  // namespace
@@ -60,7 +93,7 @@ CameraModel camera_model(const CameraOptions& options) {
 }
 
 LensWarp::LensWarp(const CameraModel& camera, double density)
-    : camera_(camera), source_(covering(camera, density)) {
+    : camera_(camera), density_(density), source_(covering(camera, density)) {
   cv::Mat2f map(camera.height_px, camera.width_px);
   for (int v = 0; v < map.rows; ++v)
     for (int u = 0; u < map.cols; ++u) {
@@ -68,6 +101,7 @@ LensWarp::LensWarp(const CameraModel& camera, double density)
       map(v, u) = cv::Vec2f(float(pixel.x()), float(source_.height_px - 1 - pixel.y()));
     }
   cv::convertMaps(map, cv::noArray(), map_, fraction_, CV_16SC2);
+  source_.unseen = unsampled(map, source_);
 }
 
 Eigen::Vector2d LensWarp::source_pixel(int u, int v) const {
@@ -76,8 +110,9 @@ Eigen::Vector2d LensWarp::source_pixel(int u, int v) const {
 }
 
 cv::Mat LensWarp::warp(const cv::Mat& bottom_up) const {
-  cv::Mat image;
-  cv::remap(bottom_up, image, map_, fraction_, cv::INTER_CUBIC);
+  cv::Mat smooth = bottom_up, image;
+  if (density_ > 1) cv::GaussianBlur(bottom_up, smooth, {0, 0}, kSmoothing);
+  cv::remap(smooth, image, map_, fraction_, cv::INTER_LINEAR);
   return image;
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "sim/world/options.h"
 
@@ -32,13 +33,15 @@ CameraModel camera_model(const CameraOptions& options);
 struct Pinhole {
   int width_px, height_px;
   double focal_px;
-  double left, top;  ///< x/z and y/z at the picture's upper left edge
+  double left, top;              ///< x/z and y/z at the picture's upper left edge
+  std::vector<cv::Rect> unseen;  ///< parts of the picture that nobody will look at: need not be drawn
 };
 
 /// Warps the renderer's pinhole picture through the camera's lens.
 class LensWarp {
  public:
-  /// `density`: pixels of the pinhole picture per pixel of the image at its centre.
+  /// `density`: pixels of the pinhole picture per pixel of the image at its centre. Above 1 the picture is
+  /// smoothed before it is sampled, as a lens would, so that finer detail does not alias.
   LensWarp(const CameraModel& camera, double density);
 
   const Pinhole& source() const { return source_; }
@@ -49,6 +52,7 @@ class LensWarp {
 
  private:
   CameraModel camera_;
+  double density_;
   Pinhole source_;
   cv::Mat map_, fraction_;  ///< cv::remap's fixed-point maps
 };

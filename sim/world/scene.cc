@@ -49,8 +49,26 @@ bool in_view(const mjvGeom& geom, const Placement& placed, const std::array<Eige
   });
 }
 
-float nearest_depth(const mjvGeom& geom, const Placement& placed) {
-  return placed.position.z() - reach(geom, placed.axes.row(2).transpose());
+float farthest_depth(const mjvGeom& geom, const Placement& placed) {
+  return placed.position.z() + reach(geom, placed.axes.row(2).transpose());
+}
+
+// A black screen before the camera that fills a rectangle of the picture.
+mjvGeom screen(const cv::Rect& area, const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
+  constexpr double depth = 1.1 * kNear;
+  const auto at = [&](double x, double y) -> Eigen::Vector3d {
+    return depth *
+           Eigen::Vector3d(pinhole.left + x / pinhole.focal_px, pinhole.top + y / pinhole.focal_px, 1);
+  };
+  const Eigen::Vector3d corner = at(area.x, area.y), opposite = at(area.x + area.width, area.y + area.height);
+  const mjtNum size[3] = {(opposite - corner).x() / 2, (opposite - corner).y() / 2, 0};
+  const Eigen::Vector3d p_W = X_WC * Eigen::Vector3d((corner + opposite) / 2);
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> axes = X_WC.linear();
+  axes.rightCols<2>() *= -1;  // its front towards the camera
+  const float black[4] = {0, 0, 0, 1};
+  mjvGeom geom;
+  mjv_initGeom(&geom, mjGEOM_PLANE, size, p_W.data(), axes.data(), black);
+  return geom;
 }
 
 }  // namespace
@@ -79,6 +97,10 @@ void Scene::place_camera(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) 
   scene_.camera[0] = scene_.camera[1] = camera;
 }
 
+void Scene::hide_unseen(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
+  for (const cv::Rect& area : pinhole.unseen) scene_.geoms[scene_.ngeom++] = screen(area, X_WC, pinhole);
+}
+
 // What is outside the view is dropped, the rest drawn from near to far so that hidden surfaces cost no
 // texturing.
 void Scene::keep_what_is_in_view(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
@@ -88,7 +110,7 @@ void Scene::keep_what_is_in_view(const Eigen::Isometry3d& X_WC, const Pinhole& p
   mjvGeom* const kept = std::remove_if(
       scene_.geoms, end, [&](const mjvGeom& geom) { return !in_view(geom, seen_from(geom, X_CW), sides); });
   for (mjvGeom* geom = scene_.geoms; geom != kept; ++geom)
-    geom->camdist = nearest_depth(*geom, seen_from(*geom, X_CW));
+    geom->camdist = farthest_depth(*geom, seen_from(*geom, X_CW));
   std::stable_sort(scene_.geoms, kept,
                    [](const mjvGeom& a, const mjvGeom& b) { return a.camdist < b.camdist; });
   scene_.ngeom = int(kept - scene_.geoms);
@@ -109,6 +131,7 @@ cv::Mat3b Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, const P
   // mjv_updateScene takes a non-const mjData for its perturbation and inertia displays, which are off.
   mjv_updateScene(&model_, const_cast<mjData*>(&data), &option, nullptr, &unused, mjCAT_ALL, &scene_);
   place_camera(X_WC, pinhole);
+  hide_unseen(X_WC, pinhole);
   keep_what_is_in_view(X_WC, pinhole);
   const mjrRect viewport{0, 0, pinhole.width_px, pinhole.height_px};
   mjr_render(viewport, &scene_, &gl_.mjr());

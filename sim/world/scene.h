@@ -27,6 +27,7 @@ class Scene {
 
  private:
   void place_camera(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
+  void hide_unseen(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
   void keep_what_is_in_view(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
 
   const mjModel& model_;
