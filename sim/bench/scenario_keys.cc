@@ -28,8 +28,10 @@ auto& section(const std::optional<Section>& s) {
 #define GAITSLAM_KEY(part, member) \
 #part "." #member, [](auto&& scenario) -> auto& { return section(scenario.part).member; }
 
-constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096}, kFraction{0, 1};
-constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
+constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096}, kFraction{0, 1},
+    kGain{0, 1e6}, kTime{1e-3, 1e6};
+constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kArms{"still"sv, "swing"sv},
+    kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
 
 template <class Access>
 Key<Scenario> key(const std::string& name, Access access, const Domain& domain, const std::string& doc) {
@@ -60,21 +62,59 @@ void add_walk(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(walk, preview_s), {0.1, 10}, "how far ahead the controller sees the ZMP"));
   keys.push_back(key(GAITSLAM_KEY(walk, com_height_m), {0.3, 1.5}, "height of the cart-table model"));
   keys.push_back(key(GAITSLAM_KEY(walk, swing), {0, 0, kSwing}, "polynomial of the swing foot"));
+  keys.push_back(key(GAITSLAM_KEY(walk, arm_motion), {0, 0, kArms},
+                     "arms keep half-sitting, or swing against the legs"));
   keys.push_back(commands_key());
 }
 
 void add_stabilizer(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(stabilizer, enabled), kAny, "correct the plan by what the robot feels"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, attitude.accelerometer_gain_per_s), kGain,
+                     "how fast the gyro's drift is pulled back to the felt vertical"));
+  keys.push_back(
+      key(GAITSLAM_KEY(stabilizer, attitude.bias_gain_per_s2), kGain, "how fast a gyro bias is learnt"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.enabled), kAny, "track the planned capture point"));
-  keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.enabled), kAny, "ankles give way to torque"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.gain_per_s), kGain,
+                     "how fast the capture point's error shall decay"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.velocity_cutoff_hz), {0.01, 100},
+                     "low pass on the velocity error of the centre of mass"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.sole_margin_m), {0, 0.1},
+                     "the pressure asked for stays this far inside a sole"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.enabled), kAny,
+                     "ankles give way to the torque they feel"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.gain_rad_s_per_nm), kGain,
+                     "speed of giving way for a torque beyond what is asked for"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.leak_s), kTime,
+                     "time in which the correction dies away"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.limit_rad), {0, 1}, "largest correction"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, force_difference.enabled), kAny,
                      "the foot that carries too little reaches down, the other up"));
-  keys.push_back(key(GAITSLAM_KEY(stabilizer, body_attitude.enabled), kAny, "the waist is turned against its tilt"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, force_difference.gain_m_s_per_n), kGain,
+                     "speed of reaching for a force that is missing"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, force_difference.leak_s), kTime,
+                     "time in which the correction dies away while both feet stand"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, force_difference.leak_in_swing_s), kTime,
+                     "likewise while one foot swings"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, force_difference.limit_m), {0, 0.2}, "largest correction"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, leg_compliance.enabled), kAny,
+                     "a leg is made longer by what its planned load compresses it"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, leg_compliance.stiffness_n_m), {1e3, 1e9},
+                     "of a leg from waist to ground, vertically"));
+  keys.push_back(
+      key(GAITSLAM_KEY(stabilizer, leg_compliance.lag_s), {0, 1}, "time in which a leg gives way"));
+  keys.push_back(
+      key(GAITSLAM_KEY(stabilizer, body_attitude.enabled), kAny, "the waist is turned against its tilt"));
+  keys.push_back(
+      key(GAITSLAM_KEY(stabilizer, body_attitude.gain_per_s), kGain, "how fast the tilt is turned back"));
+  keys.push_back(
+      key(GAITSLAM_KEY(stabilizer, body_attitude.leak_s), kTime, "time in which the correction dies away"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, body_attitude.limit_rad), {0, 1}, "largest correction"));
 }
 
 void add_world(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(world, robot), kAny, "the robot's model, models/<robot>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, room), kAny, "the room's model, models/<room>.xml"));
+  keys.push_back(key(GAITSLAM_KEY(world, seed), kAny, "of what is painted on the room's surfaces"));
   keys.push_back(key(GAITSLAM_KEY(world, floor_friction), {0.01, 5}, "sliding friction of sole on floor"));
   keys.push_back(key(GAITSLAM_KEY(world, variation.friction), kSpread,
                      "standard deviation of floor_friction over seeds"));

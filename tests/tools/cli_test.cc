@@ -1,0 +1,197 @@
+// What the program answers to what users type; nothing here simulates.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using tests::Ran;
+
+const std::string kScenarios = std::string(GAITSLAM_SOURCE_DIR) + "/scenarios/";
+const std::string kCircle = kScenarios + "tangent_circle.yaml";
+
+class Cli : public tests::CommandLine {
+ protected:
+  /// One clear line, exit code 2, and nothing left behind.
+  void expect_refused(const std::string& arguments, const std::string& complaint) const {
+    const std::size_t before = entries();
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_THAT(ran.err, HasSubstr(complaint)) << arguments;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    EXPECT_EQ(ran.out, "") << arguments;
+    EXPECT_EQ(entries(), before) << arguments;
+  }
+};
+
+TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
+  for (const std::string command : {"", "run ", "replay ", "check ", "config "}) {
+    const Ran ran = gaitslam(command + "--help");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_THAT(ran.out, HasSubstr("Examples:\n  gaitslam " + command));
+    EXPECT_EQ(ran.err, "");
+  }
+}
+
+TEST_F(Cli, VersionNamesRevisionAndLibraries) {
+  const Ran ran = gaitslam("--version");
+  EXPECT_EQ(ran.exit_code, 0);
+  EXPECT_THAT(ran.out, StartsWith("gaitslam "));
+  EXPECT_THAT(ran.out, HasSubstr("(revision "));
+  EXPECT_THAT(ran.out, HasSubstr("Eigen 3."));
+  EXPECT_THAT(ran.out, HasSubstr("OpenCV 4."));
+}
+
+TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
+  expect_refused("", "A subcommand is required");
+  expect_refused("rnu x.yaml",
+                 "unknown command 'rnu', expected one of run, replay, check, config; did you mean 'run'?");
+  expect_refused("check", "scenarios is required");
+  expect_refused("config", "config: expected a scenario's YAML file, or --keys");
+  expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");
+}
+
+TEST_F(Cli, FilesThatAreNotScenariosAreRefused) {
+  expect_refused("config no.yaml", "no.yaml: cannot be read: No such file or directory");
+  expect_refused("config .", ".: is a folder, expected a scenario file");
+  write("bad.yaml", "walk: {commands: [\n");
+  expect_refused("config bad.yaml", "bad.yaml:2:1: bad YAML: end of sequence flow not found");
+  write("doubled.yaml", "seed: 1\nseed: 2\n");
+  expect_refused("check doubled.yaml", "doubled.yaml:2:1: seed: given twice, first in line 1");
+  write("unknown.yaml", "sede: 1\n");
+  expect_refused("check unknown.yaml", "unknown.yaml:1:1: sede: unknown key; did you mean 'seed'?");
+}
+
+TEST_F(Cli, OverridesThatAreWrongAreRefused) {
+  expect_refused("config '" + kCircle + "' slam.gyro.sigma_rads=1",
+                 "<argument>:1:1: slam.gyro.sigma_rads: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");
+  expect_refused("config '" + kCircle + "' seed=2 slam.gyro.sigma_rad_s=nan",
+                 "<argument>:2:23: slam.gyro.sigma_rad_s: is 'nan'");
+  expect_refused("config '" + kCircle + "' fast", "<argument>:1:1: 'fast': expected key=value");
+  expect_refused("config '" + kCircle + "' --without camrea", "did you mean 'camera'?");
+}
+
+TEST_F(Cli, ResultsThatAreNotThereAreRefusedByReplay) {
+  expect_refused("replay no-such-folder", "no-such-folder: no such result folder");
+  std::filesystem::create_directories(folder_ / "empty");
+  expect_refused("replay empty", "empty/scenario.yaml: cannot be read: No such file or directory");
+}
+
+TEST_F(Cli, ReplayDoesNotPretendToChangeWhatIsRecorded) {
+  std::filesystem::create_directories(folder_ / "result");
+  std::filesystem::copy(kCircle, folder_ / "result/scenario.yaml");
+  expect_refused("replay result walk.step_length_m=0.1", "walk.step_length_m: shapes the recording");
+}
+
+TEST_F(Cli, CheckNamesEachFileThatIsFineAndEachThatIsNot) {
+  write("far.yaml", "walk: {step_length_m: 0.4, commands: [{straight: {forward_m: 2}}]}\n");
+  const Ran ran = gaitslam("check '" + kCircle + "' far.yaml no.yaml");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_THAT(ran.out, HasSubstr("tangent_circle.yaml: fine, a walk of 4"));
+  EXPECT_THAT(ran.err, HasSubstr("far.yaml: the walk cannot be planned: "));
+  EXPECT_THAT(ran.err, HasSubstr("no.yaml: cannot be read"));
+  EXPECT_EQ(gaitslam("check '" + kScenarios + "'*.yaml").exit_code, 0);
+}
+
+TEST_F(Cli, ConfigSaysWhereEachValueComesFrom) {
+  write("walk.yaml", "seed: 3\nwalk:\n  step_height_m: 0.05\n  commands: [{stand: {duration_s: 1}}]\n");
+  const Ran ran = gaitslam("config walk.yaml world.floor_friction=0.5");
+  EXPECT_EQ(ran.exit_code, 0);
+  EXPECT_THAT(ran.out, testing::ContainsRegex("walk.step_height_m +0.05 +m +0.07 +walk.yaml:3\n"));
+  EXPECT_THAT(ran.out, testing::ContainsRegex("world.floor_friction +0.5 +0.7 +argument 1\n"));
+  EXPECT_THAT(ran.out, testing::ContainsRegex("walk.step_length_m +0.15 +m +0.15 +default\n"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("slam.")));
+}
+
+TEST_F(Cli, ConfigAsYamlIsAScenarioOfTheSameValues) {
+  const std::string once = gaitslam("config '" + kCircle + "' seed=9 --yaml").out;
+  write("again.yaml", once);
+  EXPECT_EQ(gaitslam("config again.yaml --yaml").out, once);
+  EXPECT_THAT(once, HasSubstr("\nseed: 9\n"));
+}
+
+TEST_F(Cli, ConfigListsAllKeysWithRangeAndMeaning) {
+  const Ran ran = gaitslam("config --keys");
+  EXPECT_EQ(ran.exit_code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("slam.gyro.sigma_rad_s\n    noise the filter expects"));
+  EXPECT_THAT(ran.out, HasSubstr("tangent_arc        radius_m"));
+  EXPECT_THAT(ran.out, HasSubstr("ate_se3_rmse_m"));
+}
+
+TEST_F(Cli, AFullDiskIsNotTakenForSuccess) {
+  const Ran ran = gaitslam("config --keys >/dev/full");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_EQ(ran.err, "gaitslam: cannot write to standard output\n");
+}
+
+#if GAITSLAM_HAS_WORLD
+TEST_F(Cli, RunRefusesWhatItCannotDoBeforeItSimulates) {
+  const std::string run = "run '" + kCircle + "' ";
+  expect_refused("run", "scenario is required");
+  expect_refused("run no.yaml", "no.yaml: cannot be read");
+  expect_refused(run + "--seeds 5..1",
+                 "--seeds 5..1: '5..1' goes backwards, expected for example 1..5 or 1,2,7");
+  expect_refused(run + "--seeds 1,x", "'x' is not a seed");
+  expect_refused(run + "--seeds 1..3,2", "a seed is given twice");
+  expect_refused(run + "--seeds ''", "'' is not a seed");
+  expect_refused(run + "--seeds 1..2 seed=3", "--seeds and seed= are both given, expected one of them");
+  expect_refused(run + "--seeds 1..2 --jobs 0", "--jobs");
+  expect_refused(run + "--out /dev/null/x", "/dev/null/x: cannot be written: /dev/null: Not a directory");
+  expect_refused(run + "--out ''", "--out: is empty");
+  expect_refused(run + "--out '" + kCircle + "'", "is a file, expected a folder for results");
+  expect_refused(run + "world.room=no_such_room", "no_such_room");
+  write("old/kept", "");
+  expect_refused(run + "--out old", "old: exists already; --force replaces what a run writes there");
+}
+#else
+TEST_F(Cli, RunWithoutASimulatorSaysSo) {
+  expect_refused("run '" + kCircle + "'", "this build has no simulator (GAITSLAM_WORLD=OFF)");
+}
+#endif
+
+/// tools/setup.sh with stand-ins for the system's package tools.
+class Setup : public tests::CommandLine {
+ protected:
+  Setup() {
+    write("bin/dpkg-query", "#!/bin/sh\necho 'installed=g++ installed=cmake not-installed=ninja-build '\n");
+    write("bin/apt-get", "#!/bin/sh\necho \"apt-get $*\"\nexit $APT_RESULT\n");
+    write("bin/id", "#!/bin/sh\necho $USER_NUMBER\n");
+    write("tools/packages.txt", "# what is needed\ncmake\ng++\nninja-build  # to build\nlibfoo-dev\n");
+  }
+  Ran install(const std::string& settings) const {
+    return shell("chmod +x bin/*; PATH=$PWD/bin:$PATH; export PATH " + settings +
+                 "; root=$PWD; . " GAITSLAM_SOURCE_DIR "/tools/setup.sh; install_packages; echo done");
+  }
+};
+
+TEST_F(Setup, MissingPackagesAreInstalledByRoot) {
+  const Ran ran = install("USER_NUMBER=0 APT_RESULT=0");
+  EXPECT_EQ(ran.exit_code, 0);
+  EXPECT_EQ(ran.out, "done\n");
+  EXPECT_THAT(ran.err, HasSubstr("apt-get update -qq\n"));
+  EXPECT_THAT(ran.err, HasSubstr("apt-get install -y -qq --no-install-recommends ninja-build libfoo-dev"));
+}
+
+TEST_F(Setup, OthersAreToldTheOneCommandToRun) {
+  const Ran ran = install("USER_NUMBER=1000 APT_RESULT=0");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_EQ(ran.out, "");
+  EXPECT_THAT(
+      ran.err,
+      HasSubstr(
+          "sudo apt-get update && sudo apt-get install -y --no-install-recommends ninja-build libfoo-dev"));
+}
+
+TEST_F(Setup, WithoutANetworkTheCommandIsNamedToo) {
+  const Ran ran = install("USER_NUMBER=0 APT_RESULT=100");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_THAT(
+      ran.err,
+      HasSubstr("apt-get update && apt-get install -y --no-install-recommends ninja-build libfoo-dev"));
+}
+
+}  // namespace
