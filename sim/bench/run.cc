@@ -158,10 +158,10 @@ Run::Run(const ReadScenario& read, const std::filesystem::path& folder, const st
   if (scenario_.camera) {
     const world::WorldOptions& w = scenario_.world;
     camera_.emplace(world::load_model(w.robot, w.room, models), *scenario_.camera, w.seed);
+    for (const world::RoomPrimitive& surface : world::room_primitives(camera_->model()))
+      recording_.add(recorded(surface));
   }
   if (scenario_.slam) tracking_.emplace(scenario_, setup_.calibration, setup_.X_WC_start);
-  for (const world::RoomPrimitive& surface : world::room_primitives(*world_.model()))
-    recording_.add(recorded(surface));
 }
 
 void Run::walk(const Progress& progress) {

@@ -9,7 +9,7 @@
 namespace sim::bench {
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 json read(const std::filesystem::path& file) {
   std::ifstream in(file);
