@@ -8,12 +8,6 @@
 namespace sim::score {
 namespace {
 
-std::optional<double> normalised_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
-  const Eigen::LLT<Eigen::Matrix3d> llt(covariance);
-  if (llt.info() != Eigen::Success || !covariance.allFinite()) return std::nullopt;
-  return error.dot(llt.solve(error));
-}
-
 // Regularised lower incomplete gamma function P(a, x): series for x < a + 1, else Lentz's continued fraction
 // of 1 − P (Abramowitz & Stegun 6.5.29, 6.5.31).
 double lower_gamma(double a, double x) {
@@ -37,6 +31,12 @@ double lower_gamma(double a, double x) {
 }
 
 }  // namespace
+
+std::optional<double> normalised_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
+  const Eigen::LLT<Eigen::Matrix3d> llt(covariance);
+  if (llt.info() != Eigen::Success || !covariance.allFinite()) return std::nullopt;
+  return error.dot(llt.solve(error));
+}
 
 std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                   const Matrix6d& covariance) {
@@ -63,6 +63,28 @@ double chi_square_quantile(double p, double dof) {
 Band mean_band(int dof, int count, double confidence) {
   const double all = static_cast<double>(dof) * count, tail = (1 - confidence) / 2;
   return {chi_square_quantile(tail, all) / count, chi_square_quantile(1 - tail, all) / count};
+}
+
+std::optional<InnovationSummary> summarise(const std::vector<Innovation>& innovations) {
+  InnovationSummary summary;
+  double squares = 0, dof = 0, variance = 0, neighbours = 0;
+  std::optional<double> last;
+  for (const Innovation& innovation : innovations) {
+    if (innovation.dof <= 0) continue;
+    ++summary.count;
+    squares += innovation.square;
+    dof += innovation.dof;
+    const double z = (innovation.square - innovation.dof) / std::sqrt(2.0 * innovation.dof);
+    variance += z * z;
+    if (last) neighbours += z * *last;
+    last = z;
+  }
+  if (summary.count < 2) return std::nullopt;
+  summary.ratio = squares / dof;
+  summary.variance_ratio = variance / summary.count;
+  summary.whiteness = variance > 0 ? neighbours / variance : 0;
+  summary.band = {chi_square_quantile(0.025, dof) / dof, chi_square_quantile(0.975, dof) / dof};
+  return summary;
 }
 
 }  // namespace sim::score

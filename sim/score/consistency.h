@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <vector>
 
 namespace sim::score {
 
@@ -21,6 +22,9 @@ struct PoseNees {
 std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                   const Matrix6d& covariance);
 
+/// errorᵀ covariance⁻¹ error; nothing when the covariance is not positive definite.
+std::optional<double> normalised_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
+
 /// P(chi² <= x) with `dof` > 0 degrees of freedom.
 double chi_square_cdf(double x, double dof);
 /// The x of which chi_square_cdf(x, dof) = p, p in (0, 1), to 1e-12 relative.
@@ -32,5 +36,23 @@ struct Band {
   double low = 0, high = 0;
 };
 Band mean_band(int dof, int count, double confidence = 0.95);
+
+/// One sensor's normalised innovation squared in one frame.
+struct Innovation {
+  double square = 0;
+  int dof = 0;
+};
+
+/// One sensor's innovations over a run. ratio: sum of squares by sum of degrees of freedom, 1 expected, in
+/// `band` with 95 % confidence if they are independent. variance_ratio: variance of (square − dof) / √(2
+/// dof), 1 expected. whiteness: correlation of those from one frame to the next, 0 expected, ±1.96/√count
+/// with 95 % confidence.
+struct InnovationSummary {
+  int count = 0;
+  double ratio = 0, variance_ratio = 0, whiteness = 0;
+  Band band;
+};
+/// Of those with dof > 0; nothing when they are fewer than two.
+std::optional<InnovationSummary> summarise(const std::vector<Innovation>& innovations);
 
 }  // namespace sim::score

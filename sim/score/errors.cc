@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/score/statistics.h"
+
 namespace sim::score {
 
 std::vector<double> position_errors(const std::vector<PosePair>& pairs) {
@@ -20,6 +22,20 @@ std::vector<double> orientation_errors(const std::vector<PosePair>& pairs) {
 
 double yaw_error(const PosePair& pair) {
   return yaw(pair.X_true.linear() * pair.X_estimate.linear().transpose());
+}
+
+ErrorStatistics describe(const std::vector<double>& errors) {
+  const double m = mean(errors), rmse = root_mean_square(errors);
+  std::vector<double> deviations;
+  for (const double error : errors) deviations.push_back(error - m);
+  return {errors.size(),
+          rmse,
+          m,
+          median(errors),
+          root_mean_square(deviations),
+          quantile(errors, 0),
+          quantile(errors, 1),
+          quantile(errors, 0.95)};
 }
 
 double height_range(const Trajectory& trajectory) {

@@ -22,16 +22,6 @@ const StampedPose* pose_at(const Trajectory& trajectory, Stamp t) {
   return at != trajectory.end() && at->t == t ? &*at : nullptr;
 }
 
-std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
-                                             const std::vector<Surface>& surfaces, const TrueCamera& camera) {
-  const StampedPose* pose = pose_at(truth_X_WC, seen.t);
-  if (!pose) return std::nullopt;
-  const Eigen::Vector3d direction = pose->X.linear() * camera.bearing(seen.pixel);
-  const auto distance = first_hit(surfaces, pose->X.translation(), direction);
-  if (!distance) return std::nullopt;
-  return pose->X.translation() + *distance * direction;
-}
-
 // When the point has for the first time after `begin` been out of view for long enough.
 std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp begin, const Trajectory& truth_X_WC,
                                     const TrueCamera& camera, Stamp long_enough) {
@@ -56,6 +46,16 @@ bool matches_truth(const StampedPixel& match, const Eigen::Vector3d& p_W, const 
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
+                                             const std::vector<Surface>& surfaces, const TrueCamera& camera) {
+  const StampedPose* pose = pose_at(truth_X_WC, seen.t);
+  if (!pose) return std::nullopt;
+  const Eigen::Vector3d direction = pose->X.linear() * camera.bearing(seen.pixel);
+  const auto distance = first_hit(surfaces, pose->X.translation(), direction);
+  if (!distance) return std::nullopt;
+  return pose->X.translation() + *distance * direction;
+}
 
 double total_turn(const Trajectory& plan_waist) { return plan_waist.empty() ? 0 : turns(plan_waist).back(); }
 

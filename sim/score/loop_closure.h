@@ -34,6 +34,11 @@ struct TrueCamera {
   std::function<Eigen::Vector3d(const Eigen::Vector2d& pixel)> bearing;
 };
 
+/// The point of the room at which the ray through a pixel, from where the camera truly was then, first meets
+/// a surface.
+std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
+                                             const std::vector<Surface>& surfaces, const TrueCamera& camera);
+
 /// When the planned waist has turned a quarter and three quarters of the plan's total turn.
 struct TurnMarks {
   Stamp quarter{0}, three_quarters{0};

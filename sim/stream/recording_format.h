@@ -47,4 +47,8 @@ inline const std::string kSurfacesHeader =
 /// The words of slam::Support, by its values.
 inline const std::array<std::string, 3> kSupport{"both", "left", "right"};
 
+/// The kinds of RecordedSurface.
+inline const std::array<std::string, 6> kSurfaceKinds{"plane",    "box",       "sphere",
+                                                      "cylinder", "ellipsoid", "capsule"};
+
 }  // namespace sim::stream::recording_format

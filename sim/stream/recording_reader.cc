@@ -67,7 +67,11 @@ std::vector<TimedPose> read_poses(const Manifest& manifest, const std::string& n
 std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
   std::vector<RecordedSurface> surfaces;
   CsvReader rows(manifest.check(kSurfaces), {kSurfacesHeader});
-  while (rows.next()) surfaces.push_back({std::string(rows.text(0)), rows.pose(1), rows.vector(13)});
+  while (rows.next()) {
+    if (std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0)) == kSurfaceKinds.end())
+      rows.fail(0, "expected plane, box, sphere, cylinder, ellipsoid or capsule");
+    surfaces.push_back({std::string(rows.text(0)), rows.pose(1), rows.vector(13)});
+  }
   return surfaces;
 }
 

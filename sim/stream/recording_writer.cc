@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
@@ -147,6 +148,8 @@ void RecordingWriter::add(const TrueMotion& motion) {
 }
 
 void RecordingWriter::add(const RecordedSurface& surface) {
+  require(std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), surface.kind) != kSurfaceKinds.end(),
+          "a surface is of no known kind");
   files_->surfaces.file.write(
       fmt::format("{},{},{}\n", surface.kind, csv_fields(surface.X_WS), csv_fields(surface.size)));
 }

@@ -76,5 +76,32 @@ TEST(Consistency, BandOfTenRunsOfThreeDegreesIsThePublishedOne) {
   EXPECT_LT(narrow.high, 3.2);
 }
 
+TEST(Consistency, InnovationsOfTheRightSizeAreInTheBandAndOthersAreNot) {
+  std::vector<Innovation> right, twice, alternating;
+  for (int i = 0; i < 400; ++i) {
+    // Quantiles in scattered order: a sample of chi² with 2 degrees of freedom that is more even than a
+    // random one.
+    const double p = (i * 81 % 400 + 0.5) / 400, square = -2 * std::log(1 - p);
+    right.push_back({square, 2});
+    twice.push_back({2 * square, 2});
+    alternating.push_back({i % 2 == 0 ? 4.0 : 0.0, 2});
+  }
+  right.push_back({99, 0});  // a frame in which the sensor gave nothing
+  const auto good = summarise(right), loud = summarise(twice), striped = summarise(alternating);
+  ASSERT_TRUE(good && loud && striped);
+  EXPECT_EQ(good->count, 400);
+  EXPECT_NEAR(good->ratio, 1, 0.01);
+  EXPECT_NEAR(good->variance_ratio, 1, 0.05);
+  EXPECT_LT(std::abs(good->whiteness), 1.96 / std::sqrt(400.0));
+  EXPECT_NEAR(good->band.low, chi_square_quantile(0.025, 800) / 800, 1e-12);
+  EXPECT_TRUE(good->band.low < good->ratio && good->ratio < good->band.high);
+  EXPECT_NEAR(loud->ratio, 2 * good->ratio, 1e-12);
+  EXPECT_GT(loud->ratio, loud->band.high);
+  EXPECT_NEAR(striped->ratio, 1, 1e-12);
+  EXPECT_NEAR(striped->whiteness, -1, 0.01);  // one frame too large, the next too small
+  EXPECT_FALSE(summarise({{1, 2}}));
+  EXPECT_FALSE(summarise({}));
+}
+
 }  // namespace
 }  // namespace sim::score

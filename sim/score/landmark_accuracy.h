@@ -1,0 +1,32 @@
+// How well the map's landmarks lie on the surfaces of the room.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "sim/score/loop_closure.h"
+
+namespace sim::score {
+
+/// A landmark as the filter has it at the end.
+struct MappedPoint {
+  int id = 0;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
+};
+
+/// Against the surface point at which the ray through the landmark's first pixel, from the true camera, meets
+/// the room.
+struct LandmarkError {
+  int id = 0;
+  double distance = 0;         ///< m
+  std::optional<double> nees;  ///< 3 is expected; nothing when the covariance is not positive definite
+};
+
+/// Of the landmarks that have a history and a surface point; the others are left out.
+std::vector<LandmarkError> landmark_errors(const std::vector<MappedPoint>& map,
+                                           const std::vector<LandmarkHistory>& histories,
+                                           const Trajectory& truth_X_WC, const std::vector<Surface>& surfaces,
+                                           const TrueCamera& camera);
+
+}  // namespace sim::score

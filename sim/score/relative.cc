@@ -1,0 +1,94 @@
+#include "sim/score/relative.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim::score {
+namespace {
+
+// How far along each pose is: frames, metres walked, or seconds.
+std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto position = [&](std::size_t k) -> Eigen::Vector3d {
+      return which.along_truth ? pairs[k].X_true.translation() : pairs[k].X_estimate.translation();
+    };
+    if (which.unit == Spans::Unit::frames) all.push_back(static_cast<double>(i));
+    if (which.unit == Spans::Unit::seconds)
+      all.push_back(static_cast<double>((pairs[i].t - pairs[0].t).count()) * 1e-9);
+    if (which.unit == Spans::Unit::metres)
+      all.push_back(i == 0 ? 0 : all.back() + (position(i) - position(i - 1)).norm());
+  }
+  return all;
+}
+
+std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
+  std::vector<Span> spans;
+  bool begun = which.unit != Spans::Unit::metres;
+  const double enough =
+      which.delta - (which.unit == Spans::Unit::seconds ? 0.5e-9 : 0);  // stamps are whole ns
+  std::size_t from = 0;
+  for (std::size_t i = 1; i < place.size(); ++i) {
+    if (place[i] - place[from] < enough) continue;
+    if (begun) spans.push_back({from, i});
+    begun = true;
+    from = i;
+  }
+  return spans;
+}
+
+// The later pose whose distance from `from` is nearest to delta; of two as near, the earlier.
+std::size_t nearest_end(const std::vector<double>& place, std::size_t from, double delta) {
+  const auto begin = place.begin() + static_cast<std::ptrdiff_t>(from) + 1;
+  auto end = std::lower_bound(begin, place.end(), place[from] + delta);
+  if (end == place.end() || (end != begin && place[from] + delta - *(end - 1) <= *end - place[from] - delta))
+    --end;
+  return static_cast<std::size_t>(end - place.begin());
+}
+
+std::vector<Span> from_each(const std::vector<double>& place, const Spans& which) {
+  std::vector<Span> spans;
+  const double slack = which.unit == Spans::Unit::frames ? 0 : which.tolerance * which.delta;
+  for (std::size_t from = 0; from + 1 < place.size(); ++from) {
+    const std::size_t to = nearest_end(place, from, which.delta);
+    if (std::abs(place[to] - place[from] - which.delta) <= slack) spans.push_back({from, to});
+  }
+  return spans;
+}
+
+std::size_t nearest_pose(const std::vector<PosePair>& pairs, Stamp t) {
+  const auto nearer = [t](const PosePair& a, const PosePair& b) {
+    return std::chrono::abs(a.t - t) < std::chrono::abs(b.t - t);
+  };
+  return static_cast<std::size_t>(std::min_element(pairs.begin(), pairs.end(), nearer) - pairs.begin());
+}
+
+}  // namespace
+
+std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which) {
+  const std::vector<double> place = places(pairs, which);
+  return which.all ? from_each(place, which) : consecutive(place, which);
+}
+
+std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::vector<Stamp>& times) {
+  std::vector<Span> spans;
+  if (pairs.empty()) return spans;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    const Span span{nearest_pose(pairs, times[i - 1]), nearest_pose(pairs, times[i])};
+    if (span.from < span.to) spans.push_back(span);
+  }
+  return spans;
+}
+
+std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,
+                                           const std::vector<Span>& over) {
+  std::vector<RelativeError> errors;
+  for (const auto& [from, to] : over) {
+    const Eigen::Isometry3d truth = pairs[from].X_true.inverse() * pairs[to].X_true;
+    const Eigen::Isometry3d E = truth.inverse() * pairs[from].X_estimate.inverse() * pairs[to].X_estimate;
+    errors.push_back({E.translation().norm(), rotation_vector(E.linear()).norm()});
+  }
+  return errors;
+}
+
+}  // namespace sim::score

@@ -1,0 +1,103 @@
+#include "sim/score/relative.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/score/alignment.h"
+#include "tests/sim/score/random_trajectory.h"
+
+namespace sim::score {
+namespace {
+
+using Unit = Spans::Unit;
+using Indices = std::vector<std::pair<std::size_t, std::size_t>>;
+
+Indices indices(const std::vector<Span>& spans) {
+  Indices all;
+  for (const Span& span : spans) all.emplace_back(span.from, span.to);
+  return all;
+}
+
+// True poses at x = 0, 1, 2, ...; the estimate at twice that; one per 100 ms.
+std::vector<PosePair> straight(int count) {
+  std::vector<PosePair> pairs(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    PosePair& pair = pairs[static_cast<std::size_t>(i)];
+    pair.t = std::chrono::milliseconds(100 * i);
+    pair.X_true.translation().x() = i;
+    pair.X_estimate.translation().x() = 2 * i;
+  }
+  return pairs;
+}
+
+TEST(Relative, ConsecutiveSpansFollowOneAnother) {
+  EXPECT_EQ(indices(spans(straight(8), {Unit::frames, 3})), (Indices{{0, 3}, {3, 6}}));
+  EXPECT_EQ(indices(spans(straight(8), {Unit::seconds, 0.3})), (Indices{{0, 3}, {3, 6}}));
+  EXPECT_EQ(indices(spans(straight(8), {Unit::seconds, 0.25})),
+            (Indices{{0, 3}, {3, 6}}));  // at least that long
+  EXPECT_EQ(indices(spans(straight(8), {Unit::metres, 4})),
+            (Indices{{2, 4}, {4, 6}}));  // 4 m of the estimate
+  Spans truth{Unit::metres, 2};
+  truth.along_truth = true;
+  EXPECT_EQ(indices(spans(straight(8), truth)), (Indices{{2, 4}, {4, 6}}));
+}
+
+TEST(Relative, AllSpansBeginAtEachPose) {
+  EXPECT_EQ(indices(spans(straight(5), {Unit::frames, 3, true})), (Indices{{0, 3}, {1, 4}}));
+  EXPECT_EQ(indices(spans(straight(5), {Unit::seconds, 0.31, true})),
+            (Indices{{0, 3}, {1, 4}}));  // within 10 %
+  EXPECT_TRUE(spans(straight(5), {Unit::seconds, 0.35, true}).empty());
+  EXPECT_EQ(indices(spans(straight(5), {Unit::metres, 6, true})), (Indices{{0, 3}, {1, 4}}));
+}
+
+TEST(Relative, TooShortATrajectoryHasNoSpans) {
+  for (const Unit unit : {Unit::frames, Unit::metres, Unit::seconds})
+    for (const bool all : {false, true})
+      for (const int count : {0, 1, 2}) EXPECT_TRUE(spans(straight(count), {unit, 100, all}).empty());
+}
+
+TEST(Relative, StandingStillHasSpansOfTimeAndNoneOfMetres) {
+  std::vector<PosePair> standing = straight(50);
+  for (PosePair& pair : standing) pair.X_true = pair.X_estimate = Eigen::Isometry3d::Identity();
+  EXPECT_TRUE(spans(standing, {Unit::metres, 0.25}).empty());
+  EXPECT_TRUE(spans(standing, {Unit::metres, 0.25, true}).empty());
+  EXPECT_EQ(spans(standing, {Unit::seconds, 1}).size(), 4u);
+}
+
+TEST(Relative, FootstepsAreSpansBetweenTheNearestPoses) {
+  using std::chrono::milliseconds;
+  EXPECT_EQ(indices(spans_between(straight(8), {milliseconds(90), milliseconds(320), milliseconds(700)})),
+            (Indices{{1, 3}, {3, 7}}));
+  EXPECT_EQ(indices(spans_between(straight(8), {milliseconds(90), milliseconds(110), milliseconds(700)})),
+            (Indices{{1, 7}}));
+  EXPECT_TRUE(spans_between(straight(8), {milliseconds(90)}).empty());
+  EXPECT_TRUE(spans_between({}, {milliseconds(90), milliseconds(700)}).empty());
+}
+
+TEST(Relative, ErrorIsTheDifferenceOfTheMotions) {
+  std::vector<PosePair> pairs = straight(4);
+  pairs[3].X_estimate.linear() = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const auto errors = relative_errors(pairs, {{0, 3}});
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_EQ(errors[0].translation, 3);  // 6 m instead of 3
+  EXPECT_NEAR(errors[0].rotation, 0.1, 1e-15);
+}
+
+TEST(Relative, ErrorsDoNotChangeWhenEitherTrajectoryIsMovedAsAWhole) {
+  const std::vector<PosePair> pairs = noisy_pairs(30, 0.1);
+  std::vector<PosePair> moved = pairs;
+  for (PosePair& pair : moved) {
+    pair.X_estimate = scattered_pose(3, 1) * pair.X_estimate;
+    pair.X_true = scattered_pose(4, 1) * pair.X_true;
+  }
+  const auto before = relative_errors(pairs, spans(pairs, {Unit::frames, 4, true}));
+  const auto after = relative_errors(moved, spans(moved, {Unit::frames, 4, true}));
+  ASSERT_EQ(before.size(), 26u);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_NEAR(after[i].translation, before[i].translation, 1e-12);
+    EXPECT_NEAR(after[i].rotation, before[i].rotation, 1e-12);
+    EXPECT_GT(before[i].translation, 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace sim::score
