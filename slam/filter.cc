@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "slam/accelerometer.h"
 #include "slam/active_search.h"
 #include "slam/camera.h"
 #include "slam/consensus.h"
@@ -25,8 +26,6 @@ constexpr double kFewFound = 0.2;          // of the landmarks searched for
 constexpr std::size_t kEnoughToJudge = 5;  // landmarks searched for
 constexpr int kBegunPerFrame = 3;          // landmarks, after the first frame with any
 
-double seconds(Stamp t) { return std::chrono::duration<double>(t).count(); }
-
 RobotVector start_mean(const Eigen::Isometry3d& X_WC) {
   RobotVector x = RobotVector::Zero();
   const Eigen::Quaterniond q(X_WC.linear());
@@ -45,6 +44,7 @@ RobotMatrix start_covariance(const RobotVector& x, const Options& options) {
   P.diagonal().segment<3>(kVelocity).setConstant(square(options.start.sigma_velocity_m_s));
   P.diagonal().segment<3>(kRate).setConstant(square(options.start.sigma_rate_rad_s));
   P.diagonal().segment<3>(kGyroBias).setConstant(square(options.gyro.sigma_bias_rad_s));
+  P.diagonal().segment<3>(kAccelerometerBias).setConstant(square(options.accelerometer.sigma_bias_m_s2));
   P.diagonal().segment<3>(kSlip).setConstant(square(options.plan_velocity.sigma_slip_m_s));
   return P;
 }
@@ -86,6 +86,7 @@ struct Filter::Workings {
   Map map;
   std::optional<Stamp> now;           // of the last observation taken in
   std::optional<PlannedMotion> plan;  // of the last observation
+  InertialInterval inertial;          // of the last two observations
   double lost_s = 0;
   Estimate estimate;
   FrameReport report;
@@ -93,7 +94,9 @@ struct Filter::Workings {
 
   RobotVector robot() const { return kalman.state().storage_x.head<kRobot>(); }
   std::string objection(const Observation& o) const;
-  void predict(double dt);
+  void predict(const Observation& o);
+  std::optional<Impulse> felt_impulse(const Observation& o);
+  std::optional<Measurement> velocity_measurement(const RobotVector& x, const Observation& o) const;
   void measure_internal(const Observation& o, Stamp before);
   std::optional<Nis> gated(const Measurement& m, double gate, const char* name,
                            std::vector<Measurement>& accepted);
@@ -132,7 +135,7 @@ const FrameReport& Filter::step(const Observation& o) {
 
   const double dt = w.now ? seconds(o.t - *w.now) : 0;
   if (w.now) {
-    w.predict(dt);                  // eq. (6)
+    w.predict(o);                   // eq. (6)
     w.measure_internal(o, *w.now);  // section III-C: gyro, planned velocity
   }
   w.measure_vision(o, dt);  // section III-A: active search, update, map
@@ -159,9 +162,41 @@ std::string Filter::Workings::objection(const Observation& o) const {
   return "";
 }
 
-void Filter::Workings::predict(double dt) {
-  const Prediction prediction = predict_motion(robot(), dt, options);
+void Filter::Workings::predict(const Observation& o) {
+  const Prediction prediction = predict_motion(robot(), seconds(o.t - *now), felt_impulse(o), options);
   kalman.predict(prediction.x, prediction.F, prediction.Q);
+}
+
+std::optional<Measurement> Filter::Workings::velocity_measurement(const RobotVector& x,
+                                                                  const Observation& o) const {
+  if (!options.plan_velocity.enabled || !o.plan || !plan) return std::nullopt;
+  return measure_velocity(
+      x, planned_velocity(plan->X_PC, o.plan->X_PC, seconds(o.t - *now), options.plan_velocity.axes),
+      options.plan_velocity);
+}
+
+/// The accelerometer's word, unless the motion model finds it incredible or the plan contradicts it.
+std::optional<Impulse> Filter::Workings::felt_impulse(const Observation& o) {
+  if (!options.accelerometer.enabled) return std::nullopt;
+  InertialInterval later{*now, o.t, o.gyro, o.accelerometer};
+  std::swap(inertial, later);
+  const auto impulse =
+      mean_velocity_change(later, inertial, calibration.X_CG, robot().segment<3>(kGyroBias), options);
+  if (!impulse) return std::nullopt;
+  const double dt = seconds(o.t - *now);
+  const Prediction with = predict_motion(robot(), dt, impulse, options);
+  const Eigen::Vector3d V = with.x.segment<3>(kVelocity) - robot().segment<3>(kVelocity);
+  const double believable = options.motion.sigma_acceleration_m_s2 * dt;
+  bool trusted = V.squaredNorm() < kGate3 * believable * believable;
+  if (const auto m = velocity_measurement(with.x, o); trusted && m) {
+    const RobotMatrix P =
+        with.F * kalman.state().storage_P.topLeftCorner<kRobot, kRobot>() * with.F.transpose() + with.Q;
+    const Eigen::Matrix3d S = m->H_robot * P * m->H_robot.transpose() + m->R;
+    trusted = S.llt().matrixL().solve(m->innovation).squaredNorm() < kGate3;
+  }
+  if (trusted) return impulse;
+  refuse("accelerometer is beyond its gate");
+  return std::nullopt;
 }
 
 /// Puts a measurement to the others if it passes its gate, and says so if it does not.
@@ -182,12 +217,8 @@ void Filter::Workings::measure_internal(const Observation& o, Stamp before) {
   if (options.gyro.enabled)
     if (const auto rate = mean_rate(o.gyro, before, o.t, calibration.X_CG.linear(), options))
       report.gyro = gated(measure_rate(robot(), *rate), kGate3, "gyro", accepted);
-  if (options.plan_velocity.enabled && o.plan && plan) {
-    const Eigen::Vector3d v =
-        planned_velocity(plan->X_PC, o.plan->X_PC, seconds(o.t - before), options.plan_velocity.axes);
-    report.plan_velocity =
-        gated(measure_velocity(robot(), v, options.plan_velocity), kGate3, "planned velocity", accepted);
-  }
+  if (const auto m = velocity_measurement(robot(), o))
+    report.plan_velocity = gated(*m, kGate3, "planned velocity", accepted);
   if (options.height.enabled && o.plan)
     report.height = gated(measure_height(robot(), o.plan->X_PC.translation().z(), options.height), kGate1,
                           "planned height", accepted);

@@ -4,28 +4,21 @@
 #include <cmath>
 
 namespace slam {
-namespace {
-
-double seconds(Stamp t) { return std::chrono::duration<double>(t).count(); }
-
-}  // namespace
-
 std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
                                   const Eigen::Matrix3d& R_CG, const Options& options) {
   const double dt = seconds(to - from);
   Eigen::Vector4d turned(1, 0, 0, 0);
-  double covered = 0, squares = 0;
+  double covered = 0;
   for (const InertialSample& sample : gyro) {
     const double part = seconds(std::min(sample.end, to) - std::max(sample.begin, from));
     if (part <= 0) continue;
     turned = quaternion_product(turned, quaternion_exp(sample.value * part));
     covered += part;
-    squares += part * part;
   }
   if (covered < 0.5 * dt) return std::nullopt;
   const double gap = std::max(0.0, dt - covered);
   const double sigma_unseen = options.motion.sigma_angular_acceleration_rad_s2 * gap * gap / dt;
-  const double sigma_seen = options.gyro.sigma_rad_s * std::sqrt(squares) / covered;
+  const double sigma_seen = options.gyro.sigma_rad_s * std::sqrt(kReadingPeriod_s / covered);
   return MeanRate{R_CG * quaternion_log(turned) / covered, std::hypot(sigma_seen, sigma_unseen)};
 }
 

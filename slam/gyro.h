@@ -11,6 +11,9 @@
 
 namespace slam {
 
+inline constexpr double kReadingPeriod_s =
+    0.005;  ///< that the standard deviation of "one reading" is meant for
+
 /// Mean angular rate of the camera over one frame interval, rad/s in C, and its standard deviation per axis.
 struct MeanRate {
   Eigen::Vector3d w_C;

@@ -1,22 +1,25 @@
 #include "slam/motion_model.h"
 
 #include <cmath>
+#include <utility>
 
 namespace slam {
 namespace {
 
+const Eigen::Vector3d kGravity(0, 0, -9.81);  // m/s², W
+
 double square(double a) { return a * a; }
 
 /// Q = G diag(σ_V², σ_Ω²) Gᵀ: the impulses reach velocity, rate and, through them, the pose.
-RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, const Options::Motion& motion) {
+RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V, double sigma_W) {
   Eigen::Matrix<double, kRobot, 6> G = Eigen::Matrix<double, kRobot, 6>::Zero();
   G.block<3, 3>(kPosition, 0) = dt * Eigen::Matrix3d::Identity();
   G.block<3, 3>(kVelocity, 0).setIdentity();
   G.block<4, 3>(kOrientation, 3) = dq_dw;
   G.block<3, 3>(kRate, 3).setIdentity();
   Eigen::Matrix<double, 6, 1> variance;
-  variance.head<3>().setConstant(square(motion.sigma_acceleration_m_s2 * dt));
-  variance.tail<3>().setConstant(square(motion.sigma_angular_acceleration_rad_s2 * dt));
+  variance.head<3>().setConstant(square(sigma_V));
+  variance.tail<3>().setConstant(square(sigma_W));
   return G * variance.asDiagonal() * G.transpose();
 }
 
@@ -25,28 +28,46 @@ void add_sensor_errors(double dt, const Options& options, Prediction& prediction
   const double keep = std::exp(-dt / options.plan_velocity.slip_time_s);
   prediction.x.segment<3>(kSlip) *= keep;
   prediction.F.block<3, 3>(kSlip, kSlip).diagonal().setConstant(keep);
-  prediction.Q.block<3, 3>(kSlip, kSlip)
-      .diagonal()
-      .setConstant(square(options.plan_velocity.sigma_slip_m_s) * (1 - keep * keep));
-  prediction.Q.block<3, 3>(kGyroBias, kGyroBias)
-      .diagonal()
-      .setConstant(square(options.gyro.sigma_bias_walk_rad_s2) * dt);
+  const auto grow = [&](int at, double variance) {
+    prediction.Q.block<3, 3>(at, at).diagonal().setConstant(variance);
+  };
+  grow(kSlip, square(options.plan_velocity.sigma_slip_m_s) * (1 - keep * keep));
+  grow(kGyroBias, square(options.gyro.sigma_bias_walk_rad_s2) * dt);
+  grow(kAccelerometerBias, square(options.accelerometer.sigma_bias_walk_m_s3) * dt);
+}
+
+/// V as the accelerometer has it, into the mean and F; position and velocity feel it alike.
+void add_impulse(const RobotVector& x, const Impulse& impulse, double dt, Prediction& prediction) {
+  const Eigen::Vector4d q = x.segment<4>(kOrientation);
+  const Eigen::Vector3d V_C = impulse.impulse_C - impulse.duration_s * x.segment<3>(kAccelerometerBias);
+  const Eigen::Matrix3d R_WC = rotation_matrix(q);
+  const Eigen::Vector3d V = R_WC * V_C + impulse.duration_s * kGravity;
+  const Matrix34d dV_dq = rotated_jacobian(q, V_C);
+  for (const auto& [row, factor] : {std::pair{kPosition, dt}, std::pair{kVelocity, 1.0}}) {
+    prediction.x.segment<3>(row) += factor * V;
+    prediction.F.block<3, 4>(row, kOrientation) = factor * dV_dq;
+    prediction.F.block<3, 3>(row, kAccelerometerBias) = -factor * impulse.duration_s * R_WC;
+  }
 }
 
 }  // namespace
 
-Prediction predict_motion(const RobotVector& x, double dt, const Options& options) {
+Prediction predict_motion(const RobotVector& x, double dt, const std::optional<Impulse>& impulse,
+                          const Options& options) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Vector3d turn = x.segment<3>(kRate) * dt;
   const Eigen::Vector4d dq = quaternion_exp(turn);
   const Matrix43d dq_dw = left_matrix(q) * quaternion_exp_jacobian(turn) * dt;
+  const double sigma_V = impulse ? impulse->sigma_m_s : options.motion.sigma_acceleration_m_s2 * dt;
+  const double sigma_W = options.motion.sigma_angular_acceleration_rad_s2 * dt;
 
-  Prediction prediction{x, RobotMatrix::Identity(), impulse_covariance(dq_dw, dt, options.motion)};
+  Prediction prediction{x, RobotMatrix::Identity(), impulse_covariance(dq_dw, dt, sigma_V, sigma_W)};
   prediction.x.segment<3>(kPosition) += x.segment<3>(kVelocity) * dt;
   prediction.x.segment<4>(kOrientation) = quaternion_product(q, dq);
   prediction.F.block<3, 3>(kPosition, kVelocity) = dt * Eigen::Matrix3d::Identity();
   prediction.F.block<4, 4>(kOrientation, kOrientation) = right_matrix(dq);
   prediction.F.block<4, 3>(kOrientation, kRate) = dq_dw;
+  if (impulse) add_impulse(x, *impulse, dt, prediction);
   add_sensor_errors(dt, options, prediction);
   return prediction;
 }

@@ -13,6 +13,9 @@ namespace slam {
 /// Time since the start of the run on the simulated (or the robot's) clock.
 using Stamp = std::chrono::nanoseconds;
 
+/// A stamp, or the time between two, in s.
+inline double seconds(Stamp t) { return std::chrono::duration<double>(t).count(); }
+
 /// One inertial reading: the mean over (begin, end], so that readings chain without gaps and a gap is
 /// visible. A 200 Hz reading is split where a camera frame falls inside it. Axes: G, the chest IMU.
 struct InertialSample {

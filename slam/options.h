@@ -38,6 +38,13 @@ struct Options {
     double sigma_bias_rad_s = 0;        ///< of the bias at the start; 0 = there is none
     double sigma_bias_walk_rad_s2 = 0;  ///< growth of its standard deviation in 1 s
   } gyro;
+  struct Accelerometer {
+    bool enabled = true;
+    double sigma_m_s2 = 0.05;         ///< per 200 Hz sample
+    double sigma_bias_m_s2 = 0;       ///< of the bias at the start; 0 = there is none
+    double sigma_bias_walk_m_s3 = 0;  ///< growth of its standard deviation in 1 s
+    double sigma_frame_m_s2 = 0.1;  ///< what each frame adds: the head does not move quite as the chest does
+  } accelerometer;
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;

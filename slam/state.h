@@ -8,14 +8,15 @@
 namespace slam {
 
 // Where each part of the robot's state begins; the landmarks' parameters follow at kRobot.
-inline constexpr int kPosition = 0;     ///< r, p_WC in m
-inline constexpr int kOrientation = 3;  ///< q_WC as (w, x, y, z)
-inline constexpr int kVelocity = 7;     ///< mean velocity over the last frame interval, m/s in W
-inline constexpr int kRate = 10;        ///< mean w_WC_C over the last frame interval, rad/s
-inline constexpr int kCamera = 13;      ///< MonoSLAM's camera state ends here
-inline constexpr int kGyroBias = 13;    ///< rad/s, axes C
-inline constexpr int kSlip = 16;        ///< planned minus true velocity, m/s, axes C
-inline constexpr int kRobot = 19;
+inline constexpr int kPosition = 0;            ///< r, p_WC in m
+inline constexpr int kOrientation = 3;         ///< q_WC as (w, x, y, z)
+inline constexpr int kVelocity = 7;            ///< mean velocity over the last frame interval, m/s in W
+inline constexpr int kRate = 10;               ///< mean w_WC_C over the last frame interval, rad/s
+inline constexpr int kCamera = 13;             ///< MonoSLAM's camera state ends here
+inline constexpr int kGyroBias = 13;           ///< rad/s, axes C
+inline constexpr int kSlip = 16;               ///< planned minus true velocity, m/s, axes C
+inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
+inline constexpr int kRobot = 22;
 
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
 using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;

@@ -41,7 +41,7 @@ Score run(const synthetic::Room& room, synthetic::Recording& recording, const Op
   recording.reseed(seed);
   const synthetic::Walk& walk = recording.walk();
   const Camera camera(synthetic::calibration().camera);
-  synthetic::Normal normal(seed + 99);
+  synthetic::Normal normal(seed * 0x9E3779B97F4A7C15ULL);
   const Eigen::Isometry3d start = walk.X_WC(0);
   Eigen::Isometry3d believed = start;
   believed.translation() += options.start.sigma_position_m * Eigen::Vector3d(normal(), normal(), normal());
@@ -152,6 +152,9 @@ void set(Options& o, const std::string& word) {
                                          {"ang", &o.motion.sigma_angular_acceleration_rad_s2},
                                          {"gyro", &o.gyro.sigma_rad_s},
                                          {"bias", &o.gyro.sigma_bias_rad_s},
+                                         {"asig", &o.accelerometer.sigma_m_s2},
+                                         {"aframe", &o.accelerometer.sigma_frame_m_s2},
+                                         {"abias", &o.accelerometer.sigma_bias_m_s2},
                                          {"v", &o.plan_velocity.sigma_m_s},
                                          {"slip", &o.plan_velocity.sigma_slip_m_s},
                                          {"slip_t", &o.plan_velocity.slip_time_s},
@@ -170,6 +173,8 @@ void set(Options& o, const std::string& word) {
     o.consistency.observability_constrained = value != 0;
   else if (key == "use_gyro")
     o.gyro.enabled = value != 0;
+  else if (key == "use_a")
+    o.accelerometer.enabled = value != 0;
   else if (key == "use_v")
     o.plan_velocity.enabled = value != 0;
   else if (key == "use_h")

@@ -63,8 +63,6 @@ Eigen::Matrix3d heading(double yaw) {
   return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * R_BC;
 }
 
-double seconds(Stamp t) { return std::chrono::duration<double>(t).count(); }
-
 Eigen::Vector3d log(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd turn(R);
   return turn.angle() * turn.axis();
@@ -247,7 +245,9 @@ std::vector<InertialSample> Recording::inertial(int frame, bool accelerometer, s
       value = log(X_WG(a).linear().transpose() * X_WG(b).linear()) / dt;
     }
     const double sigma = accelerometer ? walk_.accelerometer_sigma_m_s2 : walk_.gyro_sigma_rad_s;
-    value += sigma * Eigen::Vector3d(normal(), normal(), normal());
+    const double white =
+        sigma * std::sqrt(0.005 / dt);  // the same density over a reading cut short by a frame
+    value += white * Eigen::Vector3d(normal(), normal(), normal());
     samples.push_back({begin, next, value});
     begin = next;
   }
