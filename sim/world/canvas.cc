@@ -9,29 +9,20 @@ namespace {
 
 constexpr int kSubpixelBits = 4;
 
-// One random field over the picture: independent values on a coarse grid, interpolated.
-cv::Mat1f field(cv::RNG& random, cv::Size size, double sigma, double cell_px) {
-  const cv::Size coarse(int(std::ceil(size.width / cell_px)) + 1, int(std::ceil(size.height / cell_px)) + 1);
-  cv::Mat1f values(coarse);
-  const double half_range = sigma * std::sqrt(3.0);
-  random.fill(values, cv::RNG::UNIFORM, 1 - half_range, 1 + half_range);
-  if (cell_px <= 1) return values(cv::Rect({0, 0}, size));
-  cv::Mat1f fine;
-  cv::resize(values, fine, size, 0, 0, cv::INTER_LINEAR);
-  return fine;
-}
+}  // namespace
 
 void multiply(cv::Mat3b image, const cv::Mat1f& factor) {
+  cv::Mat1w fixed;  // 8 bits after the point
+  factor.convertTo(fixed, CV_16U, 256);
+  if (fixed.size() != image.size()) cv::resize(fixed, fixed, image.size(), 0, 0, cv::INTER_LINEAR);
   for (int row = 0; row < image.rows; ++row) {
-    cv::Vec3b* texel = image[row];
-    const float* by = factor[row];
+    unsigned char* channel = image.ptr<unsigned char>(row);
+    const unsigned short* by = fixed[row];
     for (int column = 0; column < image.cols; ++column)
-      for (int channel = 0; channel < 3; ++channel)
-        texel[column][channel] = cv::saturate_cast<uchar>(texel[column][channel] * by[column]);
+      for (int c = 0; c < 3; ++c, ++channel)
+        *channel = static_cast<unsigned char>(std::min(255, *channel * by[column] >> 8));
   }
 }
-
-}  // namespace
 
 cv::RNG paint_stream(std::uint64_t seed, std::string_view name) {
   std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a of the name, then of the seed
@@ -63,7 +54,7 @@ int Canvas::thick(double metres) const { return std::max(1, int(std::lround(metr
 
 void Canvas::fill(const Box& box, const Colour& colour) {
   const cv::Rect area = pixels(box);
-  if (!area.empty()) image_(area).setTo(colour);
+  if (!area.empty()) cv::rectangle(image_, area, colour, cv::FILLED);
 }
 
 void Canvas::frame(const Box& box, double thickness, const Colour& colour) {
@@ -105,12 +96,16 @@ void Canvas::gradient(const Box& box, const Colour& top, const Colour& bottom) {
   const cv::Rect area = pixels(box);
   for (int row = 0; row < area.height; ++row) {
     const double part = (row + 0.5) / area.height;
-    image_(cv::Rect(area.x, area.y + row, area.width, 1)).setTo(top * (1 - part) + bottom * part);
+    cv::rectangle(image_, cv::Rect(area.x, area.y + row, area.width, 1), top * (1 - part) + bottom * part,
+                  cv::FILLED);
   }
 }
 
 void Canvas::grain(cv::RNG& random, double sigma, double size) {
-  multiply(image_, field(random, image_.size(), sigma, size / texel_m_));
+  const double cell_px = std::max(1.0, size / texel_m_), half_range = sigma * std::sqrt(3.0);
+  cv::Mat1f values(int(std::ceil(image_.rows / cell_px)), int(std::ceil(image_.cols / cell_px)));
+  random.fill(values, cv::RNG::UNIFORM, 1 - half_range, 1 + half_range);
+  multiply(image_, values);
 }
 
 void Canvas::light(const Box& box, double softness, double factor) {

@@ -16,6 +16,9 @@ cv::RNG paint_stream(std::uint64_t seed, std::string_view name);
 /// The colour with its brightness multiplied.
 Colour shade(const Colour& colour, double factor);
 
+/// Multiplies a picture's brightness by a field of any size, interpolated over the picture.
+void multiply(cv::Mat3b image, const cv::Mat1f& factor);
+
 /// Axis-aligned box in metres, from the picture's upper left corner, y down.
 struct Box {
   double x, y, width, height;

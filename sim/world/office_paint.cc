@@ -13,11 +13,14 @@ namespace {
 using Painter = Canvas (*)(Commission&);
 
 const std::map<std::string, Painter, std::less<>> kPainters{
-    {"carpet", paint_carpet},         {"ceiling", paint_ceiling}, {"long_wall", paint_long_wall},
-    {"short_wall", paint_short_wall}, {"window", paint_window},   {"door", paint_door},
-    {"radiator", paint_radiator},     {"books", paint_books},     {"desk", paint_desk},
-    {"screen", paint_screen},         {"drawers", paint_drawers}, {"cabinet", paint_cabinet},
-    {"fabric", paint_fabric},         {"carton", paint_carton},   {"poster", paint_poster},
+    {"carpet", paint_carpet},         {"ceiling", paint_ceiling},
+    {"long_wall", paint_long_wall},   {"short_wall", paint_short_wall},
+    {"window", paint_window},         {"door", paint_door},
+    {"radiator", paint_radiator},     {"rug", paint_rug},
+    {"books", paint_books},           {"desk", paint_desk},
+    {"screen", paint_screen},         {"drawers", paint_drawers},
+    {"cabinet", paint_cabinet},       {"fabric", paint_fabric},
+    {"carton", paint_carton},         {"poster", paint_poster},
     {"whiteboard", paint_whiteboard}, {"notices", paint_notices}};
 
 }  // namespace

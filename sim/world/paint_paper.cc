@@ -61,9 +61,10 @@ void landscape(Canvas& page, cv::RNG& random) {
     const double base = 0.42 + 0.13 * range;
     for (double x = 0; x <= 0.75; x += 0.07) outline.push_back({x, base + random.uniform(-0.09, 0.09)});
     outline.push_back({0.75, 1});
-    page.polygon(outline, shade({120, 130, 150}, 1 - 0.22 * range));
+    page.polygon(outline, shade({150, 156, 176}, 1 - 0.24 * range));
   }
-  page.text("PYRENEES", {0.08, 0.94}, 0.06, 0.01, {250, 240, 220});
+  static const char* const kPlaces[] = {"PYRENEES", "HOKKAIDO", "DOLOMITES", "TATRA"};
+  page.text(kPlaces[random.uniform(0, 4)], {0.08, 0.94}, 0.055, 0.01, {250, 240, 220});
 }
 
 void abstract_art(Canvas& page, cv::RNG& random) {

@@ -23,7 +23,7 @@ void finish_wall(Canvas& wall, cv::RNG& random) {
     wall.disc({x + 0.118, h - 0.318}, 0.022, {70, 70, 70});
   }
   wall.grain(random, 0.012, 0.25);
-  wall.grain(random, 0.02, 0.012);
+  wall.grain(random, 0.014, 0.012);
   wall.light({-1, -1, w + 2, 1.05}, 0.35, 0.90);
   wall.light({-1, h - 0.25, w + 2, 1}, 0.30, 0.86);
   wall.light({-1, -1, 1.1, h + 2}, 0.35, 0.92);
@@ -33,7 +33,9 @@ void finish_wall(Canvas& wall, cv::RNG& random) {
 }
 
 void paint_building(Canvas& view, const Box& body, cv::RNG& random) {
-  const Colour wall(random.uniform(110, 210), random.uniform(100, 190), random.uniform(90, 180));
+  static const Colour kFacades[] = {
+      {196, 178, 150}, {170, 112, 88}, {150, 152, 156}, {206, 196, 176}, {122, 136, 150}};
+  const Colour wall = brightness(kFacades[random.uniform(0, 5)], random, 0.2);
   view.fill(body, wall);
   const double storey = random.uniform(0.07, 0.11), bay = random.uniform(0.06, 0.1);
   for (double y = body.y + 0.03; y < body.y + body.height; y += storey)
@@ -59,12 +61,12 @@ Canvas paint_carpet(Commission& c) {
       const bool accent = c.random.uniform(0.0, 1.0) < 0.12;
       const Colour colour = accent ? Colour(150, 132, 96) : Colour(104, 108, 116);
       const Box box{x, y, tile, tile};
-      carpet.fill(box, brightness(colour, c.random, 0.16));
+      carpet.fill(box, brightness(colour, c.random, 0.24));
       const int stripes = c.random.uniform(3, 7);
       for (int stripe = 0; stripe < stripes; ++stripe) {
         const double at = c.random.uniform(0.02, 0.44), wide = c.random.uniform(0.01, 0.05);
         const double from = c.random.uniform(0.0, 0.3), length = c.random.uniform(0.15, 0.5 - from);
-        const Colour tone = brightness(colour, c.random, 0.45);
+        const Colour tone = brightness(colour, c.random, 0.6);
         if (c.random.uniform(0, 2))
           carpet.fill({x + at, y + from, wide, length}, tone);
         else
@@ -152,6 +154,23 @@ Canvas paint_door(Commission& c) {
   door.text(c.number == 1 ? "2.17" : "EXIT", {0.26, 0.59}, 0.06, 0.009, {30, 60, 120});
   door.fill({0.26, 0.615, 0.2, 0.012}, {120, 120, 120});
   return door;
+}
+
+Canvas paint_rug(Commission& c) {
+  Canvas rug(2.4, 1.7, 0.005, {128, 52, 44});
+  for (int ring = 0; ring < 6; ++ring)
+    rug.frame(rug.all().inset(0.05 + 0.07 * ring), 0.03,
+              brightness(ring % 2 ? Colour(196, 170, 120) : Colour(46, 50, 78), c.random, 0.2));
+  for (int column = 0; column < 5; ++column)
+    for (int row = 0; row < 2; ++row) {
+      const cv::Point2d at{0.62 + 0.29 * column, 0.68 + 0.34 * row};
+      rug.polygon({at - cv::Point2d(0.11, 0), at - cv::Point2d(0, 0.13), at + cv::Point2d(0.11, 0),
+                   at + cv::Point2d(0, 0.13)},
+                  brightness({210, 184, 132}, c.random, 0.25));
+      rug.disc(at, 0.045, {52, 40, 60});
+    }
+  rug.grain(c.random, 0.10, 0.01);
+  return rug;
 }
 
 Canvas paint_radiator(Commission&) {

@@ -18,6 +18,7 @@ Canvas paint_long_wall(Commission& c);   ///< 11 x 3 m
 Canvas paint_short_wall(Commission& c);  ///< 7 x 3 m
 Canvas paint_window(Commission& c);      ///< 2.2 x 1.6 m, a view of the town
 Canvas paint_door(Commission& c);        ///< 0.95 x 2.1 m
+Canvas paint_rug(Commission& c);         ///< 2.4 x 1.7 m
 Canvas paint_radiator(Commission& c);    ///< 1.8 x 0.6 m
 
 // What stands and hangs in it: paint_furnishing.cc, paint_paper.cc

@@ -2,9 +2,12 @@
 
 #include <GL/gl.h>
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/world/model.h"
 #include "sim/world/office_paint.h"
+#include "sim/world/shadows.h"
 
 namespace sim::world {
 namespace {
@@ -24,13 +27,29 @@ void load(unsigned int texture, cv::Mat picture) {
   }
 }
 
+// The large planes of the room: floor and walls.
+bool takes_shadows(const mjModel& model, int geom) {
+  const mjtNum* size = model.geom_size + 3 * geom;
+  return model.geom_type[geom] == mjGEOM_PLANE && std::max(size[0], size[1]) > 3 &&
+         model.geom_matid[geom] >= 0;
+}
+
+int texture_of(const mjModel& model, int geom) { return model.mat_texid[model.geom_matid[geom]]; }
+
 }  // namespace
 
 void upload_textures(const mjModel& model, const mjrContext& context, std::uint64_t seed) {
+  const Data data(mj_makeData(&model));
+  mj_kinematics(&model, data.get());
   for (int id = 0; id < model.ntex; ++id) {
-    if (model.tex_type[id] != mjTEXTURE_2D) continue;
-    const cv::Mat picture = paint_texture(mj_id2name(&model, mjOBJ_TEXTURE, id), seed);
-    if (!picture.empty()) load(context.texture[id], picture);
+    const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, id);
+    if (model.tex_type[id] != mjTEXTURE_2D || !name) continue;
+    const cv::Mat3b picture = paint_texture(name, seed);
+    if (picture.empty()) continue;
+    for (int geom = 0; geom < model.ngeom; ++geom)
+      if (takes_shadows(model, geom) && texture_of(model, geom) == id)
+        bake_shadows(picture, model, *data, geom);
+    load(context.texture[id], picture);
   }
 }
 
