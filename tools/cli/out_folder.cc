@@ -12,6 +12,24 @@ namespace cli {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+fs::path nearest_existing(const fs::path& folder) {
+  std::error_code fault;
+  fs::path nearest = fs::absolute(folder);
+  while (!fs::exists(nearest, fault) && nearest != nearest.parent_path()) nearest = nearest.parent_path();
+  return nearest;
+}
+
+/// 0, or the errno for which nothing can be made in the folder.
+int why_not_writable(const fs::path& folder) {
+  std::error_code fault;
+  if (!fs::is_directory(folder, fault)) return ENOTDIR;
+  return access(folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
+}
+
+}  // namespace
+
 void check_out_folder(const fs::path& folder, bool asked_for, bool force) {
   if (folder.empty()) throw UsageError("--out: is empty, expected a folder for results");
   std::error_code fault;
@@ -22,14 +40,22 @@ void check_out_folder(const fs::path& folder, bool asked_for, bool force) {
     throw UsageError(
         fmt::format("{}: exists already; --force replaces what a run writes there", folder.string()));
   }
-  fs::path nearest = fs::absolute(folder);
-  while (!fs::exists(nearest, fault) && nearest != nearest.parent_path()) nearest = nearest.parent_path();
-  const int why = !fs::is_directory(nearest, fault)           ? ENOTDIR
-                  : access(nearest.c_str(), W_OK | X_OK) != 0 ? errno
-                                                              : 0;
-  if (why == 0) return;
-  throw UsageError(
-      fmt::format("{}: cannot be written: {}: {}", folder.string(), nearest.string(), std::strerror(why)));
+  const fs::path nearest = nearest_existing(folder);
+  if (const int why = why_not_writable(nearest); why != 0) {
+    throw UsageError(
+        fmt::format("{}: cannot be written: {}: {}", folder.string(), nearest.string(), std::strerror(why)));
+  }
+}
+
+NewFolders::NewFolders(const fs::path& folder)
+    : folder_(fs::absolute(folder)), existing_(nearest_existing(folder)) {}
+
+NewFolders::~NewFolders() {
+  std::error_code fault;
+  for (fs::path empty = folder_; empty != existing_ && empty != empty.parent_path();
+       empty = empty.parent_path()) {
+    if (fs::exists(empty, fault) && !fs::remove(empty, fault)) return;
+  }
 }
 
 }  // namespace cli

@@ -10,4 +10,16 @@ namespace cli {
 /// `asked_for` names a folder that has something in it and force is not given. Creates nothing.
 void check_out_folder(const std::filesystem::path& folder, bool asked_for, bool force);
 
+/// Takes away again, at its end, those folders above a result that were made for it and stayed empty.
+class NewFolders {
+ public:
+  explicit NewFolders(const std::filesystem::path& folder);
+  ~NewFolders();
+  NewFolders(const NewFolders&) = delete;
+  NewFolders& operator=(const NewFolders&) = delete;
+
+ private:
+  std::filesystem::path folder_, existing_;
+};
+
 }  // namespace cli

@@ -63,6 +63,7 @@ int replay(const Request& request) {
   require_replayable(read);
   const fs::path folder = request.out ? fs::path(*request.out) : request.result / "replay";
   check_out_folder(folder, request.out.has_value(), request.force);
+  const NewFolders made_for_this(folder);
   bench::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());

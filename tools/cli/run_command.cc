@@ -84,6 +84,7 @@ int run(const Request& request) {
   const bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
   const fs::path root = request.out ? fs::path(*request.out) : fs::path("results") / read.scenario.name;
   check_out_folder(root, request.out.has_value(), request.force);
+  const NewFolders made_for_this(root);
   return request.seeds ? run_seeds(read, request, root) : run_one(read, request, root);
 }
 

@@ -1,0 +1,87 @@
+// The paper's first experiment as a user runs it: five seeds walked, seen, tracked and scored.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/sim/bench/result_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using testing::IsEmpty;
+
+constexpr int kSeeds = 5;
+
+class TangentCircle : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    exit_code_ = gaitslam("run " + std::string(GAITSLAM_SOURCE_DIR) +
+                          "/scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --out two_jobs");
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+
+  static int gaitslam(const std::string& arguments) {
+    const int status = std::system(
+        ("cd '" + folder_.string() + "' && '" GAITSLAM_PROGRAM "' " + arguments + " > out.txt").c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  }
+  static std::string seed(int n) { return "seed-" + std::to_string(n); }
+
+  // Median over the seeds of a metric of runs replayed with something set otherwise.
+  static double median(const std::string& changes, const std::string& name) {
+    std::vector<double> values;
+    for (int n = 1; n <= kSeeds; ++n) {
+      const std::string out = "replayed " + seed(n);
+      gaitslam("replay two_jobs/" + seed(n) + " " + changes + " --force --out '" + out + "'");
+      const double value = tests::metric(folder_ / out, name);
+      values.push_back(std::isnan(value) ? 1e9 : value);  // diverged: worse than any number
+    }
+    std::sort(values.begin(), values.end());
+    return values[kSeeds / 2];
+  }
+
+  static inline const fs::path folder_ =
+      fs::temp_directory_path() / ("gaitslam tangent circle " + std::to_string(getpid()));
+  static inline int exit_code_ = -1;
+};
+
+TEST_F(TangentCircle, IsWalkedWithoutAFallAndWithinItsLimitsByAllSeeds) {
+  EXPECT_EQ(exit_code_, 0);
+  for (int n = 1; n <= kSeeds; ++n)
+    EXPECT_EQ(tests::json_of(folder_ / "two_jobs" / seed(n) / "score.json")["ending"], "completed");
+  EXPECT_EQ(tests::json_of(folder_ / "two_jobs/summary.json")["metrics"]["ate_se3_rmse_m"]["n"], kSeeds);
+}
+
+TEST_F(TangentCircle, GivesTheSameBytesWithOneJobAsWithTwo) {
+  ASSERT_EQ(gaitslam("run " + std::string(GAITSLAM_SOURCE_DIR) +
+                     "/scenarios/tangent_circle.yaml --seeds 1,2 --jobs 1 --out one_job"),
+            0);
+  for (int n : {1, 2})
+    EXPECT_THAT(tests::differences(tests::files(folder_ / "one_job" / seed(n)),
+                                   tests::files(folder_ / "two_jobs" / seed(n))),
+                IsEmpty());
+}
+
+TEST_F(TangentCircle, IsReplayedBitForBit) {
+  ASSERT_EQ(gaitslam("replay two_jobs/seed-1 --out same"), 0);
+  EXPECT_THAT(tests::differences(tests::files(folder_ / "same"),
+                                 tests::files(folder_ / "two_jobs/seed-1", "recording/")),
+              IsEmpty());
+}
+
+TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlan) {
+  for (const char* name : {"ate_se3_rmse_m", "rmse_m"}) {
+    const double with_all = median("", name);
+    EXPECT_GT(median("slam.vision.enabled=false", name), with_all) << name;
+    EXPECT_GT(median("slam.plan_velocity.enabled=false slam.height.enabled=false", name), with_all) << name;
+  }
+}
+
+}  // namespace
