@@ -9,7 +9,7 @@
 
 namespace walking {
 
-/// Plans the whole walk. Streaming: memory does not grow with the length of the walk's output.
+/// Plans the whole walk. Streaming: memory grows with the number of steps, not of ticks.
 class PatternGenerator {
  public:
   /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
