@@ -1,0 +1,103 @@
+// Draws the README's pictures: the robot in its office, and what its head camera sees at four headings.
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <initializer_list>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "sim/world/head_camera.h"
+
+namespace {
+
+using namespace sim::world;
+using Eigen::Vector3d;
+
+constexpr double kDegree = CV_PI / 180;
+constexpr double kRadius = 0.75;       // m, of the tangent circle
+const Vector3d kCentre(1.0, 0.25, 0);  // of the tangent circle
+const std::filesystem::path kModels = GAITSLAM_MODELS;
+
+void bend(const mjModel& model, mjData& data, const std::string& limb,
+          std::initializer_list<double> degrees) {
+  int joint = 0;
+  for (const double angle : degrees) {
+    const std::string name = limb + "_JOINT" + std::to_string(joint++);
+    const int id = mj_name2id(&model, mjOBJ_JOINT, name.c_str());
+    if (id < 0) throw std::runtime_error("the robot has no joint " + name);
+    data.qpos[model.jnt_qposadr[id]] = angle * kDegree;
+  }
+}
+
+// In the middle of a step on the tangent circle, after turning by `yaw`.
+void walk(const mjModel& model, mjData& data, double yaw) {
+  const Vector3d p = kCentre + kRadius * Vector3d(std::sin(yaw), -std::cos(yaw), 0);
+  data.qpos[0] = p.x(), data.qpos[1] = p.y(), data.qpos[2] = 0.6487;
+  data.qpos[3] = std::cos(yaw / 2), data.qpos[6] = std::sin(yaw / 2);
+  bend(model, data, "RLEG", {0, 0, -26, 50, -24, 0});
+  bend(model, data, "LLEG", {0, 0, -38, 70, -32, 0});
+  bend(model, data, "RARM", {4, -10, 0, -34, 0, 0});
+  bend(model, data, "LARM", {26, 10, 0, -26, 0, 0});
+  mj_kinematics(&model, &data);
+  mj_camlight(&model, &data);
+}
+
+Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  Eigen::Matrix3d axes;
+  axes.col(2) = (at - from).normalized();
+  axes.col(0) = axes.col(2).cross(Vector3d::UnitZ()).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  X_WC.linear() = axes;
+  X_WC.translation() = from;
+  return X_WC;
+}
+
+cv::Mat3b robot_in_office() {
+  constexpr int width = 1200, height = 750, focal = 640;
+  const Model model = load_model("hrp2", "office", kModels);
+  const Data data(mj_makeData(model.get()));
+  walk(*model, *data, 0.5);
+  Scene scene(*model, 2 * width, 2 * height, 4, WorldOptions{}.seed);
+  const Pinhole view{2 * width, 2 * height, 2 * focal, -0.5 * width / focal, -0.5 * height / focal, {}};
+  cv::Mat3b picture = scene.draw(*data, looking({3.35, 1.05, 1.75}, {-0.6, -1.0, 0.75}), view, true);
+  cv::flip(picture, picture, 0);
+  cv::resize(picture, picture, {width, height}, 0, 0, cv::INTER_AREA);
+  cv::cvtColor(picture, picture, cv::COLOR_RGB2BGR);
+  return picture;
+}
+
+cv::Mat1b head_view(HeadCamera& camera, double yaw) {
+  const Data data(mj_makeData(&camera.model()));
+  walk(camera.model(), *data, yaw);
+  return camera.render(*data);
+}
+
+void draw_all(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  const auto write = [&](const char* name, const cv::Mat& picture) {
+    if (!cv::imwrite((folder / name).string(), picture, {cv::IMWRITE_JPEG_QUALITY, 88}))
+      throw std::runtime_error("cannot write " + (folder / name).string());
+  };
+  write("robot_in_office.jpg", robot_in_office());
+  const WorldOptions world;
+  HeadCamera camera(load_model(world.robot, world.room, kModels), CameraOptions{}, world.seed);
+  write("head_view.png", head_view(camera, 0));
+  cv::Mat upper, lower, sheet;
+  cv::hconcat(head_view(camera, 0), head_view(camera, CV_PI / 2), upper);
+  cv::hconcat(head_view(camera, CV_PI), head_view(camera, 3 * CV_PI / 2), lower);
+  cv::vconcat(upper, lower, sheet);
+  write("head_views.png", sheet);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (argc != 2) return std::fputs("usage: room_pictures OUT_DIR\n", stderr), 2;
+  draw_all(argv[1]);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "room_pictures: %s\n", error.what());
+  return 2;
+}
