@@ -70,23 +70,25 @@ std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist) {
   return TurnMarks{when(0.25), when(0.75)};
 }
 
-std::vector<int> loop_landmarks(const std::vector<LandmarkHistory>& landmarks, const TurnMarks& marks,
-                                const Trajectory& truth_X_WC, const std::vector<Surface>& surfaces,
-                                const TrueCamera& camera, const LoopRule& rule) {
-  const auto closes = [&](const LandmarkHistory& landmark) {
-    if (landmark.begun.t >= marks.quarter) return false;
+std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
+                                         const TurnMarks& marks, const Trajectory& truth_X_WC,
+                                         const std::vector<Surface>& surfaces, const TrueCamera& camera,
+                                         const LoopRule& rule) {
+  const auto found_again = [&](const LandmarkHistory& landmark) -> std::optional<Stamp> {
+    if (landmark.begun.t >= marks.quarter) return std::nullopt;
     const auto p_W = surface_point(landmark.begun, truth_X_WC, surfaces, camera);
-    if (!p_W) return false;
+    if (!p_W) return std::nullopt;
     const auto lost = lost_from_view(*p_W, landmark.begun.t, truth_X_WC, camera, rule.out_of_view);
-    if (!lost) return false;
-    return std::any_of(landmark.accepted.begin(), landmark.accepted.end(), [&](const StampedPixel& match) {
-      return match.t >= marks.three_quarters && match.t > *lost &&
-             matches_truth(match, *p_W, truth_X_WC, camera, rule.tolerance_px);
-    });
+    if (!lost) return std::nullopt;
+    for (const StampedPixel& match : landmark.accepted)
+      if (match.t >= marks.three_quarters && match.t > *lost &&
+          matches_truth(match, *p_W, truth_X_WC, camera, rule.tolerance_px))
+        return match.t;
+    return std::nullopt;
   };
-  std::vector<int> closing;
+  std::vector<LoopLandmark> closing;
   for (const LandmarkHistory& landmark : landmarks)
-    if (closes(landmark)) closing.push_back(landmark.id);
+    if (const auto found = found_again(landmark)) closing.push_back({landmark.id, *found});
   return closing;
 }
 

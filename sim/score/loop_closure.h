@@ -55,13 +55,20 @@ struct LoopRule {
   double tolerance_px = 3;
 };
 
-/// The landmarks that close the loop. Each was begun before the end of the first quarter; the surface point
-/// at which the ray through its first pixel meets the room was, by truth, out of the camera's field of view
-/// (what stands between does not matter) in all frames over at least 5 s in one stretch; and after that
-/// stretch, not before three quarters, a match was accepted within 3 px of where truth puts the surface
-/// point. truth_X_WC: at the frames.
-std::vector<int> loop_landmarks(const std::vector<LandmarkHistory>& landmarks, const TurnMarks& marks,
-                                const Trajectory& truth_X_WC, const std::vector<Surface>& surfaces,
-                                const TrueCamera& camera, const LoopRule& rule = {});
+/// A landmark that closes the loop.
+struct LoopLandmark {
+  int id = 0;
+  Stamp found{0};  ///< the first match that counts
+};
+
+/// The landmarks that close the loop, in the order of `landmarks`. Each was begun before the end of the first
+/// quarter; the surface point at which the ray through its first pixel meets the room was, by truth, out of
+/// the camera's field of view (what stands between does not matter) in all frames over at least 5 s in one
+/// stretch; and after that stretch, not before three quarters, a match was accepted within 3 px of where
+/// truth puts the surface point. truth_X_WC: at the frames.
+std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
+                                         const TurnMarks& marks, const Trajectory& truth_X_WC,
+                                         const std::vector<Surface>& surfaces, const TrueCamera& camera,
+                                         const LoopRule& rule = {});
 
 }  // namespace sim::score

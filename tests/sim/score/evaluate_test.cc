@@ -123,6 +123,39 @@ TEST(Evaluate, TheLoopIsClosedByThreeLandmarks) {
   EXPECT_EQ(value(evaluate(run), "loop_closed"), 1);
 }
 
+TEST(Evaluate, TheErrorsAboutTheClosureAreThoseBeforeAndASecondAfter) {
+  score::Run run = circle();
+  run.landmarks = closing(run, 3);
+  const Stamp first = milliseconds(40600);  // of 42 s; one of the three is found again sooner than the others
+  run.landmarks[1].accepted[0] = {
+      first, *run.camera.project(run.truth_camera[406].X, Eigen::Vector3d(5, 5 * 50.0 / 160, 1.4))};
+  for (EstimatedPose& pose : *run.estimate)
+    pose.X_WC.translation().x() += pose.t < first ? 0.5 : pose.t < first + milliseconds(500) ? 9 : 0.125;
+  const Metrics m = evaluate(run);
+  EXPECT_EQ(value(m, "loop_landmarks"), 3);
+  EXPECT_NEAR(value(m, "loop_time_s"), 40.6, 1e-12);
+  EXPECT_NEAR(value(m, "loop_error_before_m"), 0.5, 1e-12);
+  EXPECT_NEAR(value(m, "loop_error_after_m"), 0.125, 1e-12);
+  run.landmarks.clear();
+  EXPECT_EQ(evaluate(run).at("loop_error_after_m").reason, "no landmark closed the loop");
+}
+
+TEST(Evaluate, ATooLargeEstimateShowsAsScale) {
+  score::Run run = circle();
+  for (EstimatedPose& pose : *run.estimate) pose.X_WC.translation() *= 1.02;
+  const Metrics m = evaluate(run);
+  EXPECT_NEAR(value(m, "scale_error_percent"), 2, 1e-9);
+  EXPECT_NEAR(value(m, "ate_sim3_rmse_m"), 0, 1e-12);
+  EXPECT_NEAR(value(m, "ate_se3_rmse_m"), 0.02,
+              1e-4);  // a circle of 1 m radius grown by 2 %, its mean not quite in the middle
+  EXPECT_NEAR(value(m, "ate_yaw_rmse_m"), value(m, "ate_se3_rmse_m"), 1e-6);  // the motion is in a plane
+  // Over 1 m of the path the chord, 2 sin(½) = 0.959 m, grows by 2 %.
+  EXPECT_NEAR(value(m, "rpe_1m_m"), 0.02 * 0.9589, 2e-4);  // spans of 1 m to half a frame, 8 mm
+  EXPECT_NEAR(value(m, "rpe_1m_deg"), 0, 1e-6);
+  EXPECT_NEAR(value(m, "drift_percent"), 100 * 0.02 * 1.4 / value(m, "path_length_m"),
+              1e-9);  // ends at (0, 0, 1.4 m)
+}
+
 TEST(Evaluate, WithoutAFilterItsMetricsAreAbsentAndTheWalksAreNot) {
   score::Run run = circle();
   run.estimate.reset();
@@ -205,6 +238,10 @@ TEST(Evaluate, EveryMetricIsDefinedInWordsOnceAndSaysItsUnit) {
       EXPECT_EQ(d.unit, "m");
     } else if (d.name.ends_with("_deg")) {
       EXPECT_EQ(d.unit, "deg");
+    } else if (d.name.ends_with("_s")) {
+      EXPECT_EQ(d.unit, "s");
+    } else if (d.name.ends_with("_percent")) {
+      EXPECT_EQ(d.unit, "%");
     } else {
       EXPECT_EQ(d.unit, "1");
     }

@@ -1,0 +1,48 @@
+#include "sim/score/scored.h"
+
+namespace sim::score {
+namespace {
+
+constexpr double kFirstMotion_m = 0.001;
+
+std::optional<Stamp> first_motion(const Trajectory& plan_waist) {
+  for (const StampedPose& pose : plan_waist)
+    if ((pose.X.translation() - plan_waist.front().X.translation()).norm() > kFirstMotion_m) return pose.t;
+  return std::nullopt;
+}
+
+Trajectory from(Stamp begin, const Trajectory& all) {
+  Trajectory rest;
+  for (const StampedPose& pose : all)
+    if (pose.t >= begin) rest.push_back(pose);
+  return rest;
+}
+
+Trajectory poses(const std::vector<EstimatedPose>& estimate) {
+  Trajectory all;
+  for (const EstimatedPose& pose : estimate) all.push_back({pose.t, pose.X_WC});
+  return all;
+}
+
+std::string why_no_estimate(const Scored& s) {
+  if (!s.run.estimate) return "the filter was not run";
+  if (s.run.diverged) return "the filter diverged: " + *s.run.diverged;
+  if (!s.begin) return "the plan never moves";
+  if (s.pairs.empty()) return "no estimate has the stamp of a true pose";
+  return "";
+}
+
+}  // namespace
+
+Scored::Scored(const Run& run_) : run(run_), begin(first_motion(run_.plan_waist)) {
+  if (begin) truth_camera = from(*begin, run.truth_camera);
+  if (begin && run.estimate) estimate = from(*begin, poses(*run.estimate));
+  pairs = pair_by_stamp(truth_camera, estimate);
+  no_estimate = no_loop = why_no_estimate(*this);
+  const auto marks = turn_marks(run.plan_waist);
+  if (no_loop.empty() && !marks) no_loop = "what was walked of the plan turns by less than 350 degrees";
+  if (no_loop.empty())
+    loop = loop_landmarks(run.landmarks, *marks, run.truth_camera, run.surfaces, run.camera);
+}
+
+}  // namespace sim::score

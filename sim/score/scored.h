@@ -1,0 +1,28 @@
+// A run with what several metrics need of it, worked out once.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/score/evaluate.h"
+#include "sim/score/loop_closure.h"
+#include "sim/score/trajectory.h"
+
+namespace sim::score {
+
+/// What is scored of a run: the frames from the first planned motion on.
+struct Scored {
+  explicit Scored(const Run& run);
+
+  const Run& run;
+  std::optional<Stamp>
+      begin;  ///< the first frame in which the planned waist is more than 1 mm from its start
+  Trajectory truth_camera, estimate;  ///< from then on
+  std::vector<PosePair> pairs;        ///< of these two
+  std::string no_estimate;            ///< why nothing can be said of the estimate; empty if something can
+  std::vector<LoopLandmark> loop;     ///< the landmarks that close the loop
+  std::string no_loop;                ///< why there can be none; empty if there can
+};
+
+}  // namespace sim::score
