@@ -171,6 +171,16 @@ void add_slam(Keys& keys) {
                      "uncertainty of the gyro's bias at the start; 0: there is none"));
   keys.push_back(key(GAITSLAM_KEY(slam, gyro.sigma_bias_walk_rad_s2), kSpread,
                      "growth of the bias's standard deviation in 1 s"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, accelerometer.enabled), kAny, "use the accelerometer in the motion model"));
+  keys.push_back(key(GAITSLAM_KEY(slam, accelerometer.sigma_m_s2), kSigma,
+                     "noise the filter expects of a 200 Hz accelerometer sample"));
+  keys.push_back(key(GAITSLAM_KEY(slam, accelerometer.sigma_bias_m_s2), kSpread,
+                     "uncertainty of its bias at the start; 0: there is none"));
+  keys.push_back(key(GAITSLAM_KEY(slam, accelerometer.sigma_bias_walk_m_s3), kSpread,
+                     "growth of the bias's standard deviation in 1 s"));
+  keys.push_back(key(GAITSLAM_KEY(slam, accelerometer.sigma_frame_m_s2), kSpread,
+                     "what each frame adds: the head moves not quite as the chest"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.enabled), kAny, "use the planned velocity"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.axes), {0, 0, kAxes},
                      "axes in which the planned velocity is trusted"));

@@ -183,6 +183,7 @@ TEST(Keys, ThereIsOneForEachOption) {
   EXPECT_EQ(parts("slam.start"), members<Options::Start>());
   EXPECT_EQ(parts("slam.motion"), members<Options::Motion>());
   EXPECT_EQ(parts("slam.gyro"), members<Options::Gyro>());
+  EXPECT_EQ(parts("slam.accelerometer"), members<Options::Accelerometer>());
   EXPECT_EQ(parts("slam.plan_velocity"), members<Options::PlanVelocity>());
   EXPECT_EQ(parts("slam.height"), members<Options::Height>());
   EXPECT_EQ(parts("slam.vision"), members<Options::Vision>());
