@@ -27,7 +27,8 @@ std::vector<score::LandmarkHistory> landmarks(const Tracked& tracked) {
   for (const TrackedFrame& frame : tracked.frames) {
     const slam::Stamp t = frame.report.t;
     for (const slam::Sighting& s : frame.report.begun) histories[s.landmark] = {s.landmark, {t, s.pixel}, {}};
-    for (const slam::Sighting& s : frame.report.matched) histories.at(s.landmark).accepted.push_back({t, s.pixel});
+    for (const slam::Sighting& s : frame.report.matched)
+      histories.at(s.landmark).accepted.push_back({t, s.pixel});
   }
   std::vector<score::LandmarkHistory> all;
   for (auto& [id, history] : histories) all.push_back(std::move(history));
@@ -73,7 +74,8 @@ score::Run evidence(const Remains& remains) {
   run.truth_waist = trajectory(remains.truth.waist);
   run.plan_waist = trajectory(remains.truth.waist_plan);
   run.camera = true_camera(remains.setup.calibration.camera);
-  for (const stream::RecordedSurface& recorded : remains.truth.surfaces) run.surfaces.push_back(surface(recorded));
+  for (const stream::RecordedSurface& recorded : remains.truth.surfaces)
+    run.surfaces.push_back(surface(recorded));
   if (!remains.tracked) return run;
   run.estimate = estimate(*remains.tracked);
   run.landmarks = landmarks(*remains.tracked);

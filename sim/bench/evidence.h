@@ -11,8 +11,8 @@ namespace sim::bench {
 /// X_PC at the frames: the planned waist with the camera where the planned posture has it.
 std::vector<stream::TimedPose> planned_camera(const Remains& remains);
 
-/// All that the score needs. The filter's camera model serves as lens of the truth: that the renderer's own lens agrees
-/// with it is a test of its own.
+/// All that the score needs. The filter's camera model serves as lens of the truth: that the renderer's own
+/// lens agrees with it is a test of its own.
 score::Run evidence(const Remains& remains);
 
 }  // namespace sim::bench

@@ -5,9 +5,12 @@ namespace {
 
 slam::Support support(walking::Support s) {
   switch (s) {
-    case walking::Support::left: return slam::Support::left;
-    case walking::Support::right: return slam::Support::right;
-    case walking::Support::both: break;
+    case walking::Support::left:
+      return slam::Support::left;
+    case walking::Support::right:
+      return slam::Support::right;
+    case walking::Support::both:
+      break;
   }
   return slam::Support::both;
 }
@@ -17,7 +20,8 @@ slam::Support support(walking::Support s) {
 Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s) {
   const double part = (t_s - from.t_s) / walking::kPeriod;
   Eigen::Isometry3d X_PB;
-  X_PB.linear() = Eigen::Quaterniond(from.X_PB.linear()).slerp(part, Eigen::Quaterniond(to.X_PB.linear())).matrix();
+  X_PB.linear() =
+      Eigen::Quaterniond(from.X_PB.linear()).slerp(part, Eigen::Quaterniond(to.X_PB.linear())).matrix();
   X_PB.translation() = (1 - part) * from.X_PB.translation() + part * to.X_PB.translation();
   X_PB.makeAffine();
   return X_PB;

@@ -2,8 +2,8 @@
 
 namespace sim::bench {
 
-Outcome replay(const ReadScenario& scenario, const std::filesystem::path& recording, const std::string& walk_ending,
-               const ResultPlace& place, const Progress& progress) {
+Outcome replay(const ReadScenario& scenario, const std::filesystem::path& recording,
+               const std::string& walk_ending, const ResultPlace& place, const Progress& progress) {
   stream::DurableFolder folder(place.folder, place.existing);
   Timing timing;
   stream::RecordingReader reader(recording);
@@ -19,10 +19,10 @@ Outcome replay(const ReadScenario& scenario, const std::filesystem::path& record
     timing.frames.push_back(frame);
     progress(0);
   }
-  const Remains remains{scenario,      walk_ending,       "", reader.setup(), stream::read_truth(recording),
+  const Remains remains{scenario,          walk_ending,  "", reader.setup(), stream::read_truth(recording),
                         tracking.finish(), reader.hash()};
-  const Outcome outcome = write_result(folder.path(), remains, place, timing,
-                                       1e-9 * static_cast<double>(last.count()));
+  const Outcome outcome =
+      write_result(folder.path(), remains, place, timing, 1e-9 * static_cast<double>(last.count()));
   folder.commit();
   return outcome;
 }

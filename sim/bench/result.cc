@@ -48,7 +48,8 @@ std::string nis_fields(const std::optional<slam::Nis>& nis) {
 
 void write_frames(const fs::path& folder, const Tracked& tracked) {
   std::string text =
-      "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted,nis_vision,dof_vision,nis_gyro,dof_gyro,"
+      "#timestamp "
+      "[ns],landmarks,predicted,measured,accepted,begun,deleted,nis_vision,dof_vision,nis_gyro,dof_gyro,"
       "nis_plan_velocity,dof_plan_velocity,nis_height,dof_height,health,cause,refused\n";
   for (const TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
@@ -62,13 +63,14 @@ void write_frames(const fs::path& folder, const Tracked& tracked) {
 
 void write_map(const fs::path& folder, const Tracked& tracked) {
   std::string text =
-      "#id,kind,p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz [m^2],P_zz [m^2],"
+      "#id,kind,p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz [m^2],P_zz "
+      "[m^2],"
       "begun [ns],attempts,successes\n";
   for (const slam::MapPoint& point : tracked.map) {
     const Eigen::Matrix3d& P = point.covariance;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(), point.p_W.y(),
-                        point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2), point.begun.count(),
-                        point.attempts, point.successes);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
+                        point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
+                        point.begun.count(), point.attempts, point.successes);
   }
   write(folder / "map.csv", text);
 }
@@ -89,8 +91,8 @@ bool keeps(const MetricLimit& limit, double value) {
   return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
 }
 
-// The limits that one run is held to; those over seeds are the summary's. A metric that is not there misses its limit,
-// unless no filter was to run.
+// The limits that one run is held to; those over seeds are the summary's. A metric that is not there misses
+// its limit, unless no filter was to run.
 ordered_json limits_json(const Scenario& scenario, const score::Metrics& metrics, bool& all_kept) {
   ordered_json json = ordered_json::array();
   for (const MetricLimit& limit : scenario.limits.metrics) {
@@ -112,20 +114,15 @@ ordered_json limits_json(const Scenario& scenario, const score::Metrics& metrics
   return json;
 }
 
-void write_about(const fs::path& folder, const Remains& remains, const ResultPlace& place, const Outcome& outcome) {
+void write_about(const fs::path& folder, const Remains& remains, const ResultPlace& place,
+                 const Outcome& outcome) {
   const Scenario& scenario = remains.scenario.scenario;
-  const ordered_json json{{"format_version", 1},
-                          {"program", "gaitslam"},
-                          {"version", place.version},
-                          {"revision", place.revision},
-                          {"libraries", place.libraries},
-                          {"scenario", scenario.name},
-                          {"seed", scenario.seed},
-                          {"ending", outcome.ending},
-                          {"cause", outcome.cause},
-                          {"walk_ending", remains.ending},
-                          {"walk_cause", remains.cause},
-                          {"recording_xxh3_128", remains.recording_hash}};
+  const ordered_json json{{"format_version", 1},          {"program", "gaitslam"},
+                          {"version", place.version},     {"revision", place.revision},
+                          {"libraries", place.libraries}, {"scenario", scenario.name},
+                          {"seed", scenario.seed},        {"ending", outcome.ending},
+                          {"cause", outcome.cause},       {"walk_ending", remains.ending},
+                          {"walk_cause", remains.cause},  {"recording_xxh3_128", remains.recording_hash}};
   write(folder / "about.json", json.dump(2) + "\n");
 }
 
@@ -137,8 +134,8 @@ Outcome ending_of(const Remains& remains) {
 
 }  // namespace
 
-Outcome write_result(const fs::path& folder, const Remains& remains, const ResultPlace& place, const Timing& timing,
-                     double simulated_s) {
+Outcome write_result(const fs::path& folder, const Remains& remains, const ResultPlace& place,
+                     const Timing& timing, double simulated_s) {
   const Scenario& scenario = remains.scenario.scenario;
   Outcome outcome = ending_of(remains);
   write(folder / "scenario.yaml", to_yaml(scenario));
@@ -153,7 +150,9 @@ Outcome write_result(const fs::path& folder, const Remains& remains, const Resul
   }
   const score::Metrics metrics = score::evaluate(evidence(remains));
   bool kept = true;
-  ordered_json json{{"format_version", 1}, {"scenario", scenario.name}, {"seed", scenario.seed},
+  ordered_json json{{"format_version", 1},
+                    {"scenario", scenario.name},
+                    {"seed", scenario.seed},
                     {"ending", outcome.ending}};
   json["metrics"] = metrics_json(metrics);
   json["limits"] = limits_json(scenario, metrics, kept);

@@ -23,13 +23,13 @@ using Progress = std::function<void(double)>;
 struct ResultPlace {
   std::filesystem::path folder;
   stream::Existing existing = stream::Existing::refuse;
-  std::filesystem::path models;  ///< for a live run
-  std::string version, revision;  ///< of the program
+  std::filesystem::path models;                  ///< for a live run
+  std::string version, revision;                 ///< of the program
   std::map<std::string, std::string> libraries;  ///< name and version
 };
 
-/// How a run ended: one of kEndings, its cause in words, and the exit code that follows (0 passed, 1 missed a limit, 3
-/// ended in a way that the scenario does not allow).
+/// How a run ended: one of kEndings, its cause in words, and the exit code that follows (0 passed, 1 missed a
+/// limit, 3 ended in a way that the scenario does not allow).
 struct Outcome {
   std::string ending, cause;
   int exit_code = 0;
@@ -38,10 +38,10 @@ struct Outcome {
 /// What is left of a run when all is done: written and scored.
 struct Remains {
   const ReadScenario& scenario;
-  std::string ending, cause;         ///< of the walk
+  std::string ending, cause;  ///< of the walk
   stream::RecordingSetup setup;
   stream::Truth truth;
-  std::optional<Tracked> tracked;    ///< absent without slam
+  std::optional<Tracked> tracked;  ///< absent without slam
   std::string recording_hash;
 };
 

@@ -38,7 +38,8 @@ world::Draw draw(const Scenario& scenario) {
   world::Draw drawn{std::max(0.01, world.floor_friction + world.variation.friction * friction.normal()),
                     Eigen::VectorXd(walking::kJoints), Eigen::VectorXd(walking::kJoints + 1)};
   for (double& offset : drawn.joint_offset_rad) offset = world.variation.joint_offset_rad * zeros.normal();
-  for (double& scale : drawn.mass_scale) scale = std::max(0.1, 1 + world.variation.mass_fraction * masses.normal());
+  for (double& scale : drawn.mass_scale)
+    scale = std::max(0.1, 1 + world.variation.mass_fraction * masses.normal());
   return drawn;
 }
 
@@ -66,12 +67,18 @@ slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
 std::string kind(world::RoomPrimitive::Kind kind) {
   using enum world::RoomPrimitive::Kind;
   switch (kind) {
-    case plane: return "plane";
-    case box: return "box";
-    case sphere: return "sphere";
-    case cylinder: return "cylinder";
-    case ellipsoid: return "ellipsoid";
-    case capsule: return "capsule";
+    case plane:
+      return "plane";
+    case box:
+      return "box";
+    case sphere:
+      return "sphere";
+    case cylinder:
+      return "cylinder";
+    case ellipsoid:
+      return "ellipsoid";
+    case capsule:
+      return "capsule";
   }
   return "";
 }
@@ -85,10 +92,14 @@ stream::RecordedSurface recorded(const world::RoomPrimitive& surface) {
 
 std::string ending(world::Condition condition) {
   switch (condition) {
-    case world::Condition::fell: return "fell";
-    case world::Condition::feet_touched: return "collided";
-    case world::Condition::physics_failed: return "failed";
-    case world::Condition::ok: break;
+    case world::Condition::fell:
+      return "fell";
+    case world::Condition::feet_touched:
+      return "collided";
+    case world::Condition::physics_failed:
+      return "failed";
+    case world::Condition::ok:
+      break;
   }
   return "completed";
 }
@@ -135,7 +146,8 @@ class Run {
   int frame_ = 0;
 };
 
-stream::RecordingSetup setup(const Scenario& scenario, const Mounting& mounting, const Eigen::Isometry3d& X_PB) {
+stream::RecordingSetup setup(const Scenario& scenario, const Mounting& mounting,
+                             const Eigen::Isometry3d& X_PB) {
   const world::CameraOptions camera = scenario.camera.value_or(world::CameraOptions{});
   stream::RecordingSetup setup;
   setup.calibration = {intrinsics(world::camera_model(camera)), mounting.X_CG};
@@ -245,7 +257,8 @@ Remains Run::remains() {
   recording_.finish();
   const world::Status& status = world_.status();
   const std::filesystem::path recorded = folder_ / "recording";
-  Remains left{read_, ending(status.condition), status.cause, setup_, stream::read_truth(recorded), std::nullopt, ""};
+  Remains left{
+      read_, ending(status.condition), status.cause, setup_, stream::read_truth(recorded), std::nullopt, ""};
   if (tracking_) left.tracked = tracking_->finish();
   left.recording_hash = stream::RecordingReader(recorded).hash();
   return left;

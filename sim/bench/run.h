@@ -1,4 +1,5 @@
-// The live loop: plan, stabiliser, physics, camera, recording and filter, one simulated millisecond after another.
+// The live loop: plan, stabiliser, physics, camera, recording and filter, one simulated millisecond after
+// another.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +10,9 @@
 namespace sim::bench {
 
 /// Walks the scenario and leaves a complete result folder, whatever the ending.
-/// place: where models lie and results go. Throws std::invalid_argument or std::runtime_error when the scenario cannot
-/// be begun (a walk that cannot be planned, a model that does not load, a folder that cannot be written); then no folder
-/// is left behind.
+/// place: where models lie and results go. Throws std::invalid_argument or std::runtime_error when the
+/// scenario cannot be begun (a walk that cannot be planned, a model that does not load, a folder that cannot
+/// be written); then no folder is left behind.
 Outcome run(const ReadScenario& scenario, const ResultPlace& place, const Progress& progress);
 
 }  // namespace sim::bench

@@ -30,9 +30,11 @@ std::string verdicts(const json& limits, const std::string& metric) {
   for (const json& limit : limits) {
     if (limit["metric"] != metric) continue;
     const bool at_most = limit.contains("at_most");
-    const char* verdict = limit["passed"].is_null() ? "not judged" : limit["passed"].get<bool>() ? "ok" : "MISSED";
-    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=",
-                        number(limit[at_most ? "at_most" : "at_least"]), verdict);
+    const char* verdict = limit["passed"].is_null()     ? "not judged"
+                          : limit["passed"].get<bool>() ? "ok"
+                                                        : "MISSED";
+    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ",
+                        at_most ? "<=" : ">=", number(limit[at_most ? "at_most" : "at_least"]), verdict);
   }
   return text;
 }
@@ -47,8 +49,8 @@ std::string score_table(const std::filesystem::path& result_folder) {
     const std::string remark = metric["value"].is_null() && metric.contains("reason")
                                    ? metric["reason"].get<std::string>()
                                    : verdicts(score["limits"], name);
-    text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]), metric["unit"].get<std::string>(),
-                        remark);
+    text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]),
+                        metric["unit"].get<std::string>(), remark);
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
   }

@@ -38,8 +38,8 @@ class Timing {
  public:
   std::vector<FrameTiming> frames;
 
-  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_median and _p99 of the filter's step,
-  /// realtime_factor (simulated seconds per wall second of the whole run) and the total of each stage.
+  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_median and _p99 of the filter's
+  /// step, realtime_factor (simulated seconds per wall second of the whole run) and the total of each stage.
   void write(const std::filesystem::path& folder, double simulated_s) const;
 
  private:

@@ -4,12 +4,16 @@
 
 namespace sim::bench {
 
-bool Tracked::diverged() const { return !frames.empty() && frames.back().report.health == slam::Health::diverged; }
+bool Tracked::diverged() const {
+  return !frames.empty() && frames.back().report.health == slam::Health::diverged;
+}
 
 const std::string& Tracked::cause() const { return frames.back().report.cause; }
 
-Tracking::Tracking(const Scenario& scenario, const slam::Calibration& calibration, const Eigen::Isometry3d& X_WC_start)
-    : errors_(scenario.errors, scenario.seed), filter_(*scenario.slam, calibration, X_WC_start, scenario.seed) {}
+Tracking::Tracking(const Scenario& scenario, const slam::Calibration& calibration,
+                   const Eigen::Isometry3d& X_WC_start)
+    : errors_(scenario.errors, scenario.seed),
+      filter_(*scenario.slam, calibration, X_WC_start, scenario.seed) {}
 
 void Tracking::take(slam::Observation ideal) {
   if (tracked_.diverged()) return;

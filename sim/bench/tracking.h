@@ -28,10 +28,11 @@ struct Tracked {
 class Tracking {
  public:
   /// The scenario must have a slam section.
-  Tracking(const Scenario& scenario, const slam::Calibration& calibration, const Eigen::Isometry3d& X_WC_start);
+  Tracking(const Scenario& scenario, const slam::Calibration& calibration,
+           const Eigen::Isometry3d& X_WC_start);
 
-  /// Applies the scenario's sensor errors to an ideal observation and gives it to the filter. A filter that has diverged
-  /// is given no more.
+  /// Applies the scenario's sensor errors to an ideal observation and gives it to the filter. A filter that
+  /// has diverged is given no more.
   void take(slam::Observation ideal);
 
   /// Ends the tracking and hands out what came of it.

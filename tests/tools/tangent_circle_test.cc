@@ -76,12 +76,4 @@ TEST_F(TangentCircle, IsReplayedBitForBit) {
               IsEmpty());
 }
 
-TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlan) {
-  for (const char* name : {"ate_se3_rmse_m", "rmse_m"}) {
-    const double with_all = median("", name);
-    EXPECT_GT(median("slam.vision.enabled=false", name), with_all) << name;
-    EXPECT_GT(median("slam.plan_velocity.enabled=false slam.height.enabled=false", name), with_all) << name;
-  }
-}
-
 }  // namespace

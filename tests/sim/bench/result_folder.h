@@ -1,0 +1,50 @@
+// What the tests of runs and replays look at in a result folder.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace tests {
+
+/// Relative path -> content of every file below a folder but timing.* and what lies in `without`.
+inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
+                                                const std::string& without = "-") {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    const std::string name = std::filesystem::relative(entry.path(), folder);
+    if (!entry.is_regular_file() || name.starts_with("timing.") || name.starts_with(without)) continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    contents[name] = {std::istreambuf_iterator<char>(in), {}};
+  }
+  return contents;
+}
+
+/// The names of files that differ or are in one of two folders alone.
+inline std::vector<std::string> differences(const std::map<std::string, std::string>& a,
+                                            const std::map<std::string, std::string>& b) {
+  std::vector<std::string> names;
+  for (const auto& [name, content] : a)
+    if (!b.contains(name) || b.at(name) != content) names.push_back(name);
+  for (const auto& [name, content] : b)
+    if (!a.contains(name)) names.push_back(name);
+  return names;
+}
+
+inline nlohmann::json json_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return nlohmann::json::parse(in);
+}
+
+inline double metric(const std::filesystem::path& folder, const std::string& name) {
+  const nlohmann::json value = json_of(folder / "score.json")["metrics"][name]["value"];
+  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace tests
