@@ -1,0 +1,77 @@
+// Several seeds through the program: the same files whatever the number of processes, and one crash stays one
+// crash.
+#include <gmock/gmock.h>
+
+#include "tests/sim/bench/result_folder.h"
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using tests::Ran;
+
+constexpr const char* kWalk = R"(
+walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
+camera: {}
+slam: {}
+limits: {path_length_m.worst: {at_least: 0.01}}
+)";
+
+class BatchTest : public tests::CommandLine {
+ protected:
+  BatchTest() { write("walk.yaml", kWalk); }
+};
+
+TEST_F(BatchTest, TheNumberOfJobsChangesNoByte) {
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1..3 --jobs 1 --out one").exit_code, 0);
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1..3 --jobs 3 --out three").exit_code, 0);
+  EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "three")), IsEmpty());
+  EXPECT_GT(std::filesystem::file_size(folder_ / "one/summary.json"), 0u);
+}
+
+TEST_F(BatchTest, ASeedOfABatchIsThatSeedRunAlone) {
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 2,5").exit_code, 0);
+  ASSERT_EQ(gaitslam("run walk.yaml seed=5 --out alone").exit_code, 0);
+  EXPECT_THAT(tests::differences(tests::files(folder_ / "results/walk/seed-5"),
+                                 tests::files(folder_ / "alone/seed-5")),
+              IsEmpty());
+}
+
+TEST_F(BatchTest, ReplayOfAResultGivesItsBytes) {
+  ASSERT_EQ(gaitslam("run walk.yaml").exit_code, 0);
+  const Ran ran = gaitslam("replay results/walk/seed-1 --out again");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(tests::differences(tests::files(folder_ / "results/walk/seed-1", "recording/"),
+                                 tests::files(folder_ / "again")),
+              IsEmpty());
+  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --out again").exit_code, 2);
+  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --out again --force").exit_code, 0);
+}
+
+TEST_F(BatchTest, ADefaultResultIsReplacedAndAnAskedForOneIsNot) {
+  const std::string run = "run walk.yaml --without camera,slam ";
+  EXPECT_EQ(gaitslam(run).exit_code, 0);
+  EXPECT_EQ(gaitslam(run).exit_code, 0);
+  EXPECT_EQ(gaitslam(run + "--out here").exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "here/seed-1/score.json"));
+  EXPECT_EQ(gaitslam(run + "--out here").exit_code, 2);
+  EXPECT_EQ(gaitslam(run + "--out here --force").exit_code, 0);
+}
+
+TEST_F(BatchTest, ALimitOverSeedsDecidesTheExitCode) {
+  const std::string run = "run walk.yaml --seeds 1,2 --without camera,slam ";
+  EXPECT_EQ(gaitslam(run + "--out kept").exit_code, 0);
+  EXPECT_EQ(gaitslam(run + "limits.path_length_m.worst.at_least=100 --out missed").exit_code, 1);
+}
+
+TEST_F(BatchTest, AProcessThatIsKilledIsReportedAndStaysOne) {
+  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " run '" GAITSLAM_SOURCE_DIR
+                        "/scenarios/tangent_circle.yaml' --seeds 1,2 --out killed");
+  EXPECT_EQ(ran.exit_code, 3);
+  EXPECT_THAT(ran.err, HasSubstr("seed 1: killed by signal"));
+  EXPECT_THAT(ran.out, HasSubstr("seed 2      crashed    exit 3"));
+  EXPECT_THAT(text_of("killed/summary.json"), HasSubstr("\"ending\": \"crashed\""));
+}
+
+}  // namespace
