@@ -17,6 +17,7 @@ namespace sim::stream {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::string_literals;
 using slam::Stamp;
 using testing::AllOf;
 using testing::HasSubstr;
@@ -409,7 +410,7 @@ TEST(Recording, NoEditOfAnyTextFileCrashesTheReader) {
   const TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   Random random(11, "edit");
-  const std::string alphabet("0123456789.,-+e\n\r\0\xff[]{}:#\" nai", 34);
+  const std::string alphabet = "0123456789.,-+e\n\r\0\xff[]{}:#\" nai"s;  // with a zero in it
   int refused = 0;
   for (const fs::path& file : files_of(recorded.folder)) {
     if (file.extension() == ".png" || !read_by_the_project(file)) continue;

@@ -122,5 +122,29 @@ TEST(Tum, StampsAreReadWithoutGoingThroughADouble) {
                                            1403636579763555584));
 }
 
+TEST(Tum, NoEditCrashesTheReader) {
+  const TemporaryFolder folder;
+  Random random(3, "edit");
+  const std::string text = kTumCovarianceHeader +
+                           tum_row(nanoseconds(33'333'333), some_pose(random), Matrix6d::Identity()) +
+                           tum_row(nanoseconds(66'666'667), some_pose(random));
+  const std::string alphabet = "0123456789.-+eE \n#\t nax";
+  int refused = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    std::string edited = text;
+    for (std::uint64_t edits = 1 + random.bits() % 3; edits > 0; --edits)
+      edited.replace(random.bits() % edited.size(), random.bits() % 3,
+                     std::string(random.bits() % 4, alphabet[random.bits() % alphabet.size()]));
+    std::ofstream(folder / "a.tum") << edited;
+    try {
+      read_tum(folder / "a.tum");
+    } catch (const FileError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("a.tum:"));
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 100);
+}
+
 }  // namespace
 }  // namespace sim::stream
