@@ -114,6 +114,13 @@ TEST_F(Cli, ConfigAsYamlIsAScenarioOfTheSameValues) {
   EXPECT_THAT(once, HasSubstr("\nseed: 9\n"));
 }
 
+TEST_F(Cli, OptionsAndOverridesMayStandInAnyOrder) {
+  const std::string with = gaitslam("config '" + kCircle + "' seed=4 --without camera,slam --yaml").out;
+  EXPECT_THAT(with, HasSubstr("seed: 4\n"));
+  EXPECT_EQ(gaitslam("config --without camera,slam '" + kCircle + "' --yaml seed=4").out, with);
+  EXPECT_EQ(gaitslam("config '" + kCircle + "' --without slam,camera seed=4 --yaml").out, with);
+}
+
 TEST_F(Cli, ConfigListsAllKeysWithRangeAndMeaning) {
   const Ran ran = gaitslam("config --keys");
   EXPECT_EQ(ran.exit_code, 0);

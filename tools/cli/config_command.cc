@@ -96,7 +96,8 @@ void add_config(CLI::App& app, int&) {
   command->add_option("changes", request->changes.overrides, "what to set otherwise")
       ->option_text("key=value ...");
   command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_flag("--keys", request->keys, "all keys there are, with range, default and meaning");
   command->add_flag("--yaml", request->yaml, "the whole scenario as YAML");
   command->footer(kExamples);

@@ -101,7 +101,8 @@ void add_run(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--out", request->out, "folder for the results");
   command->add_option("--models", request->models, "folder of the robot's and room's models");
   command->add_flag("--force", request->force, "write into a folder that exists");
