@@ -35,9 +35,9 @@ cv::RNG paint_stream(std::uint64_t seed, std::string_view name) {
 Colour shade(const Colour& colour, double factor) { return colour * factor; }
 
 Canvas::Canvas(double width_m, double height_m, double texel_m, const Colour& ground)
-    : texel_m_(texel_m),
-      image_(int(std::lround(height_m / texel_m)), int(std::lround(width_m / texel_m)),
-             cv::Vec3b(uchar(ground[0]), uchar(ground[1]), uchar(ground[2]))) {}
+    : texel_m_(texel_m), image_(int(std::lround(height_m / texel_m)), int(std::lround(width_m / texel_m))) {
+  fill(all(), ground);
+}
 
 cv::Point Canvas::pixel(cv::Point2d point) const {
   const double scale = (1 << kSubpixelBits) / texel_m_, half = 0.5 * (1 << kSubpixelBits);

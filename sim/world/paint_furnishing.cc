@@ -10,7 +10,8 @@ Colour any_colour(cv::RNG& random) {
   static const Colour kSpines[] = {{150, 40, 36},   {32, 66, 120}, {36, 92, 62},  {196, 160, 60},
                                    {226, 222, 210}, {60, 60, 66},  {104, 62, 96}, {190, 98, 42},
                                    {70, 120, 140},  {120, 92, 60}};
-  return shade(kSpines[random.uniform(0, 10)], random.uniform(0.75, 1.15));
+  const Colour& colour = kSpines[random.uniform(0, 10)];
+  return shade(colour, random.uniform(0.75, 1.15));
 }
 
 Colour contrast(const Colour& ground) {
@@ -73,7 +74,14 @@ void paint_keyboard(Canvas& desk, double x, double y) {
   desk.fill({x + 0.5, y + 0.03, 0.06, 0.1}, {40, 40, 44});
 }
 
-void paint_sheet(Canvas& canvas, cv::Point2d at, double angle, cv::RNG& random) {
+void paint_code(Canvas& screen, cv::Point2d at, cv::RNG& random) {
+  const double length = random.uniform(0.03, 0.22);
+  screen.fill({at.x, at.y, length, 0.0045}, any_colour(random));
+}
+
+// A page of text, turned by at most `askew` (rad) either way.
+void paint_sheet(Canvas& canvas, cv::Point2d at, double askew, cv::RNG& random) {
+  const double angle = random.uniform(-askew, askew);
   const cv::Point2d across(std::cos(angle), std::sin(angle)), down(-across.y, across.x);
   const double w = 0.21, h = 0.297;
   canvas.polygon({at, at + across * w, at + across * w + down * h, at + down * h}, {244, 243, 238});
@@ -102,8 +110,7 @@ Canvas paint_desk(Commission& c) {
   wood(desk, shade({190, 156, 114}, c.random.uniform(0.85, 1.1)), c.random);
   paint_keyboard(desk, c.random.uniform(0.4, 0.7), 0.55);
   for (int sheet = c.random.uniform(3, 7); sheet > 0; --sheet)
-    paint_sheet(desk, {c.random.uniform(0.05, 1.3), c.random.uniform(0.05, 0.45)},
-                c.random.uniform(-0.5, 0.5), c.random);
+    paint_sheet(desk, {c.random.uniform(0.05, 1.3), c.random.uniform(0.05, 0.45)}, 0.5, c.random);
   const Colour folder = any_colour(c.random);
   desk.fill({c.random.uniform(0.05, 1.3), 0.12, 0.24, 0.32}, folder);
   desk.frame(desk.all(), 0.008, {96, 74, 52});
@@ -122,8 +129,7 @@ Canvas paint_screen(Commission& c) {
   for (double y = 0.045; y < 0.29; y += 0.0085) {
     const double indent = 0.12 + 0.014 * c.random.uniform(0, 4);
     screen.fill({0.02, y, c.random.uniform(0.02, 0.07), 0.004}, shade(ink, 0.8));
-    if (c.random.uniform(0, 6))
-      screen.fill({indent, y, c.random.uniform(0.03, 0.22), 0.0045}, any_colour(c.random));
+    if (c.random.uniform(0, 6)) paint_code(screen, {indent, y}, c.random);
   }
   const Box plot{0.38, 0.06, 0.13, 0.1};
   screen.fill(plot, {250, 250, 250});
@@ -163,7 +169,7 @@ Canvas paint_fabric(Commission& c) {
   for (int note = c.random.uniform(5, 9); note > 0; --note) {
     const cv::Point2d at{c.random.uniform(0.08, 1.3), c.random.uniform(0.08, 0.75)};
     if (note % 2)
-      paint_sheet(panel, at, c.random.uniform(-0.12, 0.12), c.random);
+      paint_sheet(panel, at, 0.12, c.random);
     else
       panel.fill({at.x, at.y, 0.09, 0.09}, {236, 214, 96});
   }

@@ -49,7 +49,8 @@ void scientific_poster(Canvas& page, cv::RNG& random) {
     plot(page, {x, 0.42, 0.29, 0.2}, random);
     lines_of_text(page, {x, 0.66, 0.29, 0.12}, random);
     page.fill({x, 0.81, 0.29, 0.15}, vivid(random) * 0.5 + Colour(90, 90, 90));
-    page.disc({x + random.uniform(0.06, 0.22), 0.885}, 0.05, vivid(random));
+    const double ball = x + random.uniform(0.06, 0.22);
+    page.disc({ball, 0.885}, 0.05, vivid(random));
   }
 }
 
@@ -72,16 +73,18 @@ void abstract_art(Canvas& page, cv::RNG& random) {
   for (int shape = 0; shape < 16; ++shape) {
     const cv::Point2d at{random.uniform(0.0, 0.7), random.uniform(0.0, 1.0)};
     const double size = random.uniform(0.04, 0.2);
-    if (shape % 3 == 0) page.disc(at, size * 0.6, vivid(random));
-    if (shape % 3 == 1) page.fill({at.x, at.y, size, size * random.uniform(0.4, 2.0)}, vivid(random));
+    const double stretch = random.uniform(-1.0, 1.0);
+    const Colour colour = vivid(random);
+    if (shape % 3 == 0) page.disc(at, size * 0.6, colour);
+    if (shape % 3 == 1) page.fill({at.x, at.y, size, size * (1.2 + 0.8 * stretch)}, colour);
     if (shape % 3 == 2)
-      page.polygon({at, at + cv::Point2d(size, size * random.uniform(-1.0, 1.0)), at + cv::Point2d(0, size)},
-                   vivid(random));
+      page.polygon({at, at + cv::Point2d(size, size * stretch), at + cv::Point2d(0, size)}, colour);
   }
 }
 
 void calendar(Canvas& page, cv::RNG& random) {
-  page.gradient({0, 0, 0.7, 0.4}, vivid(random), vivid(random));
+  const Colour top = vivid(random), bottom = vivid(random);
+  page.gradient({0, 0, 0.7, 0.4}, top, bottom);
   page.text("NOVEMBER", {0.06, 0.5}, 0.05, 0.008, kInk);
   for (int row = 0; row < 5; ++row)
     for (int day = 0; day < 7; ++day) {

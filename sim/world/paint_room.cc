@@ -47,7 +47,8 @@ void paint_building(Canvas& view, const Box& body, cv::RNG& random) {
 void paint_trees(Canvas& view, cv::RNG& random) {
   for (int leaf = 0; leaf < 700; ++leaf) {
     const double x = random.uniform(-0.05, 2.25), y = view.height() - std::abs(random.gaussian(0.13));
-    view.disc({x, y}, random.uniform(0.012, 0.04), shade({70, 105, 50}, random.uniform(0.5, 1.4)));
+    const double radius = random.uniform(0.012, 0.04);
+    view.disc({x, y}, radius, shade({70, 105, 50}, random.uniform(0.5, 1.4)));
   }
 }
 
@@ -81,9 +82,10 @@ Canvas paint_carpet(Commission& c) {
 
 Canvas paint_ceiling(Commission& c) {
   Canvas ceiling(kLong, kShort, 0.005, {206, 206, 202});
-  for (int hole = 0; hole < 9000; ++hole)
-    ceiling.fill({c.random.uniform(0.0, kLong), c.random.uniform(0.0, kShort), 0.012, 0.012},
-                 brightness({160, 160, 156}, c.random, 0.15));
+  for (int hole = 0; hole < 9000; ++hole) {
+    const Box dot{c.random.uniform(0.0, kLong), c.random.uniform(0.0, kShort), 0.012, 0.012};
+    ceiling.fill(dot, brightness({160, 160, 156}, c.random, 0.15));
+  }
   constexpr double tile = 0.6, edge_x = 0.1, edge_y = 0.2;
   for (double x = edge_x; x < kLong; x += tile) ceiling.fill({x - 0.012, 0, 0.024, kShort}, {150, 150, 150});
   for (double y = edge_y; y < kShort; y += tile) ceiling.fill({0, y - 0.012, kLong, 0.024}, {150, 150, 150});
@@ -116,9 +118,11 @@ Canvas paint_short_wall(Commission& c) {
 Canvas paint_window(Commission& c) {
   Canvas view(2.2, 1.6, 0.004, {180, 205, 235});
   view.gradient(view.all(), {150, 190, 238}, {226, 234, 240});
-  for (int cloud = 0; cloud < 40; ++cloud)
-    view.light({c.random.uniform(-0.3, 2.2), c.random.uniform(-0.1, 0.6), c.random.uniform(0.1, 0.4), 0.04},
-               0.06, c.random.uniform(1.0, 1.14));
+  for (int cloud = 0; cloud < 40; ++cloud) {
+    const Box wisp{c.random.uniform(-0.3, 2.2), c.random.uniform(-0.1, 0.6), c.random.uniform(0.1, 0.4),
+                   0.04};
+    view.light(wisp, 0.06, c.random.uniform(1.0, 1.14));
+  }
   for (double x = -0.1; x < 2.2;) {
     const double width = c.random.uniform(0.25, 0.6), top = c.random.uniform(0.35, 1.0);
     paint_building(view, {x, top, width, 1.6 - top}, c.random);
@@ -138,9 +142,8 @@ Canvas paint_door(Commission& c) {
   Canvas door(0.95, 2.1, 0.0035, c.number == 1 ? Colour(150, 112, 74) : Colour(120, 132, 142));
   door.grain(c.random, 0.05, 0.02);
   for (int vein = 0; c.number == 1 && vein < 60; ++vein) {
-    const double x = c.random.uniform(0.0, 0.95);
-    door.line({x, 0}, {x + c.random.uniform(-0.03, 0.03), 2.1}, 0.004,
-              brightness({140, 102, 66}, c.random, 0.15));
+    const double x = c.random.uniform(0.0, 0.95), end = x + c.random.uniform(-0.03, 0.03);
+    door.line({x, 0}, {end, 2.1}, 0.004, brightness({140, 102, 66}, c.random, 0.15));
   }
   door.frame(door.all(), 0.06, {205, 202, 196});
   door.frame(door.all().inset(0.058), 0.01, {70, 60, 50});
