@@ -6,7 +6,7 @@ say() { echo "gaitslam: $*" >&2; }
 missing_packages() {
   command -v dpkg-query >/dev/null || return 0  # not Debian: CMake will say what it lacks
   packages=$(sed 's/#.*//' "$root/tools/packages.txt")
-  installed=" $(dpkg-query -W -f '${db:Status-Status}=${Package} ' $packages 2>/dev/null) "
+  installed=" $(dpkg-query -W -f '${db:Status-Status}=${Package} ' $packages 2>/dev/null || true) "
   for package in $packages; do
     case $installed in *" installed=$package "*) ;; *) echo "$package" ;; esac
   done

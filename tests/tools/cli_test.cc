@@ -164,14 +164,14 @@ TEST_F(Cli, RunWithoutASimulatorSaysSo) {
 class Setup : public tests::CommandLine {
  protected:
   Setup() {
-    write("bin/dpkg-query", "#!/bin/sh\necho 'installed=g++ installed=cmake not-installed=ninja-build '\n");
+    write("bin/dpkg-query", "#!/bin/sh\necho 'installed=g++ installed=cmake not-installed=ninja-build '\nexit 1\n");
     write("bin/apt-get", "#!/bin/sh\necho \"apt-get $*\"\nexit $APT_RESULT\n");
     write("bin/id", "#!/bin/sh\necho $USER_NUMBER\n");
     write("tools/packages.txt", "# what is needed\ncmake\ng++\nninja-build  # to build\nlibfoo-dev\n");
   }
   Ran install(const std::string& settings) const {
     return shell("chmod +x bin/*; PATH=$PWD/bin:$PATH; export PATH " + settings +
-                 "; root=$PWD; . " GAITSLAM_SOURCE_DIR "/tools/setup.sh; install_packages; echo done");
+                 "; set -eu; root=$PWD; . " GAITSLAM_SOURCE_DIR "/tools/setup.sh; install_packages; echo done");
   }
 };
 
