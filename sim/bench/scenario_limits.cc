@@ -51,6 +51,9 @@ void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
   MetricLimit limit;
   std::string_view rest = std::string_view(key).substr("limits."sv.size());
   if (rest.find('.') == std::string_view::npos) {
+    static constexpr std::array kOther{"limits.ending"sv};
+    const std::string hint = did_you_mean(key, kOther);
+    if (!hint.empty()) fail(named_at, key, "unknown key" + hint);
     fail(named_at, key, "expected a bound below the metric, as in {at_most: 0.1} or {at_least: 1}");
   }
   limit.bound = static_cast<Bound>(choose(named_at, key, take_last(rest), kBounds));
