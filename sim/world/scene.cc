@@ -11,7 +11,7 @@ namespace sim::world {
 namespace {
 
 constexpr float kNear = 0.05f, kFar = 40.0f;
-constexpr int kMaxGeoms = 2000;
+constexpr int kSpareGeoms = 200;  // beyond the model's own: screens before what nobody looks at
 
 // Planes through the camera's centre along the four sides of the view: normals in the camera's frame,
 // pointing inside.
@@ -77,7 +77,7 @@ Scene::Scene(const mjModel& model, int width_px, int height_px, int samples, std
     : model_(model), gl_(model, width_px, height_px, samples) {
   upload_textures(model, gl_.mjr(), texture_seed);
   mjv_defaultScene(&scene_);
-  mjv_makeScene(&model_, &scene_, kMaxGeoms);
+  mjv_makeScene(&model_, &scene_, model.ngeom + kSpareGeoms);
   std::fill_n(scene_.flags, mjNRNDFLAG, mjtByte{0});
   scene_.flags[mjRND_CULL_FACE] = 1;
 }

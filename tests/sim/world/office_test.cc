@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "sim/score/surfaces.h"
 #include "sim/world/head_camera.h"
 #include "sim/world/office_paint.h"
 #include "sim/world/surfaces.h"
@@ -29,6 +30,13 @@ Vector3d half_box(const RoomPrimitive& surface) {
   Vector3d half = surface.size;
   if (surface.kind == RoomPrimitive::Kind::capsule) half.z() += half.x();
   return surface.X_WS.linear().cwiseAbs() * half;
+}
+
+score::Surface scored(const RoomPrimitive& surface) {
+  using Kind = RoomPrimitive::Kind;
+  Vector3d size = surface.size;
+  if (surface.kind == Kind::cylinder || surface.kind == Kind::capsule) size = {size.x(), size.z(), 0};
+  return {static_cast<score::Surface::Kind>(surface.kind), surface.X_WS, size};  // both list the shapes alike
 }
 
 bool is_shell(const RoomPrimitive& surface) {
@@ -107,6 +115,29 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
     for (const cv::Point2f& corner : corners) twelfths.insert(int(corner.x) / 80 + 4 * (int(corner.y) / 80));
     EXPECT_GE(corners.size(), 30u) << step;  // two and a half times what the filter keeps in view
     EXPECT_GE(twelfths.size(), 7u) << step;
+  }
+}
+
+// The score's own ray caster, which knows nothing of MuJoCo, on what room_primitives hands out.
+TEST(RoomPrimitives, RaysMeetThemWhereMuJoCosDo) {
+  const Model model = robot_in_office();
+  const Data data(mj_makeData(model.get()));
+  mj_forward(model.get(), data.get());
+  std::vector<score::Surface> surfaces;
+  for (const RoomPrimitive& surface : room_primitives(*model)) surfaces.push_back(scored(surface));
+  cv::RNG random(5);
+  constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
+  for (int i = 0; i < 3000; ++i) {
+    const Vector3d from{random.uniform(0.0, 1.8), random.uniform(-0.6, 1.1), random.uniform(1.2, 1.5)};
+    const Vector3d along =
+        Vector3d{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)}
+            .normalized();
+    int geom;
+    const double expected = mj_ray(model.get(), data.get(), from.data(), along.data(), room, 1, -1, &geom);
+    const std::optional<double> found = score::first_hit(surfaces, from, along);
+    ASSERT_TRUE(found.has_value());
+    ASSERT_NEAR(*found, expected, 1e-6)
+        << "geom " << geom;  // rounding of distances of some metres, grazing included
   }
 }
 
