@@ -72,6 +72,13 @@ std::vector<std::size_t> largest_consensus(const Joint& joint, double gate) {
   return best.matches.empty() ? best.matches : rescue(joint, best.matches, gate);
 }
 
+void sharpen(Joint& joint, const std::vector<Measurement>& measurements, double ratio) {
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const Measurement& m = measurements[i];
+    joint.S.block(joint.first_row[i], joint.first_row[i], m.rows, m.rows) -= (1 - ratio * ratio) * m.R;
+  }
+}
+
 void select(const Joint& joint, const std::vector<std::size_t>& keep, Joint& selected) {
   std::vector<int> rows;
   selected.first_row.assign(1, 0);

@@ -13,6 +13,9 @@ namespace slam {
 /// consenting ones are rescued. Indices in rising order. gate: chi-square bound of a match of 2 rows.
 std::vector<std::size_t> largest_consensus(const Joint& joint, double gate);
 
+/// Replaces the noise R of each measurement by ratio² R in S.
+void sharpen(Joint& joint, const std::vector<Measurement>& measurements, double ratio);
+
 /// The part of a joint measurement that the given measurements make.
 void select(const Joint& joint, const std::vector<std::size_t>& keep, Joint& selected);
 

@@ -50,7 +50,8 @@ RobotMatrix start_covariance(const RobotVector& x, const Options& options) {
 }
 
 bool finite(const PlannedMotion& plan) {
-  return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite();
+  return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
+         plan.p_CF.allFinite();
 }
 
 /// σ of the image's grey values, every fourth row looked at.
@@ -170,9 +171,8 @@ void Filter::Workings::predict(const Observation& o) {
 std::optional<Measurement> Filter::Workings::velocity_measurement(const RobotVector& x,
                                                                   const Observation& o) const {
   if (!options.plan_velocity.enabled || !o.plan || !plan) return std::nullopt;
-  return measure_velocity(
-      x, planned_velocity(plan->X_PC, o.plan->X_PC, seconds(o.t - *now), options.plan_velocity.axes),
-      options.plan_velocity);
+  return measure_velocity(x, planned_stride(*plan, *o.plan, seconds(o.t - *now), options.plan_velocity.axes),
+                          options.plan_velocity);
 }
 
 /// The accelerometer's word, unless the motion model finds it incredible or the plan contradicts it.
@@ -256,17 +256,20 @@ void Filter::Workings::update_with(const std::vector<Measurement>& found,
   std::vector<bool> success(candidates.size(), false);
   if (!found.empty()) {
     kalman.stack(found, joint);
-    const std::vector<std::size_t> keep = largest_consensus(joint, kGate2);
+    Joint strict = joint;
+    sharpen(strict, found, options.vision.gate_sigma_px / options.vision.sigma_px);
+    const std::vector<std::size_t> keep = largest_consensus(strict, kGate2);
     for (const std::size_t i : keep) {
       const Candidate& c = candidates[whose[i]];
       success[whose[i]] = true;
       report.matched.push_back({map.landmarks()[c.index].id, c.pixel + found[i].innovation});
     }
     if (!keep.empty()) {
-      select(joint, keep, agreed);
+      select(strict, keep, agreed);
       const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S);
       report.vision =
           Nis{llt.matrixL().solve(agreed.innovation).squaredNorm(), static_cast<int>(agreed.S.rows())};
+      select(joint, keep, agreed);
       update(agreed, "vision");
     }
   }

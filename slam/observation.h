@@ -35,6 +35,9 @@ struct PlannedMotion {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
   Eigen::Vector3d v_PC_C = Eigen::Vector3d::Zero();
   Eigen::Vector3d w_PC_C = Eigen::Vector3d::Zero();
+  /// The sole of the support foot as planned (both feet: the middle between them), m in C: about what the
+  /// robot tilts.
+  Eigen::Vector3d p_CF = Eigen::Vector3d::Zero();
   Support support = Support::both;
 };
 

@@ -48,7 +48,9 @@ struct Options {
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
-    double sigma_m_s = 0.05;
+    double sigma_m_s = 0.01;
+    bool pivots_on_foot =
+        true;                   ///< turning unknown to the plan is about the support foot (robot's axes only)
     double sigma_slip_m_s = 0;  ///< of the slowly changing part of the plan's error; 0 = there is none
     double slip_time_s = 10;    ///< how long that part lasts
   } plan_velocity;
@@ -58,7 +60,8 @@ struct Options {
   } height;
   struct Vision {
     bool enabled = true;
-    double sigma_px = 1.0;       ///< at the image's centre; grows linearly to twice that at the corner
+    double sigma_px =
+        3.0;  ///< at the image's centre, twice that at the corner; above the matching noise, as errors last
     int visible_landmarks = 12;  ///< how many to measure in a frame, and to keep in view
     double minimum_correlation = 0.8;
     double corner_threshold =

@@ -2,25 +2,31 @@
 
 namespace slam {
 
-Eigen::Vector3d planned_velocity(const Eigen::Isometry3d& X_PC_before, const Eigen::Isometry3d& X_PC,
-                                 double dt_s, VelocityAxes axes) {
-  const Eigen::Vector3d v_P = (X_PC.translation() - X_PC_before.translation()) / dt_s;
-  return axes == VelocityAxes::plan ? v_P : Eigen::Vector3d(X_PC.linear().transpose() * v_P);
+PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
+                             VelocityAxes axes) {
+  const Eigen::Vector3d v_P = (now.X_PC.translation() - before.X_PC.translation()) / dt_s;
+  const Eigen::AngleAxisd turn(before.X_PC.linear().transpose() * now.X_PC.linear());
+  return {axes == VelocityAxes::plan ? v_P : Eigen::Vector3d(now.X_PC.linear().transpose() * v_P),
+          turn.angle() / dt_s * turn.axis(), (before.p_CF + now.p_CF) / 2};
 }
 
-Measurement measure_velocity(const RobotVector& x, const Eigen::Vector3d& velocity,
+Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
                              const Options::PlanVelocity& options) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
   const Eigen::Vector3d v = x.segment<3>(kVelocity), slip = x.segment<3>(kSlip);
   Measurement m(3);
   if (options.axes == VelocityAxes::robot) {
-    m.innovation.head<3>() = velocity - R_WC.transpose() * v - slip;
+    m.innovation.head<3>() = stride.velocity - R_WC.transpose() * v - slip;
     m.H_robot.middleCols(kOrientation, 4) = rotated_back_jacobian(q, v);
     m.H_robot.middleCols(kVelocity, 3) = R_WC.transpose();
     m.H_robot.middleCols(kSlip, 3).setIdentity();
+    if (options.pivots_on_foot) {
+      m.innovation.head<3>() += stride.p_CF.cross(x.segment<3>(kRate) - stride.rate);
+      m.H_robot.middleCols(kRate, 3) = -cross_matrix(stride.p_CF);
+    }
   } else {
-    m.innovation.head<3>() = velocity - v - R_WC * slip;
+    m.innovation.head<3>() = stride.velocity - v - R_WC * slip;
     m.H_robot.middleCols(kOrientation, 4) = rotated_jacobian(q, slip);
     m.H_robot.middleCols(kVelocity, 3).setIdentity();
     m.H_robot.middleCols(kSlip, 3) = R_WC;

@@ -4,18 +4,28 @@
 #include <Eigen/Geometry>
 
 #include "slam/kalman.h"
+#include "slam/observation.h"
 #include "slam/options.h"
 
 namespace slam {
 
+/// How the plan has the camera move between two frames.
+struct PlannedStride {
+  Eigen::Vector3d velocity;  ///< mean, m/s
+  Eigen::Vector3d rate;      ///< mean angular velocity, rad/s in C
+  Eigen::Vector3d p_CF;      ///< mean place of the support foot, m in C
+};
+
 /// Planned mean velocity between two planned poses dt_s apart: along the camera's own axes at the later one,
 /// or along the plan's world axes. m/s.
-Eigen::Vector3d planned_velocity(const Eigen::Isometry3d& X_PC_before, const Eigen::Isometry3d& X_PC,
-                                 double dt_s, VelocityAxes axes);
+PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
+                             VelocityAxes axes);
 
 /// h = R(q)ᵀ v + slip in the robot's axes, h = v + R(q) slip in the plan's (Stasse et al. 2006, section
-/// III-C).
-Measurement measure_velocity(const RobotVector& x, const Eigen::Vector3d& velocity,
+/// III-C). In the robot's axes, and going beyond the paper: turning that the plan does not know of (the robot
+/// tilts on the compliance of its ankles) is about the support foot, so that the camera moves by p_CF × (ω −
+/// ω_plan) besides.
+Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
                              const Options::PlanVelocity& options);
 
 /// h = r_z: planned height of the camera above the ground, m (Stasse et al. 2006, section III-C).

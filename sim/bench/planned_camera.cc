@@ -15,6 +15,19 @@ slam::Support support(walking::Support s) {
   return slam::Support::both;
 }
 
+Eigen::Vector3d support_sole(const walking::Reference& reference) {
+  const Eigen::Vector3d left = reference.X_PL.translation(), right = reference.X_PR.translation();
+  switch (reference.support) {
+    case walking::Support::left:
+      return left;
+    case walking::Support::right:
+      return right;
+    case walking::Support::both:
+      break;
+  }
+  return (left + right) / 2;
+}
+
 }  // namespace
 
 Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s) {
@@ -37,6 +50,7 @@ slam::PlannedMotion planned_motion(const walking::Reference& from, const walking
   motion.v_PC_C = R_CP * (from.waist_velocity + w_PB_P.cross(p_BC_P));
   motion.w_PC_C = R_CP * w_PB_P;
   motion.support = support(from.support);
+  motion.p_CF = motion.X_PC.inverse() * support_sole(from);
   return motion;
 }
 

@@ -184,6 +184,8 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.enabled), kAny, "use the planned velocity"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.axes), {0, 0, kAxes},
                      "axes in which the planned velocity is trusted"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.pivots_on_foot), kAny,
+                     "turning unknown to the plan is about the support foot"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_m_s), kSigma,
                      "error the filter expects of the planned velocity"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_slip_m_s), kSpread,

@@ -30,10 +30,10 @@ inline const std::string kCameraHeader = kStampColumn + ",filename";
 inline const std::string kGyroHeader =
     kStampColumn + ",w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1]";
 inline const std::string kImuHeader = kGyroHeader + ",a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]";
-inline const std::string kPlanHeader =
-    kStampColumn + "," + pose_columns("PC") +
-    ",v_PC_C_x [m s^-1],v_PC_C_y [m s^-1],v_PC_C_z [m s^-1]"
-    ",w_PC_C_x [rad s^-1],w_PC_C_y [rad s^-1],w_PC_C_z [rad s^-1],support []";
+inline const std::string kPlanHeader = kStampColumn + "," + pose_columns("PC") +
+                                       ",v_PC_C_x [m s^-1],v_PC_C_y [m s^-1],v_PC_C_z [m s^-1]"
+                                       ",w_PC_C_x [rad s^-1],w_PC_C_y [rad s^-1],w_PC_C_z [rad s^-1]"
+                                       ",support [],p_CF_x [m],p_CF_y [m],p_CF_z [m]";
 inline const std::string kMotionHeader =
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
     "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "

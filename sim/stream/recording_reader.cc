@@ -53,6 +53,7 @@ slam::PlannedMotion planned_motion(const CsvReader& row) {
   const auto support = std::find(kSupport.begin(), kSupport.end(), row.text(19));
   if (support == kSupport.end()) row.fail(19, "expected both, left or right");
   plan.support = static_cast<slam::Support>(support - kSupport.begin());
+  plan.p_CF = row.vector(20);
   return plan;
 }
 

@@ -39,8 +39,9 @@ std::string motion_row(const TrueMotion& motion) {
 }
 
 std::string plan_row(slam::Stamp t, const slam::PlannedMotion& plan) {
-  return fmt::format("{},{},{},{},{}\n", written(t), csv_fields(plan.X_PC), csv_fields(plan.v_PC_C),
-                     csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)));
+  return fmt::format("{},{},{},{},{},{}\n", written(t), csv_fields(plan.X_PC), csv_fields(plan.v_PC_C),
+                     csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
+                     csv_fields(plan.p_CF));
 }
 
 // One csv file of the recording, written row by row.

@@ -43,7 +43,8 @@ cv::Mat image(Random& random) {
 }
 
 slam::PlannedMotion plan(Random& random) {
-  return {pose(random), vector3(random), vector3(random), static_cast<slam::Support>(random.bits() % 3)};
+  return {pose(random), vector3(random), vector3(random), vector3(random),
+          static_cast<slam::Support>(random.bits() % 3)};
 }
 
 RecordingSetup setup_of(Random& random) {
@@ -106,6 +107,7 @@ void expect_same(const slam::Observation& a, const slam::Observation& b) {
   EXPECT_TRUE(same_bits(a.plan->X_PC.matrix(), b.plan->X_PC.matrix()));
   EXPECT_TRUE(same_bits(a.plan->v_PC_C, b.plan->v_PC_C));
   EXPECT_TRUE(same_bits(a.plan->w_PC_C, b.plan->w_PC_C));
+  EXPECT_TRUE(same_bits(a.plan->p_CF, b.plan->p_CF));
   EXPECT_EQ(a.plan->support, b.plan->support);
 }
 
@@ -386,7 +388,7 @@ TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
       says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,x"),
       AllOf(testing::StartsWith(":3:21: expected a finite number, found \"x"), testing::EndsWith("\"")));
   EXPECT_THAT(says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,nan,"),
-              HasSubstr(":3: expected 20 fields, found 21"));
+              HasSubstr(":3: expected 23 fields, found 24"));
   EXPECT_THAT(says("truth/surfaces.csv", "0.5,1,0.25", "0.5,inf,0.25"),
               HasSubstr("expected a finite number, found \"inf\""));
   EXPECT_THAT(says("mav0/cam0/data.csv", "033000000.png", "034000000.png"), HasSubstr("of another file"));
