@@ -35,6 +35,7 @@ build() {
   exec 9>"$folder/.lock"
   flock 9  # two at a time would build into each other
   if [ ! -f "$folder/build.ninja" ]; then
+    if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
     say "building in build/$1 (the first time takes some minutes)"
     (cd "$root" && cmake --preset "$1" >"$folder/configure.log" 2>&1) || {
       cat "$folder/configure.log" >&2
