@@ -40,8 +40,9 @@ struct Options {
   } gyro;
   struct Accelerometer {
     bool enabled = true;
-    double sigma_m_s2 = 0.05;         ///< per 200 Hz sample
-    double sigma_bias_m_s2 = 0;       ///< of the bias at the start; 0 = there is none
+    double sigma_m_s2 = 0.05;  ///< per 200 Hz sample
+    double sigma_bias_m_s2 =
+        0.015;  ///< of the bias at the start; the mounting's error of 1.5 mrad looks alike
     double sigma_bias_walk_m_s3 = 0;  ///< growth of its standard deviation in 1 s
     double sigma_frame_m_s2 = 0.1;  ///< what each frame adds: the head does not move quite as the chest does
   } accelerometer;
@@ -60,9 +61,11 @@ struct Options {
   } height;
   struct Vision {
     bool enabled = true;
-    double sigma_px =
-        3.0;  ///< at the image's centre, twice that at the corner; above the matching noise, as errors last
-    int visible_landmarks = 12;  ///< how many to measure in a frame, and to keep in view
+    /// At the image's centre; grows linearly to twice that at the corner. Above the scatter of single
+    /// matches, because a landmark's errors last over many frames.
+    double sigma_px = 0.5;
+    double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
+    int visible_landmarks = 12;   ///< how many to measure in a frame, and to keep in view
     double minimum_correlation = 0.8;
     double corner_threshold =
         20000;  ///< smaller eigenvalue of the 11x11 gradient moments, grey levels squared

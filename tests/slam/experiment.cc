@@ -160,6 +160,7 @@ void set(Options& o, const std::string& word) {
                                          {"slip_t", &o.plan_velocity.slip_time_s},
                                          {"h", &o.height.sigma_m},
                                          {"px", &o.vision.sigma_px},
+                                         {"gpx", &o.vision.gate_sigma_px},
                                          {"ncc", &o.vision.minimum_correlation},
                                          {"corner", &o.vision.corner_threshold},
                                          {"rho", &o.depth.inverse_1_m},
