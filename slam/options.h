@@ -49,7 +49,7 @@ struct Options {
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
-    double sigma_m_s = 0.01;
+    double sigma_m_s = 0.0125;
     bool pivots_on_foot =
         true;                   ///< turning unknown to the plan is about the support foot (robot's axes only)
     double sigma_slip_m_s = 0;  ///< of the slowly changing part of the plan's error; 0 = there is none
@@ -63,7 +63,7 @@ struct Options {
     bool enabled = true;
     /// At the image's centre; grows linearly to twice that at the corner. Above the scatter of single
     /// matches, because a landmark's errors last over many frames.
-    double sigma_px = 0.5;
+    double sigma_px = 1.0;
     double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
     int visible_landmarks = 12;   ///< how many to measure in a frame, and to keep in view
     double minimum_correlation = 0.8;
