@@ -198,6 +198,8 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, vision.enabled), kAny, "use the camera"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.sigma_px), {0.01, 100},
                      "image noise at the centre; twice that at the corner"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.gate_sigma_px), {0.01, 100},
+                     "scatter of a single right match, by which wrong ones are told"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.visible_landmarks), {1, 1000},
                      "landmarks to measure in a frame and to keep in view"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.minimum_correlation), {-1, 1},
