@@ -24,6 +24,12 @@ std::string number(const json& value) {
   return x == std::floor(x) && std::abs(x) < 1e6 ? fmt::format("{:.0f}", x) : fmt::format("{:.4f}", x);
 }
 
+// Of a count or a ratio there is none to show.
+std::string unit(const json& metric) {
+  const std::string unit = metric["unit"];
+  return unit == "1" ? "" : unit;
+}
+
 // "<= 0.1  ok", one of them per limit on the metric.
 std::string verdicts(const json& limits, const std::string& metric) {
   std::string text;
@@ -49,8 +55,7 @@ std::string score_table(const std::filesystem::path& result_folder) {
     const std::string remark = metric["value"].is_null() && metric.contains("reason")
                                    ? metric["reason"].get<std::string>()
                                    : verdicts(score["limits"], name);
-    text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]),
-                        metric["unit"].get<std::string>(), remark);
+    text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]), unit(metric), remark);
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
   }
