@@ -1,0 +1,156 @@
+#include "slam/motion_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/numerical_jacobian.h"
+
+namespace slam {
+namespace {
+
+constexpr double kFrame = 1.0 / 30;
+
+RobotVector reference_state() {
+  RobotVector x = RobotVector::Zero();
+  x.head<13>() << .1, -.2, 1.3, .9233805169, .1025978352, -.2051956704, .3077935056, .2, -.1, .05, .3, -.4,
+      .5;
+  return x;
+}
+
+RobotVector generic_state() {
+  RobotVector x = reference_state();
+  x.tail<9>() << .01, -.02, .03, .04, .05, -.06, .1, -.2, .15;
+  return x;
+}
+
+Options paper() {
+  Options options;
+  options.motion = {4, 6};
+  options.plan_velocity.sigma_slip_m_s = 0;
+  return options;
+}
+
+TEST(MotionModel, MovesTheReferenceStateAsPublished) {
+  const Prediction p = predict_motion(reference_state(), kFrame, std::nullopt, paper());
+  Eigen::Matrix<double, 7, 1> expected;
+  expected << .1066666667, -.2033333333, 1.3016666667, .9188705907, .107549491, -.2106531788, .3158087757;
+  EXPECT_NEAR((p.x.head<7>() - expected).norm(), 0, 2e-10);  // digits of the reference
+  EXPECT_EQ((p.x.segment<6>(kVelocity)), (reference_state().segment<6>(kVelocity)));
+}
+
+TEST(MotionModel, AddsTheReferenceNoise) {
+  const RobotMatrix Q = predict_motion(reference_state(), kFrame, std::nullopt, paper()).Q;
+  Eigen::Matrix<double, 13, 1> expected;
+  expected << 1.97531e-5, 1.97531e-5, 1.97531e-5, 1.7297e-6, 10.9822e-6, 10.6177e-6, 10.0027e-6, .0177777778,
+      .0177777778, .0177777778, .04, .04, .04;
+  EXPECT_LT(((Q.diagonal().head<13>() - expected).cwiseQuotient(expected)).cwiseAbs().maxCoeff(),
+            3e-5);                               // five digits of the reference
+  EXPECT_LT((Q - Q.transpose()).norm(), 1e-18);  // products in another order round differently
+}
+
+TEST(MotionModel, JacobianIsTheDerivativeWithAndWithoutTheAccelerometer) {
+  const Impulse impulse{{0.02, -0.33, 0.05}, kFrame, 0.001};
+  for (const auto& felt : {std::optional<Impulse>{}, std::optional<Impulse>{impulse}}) {
+    const auto f = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+      return predict_motion(x, kFrame, felt, paper()).x;
+    };
+    const auto numeric = tests::numerical_jacobian(f, generic_state());
+    const RobotMatrix F = predict_motion(generic_state(), kFrame, felt, paper()).F;
+    EXPECT_NEAR((F - numeric).norm(), 0, 1e-8);  // central differences of 1e-6
+  }
+}
+
+TEST(MotionModel, StaysFiniteWhenTheCameraDoesNotTurnAtAll) {
+  RobotVector x = reference_state();
+  x.segment<3>(kRate).setZero();
+  const Prediction p = predict_motion(x, kFrame, std::nullopt, paper());
+  EXPECT_TRUE(p.x.allFinite() && p.F.allFinite() && p.Q.allFinite());
+  EXPECT_NEAR((p.x.segment<4>(kOrientation) - x.segment<4>(kOrientation)).norm(), 0, 1e-16);
+}
+
+TEST(MotionModel, VelocityAndRateAfterwardsAreTheMeansOverTheInterval) {
+  const RobotVector x = reference_state();
+  const RobotVector y = predict_motion(x, kFrame, Impulse{{0.1, 0.2, 0.3}, kFrame, 0.01}, paper()).x;
+  const Eigen::Vector3d moved = y.segment<3>(kPosition) - x.segment<3>(kPosition);
+  EXPECT_NEAR((moved / kFrame - y.segment<3>(kVelocity)).norm(), 0, 1e-13);
+  Eigen::Vector4d back = x.segment<4>(kOrientation);
+  back.tail<3>() *= -1;
+  const Eigen::Vector4d dq = quaternion_product(back, y.segment<4>(kOrientation)).normalized();
+  EXPECT_NEAR((quaternion_log(dq) / kFrame - y.segment<3>(kRate)).norm(), 0,
+              1e-9);  // the reference q has 10 digits
+}
+
+TEST(MotionModel, NoiseIsWhatTheImpulsesDerivativesMakeOfIt) {
+  for (const double turning : {1.0, 0.0}) {
+    RobotVector x = generic_state();
+    x.segment<3>(kRate) *= turning;
+    const auto f = [&](const Eigen::VectorXd& n) -> Eigen::VectorXd {  // an impulse acts before the motion
+      RobotVector pushed = x;
+      pushed.segment<3>(kVelocity) += n.head<3>();
+      pushed.segment<3>(kRate) += n.tail<3>();
+      return predict_motion(pushed, kFrame, std::nullopt, paper()).x;
+    };
+    const Eigen::MatrixXd G = tests::numerical_jacobian(f, Eigen::VectorXd::Zero(6));
+    Eigen::VectorXd sigma(6);
+    sigma << 4, 4, 4, 6, 6, 6;
+    const Eigen::MatrixXd root = G * (kFrame * sigma).asDiagonal();
+    const RobotMatrix Q = predict_motion(x, kFrame, std::nullopt, paper()).Q;
+    EXPECT_LT((Q - root * root.transpose()).norm(), 1e-8);  // central differences of 1e-6
+  }
+}
+
+TEST(MotionModel, JacobianIsTheDerivativeAtSmallAndZeroRates) {
+  for (const double turning : {1e-6, 0.0}) {
+    RobotVector x = generic_state();
+    x.segment<3>(kRate) *= turning;
+    const auto f = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+      return predict_motion(at, kFrame, std::nullopt, paper()).x;
+    };
+    const RobotMatrix F = predict_motion(x, kFrame, std::nullopt, paper()).F;
+    EXPECT_LT((F - tests::numerical_jacobian(f, x)).norm(), 1e-8);
+  }
+}
+
+TEST(MotionModel, AccelerometerAtRestCancelsGravity) {
+  RobotVector x = RobotVector::Zero();
+  x.segment<4>(kOrientation) = Eigen::Vector4d(0.9, 0.1, -0.2, 0.3).normalized();
+  const Eigen::Matrix3d R_WC = rotation_matrix(x.segment<4>(kOrientation));
+  const Impulse at_rest{R_WC.transpose() * Eigen::Vector3d(0, 0, 9.81) * kFrame, kFrame, 0.01};
+  EXPECT_LT((predict_motion(x, kFrame, at_rest, paper()).x - x).norm(), 1e-15);
+}
+
+TEST(MotionModel, AccelerometerBiasIsTakenOffTheImpulse) {
+  RobotVector biased = generic_state();
+  const Eigen::Vector3d bias(0.5, 0.2, -0.1);
+  biased.segment<3>(kAccelerometerBias) += bias;
+  const Impulse felt{{0.02, -0.33, 0.05}, kFrame, 0.001};
+  const Impulse more{felt.impulse_C + kFrame * bias, kFrame, 0.001};
+  const RobotVector a = predict_motion(generic_state(), kFrame, felt, paper()).x;
+  const RobotVector b = predict_motion(biased, kFrame, more, paper()).x;
+  EXPECT_LT((a - b).head<kCamera>().norm(), 1e-15);
+}
+
+TEST(MotionModel, SlipFadesButItsVarianceInTheLongRunIsTheOneGiven) {
+  Options options;
+  options.plan_velocity.sigma_slip_m_s = 0.05;
+  options.plan_velocity.slip_time_s = 2;
+  const Prediction p = predict_motion(generic_state(), kFrame, std::nullopt, options);
+  EXPECT_NEAR(p.x(kSlip), generic_state()(kSlip) * std::exp(-kFrame / 2), 1e-15);
+  const double variance = 0.05 * 0.05;  // a fixed point of variance <- keep² variance + noise
+  EXPECT_NEAR(p.F(kSlip, kSlip) * p.F(kSlip, kSlip) * variance + p.Q(kSlip, kSlip), variance, 1e-17);
+}
+
+TEST(MotionModel, BiasesWalkAtTheRateGivenWhateverTheStep) {
+  Options options;
+  options.gyro.sigma_bias_walk_rad_s2 = 0.003;
+  options.accelerometer.sigma_bias_walk_m_s3 = 0.02;
+  for (const double dt : {0.01, 0.5}) {
+    const RobotMatrix Q = predict_motion(generic_state(), dt, std::nullopt, options).Q;
+    EXPECT_NEAR(Q(kGyroBias + 1, kGyroBias + 1) / dt, 0.003 * 0.003, 1e-17);
+    EXPECT_NEAR(Q(kAccelerometerBias, kAccelerometerBias) / dt, 0.02 * 0.02, 1e-17);
+  }
+}
+
+}  // namespace
+}  // namespace slam

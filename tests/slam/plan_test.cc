@@ -1,0 +1,146 @@
+#include "slam/plan.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/numerical_jacobian.h"
+
+namespace slam {
+namespace {
+
+constexpr double kCentral = 1e-8;  // rounding 1e-16 / step 1e-6, with room
+
+RobotVector generic_state() {
+  RobotVector x = RobotVector::LinSpaced(-0.4, 0.9);
+  x.segment<4>(kOrientation) = Eigen::Vector4d(0.9, 0.1, -0.2, 0.3).normalized();
+  return x;
+}
+
+const PlannedStride kStride{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}};
+
+Eigen::MatrixXd numerical_H(const RobotVector& x, const Options::PlanVelocity& options) {
+  return -tests::numerical_jacobian(
+      [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+        return measure_velocity(at, kStride, options).innovation;
+      },
+      x);
+}
+
+Eigen::Isometry3d pose(double angle, const Eigen::Vector3d& axis, const Eigen::Vector3d& at) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(angle, axis.normalized()).matrix();
+  X.translation() = at;
+  return X;
+}
+
+TEST(Plan, VelocityJacobiansAreDerivativesInAllAxes) {
+  Options::PlanVelocity options;
+  for (const auto axes : {VelocityAxes::robot, VelocityAxes::plan})
+    for (const bool pivots : {true, false}) {
+      options.axes = axes;
+      options.pivots_on_foot = pivots;
+      const Measurement m = measure_velocity(generic_state(), kStride, options);
+      EXPECT_LT((m.H_robot - numerical_H(generic_state(), options)).norm(), kCentral) << pivots;
+    }
+}
+
+TEST(Plan, VelocityNoiseIsTheOneGiven) {
+  Options::PlanVelocity options;
+  options.sigma_m_s = 0.2;
+  EXPECT_LT(
+      (measure_velocity(generic_state(), kStride, options).R - 0.04 * Eigen::Matrix3d::Identity()).norm(),
+      1e-16);
+}
+
+TEST(Plan, VelocityInTheRobotsAxesDoesNotFeelTheHeading) {
+  RobotVector x = generic_state();
+  const Eigen::Vector4d turn = quaternion_exp({0, 0, 1.3});
+  RobotVector turned = x;
+  turned.segment<4>(kOrientation) = quaternion_product(turn, x.segment<4>(kOrientation));
+  turned.segment<3>(kVelocity) = rotation_matrix(turn) * x.segment<3>(kVelocity);
+  Options::PlanVelocity options;
+  const auto innovation = [&](const RobotVector& at) {
+    return Eigen::Vector3d(measure_velocity(at, kStride, options).innovation);
+  };
+  EXPECT_LT((innovation(x) - innovation(turned)).norm(), 1e-14);
+  options.axes = VelocityAxes::plan;
+  EXPECT_GT((innovation(x) - innovation(turned)).norm(), 0.1);
+}
+
+TEST(Plan, StrideIsTheMeanMotionBetweenTwoPlannedPoses) {
+  PlannedMotion before, now;
+  before.X_PC = pose(0.4, {0, 0, 1}, {1, 2, 1.4});
+  now.X_PC = before.X_PC * pose(0.02, {1, 2, 3}, Eigen::Vector3d::Zero());
+  now.X_PC.translation() += Eigen::Vector3d(0.03, -0.01, 0.005);
+  before.p_CF = {0, 1.4, 0};
+  now.p_CF = {0.02, 1.4, 0.04};
+  const PlannedStride world = planned_stride(before, now, 0.1, VelocityAxes::plan);
+  const PlannedStride robot = planned_stride(before, now, 0.1, VelocityAxes::robot);
+  EXPECT_LT((world.velocity - Eigen::Vector3d(0.3, -0.1, 0.05)).norm(), 1e-14);
+  EXPECT_LT((now.X_PC.linear() * robot.velocity - world.velocity).norm(), 1e-14);
+  EXPECT_LT((robot.rate - 0.2 * Eigen::Vector3d(1, 2, 3).normalized()).norm(), 1e-13);
+  EXPECT_LT((robot.p_CF - Eigen::Vector3d(0.01, 1.4, 0.02)).norm(), 1e-15);
+}
+
+TEST(Plan, AStandingPlanHasNoStride) {
+  PlannedMotion standing;
+  standing.X_PC = pose(0.4, {0, 0, 1}, {1, 2, 1.4});
+  const PlannedStride stride = planned_stride(standing, standing, 0.1, VelocityAxes::robot);
+  EXPECT_LT(stride.velocity.norm(), 1e-15);
+  EXPECT_LT(stride.rate.norm(),
+            1e-7);  // the angle of a rotation matrix that is the identity but for rounding
+  EXPECT_TRUE(stride.rate.allFinite());
+}
+
+/// A body that stands by its plan but tilts about its foot: where the camera is after t.
+Eigen::Isometry3d tilted(const Eigen::Vector3d& w_W, const Eigen::Vector3d& foot_W, double t) {
+  const Eigen::Isometry3d start = pose(0.7, {1, -1, 2}, {0.3, 0.1, 1.4});
+  const Eigen::Isometry3d about = Eigen::Translation3d(foot_W) *
+                                  pose(w_W.norm() * t, w_W, Eigen::Vector3d::Zero()) *
+                                  Eigen::Translation3d(-foot_W);
+  return about * start;
+}
+
+TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraJustAsTheModelSays) {
+  const Eigen::Vector3d w_W(0.2, -0.1, 0.05), foot_W(0.2, -0.1, 0);
+  const Eigen::Isometry3d now = tilted(w_W, foot_W, 0), later = tilted(w_W, foot_W, 1e-6),
+                          earlier = tilted(w_W, foot_W, -1e-6);
+  RobotVector x = RobotVector::Zero();
+  const Eigen::Quaterniond q(now.linear());
+  x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
+  x.segment<3>(kVelocity) = (later.translation() - earlier.translation()) / 2e-6;
+  x.segment<3>(kRate) = now.linear().transpose() * w_W;
+  const PlannedStride standing{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), now.inverse() * foot_W};
+  Options::PlanVelocity options;
+  EXPECT_LT(measure_velocity(x, standing, options).innovation.norm(), 1e-9);  // rounding 1e-16 / step 1e-6
+  options.pivots_on_foot = false;
+  EXPECT_GT(measure_velocity(x, standing, options).innovation.norm(), 0.2);
+}
+
+TEST(Plan, SlipIsPlannedMinusTrueVelocity) {
+  RobotVector x = generic_state();
+  x.segment<3>(kSlip) << 0.03, 0.01, -0.02;
+  Options::PlanVelocity options;
+  options.pivots_on_foot = false;
+  const Eigen::Vector3d v_C =
+      rotation_matrix(x.segment<4>(kOrientation)).transpose() * x.segment<3>(kVelocity);
+  const PlannedStride stride{v_C + x.segment<3>(kSlip), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
+}
+
+TEST(Plan, HeightIsThatOfTheCameraAlone) {
+  Options::Height options;
+  options.sigma_m = 0.02;
+  const RobotVector x = generic_state();
+  const Measurement m = measure_height(x, 1.5, options);
+  EXPECT_NEAR(m.innovation(0), 1.5 - x(2), 1e-15);
+  EXPECT_NEAR(m.R(0, 0), 0.0004, 1e-18);
+  const Eigen::MatrixXd numeric = -tests::numerical_jacobian(
+      [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+        return measure_height(at, 1.5, options).innovation;
+      },
+      x);
+  EXPECT_LT((m.H_robot - numeric).norm(), kCentral);
+}
+
+}  // namespace
+}  // namespace slam
