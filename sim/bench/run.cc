@@ -197,7 +197,7 @@ void Run::walk(const Progress& progress) {
 void Run::tick() {
   const StageClock clock(frame_timing_.plan_and_physics_ms);
   const walking::Posture posture = stabilizer_.step(reference_, felt());
-  const walking::JointVector q = walking::inverse_kinematics(posture).q;
+  const walking::JointVector q = walking::inverse_kinematics(posture, scenario_.walk.arm_motion).q;
   world_.command(q, (q - q_) / walking::kPeriod);
   q_ = q;
 }

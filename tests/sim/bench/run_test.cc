@@ -118,6 +118,13 @@ TEST_F(RunTest, AnEndingThatTheScenarioAllowsPasses) {
   EXPECT_EQ(outcome.exit_code, 0);
 }
 
+TEST_F(RunTest, SwingingArmsAreAnotherWalk) {
+  run("still", scenario({}, {"camera", "slam"}));
+  run("swing", scenario({"walk.arm_motion=swing"}, {"camera", "slam"}));
+  EXPECT_NE(tests::files(folder_ / "still")["truth.tum"], tests::files(folder_ / "swing")["truth.tum"]);
+  EXPECT_EQ(tests::files(folder_ / "still")["plan.tum"], tests::files(folder_ / "swing")["plan.tum"]);
+}
+
 TEST_F(RunTest, AMissedLimitIsExitCodeOne) {
   EXPECT_EQ(run("live", scenario({"limits.path_length_m.at_least=1000"}, {"camera", "slam"})).exit_code, 1);
 }
