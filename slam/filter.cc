@@ -328,7 +328,8 @@ void Filter::Workings::publish() {
   Eigen::Matrix<double, 6, 7> J = Eigen::Matrix<double, 6, 7>::Zero();  // of (orientation, position) errors
   J.block<3, 4>(0, kOrientation) = 2 * left_matrix(back).bottomRows<3>();
   J.block<3, 3>(3, kPosition).setIdentity();
-  estimate.covariance = J * state.storage_P.topLeftCorner<7, 7>() * J.transpose();
+  const Matrix6d covariance = J * state.storage_P.topLeftCorner<7, 7>() * J.transpose();
+  estimate.covariance = (covariance + covariance.transpose()) / 2;  // symmetric to the last bit
 }
 
 std::vector<MapPoint> Filter::map() const {

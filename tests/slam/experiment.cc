@@ -122,7 +122,7 @@ Score run(const synthetic::Room& room, synthetic::Recording& recording, const Op
 /// Rendered once per machine: the files are named after the path in $GAITSLAM_CACHE.
 std::vector<cv::Mat> cached_images(const synthetic::Room& room, const synthetic::Walk& walk, char name) {
   const char* folder = std::getenv("GAITSLAM_CACHE");
-  if (folder == nullptr) return synthetic::render(room, walk);
+  if (folder == nullptr) return synthetic::render(room, walk, 2);
   const std::string file = std::string(folder) + "/walk_" + name + ".raw";
   constexpr int kRows = 240, kColumns = 320;
   std::vector<cv::Mat> images;
@@ -134,7 +134,7 @@ std::vector<cv::Mat> cached_images(const synthetic::Room& room, const synthetic:
     std::fclose(in);
     if (static_cast<int>(images.size()) == walk.frames()) return images;
   }
-  images = synthetic::render(room, walk);
+  images = synthetic::render(room, walk, 2);
   if (std::FILE* out = std::fopen(file.c_str(), "wb")) {
     for (const cv::Mat& image : images) std::fwrite(image.data, 1, kRows * kColumns, out);
     std::fclose(out);

@@ -96,10 +96,11 @@ Room::Room() : walls_{{-3.4F, -4.8F, 0}, {3.6F, 6.2F, 3}} {
 }
 
 Room::Surface Room::nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const {
-  const Eigen::Vector3f inverse = direction.cwiseInverse();
+  const Eigen::Vector3f inverse =
+      direction.unaryExpr([](float d) { return 1 / (std::abs(d) < 1e-9F ? 1e-9F : d); });
   Surface best{1e9F, 0, 0};
   for (int axis = 0; axis < 3; ++axis) {  // the room, from inside
-    const bool up = direction(axis) > 0;
+    const bool up = inverse(axis) > 0;
     const float t = ((up ? walls_.high(axis) : walls_.low(axis)) - origin(axis)) * inverse(axis);
     if (t < best.distance) best = {t, 2 * axis + (up ? 1 : 0), axis};
   }
@@ -107,7 +108,7 @@ Room::Surface Room::nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f
     float enter = 0, leave = best.distance;
     int axis_in = -1;
     for (int axis = 0; axis < 3; ++axis) {
-      const bool up = direction(axis) > 0;
+      const bool up = inverse(axis) > 0;
       const Box& box = furniture_[i];
       const float in = ((up ? box.low(axis) : box.high(axis)) - origin(axis)) * inverse(axis);
       const float out = ((up ? box.high(axis) : box.low(axis)) - origin(axis)) * inverse(axis);
@@ -137,22 +138,23 @@ float Room::grey(const Surface& surface, const Eigen::Vector3f& point, float foo
   return (1 - blend) * value(fine) + blend * value(fine + 1);
 }
 
-cv::Mat Room::render(const Camera& camera, const Eigen::Isometry3d& X_WC) const {
+cv::Mat Room::render(const Camera& camera, const Eigen::Isometry3d& X_WC, int side) const {
   const auto& lens = camera.intrinsics();
   cv::Mat image(lens.height_px, lens.width_px, CV_8UC1);
   const Eigen::Matrix3f R = X_WC.linear().cast<float>();
   const Eigen::Vector3f origin = X_WC.translation().cast<float>();
+  const float pixel = 1 / static_cast<float>(side * lens.fv_px);  // rad
   for (int row = 0; row < image.rows; ++row)
     for (int column = 0; column < image.cols; ++column) {
       float sum = 0;
-      for (const auto& [x, y] : {std::pair{-0.25, -0.25}, {0.25, -0.25}, {-0.25, 0.25}, {0.25, 0.25}}) {
-        const Eigen::Vector3f h = R * camera.unproject({column + x, row + y})->h.cast<float>().normalized();
+      for (int k = 0; k < side * side; ++k) {
+        const Eigen::Vector2d at(column + (k % side + 0.5) / side - 0.5, row + (k / side + 0.5) / side - 0.5);
+        const Eigen::Vector3f h = R * camera.unproject(at)->h.cast<float>().normalized();
         const Surface surface = nearest(origin, h);
-        const float footprint = 0.5F * surface.distance / static_cast<float>(lens.fv_px) /
-                                std::sqrt(std::max(0.05F, std::abs(h(surface.axis))));
-        sum += grey(surface, origin + surface.distance * h, footprint);
+        const float oblique = std::sqrt(std::max(0.05F, std::abs(h(surface.axis))));
+        sum += grey(surface, origin + surface.distance * h, surface.distance * pixel / oblique);
       }
-      image.ptr<uchar>(row)[column] = static_cast<uchar>(std::lround(sum / 4));
+      image.ptr<uchar>(row)[column] = static_cast<uchar>(std::lround(sum / static_cast<float>(side * side)));
     }
   return image;
 }
@@ -171,7 +173,7 @@ Eigen::Isometry3d Walk::X_WC(double t) const {
   // speed grows over the first step: phase' = ease
   const double phase =
       walked < step_s ? step_s * (ramp * ramp * ramp - ramp * ramp * ramp * ramp / 2) : walked - step_s / 2;
-  const double angle = path == Path::standing ? 0 : 2 * std::numbers::pi * phase / (end - step_s / 2);
+  const double angle = path == Path::standing ? 0 : 2 * std::numbers::pi * turns * phase / (end - step_s / 2);
   const double wave = std::numbers::pi * walked / step_s;
   const double swing = path == Path::standing ? 0 : ease;
   const Eigen::Matrix3d R_WB = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -194,11 +196,11 @@ Calibration calibration() {
   return c;
 }
 
-std::vector<cv::Mat> render(const Room& room, const Walk& walk) {
+std::vector<cv::Mat> render(const Room& room, const Walk& walk, int side) {
   const Camera camera(calibration().camera);
   std::vector<cv::Mat> images;
   for (int k = 0; k < walk.frames(); ++k)
-    images.push_back(room.render(camera, walk.X_WC(seconds(walk.stamp(k)))));
+    images.push_back(room.render(camera, walk.X_WC(seconds(walk.stamp(k))), side));
   return images;
 }
 

@@ -27,8 +27,8 @@ class Normal {
 class Room {
  public:
   Room();
-  /// What a camera at X_WC sees, 8-bit grey, 2x2 rays a pixel.
-  cv::Mat render(const Camera& camera, const Eigen::Isometry3d& X_WC) const;
+  /// What a camera at X_WC sees, 8-bit grey, side x side rays a pixel.
+  cv::Mat render(const Camera& camera, const Eigen::Isometry3d& X_WC, int side) const;
   /// Where the ray from `origin` along `direction` meets the first surface.
   Eigen::Vector3d hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
@@ -54,6 +54,7 @@ enum class Path { tangent, perpendicular, standing };
 struct Walk {
   Path path = Path::tangent;
   double radius_m = 0.75, duration_s = 28, stand_s = 0.5;
+  double turns = 1;  ///< of the circle, walked in duration_s
   double sway_m = 0.03, bounce_m = 0.01, step_s = 0.8;
   double slip = 0.03;        ///< the plan walks this much further than the robot
   double yaw_error = 0.042;  ///< and turns this much further
@@ -70,7 +71,7 @@ struct Walk {
 Calibration calibration();
 
 /// The images of a walk without noise.
-std::vector<cv::Mat> render(const Room& room, const Walk& walk);
+std::vector<cv::Mat> render(const Room& room, const Walk& walk, int side = 1);
 
 /// The frames of a walk: images (rendered once), and per seed the noisy observations.
 class Recording {

@@ -1,0 +1,108 @@
+// The filter run twice: the same from the same seed, and no worse than honest where its camera tells nothing.
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "slam/filter.h"
+#include "slam/motion_model.h"
+#include "slam/plan.h"
+#include "tests/slam/synthetic_room.h"
+
+namespace slam {
+namespace {
+
+constexpr int kSeen = 12;  // frames, at 10 Hz
+
+const synthetic::Recording& recording() {
+  static const synthetic::Recording recording = [] {
+    synthetic::Walk walk;
+    walk.rate_hz = 10;
+    walk.duration_s = 2.4;
+    walk.radius_m = 0.1;
+    return synthetic::Recording(walk, synthetic::render(synthetic::Room(), walk));
+  }();
+  return recording;
+}
+
+Filter filter(std::uint64_t seed) {
+  return Filter(Options(), synthetic::calibration(), recording().walk().X_WC(0), seed);
+}
+
+/// Runs over all frames; from frame kSeen on, `spoil` has its way with what the filter is given.
+template <typename Spoil>
+std::vector<FrameReport> run(Filter& filter, const Spoil& spoil) {
+  std::vector<FrameReport> reports;
+  for (int k = 0; k < recording().walk().frames(); ++k) {
+    Observation o = recording().observation(k);
+    if (k >= kSeen) spoil(o);
+    reports.push_back(filter.step(o));
+  }
+  return reports;
+}
+
+void nothing(Observation&) {}
+
+TEST(FilterRepeat, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {
+  Filter a = filter(3), b = filter(3), c = filter(4);
+  run(a, nothing), run(b, nothing), run(c, nothing);
+  EXPECT_EQ(a.estimate().X_WC.matrix(), b.estimate().X_WC.matrix());
+  EXPECT_EQ(a.estimate().covariance, b.estimate().covariance);
+  EXPECT_NE(a.estimate().X_WC.matrix(), c.estimate().X_WC.matrix());
+}
+
+TEST(FilterRepeat, BlackAndWhiteImagesAreNamedAndTakeNoLandmarkAway) {
+  for (const double grey : {0.0, 255.0}) {
+    Filter f = filter(3);
+    const auto reports = run(f, [&](Observation& o) { o.image.setTo(cv::Scalar(grey)); });
+    EXPECT_EQ(reports.back().landmarks, reports[kSeen - 1].landmarks) << grey;
+    EXPECT_GT(reports.back().landmarks, 0);
+    EXPECT_NE(reports.back().refused.find("flat"), std::string::npos) << grey;
+    EXPECT_EQ(reports.back().health, Health::ok);
+  }
+}
+
+TEST(FilterRepeat, WithoutImagesPlanAndSensorsUncertaintyGrowsFromFrameToFrame) {
+  Filter f = filter(3);
+  double before = 0;
+  for (int k = 0; k < recording().walk().frames(); ++k) {
+    Observation o = recording().observation(k);
+    if (k >= kSeen) {
+      o.image = cv::Mat();
+      o.gyro.clear();
+      o.accelerometer.clear();
+      o.plan.reset();
+    }
+    EXPECT_EQ(f.step(o).health, Health::ok);
+    const double trace = f.estimate().covariance.trace();
+    if (k >= kSeen) EXPECT_GT(trace, before) << k;
+    before = trace;
+  }
+  EXPECT_TRUE(f.estimate().X_WC.matrix().allFinite());
+}
+
+TEST(FilterRepeat, AFrozenImageLeavesTheFilterFiniteAndOkOrDivergedWithACause) {
+  Filter f = filter(3);
+  const cv::Mat frozen = recording().observation(kSeen).image;
+  const auto reports = run(f, [&](Observation& o) { o.image = frozen.clone(); });
+  EXPECT_TRUE(f.estimate().X_WC.matrix().allFinite());
+  EXPECT_TRUE(f.estimate().covariance.allFinite());
+  EXPECT_EQ(reports.back().health == Health::ok, reports.back().cause.empty());
+}
+
+TEST(FilterRepeat, SignOfTheQuaternionDoesNotMatterToMotionOrPlan) {
+  RobotVector x = RobotVector::LinSpaced(-0.4, 0.9);
+  x.segment<4>(kOrientation).normalize();
+  RobotVector flipped = x;
+  flipped.segment<4>(kOrientation) *= -1;
+  const Impulse impulse{{0.02, -0.33, 0.05}, 0.03, 0.001};
+  RobotVector a = predict_motion(x, 0.03, impulse, Options()).x;
+  const RobotVector b = predict_motion(flipped, 0.03, impulse, Options()).x;
+  a.segment<4>(kOrientation) *= -1;
+  EXPECT_EQ(a, b);
+  const PlannedStride stride{{0.2, 0, 0.1}, {0.1, 0, 0}, {0, 1.3, 0}};
+  EXPECT_EQ(Eigen::Vector3d(measure_velocity(x, stride, {}).innovation),
+            Eigen::Vector3d(measure_velocity(flipped, stride, {}).innovation));
+}
+
+}  // namespace
+}  // namespace slam
