@@ -55,7 +55,7 @@ Measurement random_measurement(int rows, int landmark_at, double sigma, Normal& 
 Eigen::MatrixXd dense_H(const Measurement& m, int size) {
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m.rows, size);
   H.leftCols<kRobot>() = m.H_robot;
-  H.middleCols(m.landmark_at, m.H_landmark.cols()) += m.H_landmark;
+  if (m.H_landmark.cols() > 0) H.middleCols(m.landmark_at, m.H_landmark.cols()) += m.H_landmark;
   return H;
 }
 
