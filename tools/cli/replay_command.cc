@@ -37,7 +37,8 @@ struct Request {
 /// What the recording has in it cannot be changed by replaying it.
 void require_replayable(const bench::ReadScenario& read) {
   for (const auto& [key, origin] : read.origin) {
-    const bool recorded = key.starts_with("walk.") || key.starts_with("world.") || key.starts_with("camera.");
+    const bool recorded = key.starts_with("walk.") || key.starts_with("stabilizer.") ||
+                          key.starts_with("world.") || key.starts_with("camera.");
     if (recorded && origin.starts_with("argument")) {
       throw UsageError(
           fmt::format("{}: shapes the recording, which replay does not change; run the scenario again", key));
