@@ -14,10 +14,11 @@ struct Consent {
 
 /// νᵀS⁻¹ν of match j once match i has been believed.
 double distance_given(const Joint& joint, int i, int j) {
-  const Eigen::Matrix2d S_i = joint.S.block<2, 2>(2 * i, 2 * i), S_ji = joint.S.block<2, 2>(2 * j, 2 * i);
+  const Eigen::Matrix2d S_i = joint.S().block<2, 2>(2 * i, 2 * i), S_ji = joint.S().block<2, 2>(2 * j, 2 * i);
   const Eigen::Matrix2d gain = S_i.llt().solve(S_ji.transpose()).transpose();
-  const Eigen::Vector2d nu = joint.innovation.segment<2>(2 * j) - gain * joint.innovation.segment<2>(2 * i);
-  const Eigen::Matrix2d S = joint.S.block<2, 2>(2 * j, 2 * j) - gain * S_ji.transpose();
+  const Eigen::Vector2d nu =
+      joint.innovation().segment<2>(2 * j) - gain * joint.innovation().segment<2>(2 * i);
+  const Eigen::Matrix2d S = joint.S().block<2, 2>(2 * j, 2 * j) - gain * S_ji.transpose();
   return S.llt().matrixL().solve(nu).squaredNorm();
 }
 
@@ -25,8 +26,8 @@ Consent consent_with(const Joint& joint, int i, double gate) {
   const int count = static_cast<int>(joint.first_row.size()) - 1;
   Consent consent;
   for (int j = 0; j < count; ++j) {
-    const Eigen::Vector2d nu = joint.innovation.segment<2>(2 * j);
-    const double d = i == j ? joint.S.block<2, 2>(2 * i, 2 * i).llt().matrixL().solve(nu).squaredNorm()
+    const Eigen::Vector2d nu = joint.innovation().segment<2>(2 * j);
+    const double d = i == j ? joint.S().block<2, 2>(2 * i, 2 * i).llt().matrixL().solve(nu).squaredNorm()
                             : distance_given(joint, i, j);
     if (!(d < gate)) continue;
     consent.matches.push_back(static_cast<std::size_t>(j));
@@ -39,8 +40,8 @@ Consent consent_with(const Joint& joint, int i, double gate) {
 std::vector<std::size_t> rescue(const Joint& joint, const std::vector<std::size_t>& consent, double gate) {
   Joint agreed;
   select(joint, consent, agreed);
-  const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S);
-  const Eigen::VectorXd white = llt.matrixL().solve(agreed.innovation);
+  const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S());
+  const Eigen::VectorXd white = llt.matrixL().solve(agreed.innovation());
   std::vector<std::size_t> all;
   for (std::size_t j = 0; j + 1 < joint.first_row.size(); ++j) {
     if (std::binary_search(consent.begin(), consent.end(), j)) {
@@ -48,12 +49,12 @@ std::vector<std::size_t> rescue(const Joint& joint, const std::vector<std::size_
       continue;
     }
     const int row = joint.first_row[j];
-    Eigen::MatrixXd cross(agreed.S.rows(), 2);
+    Eigen::MatrixXd cross(agreed.rows, 2);
     for (std::size_t k = 0; k < consent.size(); ++k)
-      cross.middleRows<2>(2 * static_cast<int>(k)) = joint.S.block<2, 2>(joint.first_row[consent[k]], row);
+      cross.middleRows<2>(2 * static_cast<int>(k)) = joint.S().block<2, 2>(joint.first_row[consent[k]], row);
     llt.matrixL().solveInPlace(cross);
-    const Eigen::Vector2d nu = joint.innovation.segment<2>(row) - cross.transpose() * white;
-    const Eigen::Matrix2d S = joint.S.block<2, 2>(row, row) - cross.transpose() * cross;
+    const Eigen::Vector2d nu = joint.innovation().segment<2>(row) - cross.transpose() * white;
+    const Eigen::Matrix2d S = joint.S().block<2, 2>(row, row) - cross.transpose() * cross;
     if (S.llt().matrixL().solve(nu).squaredNorm() < gate) all.push_back(j);
   }
   return all;
@@ -75,20 +76,25 @@ std::vector<std::size_t> largest_consensus(const Joint& joint, double gate) {
 void sharpen(Joint& joint, const std::vector<Measurement>& measurements, double ratio) {
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
-    joint.S.block(joint.first_row[i], joint.first_row[i], m.rows, m.rows) -= (1 - ratio * ratio) * m.R;
+    joint.S().block(joint.first_row[i], joint.first_row[i], m.rows, m.rows) -= (1 - ratio * ratio) * m.R;
   }
 }
 
 void select(const Joint& joint, const std::vector<std::size_t>& keep, Joint& selected) {
-  std::vector<int> rows;
   selected.first_row.assign(1, 0);
-  for (const std::size_t i : keep) {
-    for (int row = joint.first_row[i]; row < joint.first_row[i + 1]; ++row) rows.push_back(row);
-    selected.first_row.push_back(static_cast<int>(rows.size()));
+  for (const std::size_t i : keep)
+    selected.first_row.push_back(selected.first_row.back() + joint.first_row[i + 1] - joint.first_row[i]);
+  selected.resize(joint.size, selected.first_row.back());
+  for (std::size_t k = 0; k < keep.size(); ++k) {
+    const int from = joint.first_row[keep[k]], to = selected.first_row[k];
+    const int rows = selected.first_row[k + 1] - to;
+    selected.innovation().segment(to, rows) = joint.innovation().segment(from, rows);
+    selected.PHt().middleCols(to, rows) = joint.PHt().middleCols(from, rows);
+    for (std::size_t l = 0; l < keep.size(); ++l) {
+      const int column = joint.first_row[keep[l]], count = joint.first_row[keep[l] + 1] - column;
+      selected.S().block(to, selected.first_row[l], rows, count) = joint.S().block(from, column, rows, count);
+    }
   }
-  selected.innovation = joint.innovation(rows);
-  selected.PHt = joint.PHt(Eigen::all, rows);
-  selected.S = joint.S(rows, rows);
 }
 
 }  // namespace slam

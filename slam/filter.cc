@@ -189,8 +189,7 @@ std::optional<Impulse> Filter::Workings::felt_impulse(const Observation& o) {
   const double believable = options.motion.sigma_acceleration_m_s2 * dt;
   bool trusted = V.squaredNorm() < kGate3 * believable * believable;
   if (const auto m = velocity_measurement(with.x, o); trusted && m) {
-    const RobotMatrix P =
-        with.F * kalman.state().storage_P.topLeftCorner<kRobot, kRobot>() * with.F.transpose() + with.Q;
+    const RobotMatrix P = with.F * kalman.state().marginal<kRobot>(0) * with.F.transpose() + with.Q;
     const Eigen::Matrix3d S = m->H_robot * P * m->H_robot.transpose() + m->R;
     trusted = S.llt().matrixL().solve(m->innovation).squaredNorm() < kGate3;
   }
@@ -266,9 +265,8 @@ void Filter::Workings::update_with(const std::vector<Measurement>& found,
     }
     if (!keep.empty()) {
       select(strict, keep, agreed);
-      const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S);
-      report.vision =
-          Nis{llt.matrixL().solve(agreed.innovation).squaredNorm(), static_cast<int>(agreed.S.rows())};
+      const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S());
+      report.vision = Nis{llt.matrixL().solve(agreed.innovation()).squaredNorm(), agreed.rows};
       select(joint, keep, agreed);
       update(agreed, "vision");
     }
@@ -328,7 +326,7 @@ void Filter::Workings::publish() {
   Eigen::Matrix<double, 6, 7> J = Eigen::Matrix<double, 6, 7>::Zero();  // of (orientation, position) errors
   J.block<3, 4>(0, kOrientation) = 2 * left_matrix(back).bottomRows<3>();
   J.block<3, 3>(3, kPosition).setIdentity();
-  const Matrix6d covariance = J * state.storage_P.topLeftCorner<7, 7>() * J.transpose();
+  const Matrix6d covariance = J * state.marginal<7>(0) * J.transpose();
   estimate.covariance = (covariance + covariance.transpose()) / 2;  // symmetric to the last bit
 }
 
@@ -339,10 +337,11 @@ std::vector<MapPoint> Filter::map() const {
     const int at = landmark.at, size = landmark.size();
     const Parameters y = state.storage_x.segment(at, size);
     const auto J = position_jacobian(landmark.kind, y);
-    points.push_back({landmark.id, std::holds_alternative<Point>(landmark.kind) ? "point" : "inverse_depth",
-                      position(landmark.kind, y),
-                      J * state.storage_P.block(at, at, size, size) * J.transpose(), landmark.begun,
-                      landmark.attempts, landmark.successes});
+    points.push_back(
+        {landmark.id, std::holds_alternative<Point>(landmark.kind) ? "point" : "inverse_depth",
+         position(landmark.kind, y),
+         J * state.storage_P.block(at, at, size, size).selfadjointView<Eigen::Lower>() * J.transpose(),
+         landmark.begun, landmark.attempts, landmark.successes});
   }
   return points;
 }

@@ -9,19 +9,31 @@ namespace {
 
 constexpr int kRoomToGrow = 96;  // parameters
 
-/// The symmetric matrix' upper triangle from its lower one.
-template <typename Matrix>
-void mirror(Matrix&& P) {
-  P.template triangularView<Eigen::StrictlyUpper>() = P.transpose();
+/// At least that many rows and columns; what they hold is lost.
+void make_room(Eigen::MatrixXd& storage, int rows, int columns) {
+  const Eigen::Index old_rows = storage.rows(), old_columns = storage.cols();
+  if (rows <= old_rows && columns <= old_columns) return;
+  storage.resize(rows <= old_rows ? old_rows : rows + kRoomToGrow,
+                 std::max<Eigen::Index>(columns, old_columns));
 }
 
 }  // namespace
+
+void Joint::resize(int state_size, int row_count) {
+  size = state_size;
+  rows = row_count;
+  if (rows > storage_innovation.size()) storage_innovation.resize(rows);
+  make_room(storage_H_robot, rows, kRobot);
+  make_room(storage_PHt, size, rows);
+  make_room(storage_S, rows, rows);
+}
 
 Kalman::Kalman(const RobotVector& x, const RobotMatrix& P, bool observability_constrained)
     : observability_constrained_(observability_constrained) {
   state_.storage_x = x;
   state_.storage_P = P;
   state_.storage_null = robot_null_yaw(x);
+  robot_columns_.resize(kRobot, kRobot);
 }
 
 void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q) {
@@ -36,12 +48,12 @@ void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatr
   state_.storage_x.head<kRobot>() = f;
   state_.storage_null.head<kRobot>() = after;
   const int rest = state_.size - kRobot;
-  auto P = state_.storage_P.topLeftCorner(state_.size, state_.size);
-  const RobotMatrix P_robot = A * P.topLeftCorner<kRobot, kRobot>() * A.transpose() + Q;
-  P.topLeftCorner<kRobot, kRobot>() = P_robot;
-  P.topRightCorner(kRobot, rest) = (A * P.topRightCorner(kRobot, rest)).eval();
-  P.bottomLeftCorner(rest, kRobot) = P.topRightCorner(kRobot, rest).transpose();
-  mirror(P.topLeftCorner<kRobot, kRobot>());
+  auto& P = state_.storage_P;
+  P.topLeftCorner<kRobot, kRobot>() = A * state_.marginal<kRobot>(0) * A.transpose() + Q;
+  auto cross = P.block(kRobot, 0, rest, kRobot);
+  auto before = robot_columns_.topRows(rest);
+  before = cross;
+  cross.noalias() = before * A.transpose();
 }
 
 void Kalman::constrain(Measurement& m) const {
@@ -65,19 +77,20 @@ void Kalman::constrain(Measurement& m) const {
 }
 
 Measurement::Small<3, 3> Kalman::innovation_covariance(const Measurement& m) const {
-  const auto P_robot = state_.storage_P.topLeftCorner<kRobot, kRobot>();
-  Measurement::Small<3, kRobot> HP = m.H_robot * P_robot;
+  const auto& P = state_.storage_P;
+  const auto P_robot = P.topLeftCorner<kRobot, kRobot>().selfadjointView<Eigen::Lower>();
+  const Measurement::Small<3, kRobot> HP_robot = m.H_robot * P_robot;
   Measurement::Small<3, 3> S = m.R;
+  S.noalias() += HP_robot * m.H_robot.transpose();
   const int count = static_cast<int>(m.H_landmark.cols());
-  if (count > 0) {
-    const auto P_cross = state_.storage_P.block(m.landmark_at, 0, count, kRobot);
-    const Measurement::Small<3, 6> HP_landmark =
-        m.H_robot * P_cross.transpose() +
-        m.H_landmark * state_.storage_P.block(m.landmark_at, m.landmark_at, count, count);
-    HP += m.H_landmark * P_cross;
-    S += HP_landmark * m.H_landmark.transpose();
-  }
-  return S + HP * m.H_robot.transpose();
+  if (count == 0) return S;
+  const Measurement::Small<3, 6> cross = m.H_robot * P.block(m.landmark_at, 0, count, kRobot).transpose();
+  const Measurement::Small<3, 3> both = cross * m.H_landmark.transpose();
+  const Measurement::Small<3, 6> own =
+      m.H_landmark * P.block(m.landmark_at, m.landmark_at, count, count).selfadjointView<Eigen::Lower>();
+  S += both + both.transpose();
+  S.noalias() += own * m.H_landmark.transpose();
+  return S;
 }
 
 double Kalman::nis(const Measurement& m) const {
@@ -89,56 +102,73 @@ double Kalman::nis(const Measurement& m) const {
 void Kalman::stack(const std::vector<Measurement>& measurements, Joint& joint) const {
   joint.first_row.assign(1, 0);
   for (const Measurement& m : measurements) joint.first_row.push_back(joint.first_row.back() + m.rows);
-  const int rows = joint.first_row.back();
-  const int size = state_.size;
-  joint.innovation.resize(rows);
-  joint.PHt.resize(size, rows);
-  joint.S.resize(rows, rows);
+  joint.resize(state_.size, joint.first_row.back());
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
-    const int count = static_cast<int>(m.H_landmark.cols());
-    auto columns = joint.PHt.middleCols(joint.first_row[i], m.rows);
-    columns.noalias() = state_.storage_P.topLeftCorner(size, kRobot) * m.H_robot.transpose();
-    if (count > 0)
-      columns.noalias() += state_.storage_P.block(0, m.landmark_at, size, count) * m.H_landmark.transpose();
-    joint.innovation.segment(joint.first_row[i], m.rows) = m.innovation;
+    joint.innovation().segment(joint.first_row[i], m.rows) = m.innovation;
+    joint.H_robot().middleRows(joint.first_row[i], m.rows) = m.H_robot;
   }
+  const int rest = state_.size - kRobot;
+  joint.PHt().topRows<kRobot>().noalias() = state_.marginal<kRobot>(0) * joint.H_robot().transpose();
+  joint.PHt().bottomRows(rest).noalias() =
+      state_.storage_P.block(kRobot, 0, rest, kRobot) * joint.H_robot().transpose();
+  for (std::size_t i = 0; i < measurements.size(); ++i)
+    add_landmark_part(measurements[i], joint.PHt().middleCols(joint.first_row[i], measurements[i].rows));
+  joint.S().noalias() = joint.H_robot() * joint.PHt().topRows<kRobot>();
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
     const int count = static_cast<int>(m.H_landmark.cols());
-    auto S_rows = joint.S.middleRows(joint.first_row[i], m.rows);
-    S_rows.noalias() = m.H_robot * joint.PHt.topRows(kRobot);
-    if (count > 0) S_rows.noalias() += m.H_landmark * joint.PHt.middleRows(m.landmark_at, count);
+    auto S_rows = joint.S().middleRows(joint.first_row[i], m.rows);
+    if (count > 0) S_rows += m.H_landmark.lazyProduct(joint.PHt().middleRows(m.landmark_at, count));
     S_rows.middleCols(joint.first_row[i], m.rows) += m.R;
   }
 }
 
+/// Adds to PHᵀ what the measurement's landmark brings, from the lower triangle of P.
+void Kalman::add_landmark_part(const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) const {
+  const auto& P = state_.storage_P;
+  const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
+  if (count == 0) return;
+  const int below = state_.size - at - count;
+  PHt.topRows(at) += P.block(at, 0, count, at).transpose().lazyProduct(m.H_landmark.transpose());
+  PHt.middleRows(at, count) +=
+      P.block(at, at, count, count).selfadjointView<Eigen::Lower>() * m.H_landmark.transpose();
+  for (int k = 0; k < count; ++k)
+    for (int row = 0; row < m.rows; ++row)
+      PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
+}
+
 bool Kalman::update(const Joint& joint) {
-  const Eigen::LLT<Eigen::MatrixXd> llt(joint.S);
-  if (llt.info() != Eigen::Success || !joint.innovation.allFinite()) return false;
+  make_room(L_, joint.rows, joint.rows);
+  make_room(W_, joint.size, joint.rows);
+  if (joint.rows > white_.size()) white_.resize(joint.rows);
+  auto L = L_.topLeftCorner(joint.rows, joint.rows);
+  L = joint.S();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(L);
+  if (llt.info() != Eigen::Success || !joint.innovation().allFinite()) return false;
   const int size = state_.size;
-  W_ = joint.PHt;
-  llt.matrixU().solveInPlace<Eigen::OnTheRight>(W_);  // W = PHᵀ L⁻ᵀ
-  state_.storage_x.head(size).noalias() += W_ * llt.matrixL().solve(joint.innovation);
-  auto P = state_.storage_P.topLeftCorner(size, size);
-  P.selfadjointView<Eigen::Lower>().rankUpdate(W_, -1);
-  mirror(P);
+  auto W = W_.topLeftCorner(size, joint.rows);
+  W = joint.PHt();
+  llt.matrixU().solveInPlace<Eigen::OnTheRight>(W);  // W = PHᵀ L⁻ᵀ
+  auto white = white_.head(joint.rows);
+  white = joint.innovation();
+  llt.matrixL().solveInPlace(white);
+  state_.storage_x.head(size).noalias() += W * white;
+  state_.storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>().rankUpdate(W, -1);
   normalise_orientation();
   return true;
 }
 
 void Kalman::normalise_orientation() {
   const Eigen::Vector4d q = state_.orientation();
-  const Eigen::Matrix4d N = normalised_jacobian(q);
-  const int size = state_.size;
-  auto P = state_.storage_P.topLeftCorner(size, size);
+  const Eigen::Matrix4d N = normalised_jacobian(q);  // symmetric
+  auto& P = state_.storage_P;
   state_.storage_x.segment<4>(kOrientation) = q.normalized();
   state_.storage_null.segment<4>(kOrientation) = (N * state_.storage_null.segment<4>(kOrientation)).eval();
-  P.middleCols<4>(kOrientation) = (P.middleCols<4>(kOrientation) * N.transpose()).eval();
-  const Eigen::Matrix4d P_qq = N * P.block<4, 4>(kOrientation, kOrientation);
-  P.middleRows<4>(kOrientation) = P.middleCols<4>(kOrientation).transpose();
-  P.block<4, 4>(kOrientation, kOrientation) = P_qq;
-  mirror(P.block<4, 4>(kOrientation, kOrientation));
+  P.block<4, kOrientation>(kOrientation, 0) = (N * P.block<4, kOrientation>(kOrientation, 0)).eval();
+  P.block<4, 4>(kOrientation, kOrientation) = N * state_.marginal<4>(kOrientation) * N;
+  for (int row = kOrientation + 4; row < state_.size; ++row)
+    P.block<1, 4>(row, kOrientation) = (P.block<1, 4>(row, kOrientation) * N).eval();
 }
 
 void Kalman::reserve(int size) {
@@ -147,6 +177,7 @@ void Kalman::reserve(int size) {
   state_.storage_x.conservativeResize(room);
   state_.storage_null.conservativeResize(room);
   state_.storage_P.conservativeResize(room, room);
+  robot_columns_.resize(room, kRobot);
 }
 
 int Kalman::append(const Beginning& beginning) {
@@ -156,43 +187,45 @@ int Kalman::append(const Beginning& beginning) {
   state_.storage_x.segment<6>(at) = beginning.y;
   state_.storage_null.segment<6>(at) = beginning.J_robot * state_.storage_null.head<kRobot>();
   auto& P = state_.storage_P;
-  P.block(at, 0, 6, at).noalias() = beginning.J_robot * P.block(0, 0, kRobot, at);
-  P.block(0, at, at, 6) = P.block(at, 0, 6, at).transpose();
-  P.block<6, 6>(at, at) = beginning.J_robot * P.block(0, at, kRobot, 6) + beginning.noise;
-  mirror(P.block<6, 6>(at, at));
+  P.block<6, kRobot>(at, 0) = beginning.J_robot * state_.marginal<kRobot>(0);
+  P.block(at, kRobot, 6, at - kRobot).noalias() =
+      beginning.J_robot * P.block(kRobot, 0, at - kRobot, kRobot).transpose();
+  P.block<6, 6>(at, at) = P.block<6, kRobot>(at, 0) * beginning.J_robot.transpose() + beginning.noise;
   return at;
 }
 
-void Kalman::replace(int at, int before, const Eigen::VectorXd& y, const Eigen::MatrixXd& J) {
+void Kalman::replace(int at, int before, const Eigen::Ref<const Eigen::VectorXd>& y,
+                     const Eigen::Ref<const Eigen::MatrixXd>& J) {
   const int now = static_cast<int>(y.size());
-  const int size = state_.size;
+  const int below = state_.size - at - before;
   auto& P = state_.storage_P;
-  P.block(at, 0, now, size) = (J * P.block(at, 0, before, size)).eval();
-  P.block(0, at, size, now) = (P.block(0, at, size, before) * J.transpose()).eval();
-  mirror(P.block(at, at, now, now));
-  state_.storage_null.segment(at, now) = (J * state_.storage_null.segment(at, before)).eval();
+  for (int column = 0; column < at; ++column)
+    P.block(at, column, now, 1) = Parameters(J * P.block(at, column, before, 1));
+  const ParameterJacobian JP = J * P.block(at, at, before, before).selfadjointView<Eigen::Lower>();
+  P.block(at, at, now, now) = JP * J.transpose();
+  for (int row = at + before; row < at + before + below; ++row)
+    P.block(row, at, 1, now) = Parameters(J * P.block(row, at, 1, before).transpose()).transpose();
+  state_.storage_null.segment(at, now) = Parameters(J * state_.storage_null.segment(at, before));
   state_.storage_x.segment(at, now) = y;
   erase(at + now, before - now);
 }
 
 void Kalman::erase(int at, int count) {
-  const int rest = state_.size - at - count;
   const int size = state_.size;
   auto& P = state_.storage_P;
-  for (int column = 0; column < size; ++column) {
-    double* const begin = P.col(column).data();
-    std::copy(begin + at + count, begin + size, begin + at);
+  for (int column = 0; column < size - count; ++column) {
+    const int from = column < at ? column : column + count;  // its lower part, from row max(at, column) on
+    const double* const old = P.col(from).data();
+    std::copy(old + std::max(at + count, from), old + size, P.col(column).data() + std::max(at, column));
   }
-  for (int column = at; column < at + rest; ++column)
-    P.col(column).head(size - count) = P.col(column + count).head(size - count);
   for (auto* values : {&state_.storage_x, &state_.storage_null})
     std::copy(values->data() + at + count, values->data() + size, values->data() + at);
   state_.size -= count;
 }
 
 bool Kalman::sound() const {
-  return state_.x().allFinite() && state_.P().diagonal().allFinite() &&
-         state_.P().diagonal().minCoeff() >= -1e-12;
+  const auto variances = state_.storage_P.diagonal().head(state_.size);
+  return state_.x().allFinite() && variances.allFinite() && variances.minCoeff() >= -1e-12;
 }
 
 }  // namespace slam

@@ -27,11 +27,21 @@ struct Measurement {
   Small<3, 3> R;
 };
 
-/// Several measurements of one instant, stacked: PHᵀ and S = HPHᵀ + R.
+/// Several measurements of one instant, stacked: ν, PHᵀ and S = HPHᵀ + R. Storage grows ahead of need.
 struct Joint {
-  Eigen::VectorXd innovation;
-  Eigen::MatrixXd PHt, S;
+  int size = 0, rows = 0;  ///< of the state, of the measurements
+  Eigen::VectorXd storage_innovation;
+  Eigen::MatrixXd storage_H_robot, storage_PHt, storage_S;
   std::vector<int> first_row;  ///< of each measurement, and the end
+
+  auto innovation() { return storage_innovation.head(rows); }
+  auto innovation() const { return storage_innovation.head(rows); }
+  auto H_robot() { return storage_H_robot.topRows(rows); }
+  auto PHt() { return storage_PHt.topLeftCorner(size, rows); }
+  auto PHt() const { return storage_PHt.topLeftCorner(size, rows); }
+  auto S() { return storage_S.topLeftCorner(rows, rows); }
+  auto S() const { return storage_S.topLeftCorner(rows, rows); }
+  void resize(int state_size, int row_count);
 };
 
 /// Where the next landmark's parameters come from: y = g(robot, z), ∂y/∂robot, and the noise's share J R Jᵀ.
@@ -69,7 +79,8 @@ class Kalman {
   int append(const Beginning& beginning);
   /// Replaces `before` parameters at `at` by the y.size() given, with y = g(parameters) and J =
   /// ∂g/∂parameters.
-  void replace(int at, int before, const Eigen::VectorXd& y, const Eigen::MatrixXd& J);
+  void replace(int at, int before, const Eigen::Ref<const Eigen::VectorXd>& y,
+               const Eigen::Ref<const Eigen::MatrixXd>& J);
   /// Takes `count` parameters out of the state.
   void erase(int at, int count);
 
@@ -78,11 +89,13 @@ class Kalman {
 
  private:
   void reserve(int size);
+  void add_landmark_part(const Measurement& measurement, Eigen::Ref<Eigen::MatrixXd> PHt) const;
   void normalise_orientation();
 
   State state_;
   bool observability_constrained_;
-  Eigen::MatrixXd W_;  // work space
+  Eigen::MatrixXd W_, L_, robot_columns_;  // work space
+  Eigen::VectorXd white_;
 };
 
 }  // namespace slam

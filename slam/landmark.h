@@ -7,6 +7,7 @@
 #include "slam/inverse_depth.h"
 #include "slam/observation.h"
 #include "slam/patch.h"
+#include "slam/state.h"
 
 namespace slam {
 
@@ -16,9 +17,6 @@ struct Point {
 };
 
 using LandmarkKind = std::variant<Point, InverseDepth>;
-
-/// A landmark's part of the state vector, without the heap.
-using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 
 struct Landmark {
   int id = 0;

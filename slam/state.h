@@ -21,7 +21,12 @@ inline constexpr int kRobot = 22;
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
 using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;
 
-/// Mean and covariance. Storage grows ahead of need; the first size rows and columns are in use.
+/// A landmark's part of the state vector, and a derivative of it, without the heap.
+using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
+using ParameterJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+
+/// Mean and covariance. Storage grows ahead of need; the first size rows and columns are in use, and of the
+/// covariance only the lower triangle: what lies above the diagonal means nothing.
 /// null_yaw is the direction in which the whole world may turn about the vertical without any measurement
 /// noticing.
 struct State {
@@ -30,7 +35,13 @@ struct State {
   Eigen::MatrixXd storage_P = Eigen::MatrixXd::Zero(kRobot, kRobot);
 
   auto x() const { return storage_x.head(size); }
-  auto P() const { return storage_P.topLeftCorner(size, size); }
+  /// The whole covariance, both triangles.
+  Eigen::MatrixXd P() const { return storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>(); }
+  /// The covariance of Count parameters from `at` on, both triangles.
+  template <int Count>
+  Eigen::Matrix<double, Count, Count> marginal(int at) const {
+    return storage_P.block<Count, Count>(at, at).template selfadjointView<Eigen::Lower>();
+  }
   auto null_yaw() const { return storage_null.head(size); }
 
   Eigen::Vector3d position() const { return storage_x.segment<3>(kPosition); }

@@ -174,15 +174,14 @@ Joint matches(int good, int bad) {
   const auto noise = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
   const int count = good + bad;
   Joint joint;
-  joint.S = Eigen::MatrixXd::Zero(2 * count, 2 * count);
-  joint.innovation.resize(2 * count);
-  joint.PHt = Eigen::MatrixXd::Zero(3, 2 * count);
+  joint.resize(kRobot, 2 * count);
+  joint.PHt().setZero();
   for (int i = 0; i <= count; ++i) joint.first_row.push_back(2 * i);
   for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) joint.S.block<2, 2>(2 * i, 2 * j) = 25 * Eigen::Matrix2d::Identity();
-    joint.S.block<2, 2>(2 * i, 2 * i) += 0.04 * Eigen::Matrix2d::Identity();
-    joint.innovation.segment<2>(2 * i) = Eigen::Vector2d(6, -4) + 0.1 * Eigen::Vector2d(noise(), noise());
-    if (i >= good) joint.innovation.segment<2>(2 * i) = 8 * Eigen::Vector2d(noise(), noise());
+    for (int j = 0; j < count; ++j) joint.S().block<2, 2>(2 * i, 2 * j) = 25 * Eigen::Matrix2d::Identity();
+    joint.S().block<2, 2>(2 * i, 2 * i) += 0.04 * Eigen::Matrix2d::Identity();
+    joint.innovation().segment<2>(2 * i) = Eigen::Vector2d(6, -4) + 0.1 * Eigen::Vector2d(noise(), noise());
+    if (i >= good) joint.innovation().segment<2>(2 * i) = 8 * Eigen::Vector2d(noise(), noise());
   }
   return joint;
 }
@@ -199,8 +198,8 @@ TEST(Consensus, SelectionKeepsRowsTogether) {
   Joint selected;
   select(joint, {0, 2}, selected);
   EXPECT_EQ(selected.first_row, (std::vector<int>{0, 2, 4}));
-  EXPECT_EQ(selected.innovation.tail<2>(), joint.innovation.tail<2>());
-  EXPECT_EQ((selected.S.block<2, 2>(0, 2)), (joint.S.block<2, 2>(0, 4)));
+  EXPECT_EQ(selected.innovation().tail<2>(), joint.innovation().tail<2>());
+  EXPECT_EQ((selected.S().block<2, 2>(0, 2)), (joint.S().block<2, 2>(0, 4)));
 }
 
 }  // namespace
