@@ -10,7 +10,6 @@ namespace walking {
 namespace {
 
 constexpr double kSegment = 0.25;  // m, upper arm and forearm
-constexpr int kRightArm = 16, kLeftArm = 23, kElbow = 3;
 
 /// Hand below the shoulder in half-sitting, m: shoulder pitch 15 degrees, elbow -30 degrees.
 double hand_below_shoulder() { return 2 * kSegment * std::cos(15 * std::numbers::pi / 180); }
@@ -24,11 +23,6 @@ double foot_ahead(const Eigen::Isometry3d& X_PB, const Eigen::Isometry3d& X_PS) 
   return (X_PB.inverse() * X_PS).translation().x() - hrp2::kAnkleX;
 }
 
-void place(const ArmAngles& angles, int first_joint, JointVector& q) {
-  q(first_joint) = angles.shoulder_pitch;
-  q(first_joint + kElbow) = angles.elbow;
-}
-
 }  // namespace
 
 ArmAngles arm_swing(double foot_ahead_m) {
@@ -39,9 +33,9 @@ ArmAngles arm_swing(double foot_ahead_m) {
   return {at_shoulder - std::atan2(x, z), elbow};
 }
 
-void swing_arms(const Posture& posture, JointVector& q) {
-  place(arm_swing(foot_ahead(posture.X_PB, posture.X_PR)), kRightArm, q);
-  place(arm_swing(foot_ahead(posture.X_PB, posture.X_PL)), kLeftArm, q);
+Arms arm_swing(const Reference& reference) {
+  return {arm_swing(foot_ahead(reference.X_PB, reference.X_PR)),
+          arm_swing(foot_ahead(reference.X_PB, reference.X_PL))};
 }
 
 }  // namespace walking

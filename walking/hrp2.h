@@ -19,6 +19,9 @@ inline constexpr double kFootSpacing =
 inline constexpr double kWaistHeight = 0.6487018511825304;  ///< m, waist above the ground in half-sitting
 inline constexpr double kAnkleX = 0.00949035111398315;      ///< m, ankles ahead of the waist in half-sitting
 
+inline constexpr int kRightArm = 16, kLeftArm = 23;  ///< shoulder pitches in JointVector
+inline constexpr int kElbow = 3;                     ///< joints after its shoulder pitch
+
 /// Centre of mass in the waist's axes in half-sitting, m. The real one is 1.55 mm to the left: the plan is
 /// symmetric, so that left and right walks mirror each other, and leaves that offset to the stabiliser.
 inline const Eigen::Vector3d kComInWaist{0.013695, 0.0, 0.159589};

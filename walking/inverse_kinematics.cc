@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "walking/arm_swing.h"
 #include "walking/hrp2.h"
 
 namespace walking {
@@ -48,6 +47,11 @@ Eigen::Isometry3d ankle_above(const Eigen::Isometry3d& X_PS) {
   return X_PS * Eigen::Translation3d(0, 0, hrp2::kAnkleHeight);
 }
 
+void place(const ArmAngles& angles, int shoulder_pitch, JointVector& q) {
+  q(shoulder_pitch) = angles.shoulder_pitch;
+  q(shoulder_pitch + hrp2::kElbow) = angles.elbow;
+}
+
 }  // namespace
 
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
@@ -65,14 +69,15 @@ LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
   return solution;
 }
 
-BodySolution inverse_kinematics(const Posture& posture, ArmMotion arms) {
+BodySolution inverse_kinematics(const Posture& posture) {
   const Eigen::Isometry3d X_BP = posture.X_PB.inverse();
   const LegSolution right = leg_inverse_kinematics(Side::right, X_BP * ankle_above(posture.X_PR));
   const LegSolution left = leg_inverse_kinematics(Side::left, X_BP * ankle_above(posture.X_PL));
   BodySolution body{hrp2::half_sitting(), left.reached, right.reached};
   body.q.segment<6>(0) = right.q;
   body.q.segment<6>(6) = left.q;
-  if (arms == ArmMotion::swing) swing_arms(posture, body.q);
+  place(posture.arms.right, hrp2::kRightArm, body.q);
+  place(posture.arms.left, hrp2::kLeftArm, body.q);
   return body;
 }
 

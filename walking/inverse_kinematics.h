@@ -1,5 +1,4 @@
-// Joint angles that put waist and soles where they shall be: HRP-2's offset legs in closed form, the rest
-// half-sitting.
+// Joint angles that put waist and soles where they shall be: HRP-2's offset legs in closed form.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,11 +19,11 @@ struct LegSolution {
 /// with the knee's lateral offset of HRP-2.
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA);
 
-/// All joints for a posture; chest, head and hands in half-sitting, the arms as `arms` says.
+/// All joints for a posture; chest, head, wrists and hands in half-sitting.
 struct BodySolution {
   JointVector q;
   bool left_reached = true, right_reached = true;
 };
-BodySolution inverse_kinematics(const Posture& posture, ArmMotion arms = ArmMotion::still);
+BodySolution inverse_kinematics(const Posture& posture);
 
 }  // namespace walking

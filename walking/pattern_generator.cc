@@ -1,11 +1,14 @@
 #include "walking/pattern_generator.h"
 
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "walking/arm_momentum.h"
+#include "walking/arm_swing.h"
 #include "walking/hrp2.h"
 #include "walking/leg_limits.h"
 #include "walking/preview_control.h"
@@ -122,16 +125,25 @@ struct PatternGenerator::State {
   State(const WalkOptions& options, const Timeline& timeline, const CartTable& cart,
         const PreviewGains& gains, const WholeBody& model)
       : first(options, timeline, cart, gains) {
-    if (model) second.emplace(model, options.arm_motion, cart, gains);
+    if (options.arm_motion == ArmMotion::swing) arms = [](const Reference& r) { return arm_swing(r); };
+    if (options.arm_motion == ArmMotion::momentum && model) arms = ArmMomentum(model);
+    if (options.second_preview && model) second.emplace(model, cart, gains);
+  }
+
+  Reference first_stage() {
+    Reference reference = first.next();
+    if (arms) reference.arms = arms(reference);
+    return reference;
   }
 
   Reference next() {
-    if (!second) return first.next();
-    while (!second->ready()) second->push(first.next());
+    if (!second) return first_stage();
+    while (!second->ready()) second->push(first_stage());
     return second->pop();
   }
 
   FirstStage first;
+  std::function<Arms(const Reference&)> arms;  // none: half-sitting
   std::optional<SecondPreview> second;
   std::size_t tick = 0;
   Reference last;

@@ -14,8 +14,8 @@ class PatternGenerator {
  public:
   /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
   /// of range, a foot out of reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
-  /// With a model of the whole body the second preview stage makes its ZMP follow the reference, not the
-  /// cart-table's.
+  /// The second preview stage and arms that take up yaw momentum need a model of the whole body: without one
+  /// the plan is the cart-table's, its arms still.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
   ~PatternGenerator();
   PatternGenerator(PatternGenerator&&) noexcept;

@@ -39,8 +39,17 @@ using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc>;
 
 enum class SwingPolynomial { quintic, cubic };
 
-/// Whether the arms keep half-sitting or swing against the legs to make up for part of their yaw momentum.
-enum class ArmMotion { still, swing };
+/// What the arms do: keep half-sitting, swing against the legs by a heuristic, or take up the yaw momentum of
+/// the rest of the body (resolved momentum control).
+enum class ArmMotion { still, swing, momentum };
+
+/// Sagittal angles of an arm, rad; half-sitting unless said otherwise.
+struct ArmAngles {
+  double shoulder_pitch = 15 * std::numbers::pi / 180, elbow = -30 * std::numbers::pi / 180;
+};
+struct Arms {
+  ArmAngles right, left;
+};
 
 /// The scenario's keys walk.*, name for name.
 struct WalkOptions {
@@ -52,6 +61,7 @@ struct WalkOptions {
   double com_height_m = 0.814;
   SwingPolynomial swing = SwingPolynomial::quintic;
   ArmMotion arm_motion = ArmMotion::still;
+  bool second_preview = false;
   std::vector<Command> commands;
 };
 
@@ -71,6 +81,7 @@ struct Reference {
   double waist_yaw_rate = 0;                                   ///< rad/s
   Eigen::Isometry3d X_PL = Eigen::Isometry3d::Identity();  ///< left sole: point of the sole below the ankle
   Eigen::Isometry3d X_PR = Eigen::Isometry3d::Identity();  ///< right sole
+  Arms arms;
   Support support = Support::both;
   int command = 0;  ///< index into WalkOptions::commands of what is being carried out
 };

@@ -7,16 +7,14 @@
 
 namespace walking {
 
-SecondPreview::SecondPreview(WholeBody model, ArmMotion arms, const CartTable& cart,
-                             const PreviewGains& gains)
+SecondPreview::SecondPreview(WholeBody model, const CartTable& cart, const PreviewGains& gains)
     : model_(std::move(model)),
-      arms_(arms),
       horizon_(static_cast<int>(gains.preview.size())),
       errors_(horizon_),
       control_(cart, gains, Eigen::Vector2d::Zero()) {}
 
 void SecondPreview::push(const Reference& planned) {
-  const BodyPose pose{planned.X_PB, inverse_kinematics(posture_of(planned), arms_).q};
+  const BodyPose pose = pose_of(planned);
   if (planned_.empty()) pose_ = pose;
   const BodyMomentum momentum = model_(motion_between(pose_, pose));
   if (!planned_.empty()) learn_error(planned_.back().zmp_reference - multibody_zmp(momentum_, momentum));

@@ -14,7 +14,7 @@ namespace walking {
 /// corrects the first.
 class SecondPreview {
  public:
-  SecondPreview(WholeBody model, ArmMotion arms, const CartTable& cart, const PreviewGains& gains);
+  SecondPreview(WholeBody model, const CartTable& cart, const PreviewGains& gains);
 
   /// The first stage's plan, tick by tick.
   void push(const Reference& planned);
@@ -29,7 +29,6 @@ class SecondPreview {
   void learn_error(const Eigen::Vector2d& error);
 
   WholeBody model_;
-  ArmMotion arms_;
   int horizon_;
   PreviewWindow errors_;
   PreviewControl control_;

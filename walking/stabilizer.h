@@ -23,15 +23,16 @@ struct Felt {
   JointVector q = JointVector::Zero();  ///< encoders, rad
 };
 
-/// Where the stabiliser wants waist and soles, in P, for the inverse kinematics.
+/// Where the stabiliser wants waist and soles, in P, and the plan's arms, for the inverse kinematics.
 struct Posture {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity(), X_PL = Eigen::Isometry3d::Identity(),
                     X_PR = Eigen::Isometry3d::Identity();
+  Arms arms;
 };
 
 /// The plan's own posture, uncorrected.
 inline Posture posture_of(const Reference& reference) {
-  return {reference.X_PB, reference.X_PL, reference.X_PR};
+  return {reference.X_PB, reference.X_PL, reference.X_PR, reference.arms};
 }
 
 /// The scenario's keys walk.stabilizer.*, name for name. Each block can be switched off.

@@ -1,6 +1,12 @@
 #include "walking/whole_body.h"
 
+#include "walking/inverse_kinematics.h"
+
 namespace walking {
+
+BodyPose pose_of(const Reference& reference) {
+  return {reference.X_PB, inverse_kinematics(posture_of(reference)).q};
+}
 
 BodyMotion motion_between(const BodyPose& before, const BodyPose& after, double period) {
   const Eigen::Quaterniond from(before.X_PB.linear()), to(after.X_PB.linear());

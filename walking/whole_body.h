@@ -33,6 +33,9 @@ struct BodyMomentum {
 /// walked.
 using WholeBody = std::function<BodyMomentum(const BodyMotion&)>;
 
+/// The plan's own pose, by inverse kinematics.
+BodyPose pose_of(const Reference& reference);
+
 /// The motion half-way between two poses `period` apart that leads from one to the other at constant rates.
 BodyMotion motion_between(const BodyPose& before, const BodyPose& after, double period = kPeriod);
 

@@ -7,6 +7,7 @@
 #include "sim/bench/planned_camera.h"
 #include "sim/stream/random.h"
 #include "sim/world/head_camera.h"
+#include "sim/world/nominal_body.h"
 #include "sim/world/surfaces.h"
 #include "sim/world/world.h"
 #include "walking/inverse_kinematics.h"
@@ -57,7 +58,7 @@ Mounting mounting(const Scenario& scenario, const walking::JointVector& q, const
 }
 
 walking::JointVector joints(const walking::Reference& reference) {
-  return walking::inverse_kinematics({reference.X_PB, reference.X_PL, reference.X_PR}).q;
+  return walking::inverse_kinematics(walking::posture_of(reference)).q;
 }
 
 slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
@@ -159,7 +160,7 @@ stream::RecordingSetup setup(const Scenario& scenario, const Mounting& mounting,
 Run::Run(const ReadScenario& read, const std::filesystem::path& folder, const std::filesystem::path& models)
     : read_(read),
       folder_(folder),
-      generator_(scenario_.walk),
+      generator_(scenario_.walk, world::nominal_body(scenario_.world.robot, models)),
       stabilizer_(scenario_.stabilizer),
       mounting_(mounting(scenario_, q_, reference_.X_PB, models)),
       world_(scenario_.world, draw(scenario_), q_, reference_.X_PB, models),
@@ -197,7 +198,7 @@ void Run::walk(const Progress& progress) {
 void Run::tick() {
   const StageClock clock(frame_timing_.plan_and_physics_ms);
   const walking::Posture posture = stabilizer_.step(reference_, felt());
-  const walking::JointVector q = walking::inverse_kinematics(posture, scenario_.walk.arm_motion).q;
+  const walking::JointVector q = walking::inverse_kinematics(posture).q;
   world_.command(q, (q - q_) / walking::kPeriod);
   q_ = q;
 }

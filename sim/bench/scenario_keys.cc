@@ -30,8 +30,8 @@ auto& section(const std::optional<Section>& s) {
 
 constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096}, kFraction{0, 1},
     kGain{0, 1e6}, kTime{1e-3, 1e6};
-constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kArms{"still"sv, "swing"sv},
-    kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
+constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
+constexpr std::array kArms{"still"sv, "swing"sv, "momentum"sv};
 
 template <class Access>
 Key<Scenario> key(const std::string& name, Access access, const Domain& domain, const std::string& doc) {
@@ -63,7 +63,9 @@ void add_walk(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(walk, com_height_m), {0.3, 1.5}, "height of the cart-table model"));
   keys.push_back(key(GAITSLAM_KEY(walk, swing), {0, 0, kSwing}, "polynomial of the swing foot"));
   keys.push_back(key(GAITSLAM_KEY(walk, arm_motion), {0, 0, kArms},
-                     "arms keep half-sitting, or swing against the legs"));
+                     "arms keep half-sitting, swing against the legs, or take up the body's yaw momentum"));
+  keys.push_back(key(GAITSLAM_KEY(walk, second_preview), kAny,
+                     "the ZMP of the whole body follows the reference, not the cart-table's"));
   keys.push_back(commands_key());
 }
 

@@ -35,33 +35,36 @@ TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
   }
 }
 
-Posture standing() {
-  Posture posture;
-  posture.X_PB.translation() << 0, 0, hrp2::kWaistHeight;
-  posture.X_PL.translation() << hrp2::kAnkleX, 0.095, 0;
-  posture.X_PR.translation() << hrp2::kAnkleX, -0.095, 0;
-  return posture;
+Reference standing() {
+  Reference reference;
+  reference.X_PB.translation() << 0, 0, hrp2::kWaistHeight;
+  reference.X_PL.translation() << hrp2::kAnkleX, 0.095, 0;
+  reference.X_PR.translation() << hrp2::kAnkleX, -0.095, 0;
+  return reference;
+}
+
+JointVector swinging(Reference reference) {
+  reference.arms = arm_swing(reference);
+  return inverse_kinematics(posture_of(reference)).q;
 }
 
 TEST(ArmSwing, StandingRobotKeepsHalfSitting) {
-  const JointVector q = inverse_kinematics(standing(), ArmMotion::swing).q;
-  EXPECT_LT((q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((swinging(standing()) - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxes) {
-  Posture posture = standing();
-  posture.X_PL.translation().x() += 0.15;
-  posture.X_PR.translation().x() -= 0.15;
+  Reference stride = standing();
+  stride.X_PL.translation().x() += 0.15;
+  stride.X_PR.translation().x() -= 0.15;
   const Eigen::Isometry3d turned(Eigen::Translation3d(3, 1, 0) *
                                  Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ()));
-  for (auto* X : {&posture.X_PB, &posture.X_PL, &posture.X_PR}) *X = turned * *X;
-  const JointVector still = inverse_kinematics(posture).q,
-                    swinging = inverse_kinematics(posture, ArmMotion::swing).q;
-  EXPECT_NEAR(swinging(23) / kDegree, 18.48963, kPrinted);  // left shoulder
-  EXPECT_NEAR(swinging(16) / kDegree, 10.43198, kPrinted);  // right shoulder
-  EXPECT_NEAR(swinging(26) / kDegree, -28.92161, kPrinted);
-  EXPECT_NEAR(swinging(19) / kDegree, -28.92161, kPrinted);
-  JointVector difference = swinging - still;
+  for (auto* X : {&stride.X_PB, &stride.X_PL, &stride.X_PR}) *X = turned * *X;
+  const JointVector still = inverse_kinematics(posture_of(stride)).q, swung = swinging(stride);
+  EXPECT_NEAR(swung(23) / kDegree, 18.48963, kPrinted);  // left shoulder
+  EXPECT_NEAR(swung(16) / kDegree, 10.43198, kPrinted);  // right shoulder
+  EXPECT_NEAR(swung(26) / kDegree, -28.92161, kPrinted);
+  EXPECT_NEAR(swung(19) / kDegree, -28.92161, kPrinted);
+  JointVector difference = swung - still;
   for (const int joint : {16, 19, 23, 26}) difference(joint) = 0;
   EXPECT_TRUE(difference.isZero(0));
 }

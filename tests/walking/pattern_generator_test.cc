@@ -149,15 +149,14 @@ TEST_P(WholeWalk, FeetMoveSmoothlyAndOnlyInTheAir) {
 
 TEST_P(WholeWalk, LegsCanFollow) {
   for (const Reference& r : walk_) {
-    ASSERT_FALSE(legs_prevent(inverse_kinematics({r.X_PB, r.X_PL, r.X_PR})).has_value()) << "at " << r.t_s;
+    ASSERT_FALSE(legs_prevent(inverse_kinematics(posture_of(r))).has_value()) << "at " << r.t_s;
   }
 }
 
 TEST_P(WholeWalk, StartsInHalfSittingAtRest) {
   const Reference& r = walk_.front();
   expect_pose(r.X_PB, 0, 0, hrp2::kWaistHeight, 0, 1e-15);
-  EXPECT_LT((inverse_kinematics({r.X_PB, r.X_PL, r.X_PR}).q - hrp2::half_sitting()).cwiseAbs().maxCoeff(),
-            1e-12);
+  EXPECT_LT((inverse_kinematics(posture_of(r)).q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_EQ(r.com_velocity.norm(), 0);
 }
 

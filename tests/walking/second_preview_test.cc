@@ -81,6 +81,11 @@ WalkOptions short_walk() {
   return options;
 }
 
+WalkOptions with_second_preview(WalkOptions options = short_walk()) {
+  options.second_preview = true;
+  return options;
+}
+
 std::vector<Reference> planned(PatternGenerator generator) {
   std::vector<Reference> walk;
   for (std::size_t k = 0; k < generator.ticks(); ++k) walk.push_back(generator.next());
@@ -89,10 +94,9 @@ std::vector<Reference> planned(PatternGenerator generator) {
 
 /// ZMP of `model` when it moves as planned, at ticks 1 ... n - 2.
 std::vector<Eigen::Vector2d> played(const std::vector<Reference>& walk, const WholeBody& model) {
-  const auto pose = [](const Reference& r) { return BodyPose{r.X_PB, inverse_kinematics(posture_of(r)).q}; };
   std::vector<BodyMomentum> between;
   for (std::size_t k = 1; k < walk.size(); ++k) {
-    between.push_back(model(motion_between(pose(walk[k - 1]), pose(walk[k]))));
+    between.push_back(model(motion_between(pose_of(walk[k - 1]), pose_of(walk[k]))));
   }
   std::vector<Eigen::Vector2d> zmp;
   for (std::size_t k = 1; k < between.size(); ++k) zmp.push_back(multibody_zmp(between[k - 1], between[k]));
@@ -167,7 +171,7 @@ TEST(MultibodyZmp, TurningUpperBodyShowsAsMoment) {
 TEST(SecondPreview, LeavesTheCartTableAsItIs) {
   WalkOptions options = short_walk();
   const auto first = planned(PatternGenerator(options));
-  const auto second = planned(PatternGenerator(options, model_of(one_mass)));
+  const auto second = planned(PatternGenerator(with_second_preview(options), model_of(one_mass)));
   ASSERT_EQ(first.size(), second.size());
   double moved = 0;
   for (std::size_t k = 0; k < first.size(); ++k) {
@@ -180,14 +184,14 @@ TEST(SecondPreview, LeavesTheCartTableAsItIs) {
 TEST(SecondPreview, MakesTheWholeBodysZmpFollowTheReference) {
   const WholeBody model = model_of(trunk_and_legs);
   const Error without = zmp_error(planned(PatternGenerator(short_walk())), model);
-  const Error with = zmp_error(planned(PatternGenerator(short_walk(), model)), model);
+  const Error with = zmp_error(planned(PatternGenerator(with_second_preview(), model)), model);
   EXPECT_LT(with.rms, without.rms / 5);  // 13.2 mm and 1.8 mm
   EXPECT_LT(with.largest, 0.010);  // 28 mm and 8.5 mm: what preview control itself leaves of a smoothed step
 }
 
 TEST(SecondPreview, KeepsFeetHeadingAndTheWaistsPlaceUnderTheCentreOfMass) {
   const auto first = planned(PatternGenerator(short_walk()));
-  const auto second = planned(PatternGenerator(short_walk(), model_of(trunk_and_legs)));
+  const auto second = planned(PatternGenerator(with_second_preview(), model_of(trunk_and_legs)));
   for (std::size_t k = 0; k < first.size(); ++k) {
     ASSERT_TRUE(first[k].X_PL.matrix() == second[k].X_PL.matrix());
     ASSERT_TRUE(first[k].X_PR.matrix() == second[k].X_PR.matrix());
@@ -206,7 +210,7 @@ TEST(SecondPreview, StartsInHalfSittingEvenIfTheModelsMassIsElsewhere) {
     m.com.y() += 0.00155;
     return m;
   };
-  const auto walk = planned(PatternGenerator(short_walk(), lopsided));
+  const auto walk = planned(PatternGenerator(with_second_preview(), lopsided));
   EXPECT_LT((walk.front().com.head<2>() - hrp2::kComInWaist.head<2>()).norm(), 1e-15);
   EXPECT_LT(walk[1].com_acceleration.norm(), 0.1);  // m/s²; 0.56 if the offset came in at once
   EXPECT_NEAR(walk.back().com.y() - planned(PatternGenerator(short_walk())).back().com.y(), -0.00155, 1e-4);

@@ -6,6 +6,7 @@
 #include "sim/bench/scenario.h"
 #include "sim/bench/scenario_yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/live.h"
 #include "walking/pattern_generator.h"
 
 namespace cli {
@@ -20,13 +21,13 @@ Exit code: 0 all are fine, 2 one is not.)";
 bool is_fine(const std::string& file) {
   try {
     const auto read = sim::bench::read_scenario(file);
-    const walking::PatternGenerator plan(read.scenario.walk);
+    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, GAITSLAM_MODELS));
     std::cout << fmt::format("{}: fine, a walk of {:.2f} s\n", file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod);
     return true;
   } catch (const sim::bench::ConfigError& e) {
     std::cerr << e.what() << '\n';
-  } catch (const std::invalid_argument& e) {
+  } catch (const std::exception& e) {
     std::cerr << fmt::format("{}: the walk cannot be planned: {}\n", file, e.what());
   }
   return false;

@@ -6,6 +6,7 @@
 
 #include "sim/bench/result.h"
 #include "sim/bench/scenario.h"
+#include "walking/whole_body.h"
 
 namespace cli {
 
@@ -15,6 +16,10 @@ sim::bench::Outcome run_live(const sim::bench::ReadScenario& scenario, const sim
 
 /// Throws UsageError in a build without the simulator: asked before anything is begun.
 void require_simulator();
+
+/// The plan's model of the scenario's robot, or none without the simulator. Throws std::runtime_error when it
+/// does not load.
+walking::WholeBody whole_body(const sim::bench::Scenario& scenario, const std::filesystem::path& models);
 
 /// MuJoCo's version, or "" without the simulator.
 std::string mujoco_version();

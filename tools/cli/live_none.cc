@@ -13,6 +13,8 @@ void require_simulator() {
   throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF); replay, check and config work");
 }
 
+walking::WholeBody whole_body(const sim::bench::Scenario&, const std::filesystem::path&) { return {}; }
+
 std::string mujoco_version() { return ""; }
 
 }  // namespace cli

@@ -1,0 +1,67 @@
+#include "sim/world/nominal_body.h"
+
+#include <mujoco/mujoco.h>
+
+#include <array>
+#include <memory>
+
+#include "sim/world/model.h"
+
+namespace sim::world {
+namespace {
+
+class NominalBody {
+ public:
+  NominalBody(const std::string& robot, const std::filesystem::path& models)
+      : model_(load_model(robot, "floor", models, Shapes::colliding)), data_(mj_makeData(model_.get())) {
+    for (int joint = 0; joint < walking::kJoints; ++joint) {
+      // The actuators are in the order of JointVector.
+      const int id = model_->actuator_trnid[2 * joint];
+      position_[joint] = model_->jnt_qposadr[id];
+      velocity_[joint] = model_->jnt_dofadr[id];
+    }
+  }
+
+  walking::BodyMomentum momentum(const walking::BodyMotion& motion);
+
+ private:
+  void place(const walking::BodyMotion& motion);
+
+  Model model_;
+  Data data_;
+  std::array<int, walking::kJoints> position_{}, velocity_{};
+};
+
+void NominalBody::place(const walking::BodyMotion& motion) {
+  const Eigen::Quaterniond turn(motion.pose.X_PB.linear());
+  Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos) << motion.pose.X_PB.translation(), turn.w(),
+      turn.vec();
+  // The velocity of a free joint: linear in the world, angular in the body.
+  Eigen::Map<Eigen::Matrix<double, 6, 1>>(data_->qvel) << motion.v, turn.conjugate() * motion.w;
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    data_->qpos[position_[joint]] = motion.pose.q[joint];
+    data_->qvel[velocity_[joint]] = motion.dq[joint];
+  }
+}
+
+walking::BodyMomentum NominalBody::momentum(const walking::BodyMotion& motion) {
+  place(motion);
+  mj_kinematics(model_.get(), data_.get());
+  mj_comPos(model_.get(), data_.get());
+  mj_comVel(model_.get(), data_.get());
+  mj_subtreeVel(model_.get(), data_.get());
+  const int waist = model_->jnt_bodyid[0];
+  const auto of_waist = [&](const mjtNum* all) { return Eigen::Vector3d(all + 3 * waist); };
+  const double mass = model_->body_subtreemass[waist];
+  return {mass, of_waist(data_->subtree_com), mass * of_waist(data_->subtree_linvel),
+          of_waist(data_->subtree_angmom)};
+}
+
+}  // namespace
+
+walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models) {
+  const auto body = std::make_shared<NominalBody>(robot, models);
+  return [body](const walking::BodyMotion& motion) { return body->momentum(motion); };
+}
+
+}  // namespace sim::world
