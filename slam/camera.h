@@ -1,4 +1,4 @@
-// The filter's camera: one-parameter radial lens, projection and its inverse, each with its Jacobian.
+// The filter's camera: projection through its lens and the inverse, each with its Jacobian.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,16 +23,17 @@ struct Ray {
   Matrix32d J;
 };
 
-/// Radial model of Swaminathan & Nayar as MonoSLAM uses it: u_d = u_0 + u_c/√(1 + 2K₁|u_c|²), z forward, u
-/// right, v down.
+/// A pinhole behind one of the lenses of options.h: z forward, u right, v down.
 class Camera {
  public:
-  /// Throws std::invalid_argument where focal lengths or size are not positive or k1_px2 is negative.
+  /// Throws std::invalid_argument where focal lengths or size are not positive or the lens is none: k1_px2
+  /// negative, a coefficient not finite, or usable to less than 0.1 rad from the axis.
   explicit Camera(const CameraIntrinsics& intrinsics);
 
-  /// h in m (or any positive multiple) in the camera's axes; nothing where the point is not in front.
+  /// h in m (or any positive multiple) in the camera's axes; nothing where the point is not in front,
+  /// or so far aside that the lens says nothing of it.
   std::optional<Projection> project(const Eigen::Vector3d& h) const;
-  /// Exact inverse of project; nothing outside the lens' image circle 2K₁|d|² < 1.
+  /// Exact inverse of project; nothing outside the lens' image circle.
   std::optional<Ray> unproject(const Eigen::Vector2d& pixel) const;
 
   /// At least margin_px inside the image on every side.
@@ -46,6 +47,7 @@ class Camera {
  private:
   CameraIntrinsics intrinsics_;
   Eigen::Vector2d focal_, centre_;
+  double widest_;  // |(x/z, y/z)| up to which the lens says something
 };
 
 }  // namespace slam

@@ -2,15 +2,35 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <variant>
 
 namespace slam {
 
-/// One-parameter radial lens of Swaminathan & Nayar as used by MonoSLAM: z forward, u right, v down.
+/// One-parameter radial lens of Swaminathan & Nayar as used by MonoSLAM:
 /// u_d = u_0 + u_c / sqrt(1 + 2 K1 |u_c|²), u_c = (fu x/z, fv y/z). k1_px2 = 0 is the ideal pinhole.
+struct OneParameterRadial {
+  double k1_px2 = 0;
+};
+
+/// Brown's lens with two radial and two tangential parameters (OpenCV's first four; EuRoC's
+/// "radial-tangential").
+struct RadialTangential {
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+};
+
+/// Kannala & Brandt 2006: the image's radius is f (θ + k1 θ³ + k2 θ⁵ + k3 θ⁷ + k4 θ⁹), θ from the axis
+/// (OpenCV's fisheye; Kalibr's "equidistant").
+struct Equidistant {
+  double k1 = 0, k2 = 0, k3 = 0, k4 = 0;
+};
+
+using Lens = std::variant<OneParameterRadial, RadialTangential, Equidistant>;
+
+/// z forward, u right, v down; the centre of the first pixel is (0, 0).
 struct CameraIntrinsics {
   int width_px = 320, height_px = 240;
   double fu_px = 197.0, fv_px = 195.0, u0_px = 157.0, v0_px = 127.0;
-  double k1_px2 = 7.37e-6;
+  Lens lens = OneParameterRadial{7.37e-6};
 };
 
 /// How the sensors sit on the robot: known to the filter beforehand, as on the real one.

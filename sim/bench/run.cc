@@ -62,7 +62,8 @@ walking::JointVector joints(const walking::Reference& reference) {
 }
 
 slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
-  return {lens.width_px, lens.height_px, lens.fu_px, lens.fv_px, lens.u0_px, lens.v0_px, lens.k1_px2};
+  return {lens.width_px, lens.height_px, lens.fu_px, lens.fv_px,
+          lens.u0_px,    lens.v0_px,     slam::OneParameterRadial{lens.k1_px2}};
 }
 
 std::string kind(world::RoomPrimitive::Kind kind) {

@@ -28,6 +28,8 @@
 namespace sim::stream {
 
 inline constexpr slam::Stamp kEpoch{1'000'000'000'000'000'000};
+/// A stamp as files have it, ns.
+constexpr std::int64_t written(slam::Stamp t) { return (kEpoch + t).count(); }
 
 /// What the filter is told before the first observation, and what other readers want to know of the sensors.
 struct RecordingSetup {

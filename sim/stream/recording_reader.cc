@@ -4,6 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "sim/stream/manifest.h"
+#include "sim/stream/plan_row.h"
 #include "sim/stream/recording.h"
 #include "sim/stream/recording_format.h"
 #include "sim/stream/sensor_yaml.h"
@@ -44,18 +45,6 @@ class Rows {
   CsvReader csv_;
   std::optional<slam::Stamp> stamp_;
 };
-
-slam::PlannedMotion planned_motion(const CsvReader& row) {
-  slam::PlannedMotion plan;
-  plan.X_PC = row.pose(1);
-  plan.v_PC_C = row.vector(13);
-  plan.w_PC_C = row.vector(16);
-  const auto support = std::find(kSupport.begin(), kSupport.end(), row.text(19));
-  if (support == kSupport.end()) row.fail(19, "expected both, left or right");
-  plan.support = static_cast<slam::Support>(support - kSupport.begin());
-  plan.p_CF = row.vector(20);
-  return plan;
-}
 
 std::vector<TimedPose> read_poses(const Manifest& manifest, const std::string& name,
                                   const std::string& header) {
@@ -146,7 +135,7 @@ std::optional<slam::Observation> RecordingReader::next() {
     f.camera.advance();
   }
   if (f.plan.stamp() == observation.t) {
-    observation.plan = planned_motion(f.plan.row());
+    observation.plan = read_plan_row(f.plan.row());
     f.plan.advance();
   }
   f.frames.advance();

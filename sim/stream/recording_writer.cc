@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "sim/stream/manifest.h"
+#include "sim/stream/plan_row.h"
 #include "sim/stream/recording.h"
 #include "sim/stream/recording_format.h"
 #include "sim/stream/sensor_yaml.h"
@@ -28,20 +29,12 @@ void make_folders(const fs::path& folder) {
     fs::create_directories(folder / part);
 }
 
-std::int64_t written(slam::Stamp t) { return (kEpoch + t).count(); }
-
 std::string motion_row(const TrueMotion& motion) {
   Eigen::Quaterniond q(motion.X_WG.linear());
   q.normalize();
   return fmt::format("{},{},{},{},{},{},{},0,0,0,0,0,0\n", written(motion.t),
                      csv_fields(Eigen::Vector3d(motion.X_WG.translation())), q.w(), q.x(), q.y(), q.z(),
                      csv_fields(motion.v_WG));
-}
-
-std::string plan_row(slam::Stamp t, const slam::PlannedMotion& plan) {
-  return fmt::format("{},{},{},{},{},{}\n", written(t), csv_fields(plan.X_PC), csv_fields(plan.v_PC_C),
-                     csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
-                     csv_fields(plan.p_CF));
 }
 
 // One csv file of the recording, written row by row.
@@ -130,7 +123,7 @@ void RecordingWriter::add(const slam::Observation& ideal) {
   files_->frames.file.write(fmt::format("{}\n", written(ideal.t)));
   files_->add_inertial(ideal);
   if (!ideal.image.empty()) files_->add_image(ideal.t, ideal.image);
-  if (ideal.plan) files_->plan.file.write(plan_row(ideal.t, *ideal.plan));
+  if (ideal.plan) files_->plan.file.write(plan_row(written(ideal.t), *ideal.plan));
   files_->last_frame = ideal.t;
 }
 

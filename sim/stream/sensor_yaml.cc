@@ -1,6 +1,7 @@
 #include "sim/stream/sensor_yaml.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include <charconv>
@@ -11,7 +12,8 @@ namespace {
 
 // The directive is what OpenCV's reader wants to see first; yaml-cpp does not know that version of it.
 constexpr const char* kDirective = "%YAML:1.0";
-constexpr const char* kLens = "one-parameter-radial";
+constexpr const char *kOneParameter = "one-parameter-radial", *kRadialTangential = "radial-tangential",
+                     *kEquidistant = "equidistant";
 
 std::string matrix(const std::string& key, const Eigen::Isometry3d& X) {
   const Eigen::Matrix4d& m = X.matrix();
@@ -24,6 +26,26 @@ std::string matrix(const std::string& key, const Eigen::Isometry3d& X) {
 
 std::string head(const std::string& type, const std::string& comment) {
   return fmt::format("{}\nsensor_type: {}\ncomment: \"{}\"\n", kDirective, type, comment);
+}
+
+std::string lens(const slam::Lens& lens) {
+  const auto text = [](const char* model, const auto&... coefficients) {
+    const std::vector<double> all{coefficients...};
+    return fmt::format("distortion_model: {}\ndistortion_coefficients: [{}]\n", model, fmt::join(all, ", "));
+  };
+  if (const auto* k = std::get_if<slam::Equidistant>(&lens)) return text(kEquidistant, k->k1, k->k2, k->k3, k->k4);
+  if (const auto* k = std::get_if<slam::RadialTangential>(&lens))
+    return text(kRadialTangential, k->k1, k->k2, k->p1, k->p2);
+  return text(kOneParameter, std::get<slam::OneParameterRadial>(lens).k1_px2);
+}
+
+std::string imu_keys(const RecordingSetup& setup, const ImuNoise& noise) {
+  return matrix("T_BS", Eigen::Isometry3d::Identity()) +
+         fmt::format(
+             "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
+             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
+             setup.imu_rate_hz, noise.gyro_density, noise.gyro_walk, noise.accelerometer_density,
+             noise.accelerometer_walk);
 }
 
 // A parsed file that complains with file, line and column.
@@ -95,28 +117,36 @@ class Yaml {
   YAML::Node root_;
 };
 
+slam::Lens read_lens(const Yaml& yaml) {
+  const YAML::Node model = yaml.at("distortion_model"), coefficients = yaml.at("distortion_coefficients");
+  const std::string name = model.IsScalar() ? model.Scalar() : "";
+  if (name == kOneParameter) return slam::OneParameterRadial{yaml.numbers(coefficients, 1)[0]};
+  if (name != kRadialTangential && name != "radtan" && name != kEquidistant)
+    yaml.fail(model.Mark(), fmt::format("expected {}, radtan, {} or {}", kRadialTangential, kEquidistant, kOneParameter));
+  const std::vector<double> k = yaml.numbers(coefficients, 4);
+  if (name == kEquidistant) return slam::Equidistant{k[0], k[1], k[2], k[3]};
+  return slam::RadialTangential{k[0], k[1], k[2], k[3]};
+}
+
 }  // namespace
 
 std::string camera_yaml(const RecordingSetup& setup) {
   const slam::CameraIntrinsics& camera = setup.calibration.camera;
   return head("camera", "head camera; body frame: the chest IMU") +
          matrix("T_BS", setup.calibration.X_CG.inverse()) + matrix("T_SB", setup.calibration.X_CG) +
-         fmt::format(
-             "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n"
-             "distortion_model: {}\ndistortion_coefficients: [{}]\n",
-             setup.camera_rate_hz, camera.width_px, camera.height_px, camera.fu_px, camera.fv_px,
-             camera.u0_px, camera.v0_px, kLens, camera.k1_px2);
+         fmt::format("rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n{}",
+                     setup.camera_rate_hz, camera.width_px, camera.height_px, camera.fu_px, camera.fv_px,
+                     camera.u0_px, camera.v0_px, lens(camera.lens));
 }
 
 std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin) {
   return head("imu", "chest IMU, ideal: means over (previous stamp, stamp]; +g up at rest") +
-         matrix("T_BS", Eigen::Isometry3d::Identity()) +
-         fmt::format(
-             "rate_hz: {}\ngyroscope_noise_density: 0\ngyroscope_random_walk: "
-             "0\naccelerometer_noise_density: 0\n"
-             "accelerometer_random_walk: 0\n",
-             setup.imu_rate_hz) +
+         imu_keys(setup, {}) +
          (begin ? fmt::format("first_interval_begins_ns: {}\n", (kEpoch + *begin).count()) : "");
+}
+
+std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise) {
+  return head("imu", "chest IMU; +g up at rest") + imu_keys(setup, noise);
 }
 
 std::string plan_yaml(const RecordingSetup& setup) {
@@ -137,15 +167,13 @@ void read_camera_yaml(const std::filesystem::path& file, const std::string& text
   slam::CameraIntrinsics& camera = setup.calibration.camera;
   const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
              intrinsics = yaml.numbers(yaml.at("intrinsics"), 4);
-  if (yaml.at("distortion_model").Scalar() != kLens)
-    yaml.fail(yaml.at("distortion_model").Mark(), std::string("expected ") + kLens);
   for (const double side : resolution)
     if (side < 1 || side > 100000 || side != std::floor(side))
       yaml.fail(yaml.at("resolution").Mark(), "expected whole numbers from 1 to 100000");
   camera.width_px = static_cast<int>(resolution[0]), camera.height_px = static_cast<int>(resolution[1]);
   camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
   camera.v0_px = intrinsics[3];
-  camera.k1_px2 = yaml.numbers(yaml.at("distortion_coefficients"), 1)[0];
+  camera.lens = read_lens(yaml);
   setup.calibration.X_CG = yaml.pose("T_SB");
   setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
 }

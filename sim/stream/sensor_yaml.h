@@ -9,13 +9,23 @@
 
 namespace sim::stream {
 
-/// cam0: body frame = chest IMU G, so T_BS = X_GC; T_SB = X_CG is what the filter is given. The lens has one
-/// radial parameter: u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z) (Swaminathan & Nayar
-/// 1999).
+/// White noise per root hertz and random walk of the bias, as calibration files state them.
+struct ImuNoise {
+  double gyro_density = 0;           ///< rad/s/√Hz
+  double gyro_walk = 0;              ///< rad/s²/√Hz
+  double accelerometer_density = 0;  ///< m/s²/√Hz
+  double accelerometer_walk = 0;     ///< m/s³/√Hz
+};
+
+/// cam0: body frame = chest IMU G, so T_BS = X_GC; T_SB = X_CG is what the filter is given. distortion_model:
+/// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
+/// 1999), radial-tangential or equidistant.
 std::string camera_yaml(const RecordingSetup& setup);
-/// imu0: the readings are ideal, so all noise densities are zero. begin: of the first reading's interval, if
-/// there is one.
+/// imu0 of ideal readings: all noise densities are zero. begin: of the first reading's interval, if there is
+/// one.
 std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
+/// imu0 of noisy readings at instants.
+std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise);
 std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();
 std::string body_yaml();

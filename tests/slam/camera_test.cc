@@ -17,7 +17,7 @@ constexpr double kCentral =
     1e-6;  // px: differences of 1e-6 leave the rounding of pixels, 1e-13/1e-6, with room
 
 /// The camera of the published MonoSLAM code.
-CameraIntrinsics reference() { return {320, 240, 195, 195, 162, 125, 9e-6}; }
+CameraIntrinsics reference() { return {320, 240, 195, 195, 162, 125, OneParameterRadial{9e-6}}; }
 
 TEST(Camera, ProjectsTheReferencePointWithTheReferenceJacobian) {
   const auto p = Camera(reference()).project({0.4, -0.3, 2.0});
@@ -29,31 +29,82 @@ TEST(Camera, ProjectsTheReferencePointWithTheReferenceJacobian) {
   EXPECT_NEAR((p->J - J).norm(), 0, 1e-9);
 }
 
-TEST(Camera, JacobiansAreTheDerivativesAllOverTheImage) {
-  const Camera camera(CameraIntrinsics{});
-  for (const double u : {1.0, 80.0, 157.0, 240.0, 318.0})
-    for (const double v : {1.0, 127.0, 238.0}) {
-      const auto ray = camera.unproject({u, v});
+/// The camera of the EuRoC flying robot, and one behind a fisheye of the same field as the default camera.
+CameraIntrinsics brown() {
+  return {752,
+          480,
+          458.654,
+          457.296,
+          367.215,
+          248.375,
+          RadialTangential{-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05}};
+}
+CameraIntrinsics fisheye() {
+  return {512, 512, 191, 191, 255, 257, Equidistant{-0.0027, 0.0019, -0.0016, 0.0002}};
+}
+
+// By the formulas of OpenCV's manual, worked out apart from this code.
+TEST(Camera, BrownsLensAndTheEquidistantOneProjectAsOpenCvDefinesThem) {
+  EXPECT_NEAR(
+      (Camera(brown()).project({1, -0.6, 2})->pixel - Eigen::Vector2d(576.385155769302, 123.276240971480))
+          .norm(),
+      0, 1e-9);
+  EXPECT_NEAR(
+      (Camera(fisheye()).project({2.2, -1.4, 2})->pixel - Eigen::Vector2d(402.426039072004, 163.183429681452))
+          .norm(),
+      0, 1e-9);
+}
+
+void expect_jacobians_are_derivatives(const CameraIntrinsics& intrinsics) {
+  const Camera camera(intrinsics);
+  for (const double right : {0.003, 0.25, 0.49, 0.75, 0.99})
+    for (const double down : {0.004, 0.53, 0.99}) {
+      const Eigen::Vector2d pixel(right * intrinsics.width_px, down * intrinsics.height_px);
+      const auto ray = camera.unproject(pixel);
       ASSERT_TRUE(ray);
       const Eigen::Vector3d h = 2.5 * ray->h;
       const auto of_h = numerical_jacobian(
           [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return camera.project(x)->pixel; }, h);
       const auto of_pixel = numerical_jacobian(
-          [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return camera.unproject(x)->h; },
-          Eigen::Vector2d(u, v));
-      EXPECT_NEAR((camera.project(h)->J - of_h).norm(), 0, kCentral);
+          [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return camera.unproject(x)->h; }, pixel);
+      EXPECT_NEAR((camera.project(h)->J - of_h).norm(), 0, kCentral * of_h.norm());
       EXPECT_NEAR((ray->J - of_pixel).norm(), 0, kCentral);
     }
 }
 
+TEST(Camera, JacobiansAreTheDerivativesAllOverTheImage) {
+  expect_jacobians_are_derivatives(CameraIntrinsics{});
+  expect_jacobians_are_derivatives(brown());
+}
+
+// Its corners are seen 98 degrees from the axis, behind the image plane.
+TEST(Camera, TheFisheyesJacobiansAreTheDerivativesWithinItsImage) {
+  CameraIntrinsics cropped = fisheye();
+  cropped.width_px = cropped.height_px = 400;
+  cropped.u0_px = cropped.v0_px = 199;
+  expect_jacobians_are_derivatives(cropped);
+}
+
 TEST(Camera, UnprojectUndoesProjectExactly) {
-  const Camera camera(CameraIntrinsics{});
-  for (const double x : {-1.0, -0.2, 0.0, 0.7})
-    for (const double y : {-0.7, 0.0, 0.6}) {
-      const auto p = camera.project({x * 3, y * 3, 3});
-      ASSERT_TRUE(p);
-      EXPECT_NEAR((camera.unproject(p->pixel)->h - Eigen::Vector3d(x, y, 1)).norm(), 0, 1e-13);
-    }
+  for (const CameraIntrinsics& intrinsics : {CameraIntrinsics{}, brown(), fisheye()}) {
+    const Camera camera(intrinsics);
+    for (const double x : {-1.0, -0.2, 0.0, 0.7})
+      for (const double y : {-0.7, 0.0, 0.6}) {
+        const auto p = camera.project({x * 3, y * 3, 3});
+        ASSERT_TRUE(p);
+        EXPECT_NEAR((camera.unproject(p->pixel)->h - Eigen::Vector3d(x, y, 1)).norm(), 0, 1e-13);
+      }
+  }
+}
+
+TEST(Camera, APointBeyondTheFoldOfItsLensIsNotSeen) {
+  CameraIntrinsics folding = brown();
+  folding.lens = RadialTangential{-0.3, 0, 0, 0};  // r (1 - 0.3 r²) is largest at r = 1.054
+  const Camera camera(folding);
+  EXPECT_TRUE(camera.project({1.05, 0, 1}));
+  EXPECT_FALSE(camera.project({1.06, 0, 1}));
+  EXPECT_FALSE(camera.project({1.8, 0, 1}));  // would land in the middle of the image
+  EXPECT_FALSE(camera.unproject({367.215 + 458.654 * 0.71, 248.375}));  // the largest image is at 0.7027
 }
 
 TEST(Camera, SeesAboutNinetyTwoDegreesAcross) {
@@ -85,7 +136,11 @@ TEST(Camera, RefusesALensThatIsNone) {
   bad.fu_px = 0;
   EXPECT_THROW(Camera{bad}, std::invalid_argument);
   bad = {};
-  bad.k1_px2 = -1e-6;
+  bad.lens = OneParameterRadial{-1e-6};
+  EXPECT_THROW(Camera{bad}, std::invalid_argument);
+  bad.lens = RadialTangential{-1000, 0, 0, 0};
+  EXPECT_THROW(Camera{bad}, std::invalid_argument);
+  bad.lens = Equidistant{std::numeric_limits<double>::quiet_NaN(), 0, 0, 0};
   EXPECT_THROW(Camera{bad}, std::invalid_argument);
 }
 

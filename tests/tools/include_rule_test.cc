@@ -32,7 +32,7 @@ const std::vector<Rule>& rules() {
       {"slam/", {"slam/", "Eigen/", "opencv2/core", "opencv2/imgproc"}},
       {"sim/score/", {"sim/score/", "Eigen/"}},
       {"sim/stream/",
-       {"sim/stream/", "slam/observation.h", "slam/options.h", "Eigen/", "opencv2/core", "opencv2/imgcodecs",
+       {"sim/stream/", "slam/camera.h", "slam/observation.h", "slam/options.h", "Eigen/", "opencv2/core", "opencv2/imgcodecs",
         "fmt/", "yaml-cpp/", "xxhash.h", "fcntl.h", "signal.h", "unistd.h", "sys/"}},
       {"sim/world/",
        {"sim/world/", "walking/", "Eigen/", "mujoco/", "GL/", "opencv2/core", "opencv2/imgproc", "dlfcn.h",

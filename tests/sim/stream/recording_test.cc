@@ -49,7 +49,8 @@ slam::PlannedMotion plan(Random& random) {
 
 RecordingSetup setup_of(Random& random) {
   RecordingSetup setup;
-  setup.calibration.camera = {kWidth, kHeight, 19.7 + random.uniform(), 19.5, 15.7, 12.7, 7.37e-4};
+  setup.calibration.camera = {kWidth, kHeight, 19.7 + random.uniform(),          19.5,
+                              15.7,   12.7,    slam::OneParameterRadial{7.37e-4}};
   setup.calibration.X_CG = pose(random);
   setup.X_WC_start = pose(random);
   return setup;
@@ -173,7 +174,8 @@ TEST(Recording, CalibrationAndStartComeBackBitForBit) {
   EXPECT_EQ(read.fv_px, given.fv_px);
   EXPECT_EQ(read.u0_px, given.u0_px);
   EXPECT_EQ(read.v0_px, given.v0_px);
-  EXPECT_EQ(read.k1_px2, given.k1_px2);
+  EXPECT_EQ(std::get<slam::OneParameterRadial>(read.lens).k1_px2,
+            std::get<slam::OneParameterRadial>(given.lens).k1_px2);
   EXPECT_TRUE(same_bits(reader.setup().calibration.X_CG.matrix(), recorded.setup.calibration.X_CG.matrix()));
   EXPECT_TRUE(same_bits(reader.setup().X_WC_start.matrix(), recorded.setup.X_WC_start.matrix()));
   EXPECT_EQ(reader.setup().camera_rate_hz, 30);

@@ -73,7 +73,7 @@ slam::Camera filters_camera(const CameraModel& camera) {
                        .fv_px = camera.fv_px,
                        .u0_px = camera.u0_px,
                        .v0_px = camera.v0_px,
-                       .k1_px2 = camera.k1_px2});
+                       .lens = slam::OneParameterRadial{camera.k1_px2}});
 }
 
 bool hits(const Vector3d& direction, const Vector3d& centre, double radius) {
