@@ -8,7 +8,7 @@
 namespace walking {
 namespace {
 
-constexpr double kReturn = 0.8;    // s, in which the arms come back to half-sitting: a step
+constexpr double kReturn = 0.5;    // s, in which the arms come back to half-sitting
 constexpr double kFurthest = 0.7;  // rad from half-sitting; HRP-2's shoulder reaches 45 degrees further back
 
 constexpr std::array kShoulders{hrp2::kRightArm, hrp2::kLeftArm};

@@ -95,6 +95,37 @@ std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
   return steps;
 }
 
+/// Rotate first, then translate in the turned frame (the step stack of the JRL pattern generator).
+FootPose landing(const FootPose& standing, const Step& step) {
+  return standing * FootPose{{0, 0}, step.turn_rad} * FootPose{{step.forward_m, step.left_m}, 0};
+}
+
+Side side_of(const Step& step) { return step.left_m > 0 ? Side::left : Side::right; }
+
+bool same(const FootPose& one, const FootPose& two) {
+  constexpr double kWritten = 1e-6;  // m and rad: steps are given with six decimals
+  return (one.position - two.position).norm() < kWritten && std::abs(one.yaw - two.yaw) < kWritten;
+}
+
+std::vector<Footstep> steps_of(const Steps& steps, double) {
+  require(!steps.list.empty(), "steps: there is none");
+  Stance stance = feet_together({});
+  std::vector<Footstep> landings;
+  for (const Step& step : steps.list) {
+    const Side side = side_of(step);
+    require(step.left_m != 0 && (landings.empty() || landings.back().side != side),
+            "steps: left_m of step " + std::to_string(landings.size() + 1) +
+                " must be more than 0 for the left foot, less for the right; the feet take turns");
+    stance.of(side) = landing(stance.of(other(side)), step);
+    landings.push_back({side, stance.of(side)});
+  }
+  const Side last = landings.back().side, behind = other(last);
+  const double spacing = last == Side::left ? -hrp2::kFootSpacing : hrp2::kFootSpacing;
+  const FootPose closed = landing(stance.of(last), {0, spacing, 0});
+  if (!same(closed, stance.of(behind))) landings.push_back({behind, closed});
+  return landings;
+}
+
 }  // namespace
 
 FootPose operator*(const FootPose& frame, const FootPose& local) {

@@ -35,7 +35,17 @@ struct PerpendicularArc {
   double radius_m = 0.75;
   double angle_rad = 2 * std::numbers::pi;
 };
-using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc>;
+/// A landing seen from the foot that stands: that frame is first turned, then the foot set down in it.
+struct Step {
+  double forward_m = 0.0;
+  double left_m = 0.0;  ///< positive: the left foot moves; never zero
+  double turn_rad = 0.0;
+};
+/// Walk step by step; feet that the last step leaves apart are brought together.
+struct Steps {
+  std::vector<Step> list;
+};
+using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Steps>;
 
 enum class SwingPolynomial { quintic, cubic };
 

@@ -13,7 +13,8 @@ namespace {
 
 using walking::Command;
 
-constexpr Domain kLength{-1000, 1000}, kDuration{0, 3600}, kRadius{0.05, 1000}, kAngle{-36000, 36000};
+constexpr Domain kLength{-1000, 1000}, kDuration{0, 3600}, kRadius{0.05, 1000}, kStep{-1, 1},
+    kAngle{-36000, 36000};
 
 /// A key in degrees for a member in radians.
 template <class Owner, class Access>
@@ -68,6 +69,21 @@ const Grammar<walking::PerpendicularArc>& grammar(const walking::PerpendicularAr
   return g;
 }
 
+const Grammar<walking::Step>& grammar(const walking::Step&) {
+  using Kind = walking::Step;
+  static const Grammar<Kind> g{
+      "steps",
+      {make_key<Kind>(GAITSLAM_FIELD(forward_m), kStep,
+                      "of each landing: ahead, seen from the standing foot"),
+       make_key<Kind>(GAITSLAM_FIELD(left_m), kStep, "to the left of it: the left foot; negative: the right"),
+       make_angle_key<Kind>(
+           "turn_deg", [](auto&& step) -> auto& { return step.turn_rad; },
+           "by which that foot's frame is turned first")}};
+  return g;
+}
+/// Steps are a list of what this says.
+const Grammar<walking::Step>& grammar(const walking::Steps&) { return grammar(walking::Step{}); }
+
 /// Calls f(Kind{}) for each kind of command.
 template <class F>
 void for_each_kind(const F& f) {
@@ -94,11 +110,16 @@ void read_field(const Yaml& name, const Yaml& value, const std::string& where, K
 }
 
 template <class Kind>
-Command read_fields(const Yaml& node, const std::string& where) {
-  Kind command;
+void read_fields(const Yaml& node, const std::string& where, Kind& command) {
   if (node.kind != Yaml::Kind::map) fail(node, where, "expected fields in braces, as in {duration_s: 1}");
   for (std::size_t i = 0; i < node.keys.size(); ++i) read_field(node.keys[i], node.items[i], where, command);
-  return command;
+}
+
+void read_fields(const Yaml& node, const std::string& where, walking::Steps& steps) {
+  if (node.kind != Yaml::Kind::list || node.items.empty()) {
+    fail(node, where, "expected a list of steps, as in [{forward_m: 0.1, left_m: -0.19}]");
+  }
+  for (const Yaml& item : node.items) read_fields(item, where, steps.list.emplace_back());
 }
 
 Command read_command(const Yaml& node, std::string_view key) {
@@ -111,7 +132,9 @@ Command read_command(const Yaml& node, std::string_view key) {
   std::optional<Command> command;
   for_each_kind([&](const auto& kind) {
     if (grammar(kind).word != word.text) return;
-    command = read_fields<std::decay_t<decltype(kind)>>(node.items[0], fmt::format("{}: {}", key, word.text));
+    auto read = kind;
+    read_fields(node.items[0], fmt::format("{}: {}", key, word.text), read);
+    command = read;
   });
   if (!command) {
     fail(word, key,
@@ -121,16 +144,35 @@ Command read_command(const Yaml& node, std::string_view key) {
   return *command;
 }
 
+template <class Kind>
+std::string print_fields(const Kind& command) {
+  std::vector<std::string> fields;
+  for (const auto& field : grammar(command).fields) {
+    fields.push_back(fmt::format("{}: {}", field.name, field.print(command)));
+  }
+  return fmt::format("{{{}}}", fmt::join(fields, ", "));
+}
+
+std::string print_fields(const walking::Steps& steps) {
+  std::vector<std::string> list;
+  for (const walking::Step& step : steps.list) list.push_back(print_fields(step));
+  return fmt::format("[{}]", fmt::join(list, ", "));
+}
+
 std::string print_command(const Command& command) {
   return std::visit(
-      [](const auto& kind) {
-        std::vector<std::string> fields;
-        for (const auto& field : grammar(kind).fields) {
-          fields.push_back(fmt::format("{}: {}", field.name, field.print(kind)));
-        }
-        return fmt::format("{{{}: {{{}}}}}", grammar(kind).word, fmt::join(fields, ", "));
-      },
+      [](const auto& kind) { return fmt::format("{{{}: {}}}", grammar(kind).word, print_fields(kind)); },
       command);
+}
+
+template <class Kind>
+std::string describe(const Grammar<Kind>& grammar) {
+  std::string text;
+  for (const auto& field : grammar.fields) {
+    text += fmt::format("  {:18} {:10} {}, {}; default {}\n", grammar.word, field.name, field.doc,
+                        field.expected, field.print(Kind{}));
+  }
+  return text;
 }
 
 }  // namespace
@@ -152,12 +194,7 @@ std::string print_commands(const std::vector<Command>& commands) {
 
 std::string describe_commands() {
   std::string text;
-  for_each_kind([&](const auto& kind) {
-    for (const auto& field : grammar(kind).fields) {
-      text += fmt::format("  {:18} {:10} {}, {}; default {}\n", grammar(kind).word, field.name, field.doc,
-                          field.expected, field.print(kind));
-    }
-  });
+  for_each_kind([&](const auto& kind) { text += describe(grammar(kind)); });
   return text;
 }
 

@@ -1,5 +1,4 @@
-// The list of walk commands: `- stand: {duration_s: 1}`, `- tangent_arc: {radius_m: 0.75, angle_deg: 90}`,
-// ...
+// The list of walk commands: `- stand: {duration_s: 1}`, `- steps: [{left_m: -0.2, turn_deg: 5}]`, ...
 #pragma once
 
 #include <string>

@@ -65,12 +65,12 @@ TEST(ArmMomentum, OfAnAlternatingTurnLittleIsLeft) {
     const double swung = (shoulder(now.right) - shoulder(before.right)) / kPeriod * kRightArm +
                          (shoulder(now.left) - shoulder(before.left)) / kPeriod * kLeftArm;
     before = now;
-    if (k <= 800) continue;  // the start has died away, exp(-4 s / 0.8 s)
+    if (k <= 800) continue;  // the start has died away, exp(-4 s / 0.5 s)
     alone += trunk * trunk;
     together += (trunk + swung) * (trunk + swung);
   }
-  // A first-order low pass of 0.8 s at 7.85 rad/s leaves 0.157.
-  EXPECT_NEAR(std::sqrt(together / alone), 1 / std::hypot(1.0, 0.8 * omega), 0.005);  // backward differences
+  // A first-order low pass of 0.5 s at 7.85 rad/s leaves 0.247.
+  EXPECT_NEAR(std::sqrt(together / alone), 1 / std::hypot(1.0, 0.5 * omega), 0.005);  // backward differences
 }
 
 TEST(ArmMomentum, ArmsSettleInASteadyTurnAndNeverGoTooFar) {
@@ -78,8 +78,8 @@ TEST(ArmMomentum, ArmsSettleInASteadyTurnAndNeverGoTooFar) {
     ArmMomentum arms(flywheel);
     Arms now;
     for (int k = 0; k < 2000; ++k) now = arms(turned(rate * k * kPeriod));
-    // 0.8 s of the turn's momentum.
-    EXPECT_NEAR(shoulder(now.right), std::min(0.7, 0.8 * rate * kTrunk / 0.8), 1e-3);
+    // 0.5 s of the turn's momentum, shared by two arms of 0.4 kg m².
+    EXPECT_NEAR(shoulder(now.right), std::min(0.7, 0.5 * rate * kTrunk / 0.8), 1e-3);
     EXPECT_NEAR(shoulder(now.left), -shoulder(now.right), 1e-12);
   }
 }

@@ -151,6 +151,54 @@ TEST(Footsteps, LeftAndRightMirrorEachOther) {
   }
 }
 
+/// Entries of a step stack but the first, which only names the foot that stands.
+Steps quarter_stack() {
+  Steps steps;
+  for (int pair = 0; pair < 4; ++pair) {
+    steps.list.push_back({.130128, -.203056, 11.459156 * kDegree});
+    if (pair < 3) steps.list.push_back({.167876, .173156, 11.459156 * kDegree});
+  }
+  steps.list.push_back({.143622, .177705, 9.785909 * kDegree});
+  steps.list.push_back({0, -.19, 0});
+  return steps;
+}
+
+TEST(Steps, StackOfAQuarterCircleIsTheTangentArc) {
+  const auto stack = footsteps(quarter_stack(), {{1, 2}, 0.5}, 0.15);
+  const auto arc = footsteps(TangentArc{0.75, 90 * kDegree}, {{1, 2}, 0.5}, 0.15);
+  ASSERT_EQ(stack.size(), arc.size());
+  for (std::size_t i = 0; i < stack.size(); ++i) {
+    EXPECT_EQ(stack[i].side, arc[i].side);
+    EXPECT_LT((stack[i].pose.position - arc[i].pose.position).norm(), 1e-5);  // nine entries of six decimals
+    EXPECT_NEAR(stack[i].pose.yaw, arc[i].pose.yaw, 1e-7);
+  }
+}
+
+TEST(Steps, FrameIsTurnedBeforeTheFootIsSetDownInIt) {
+  const auto steps = footsteps(Steps{{{0.1, -0.2, 90 * kDegree}}}, {}, 0.15);
+  ASSERT_EQ(steps.size(), 2u);
+  expect_foot(steps[0], Side::right, 0.2, 0.195, 90);  // from the left foot at (0, 0.095): 0.1 along y
+  expect_foot(steps[1], Side::left, 0.01, 0.195, 90);  // and the feet are brought together
+}
+
+TEST(Steps, FeetAlreadyTogetherAreLeftThere) {
+  const auto steps = footsteps(Steps{{{0, 0.29, 0}, {0, -0.19, 0}}}, {}, 0.15);
+  ASSERT_EQ(steps.size(), 2u);
+  expect_ends_together_at(steps, {{0, 0.1}, 0});
+}
+
+TEST(Steps, OneFootTwiceOrNoFootIsRefusedSayingWhichStep) {
+  for (const double second : {0.19, 0.0}) {
+    try {
+      footsteps(Steps{{{0, 0.19, 0}, {0, second, 0}}}, {}, 0.15);
+      FAIL() << "a second step of " << second << " m was accepted";
+    } catch (const std::invalid_argument& e) {
+      EXPECT_NE(std::string(e.what()).find("step 2"), std::string::npos) << e.what();
+    }
+  }
+  EXPECT_THROW(footsteps(Steps{}, {}, 0.15), std::invalid_argument);
+}
+
 TEST(Footsteps, StandingHasNone) { EXPECT_TRUE(footsteps(Stand{2}, {}, 0.15).empty()); }
 
 TEST(Footsteps, WhatCannotBeWalkedIsRefused) {

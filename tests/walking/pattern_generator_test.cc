@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/walking/smooth_walk.h"
 #include "walking/hrp2.h"
 #include "walking/inverse_kinematics.h"
 #include "walking/leg_limits.h"
@@ -40,15 +41,6 @@ WalkOptions perpendicular_circle(double turn = 1) {
   return options;
 }
 
-std::vector<Reference> planned(const WalkOptions& options) {
-  PatternGenerator generator(options);
-  std::vector<Reference> walk;
-  for (std::size_t k = 0; k < generator.ticks(); ++k) walk.push_back(generator.next());
-  return walk;
-}
-
-double yaw_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
-
 void expect_pose(const Eigen::Isometry3d& X, double x, double y, double z, double yaw, double tolerance) {
   EXPECT_LT((X.translation() - Eigen::Vector3d(x, y, z)).norm(), tolerance);
   EXPECT_NEAR(std::remainder(yaw_of(X) - yaw, 2 * kPi), 0, tolerance);
@@ -75,41 +67,6 @@ TEST_P(WholeWalk, IsTimedEveryFiveMilliseconds) {
   for (std::size_t k = 0; k < walk_.size(); ++k) ASSERT_EQ(walk_[k].t_s, static_cast<double>(k) * kPeriod);
 }
 
-TEST_P(WholeWalk, CentreOfMassIsSmoothAndItsDerivativesAgree) {
-  for (std::size_t k = 1; k < walk_.size(); ++k) {
-    const Reference &a = walk_[k - 1], &b = walk_[k];
-    const Eigen::Vector3d jerk = (b.com_acceleration - a.com_acceleration) / kPeriod;
-    ASSERT_LT(jerk.norm(), 170) << "at " << b.t_s;  // g / z_c times 0.07 m of ZMP in 5 ms
-    // Between ticks the jerk is constant: velocity and position follow exactly.
-    const Eigen::Vector3d velocity = a.com_velocity + kPeriod * (a.com_acceleration + kPeriod / 2 * jerk);
-    const Eigen::Vector3d com =
-        a.com + kPeriod * (a.com_velocity + kPeriod / 2 * (a.com_acceleration + kPeriod / 3 * jerk));
-    ASSERT_LT((b.com_velocity - velocity).norm(), 1e-12);
-    ASSERT_LT((b.com - com).norm(), 1e-12);
-  }
-}
-
-TEST_P(WholeWalk, ZmpIsContinuousAndFollowsItsReference) {
-  for (std::size_t k = 1; k < walk_.size(); ++k) {
-    // The smoothing window's largest weight is a fifth; the feet are 0.35 m apart at most.
-    ASSERT_LT((walk_[k].zmp - walk_[k - 1].zmp).norm(), 0.07) << "at " << walk_[k].t_s;
-    ASSERT_LT((walk_[k].zmp_reference - walk_[k - 1].zmp_reference).norm(), 0.07) << "at " << walk_[k].t_s;
-    ASSERT_LT((walk_[k].zmp - walk_[k].zmp_reference).norm(), 0.02) << "at " << walk_[k].t_s;
-  }
-}
-
-TEST_P(WholeWalk, WaistVelocityIsTheDerivativeOfItsPose) {
-  for (std::size_t k = 1; k + 1 < walk_.size(); ++k) {
-    const Reference &before = walk_[k - 1], &now = walk_[k], &after = walk_[k + 1];
-    const Eigen::Vector3d velocity = (after.X_PB.translation() - before.X_PB.translation()) / (2 * kPeriod);
-    const double rate = std::remainder(yaw_of(after.X_PB) - yaw_of(before.X_PB), 2 * kPi) / (2 * kPeriod);
-    // Central differences: T²/6 times the jerk, 3.3e-4 m/s; the yaw's acceleration jumps by 2.2 rad/s² at
-    // lift-off.
-    ASSERT_LT((now.waist_velocity - velocity).norm(), 6e-4) << "at " << now.t_s;
-    ASSERT_NEAR(now.waist_yaw_rate, rate, 6e-3) << "at " << now.t_s;
-  }
-}
-
 TEST_P(WholeWalk, WaistStaysUprightAtItsHeightWithTheCentreOfMassAtItsPlace) {
   for (const Reference& r : walk_) {
     ASSERT_EQ(r.X_PB.linear().col(2), Eigen::Vector3d::UnitZ());
@@ -118,34 +75,7 @@ TEST_P(WholeWalk, WaistStaysUprightAtItsHeightWithTheCentreOfMassAtItsPlace) {
   }
 }
 
-/// Speed, m/s, and turning rate, rad/s, between two ticks.
-double speed(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (b.translation() - a.translation()).norm() / kPeriod;
-}
-double turning(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return std::abs(std::remainder(yaw_of(b) - yaw_of(a), 2 * kPi)) / kPeriod;
-}
-
-TEST_P(WholeWalk, FeetMoveSmoothlyAndOnlyInTheAir) {
-  for (const auto foot : {&Reference::X_PL, &Reference::X_PR}) {
-    const Support alone = foot == &Reference::X_PL ? Support::left : Support::right;
-    for (std::size_t k = 1; k < walk_.size(); ++k) {
-      const Eigen::Isometry3d &before = walk_[k - 1].*foot, &now = walk_[k].*foot;
-      if (walk_[k].support == alone || (walk_[k].support == Support::both && walk_[k - 1].support != alone &&
-                                        walk_[k - 1].support == Support::both)) {
-        ASSERT_TRUE(now.matrix() == before.matrix()) << "at " << walk_[k].t_s;
-        ASSERT_EQ(now.translation().z(), 0);
-      }
-      ASSERT_LT(speed(before, now), 0.95);    // 0.8 m/s for a stride of 0.3 m
-      ASSERT_LT(turning(before, now), 0.90);  // 1.5 · 0.4 rad / 0.70 s
-      if (k < 2) continue;
-      const Eigen::Isometry3d& earlier = walk_[k - 2].*foot;
-      const Eigen::Vector3d change = now.translation() - 2 * before.translation() + earlier.translation();
-      ASSERT_LT(change.norm() / kPeriod, 0.025)
-          << "at " << walk_[k].t_s;  // velocity: 4.6 m/s² in 5 ms at most
-    }
-  }
-}
+TEST_P(WholeWalk, IsSmooth) { expect_smooth(walk_); }
 
 TEST_P(WholeWalk, LegsCanFollow) {
   for (const Reference& r : walk_) {

@@ -89,7 +89,8 @@ TEST(Scenario, WrittenAndReadAgainIsTheSameBitForBit) {
   s.slam->gyro.sigma_rad_s = 1.0 / 3 * 1e-7;
   s.walk.commands = {walking::TangentArc{0.1 + 0.2, to_radians(std::nextafter(90.0, 91))},
                      walking::PerpendicularArc{1.0 / 3, -std::numbers::pi / 2},
-                     walking::Straight{-0.0, 1e-300}};
+                     walking::Straight{-0.0, 1e-300},
+                     walking::Steps{{{0.1, -0.19, 1.0 / 7}, {1.0 / 9, 0.19, 0}}}};
   s.limits.metrics = {{"rmse_m", "median", Bound::at_most, 2.0 / 3},
                       {"loop_closed", "", Bound::at_least, -1e300}};
   s.limits.ending = {"diverged", "fell"};
@@ -103,6 +104,10 @@ TEST(Scenario, WrittenAndReadAgainIsTheSameBitForBit) {
   EXPECT_EQ(arc.angle_rad, to_radians(std::nextafter(90.0, 91)));
   EXPECT_EQ(std::get<walking::PerpendicularArc>(again.walk.commands.at(1)).angle_rad, -std::numbers::pi / 2);
   EXPECT_TRUE(std::signbit(std::get<walking::Straight>(again.walk.commands.at(2)).forward_m));
+  const auto& steps = std::get<walking::Steps>(again.walk.commands.at(3)).list;
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_EQ(steps[0].turn_rad, 1.0 / 7);
+  EXPECT_EQ(steps[1].forward_m, 1.0 / 9);
   EXPECT_EQ(again.limits.metrics, s.limits.metrics);
   EXPECT_EQ(again.limits.ending, s.limits.ending);
 }
@@ -254,7 +259,7 @@ TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
   EXPECT_EQ(
       of("walk.commands=[{hop: {}}]"),
       "<argument>:2:17: walk.commands: unknown command 'hop', expected one of stand, straight, tangent_arc, "
-      "perpendicular_arc");
+      "perpendicular_arc, steps");
 }
 
 TEST(Overrides, DoNotBeginASectionThatTheFileLeavesOut) {

@@ -1,0 +1,99 @@
+// What every planned walk keeps: ZMP, centre of mass, waist and feet are continuous, as are their velocities.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "walking/pattern_generator.h"
+
+namespace walking {
+
+inline std::vector<Reference> planned(const WalkOptions& options) {
+  PatternGenerator generator(options);
+  std::vector<Reference> walk;
+  for (std::size_t k = 0; k < generator.ticks(); ++k) walk.push_back(generator.next());
+  return walk;
+}
+
+inline double yaw_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
+
+/// Its derivatives agree, and its jerk is bounded.
+inline void expect_smooth_centre_of_mass(const std::vector<Reference>& walk) {
+  for (std::size_t k = 1; k < walk.size(); ++k) {
+    const Reference &a = walk[k - 1], &b = walk[k];
+    const Eigen::Vector3d jerk = (b.com_acceleration - a.com_acceleration) / kPeriod;
+    ASSERT_LT(jerk.norm(), 170) << "at " << b.t_s;  // g / z_c times 0.07 m of ZMP in 5 ms
+    // Between ticks the jerk is constant: velocity and position follow exactly.
+    const Eigen::Vector3d velocity = a.com_velocity + kPeriod * (a.com_acceleration + kPeriod / 2 * jerk);
+    const Eigen::Vector3d com =
+        a.com + kPeriod * (a.com_velocity + kPeriod / 2 * (a.com_acceleration + kPeriod / 3 * jerk));
+    ASSERT_LT((b.com_velocity - velocity).norm(), 1e-12);
+    ASSERT_LT((b.com - com).norm(), 1e-12);
+  }
+}
+
+/// It follows its reference; neither jumps.
+inline void expect_smooth_zmp(const std::vector<Reference>& walk) {
+  for (std::size_t k = 1; k < walk.size(); ++k) {
+    // The smoothing window's largest weight is a fifth; the feet are 0.35 m apart at most.
+    ASSERT_LT((walk[k].zmp - walk[k - 1].zmp).norm(), 0.07) << "at " << walk[k].t_s;
+    ASSERT_LT((walk[k].zmp_reference - walk[k - 1].zmp_reference).norm(), 0.07) << "at " << walk[k].t_s;
+    ASSERT_LT((walk[k].zmp - walk[k].zmp_reference).norm(), 0.02) << "at " << walk[k].t_s;
+  }
+}
+
+/// Its velocities are the derivatives of its pose.
+inline void expect_smooth_waist(const std::vector<Reference>& walk) {
+  for (std::size_t k = 1; k + 1 < walk.size(); ++k) {
+    const Reference &before = walk[k - 1], &now = walk[k], &after = walk[k + 1];
+    const Eigen::Vector3d velocity = (after.X_PB.translation() - before.X_PB.translation()) / (2 * kPeriod);
+    const double rate =
+        std::remainder(yaw_of(after.X_PB) - yaw_of(before.X_PB), 2 * std::numbers::pi) / (2 * kPeriod);
+    // Central differences: T²/6 times the jerk, 3.3e-4 m/s; the yaw's acceleration jumps by 2.2 rad/s² at
+    // lift-off.
+    ASSERT_LT((now.waist_velocity - velocity).norm(), 6e-4) << "at " << now.t_s;
+    ASSERT_NEAR(now.waist_yaw_rate, rate, 6e-3) << "at " << now.t_s;
+  }
+}
+
+/// Speed, m/s, and turning rate, rad/s, between two ticks.
+inline double speed(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (b.translation() - a.translation()).norm() / kPeriod;
+}
+inline double turning(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return std::abs(std::remainder(yaw_of(b) - yaw_of(a), 2 * std::numbers::pi)) / kPeriod;
+}
+
+/// They move in the air only, and their velocities do not jump.
+inline void expect_smooth_feet(const std::vector<Reference>& walk) {
+  for (const auto foot : {&Reference::X_PL, &Reference::X_PR}) {
+    const Support alone = foot == &Reference::X_PL ? Support::left : Support::right;
+    for (std::size_t k = 1; k < walk.size(); ++k) {
+      const Eigen::Isometry3d &before = walk[k - 1].*foot, &now = walk[k].*foot;
+      if (walk[k].support == alone || (walk[k].support == Support::both && walk[k - 1].support != alone &&
+                                       walk[k - 1].support == Support::both)) {
+        ASSERT_TRUE(now.matrix() == before.matrix()) << "at " << walk[k].t_s;
+        ASSERT_EQ(now.translation().z(), 0);
+      }
+      ASSERT_LT(speed(before, now), 0.95);    // 0.8 m/s for a stride of 0.3 m
+      ASSERT_LT(turning(before, now), 0.90);  // 1.5 · 0.4 rad / 0.70 s
+      if (k < 2) continue;
+      const Eigen::Isometry3d& earlier = walk[k - 2].*foot;
+      const Eigen::Vector3d change = now.translation() - 2 * before.translation() + earlier.translation();
+      ASSERT_LT(change.norm() / kPeriod, 0.025)
+          << "at " << walk[k].t_s;  // velocity: 4.6 m/s² in 5 ms at most
+    }
+  }
+}
+
+inline void expect_smooth(const std::vector<Reference>& walk) {
+  expect_smooth_centre_of_mass(walk);
+  expect_smooth_zmp(walk);
+  expect_smooth_waist(walk);
+  expect_smooth_feet(walk);
+}
+
+}  // namespace walking
