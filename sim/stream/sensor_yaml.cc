@@ -33,7 +33,8 @@ std::string lens(const slam::Lens& lens) {
     const std::vector<double> all{coefficients...};
     return fmt::format("distortion_model: {}\ndistortion_coefficients: [{}]\n", model, fmt::join(all, ", "));
   };
-  if (const auto* k = std::get_if<slam::Equidistant>(&lens)) return text(kEquidistant, k->k1, k->k2, k->k3, k->k4);
+  if (const auto* k = std::get_if<slam::Equidistant>(&lens))
+    return text(kEquidistant, k->k1, k->k2, k->k3, k->k4);
   if (const auto* k = std::get_if<slam::RadialTangential>(&lens))
     return text(kRadialTangential, k->k1, k->k2, k->p1, k->p2);
   return text(kOneParameter, std::get<slam::OneParameterRadial>(lens).k1_px2);
@@ -122,7 +123,8 @@ slam::Lens read_lens(const Yaml& yaml) {
   const std::string name = model.IsScalar() ? model.Scalar() : "";
   if (name == kOneParameter) return slam::OneParameterRadial{yaml.numbers(coefficients, 1)[0]};
   if (name != kRadialTangential && name != "radtan" && name != kEquidistant)
-    yaml.fail(model.Mark(), fmt::format("expected {}, radtan, {} or {}", kRadialTangential, kEquidistant, kOneParameter));
+    yaml.fail(model.Mark(),
+              fmt::format("expected {}, radtan, {} or {}", kRadialTangential, kEquidistant, kOneParameter));
   const std::vector<double> k = yaml.numbers(coefficients, 4);
   if (name == kEquidistant) return slam::Equidistant{k[0], k[1], k[2], k[3]};
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
@@ -134,9 +136,10 @@ std::string camera_yaml(const RecordingSetup& setup) {
   const slam::CameraIntrinsics& camera = setup.calibration.camera;
   return head("camera", "head camera; body frame: the chest IMU") +
          matrix("T_BS", setup.calibration.X_CG.inverse()) + matrix("T_SB", setup.calibration.X_CG) +
-         fmt::format("rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n{}",
-                     setup.camera_rate_hz, camera.width_px, camera.height_px, camera.fu_px, camera.fv_px,
-                     camera.u0_px, camera.v0_px, lens(camera.lens));
+         fmt::format(
+             "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n{}",
+             setup.camera_rate_hz, camera.width_px, camera.height_px, camera.fu_px, camera.fv_px,
+             camera.u0_px, camera.v0_px, lens(camera.lens));
 }
 
 std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin) {

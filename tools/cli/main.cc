@@ -19,6 +19,7 @@ constexpr const char* kExamples = R"(
 Examples:
   gaitslam run scenarios/tangent_circle.yaml
   gaitslam replay results/tangent_circle/seed-1 slam.vision.sigma_px=1.5
+  gaitslam export results/tangent_circle/seed-1 --format mcap
   gaitslam check scenarios/*.yaml
   gaitslam config scenarios/tangent_circle.yaml
   gaitslam COMMAND --help
@@ -48,6 +49,7 @@ int run_program(int argc, char** argv) {
   app.footer(kExamples);
   cli::add_run(app, exit_code);
   cli::add_replay(app, exit_code);
+  cli::add_export(app, exit_code);
   cli::add_check(app, exit_code);
   cli::add_config(app, exit_code);
   check_command_name(app, argc, argv);

@@ -1,0 +1,33 @@
+// ROS 2 messages in CDR, and their definitions for files that carry them.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/stream/mcap.h"
+#include "sim/stream/sensor_yaml.h"
+#include "sim/stream/whole_readings.h"
+
+namespace sim::stream::ros {
+
+extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamped,
+    kPoseWithCovarianceStamped;
+
+/// Stamps go out kEpoch later. Messages as std::string hold bytes.
+std::string compressed_image(slam::Stamp t, const std::string& frame, const std::vector<unsigned char>& png);
+std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey);
+/// The sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
+std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,
+                double accelerometer_variance);
+/// The lens must be the equidistant one.
+std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera);
+std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);
+/// P: of (orientation in the camera's axes, position in the world's), as slam::Estimate; the message has the
+/// position first and the rotation about the world's axes.
+std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
+                                         const Matrix6d& P);
+
+}  // namespace sim::stream::ros
