@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "sim/bench/scenario.h"
 #include "sim/bench/scenario_yaml.h"
 #include "sim/stream/export.h"
 #include "tools/cli/commands.h"
