@@ -8,7 +8,8 @@ missing_packages() {
   packages=$(sed 's/#.*//' "$root/tools/packages.txt")
   installed=" $(dpkg-query -W -f '${db:Status-Status}=${Package} ' $packages 2>/dev/null || true) "
   for package in $packages; do
-    case $installed in *" installed=$package "*) ;; *) echo "$package" ;; esac
+    case $installed in *" installed=$package "*) continue ;; esac
+    command -v "$package" >/dev/null || echo "$package"  # npm and the like, from wherever
   done
 }
 

@@ -20,6 +20,7 @@ Examples:
   gaitslam run scenarios/tangent_circle.yaml
   gaitslam replay results/tangent_circle/seed-1 slam.vision.sigma_px=1.5
   gaitslam export results/tangent_circle/seed-1 --format mcap
+  gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam check scenarios/*.yaml
   gaitslam config scenarios/tangent_circle.yaml
   gaitslam COMMAND --help
@@ -51,6 +52,7 @@ int run_program(int argc, char** argv) {
   cli::add_replay(app, exit_code);
   cli::add_export(app, exit_code);
   cli::add_check(app, exit_code);
+  cli::add_report(app, exit_code);
   cli::add_config(app, exit_code);
   check_command_name(app, argc, argv);
   try {

@@ -1,0 +1,63 @@
+#include "sim/report/axis.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <limits>
+
+namespace sim::report {
+namespace {
+
+constexpr double kMargin = 0.05;  // of the range, on both sides
+
+// The 1, 2 or 5 times a power of ten that is nearest above `rough`.
+double round_step(double rough) {
+  const double power = std::pow(10, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= rough) return factor * power;
+  return 10 * power;
+}
+
+std::vector<double> decades(double low, double high) {
+  std::vector<double> ticks;
+  for (double exponent = std::ceil(std::log10(low)); exponent <= std::floor(std::log10(high)); ++exponent)
+    ticks.push_back(std::pow(10, exponent));
+  return ticks;
+}
+
+Axis widened(double low, double high, bool logarithmic) {
+  if (logarithmic) return {low / 1.5, high * 1.5, 0, 1, true};
+  const double margin = high > low ? kMargin * (high - low) : std::max(1e-3, 0.1 * std::abs(high));
+  return {low - margin, high + margin, 0, 1, false};
+}
+
+}  // namespace
+
+double Axis::at(double value) const {
+  const auto scale = [&](double v) { return logarithmic ? std::log(std::max(v, low * 1e-3)) : v; };
+  return begin + (end - begin) * (scale(value) - scale(low)) / (scale(high) - scale(low));
+}
+
+std::vector<double> Axis::ticks(int about) const {
+  if (logarithmic) return decades(low, high);
+  const double step = round_step((high - low) / about);
+  std::vector<double> ticks;
+  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step);
+  return ticks;
+}
+
+Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto* column : values) {
+    for (const double value : *column) {
+      if (!std::isfinite(value) || (logarithmic && value <= 0)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  }
+  return low <= high ? widened(low, high, logarithmic) : Axis{};
+}
+
+std::string tick_text(double value) { return std::abs(value) < 1e-12 ? "0" : fmt::format("{:.4g}", value); }
+
+}  // namespace sim::report

@@ -1,0 +1,26 @@
+// An axis of a still picture: the range that holds the values, its ticks, and where a value lies.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sim::report {
+
+/// From value to picture: low at `begin`, high at `end` (px), linear or by the logarithm.
+struct Axis {
+  double low = 0, high = 1;
+  double begin = 0, end = 1;
+  bool logarithmic = false;
+
+  double at(double value) const;
+  std::vector<double> ticks(int about) const;  ///< multiples of 1, 2 or 5 times a power of ten
+};
+
+/// The least range that holds all finite values (positive ones on a logarithmic axis), widened by a margin;
+/// 0 to 1 if there are none.
+Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
+
+/// A tick's value in few digits.
+std::string tick_text(double value);
+
+}  // namespace sim::report

@@ -1,0 +1,17 @@
+// The bundle made from web/ lies in the program as it is.
+#include "sim/report/page.h"
+
+#define GAITSLAM_EMBED(name, file)                                                          \
+  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
+  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
+  extern "C" const char name##_end[] __attribute__((visibility("hidden")));
+
+GAITSLAM_EMBED(gaitslam_report_script, GAITSLAM_BUNDLE "/bundle.js")
+GAITSLAM_EMBED(gaitslam_report_style, GAITSLAM_BUNDLE "/bundle.css")
+
+namespace sim::report {
+
+std::string_view page_script() { return {gaitslam_report_script_begin, gaitslam_report_script_end}; }
+std::string_view page_style() { return {gaitslam_report_style_begin, gaitslam_report_style_end}; }
+
+}  // namespace sim::report

@@ -1,0 +1,171 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/report/axis.h"
+#include "sim/report/figure.h"
+
+namespace sim::report {
+namespace {
+
+constexpr double kLeft = 62, kRight = 14, kTop = 30, kBottom = 46;
+constexpr const char* kStyle =
+    "<style>svg{font:12px system-ui,sans-serif;background:#fff}text{fill:#333}"
+    ".grid{stroke:#ddd;stroke-width:1}.frame{fill:none;stroke:#999}"
+    ".line{fill:none;stroke-width:1.6}.envelope{opacity:.2;stroke:none}.dots{stroke:none}"
+    ".level{stroke:#777;stroke-dasharray:5 4;fill:none}.title{font-weight:600;font-size:13px}"
+    ".truth{--c:#333}.plan{--c:#d55e00}.estimate{--c:#0072b2}.first{--c:#009e73}.second{--c:#cc79a7}"
+    ".third{--c:#e69f00}.line{stroke:var(--c)}.envelope,.dots,.swatch{fill:var(--c)}</style>";
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '\'' ? "&#39;" : std::string(1, c);
+  }
+  return out;
+}
+
+struct Axes {
+  Axis x, y;
+};
+
+// A metre as long in x as in y: the narrower axis is widened about its middle.
+void make_equal(Axes& axes) {
+  const double x_scale = std::abs(axes.x.end - axes.x.begin) / (axes.x.high - axes.x.low);
+  const double y_scale = std::abs(axes.y.end - axes.y.begin) / (axes.y.high - axes.y.low);
+  Axis& wide = x_scale > y_scale ? axes.x : axes.y;
+  const double factor = std::max(x_scale, y_scale) / std::min(x_scale, y_scale);
+  const double middle = (wide.low + wide.high) / 2, half = factor * (wide.high - wide.low) / 2;
+  wide.low = middle - half;
+  wide.high = middle + half;
+}
+
+Axes axes_of(const Figure& figure, double width, double height) {
+  std::vector<const std::vector<double>*> x, y;
+  std::vector<double> levels, moments;
+  for (const Level& level : figure.levels) levels.push_back(level.y);
+  for (const Line& line : figure.lines) x.push_back(&line.x), y.push_back(&line.y);
+  for (const Envelope& e : figure.envelopes) x.push_back(&e.x), y.push_back(&e.low), y.push_back(&e.high);
+  y.push_back(&levels);
+  Axes axes{axis_of(x, false), axis_of(y, figure.logarithmic)};
+  axes.x.begin = kLeft, axes.x.end = width - kRight;
+  axes.y.begin = height - kBottom, axes.y.end = kTop;
+  if (figure.equal_axes) make_equal(axes);
+  return axes;
+}
+
+std::string grid(const Axes& axes) {
+  std::string svg;
+  for (const double v : axes.x.ticks(8)) {
+    svg += fmt::format("<path class='grid' d='M{0:.1f} {1:.1f}V{2:.1f}'/>", axes.x.at(v), axes.y.begin,
+                       axes.y.end);
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='middle'>{}</text>", axes.x.at(v),
+                       axes.y.begin + 16, tick_text(v));
+  }
+  for (const double v : axes.y.ticks(6)) {
+    svg +=
+        fmt::format("<path class='grid' d='M{:.1f} {:.1f}H{:.1f}'/>", axes.x.begin, axes.y.at(v), axes.x.end);
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='end'>{}</text>", axes.x.begin - 6,
+                       axes.y.at(v) + 4, tick_text(v));
+  }
+  return svg;
+}
+
+// Points of a path; nearer than half a pixel to the one before they are left out.
+std::string path(const Axes& axes, const std::vector<double>& x, const std::vector<double>& y) {
+  std::string d;
+  double last_x = -1e9, last_y = -1e9;
+  bool pen_down = false;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double px = axes.x.at(x[i]), py = axes.y.at(y[i]);
+    if (!std::isfinite(py)) {
+      pen_down = false;
+      continue;
+    }
+    if (pen_down && std::hypot(px - last_x, py - last_y) < 0.5 && i + 1 < x.size()) continue;
+    d += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', px, py);
+    last_x = px, last_y = py, pen_down = true;
+  }
+  return d;
+}
+
+std::string draw(const Axes& axes, const Envelope& e) {
+  std::vector<double> x = e.x, y = e.high;
+  x.insert(x.end(), e.x.rbegin(), e.x.rend());
+  y.insert(y.end(), e.low.rbegin(), e.low.rend());
+  return fmt::format("<path class='envelope {}' d='{}Z'/>", role_name(e.role), path(axes, x, y));
+}
+
+std::string draw(const Axes& axes, const Line& line) {
+  if (!line.dots)
+    return fmt::format("<path class='line {}' d='{}'/>", role_name(line.role), path(axes, line.x, line.y));
+  std::string svg = fmt::format("<g class='dots {}'>", role_name(line.role));
+  for (std::size_t i = 0; i < line.x.size(); ++i) {
+    if (!std::isfinite(line.y[i])) continue;
+    svg +=
+        fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='2.2'/>", axes.x.at(line.x[i]), axes.y.at(line.y[i]));
+  }
+  return svg + "</g>";
+}
+
+std::string draw(const Axes& axes, const Level& level) {
+  return fmt::format("<path class='level' d='M{:.1f} {:.1f}H{:.1f}'><title>{}</title></path>", axes.x.begin,
+                     axes.y.at(level.y), axes.x.end, escaped(level.name));
+}
+
+std::string draw(const Axes& axes, const Moment& moment) {
+  return fmt::format(
+      "<path class='level' d='M{0:.1f} {1:.1f}V{2:.1f}'/><text x='{3:.1f}' y='{4:.1f}'>{5}</text>",
+      axes.x.at(moment.x), axes.y.begin, axes.y.end, axes.x.at(moment.x) + 4, axes.y.end + 14,
+      escaped(moment.name));
+}
+
+std::string legend(const Figure& figure, double right) {
+  std::string svg;
+  double x = right;
+  const auto entry = [&](const std::string& name, Role role) {
+    x -= 7.0 * static_cast<double>(name.size()) + 22;
+    svg += fmt::format(
+        "<rect class='swatch {}' x='{:.1f}' y='10' width='12' height='8'/><text x='{:.1f}' y='18'>{}</text>",
+        role_name(role), x, x + 16, escaped(name));
+  };
+  for (auto line = figure.lines.rbegin(); line != figure.lines.rend(); ++line)
+    if (!line->name.empty()) entry(line->name, line->role);
+  return svg;
+}
+
+std::string labels(const Figure& figure, const Axes& axes, double height) {
+  return fmt::format(
+      "<text class='title' x='{:.0f}' y='18'>{}</text><text x='{:.1f}' y='{:.1f}' "
+      "text-anchor='middle'>{}</text>"
+      "<text transform='translate(14 {:.1f})rotate(-90)' text-anchor='middle'>{}</text>",
+      8.0, escaped(figure.title), (axes.x.begin + axes.x.end) / 2, height - 10, escaped(figure.x_label),
+      (axes.y.begin + axes.y.end) / 2, escaped(figure.y_label));
+}
+
+}  // namespace
+
+const char* role_name(Role role) {
+  constexpr const char* kNames[] = {"truth", "plan", "estimate", "first", "second", "third"};
+  return kNames[static_cast<int>(role)];
+}
+
+std::string to_svg(const Figure& figure, double width, double height) {
+  const Axes axes = axes_of(figure, width, height);
+  std::string svg = fmt::format(
+      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' "
+      "height='{1:.0f}' "
+      "role='img' aria-label='{2}'>{3}",
+      width, height, escaped(figure.title), kStyle);
+  svg += "<rect width='100%' height='100%' fill='none'/>" + grid(axes);
+  for (const Envelope& e : figure.envelopes) svg += draw(axes, e);
+  for (const Level& level : figure.levels) svg += draw(axes, level);
+  for (const Moment& moment : figure.moments) svg += draw(axes, moment);
+  for (const Line& line : figure.lines) svg += draw(axes, line);
+  svg += fmt::format("<rect class='frame' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>",
+                     axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
+  return svg + labels(figure, axes, height) + legend(figure, width - kRight) + "</svg>\n";
+}
+
+}  // namespace sim::report

@@ -1,0 +1,133 @@
+#include "sim/report/page_data.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/bench/scenario_keys.h"
+#include "sim/report/pictures.h"
+#include "sim/report/run_figures.h"
+#include "sim/report/scene_data.h"
+#include "sim/score/evaluate.h"
+
+namespace sim::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kWide = 640, kHigh = 520;  // px of an SVG in the page
+
+ordered_json rounded(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  return std::stod(fmt::format("{:.5g}", value));
+}
+
+ordered_json rounded(const std::vector<double>& values) {
+  ordered_json json = ordered_json::array();
+  for (const double value : values) json.push_back(rounded(value));
+  return json;
+}
+
+ordered_json definitions() {
+  ordered_json json;
+  for (const score::MetricDefinition& metric : score::metric_definitions())
+    json[std::string(metric.name)] = metric.definition;
+  return json;
+}
+
+struct Verdict {
+  int exit_code = 0;
+  std::string text;
+};
+
+Verdict verdict_of(const RunData& run, const bench::Scenario& scenario) {
+  const std::string ending = run.score.value("ending", "?");
+  const auto& allowed = scenario.limits.ending;
+  if (std::find(allowed.begin(), allowed.end(), ending) == allowed.end()) return {3, ending};
+  for (const auto& limit : run.score["limits"])
+    if (limit["passed"] == false) return {1, "missed a limit"};
+  return {0, "passed"};
+}
+
+ordered_json configuration(const RunData& run, const bench::Scenario& scenario) {
+  ordered_json rows = ordered_json::array();
+  const ordered_json origins = run.about.value("set_by", ordered_json::object());
+  for (const auto& key : bench::scenario_keys()) {
+    if (!bench::has_section(scenario, key.name)) continue;
+    rows.push_back({{"key", key.name},
+                    {"value", key.print(scenario)},
+                    {"unit", bench::unit_of(key.name)},
+                    {"origin", origins.value(key.name, "default")}});
+  }
+  return rows;
+}
+
+ordered_json all(const std::vector<Figure>& figures) {
+  ordered_json json = ordered_json::array();
+  for (const Figure& figure : figures) json.push_back(to_json(figure));
+  return json;
+}
+
+ordered_json run_data(const RunData& run) {
+  const bench::Scenario scenario = bench::read_scenario(run.folder / "scenario.yaml").scenario;
+  const Verdict verdict = verdict_of(run, scenario);
+  ordered_json json{{"label", run.label},
+                    {"verdict", verdict.text},
+                    {"exit_code", verdict.exit_code},
+                    {"cause", run.about.value("cause", "")},
+                    {"score", run.score},
+                    {"figures", all(run_figures(run))},
+                    {"has_estimate", run.errors.has_value()}};
+  json["pictures"] = pictures(run);
+  json["scene"] = run.map && run.errors ? scene_data(run) : ordered_json(nullptr);
+  json["configuration"] = configuration(run, scenario);
+  json["command"] = fmt::format("tools/gaitslam run {}/scenario.yaml --out DIR", run.folder.string());
+  return json;
+}
+
+std::string subtitle(const RunData& run) {
+  return fmt::format("{} {}, revision {}", run.about.value("program", "gaitslam"),
+                     run.about.value("version", "?"), run.about.value("revision", "?"));
+}
+
+}  // namespace
+
+ordered_json to_json(const Figure& figure) {
+  ordered_json json{{"name", figure.name}, {"title", figure.title}};
+  if (figure.equal_axes) {
+    json["svg"] = to_svg(figure, kWide, kHigh);
+    return json;
+  }
+  json.update(
+      {{"x_label", figure.x_label}, {"y_label", figure.y_label}, {"logarithmic", figure.logarithmic}});
+  for (const char* list : {"lines", "envelopes", "levels", "moments"}) json[list] = ordered_json::array();
+  for (const Line& line : figure.lines)
+    json["lines"].push_back({{"name", line.name},
+                             {"role", role_name(line.role)},
+                             {"x", rounded(line.x)},
+                             {"y", rounded(line.y)},
+                             {"dots", line.dots}});
+  for (const Envelope& e : figure.envelopes)
+    json["envelopes"].push_back({{"name", e.name},
+                                 {"role", role_name(e.role)},
+                                 {"x", rounded(e.x)},
+                                 {"low", rounded(e.low)},
+                                 {"high", rounded(e.high)}});
+  for (const Level& level : figure.levels) json["levels"].push_back({{"name", level.name}, {"y", level.y}});
+  for (const Moment& moment : figure.moments)
+    json["moments"].push_back({{"name", moment.name}, {"x", moment.x}});
+  return json;
+}
+
+ordered_json page_data(const std::vector<RunData>& runs) {
+  ordered_json json{{"title", runs.size() == 1 ? runs[0].label : fmt::format("{} runs", runs.size())},
+                    {"subtitle", subtitle(runs[0])},
+                    {"definitions", definitions()},
+                    {"figures", all(batch_figures(runs))},
+                    {"runs", ordered_json::array()}};
+  for (const RunData& run : runs) json["runs"].push_back(run_data(run));
+  return json;
+}
+
+}  // namespace sim::report

@@ -1,0 +1,130 @@
+#include "sim/report/run_data.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "sim/score/consistency.h"
+#include "sim/stream/file_error.h"
+#include "sim/stream/tum.h"
+
+namespace sim::report {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+std::string read_text(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) throw stream::FileError(file, "cannot be read");
+  return text.str();
+}
+
+ordered_json read_json(const fs::path& file) {
+  ordered_json json = ordered_json::parse(read_text(file), nullptr, false);
+  if (!json.is_object()) throw stream::FileError(file, "expected a JSON object");
+  return json;
+}
+
+double seconds(std::chrono::nanoseconds t) { return 1e-9 * static_cast<double>(t.count()); }
+
+Path path_of(const std::vector<stream::TumRow>& rows) {
+  Path path;
+  for (const stream::TumRow& row : rows) {
+    path.t.push_back(seconds(row.t));
+    path.x.push_back(row.X.translation().x());
+    path.y.push_back(row.X.translation().y());
+    path.z.push_back(row.X.translation().z());
+    path.yaw.push_back(score::yaw(row.X.linear()));
+  }
+  return path;
+}
+
+Path read_path(const fs::path& file) { return path_of(stream::read_tum(file)); }
+
+score::Trajectory trajectory(const std::vector<stream::TumRow>& rows) {
+  score::Trajectory all;
+  for (const stream::TumRow& row : rows) all.push_back({row.t, row.X});
+  return all;
+}
+
+// The standard deviation of the heading: of the orientation error's part along the world's vertical.
+double sigma_yaw(const Eigen::Isometry3d& X_WC, const score::Matrix6d& covariance) {
+  const Eigen::Vector3d vertical_C = X_WC.linear().transpose() * Eigen::Vector3d::UnitZ();
+  return std::sqrt(std::max(0.0, vertical_C.dot(covariance.topLeftCorner<3, 3>() * vertical_C)));
+}
+
+void add(Errors& errors, const score::PosePair& pair, const score::Matrix6d& covariance) {
+  const Eigen::Vector3d e = pair.X_estimate.translation() - pair.X_true.translation();
+  const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, covariance);
+  errors.t.push_back(seconds(pair.t));
+  errors.x.push_back(e.x());
+  errors.y.push_back(e.y());
+  errors.z.push_back(e.z());
+  errors.distance.push_back(e.norm());
+  errors.yaw.push_back(score::yaw(pair.X_estimate.linear() * pair.X_true.linear().transpose()));
+  errors.sigma_x.push_back(std::sqrt(covariance(3, 3)));
+  errors.sigma_y.push_back(std::sqrt(covariance(4, 4)));
+  errors.sigma_z.push_back(std::sqrt(covariance(5, 5)));
+  errors.sigma_yaw.push_back(sigma_yaw(pair.X_estimate, covariance));
+  errors.nees_position.push_back(nees ? nees->position : NAN);
+  errors.nees_orientation.push_back(nees ? nees->orientation : NAN);
+}
+
+Errors errors_of(const std::vector<stream::TumRow>& truth, const std::vector<stream::TumRow>& estimate,
+                 const fs::path& file) {
+  Errors errors;
+  std::size_t row = 0;
+  for (const score::PosePair& pair : score::pair_by_stamp(trajectory(truth), trajectory(estimate))) {
+    while (estimate[row].t != pair.t) ++row;
+    if (!estimate[row].covariance) throw stream::FileError(file, "expected 20 columns");
+    add(errors, pair, *estimate[row].covariance);
+  }
+  return errors;
+}
+
+std::optional<Table> table_if_there(const fs::path& file) {
+  if (!fs::exists(file)) return std::nullopt;
+  return Table(file);
+}
+
+}  // namespace
+
+std::optional<double> RunData::metric(const std::string& name) const {
+  const auto& metrics = score.at("metrics");
+  if (!metrics.contains(name) || !metrics[name]["value"].is_number()) return std::nullopt;
+  return metrics[name]["value"].get<double>();
+}
+
+RunData read_run(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw stream::FileError(folder, "no such result folder");
+  RunData run;
+  run.folder = folder;
+  run.score = read_json(folder / "score.json");
+  run.about = read_json(folder / "about.json");
+  run.timing = read_json(folder / "timing.json");
+  if (!run.score.contains("metrics")) throw stream::FileError(folder / "score.json", "expected metrics");
+  run.scenario_yaml = read_text(folder / "scenario.yaml");
+  run.label = fmt::format("{}, seed {}", run.score.value("scenario", "?"), run.score.value("seed", 0ULL));
+  const auto truth = stream::read_tum(folder / "truth.tum");
+  run.truth = path_of(truth);
+  run.plan = read_path(folder / "plan.tum");
+  run.waist_truth = read_path(folder / "waist_truth.tum");
+  run.waist_plan = read_path(folder / "waist_plan.tum");
+  if (const fs::path file = folder / "estimate_cov.txt"; fs::exists(file)) {
+    const auto estimate = stream::read_tum(file);
+    run.estimate = path_of(estimate);
+    run.errors = errors_of(truth, estimate, file);
+  }
+  run.frames = table_if_there(folder / "frames.csv");
+  run.map = table_if_there(folder / "map.csv");
+  run.feet = table_if_there(folder / "feet.csv");
+  run.frame_times = table_if_there(folder / "timing.csv");
+  return run;
+}
+
+}  // namespace sim::report

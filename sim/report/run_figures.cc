@@ -1,0 +1,222 @@
+#include "sim/report/run_figures.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "sim/score/consistency.h"
+
+namespace sim::report {
+namespace {
+
+constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
+constexpr const char* kTime = "time [s]";
+
+Column scaled(Column values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+Line line(const std::string& name, Role role, const Column& x, const Column& y) { return {name, role, x, y}; }
+
+Figure from_above(const RunData& run) {
+  Figure f{"from_above", "Camera from above", "x [m]", "y [m]"};
+  f.equal_axes = true;
+  f.lines.push_back(line("plan", Role::plan, run.plan.x, run.plan.y));
+  f.lines.push_back(line("truth", Role::truth, run.truth.x, run.truth.y));
+  if (run.estimate) f.lines.push_back(line("estimate", Role::estimate, run.estimate->x, run.estimate->y));
+  return f;
+}
+
+Figure waist_from_above(const RunData& run) {
+  Figure f{"waist_from_above", "Waist from above: planned and walked", "x [m]", "y [m]"};
+  f.equal_axes = true;
+  f.lines.push_back(line("plan", Role::plan, run.waist_plan.x, run.waist_plan.y));
+  f.lines.push_back(line("truth", Role::truth, run.waist_truth.x, run.waist_truth.y));
+  return f;
+}
+
+Figure height(const RunData& run) {
+  Figure f{"height", "Camera height", kTime, "z [m]"};
+  f.lines.push_back(line("plan", Role::plan, run.plan.t, run.plan.z));
+  f.lines.push_back(line("truth", Role::truth, run.truth.t, run.truth.z));
+  if (run.estimate) f.lines.push_back(line("estimate", Role::estimate, run.estimate->t, run.estimate->z));
+  return f;
+}
+
+Figure error(const std::string& name, const std::string& title, const std::string& unit, const Column& t,
+             const Column& value, const Column& sigma, double factor) {
+  Figure f{name, title, kTime, "estimate minus truth [" + unit + "]"};
+  const Column three = scaled(sigma, 3 * factor);
+  f.envelopes.push_back({"3 sigma", Role::estimate, t, scaled(three, -1), three});
+  f.lines.push_back(line("error", Role::estimate, t, scaled(value, factor)));
+  f.levels.push_back({"none", 0});
+  return f;
+}
+
+void add_errors(std::vector<Figure>& figures, const Errors& e) {
+  figures.push_back(error("error_x", "Position error in x", "mm", e.t, e.x, e.sigma_x, kMm));
+  figures.push_back(error("error_y", "Position error in y", "mm", e.t, e.y, e.sigma_y, kMm));
+  figures.push_back(error("error_z", "Position error in z", "mm", e.t, e.z, e.sigma_z, kMm));
+  figures.push_back(error("error_yaw", "Heading error", "deg", e.t, e.yaw, e.sigma_yaw, kDeg));
+}
+
+Figure nees(const Errors& e) {
+  Figure f{"nees", "Normalised error squared (3 expected; 95 % of a run's frames between the lines)", kTime,
+           "NEES"};
+  f.logarithmic = true;
+  f.lines.push_back(line("position", Role::first, e.t, e.nees_position));
+  f.lines.push_back(line("orientation", Role::second, e.t, e.nees_orientation));
+  f.levels = {{"2.5 %", score::chi_square_quantile(0.025, 3)},
+              {"97.5 %", score::chi_square_quantile(0.975, 3)}};
+  return f;
+}
+
+// The moving mean over a second takes the flicker out of single frames.
+Column smoothed(const Column& values, int half) {
+  Column out;
+  for (int i = 0; i < static_cast<int>(values.size()); ++i) {
+    double sum = 0;
+    int count = 0;
+    for (int k = std::max(0, i - half); k <= std::min<int>(i + half, static_cast<int>(values.size()) - 1);
+         ++k) {
+      if (!std::isfinite(values[k])) continue;
+      sum += values[k];
+      ++count;
+    }
+    out.push_back(count > 0 ? sum / count : NAN);
+  }
+  return out;
+}
+
+Column ratio(const Table& frames, const std::string& sensor) {
+  const Column nis = frames.numbers("nis_" + sensor), dof = frames.numbers("dof_" + sensor);
+  Column out;
+  for (std::size_t i = 0; i < nis.size(); ++i) out.push_back(dof[i] > 0 ? nis[i] / dof[i] : NAN);
+  return smoothed(out, 15);
+}
+
+Figure nis(const Table& frames) {
+  Figure f{"nis", "Normalised innovation squared by degrees of freedom, mean over 1 s (1 expected)", kTime,
+           "NIS / dof"};
+  f.logarithmic = true;
+  const Column t = frames.seconds("timestamp");
+  const std::vector<std::pair<std::string, Role>> sensors{{"vision", Role::estimate},
+                                                          {"gyro", Role::first},
+                                                          {"plan_velocity", Role::plan},
+                                                          {"height", Role::second}};
+  for (const auto& [sensor, role] : sensors) {
+    if (!frames.has("nis_" + sensor)) continue;
+    std::string name = sensor == "plan_velocity" ? "planned velocity" : sensor;
+    f.lines.push_back(line(name, role, t, ratio(frames, sensor)));
+  }
+  f.levels = {{"expected", 1}};
+  return f;
+}
+
+Figure matches(const Table& frames) {
+  Figure f{"matches", "Landmarks in the map, searched for and accepted", kTime, "count"};
+  const Column t = frames.seconds("timestamp");
+  f.lines.push_back(line("in the map", Role::truth, t, frames.numbers("landmarks")));
+  f.lines.push_back(line("measured", Role::first, t, frames.numbers("measured")));
+  f.lines.push_back(line("accepted", Role::estimate, t, frames.numbers("accepted")));
+  return f;
+}
+
+Figure cpu(const Table& times) {
+  Figure f{"cpu", "CPU of the filter per frame", kTime, "ms"};
+  f.lines.push_back(line("filter", Role::estimate, times.seconds("timestamp"), times.numbers("filter")));
+  return f;
+}
+
+Figure cpu_by_map(const Table& times, const Table& frames) {
+  Figure f{"cpu_by_map", "CPU of the filter by size of the map", "landmarks in the map", "ms"};
+  Column size = frames.numbers("landmarks"), ms = times.numbers("filter");
+  const std::size_t count = std::min(size.size(), ms.size());
+  size.resize(count), ms.resize(count);
+  f.lines.push_back(line("a frame", Role::estimate, size, ms));
+  f.lines.back().dots = true;
+  return f;
+}
+
+// Ten seconds around the closing of the loop.
+std::optional<Figure> closure(const RunData& run) {
+  const auto time = run.metric("loop_time_s");
+  if (!time || !run.errors) return std::nullopt;
+  Figure f{"closure", "Position error around the closing of the loop", kTime, "mm"};
+  Line distance = line("error", Role::estimate, {}, {}), sigma = line("3 sigma", Role::first, {}, {});
+  const Errors& e = *run.errors;
+  for (std::size_t i = 0; i < e.t.size(); ++i) {
+    if (std::abs(e.t[i] - *time) > 5) continue;
+    distance.x.push_back(e.t[i]), sigma.x.push_back(e.t[i]);
+    distance.y.push_back(kMm * e.distance[i]);
+    sigma.y.push_back(3 * kMm * std::hypot(e.sigma_x[i], e.sigma_y[i], e.sigma_z[i]));
+  }
+  f.lines = {sigma, distance};
+  f.moments = {{"loop closed", *time}};
+  return f;
+}
+
+double quantile(Column values, double p) {
+  std::sort(values.begin(), values.end());
+  const double at = p * static_cast<double>(values.size() - 1);
+  const auto low = static_cast<std::size_t>(at);
+  const std::size_t high = std::min(low + 1, values.size() - 1);
+  return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
+}
+
+Figure error_over_seeds(const std::map<double, Column>& at) {
+  Figure f{"error_over_seeds", "Position error over seeds: least, median, greatest", kTime, "mm"};
+  Line median = line("median", Role::estimate, {}, {});
+  Envelope spread{"least to greatest", Role::estimate, {}, {}, {}};
+  for (const auto& [t, values] : at) {
+    median.x.push_back(t), spread.x.push_back(t);
+    median.y.push_back(quantile(values, 0.5));
+    spread.low.push_back(quantile(values, 0));
+    spread.high.push_back(quantile(values, 1));
+  }
+  f.lines = {median};
+  f.envelopes = {spread};
+  return f;
+}
+
+}  // namespace
+
+std::vector<Figure> run_figures(const RunData& run) {
+  std::vector<Figure> figures{from_above(run), waist_from_above(run), height(run)};
+  if (run.errors) {
+    add_errors(figures, *run.errors);
+    figures.push_back(nees(*run.errors));
+  }
+  if (run.frames && run.errors) {
+    figures.push_back(nis(*run.frames));
+    figures.push_back(matches(*run.frames));
+  }
+  if (const auto around = closure(run)) figures.push_back(*around);
+  if (run.frame_times && run.errors) figures.push_back(cpu(*run.frame_times));
+  if (run.frame_times && run.frames && run.errors)
+    figures.push_back(cpu_by_map(*run.frame_times, *run.frames));
+  return figures;
+}
+
+std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
+  std::map<double, Column> at;
+  Figure walks{"walks", "Where the walks led: truth of every run", "x [m]", "y [m]"};
+  walks.equal_axes = true;
+  for (const RunData& run : runs) {
+    walks.lines.push_back(line("", Role::truth, run.waist_truth.x, run.waist_truth.y));
+    if (!run.errors) continue;
+    for (std::size_t i = 0; i < run.errors->t.size(); ++i)
+      at[run.errors->t[i]].push_back(kMm * run.errors->distance[i]);
+  }
+  if (runs.size() < 2) return {};
+  walks.lines.push_back(line("plan", Role::plan, runs[0].waist_plan.x, runs[0].waist_plan.y));
+  std::vector<Figure> figures{walks};
+  if (!at.empty()) figures.push_back(error_over_seeds(at));
+  return figures;
+}
+
+}  // namespace sim::report

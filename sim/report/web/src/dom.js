@@ -1,0 +1,31 @@
+// Elements from a tag, attributes and children.
+export function element(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith('on')) node.addEventListener(name.slice(2), value);
+    else if (value !== null && value !== false) node.setAttribute(name, value);
+  }
+  node.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  return node;
+}
+
+export function section(id, title, ...children) {
+  return element('section', {id}, element('h2', {}, title), ...children);
+}
+
+export const color = (role) => getComputedStyle(document.documentElement).getPropertyValue('--' + role).trim();
+
+export function number(value) {
+  if (value === null || value === undefined) return '–';
+  const size = Math.abs(value);
+  if (Number.isInteger(value) && size < 1e6) return String(value);
+  return size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : value.toPrecision(4).replace(/\.?0+$/, '');
+}
+
+/// How many figures the page has and how many of them are drawn, for whoever tests the page.
+function count(name) {
+  const {dataset} = document.documentElement;
+  dataset[name] = Number(dataset[name] ?? 0) + 1;
+}
+export const countExpected = () => count('figures');
+export const countDrawn = () => count('drawn');

@@ -1,0 +1,52 @@
+// Tables: verdict and metrics of one run, and many runs side by side, sorted by a click or the keyboard.
+import {element, number} from './dom.js';
+
+const limitText = (limit) => ('at_most' in limit ? `≤ ${number(limit.at_most)}` : `≥ ${number(limit.at_least)}`);
+
+export function limitsTable(limits) {
+  const rows = limits.map((limit) => element('tr', {},
+    element('td', {}, limit.metric), element('td', {class: 'number'}, number(limit.value)),
+    element('td', {class: 'number'}, limitText(limit)),
+    element('td', {class: limit.passed ? 'good' : 'bad'}, limit.passed === null ? 'not judged' : limit.passed ? 'kept' : 'MISSED')));
+  return element('div', {class: 'scroll'}, element('table', {},
+    element('thead', {}, element('tr', {}, element('th', {}, 'limit on'), element('th', {class: 'number'}, 'value'),
+      element('th', {class: 'number'}, 'limit'), element('th', {}, 'verdict'))), element('tbody', {}, rows)));
+}
+
+export function metricsTable(metrics, definitions) {
+  const rows = Object.entries(metrics).map(([name, metric]) => element('tr', {},
+    element('td', {}, element('code', {}, name)),
+    element('td', {class: 'number'}, metric.value === null ? '–' : number(metric.value)),
+    element('td', {}, metric.unit === '1' ? '' : metric.unit),
+    element('td', {class: 'soft'}, metric.reason ? `not defined here: ${metric.reason}` : definitions[name] ?? '')));
+  return element('div', {class: 'scroll'}, element('table', {},
+    element('thead', {}, element('tr', {}, ['metric', 'value', 'unit', 'what it is'].map((title, i) =>
+      element('th', {class: i === 1 ? 'number' : null}, title)))), element('tbody', {}, rows)));
+}
+
+/// columns: [{title, value(row) -> number or text}]. A click on a title sorts, a second one turns the order.
+export function sortableTable(columns, rows) {
+  const body = element('tbody');
+  let sortedBy = null, ascending = true;
+  const fill = (ordered) => body.replaceChildren(...ordered.map((row) => element('tr', {}, columns.map((column) => {
+    const value = column.value(row);
+    const numeric = typeof value === 'number' || value === null;
+    return element('td', {class: numeric ? 'number' : null}, numeric ? number(value) : value);
+  }))));
+  const sort = (column, header) => {
+    ascending = sortedBy === column ? !ascending : true;
+    sortedBy = column;
+    const key = (row) => column.value(row) ?? Infinity;
+    const sign = ascending ? 1 : -1;
+    fill([...rows].sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0)));
+    for (const other of header.parentNode.children) other.removeAttribute('aria-sort');
+    header.setAttribute('aria-sort', ascending ? 'ascending' : 'descending');
+  };
+  const headers = columns.map((column) => {
+    const header = element('th', {class: column.text ? null : 'number'});
+    header.append(element('button', {type: 'button', onclick: () => sort(column, header)}, column.title));
+    return header;
+  });
+  fill(rows);
+  return element('div', {class: 'scroll'}, element('table', {}, element('thead', {}, element('tr', {}, headers)), body));
+}

@@ -1,0 +1,100 @@
+// Reports through the program, opened in a browser as a reader does.
+#include <gmock/gmock.h>
+
+#include <regex>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using tests::Ran;
+
+constexpr const char* kWalk = R"(
+walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
+camera: {}
+slam: {}
+)";
+
+class ReportTest : public tests::CommandLine {
+ protected:
+  ReportTest() { write("walk.yaml", kWalk); }
+  void walk(const std::string& arguments) { ASSERT_EQ(gaitslam("run walk.yaml " + arguments).exit_code, 0); }
+
+  // What the page is after its script ran. Names are resolved nowhere: what is not in the file is not there.
+  Ran opened(const std::string& page) const {
+    return shell(
+        "timeout 100 chromium --headless --no-sandbox --user-data-dir=profile --use-angle=swiftshader "
+        "--enable-unsafe-swiftshader --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr "
+        "--window-size=1200,900 --virtual-time-budget=10000 --dump-dom \"file://$PWD/" +
+        page + "\"");
+  }
+  void expect_all_drawn(const std::string& page, int at_least) const {
+    const Ran ran = opened(page);
+    std::smatch figures, drawn;
+    ASSERT_TRUE(std::regex_search(ran.out, figures, std::regex("data-figures=\"(\\d+)\""))) << ran.err;
+    ASSERT_TRUE(std::regex_search(ran.out, drawn, std::regex("data-drawn=\"(\\d+)\""))) << ran.err;
+    EXPECT_EQ(figures[1], drawn[1]);
+    EXPECT_GE(std::stoi(drawn[1]), at_least);
+    EXPECT_THAT(ran.err, Not(HasSubstr("CONSOLE"))) << "the page said something on the browser's console";
+  }
+};
+
+TEST_F(ReportTest, EveryFigureOfARunIsDrawnWithoutANetwork) {
+  walk("--out one");
+  ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);
+  const std::string page = text_of("one.html");
+  EXPECT_THAT(page, Not(HasSubstr("<script src")));
+  EXPECT_THAT(page, Not(HasSubstr("<link rel=\"stylesheet")));
+  expect_all_drawn("one.html", 10);
+}
+
+TEST_F(ReportTest, SeveralRunsAreComparedOnOnePage) {
+  walk("--seeds 1,2 --out two");
+  ASSERT_EQ(gaitslam("report two --out two.html").exit_code, 0);
+  expect_all_drawn("two.html", 12);
+  EXPECT_THAT(text_of("two.html"), HasSubstr("error_over_seeds"));
+}
+
+TEST_F(ReportTest, AWalkWithoutFilterHasAReportToo) {
+  walk("--without camera,slam --out bare");
+  ASSERT_EQ(gaitslam("report bare/seed-1 --out bare.html").exit_code, 0);
+  expect_all_drawn("bare.html", 3);
+}
+
+TEST_F(ReportTest, ABrokenPageIsNoticed) {
+  write("broken.html", "<html data-figures=\"1\"><script>throw new Error('planted')</script></html>");
+  EXPECT_THAT(opened("broken.html").err, HasSubstr("CONSOLE"));
+}
+
+TEST_F(ReportTest, StillPicturesAppearTogether) {
+  walk("--out two");
+  const Ran ran = gaitslam("report two/seed-1 --plots svg,png --out figures");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(text_of("figures/error_x.svg"), HasSubstr("</svg>"));
+  EXPECT_THAT(text_of("figures/error_x.png").substr(1, 3), "PNG");
+  EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures").exit_code, 2);
+  EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures --force").exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "figures/error_x.png"));
+}
+
+TEST_F(ReportTest, WhatIsNoResultIsNamed) {
+  walk("--out two");
+  const auto complaint = [&](const std::string& arguments) {
+    const Ran ran = gaitslam("report " + arguments);
+    EXPECT_EQ(ran.exit_code, 2);
+    return ran.err;
+  };
+  EXPECT_THAT(complaint("nowhere --out x.html"), HasSubstr("nowhere: no such result folder"));
+  EXPECT_THAT(complaint(". --out x.html"), HasSubstr("expected a result folder"));
+  EXPECT_THAT(complaint("two --plots gif --out x"), HasSubstr("gif"));
+  EXPECT_THAT(complaint("two"), HasSubstr("--out"));
+  write("two/seed-1/frames.csv", "a,b\n1\n");
+  EXPECT_THAT(complaint("two --out x.html"), HasSubstr("frames.csv: row 1 has 1 fields, the header has 2"));
+  write("two/seed-1/score.json", "{");
+  EXPECT_THAT(complaint("two --out x.html"), HasSubstr("score.json: expected a JSON object"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.html"));
+}
+
+}  // namespace

@@ -1,0 +1,118 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "sim/report/page.h"
+#include "sim/report/run_figures.h"
+#include "sim/stream/durable_file.h"
+#include "tools/cli/child.h"
+#include "tools/cli/commands.h"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+namespace report = sim::report;
+
+constexpr const char* kExamples = R"(
+Examples:
+  gaitslam report results/tangent_circle/seed-1 --out report.html
+  gaitslam report results/tangent_circle --out report.html            # all its seeds
+  gaitslam report results/tangent_circle/seed-1 --plots svg,png --out figures   # still pictures in a folder
+The page needs no network and holds all it shows.)";
+
+constexpr double kWidth = 720, kHeight = 300, kEqualHeight = 560;  // px of still pictures
+
+struct Request {
+  std::vector<std::string> results;
+  std::string out;
+  std::vector<std::string> plots;
+  bool force = false;
+};
+
+bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
+
+/// The seeds of a folder of results, in numerical order.
+std::vector<fs::path> seeds_in(const fs::path& folder) {
+  std::vector<std::pair<std::uint64_t, fs::path>> seeds;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    if (name.starts_with("seed-") && is_result(entry.path()))
+      seeds.push_back({std::stoull(name.substr(5)), entry.path()});
+  }
+  std::sort(seeds.begin(), seeds.end());
+  std::vector<fs::path> folders;
+  for (const auto& [seed, path] : seeds) folders.push_back(path);
+  return folders;
+}
+
+std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
+  std::vector<fs::path> all;
+  for (const std::string& name : named) {
+    if (!fs::is_directory(name)) throw UsageError(fmt::format("{}: no such result folder", name));
+    const std::vector<fs::path> found = is_result(name) ? std::vector<fs::path>{name} : seeds_in(name);
+    if (found.empty())
+      throw UsageError(
+          fmt::format("{}: expected a result folder (score.json) or one that holds seed-<n>", name));
+    all.insert(all.end(), found.begin(), found.end());
+  }
+  return all;
+}
+
+/// Pictures as files; PNG by librsvg's own program.
+void write_plots(const std::vector<report::Figure>& figures, const fs::path& folder, const Request& request) {
+  const auto wanted = [&](const char* format) {
+    return std::find(request.plots.begin(), request.plots.end(), format) != request.plots.end();
+  };
+  for (const report::Figure& figure : figures) {
+    const fs::path svg = folder / (figure.name + ".svg"), png = folder / (figure.name + ".png");
+    sim::stream::write_durably(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
+    if (wanted("png")) run_child({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()});
+    if (!wanted("svg")) fs::remove(svg);
+  }
+}
+
+int make_plots(const std::vector<report::RunData>& runs, const Request& request) {
+  sim::stream::DurableFolder folder(
+      request.out, request.force ? sim::stream::Existing::replace : sim::stream::Existing::refuse);
+  for (const report::RunData& run : runs) {
+    const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
+    fs::create_directories(own);
+    write_plots(run_figures(run), own, request);
+  }
+  write_plots(batch_figures(runs), folder.path(), request);
+  folder.commit();
+  std::cout << "figures in " << request.out << '\n';
+  return 0;
+}
+
+int make_report(const Request& request) {
+  std::vector<report::RunData> runs;
+  for (const fs::path& folder : result_folders(request.results)) runs.push_back(report::read_run(folder));
+  if (!request.plots.empty()) return make_plots(runs, request);
+  sim::stream::write_durably(request.out, report::page(runs));
+  std::cout << "report in " << request.out << '\n';
+  return 0;
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, int& exit_code) {
+  auto request = std::make_shared<Request>();
+  CLI::App* command = app.add_subcommand("report", "Write one HTML page, or still pictures, on results");
+  command->add_option("results", request->results, "result folders, or folders that hold seed-<n>")
+      ->required();
+  command->add_option("--out", request->out, "the HTML file; with --plots a folder")->required();
+  command->add_option("--plots", request->plots, "still pictures alone: svg, png or both")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"svg", "png"}));
+  command->add_flag("--force", request->force, "replace a folder of pictures that exists");
+  command->footer(kExamples);
+  command->callback([request, &exit_code] { exit_code = make_report(*request); });
+}
+
+}  // namespace cli
