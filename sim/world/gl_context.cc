@@ -20,11 +20,10 @@ void refuse_other_platforms() {
     fail("libEGL is loaded in this process and would shadow OSMesa");
 }
 
-// One core draws. Mip levels are blended near their borders only, and their choice is approximate: a seventh
-// faster, and corners are found as well.
+// One core draws. Mip levels are chosen approximately: faster, and corners are found as well.
 void prepare_renderer() {
   setenv("LP_NUM_THREADS", "0", 1);
-  setenv("GALLIVM_PERF", "brilinear,rho_approx", 1);
+  setenv("GALLIVM_PERF", "rho_approx", 1);
 }
 
 // A shallow copy with the quality this bench wants: flat faces are lit by directional lights, so one quad is

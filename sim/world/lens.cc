@@ -9,7 +9,7 @@ namespace sim::world {
 namespace {
 
 constexpr int kMargin = 3;          // px of the source around a sample: bilinear, after smoothing
-constexpr double kSmoothing = 0.6;  // px of the source: standard deviation that removes the stairs of edges
+constexpr double kSmoothing = 0.55;  // px of the source: standard deviation that removes the stairs of edges
 
 struct Bounds {
   Eigen::Vector2d low, high;

@@ -133,7 +133,8 @@ TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
   const Vector3d p(0.3, -0.2, 1.4);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(0.7, Vector3d(0.1, -0.2, 0.9).normalized()));
   for (Lens lens : {Lens::wide, Lens::pinhole})
-    for (auto [width, samples] : {std::pair(320, 0), std::pair(320, 4), std::pair(640, 0)}) {
+    for (auto [width, samples] :
+         {std::pair(320, 0), std::pair(320, 4), std::pair(640, 0), std::pair(640, 4)}) {
       CameraOptions options;
       options.width_px = width, options.height_px = width * 3 / 4, options.lens = lens,
       options.samples = samples;
