@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "sim/bench/draw.h"
 #include "sim/bench/planned_camera.h"
 #include "sim/stream/random.h"
 #include "sim/world/head_camera.h"
@@ -31,19 +32,6 @@ Eigen::Vector3d normal(stream::Random& random, double sigma) {
   return sigma * Eigen::Vector3d(x, y, z);
 }
 
-// What differs between the plant and its nominal model on this seed.
-world::Draw draw(const Scenario& scenario) {
-  const world::WorldOptions& world = scenario.world;
-  stream::Random friction(scenario.seed, "floor friction"), zeros(scenario.seed, "joint zeros"),
-      masses(scenario.seed, "link masses");
-  world::Draw drawn{std::max(0.01, world.floor_friction + world.variation.friction * friction.normal()),
-                    Eigen::VectorXd(walking::kJoints), Eigen::VectorXd(walking::kJoints + 1)};
-  for (double& offset : drawn.joint_offset_rad) offset = world.variation.joint_offset_rad * zeros.normal();
-  for (double& scale : drawn.mass_scale)
-    scale = std::max(0.1, 1 + world.variation.mass_fraction * masses.normal());
-  return drawn;
-}
-
 // How camera and chest IMU sit on the robot in its planned posture, by the nominal model.
 struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
@@ -53,7 +41,7 @@ Mounting mounting(const Scenario& scenario, const walking::JointVector& q, const
                   const std::filesystem::path& models) {
   world::WorldOptions bare = scenario.world;
   bare.room = "floor";
-  const world::World nominal(bare, world::Draw{bare.floor_friction, {}, {}}, q, X_WB, models);
+  const world::World nominal(bare, {}, q, X_WB, models);
   return {nominal.X_WB().inverse() * nominal.X_WC(), nominal.X_WC().inverse() * nominal.X_WG()};
 }
 
@@ -164,7 +152,7 @@ Run::Run(const ReadScenario& read, const std::filesystem::path& folder, const st
       generator_(scenario_.walk, world::nominal_body(scenario_.world.robot, models)),
       stabilizer_(scenario_.stabilizer),
       mounting_(mounting(scenario_, q_, reference_.X_PB, models)),
-      world_(scenario_.world, draw(scenario_), q_, reference_.X_PB, models),
+      world_(scenario_.world, draw(scenario_.seed, scenario_.world), q_, reference_.X_PB, models),
       felt_gyro_noise_(scenario_.seed, "felt gyro noise"),
       felt_accelerometer_noise_(scenario_.seed, "felt accelerometer noise"),
       setup_(setup(scenario_, mounting_, reference_.X_PB)),

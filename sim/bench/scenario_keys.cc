@@ -124,6 +124,14 @@ void add_world(Keys& keys) {
                      "standard deviation of each joint's zero over seeds"));
   keys.push_back(key(GAITSLAM_KEY(world, variation.mass_fraction), {0, 0.2},
                      "standard deviation of each link's mass over seeds, relative"));
+  keys.push_back(key(GAITSLAM_KEY(world, variation.com_m), {0, 0.1},
+                     "standard deviation of each link's centre of mass over seeds, along each axis"));
+  keys.push_back(key(GAITSLAM_KEY(world, variation.posture_rad), {0, 0.1},
+                     "standard deviation of each joint's angle at the start over seeds"));
+  keys.push_back(key(GAITSLAM_KEY(world, variation.servo_fraction), {0, 0.2},
+                     "standard deviation of each servo's gain over seeds, relative"));
+  keys.push_back(key(GAITSLAM_KEY(world, variation.floor_height_m), {0, 0.01},
+                     "standard deviation of the floor's height, in waves of 1 to 4 m"));
 }
 
 void add_camera(Keys& keys) {

@@ -5,19 +5,43 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace sim::world {
 
+/// Sliding friction between sole and floor: calibrated, see models/README.md.
+inline constexpr double kFloorFriction = 0.15;
+
+/// A push against the waist: an even horizontal force of so long a time.
+struct Push {
+  double time_s = 0;         ///< when it begins
+  double impulse_ns = 0;     ///< N s
+  double direction_rad = 0;  ///< in which it goes, by the waist's heading: 0 ahead, left positive
+  double duration_s = 0.1;
+};
+
+/// A rectangle of the floor, in W, with a friction of its own.
+struct FloorPatch {
+  double x_min_m = 0, x_max_m = 0, y_min_m = 0, y_max_m = 0;
+  double friction = kFloorFriction;
+};
+
 /// The scenario's keys world.*.
 struct WorldOptions {
-  std::string robot = "hrp2";         ///< models/<robot>.xml
-  std::string room = "office";        ///< models/<room>.xml: what the head camera sees
-  std::uint64_t seed = 1;             ///< of what is painted on the room's surfaces
-  double floor_friction = 0.7;        ///< sliding friction between sole and floor
+  std::string robot = "hrp2";              ///< models/<robot>.xml
+  std::string room = "office";             ///< models/<room>.xml: what the head camera sees
+  std::uint64_t seed = 1;                  ///< of what is painted on the room's surfaces
+  double floor_friction = kFloorFriction;  ///< sliding friction between sole and floor
+  std::vector<FloorPatch> floor_patches;   ///< where the friction is another; of several, the last one
+  std::vector<Push> pushes;
   struct Variation {                  ///< standard deviations from seed to seed, drawn from named streams
-    double friction = 0.02;           ///< of floor_friction
+    double friction = 0.01;           ///< of floor_friction
     double joint_offset_rad = 0.001;  ///< of each joint's zero
     double mass_fraction = 0.005;     ///< of each link's mass, relative
+    double com_m = 0.001;             ///< of each link's centre of mass, along each axis
+    double posture_rad = 0.001;       ///< of each joint's angle at the start
+    double servo_fraction = 0.02;     ///< of each servo's gain, relative
+    double floor_height_m = 0.001;    ///< of the floor's height, in waves of 1 to 4 m
   } variation;
 };
 
@@ -31,11 +55,23 @@ struct CameraOptions {
   int samples = 0;  ///< multisamples of the renderer: 4, or 0 for a denser picture smoothed (twice as fast)
 };
 
-/// One draw of what differs between the plant and its nominal model, made by the run from named streams.
+/// A wave of the floor's height: amplitude_m cos(k_1_m . (x, y) + phase_rad).
+struct FloorWave {
+  double amplitude_m = 0;
+  Eigen::Vector2d k_1_m = Eigen::Vector2d::Zero();
+  double phase_rad = 0;
+};
+
+/// One draw of what differs between the plant and its nominal model, made by the run from named streams. A
+/// vector that is empty: no difference.
 struct Draw {
-  double floor_friction = 0.7;
-  Eigen::VectorXd joint_offset_rad;  ///< true angle minus what the encoder reads, one per joint; empty: none
-  Eigen::VectorXd mass_scale;        ///< of the waist, then of the link each joint moves (31); empty: none
+  double floor_friction = kFloorFriction;
+  Eigen::VectorXd joint_offset_rad;  ///< true angle minus what the encoder reads, one per joint
+  Eigen::VectorXd mass_scale;        ///< of the waist, then of the link each joint moves (31)
+  Eigen::Matrix3Xd com_offset_m;     ///< of the same links, in their axes
+  Eigen::VectorXd posture_rad;       ///< true angle at the start minus the one asked for, one per joint
+  Eigen::VectorXd servo_scale;       ///< of each servo's gain, one per joint
+  std::vector<FloorWave> floor;      ///< their sum is the floor's height
 };
 
 }  // namespace sim::world

@@ -65,10 +65,12 @@ void scale_mass(mjModel* model, int body, double scale) {
 World::World(const WorldOptions& options, const Draw& draw, const walking::JointVector& q,
              const Eigen::Isometry3d& X_WB, const std::filesystem::path& models)
     : model_(load_model(options.robot, kPhysicalRoom, models, Shapes::colliding)),
-      data_(mj_makeData(model_.get())) {
+      data_(mj_makeData(model_.get())),
+      soles_(*model_, draw.floor_friction, options.floor_patches, draw.floor),
+      pushes_(options.pushes) {
   find_ids();
   apply(draw);
-  place(q, X_WB);
+  place(draw.posture_rad.size() == 0 ? q : walking::JointVector(q + draw.posture_rad), X_WB);
   command(q, walking::JointVector::Zero());
   mj_forward(model_.get(), data_.get());
   felt_from_ = recorded_from_ = imu_state();
@@ -79,7 +81,6 @@ void World::find_ids() {
   ids_.waist = id(m, mjOBJ_BODY, "BODY");
   ids_.camera = id(m, mjOBJ_CAMERA, "head_camera");
   ids_.imu = id(m, mjOBJ_SITE, "chest_imu");
-  ids_.floor = id(m, mjOBJ_GEOM, "floor");
   ids_.left_sole = id(m, mjOBJ_SITE, "LLEG_SOLE");
   ids_.right_sole = id(m, mjOBJ_SITE, "RLEG_SOLE");
   ids_.left_sole_geom = id(m, mjOBJ_GEOM, "LLEG_SOLE");
@@ -98,27 +99,36 @@ void World::find_ids() {
 }
 
 void World::apply(const Draw& draw) {
+  const auto check = [](Eigen::Index size, int wanted, const char* what) {
+    if (size != 0 && size != wanted)
+      throw std::invalid_argument(std::string("a draw of the wrong size: ") + what);
+  };
+  check(draw.joint_offset_rad.size(), walking::kJoints, "joint offsets");
+  check(draw.mass_scale.size(), walking::kJoints + 1, "masses");
+  check(draw.com_offset_m.cols(), walking::kJoints + 1, "centres of mass");
+  check(draw.posture_rad.size(), walking::kJoints, "posture");
+  check(draw.servo_scale.size(), walking::kJoints, "servos");
+  if (draw.joint_offset_rad.size() != 0) offset_ = draw.joint_offset_rad;
+  for (Eigen::Index joint = 0; joint < draw.servo_scale.size(); ++joint) {
+    const int servo = ids_.actuator[joint];
+    model_->actuator_gainprm[mjNGAIN * servo] *= draw.servo_scale[joint];
+    model_->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[joint];
+  }
+  apply_masses(draw);
+}
+
+void World::apply_masses(const Draw& draw) {
   mjModel* m = model_.get();
-  if (draw.joint_offset_rad.size() != 0 && draw.joint_offset_rad.size() != walking::kJoints) {
-    throw std::invalid_argument("a draw has one joint offset per joint, or none");
+  std::vector<int> bodies{ids_.waist};
+  bodies.insert(bodies.end(), ids_.body.begin(), ids_.body.end());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    if (draw.mass_scale.size() != 0) scale_mass(m, bodies[i], draw.mass_scale[column]);
+    if (draw.com_offset_m.cols() == 0) continue;
+    Eigen::Map<Eigen::Vector3d>(m->body_ipos + 3 * bodies[i]) += draw.com_offset_m.col(column);
+    m->body_sameframe[bodies[i]] = 0;
   }
-  if (draw.mass_scale.size() != 0 && draw.mass_scale.size() != walking::kJoints + 1) {
-    throw std::invalid_argument("a draw has one mass scale for the waist and one per joint, or none");
-  }
-  // MuJoCo takes the larger friction of a pair: floor and soles get the same.
-  for (int geom : {ids_.floor, ids_.left_sole_geom, ids_.right_sole_geom}) {
-    m->geom_friction[3 * geom] = draw.floor_friction;
-  }
-  if (draw.joint_offset_rad.size() != 0) {
-    offset_ = draw.joint_offset_rad;
-  }
-  if (draw.mass_scale.size() != 0) {
-    scale_mass(m, ids_.waist, draw.mass_scale[0]);
-    for (int joint = 0; joint < walking::kJoints; ++joint) {
-      scale_mass(m, ids_.body[joint], draw.mass_scale[joint + 1]);
-    }
-    mj_setConst(m, data_.get());
-  }
+  if (draw.mass_scale.size() != 0 || draw.com_offset_m.cols() != 0) mj_setConst(m, data_.get());
 }
 
 void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) {
@@ -130,18 +140,11 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   for (int joint = 0; joint < walking::kJoints; ++joint) {
     data_->qpos[ids_.position[joint]] = q[joint] + offset_[joint];
   }
-  mj_kinematics(model_.get(), data_.get());
-  base[2] -= lowest_sole_corner();
-}
-
-double World::lowest_sole_corner() const {
-  double lowest = std::numeric_limits<double>::infinity();
-  for (int geom : {ids_.left_sole_geom, ids_.right_sole_geom}) {
-    const Eigen::Isometry3d X_WS = pose(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom);
-    const Eigen::Vector3d half = vector(model_->geom_size + 3 * geom);
-    lowest = std::min(lowest, X_WS.translation().z() - X_WS.linear().row(2).cwiseAbs().dot(half));
+  for (int pass = 0; pass < 2; ++pass) {  // where the pads are decides how long they are
+    mj_kinematics(model_.get(), data_.get());
+    soles_.meet_floor(*model_, *data_);
   }
-  return lowest;
+  base[2] -= soles_.lowest(*model_, *data_);
 }
 
 void World::command(const walking::JointVector& q, const walking::JointVector& dq) {
@@ -158,11 +161,26 @@ const Status& World::step() {
   if (status_.condition != Condition::ok) {
     return status_;
   }
+  push();
   mj_step2(model_.get(), data_.get());
+  soles_.feel(*model_, *data_);
+  soles_.meet_floor(*model_, *data_);
   mj_step1(model_.get(), data_.get());
   time_ += kStep;
   status_ = check();
   return status_;
+}
+
+void World::push() {
+  const double now = std::chrono::duration<double>(time_).count();
+  Eigen::Map<Eigen::Vector3d> force(data_->xfrc_applied + 6 * ids_.waist);
+  force.setZero();
+  const Eigen::Vector3d ahead = X_WB().linear().col(0);
+  for (const Push& push : pushes_) {
+    if (now < push.time_s || now >= push.time_s + push.duration_s) continue;
+    const double heading = std::atan2(ahead.y(), ahead.x()) + push.direction_rad;
+    force += push.impulse_ns / push.duration_s * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
+  }
 }
 
 Status World::check() const {

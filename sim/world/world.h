@@ -11,6 +11,7 @@
 #include "sim/world/imu.h"
 #include "sim/world/model.h"
 #include "sim/world/options.h"
+#include "sim/world/soles.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
 
@@ -28,8 +29,8 @@ struct Status {
 class World {
  public:
   /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved
-  /// vertically until the lower sole touches the floor (z = 0). Throws std::runtime_error when a model does
-  /// not load, and std::invalid_argument when a draw has the wrong size.
+  /// vertically until the lower pad of a sole touches the floor (z = 0 but for its unevenness). Throws
+  /// std::runtime_error when a model does not load, and std::invalid_argument when a draw has the wrong size.
   World(const WorldOptions& options, const Draw& draw, const walking::JointVector& q,
         const Eigen::Isometry3d& X_WB, const std::filesystem::path& models);
 
@@ -48,6 +49,9 @@ class World {
   /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
   ImuReading imu_since_last();
 
+  /// What the floor did to the left and the right sole since the last call (or the start).
+  std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
+
   /// True poses in W. Ground truth: for the score alone, never for filter, stabiliser or plan.
   Eigen::Isometry3d X_WB() const;  ///< waist
   Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
@@ -63,7 +67,7 @@ class World {
 
  private:
   struct Ids {
-    int waist = 0, camera = 0, imu = 0, floor = 0;
+    int waist = 0, camera = 0, imu = 0;
     int left_sole = 0, right_sole = 0;  // sites
     int left_sole_geom = 0, right_sole_geom = 0;
     int left_force = 0, left_torque = 0, right_force = 0, right_torque = 0;  // addresses in sensordata
@@ -72,8 +76,9 @@ class World {
 
   void find_ids();
   void apply(const Draw& draw);
+  void apply_masses(const Draw& draw);
   void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
-  double lowest_sole_corner() const;
+  void push();
   Status check() const;
   bool feet_touch() const;
   ImuState imu_state() const;
@@ -82,6 +87,8 @@ class World {
   Model model_;
   Data data_;
   Ids ids_;
+  Soles soles_;
+  std::vector<Push> pushes_;
   walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's
   std::chrono::nanoseconds time_{0};
   Status status_;

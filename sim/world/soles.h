@@ -1,0 +1,58 @@
+// The pads under the soles: the only things that touch the floor, and what the floor does to them.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "sim/world/options.h"
+
+struct mjModel_;
+struct mjData_;
+
+namespace sim::world {
+
+/// What the floor did to one foot over an interval. Creep: the motion that MuJoCo's softened friction lets
+/// pass below the friction cone, where a real sole would stick; a slide beyond the cone is not in it.
+struct SoleContact {
+  double load = 0;                                  ///< N, mean vertical force
+  Eigen::Vector2d creep = Eigen::Vector2d::Zero();  ///< m in W, of the mean of the pads in contact
+  double creep_yaw = 0;                             ///< rad
+};
+
+/// The ten pads of a robot on its floor.
+class Soles {
+ public:
+  /// Finds the pads: the geoms of the bodies RLEG_SOLE and LLEG_SOLE that collide with the floor. Throws
+  /// std::runtime_error when there is none.
+  Soles(mjModel_& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves);
+
+  /// Gives each pad the friction and the height of the floor below it: the floor of the simulator is a plane,
+  /// a pad over a bump is longer by its height. The bumps' slopes (below 1 %) are neglected.
+  void meet_floor(mjModel_& model, const mjData_& data) const;
+
+  /// How high the lowest pad is above the plane, m.
+  double lowest(const mjModel_& model, const mjData_& data) const;
+
+  /// Adds up what the forces of this step did; to be called when they have been computed.
+  void feel(const mjModel_& model, const mjData_& data);
+
+  /// Since the last call: of the left sole, then of the right one.
+  std::array<SoleContact, 2> since_last();
+
+ private:
+  struct Pad {
+    int geom = 0, foot = 0;  // foot: 0 left, 1 right
+    double z = 0;            // in the sole, on an even floor
+  };
+  void feel(const mjModel_& model, const mjData_& data, std::size_t foot);
+
+  std::vector<Pad> pads_;
+  double friction_;
+  std::vector<FloorPatch> patches_;
+  std::vector<FloorWave> waves_;
+  std::array<SoleContact, 2> sum_;
+  int steps_ = 0;
+};
+
+}  // namespace sim::world
