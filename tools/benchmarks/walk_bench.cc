@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "sim/stream/random.h"
+#include "sim/bench/draw.h"
 #include "sim/world/world.h"
 #include "walking/inverse_kinematics.h"
 #include "walking/pattern_generator.h"
@@ -14,7 +14,7 @@
 
 namespace {
 
-using sim::stream::Random, sim::world::Condition;
+using sim::world::Condition;
 
 double cpu_seconds() {
   timespec now{};
@@ -45,15 +45,6 @@ walking::WalkOptions tangent_circle() {
   return walk;
 }
 
-sim::world::Draw draw(std::uint64_t seed, const sim::world::WorldOptions& world) {
-  Random friction(seed, "floor friction"), zeros(seed, "joint zeros"), masses(seed, "link masses");
-  sim::world::Draw drawn{world.floor_friction + world.variation.friction * friction.normal(),
-                         Eigen::VectorXd(walking::kJoints), Eigen::VectorXd(walking::kJoints + 1)};
-  for (double& offset : drawn.joint_offset_rad) offset = world.variation.joint_offset_rad * zeros.normal();
-  for (double& scale : drawn.mass_scale) scale = 1 + world.variation.mass_fraction * masses.normal();
-  return drawn;
-}
-
 Condition walk(std::uint64_t seed, Profile& profile) {
   const sim::world::WorldOptions options;
   walking::PatternGenerator generator =
@@ -61,7 +52,7 @@ Condition walk(std::uint64_t seed, Profile& profile) {
   walking::Stabilizer stabilizer;
   walking::Reference reference = generator.next();
   walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference)).q;
-  sim::world::World world(options, draw(seed, options), q, reference.X_PB, GAITSLAM_MODELS);
+  sim::world::World world(options, sim::bench::draw(seed, options), q, reference.X_PB, GAITSLAM_MODELS);
   for (std::size_t tick = 0; tick < generator.ticks() && world.status().condition == Condition::ok; ++tick) {
     const walking::JointVector next = timed(profile.control, [&] {
       return walking::inverse_kinematics(stabilizer.step(reference, world.felt())).q;
