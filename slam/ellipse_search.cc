@@ -10,7 +10,8 @@ namespace slam {
 namespace {
 
 constexpr int kWidest = 2 * kLargestSearch + 1;
-using Row = Eigen::Array<float, Eigen::Dynamic, 1, 0, kWidest + 2 * kPatchHalf, 1>;
+constexpr int kTogether = 16;  // neighbouring correlations, two vector registers of 8
+using Lane = Eigen::Array<float, 8, 1>;
 
 /// Pixels of the image to search, ends included.
 struct Box {
@@ -53,18 +54,43 @@ class ColumnSums {
   std::array<std::int32_t, kWidest + 2 * kPatchHalf> sum_{}, square_{};
 };
 
-/// 11x11 products of the template with the image, for the pixels first..last of one row at once.
-Row products(const cv::Mat& image, const Template& patch, int row, int first, int last) {
-  const int count = last - first + 1;
-  Row sum = Row::Zero(count), grey(count + 2 * kPatchHalf);
-  for (int j = 0; j < kPatchSide; ++j) {
-    const uchar* pixels = image.ptr<uchar>(row + j - kPatchHalf) + first - kPatchHalf;
-    grey = Eigen::Map<const Eigen::Array<uchar, Eigen::Dynamic, 1>>(pixels, count + 2 * kPatchHalf)
-               .cast<float>();
-    for (int i = 0; i < kPatchSide; ++i) sum += patch.grey(j * kPatchSide + i) * grey.segment(i, count);
+/// The grey values that the templates in a box reach, with room to read a whole vector past the last one.
+class Window {
+ public:
+  Window(const cv::Mat& image, const Box& box) {
+    const int columns = box.right - box.left + kPatchSide, rows = box.bottom - box.top + kPatchSide;
+    for (int j = 0; j < rows; ++j) {
+      std::copy_n(image.ptr<uchar>(box.top - kPatchHalf + j) + box.left - kPatchHalf, columns, row(j));
+      std::fill_n(row(j) + columns, kTogether, 0.0F);
+    }
   }
-  return sum;
-}
+
+  /// 11x11 products of the template with the window, for kTogether places from (row, column) of the box on.
+  void products(const Template& patch, int top, int column, float* sums) const {
+    Lane a = Lane::Zero(), b = a, c = a, d = a;  // four sums, so that additions need not wait for each other
+    for (int j = 0; j < kPatchSide; ++j) {
+      const float* t = patch.grey.data() + j * kPatchSide;
+      const float* g = row(top + j) + column;
+      for (int i = 0; i + 1 < kPatchSide; i += 2) {
+        a += t[i] * lane(g + i);
+        b += t[i] * lane(g + i + 8);
+        c += t[i + 1] * lane(g + i + 1);
+        d += t[i + 1] * lane(g + i + 9);
+      }
+      a += t[kPatchSide - 1] * lane(g + kPatchSide - 1);
+      b += t[kPatchSide - 1] * lane(g + kPatchSide + 7);
+    }
+    Eigen::Map<Eigen::Array<float, kTogether, 1>>{sums} << a + c, b + d;
+  }
+
+ private:
+  static constexpr int kStride = kWidest + 2 * kPatchHalf + kTogether;
+  static Eigen::Map<const Lane> lane(const float* grey) { return Eigen::Map<const Lane>(grey); }
+  float* row(int j) { return grey_.data() + j * kStride; }
+  const float* row(int j) const { return grey_.data() + j * kStride; }
+
+  std::array<float, static_cast<std::size_t>(kStride*(kWidest + 2 * kPatchHalf))> grey_;
+};
 
 }  // namespace
 
@@ -76,6 +102,8 @@ std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
   constexpr double kPixels = Template::kPixels;
   constexpr double kFlat = kFlatContrast * kFlatContrast * kPixels;
   ColumnSums sums(image, box);
+  const Window window(image, box);
+  std::array<float, kWidest + kTogether> dot;
   std::optional<Match> best;
   for (int row = box.top; row <= box.bottom; ++row) {
     sums.enter(row);
@@ -86,7 +114,8 @@ std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
     const int first = std::max(box.left, static_cast<int>(std::ceil(centre.x() + middle - half)));
     const int last = std::min(box.right, static_cast<int>(std::floor(centre.x() + middle + half)));
     if (inside >= 0 && first <= last) {
-      const Row dot = products(image, patch, row, first, last);
+      for (int column = first; column <= last; column += kTogether)
+        window.products(patch, row - box.top, column - box.left, dot.data() + (column - first));
       std::int64_t sum = 0, square = 0;
       for (int i = first - box.left; i < first - box.left + 2 * kPatchHalf; ++i) {
         sum += sums.sum(static_cast<std::size_t>(i));
@@ -97,7 +126,8 @@ std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
         sum += sums.sum(right);
         square += sums.square(right);
         const double spread = static_cast<double>(square) - static_cast<double>(sum * sum) / kPixels;
-        const double correlation = spread > kFlat ? dot(column - first) / std::sqrt(spread) : -1;
+        const double correlation =
+            spread > kFlat ? dot[static_cast<std::size_t>(column - first)] / std::sqrt(spread) : -1;
         if (spread > kFlat && (!best || correlation > best->correlation))
           best = Match{Eigen::Vector2d(column, row), correlation};
         const auto left = right - 2 * kPatchHalf;

@@ -232,7 +232,7 @@ void Filter::Workings::measure_vision(const Observation& o, double dt) {
   std::vector<Candidate> candidates = predict_view(kalman, map.landmarks(), camera, options.vision.sigma_px);
   report.predicted = static_cast<int>(candidates.size());
   const std::vector<Candidate> in_view = candidates;
-  keep_most_informative(candidates, static_cast<std::size_t>(options.vision.visible_landmarks));
+  keep_most_informative(candidates, static_cast<std::size_t>(options.vision.measured_landmarks));
 
   std::vector<Measurement> found;
   std::vector<std::size_t> whose;  // candidate of each

@@ -9,12 +9,14 @@ namespace slam {
 namespace {
 
 constexpr int kTries = 5;
-constexpr double kApart = 20;  // px between a new landmark and the others
+constexpr double kApart = 20;      // px between a new landmark and the others
+constexpr double kFewInView = 12;  // landmarks, up to which a box has a quarter of the image's sides
 
-/// A box of a quarter of the image's sides at a random place that leaves room for the patch.
-cv::Rect random_box(const cv::Mat& image, std::mt19937_64& random) {
+/// A box at a random place that leaves room for the patch; small enough that `visible` of them may lie apart.
+cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) {
   const int margin = kSourceHalf + 1;
-  const int width = image.cols / 4, height = image.rows / 4;
+  const double side = std::min(1.0, std::sqrt(kFewInView / visible)) / 4;  // of the image's
+  const int width = static_cast<int>(side * image.cols), height = static_cast<int>(side * image.rows);
   const auto below = [&random](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
   const int x = margin + below(image.cols - 2 * margin - width + 1);
   const int y = margin + below(image.rows - 2 * margin - height + 1);
@@ -26,9 +28,9 @@ bool holds_any(const cv::Rect& box, const std::vector<Eigen::Vector2d>& pixels) 
                      [&](const Eigen::Vector2d& p) { return box.contains(cv::Point2d(p.x(), p.y())); });
 }
 
-bool far_from_all(const Eigen::Vector2i& pixel, const std::vector<Eigen::Vector2d>& taken) {
+bool far_from_all(const Eigen::Vector2i& pixel, const std::vector<Eigen::Vector2d>& taken, double apart) {
   return std::all_of(taken.begin(), taken.end(),
-                     [&](const Eigen::Vector2d& p) { return (p - pixel.cast<double>()).norm() >= kApart; });
+                     [&](const Eigen::Vector2d& p) { return (p - pixel.cast<double>()).norm() >= apart; });
 }
 
 double inverse_depth_sigma(const State& state, const Landmark& landmark) {
@@ -54,10 +56,10 @@ int Map::begin(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>
   const std::size_t before = landmarks_.size();
   const auto begun = [&] { return static_cast<int>(landmarks_.size() - before); };
   for (int tries = 0; begun() < wanted && tries < kTries * wanted; ++tries) {
-    const cv::Rect box = random_box(image, random_);
+    const cv::Rect box = random_box(image, options.vision.visible_landmarks, random_);
     if (holds_any(box, occupied)) continue;
     const auto corner = strongest_corner(image, box, options.vision.corner_threshold);
-    if (!corner || !far_from_all(corner->pixel, occupied)) continue;
+    if (!corner || !far_from_all(corner->pixel, occupied, std::min<double>(kApart, box.height))) continue;
     add(image, t, corner->pixel, camera, options, kalman);
     occupied.push_back(corner->pixel.cast<double>());
   }

@@ -85,7 +85,8 @@ struct Options {
     /// matches, because a landmark's errors last over many frames.
     double sigma_px = 1.0;
     double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
-    int visible_landmarks = 12;   ///< how many to measure in a frame, and to keep in view
+    int visible_landmarks = 12;   ///< how many to keep in view
+    int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones
     double minimum_correlation = 0.8;
     double corner_threshold =
         20000;  ///< smaller eigenvalue of the 11x11 gradient moments, grey levels squared

@@ -210,8 +210,9 @@ void add_slam(Keys& keys) {
                      "image noise at the centre; twice that at the corner"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.gate_sigma_px), {0.01, 100},
                      "scatter of a single right match, by which wrong ones are told"));
-  keys.push_back(key(GAITSLAM_KEY(slam, vision.visible_landmarks), {1, 1000},
-                     "landmarks to measure in a frame and to keep in view"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.visible_landmarks), {1, 1000}, "landmarks to keep in view"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.measured_landmarks), {1, 1000},
+                     "landmarks to measure in a frame, the least certain of those in view"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.minimum_correlation), {-1, 1},
                      "normalised correlation a match must reach"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.corner_threshold), {0, 1e9},
