@@ -21,7 +21,10 @@ const std::map<std::string, Painter, std::less<>> kPainters{
     {"screen", paint_screen},         {"drawers", paint_drawers},
     {"cabinet", paint_cabinet},       {"fabric", paint_fabric},
     {"carton", paint_carton},         {"poster", paint_poster},
-    {"whiteboard", paint_whiteboard}, {"notices", paint_notices}};
+    {"whiteboard", paint_whiteboard}, {"notices", paint_notices},
+    {"hall_wall", paint_hall_wall},   {"hall_ceiling", paint_hall_ceiling},
+    {"vinyl", paint_vinyl},           {"lockers", paint_lockers},
+    {"shutter", paint_shutter}};
 
 }  // namespace
 

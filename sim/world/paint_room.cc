@@ -6,7 +6,7 @@
 namespace sim::world {
 namespace {
 
-constexpr double kLong = 11, kShort = 7, kHigh = 3;
+constexpr double kLong = 11, kShort = 7, kHigh = 3, kHallLong = 25, kHallAcross = 18;
 
 Colour brightness(const Colour& colour, cv::RNG& random, double spread) {
   return shade(colour, 1 + random.uniform(-spread, spread));
@@ -55,10 +55,11 @@ void paint_trees(Canvas& view, cv::RNG& random) {
 }  // namespace
 
 Canvas paint_carpet(Commission& c) {
-  Canvas carpet(kLong, kShort, 0.0035, {104, 108, 116});
+  const bool far = c.number == 2;
+  Canvas carpet(far ? kHallLong : kLong, kShort, far ? 0.006 : 0.0035, {104, 108, 116});
   constexpr double tile = 0.5;
   for (double y = 0; y < kShort; y += tile)
-    for (double x = 0; x < kLong; x += tile) {
+    for (double x = 0; x < carpet.width(); x += tile) {
       const bool accent = c.random.uniform(0.0, 1.0) < 0.12;
       const Colour colour = accent ? Colour(150, 132, 96) : Colour(104, 108, 116);
       const Box box{x, y, tile, tile};
@@ -111,6 +112,13 @@ Canvas paint_long_wall(Commission& c) {
 
 Canvas paint_short_wall(Commission& c) {
   Canvas wall(kShort, kHigh, 0.005, c.number == 1 ? Colour(196, 200, 206) : Colour(212, 206, 194));
+  finish_wall(wall, c.random);
+  return wall;
+}
+
+Canvas paint_hall_wall(Commission& c) {
+  static const Colour kColours[] = {{208, 206, 200}, {214, 212, 204}, {190, 196, 198}, {206, 202, 192}};
+  Canvas wall(c.number <= 2 ? kHallLong : kHallAcross, kHigh, 0.005, kColours[(c.number + 3) % 4]);
   finish_wall(wall, c.random);
   return wall;
 }

@@ -12,14 +12,21 @@ struct Commission {
 };
 
 // The room: paint_room.cc
-Canvas paint_carpet(Commission& c);      ///< 11 x 7 m
+Canvas paint_carpet(Commission& c);      ///< 11 x 7 m; number 2: 25 x 7 m, not as sharp
 Canvas paint_ceiling(Commission& c);     ///< 11 x 7 m, with the regular grid of identical lights
 Canvas paint_long_wall(Commission& c);   ///< 11 x 3 m
 Canvas paint_short_wall(Commission& c);  ///< 7 x 3 m
+Canvas paint_hall_wall(Commission& c);   ///< 25 x 3 m (numbers 1, 2) or 18 x 3 m
 Canvas paint_window(Commission& c);      ///< 2.2 x 1.6 m, a view of the town
 Canvas paint_door(Commission& c);        ///< 0.95 x 2.1 m
 Canvas paint_rug(Commission& c);         ///< 2.4 x 1.7 m
 Canvas paint_radiator(Commission& c);    ///< 1.8 x 0.6 m
+
+// The hall: paint_hall.cc
+Canvas paint_vinyl(Commission& c);         ///< 25 x 11 m; number 2: 6 x 4.8 m of it, sharper
+Canvas paint_hall_ceiling(Commission& c);  ///< a module of 2.4 x 3.6 m with one light, to be repeated
+Canvas paint_lockers(Commission& c);       ///< 1.2 x 1.8 m
+Canvas paint_shutter(Commission& c);       ///< 3.0 x 2.6 m
 
 // What stands and hangs in it: paint_furnishing.cc, paint_paper.cc
 Canvas paint_books(Commission& c);       ///< 1.0 x 2.0 m, five shelves

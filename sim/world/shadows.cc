@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kCell = 0.02;     // m, of the shadow's grid
 constexpr double kReach = 0.8;     // m, beyond which nothing shades
+constexpr double kFlush = 0.002;   // m: a plane this near another is part of it
 constexpr double kDarkest = 0.55;  // share of the light that contact takes
 
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -69,7 +70,8 @@ void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, i
     if (geom == plane || model.body_weldid[model.geom_bodyid[geom]] != 0) continue;
     const Near shape = over(model, data, plane, geom);
     const bool shell = shape.half.maxCoeff() > 3;
-    if (!shell && shape.gap > -0.01 && shape.gap < kReach) shade(light, half, shape);
+    const bool part_of_plane = model.geom_type[geom] == mjGEOM_PLANE && std::abs(shape.gap) < kFlush;
+    if (!shell && !part_of_plane && shape.gap > -0.01 && shape.gap < kReach) shade(light, half, shape);
   }
   cv::GaussianBlur(light, light, {0, 0}, 1.5);
   multiply(picture, light);

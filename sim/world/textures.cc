@@ -29,11 +29,12 @@ void load(unsigned int texture, cv::Mat picture) {
   }
 }
 
-// The large planes of the room: floor and walls.
+// The large planes of the room: floor and walls. A picture that is repeated over its plane takes none.
 bool takes_shadows(const mjModel& model, int geom) {
   const mjtNum* size = model.geom_size + 3 * geom;
-  return model.geom_type[geom] == mjGEOM_PLANE && std::max(size[0], size[1]) > 3 &&
-         model.geom_matid[geom] >= 0;
+  const int material = model.geom_matid[geom];
+  return model.geom_type[geom] == mjGEOM_PLANE && std::max(size[0], size[1]) > 3 && material >= 0 &&
+         model.mat_texrepeat[2 * material] == 1;
 }
 
 int texture_of(const mjModel& model, int geom) { return model.mat_texid[model.geom_matid[geom]]; }

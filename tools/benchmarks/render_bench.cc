@@ -51,6 +51,7 @@ void add_all(const std::string& room) {
 
 int main(int count, char** arguments) {
   add_all("office");
+  add_all("hall");
   benchmark::Initialize(&count, arguments);
   if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 2;
   benchmark::RunSpecifiedBenchmarks();

@@ -55,14 +55,14 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
   return X_WC;
 }
 
-cv::Mat3b robot_in_office() {
+cv::Mat3b robot_in(const std::string& room, const Vector3d& from, const Vector3d& at) {
   constexpr int width = 1200, height = 750, focal = 640;
-  const Model model = load_model("hrp2", "office", kModels);
+  const Model model = load_model("hrp2", room, kModels);
   const Data data(mj_makeData(model.get()));
   walk(*model, *data, 0.5);
   Scene scene(*model, 2 * width, 2 * height, 4, WorldOptions{}.seed);
   const Pinhole view{2 * width, 2 * height, 2 * focal, -0.5 * width / focal, -0.5 * height / focal, {}};
-  cv::Mat3b picture = scene.draw(*data, looking({3.35, 1.05, 1.75}, {-0.6, -1.0, 0.75}), view, true);
+  cv::Mat3b picture = scene.draw(*data, looking(from, at), view, true);
   cv::flip(picture, picture, 0);
   cv::resize(picture, picture, {width, height}, 0, 0, cv::INTER_AREA);
   cv::cvtColor(picture, picture, cv::COLOR_RGB2BGR);
@@ -75,21 +75,31 @@ cv::Mat1b head_view(HeadCamera& camera, double yaw) {
   return camera.render(*data);
 }
 
+HeadCamera head_camera(const std::string& room) {
+  return HeadCamera(load_model("hrp2", room, kModels), CameraOptions{}, WorldOptions{}.seed);
+}
+
+cv::Mat four_headings(const std::string& room) {
+  HeadCamera camera = head_camera(room);
+  cv::Mat upper, lower, sheet;
+  cv::hconcat(head_view(camera, 0), head_view(camera, CV_PI / 2), upper);
+  cv::hconcat(head_view(camera, CV_PI), head_view(camera, 3 * CV_PI / 2), lower);
+  cv::vconcat(upper, lower, sheet);
+  return sheet;
+}
+
 void draw_all(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const auto write = [&](const char* name, const cv::Mat& picture) {
     if (!cv::imwrite((folder / name).string(), picture, {cv::IMWRITE_JPEG_QUALITY, 88}))
       throw std::runtime_error("cannot write " + (folder / name).string());
   };
-  write("robot_in_office.jpg", robot_in_office());
-  const WorldOptions world;
-  HeadCamera camera(load_model(world.robot, world.room, kModels), CameraOptions{}, world.seed);
+  write("robot_in_office.jpg", robot_in("office", {3.35, 1.05, 1.75}, {-0.6, -1.0, 0.75}));
+  write("robot_in_hall.jpg", robot_in("hall", {4.6, -2.2, 1.9}, {-0.9, 1.2, 0.9}));
+  HeadCamera camera = head_camera("office");
   write("head_view.png", head_view(camera, 0));
-  cv::Mat upper, lower, sheet;
-  cv::hconcat(head_view(camera, 0), head_view(camera, CV_PI / 2), upper);
-  cv::hconcat(head_view(camera, CV_PI), head_view(camera, 3 * CV_PI / 2), lower);
-  cv::vconcat(upper, lower, sheet);
-  write("head_views.png", sheet);
+  write("head_views.png", four_headings("office"));
+  write("head_views_hall.png", four_headings("hall"));
 }
 
 }  // namespace

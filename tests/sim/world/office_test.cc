@@ -9,6 +9,7 @@
 #include "sim/world/head_camera.h"
 #include "sim/world/office_paint.h"
 #include "sim/world/surfaces.h"
+#include "tools/benchmarks/corner_error.h"
 
 namespace sim::world {
 namespace {
@@ -16,14 +17,6 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 const std::filesystem::path kModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
-
-Model robot_in_office() { return load_model("hrp2", "office", kModels); }
-
-// Stands the robot on the tangent circle (radius 0.75 m about (1, 0.25)) after turning by `yaw`.
-void stand_on_circle(mjData& data, double yaw) {
-  data.qpos[0] = 1 + 0.75 * std::sin(yaw), data.qpos[1] = 0.25 - 0.75 * std::cos(yaw), data.qpos[2] = 0.6487;
-  data.qpos[3] = std::cos(yaw / 2), data.qpos[4] = data.qpos[5] = 0, data.qpos[6] = std::sin(yaw / 2);
-}
 
 // Half the extents of a surface along W's axes.
 Vector3d half_box(const RoomPrimitive& surface) {
@@ -39,6 +32,17 @@ score::Surface scored(const RoomPrimitive& surface) {
   return {static_cast<score::Surface::Kind>(surface.kind), surface.X_WS, size};  // both list the shapes alike
 }
 
+Model robot_in(const std::string& room) { return load_model("hrp2", room, kModels); }
+
+// A furnished room: its middle and size, and how much is free about the circles walked, m.
+struct Room {
+  std::string name;
+  Vector2d middle;
+  Vector3d size;
+  double free;
+};
+const Room kOffice{"office", {0.9, 0.15}, {11, 7, 3}, 2}, kHall{"hall", {0.9, 3.65}, {25, 18, 3}, 4};
+
 bool is_shell(const RoomPrimitive& surface) {
   return surface.kind == RoomPrimitive::Kind::plane && surface.size.prod() == 0 &&
          surface.size.maxCoeff() > 3;
@@ -46,46 +50,54 @@ bool is_shell(const RoomPrimitive& surface) {
 
 }  // namespace
 
-TEST(Office, IsSevenByElevenByThreeMetres) {
-  Vector3d low = Vector3d::Constant(1e9), high = -low;
-  for (const RoomPrimitive& surface : room_primitives(*robot_in_office())) {
-    if (!is_shell(surface)) continue;
-    low = low.cwiseMin(surface.X_WS.translation() - half_box(surface));
-    high = high.cwiseMax(surface.X_WS.translation() + half_box(surface));
+// The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
+TEST(Rooms, OfficeIsSevenByElevenByThreeMetresAndTheHallWithItsOpenOffice25By18) {
+  for (const Room& room : {kOffice, kHall}) {
+    Vector3d low = Vector3d::Constant(1e9), high = -low;
+    for (const RoomPrimitive& surface : room_primitives(*robot_in(room.name))) {
+      if (!is_shell(surface)) continue;
+      low = low.cwiseMin(surface.X_WS.translation() - half_box(surface));
+      high = high.cwiseMax(surface.X_WS.translation() + half_box(surface));
+    }
+    EXPECT_LT((high - low - room.size).norm(), 1e-9) << room.name;
+    EXPECT_LT(((high + low).head<2>() / 2 - room.middle).norm(), 1e-9) << room.name;
+    EXPECT_NEAR(low.z(), 0, 1e-12);
   }
-  EXPECT_LT((high - low - Vector3d(11, 7, 3)).norm(), 1e-9);
-  EXPECT_NEAR(low.z(), 0, 1e-12);
 }
 
-TEST(Office, EverythingStandsInsideAndTwoMetresAroundTheWalkAreFree) {
-  const Vector2d middle(0.9, 0.15);  // of the circles walked
-  for (const RoomPrimitive& surface : room_primitives(*robot_in_office())) {
-    if (is_shell(surface)) continue;
-    const Vector3d centre = surface.X_WS.translation(), half = half_box(surface);
-    EXPECT_LT((centre.head<2>() - middle).cwiseAbs().x() + half.x(), 5.5 + 1e-3);
-    EXPECT_LT((centre.head<2>() - middle).cwiseAbs().y() + half.y(), 3.5 + 1e-3);
-    EXPECT_LT(centre.z() + half.z(), 3.0 + 1e-9);
-    if (centre.z() - half.z() > 2) continue;  // hangs above the robot
-    const Vector2d away = ((centre.head<2>() - middle).cwiseAbs() - half.head<2>()).cwiseMax(0);
-    EXPECT_GT(away.norm(), 2.0) << centre.transpose();
-  }
+TEST(Rooms, EverythingStandsInsideAndMetresAroundTheWalkAreFree) {
+  const Vector2d walked(0.9, 0.15);  // middle of the circles
+  for (const Room& room : {kOffice, kHall})
+    for (const RoomPrimitive& surface : room_primitives(*robot_in(room.name))) {
+      if (is_shell(surface)) continue;
+      const Vector3d centre = surface.X_WS.translation(), half = half_box(surface);
+      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().x() + half.x(), room.size.x() / 2 + 1e-3);
+      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().y() + half.y(), room.size.y() / 2 + 1e-3);
+      EXPECT_LT(centre.z() + half.z(), 3.0 + 1e-9);
+      if (centre.z() - half.z() > 2) continue;      // hangs above the robot
+      if (centre.z() + half.z() < 0.002) continue;  // is part of the floor
+      const Vector2d away = ((centre.head<2>() - walked).cwiseAbs() - half.head<2>()).cwiseMax(0);
+      EXPECT_GT(away.norm(), room.free) << room.name << " " << centre.transpose();
+    }
 }
 
 TEST(Office, RobotIsNoPartOfTheRoom) {
-  const std::size_t with_robot = room_primitives(*robot_in_office()).size();
-  const Model model = robot_in_office();
+  const std::size_t with_robot = room_primitives(*robot_in("office")).size();
+  const Model model = robot_in("office");
   EXPECT_GT(with_robot, 200u);
   EXPECT_LT(with_robot, static_cast<std::size_t>(model->ngeom));
   for (const RoomPrimitive& surface : room_primitives(*model))
     EXPECT_NEAR(surface.X_WS.linear().determinant(), 1, 1e-9);
 }
 
-TEST(Office, EachOfItsTexturesHasAPainter) {
-  const Model model = robot_in_office();
-  EXPECT_GT(model->ntex, 30);
-  for (int id = 0; id < model->ntex; ++id) {
-    const std::string name = mj_id2name(model.get(), mjOBJ_TEXTURE, id);
-    EXPECT_FALSE(paint_texture(name, 1).empty()) << name;
+TEST(Rooms, EachTextureHasAPainter) {
+  for (const Room& room : {kOffice, kHall}) {
+    const Model model = robot_in(room.name);
+    EXPECT_GT(model->ntex, 30);
+    for (int id = 0; id < model->ntex; ++id) {
+      const std::string name = mj_id2name(model.get(), mjOBJ_TEXTURE, id);
+      EXPECT_FALSE(paint_texture(name, 1).empty()) << name;
+    }
   }
 }
 
@@ -102,7 +114,7 @@ TEST(Office, PaintingDependsOnNameAndSeedAlone) {
 // 20000. OpenCV scales Sobel's gradients (8 times a central difference of one pixel) by 1 / (4 * 11 * 255).
 TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
   constexpr double kThreshold = 20000 * 4.0 / ((11 * 255.0) * (11 * 255.0));
-  HeadCamera camera(robot_in_office(), CameraOptions{});
+  HeadCamera camera(robot_in("office"), CameraOptions{});
   const Data plant(mj_makeData(&camera.model()));
   for (int step = 0; step < 16; ++step) {
     stand_on_circle(*plant, step * 2 * CV_PI / 16);
@@ -120,24 +132,26 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
 
 // The score's own ray caster, which knows nothing of MuJoCo, on what room_primitives hands out.
 TEST(RoomPrimitives, RaysMeetThemWhereMuJoCosDo) {
-  const Model model = robot_in_office();
-  const Data data(mj_makeData(model.get()));
-  mj_forward(model.get(), data.get());
-  std::vector<score::Surface> surfaces;
-  for (const RoomPrimitive& surface : room_primitives(*model)) surfaces.push_back(scored(surface));
-  cv::RNG random(5);
-  constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
-  for (int i = 0; i < 3000; ++i) {
-    const Vector3d from{random.uniform(0.0, 1.8), random.uniform(-0.6, 1.1), random.uniform(1.2, 1.5)};
-    const Vector3d along =
-        Vector3d{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)}
-            .normalized();
-    int geom;
-    const double expected = mj_ray(model.get(), data.get(), from.data(), along.data(), room, 1, -1, &geom);
-    const std::optional<double> found = score::first_hit(surfaces, from, along);
-    ASSERT_TRUE(found.has_value());
-    ASSERT_NEAR(*found, expected, 1e-6)
-        << "geom " << geom;  // rounding of distances of some metres, grazing included
+  for (const Room& room_of : {kOffice, kHall}) {
+    const Model model = robot_in(room_of.name);
+    const Data data(mj_makeData(model.get()));
+    mj_forward(model.get(), data.get());
+    std::vector<score::Surface> surfaces;
+    for (const RoomPrimitive& surface : room_primitives(*model)) surfaces.push_back(scored(surface));
+    cv::RNG random(5);
+    constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
+    for (int i = 0; i < 3000; ++i) {
+      const Vector3d from{random.uniform(0.0, 1.8), random.uniform(-0.6, 1.1), random.uniform(1.2, 1.5)};
+      const Vector3d along =
+          Vector3d{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)}
+              .normalized();
+      int geom;
+      const double expected = mj_ray(model.get(), data.get(), from.data(), along.data(), room, 1, -1, &geom);
+      const std::optional<double> found = score::first_hit(surfaces, from, along);
+      ASSERT_TRUE(found.has_value());
+      ASSERT_NEAR(*found, expected, 1e-6)
+          << "geom " << geom;  // rounding of distances of some metres, grazing included
+    }
   }
 }
 
