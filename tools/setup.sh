@@ -29,6 +29,20 @@ install_packages() {
   exit 2
 }
 
+# What the tests read exported files back with, from npm: into build/interop, as the lock file has it.
+install_interop() {
+  source=$root/tests/interop folder=$root/build/interop
+  cmp -s "$source/package-lock.json" "$folder/node_modules/.installed" && return 0
+  mkdir -p "$folder"
+  cp "$source/package.json" "$source/package-lock.json" "$folder"
+  (cd "$folder" && npm ci --no-audit --no-fund --ignore-scripts >install.log 2>&1) || {
+    cat "$folder/install.log" >&2
+    say "npm's packages could not be installed; once the network is there, run tools/test.sh again"
+    exit 2
+  }
+  cp "$source/package-lock.json" "$folder/node_modules/.installed"
+}
+
 # build PRESET [TARGET...]: configures when that was never done; ninja sees to the rest.
 build() {
   folder=$root/build/$1

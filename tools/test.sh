@@ -12,6 +12,7 @@ root=$(dirname "$(dirname "$(readlink -f "$0")")")
 preset=${1:-release}
 [ $# -eq 0 ] || shift
 install_packages
+install_interop
 build "$preset"
 cd "$root"
 exec ctest --preset "$preset" --no-tests=error -j "$(nproc)" $labels "$@"

@@ -1,0 +1,172 @@
+"""Reads exported folders with numpy and Python's own csv and zlib, and compares them with what was to be in them.
+python3 read_exports.py FORMAT FOLDER EXPECTED"""
+
+import csv
+import pathlib
+import struct
+import sys
+import zlib
+
+import numpy as np
+
+
+def png(file):
+    """An 8-bit grey PNG, by the PNG specification (2nd edition), section 9."""
+    data = file.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n", file
+    at, packed = 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at : at + 8])
+        chunk = data[at + 8 : at + 8 + size]
+        assert zlib.crc32(kind + chunk) == struct.unpack(">I", data[at + 8 + size : at + 12 + size])[0], file
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", chunk[:10])
+            assert (depth, colour) == (8, 0), file
+        packed += chunk if kind == b"IDAT" else b""
+        at += 12 + size
+    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, width + 1)
+    image = np.zeros((height, width), int)
+    for y in range(height):
+        above = image[y - 1] if y else np.zeros(width, int)
+        for x in range(width):
+            a, b, c = (image[y, x - 1] if x else 0), above[x], (above[x - 1] if x else 0)
+            p = [abs(b - c), abs(a - c), abs(a + b - 2 * c)]
+            paeth = a if p[0] <= p[1] and p[0] <= p[2] else b if p[1] <= p[2] else c
+            image[y, x] = (rows[y, x + 1] + [0, a, b, (a + b) // 2, paeth][rows[y, 0]]) & 255
+    return image.astype(np.uint8)
+
+
+def table(file, delimiter=","):
+    """Rows of a text file; lines of comment left out."""
+    with open(file, newline="") as lines:
+        return [row for row in csv.reader(lines, delimiter=delimiter) if not row[0].startswith("#")]
+
+
+def rotation(x, y, z, w):
+    n = x * x + y * y + z * z + w * w
+    assert abs(n - 1) < 1e-14
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+class Expected:
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
+        self.stamps = [row[0] for row in table(self.folder / "images.csv")]
+        self.truth = self.poses("truth.csv")
+        self.imu = [(row[0], np.array(row[1:], float)) for row in table(self.folder / "imu.csv")]
+
+    def poses(self, name):
+        """stamp: (position, rotation)"""
+        rows = table(self.folder / name)
+        return {r[0]: (np.array(r[1:4], float), np.array(r[4:], float).reshape(3, 3)) for r in rows}
+
+    def image(self, stamp):
+        return np.fromfile(self.folder / f"{stamp}.grey", np.uint8).reshape(48, 64)
+
+    def check_images(self, folder):
+        assert sorted(f.name for f in folder.iterdir()) == [f"{t}.png" for t in self.stamps]
+        for t in self.stamps:
+            assert np.array_equal(png(folder / f"{t}.png"), self.image(t)), t
+
+    def check_imu(self, rows):
+        assert [row[0] for row in rows] == [t for t, _ in self.imu]
+        for row, (_, values) in zip(rows, self.imu):
+            assert np.allclose(np.array(row[1:], float), values, rtol=1e-12, atol=1e-12)
+
+    def check_tum(self, file, poses):
+        rows = table(file, " ")
+        assert len(rows) == len(poses)
+        for row, (stamp, (p, R)) in zip(rows, poses.items()):
+            assert row[0].replace(".", "") == stamp, row
+            assert np.array_equal(np.array(row[1:4], float), p)
+            assert np.abs(rotation(*map(float, row[4:])) - R).max() < 1e-14  # a quaternion's rounding
+
+
+def euroc(folder, expected):
+    cam0, imu0 = folder / "mav0/cam0", folder / "mav0/imu0"
+    assert table(cam0 / "data.csv") == [[t, f"{t}.png"] for t in expected.stamps]
+    assert (folder / "times.txt").read_text().split() == expected.stamps
+    expected.check_images(cam0 / "data")
+    expected.check_imu(table(imu0 / "data.csv"))
+    truth = table(folder / "mav0/state_groundtruth_estimate0/data.csv")
+    motion = expected.poses("motion.csv")
+    assert [row[0] for row in truth] == list(motion) and all(len(row) == 17 for row in truth)
+    for row in truth:
+        p, R = motion[row[0]]
+        x = list(map(float, row))
+        assert np.array_equal(x[1:4], p) and np.abs(rotation(*x[5:8], x[4]) - R).max() < 1e-14
+
+
+def orbslam3(folder, expected):
+    euroc(folder, expected)
+    expected.check_tum(folder / "groundtruth.tum", expected.truth)
+
+
+def kalibr(folder, expected):
+    expected.check_images(folder / "cam0")
+    rows = table(folder / "imu0.csv")
+    assert rows[0] == "timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z".split(",")
+    expected.check_imu(rows[1:])
+
+
+def undistorted(expected, stamp, f):
+    """What a pinhole with this focal length would have seen, worked out apart from the exporter."""
+    v, u = np.mgrid[0:48, 0:64].astype(float)
+    a, b = 39.4 * (u - 31.4) / f, 39.0 * (v - 25.4) / f
+    root = np.sqrt(1 + 2 * 7.37e-6 * 25 * (a * a + b * b))
+    x, y = 31.4 + a / root, 25.4 + b / root
+    assert x.min() >= 0 and y.min() >= 0 and x.max() <= 63 and y.max() <= 47
+    i, j = np.minimum(x.astype(int), 62), np.minimum(y.astype(int), 46)
+    s, t = x - i, y - j
+    image = expected.image(stamp).astype(float)
+    return ((1 - t) * ((1 - s) * image[j, i] + s * image[j, i + 1])
+            + t * ((1 - s) * image[j + 1, i] + s * image[j + 1, i + 1]))
+
+
+def check_undistorted(expected, files, f):
+    assert len(files) == len(expected.stamps)
+    for file, stamp in zip(files, expected.stamps):
+        # half a grey level is the rounding
+        assert np.abs(png(file) - undistorted(expected, stamp, f)).max() < 0.5 + 1e-9, file
+
+
+def focal(settings):
+    lines = dict(line.split(": ", 1) for line in settings.read_text().splitlines() if ": " in line)
+    assert lines["Camera.type"] == '"PinHole"' and lines["Camera1.fx"] == lines["Camera1.fy"]
+    return float(lines["Camera1.fx"])
+
+
+def tum(folder, expected):
+    rows = table(folder / "rgb.txt", " ")
+    assert len((folder / "rgb.txt").read_text().splitlines()) == len(rows) + 3  # readers skip three lines
+    assert [row[0].replace(".", "") for row in rows] == expected.stamps
+    check_undistorted(expected, [folder / row[1] for row in rows], focal(folder / "settings.yaml"))
+    expected.check_tum(folder / "groundtruth.txt", expected.truth)
+    expected.check_tum(folder / "plan.txt", expected.poses("plan.csv"))
+
+
+def kitti(folder, expected):
+    sequence = folder / "sequences/00"
+    P = np.array((sequence / "calib.txt").read_text().split()[1:13], float).reshape(3, 4)
+    f = focal(folder / "settings.yaml")
+    assert np.array_equal(P, [[f, 0, 31.4, 0], [0, f, 25.4, 0], [0, 0, 1, 0]])
+    files = [sequence / f"image_0/{k:06}.png" for k in range(len(expected.stamps))]
+    check_undistorted(expected, files, f)
+    seconds = np.loadtxt(sequence / "times.txt")
+    first = int(expected.stamps[0])
+    assert np.allclose(seconds, [1e-9 * (int(t) - first) for t in expected.stamps], rtol=0, atol=1e-12)
+    poses = np.loadtxt(folder / "poses/00.txt").reshape(-1, 3, 4)
+    p0, R0 = expected.truth[expected.stamps[0]]
+    assert len(poses) == len(expected.stamps)
+    for pose, stamp in zip(poses, expected.stamps):
+        p, R = expected.truth[stamp]
+        assert np.abs(pose[:, :3] - R0.T @ R).max() < 1e-14  # another order of sums
+        assert np.abs(pose[:, 3] - R0.T @ (p - p0)).max() < 1e-14
+
+
+if __name__ == "__main__":
+    format, folder, what = sys.argv[1:]
+    globals()[format](pathlib.Path(folder), Expected(what))
