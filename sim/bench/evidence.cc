@@ -61,7 +61,7 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
 
 std::vector<stream::TimedPose> planned_camera(const Remains& remains) {
   std::vector<stream::TimedPose> poses = remains.truth.waist_plan;
-  if (poses.empty()) return poses;
+  if (poses.empty()) return remains.planned_camera;
   const Eigen::Isometry3d X_BC = poses.front().X.inverse() * remains.setup.X_WC_start;
   for (stream::TimedPose& pose : poses) pose.X = pose.X * X_BC;
   return poses;
@@ -71,6 +71,7 @@ score::Run evidence(const Remains& remains) {
   score::Run run;
   run.truth_camera = trajectory(remains.truth.camera);
   run.plan_camera = trajectory(planned_camera(remains));
+  run.no_scale = remains.no_scale;
   run.truth_waist = trajectory(remains.truth.waist);
   run.plan_waist = trajectory(remains.truth.waist_plan);
   run.camera = true_camera(remains.setup.calibration.camera);

@@ -114,8 +114,23 @@ constexpr auto kDefinitions = [] {
   return definitions;
 }();
 
+/// What compares lengths of the estimate with true ones, unless it fits the scale itself.
+constexpr std::array<std::string_view, 11> kScaled{"ate_se3_rmse_m",
+                                                   "rmse_m",
+                                                   "ate_yaw_rmse_m",
+                                                   "scale_error_percent",
+                                                   "rpe_1m_m",
+                                                   "drift_percent",
+                                                   "height_range_m",
+                                                   "end_position_error_m",
+                                                   "loop_error_before_m",
+                                                   "loop_error_after_m",
+                                                   "nees_position_mean"};
+
 Metric metric(const Row& row, const Scored& scored) {
-  Value value = row.value(scored);
+  const bool scaled = std::find(kScaled.begin(), kScaled.end(), row.definition.name) != kScaled.end();
+  const std::string& no_scale = scored.run.no_scale;
+  Value value = scaled && !no_scale.empty() ? Value::none(no_scale) : row.value(scored);
   if (value.value && !std::isfinite(*value.value)) value = Value::none("the value is not finite");
   return {value.value, std::string(row.definition.unit), value.reason};
 }

@@ -27,7 +27,7 @@ Trajectory poses(const std::vector<EstimatedPose>& estimate) {
 std::string why_no_estimate(const Scored& s) {
   if (!s.run.estimate) return "the filter was not run";
   if (s.run.diverged) return "the filter diverged: " + *s.run.diverged;
-  if (!s.begin) return "the plan never moves";
+  if (!s.begin) return s.run.plan_waist.empty() ? "there is no truth" : "the plan never moves";
   if (s.pairs.empty()) return "no estimate has the stamp of a true pose";
   return "";
 }
@@ -35,6 +35,7 @@ std::string why_no_estimate(const Scored& s) {
 }  // namespace
 
 Scored::Scored(const Run& run_) : run(run_), begin(first_motion(run_.plan_waist)) {
+  if (run.plan_waist.empty() && !run.truth_camera.empty()) begin = run.truth_camera.front().t;
   if (begin) truth_camera = from(*begin, run.truth_camera);
   if (begin && run.estimate) estimate = from(*begin, poses(*run.estimate));
   pairs = pair_by_stamp(truth_camera, estimate);

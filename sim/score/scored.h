@@ -16,8 +16,8 @@ struct Scored {
   explicit Scored(const Run& run);
 
   const Run& run;
-  std::optional<Stamp>
-      begin;  ///< the first frame in which the planned waist is more than 1 mm from its start
+  std::optional<Stamp> begin;  ///< the first frame in which the planned waist is more than 1 mm from its
+                               ///< start; without a planned waist the first frame with truth
   Trajectory truth_camera, estimate;  ///< from then on
   std::vector<PosePair> pairs;        ///< of these two
   std::string no_estimate;            ///< why nothing can be said of the estimate; empty if something can

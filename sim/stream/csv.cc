@@ -28,13 +28,24 @@ CsvReader::CsvReader(const std::filesystem::path& file, std::vector<std::string>
   columns_ = static_cast<std::size_t>(std::count(line_.begin(), line_.end(), ',')) + 1;
 }
 
+CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields)
+    : file_(file), input_(file, std::ios::binary), strict_(false) {
+  if (!input_) throw FileError(file_, "cannot be opened");
+  if (!read_line()) throw FileError(file_, "is empty");
+  if (!line_.starts_with('#')) throw FileError(file_, 1, "expected a header that begins with #");
+  columns_ = static_cast<std::size_t>(std::count(line_.begin(), line_.end(), ',')) + 1;
+  if (columns_ < least_fields)
+    throw FileError(
+        file_, 1, fmt::format("expected a header of at least {} columns, found {}", least_fields, columns_));
+}
+
 bool CsvReader::read_line() {
   if (!std::getline(input_, line_)) {
     if (input_.bad()) throw FileError(file_, "cannot be read");
     return false;
   }
   ++line_number_;
-  if (input_.eof())
+  if (input_.eof() && strict_)
     throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();
   return true;
@@ -48,9 +59,19 @@ void CsvReader::split() {
   fields_.push_back(rest);
 }
 
+void CsvReader::trim() {
+  for (std::string_view& field : fields_) {
+    field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
+    field.remove_suffix(field.size() - 1 - std::min(field.find_last_not_of(" \t"), field.size() - 1));
+  }
+}
+
 bool CsvReader::next() {
-  if (!read_line()) return false;
+  do
+    if (!read_line()) return false;
+  while (!strict_ && line_.empty());
   split();
+  if (!strict_) trim();
   if (fields_.size() != columns_)
     throw FileError(file_, line_number_,
                     fmt::format("expected {} fields, found {}", columns_, fields_.size()));

@@ -20,8 +20,13 @@ class CsvReader {
   /// The first line must be one of `headers`. Throws FileError.
   CsvReader(const std::filesystem::path& file, std::vector<std::string> headers);
 
-  std::size_t header() const { return header_; }  ///< which of the headers the file has
-  bool next();                                    ///< reads the next row; false at the end of the file
+  /// A file made elsewhere: the header may be any line that begins with #, rows have at least so many fields
+  /// (each as many as the first), blanks around a field do not count, the last line feed may be missing.
+  CsvReader(const std::filesystem::path& file, std::size_t least_fields);
+
+  std::size_t header() const { return header_; }         ///< which of the headers the file has
+  std::size_t fields() const { return fields_.size(); }  ///< of the row
+  bool next();                                           ///< reads the next row; false at the end of the file
 
   std::string_view text(std::size_t field) const { return fields_.at(field); }
   std::int64_t integer(std::size_t field) const;    ///< the whole field, decimal
@@ -34,9 +39,11 @@ class CsvReader {
  private:
   bool read_line();
   void split();
+  void trim();
 
   std::filesystem::path file_;
   std::ifstream input_;
+  bool strict_ = true;
   std::size_t header_ = 0, columns_ = 0, line_number_ = 0;
   std::string line_;
   std::vector<std::string_view> fields_;

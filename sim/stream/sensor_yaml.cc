@@ -67,6 +67,8 @@ class Yaml {
     return node;
   }
 
+  bool has(const std::string& key) const { return root_.IsMap() && root_[key]; }
+
   double number(const YAML::Node& node) const {
     const std::string text = node.IsScalar() ? node.Scalar() : "";
     double value = 0;
@@ -93,17 +95,12 @@ class Yaml {
     return values;
   }
 
-  Eigen::Isometry3d pose(const std::string& key) const {
-    const YAML::Node node = at(key);
-    if (!node.IsMap() || !node["data"]) fail(node.Mark(), "expected a matrix");
-    const std::vector<double> values = numbers(node["data"], 16);
-    Eigen::Isometry3d X;
-    X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
-    const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
-    if (residual.norm() > 1e-9 || X.linear().determinant() < 0 ||
-        X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-      fail(node.Mark(),
-           "not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+  Eigen::Isometry3d pose(const std::string& key) const { return checked_pose(key, 1e-9); }
+
+  /// Of a file that gives few digits: the rotation nearest to what is written.
+  Eigen::Isometry3d rounded_pose(const std::string& key) const {
+    Eigen::Isometry3d X = checked_pose(key, 1e-4);
+    X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();
     return X;
   }
 
@@ -114,6 +111,20 @@ class Yaml {
   }
 
  private:
+  Eigen::Isometry3d checked_pose(const std::string& key, double tolerance) const {
+    const YAML::Node node = at(key);
+    if (!node.IsMap() || !node["data"]) fail(node.Mark(), "expected a matrix");
+    const std::vector<double> values = numbers(node["data"], 16);
+    Eigen::Isometry3d X;
+    X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+    const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
+    if (residual.norm() > tolerance || X.linear().determinant() < 0 ||
+        X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+      fail(node.Mark(),
+           "not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+    return X;
+  }
+
   std::filesystem::path file_;
   YAML::Node root_;
 };
@@ -173,11 +184,13 @@ void read_camera_yaml(const std::filesystem::path& file, const std::string& text
   for (const double side : resolution)
     if (side < 1 || side > 100000 || side != std::floor(side))
       yaml.fail(yaml.at("resolution").Mark(), "expected whole numbers from 1 to 100000");
+  if (yaml.has("camera_model") && yaml.at("camera_model").Scalar() != "pinhole")
+    yaml.fail(yaml.at("camera_model").Mark(), "expected pinhole");
   camera.width_px = static_cast<int>(resolution[0]), camera.height_px = static_cast<int>(resolution[1]);
   camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
   camera.v0_px = intrinsics[3];
   camera.lens = read_lens(yaml);
-  setup.calibration.X_CG = yaml.pose("T_SB");
+  setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB") : yaml.rounded_pose("T_BS").inverse();
   setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
 }
 
@@ -189,6 +202,21 @@ std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, cons
   const YAML::Node begin = yaml.at("first_interval_begins_ns");
   if (yaml.integer(begin) < 0) yaml.fail(begin.Mark(), "a stamp below zero");
   return slam::Stamp(yaml.integer(begin)) - kEpoch;
+}
+
+MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text) {
+  const Yaml yaml(file, text);
+  const auto density = [&](const char* key) { return yaml.has(key) ? yaml.number(yaml.at(key)) : 0; };
+  MountedImu imu;
+  imu.X_BS = yaml.rounded_pose("T_BS");
+  imu.rate_hz = yaml.number(yaml.at("rate_hz"));
+  imu.noise = {density("gyroscope_noise_density"), density("gyroscope_random_walk"),
+               density("accelerometer_noise_density"), density("accelerometer_random_walk")};
+  return imu;
+}
+
+Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text) {
+  return Yaml(file, text).rounded_pose("T_BS");
 }
 
 void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {

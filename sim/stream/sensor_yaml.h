@@ -31,9 +31,20 @@ std::string motion_yaml();
 std::string body_yaml();
 
 /// What imu_yaml and the others wrote; texts as read from the files, `file` for complaints. Throws FileError.
+/// The camera's T_SB may be missing, as it is from files made elsewhere; then T_BS counts, whose rotation
+/// need be one to 1e-4 only.
 void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
 std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
                                          RecordingSetup& setup);
+/// How an IMU sits on the body, and what its file says of its noise; what is not said is zero.
+struct MountedImu {
+  Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
+  ImuNoise noise;
+  double rate_hz = 0;
+};
+MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text);
+/// The T_BS of any sensor.
+Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text);
 void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
 
 }  // namespace sim::stream

@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "sim/bench/foreign_replay.h"
 #include "sim/bench/replay.h"
 #include "sim/bench/scenario_yaml.h"
+#include "sim/stream/asl_folder.h"
 #include "sim/stream/file_error.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/out_folder.h"
@@ -25,6 +27,7 @@ Examples:
   gaitslam replay results/tangent_circle/seed-1
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
+  gaitslam replay MH_01_easy --out DIR                        # a EuRoC/ASL folder recorded elsewhere
 The results go to RESULT/replay, replacing earlier ones, or to DIR. Exit code: as for run.)";
 
 struct Request {
@@ -60,17 +63,24 @@ int replay(const Request& request) {
   if (!fs::is_directory(request.result)) {
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
   }
-  const bench::ReadScenario read = bench::read_scenario(request.result / "scenario.yaml", request.changes);
+  const bool foreign = sim::stream::is_asl_folder(request.result);
+  const bench::ReadScenario read =
+      foreign ? bench::foreign_scenario(request.result, request.changes)
+              : bench::read_scenario(request.result / "scenario.yaml", request.changes);
   require_replayable(read);
+  if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to replay");
   const fs::path folder = request.out ? fs::path(*request.out) : request.result / "replay";
   check_out_folder(folder, request.out.has_value(), request.force);
   const NewFolders made_for_this(folder);
   bench::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());
-    outcome = bench::replay(read, request.result / "recording", walk_ending(request.result / "about.json"),
-                            {folder, sim::stream::Existing::replace, {}, kVersion, kRevision, libraries()},
-                            [&](double part) { progress.show(part); });
+    const bench::ResultPlace place{folder,     sim::stream::Existing::replace, {}, kVersion, kRevision,
+                                   libraries()};
+    const auto show = [&](double part) { progress.show(part); };
+    outcome = foreign ? bench::replay_foreign(read, request.result, place, show)
+                      : bench::replay(read, request.result / "recording",
+                                      walk_ending(request.result / "about.json"), place, show);
   }
   std::cout << bench::score_table(folder) << "results in " << folder.string() << '\n';
   if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
@@ -82,7 +92,9 @@ int replay(const Request& request) {
 void add_replay(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
   CLI::App* command = app.add_subcommand("replay", "Run the filter again on the recording of a run");
-  command->add_option("result", request->result, "a result folder, as results/tangent_circle/seed-1")
+  command
+      ->add_option("result", request->result,
+                   "a result folder, as results/tangent_circle/seed-1, or one in the EuRoC/ASL layout")
       ->required();
   command
       ->add_option("changes", request->changes.overrides,

@@ -1,0 +1,57 @@
+// A recording made elsewhere in the EuRoC/ASL layout: one camera, a gyro, and whatever else is there of
+// accelerometer, walking plan and truth.
+//
+//   mav0/cam0/{sensor.yaml,data.csv,data/*}       pinhole with radial-tangential or equidistant lens, T_BS
+//   mav0/imu0/{sensor.yaml,data.csv}              readings at instants; T_BS; noise densities
+//   mav0/plan0/{sensor.yaml,data.csv}             may be missing; as GaitSLAM's own exports have it
+//   mav0/{state_groundtruth_estimate0,mocap0}/... may be missing; p, q (w first) of the sensor in any world
+//
+// Lines may end in CR LF, fields may have blanks around them. Times count from the first image.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim/stream/recording.h"
+#include "sim/stream/sensor_yaml.h"
+
+namespace sim::stream {
+
+/// What a recording made elsewhere says of its sensors. Without a plan setup.X_WC_start has its origin at the
+/// camera and, where there is an accelerometer, its z axis up by the first readings.
+struct AslSensors {
+  RecordingSetup setup;
+  ImuNoise noise;  ///< as stated, zero where it is not
+  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();
+  bool has_plan = false;
+};
+
+/// Reads the observations one after another. Throws FileError with file, and line and column, of what is
+/// missing or malformed.
+class AslFolder {
+ public:
+  explicit AslFolder(const std::filesystem::path& folder);
+  ~AslFolder();
+
+  const AslSensors& sensors() const;
+  /// The next image with the readings since the one before, a reading standing for the time until halfway to
+  /// its neighbours; nothing after the last.
+  std::optional<slam::Observation> next();
+
+ private:
+  struct Files;
+  std::unique_ptr<Files> files_;
+};
+
+/// Whether the folder is of this layout.
+bool is_asl_folder(const std::filesystem::path& folder);
+
+/// True poses X_WC of the camera at those of the times (rising) that lie between true poses less than 0.1 s
+/// apart, straight between them; in the world of AslSensors::setup.X_WC_start, where the first is laid. Empty
+/// without truth. Throws FileError.
+std::vector<TimedPose> read_asl_truth(const std::filesystem::path& folder, const AslSensors& sensors,
+                                      const std::vector<slam::Stamp>& times);
+
+}  // namespace sim::stream
