@@ -271,6 +271,9 @@ void Filter::Workings::update_with(const std::vector<Measurement>& found,
       update(agreed, "vision");
     }
   }
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    report.searched.push_back(
+        {map.landmarks()[candidates[i].index].id, candidates[i].pixel, candidates[i].S, success[i]});
   report.accepted = static_cast<int>(report.matched.size());
   const bool blind =
       candidates.size() >= kEnoughToJudge &&

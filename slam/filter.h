@@ -34,6 +34,14 @@ struct Nis {
   int dof = 0;
 };
 
+/// Where a landmark was looked for.
+struct Search {
+  int landmark = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< predicted, px
+  Eigen::Matrix2d S = Eigen::Matrix2d::Zero();  ///< of the innovation, px²: the ellipse searched is 3 sigma
+  bool used = false;                            ///< its match entered the update
+};
+
 /// ok; or the filter has found itself broken and takes no more observations.
 enum class Health { ok, diverged };
 
@@ -47,6 +55,7 @@ struct FrameReport {
   std::optional<Nis> vision, gyro, plan_velocity, height;  ///< absent where the sensor gave nothing
   std::vector<Sighting> begun;    ///< landmarks begun in this frame, where they were first seen
   std::vector<Sighting> matched;  ///< accepted matches of this frame
+  std::vector<Search> searched;
   std::vector<int> deleted;
   std::string refused;  ///< why the observation (or one of its parts) was not used; empty if it was
   Health health = Health::ok;

@@ -43,8 +43,8 @@ struct Remains {
   stream::Truth truth;
   std::optional<Tracked> tracked;  ///< absent without slam
   std::string recording_hash;
-  std::vector<stream::TimedPose> planned_camera;  ///< X_PC, where no waist was planned
-  std::string no_scale;                           ///< why the estimate's scale is its own; empty if it is not
+  std::vector<stream::TimedPose> planned_camera = {};  ///< X_PC, where no waist was planned
+  std::string no_scale = {};  ///< why the estimate's scale is its own; empty if it is not
 };
 
 /// Scores the remains and writes all files of the result but recording/ into `folder`.

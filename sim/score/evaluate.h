@@ -31,7 +31,7 @@ struct Run {
   std::vector<LandmarkHistory> landmarks;
   std::vector<Surface> surfaces;
   TrueCamera camera;
-  std::string no_scale;  ///< why the estimate's scale means nothing; empty if it does
+  std::string no_scale = {};  ///< why the estimate's scale means nothing; empty if it does
   std::optional<std::string> diverged;  ///< the cause, if the filter gave up
 };
 

@@ -42,6 +42,7 @@ Scored::Scored(const Run& run_) : run(run_), begin(first_motion(run_.plan_waist)
   no_estimate = no_loop = why_no_estimate(*this);
   const auto marks = turn_marks(run.plan_waist);
   if (no_loop.empty() && !marks) no_loop = "what was walked of the plan turns by less than 350 degrees";
+  if (no_loop.empty() && run.surfaces.empty()) no_loop = "the surfaces of the room are not known";
   if (no_loop.empty())
     loop = loop_landmarks(run.landmarks, *marks, run.truth_camera, run.surfaces, run.camera);
 }

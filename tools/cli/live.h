@@ -2,6 +2,8 @@
 // (live_none.cc).
 #pragma once
 
+#include <functional>
+#include <opencv2/core.hpp>
 #include <string>
 
 #include "sim/bench/result.h"
@@ -20,6 +22,11 @@ void require_simulator();
 /// The plan's model of the scenario's robot, or none without the simulator. Throws std::runtime_error when it
 /// does not load.
 walking::WholeBody whole_body(const sim::bench::Scenario& scenario, const std::filesystem::path& models);
+
+/// Draws the robot in its room at a time, its waist where it truly was and its joints as planned.
+using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
+/// Empty without the simulator. To be asked in order of time, by the thread that made it.
+RobotView robot_from_outside(const sim::bench::Scenario& scenario, const std::filesystem::path& models);
 
 /// MuJoCo's version, or "" without the simulator.
 std::string mujoco_version();

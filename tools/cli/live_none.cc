@@ -15,6 +15,8 @@ void require_simulator() {
 
 walking::WholeBody whole_body(const sim::bench::Scenario&, const std::filesystem::path&) { return {}; }
 
+RobotView robot_from_outside(const sim::bench::Scenario&, const std::filesystem::path&) { return {}; }
+
 std::string mujoco_version() { return ""; }
 
 }  // namespace cli

@@ -51,6 +51,7 @@ int run_program(int argc, char** argv) {
   cli::add_run(app, exit_code);
   cli::add_replay(app, exit_code);
   cli::add_export(app, exit_code);
+  cli::add_video(app, exit_code);
   cli::add_check(app, exit_code);
   cli::add_report(app, exit_code);
   cli::add_config(app, exit_code);
