@@ -45,6 +45,13 @@ function checkPose(message, row) {
   R.forEach((r, i) => near(r, row[4 + i], 1e-14)); // a quaternion's rounding
 }
 
+function checkEstimate(message, row) {
+  const { pose, covariance } = message.pose;
+  [1e-6, 4e-6, 9e-6, 2e-6, 2e-6, 2e-6].forEach((p, i) => near(covariance[7 * i], p, 1e-18));
+  // The file that the estimate comes from has a quaternion, too: twice its rounding.
+  checkPose({ header: message.header, pose }, row);
+}
+
 function checkImage(message, stamp) {
   assert.equal(stampOf(message), stamp);
   const name = path.join(expected, `${stamp}`);
@@ -92,6 +99,7 @@ async function main() {
     list.forEach((row, i) => one(read.get(topic)[i], row));
   };
   check("/ground_truth/pose", rows("truth.csv"), checkPose);
+  check("/slam/pose", rows("slam.csv"), checkEstimate);
   check("/plan/pose", rows("plan.csv"), checkPose);
   check(imageTopic, rows("images.csv"), (m, row) => checkImage(m, row[0]));
   check(infoTopic, rows("images.csv"), (m, row) => {

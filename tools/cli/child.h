@@ -1,7 +1,8 @@
-// Another program, run to its end.
+// Other programs, run to their end.
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cli {
@@ -9,5 +10,23 @@ namespace cli {
 /// Runs argv[0], found by PATH, without a shell and without input. Throws std::runtime_error when it cannot
 /// be started or does not end with 0; what it says goes to our standard error.
 void run_child(const std::vector<std::string>& argv);
+
+/// A program that is fed through its standard input; otherwise as run_child.
+class FedChild {
+ public:
+  explicit FedChild(const std::vector<std::string>& argv);
+  /// Not finished: its input ends, and its end is awaited.
+  ~FedChild();
+  FedChild(const FedChild&) = delete;
+  FedChild& operator=(const FedChild&) = delete;
+
+  void write(std::string_view bytes);
+  /// Ends its input and awaits its end.
+  void finish();
+
+ private:
+  std::string name_;
+  int process_ = 0, input_ = -1;
+};
 
 }  // namespace cli

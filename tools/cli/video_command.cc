@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 #include <optional>
 
 #include "sim/bench/scenario.h"
-#include "sim/stream/durable_file.h"
 #include "sim/stream/seen.h"
 #include "tools/cli/child.h"
 #include "tools/cli/commands.h"
@@ -49,54 +48,53 @@ fs::path file_of(const Request& request) {
   return file;
 }
 
-// The pictures on their way: a folder beside the video, taken away at the end.
-class Pictures {
+// The pictures on their way to the file, through the program ffmpeg. The file appears whole, by finish()
+// alone.
+class Encoder {
  public:
-  explicit Pictures(const fs::path& video)
-      : folder_((video.has_parent_path() ? video.parent_path() : fs::path(".")) /
-                fmt::format(".{}.pictures-{}", video.filename().string(), ::getpid())) {
-    fs::create_directories(folder_);
-  }
-  ~Pictures() {
+  Encoder(const fs::path& video, double rate_hz) : video_(video), rate_hz_(rate_hz) {}
+  ~Encoder() {
     std::error_code ignored;
-    fs::remove_all(folder_, ignored);
+    fs::remove(made_, ignored);
   }
-  Pictures(const Pictures&) = delete;
-  Pictures& operator=(const Pictures&) = delete;
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
 
-  void add(const cv::Mat& picture) {
-    const fs::path file = folder_ / fmt::format("{:06}.png", count_++);
-    if (!cv::imwrite(file.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 1}))
-      throw stream::FileError(file, "cannot be written");
+  void add(const cv::Mat3b& picture) {
+    if (!ffmpeg_) ffmpeg_.emplace(command(picture.size()));
+    ffmpeg_->write({reinterpret_cast<const char*>(picture.data), 3 * picture.total()});
   }
-  /// One picture after another at this rate, by the program ffmpeg.
-  void encode(const fs::path& video, double rate_hz) const {
-    const fs::path made = folder_ / ("video" + video.extension().string());
-    std::vector<std::string> arguments{"ffmpeg",
-                                       "-loglevel",
-                                       "error",
-                                       "-framerate",
-                                       fmt::format("{}", rate_hz),
-                                       "-i",
-                                       (folder_ / "%06d.png").string(),
-                                       "-pix_fmt",
-                                       "yuv420p",
-                                       "-bitexact"};
-    const bool webm = video.extension() == ".webm";
-    const std::vector<std::string> codec =
-        webm ? std::vector<std::string>{"-c:v", "libvpx-vp9", "-crf",      "32",
-                                        "-b:v", "0",          "-deadline", "realtime"}
-             : std::vector<std::string>{"-c:v",    "libx264", "-crf",      "23",
-                                        "-preset", "fast",    "-movflags", "+faststart"};
-    arguments.insert(arguments.end(), codec.begin(), codec.end());
-    arguments.push_back(made.string());
-    run_child(arguments);
-    fs::rename(made, video);
+  void finish() {
+    if (!ffmpeg_) throw UsageError("the recording has no frames");
+    ffmpeg_->finish();
+    fs::rename(made_, video_);
   }
 
  private:
-  fs::path folder_;
-  int count_ = 0;
+  std::vector<std::string> command(const cv::Size& size) const {
+    std::vector<std::string> words{"ffmpeg",      "-loglevel",
+                                   "error",       "-y",
+                                   "-f",          "rawvideo",
+                                   "-pix_fmt",    "bgr24",
+                                   "-video_size", fmt::format("{}x{}", size.width, size.height),
+                                   "-framerate",  fmt::format("{}", rate_hz_),
+                                   "-i",          "-",
+                                   "-pix_fmt",    "yuv420p",
+                                   "-bitexact"};
+    using Words = std::vector<std::string>;
+    const Words codec =
+        video_.extension() == ".webm"
+            ? Words{"-c:v", "libvpx-vp9", "-crf", "32", "-b:v", "0", "-deadline", "realtime"}
+            : Words{"-c:v", "libx264", "-crf", "23", "-preset", "fast", "-movflags", "+faststart"};
+    words.insert(words.end(), codec.begin(), codec.end());
+    words.push_back(made_.string());
+    return words;
+  }
+
+  fs::path video_,
+      made_ = video_.parent_path() / fmt::format(".partial-{}-{}", ::getpid(), video_.filename().string());
+  double rate_hz_;
+  std::optional<FedChild> ffmpeg_;
 };
 
 // The last of the poses that is not after t.
@@ -118,7 +116,7 @@ int video(const Request& request) {
   slam::Filter filter(*scenario.slam, seen.setup().calibration, seen.setup().X_WC_start, scenario.seed);
   const RobotView robot_view = robot_from_outside(scenario, GAITSLAM_MODELS);
   MapView map(truth.camera);
-  Pictures pictures(file);
+  Encoder encoder(file, seen.setup().camera_rate_hz);
   ProgressLine progress("video of " + request.result.string());
   while (auto observation = seen.next()) {
     const slam::FrameReport& report = filter.step(*observation);
@@ -128,11 +126,11 @@ int video(const Request& request) {
     panels.push_back(map.draw(filter.estimate(), filter.map()));
     cv::Mat picture;
     cv::hconcat(panels, picture);
-    pictures.add(picture);
+    encoder.add(picture);
     if (!truth.camera.empty())
       progress.show(slam::seconds(observation->t) / std::max(1e-3, slam::seconds(truth.camera.back().t)));
   }
-  pictures.encode(file, seen.setup().camera_rate_hz);
+  encoder.finish();
   std::cout << file.string() << '\n';
   return 0;
 }

@@ -116,6 +116,18 @@ class Exported : public testing::Test {
       expected.add("truth.csv", truth.t, truth.X_WC), expected.add("motion.csv", motion.t, motion.X_WG);
     }
     writer.finish();
+    add_estimate(expected, random);
+  }
+
+  // Of two frames; the orientation is as uncertain about each axis, the position along each its own way.
+  void add_estimate(const Expected& expected, Random& random) const {
+    std::ofstream out(run_.result / "estimate_cov.txt");
+    const Matrix6d P = Eigen::Vector<double, 6>(2e-6, 2e-6, 2e-6, 1e-6, 4e-6, 9e-6).asDiagonal();
+    for (const Stamp t : {Stamp{0}, Stamp{33'000'000}}) {
+      const Eigen::Isometry3d X = pose(random);
+      out << tum_row(t, X, P);
+      expected.add("slam.csv", t, X);
+    }
   }
 
   fs::path made(ExportFormat format) const {
@@ -172,7 +184,7 @@ TEST_F(Exported, McapIsReadBackByItsOwnCommunitysReader) {
     fs::copy(file, expected_);
   EXPECT_EQ(node(out / "run.mcap", "/camera/image/compressed /camera/camera_info /imu"), "0\n");
   EXPECT_EQ(YAML::LoadFile(out / "metadata.yaml")["rosbag2_bagfile_information"]["message_count"].as<int>(),
-            12 + 11 + 11 + 11 + 72);  // truth, plan, images, their calibration, IMU
+            12 + 2 + 11 + 11 + 11 + 72);  // truth, estimate, plan, images, their calibration, IMU
 }
 
 TEST_F(Exported, OpenVinsBagIsReadBackByTheMcapCommunitysReader) {

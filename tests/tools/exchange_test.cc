@@ -1,0 +1,92 @@
+// A run goes out in another program's format and comes back as a stranger's recording.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kWalk = R"(
+walk:
+  commands:
+    - stand: {duration_s: 0.3}
+    - straight: {forward_m: 0.3, left_m: 0}
+camera: {}
+slam: {}
+)";
+
+class Exchange : public tests::CommandLine {
+ protected:
+  Exchange() {
+    write("walk.yaml", kWalk);
+    EXPECT_EQ(gaitslam("run walk.yaml --out r").exit_code, 0);
+    EXPECT_EQ(gaitslam("export r/seed-1 --format euroc --out e").exit_code, 0);
+  }
+  nlohmann::json metric(const std::string& folder, const std::string& name) const {
+    return nlohmann::json::parse(text_of(folder + "/score.json"))["metrics"][name];
+  }
+};
+
+// The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px.
+TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
+  const tests::Ran replayed = gaitslam("replay e --out back");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  for (const char* name : {"rmse_m", "ate_se3_rmse_m", "end_position_error_m"})
+    EXPECT_NEAR(metric("back", name)["value"].get<double>(), metric("r/seed-1", name)["value"].get<double>(),
+                0.005)
+        << name;
+  EXPECT_NEAR(metric("back", "path_length_m")["value"].get<double>(),
+              metric("r/seed-1", "path_length_m")["value"].get<double>(), 1e-9);
+}
+
+TEST_F(Exchange, AFolderWithoutAPlanRunsOnVisionAndGyroAndIsScoredUpToScale) {
+  std::filesystem::remove_all(folder_ / "e/mav0/plan0");
+  const tests::Ran replayed = gaitslam("replay e --out back");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_LT(metric("back", "ate_sim3_rmse_m")["value"].get<double>(), 0.05);
+  EXPECT_TRUE(metric("back", "rmse_m")["value"].is_null());
+  EXPECT_THAT(metric("back", "rmse_m")["reason"].get<std::string>(), HasSubstr("do not tell the scale"));
+}
+
+TEST_F(Exchange, AFolderWithoutTruthGivesAnEstimateAndSaysWhyThereIsNoScore) {
+  std::filesystem::remove_all(folder_ / "e/mav0/state_groundtruth_estimate0");
+  EXPECT_EQ(gaitslam("replay e --out back").exit_code, 0);
+  EXPECT_EQ(metric("back", "rmse_m")["reason"], "there is no truth");
+  EXPECT_FALSE(text_of("back/estimate.tum").empty());
+}
+
+TEST_F(Exchange, WhatIsWrongInAFolderFromElsewhereIsOneLineWithItsPlace) {
+  write("e/mav0/imu0/data.csv", "#timestamp [ns],x,y,z\n12,0,0,0\n11,0,0,0\n");
+  const tests::Ran replayed = gaitslam("replay e --out back");
+  EXPECT_EQ(replayed.exit_code, 2);
+  EXPECT_EQ(replayed.err, "gaitslam: e/mav0/imu0/data.csv:3:1: the stamp is not after the one before\n");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "back"));
+}
+
+TEST_F(Exchange, WhatAnExportCannotDoIsOneLine) {
+  EXPECT_EQ(gaitslam("export r/seed-1 --format rosbag").err,
+            "gaitslam: --format: expected one of euroc, tum, kitti, mcap, orbslam3, openvins, kalibr, not "
+            "'rosbag'\n");
+  EXPECT_EQ(gaitslam("export r --format mcap").err,
+            "gaitslam: r: has no recording/: expected the folder of a run\n");
+  EXPECT_EQ(gaitslam("export r/seed-1 --format mcap --out e").err,
+            "gaitslam: e: exists already; --force replaces what a run writes there\n");
+}
+
+TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
+  EXPECT_EQ(gaitslam("video r/seed-1 --out v.webm").exit_code, 0);
+  const tests::Ran probed = shell(
+      "ffprobe -v error -count_packets -select_streams v -show_entries "
+      "stream=width,height,nb_read_packets -of csv=p=0 v.webm");
+  const auto rows = text_of("r/seed-1/frames.csv");
+  EXPECT_EQ(probed.out, "1920,480," + std::to_string(std::count(rows.begin(), rows.end(), '\n') - 1) + "\n");
+  EXPECT_EQ(gaitslam("video r/seed-1 --out v.webm").err,
+            "gaitslam: v.webm: exists already; --force replaces it\n");
+  EXPECT_EQ(gaitslam("video r/seed-1 --out v.gif").err,
+            "gaitslam: --out: expected a .mp4 or .webm file, not 'v.gif'\n");
+}
+
+}  // namespace
