@@ -21,6 +21,7 @@ errors:
   gyro: {sigma_rad_s: 0}
   accelerometer: {sigma_m_s2: 0}
   image: {read_sigma_grey: 0, shot_sigma_grey: 0}
+camera: {}
 slam: {}
 )";
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/world/model.h"
 #include "sim/world/nominal_body.h"
 #include "sim/world/scene.h"
 #include "tools/cli/live.h"
@@ -55,9 +56,8 @@ class Drawing {
     while (reference_.t_s < slam::seconds(t) && ticks_-- > 0) reference_ = plan_.next();
     const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference_)).q;
     const Eigen::Quaterniond turned(X_WB.linear());
-    mjtNum* base = data_->qpos;
-    Eigen::Map<Vector3d>(base) = X_WB.translation();
-    base[3] = turned.w(), base[4] = turned.x(), base[5] = turned.y(), base[6] = turned.z();
+    Eigen::Map<Eigen::Matrix<double, 7, 1>> base(data_->qpos);  // the free joint
+    base << X_WB.translation(), turned.w(), turned.vec();
     for (int joint = 0; joint < walking::kJoints; ++joint) data_->qpos[position_of(joint)] = q[joint];
     mj_kinematics(model_.get(), data_.get());
     mj_camlight(model_.get(), data_.get());

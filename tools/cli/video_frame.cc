@@ -13,7 +13,7 @@ namespace {
 
 const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kBegun(255, 150, 40), kPath(60, 60, 230),
     kTruth(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250);
-constexpr double kAround_m = 3.5;  // of room shown around the path
+constexpr double kAround_m = 5;  // of room shown around the path
 
 cv::Point2d point(const Eigen::Vector2d& p) { return {p.x(), p.y()}; }
 

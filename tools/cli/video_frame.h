@@ -17,7 +17,7 @@ inline constexpr int kPanelWidth = 640, kPanelHeight = 480;  // px
 /// believed; blue patches where landmarks were begun.
 cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& report);
 
-/// From above: x of the world to the right, y up; the true path and what lies within 3.5 m of it.
+/// From above: x of the world to the right, y up; the true path and what lies within 5 m of it.
 class MapView {
  public:
   explicit MapView(const std::vector<sim::stream::TimedPose>& truth);
