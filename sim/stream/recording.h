@@ -1,13 +1,15 @@
 // What ideal sensors gave on one run, kept in a folder of the EuRoC/ASL layout and read back bit for bit.
 //
+// clang-format off
 //   mav0/body.yaml
 //   mav0/cam0/{sensor.yaml,data.csv,data/<stamp>.png}        8-bit grey, lossless
-//   mav0/imu0/{sensor.yaml,data.csv}                         chest IMU; stamps: end of the interval averaged
-//   over mav0/plan0/{sensor.yaml,data.csv}                        what the walking plan says of the camera at
-//   each frame mav0/state_groundtruth_estimate0/{sensor.yaml,data.csv}  true motion of the chest IMU, 17
-//   columns frames.csv                                               stamps of all observations, with or
-//   without an image truth/{camera,waist,waist_plan,surfaces}.csv             for the score alone
+//   mav0/imu0/{sensor.yaml,data.csv}                         chest IMU; stamps: end of the interval averaged over
+//   mav0/plan0/{sensor.yaml,data.csv}                        what the walking plan says of the camera at each frame
+//   mav0/state_groundtruth_estimate0/{sensor.yaml,data.csv}  true motion of the chest IMU, 17 columns
+//   frames.csv                                               stamps of all observations, with or without an image
+//   truth/{camera,waist,waist_plan,surfaces}.csv             for the score alone
 //   manifest.csv                                             sizes and hashes; written last
+// clang-format on
 //
 // Stamps in files are kEpoch later than slam::Stamp, because readers of this layout expect 19 digits. Numbers
 // are written with the digits that bring the same bits back. Positions in m, angles in rad.

@@ -78,4 +78,21 @@ TEST_F(BatchTest, AProcessThatIsKilledIsReportedAndStaysOne) {
   EXPECT_THAT(text_of("killed/summary.json"), HasSubstr("\"ending\": \"crashed\""));
 }
 
+// In a container the program that starts a batch is often process 1.
+TEST_F(BatchTest, RunsWhereTheBatchIsTheFirstProcess) {
+  const std::string run = " run walk.yaml --without camera,slam --seeds 1,2 --out ";
+  if (shell("unshare --user --pid --fork true").exit_code != 0) GTEST_SKIP() << "no namespaces here";
+  const Ran ran = shell("unshare --user --pid --fork " GAITSLAM_PROGRAM + run + "first");
+  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
+  EXPECT_EQ(gaitslam(run + "plain").exit_code, 0);
+  EXPECT_THAT(differences(folder_ / "first", folder_ / "plain"), IsEmpty());
+}
+
+TEST_F(BatchTest, WhatSeveralSeedsSayAlikeIsSaidOnce) {
+  const Ran ran = gaitslam("run walk.yaml --without camera,slam --seeds 1..3 --models nowhere --out none");
+  EXPECT_EQ(ran.exit_code, 3);
+  EXPECT_THAT(ran.err, HasSubstr("seeds 1, 2, 3: "));
+  EXPECT_EQ(ran.err.find("nowhere"), ran.err.rfind("nowhere")) << ran.err;
+}
+
 }  // namespace

@@ -87,9 +87,10 @@ std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const B
       const std::uint64_t seed = batch.seeds[next];
       fs::remove_all(batch.root /
                      fmt::format("seed-{}", seed));  // nothing old is taken for this run's result
-      running[start({"gaitslam", "run", frozen.string(), fmt::format("seed={}", seed), "--out",
-                     batch.root.string(), "--models", batch.models.string(), "--force", "--die-with-parent"},
-                    temporary / log_name(seed))] = next;
+      running[start(
+          {"gaitslam", "run", frozen.string(), fmt::format("seed={}", seed), "--out", batch.root.string(),
+           "--models", batch.models.string(), "--force", "--die-with-parent", std::to_string(getpid())},
+          temporary / log_name(seed))] = next;
       ++next;
       continue;
     }

@@ -5,13 +5,11 @@
 
 #include <cerrno>
 #include <cstring>
+#include <iostream>
 
 #include "tools/cli/commands.h"
 
 namespace cli {
-
-namespace fs = std::filesystem;
-
 namespace {
 
 fs::path nearest_existing(const fs::path& folder) {
@@ -56,6 +54,12 @@ NewFolders::~NewFolders() {
        empty = empty.parent_path()) {
     if (fs::exists(empty, fault) && !fs::remove(empty, fault)) return;
   }
+}
+
+int report(const bench::Outcome& outcome, const fs::path& result_folder) {
+  std::cout << bench::score_table(result_folder) << "results in " << result_folder.string() << '\n';
+  if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
+  return outcome.exit_code;
 }
 
 }  // namespace cli

@@ -4,7 +4,12 @@
 #include <filesystem>
 #include <string>
 
+#include "sim/bench/result.h"
+
 namespace cli {
+
+namespace bench = sim::bench;
+namespace fs = std::filesystem;
 
 /// Throws UsageError when nothing can be written below the folder (which need not exist yet), or when
 /// `asked_for` names a folder that has something in it and force is not given. Creates nothing.
@@ -21,5 +26,8 @@ class NewFolders {
  private:
   std::filesystem::path folder_, existing_;
 };
+
+/// Prints the score of a result folder, and what went wrong; gives the exit code.
+int report(const bench::Outcome& outcome, const fs::path& result_folder);
 
 }  // namespace cli

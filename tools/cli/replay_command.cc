@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,9 +17,6 @@
 
 namespace cli {
 namespace {
-
-namespace bench = sim::bench;
-namespace fs = std::filesystem;
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -82,9 +78,7 @@ int replay(const Request& request) {
                       : bench::replay(read, request.result / "recording",
                                       walk_ending(request.result / "about.json"), place, show);
   }
-  std::cout << bench::score_table(folder) << "results in " << folder.string() << '\n';
-  if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
-  return outcome.exit_code;
+  return report(outcome, folder);
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -20,9 +23,6 @@
 namespace cli {
 namespace {
 
-namespace bench = sim::bench;
-namespace fs = std::filesystem;
-
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam run scenarios/tangent_circle.yaml
@@ -37,13 +37,14 @@ struct Request {
   bench::Changes changes;
   fs::path models = GAITSLAM_MODELS;
   int jobs = 1;
-  bool force = false, die_with_parent = false;
+  bool force = false;
+  std::optional<pid_t> batch;
 };
 
-/// A seed of a batch does not outlive the batch.
-void die_with_parent() {
+/// A seed of a batch does not outlive the batch, not even one that has ended by now.
+void die_with(pid_t batch) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() == 1) raise(SIGKILL);
+  if (getppid() != batch) raise(SIGKILL);
 }
 
 int run_one(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
@@ -55,9 +56,16 @@ int run_one(const bench::ReadScenario& read, const Request& request, const fs::p
         read, {folder, sim::stream::Existing::replace, request.models, kVersion, kRevision, libraries()},
         [&](double part) { progress.show(part); });
   }
-  std::cout << bench::score_table(folder) << "results in " << folder.string() << '\n';
-  if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
-  return outcome.exit_code;
+  return report(outcome, folder);
+}
+
+/// What several seeds say alike is said once.
+void print_complaints(const std::vector<SeedOutcome>& outcomes) {
+  std::map<std::string, std::vector<std::uint64_t>> seeds;
+  for (const SeedOutcome& outcome : outcomes)
+    if (outcome.exit_code > 1) seeds[outcome.complaint].push_back(outcome.seed);
+  for (const auto& [complaint, of] : seeds)
+    std::cerr << fmt::format("seed{} {}: {}", of.size() > 1 ? "s" : "", fmt::join(of, ", "), complaint);
 }
 
 int run_seeds(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
@@ -68,10 +76,9 @@ int run_seeds(const bench::ReadScenario& read, const Request& request, const fs:
   const auto outcomes =
       run_batch(read.scenario, {parse_seeds(*request.seeds), request.jobs, root, request.models});
   std::vector<bench::SeedScore> scores;
-  for (const SeedOutcome& outcome : outcomes) {
-    if (outcome.exit_code > 1) std::cerr << fmt::format("seed {}: {}", outcome.seed, outcome.complaint);
+  for (const SeedOutcome& outcome : outcomes)
     scores.push_back(bench::read_seed_score(root, outcome.seed, outcome.exit_code));
-  }
+  print_complaints(outcomes);
   const bench::Summary summary = bench::summarize(read.scenario, scores);
   bench::write_summary(root / "summary.json", summary);
   std::cout << bench::summary_table(summary) << "results in " << root.string() << '\n';
@@ -79,7 +86,7 @@ int run_seeds(const bench::ReadScenario& read, const Request& request, const fs:
 }
 
 int run(const Request& request) {
-  if (request.die_with_parent) die_with_parent();
+  if (request.batch) die_with(*request.batch);
   require_simulator();
   const bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
   const fs::path root = request.out ? fs::path(*request.out) : fs::path("results") / read.scenario.name;
@@ -106,7 +113,7 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--out", request->out, "folder for the results");
   command->add_option("--models", request->models, "folder of the robot's and room's models");
   command->add_flag("--force", request->force, "write into a folder that exists");
-  command->add_flag("--die-with-parent", request->die_with_parent)->group("");
+  command->add_option("--die-with-parent", request->batch)->group("");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = run(*request); });
 }
