@@ -17,8 +17,7 @@ score::Trajectory trajectory(const std::vector<stream::TimedPose>& poses) {
 
 std::vector<score::EstimatedPose> estimate(const Tracked& tracked) {
   std::vector<score::EstimatedPose> poses;
-  for (const TrackedFrame& frame : tracked.frames)
-    poses.push_back({frame.estimate.t, frame.estimate.X_WC, frame.estimate.covariance});
+  for (const slam::Estimate& e : tracked.estimates()) poses.push_back({e.t, e.X_WC, e.covariance});
   return poses;
 }
 
@@ -33,14 +32,6 @@ std::vector<score::LandmarkHistory> landmarks(const Tracked& tracked) {
   std::vector<score::LandmarkHistory> all;
   for (auto& [id, history] : histories) all.push_back(std::move(history));
   return all;
-}
-
-score::Surface surface(const stream::RecordedSurface& recorded) {
-  using Kind = score::Surface::Kind;
-  static const std::map<std::string, Kind> kinds{{"plane", Kind::plane},         {"box", Kind::box},
-                                                 {"sphere", Kind::sphere},       {"cylinder", Kind::cylinder},
-                                                 {"ellipsoid", Kind::ellipsoid}, {"capsule", Kind::capsule}};
-  return {kinds.at(recorded.kind), recorded.X_WS, recorded.size};
 }
 
 score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
@@ -58,6 +49,14 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
 }
 
 }  // namespace
+
+score::Surface surface(const stream::RecordedSurface& recorded) {
+  using Kind = score::Surface::Kind;
+  static const std::map<std::string, Kind> kinds{{"plane", Kind::plane},         {"box", Kind::box},
+                                                 {"sphere", Kind::sphere},       {"cylinder", Kind::cylinder},
+                                                 {"ellipsoid", Kind::ellipsoid}, {"capsule", Kind::capsule}};
+  return {kinds.at(recorded.kind), recorded.X_WS, recorded.size};
+}
 
 std::vector<stream::TimedPose> planned_camera(const Remains& remains) {
   std::vector<stream::TimedPose> poses = remains.truth.waist_plan;

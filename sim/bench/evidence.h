@@ -8,6 +8,9 @@
 
 namespace sim::bench {
 
+/// A recorded surface as the score sees it.
+score::Surface surface(const stream::RecordedSurface& recorded);
+
 /// X_PC at the frames: the planned waist with the camera where the planned posture has it.
 std::vector<stream::TimedPose> planned_camera(const Remains& remains);
 

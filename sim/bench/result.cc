@@ -33,8 +33,7 @@ std::string tum(const std::vector<stream::TimedPose>& poses) {
 
 void write_estimate(const fs::path& folder, const Tracked& tracked) {
   std::string poses, with_covariance = stream::kTumCovarianceHeader;
-  for (const TrackedFrame& frame : tracked.frames) {
-    const slam::Estimate& e = frame.estimate;
+  for (const slam::Estimate& e : tracked.estimates()) {
     poses += stream::tum_row(e.t, e.X_WC);
     with_covariance += stream::tum_row(e.t, e.X_WC, e.covariance);
   }
@@ -85,6 +84,15 @@ ordered_json metrics_json(const score::Metrics& metrics) {
     if (!metric.value) entry["reason"] = metric.reason;
   }
   return json;
+}
+
+/// Of a run that is not to be believed.
+score::Metrics unscored(const std::string& cause) {
+  const std::string reason = "not scored: " + (cause.empty() ? "the run failed" : cause);
+  score::Metrics metrics;
+  for (const score::MetricDefinition& defined : score::metric_definitions())
+    metrics[std::string(defined.name)] = {std::nullopt, std::string(defined.unit), reason};
+  return metrics;
 }
 
 bool keeps(const MetricLimit& limit, double value) {
@@ -148,7 +156,8 @@ Outcome write_result(const fs::path& folder, const Remains& remains, const Resul
     write_frames(folder, *remains.tracked);
     write_map(folder, *remains.tracked);
   }
-  const score::Metrics metrics = score::evaluate(evidence(remains));
+  const score::Metrics metrics =
+      outcome.ending == "failed" ? unscored(outcome.cause) : score::evaluate(evidence(remains));
   bool kept = true;
   ordered_json json{{"format_version", 1},
                     {"scenario", scenario.name},

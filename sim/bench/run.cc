@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "sim/bench/draw.h"
+#include "sim/bench/evidence.h"
 #include "sim/bench/planned_camera.h"
+#include "sim/bench/self_check.h"
 #include "sim/stream/random.h"
 #include "sim/world/head_camera.h"
 #include "sim/world/nominal_body.h"
@@ -80,6 +82,8 @@ stream::RecordedSurface recorded(const world::RoomPrimitive& surface) {
   return {kind(surface.kind), surface.X_WS, round_about_z ? Eigen::Vector3d(s.x(), s.z(), 0) : s};
 }
 
+stream::BodyReading::Wrench recorded(const walking::Wrench& wrench) { return {wrench.force, wrench.torque}; }
+
 std::string ending(world::Condition condition) {
   switch (condition) {
     case world::Condition::fell:
@@ -131,6 +135,7 @@ class Run {
 
   stream::RecordingSetup setup_;
   stream::RecordingWriter recording_;
+  SelfCheck self_check_{InertialCheck({world_.time(), world_.X_WG(), world_.v_WG()}), {}};
   std::optional<Tracking> tracking_;
   std::vector<slam::InertialSample> gyro_, accelerometer_;  // since the last frame
   int frame_ = 0;
@@ -143,6 +148,7 @@ stream::RecordingSetup setup(const Scenario& scenario, const Mounting& mounting,
   setup.calibration = {intrinsics(world::camera_model(camera)), mounting.X_CG};
   setup.X_WC_start = X_PB * mounting.X_BC;
   setup.camera_rate_hz = camera.rate_hz;
+  setup.joints = world::joint_names();
   return setup;
 }
 
@@ -160,8 +166,12 @@ Run::Run(const ReadScenario& read, const std::filesystem::path& folder, const st
   if (scenario_.camera) {
     const world::WorldOptions& w = scenario_.world;
     camera_.emplace(world::load_model(w.robot, w.room, models), *scenario_.camera, w.seed);
-    for (const world::RoomPrimitive& surface : world::room_primitives(camera_->model()))
-      recording_.add(recorded(surface));
+    std::vector<score::Surface> surfaces;
+    for (const world::RoomPrimitive& primitive : world::room_primitives(camera_->model())) {
+      recording_.add(recorded(primitive));
+      surfaces.push_back(surface(recorded(primitive)));
+    }
+    self_check_.view.emplace(setup_.calibration.camera, surfaces);
   }
   if (scenario_.slam) tracking_.emplace(scenario_, setup_.calibration, setup_.X_WC_start);
 }
@@ -195,6 +205,7 @@ void Run::tick() {
 // What the stabiliser is given: the robot's own sensors, with the noise that the scenario says they have.
 walking::Felt Run::felt() {
   walking::Felt felt = world_.felt();
+  recording_.add(stream::BodyReading{world_.time(), felt.q, recorded(felt.left), recorded(felt.right)});
   felt.gyro += normal(felt_gyro_noise_, scenario_.errors.gyro.sigma_rad_s);
   felt.accelerometer += normal(felt_accelerometer_noise_, scenario_.errors.accelerometer.sigma_m_s2);
   return felt;
@@ -205,7 +216,9 @@ void Run::read_imu() {
   if (reading.begin == reading.end) return;
   gyro_.push_back({reading.begin, reading.end, reading.gyro});
   accelerometer_.push_back({reading.begin, reading.end, reading.specific_force});
-  recording_.add(stream::TrueMotion{reading.end, world_.X_WG(), world_.v_WG()});
+  const stream::TrueMotion motion{reading.end, world_.X_WG(), world_.v_WG()};
+  recording_.add(motion);
+  self_check_.inertial.take(gyro_.back(), accelerometer_.back(), motion);
 }
 
 void Run::take_frame_if_due() {
@@ -218,6 +231,7 @@ void Run::take_frame_if_due() {
     const StageClock clock(frame_timing_.record_ms);
     recording_.add(observation);
     record_truth(planned_waist(reference_, following_, seconds(world_.time())));
+    if (self_check_.view) self_check_.view->take(observation.image, observation.t, world_.X_WC());
   }
   if (tracking_) {
     const StageClock clock(frame_timing_.filter_ms);
@@ -244,11 +258,14 @@ void Run::record_truth(const Eigen::Isometry3d& X_PB) {
 }
 
 Remains Run::remains() {
+  recording_.add("self_check.json", self_check_.json());
   recording_.finish();
   const world::Status& status = world_.status();
   const std::filesystem::path recorded = folder_ / "recording";
   Remains left{
       read_, ending(status.condition), status.cause, setup_, stream::read_truth(recorded), std::nullopt, ""};
+  if (const std::string complaint = self_check_.complaint(); left.ending != "failed" && !complaint.empty())
+    left.ending = "failed", left.cause = complaint;
   if (tracking_) left.tracked = tracking_->finish();
   left.recording_hash = stream::RecordingReader(recorded).hash();
   return left;

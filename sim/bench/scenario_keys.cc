@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sim/bench/scenario_commands.h"
+#include "sim/bench/scenario_faults.h"
 
 namespace sim::bench {
 namespace {
@@ -58,7 +59,8 @@ void add_walk(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(walk, single_support_s), {0.1, 5}, "time on one foot in a step"));
   keys.push_back(key(GAITSLAM_KEY(walk, double_support_s), {0.005, 5}, "time on both feet between steps"));
   keys.push_back(key(GAITSLAM_KEY(walk, step_height_m), {0.005, 0.2}, "how high the swing foot is lifted"));
-  keys.push_back(key(GAITSLAM_KEY(walk, step_length_m), {0.01, 0.4}, "longest way of a foot in a step"));
+  keys.push_back(
+      key(GAITSLAM_KEY(walk, step_length_m), {0.01, 0.4}, "what the body advances in a step, at most"));
   keys.push_back(key(GAITSLAM_KEY(walk, preview_s), {0.1, 10}, "how far ahead the controller sees the ZMP"));
   keys.push_back(key(GAITSLAM_KEY(walk, com_height_m), {0.3, 1.5}, "height of the cart-table model"));
   keys.push_back(key(GAITSLAM_KEY(walk, swing), {0, 0, kSwing}, "polynomial of the swing foot"));
@@ -143,22 +145,51 @@ void add_camera(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(camera, samples), {0, 16}, "multisampling of the renderer"));
 }
 
+Key<Scenario> faults_key() {
+  return {"errors.faults", "a list of faults", "what goes wrong with the sensors for a while",
+          [](const Yaml& node, Scenario& s) { read_faults(node, "errors.faults", s.errors.faults); },
+          [](const Scenario& s) { return print_faults(s.errors.faults); }};
+}
+
 void add_errors(Keys& keys) {
   keys.push_back(
       key(GAITSLAM_KEY(errors, gyro.sigma_rad_s), kSpread, "white noise of a 200 Hz gyro reading"));
   keys.push_back(key(GAITSLAM_KEY(errors, gyro.bias_sigma_rad_s), kSpread,
                      "standard deviation of the gyro's constant bias over seeds"));
+  keys.push_back(key(GAITSLAM_KEY(errors, gyro.bias_walk_sigma_rad_s2), kSpread,
+                     "growth of the bias's standard deviation in 1 s"));
+  keys.push_back(key(GAITSLAM_KEY(errors, gyro.range_rad_s), kSpread,
+                     "readings beyond are cut to it; 0: there is no end"));
+  keys.push_back(key(GAITSLAM_KEY(errors, gyro.resolution_rad_s), kSpread,
+                     "readings are whole multiples of it; 0: not rounded"));
   keys.push_back(key(GAITSLAM_KEY(errors, accelerometer.sigma_m_s2), kSpread,
                      "white noise of a 200 Hz accelerometer reading"));
   keys.push_back(key(GAITSLAM_KEY(errors, accelerometer.bias_sigma_m_s2), kSpread,
                      "standard deviation of the accelerometer's constant bias over seeds"));
+  keys.push_back(key(GAITSLAM_KEY(errors, accelerometer.bias_walk_sigma_m_s3), kSpread,
+                     "growth of the bias's standard deviation in 1 s"));
+  keys.push_back(key(GAITSLAM_KEY(errors, accelerometer.range_m_s2), kSpread,
+                     "readings beyond are cut to it; 0: there is no end"));
+  keys.push_back(key(GAITSLAM_KEY(errors, accelerometer.resolution_m_s2), kSpread,
+                     "readings are whole multiples of it; 0: not rounded"));
   keys.push_back(key(GAITSLAM_KEY(errors, image.read_sigma_grey), {0, 100},
                      "noise of a black pixel, of 255 grey levels"));
-  keys.push_back(key(GAITSLAM_KEY(errors, image.shot_sigma_grey), {0, 100},
+  keys.push_back(key(GAITSLAM_KEY(errors, image.shot_sigma_grey), {0, 50},
                      "noise of a white pixel from counting light alone"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.gain), {0, 16}, "of the camera, after its noise"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.vignetting_fraction), kFraction,
+                     "light that the corners lack; grows with the squared distance from the centre"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.exposure_sigma_fraction), {0, 10},
+                     "standard deviation of the exposure about its mean"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.exposure_time_s), kTime, "in which the exposure wanders"));
   keys.push_back(key(GAITSLAM_KEY(errors, image.loss_fraction), kFraction, "frames whose image is lost"));
+  keys.push_back(key(GAITSLAM_KEY(errors, image.latency_s), {0, 10},
+                     "a frame brings the newest picture that is at least this old"));
   keys.push_back(
       key(GAITSLAM_KEY(errors, plan.loss_fraction), kFraction, "frames whose planned motion is lost"));
+  keys.push_back(key(GAITSLAM_KEY(errors, motion.time_offset_s), {-1, 1},
+                     "how much later the motion computer stamps readings and plan than the vision computer"));
+  keys.push_back(faults_key());
 }
 
 void add_slam(Keys& keys) {
@@ -272,11 +303,12 @@ bool has_section(const Scenario& scenario, std::string_view key) {
 
 std::string_view unit_of(std::string_view key) {
   using Ending = std::pair<std::string_view, std::string_view>;
-  static constexpr Ending kUnits[]{
-      {"_1_m", "1/m"}, {"_grey", "grey"}, {"_rad_s2", "rad/s²"}, {"_rad_s", "rad/s"}, {"_m_s2", "m/s²"},
-      {"_m_s", "m/s"}, {"_px2", "px⁻²"},  {"_px", "px"},         {"_rad", "rad"},     {"_deg", "deg"},
-      {"_hz", "Hz"},   {"_ms", "ms"},     {"_ns", "N·s"},        {"_s", "s"},         {"_m", "m"},
-      {"_kg", "kg"},   {"_n", "N"}};
+  static constexpr Ending kUnits[]{{"_1_m", "1/m"},     {"_grey", "grey"}, {"_rad_s2", "rad/s²"},
+                                   {"_rad_s", "rad/s"}, {"_m_s2", "m/s²"}, {"_m_s3", "m/s³"},
+                                   {"_m_s", "m/s"},     {"_px2", "px⁻²"},  {"_px", "px"},
+                                   {"_rad", "rad"},     {"_deg", "deg"},   {"_hz", "Hz"},
+                                   {"_ms", "ms"},       {"_ns", "N·s"},    {"_s", "s"},
+                                   {"_m", "m"},         {"_kg", "kg"},     {"_n", "N"}};
   for (const auto& [ending, unit] : kUnits) {
     if (key.ends_with(ending)) return unit;
   }

@@ -10,18 +10,30 @@ bool Tracked::diverged() const {
 
 const std::string& Tracked::cause() const { return frames.back().report.cause; }
 
+std::vector<slam::Estimate> Tracked::estimates() const {
+  std::vector<slam::Estimate> rising;
+  for (const TrackedFrame& frame : frames)
+    if (rising.empty() || frame.estimate.t > rising.back().t) rising.push_back(frame.estimate);
+  return rising;
+}
+
 Tracking::Tracking(const Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start)
     : errors_(scenario.errors, scenario.seed),
       filter_(*scenario.slam, calibration, X_WC_start, scenario.seed) {}
 
 void Tracking::take(slam::Observation ideal) {
+  for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
+}
+
+void Tracking::step(const slam::Observation& arrived) {
   if (tracked_.diverged()) return;
-  const slam::FrameReport& report = filter_.step(errors_.apply(std::move(ideal)));
+  const slam::FrameReport& report = filter_.step(arrived);
   tracked_.frames.push_back({filter_.estimate(), report});
 }
 
 Tracked Tracking::finish() {
+  for (const slam::Observation& arrived : errors_.rest()) step(arrived);
   tracked_.map = filter_.map();
   return std::move(tracked_);
 }

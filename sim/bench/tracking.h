@@ -20,6 +20,8 @@ struct TrackedFrame {
 struct Tracked {
   std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
   std::vector<slam::MapPoint> map;
+  /// Once for each stamp: an observation that was refused moved no estimate.
+  std::vector<slam::Estimate> estimates() const;
   bool diverged() const;
   const std::string& cause() const;  ///< of the divergence
 };
@@ -31,14 +33,16 @@ class Tracking {
   Tracking(const Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start);
 
-  /// Applies the scenario's sensor errors to an ideal observation and gives it to the filter. A filter that
-  /// has diverged is given no more.
+  /// Applies the scenario's sensor errors to an ideal observation and gives the filter what arrives with it.
+  /// A filter that has diverged is given no more.
   void take(slam::Observation ideal);
 
-  /// Ends the tracking and hands out what came of it.
+  /// Gives the filter what was still under way, ends the tracking and hands out what came of it.
   Tracked finish();
 
  private:
+  void step(const slam::Observation& arrived);
+
   stream::SensorErrors errors_;
   slam::Filter filter_;
   Tracked tracked_;

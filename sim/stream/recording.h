@@ -4,6 +4,8 @@
 //   mav0/body.yaml
 //   mav0/cam0/{sensor.yaml,data.csv,data/<stamp>.png}        8-bit grey, lossless
 //   mav0/imu0/{sensor.yaml,data.csv}                         chest IMU; stamps: end of the interval averaged over
+//   mav0/encoders0/{sensor.yaml,data.csv}                    joint angles as the encoders read them, every 5 ms
+//   mav0/forces0/{sensor.yaml,data.csv}                      what the ground exerts on the soles, every 5 ms
 //   mav0/plan0/{sensor.yaml,data.csv}                        what the walking plan says of the camera at each frame
 //   mav0/state_groundtruth_estimate0/{sensor.yaml,data.csv}  true motion of the chest IMU, 17 columns
 //   frames.csv                                               stamps of all observations, with or without an image
@@ -20,6 +22,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/stream/file_error.h"
@@ -37,7 +40,8 @@ constexpr std::int64_t written(slam::Stamp t) { return (kEpoch + t).count(); }
 struct RecordingSetup {
   slam::Calibration calibration;
   Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< planned camera pose at t = 0
-  double camera_rate_hz = 30, imu_rate_hz = 200;
+  double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: of encoders and forces too
+  std::vector<std::string> joints;  ///< names, in the order of the encoders; for other readers, not read back
 };
 
 /// Where everything truly was, and was planned to be, at a frame.
@@ -55,6 +59,17 @@ struct TrueMotion {
   Eigen::Vector3d v_WG = Eigen::Vector3d::Zero();  ///< m/s in W
 };
 
+/// What the body feels of itself: recorded for other readers; the filter is not given it.
+struct BodyReading {
+  struct Wrench {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(),  ///< N
+        torque = Eigen::Vector3d::Zero();             ///< N·m about the sole point
+  };
+  slam::Stamp t{0};
+  Eigen::VectorXd q;   ///< rad, one for each joint of the setup
+  Wrench left, right;  ///< of the ground on each foot, axes of the sole
+};
+
 /// A surface of the room: kind plane, box, sphere, cylinder, ellipsoid or capsule, sized by half-lengths as
 /// in MJCF.
 struct RecordedSurface {
@@ -65,7 +80,7 @@ struct RecordedSurface {
 
 /// Writes a recording as the run goes on; memory does not grow with its length. Throws FileError when a file
 /// cannot be written, std::logic_error when the sensors given are not ideal ones (inertial readings that do
-/// not chain, gyro and accelerometer over different intervals, stamps that do not rise).
+/// not chain, gyro and accelerometer over different intervals, stamps that do not rise, a joint too many).
 class RecordingWriter {
  public:
   /// `folder` is made; it must not exist.
@@ -73,9 +88,13 @@ class RecordingWriter {
   ~RecordingWriter();
 
   void add(const slam::Observation& ideal);
+  void add(const BodyReading& reading);
   void add(const TruePoses& poses);    ///< once per frame
   void add(const TrueMotion& motion);  ///< at any rate
   void add(const RecordedSurface& surface);
+
+  /// A small file of the recording's own, listed in the manifest.
+  void add(const std::string& name, std::string_view text);
 
   /// Closes all files and writes the manifest. Without it the folder is an unfinished recording, which
   /// nothing reads.

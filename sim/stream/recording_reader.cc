@@ -70,6 +70,7 @@ std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
 struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
+    for (const std::string& name : kForOthers) manifest.check(name);
     read_camera_yaml(folder / kCameraSensor, manifest.read(kCameraSensor), setup);
     read_plan_yaml(folder / kPlanSensor, manifest.read(kPlanSensor), setup);
     const auto begin = read_imu_yaml(folder / kImuSensor, manifest.read(kImuSensor), setup);

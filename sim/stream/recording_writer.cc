@@ -24,9 +24,27 @@ void make_folders(const fs::path& folder) {
   std::error_code error;
   if (!fs::create_directories(folder, error))
     throw FileError(folder, error ? "cannot be made: " + error.message() : "exists already");
-  for (const char* part :
-       {"mav0/cam0/data", "mav0/imu0", "mav0/plan0", "mav0/state_groundtruth_estimate0", "truth"})
+  for (const char* part : {"mav0/cam0/data", "mav0/imu0", "mav0/encoders0", "mav0/forces0", "mav0/plan0",
+                           "mav0/state_groundtruth_estimate0", "truth"})
     fs::create_directories(folder / part);
+}
+
+std::string encoders_header(const std::vector<std::string>& joints) {
+  std::string header = kStampColumn;
+  for (const std::string& joint : joints) header += "," + joint + " [rad]";
+  return header;
+}
+
+std::string encoder_row(const BodyReading& reading) {
+  std::string row = fmt::format("{}", written(reading.t));
+  for (const double angle : reading.q) row += fmt::format(",{}", angle);
+  return row + "\n";
+}
+
+std::string force_row(const BodyReading& reading) {
+  return fmt::format("{},{},{},{},{}\n", written(reading.t), csv_fields(reading.left.force),
+                     csv_fields(reading.left.torque), csv_fields(reading.right.force),
+                     csv_fields(reading.right.torque));
 }
 
 std::string motion_row(const TrueMotion& motion) {
@@ -57,10 +75,12 @@ struct RecordingWriter::Files {
   RecordingSetup setup;
   ManifestWriter manifest{folder};
   Rows frames{folder, kFrames, kStampColumn}, camera{folder, kCameraRows, kCameraHeader},
-      imu{folder, kImuRows}, plan{folder, kPlanRows, kPlanHeader}, motion{folder, kMotionRows, kMotionHeader},
-      true_camera{folder, kTrueCamera, kTrueCameraHeader}, true_waist{folder, kTrueWaist, kTrueWaistHeader},
+      imu{folder, kImuRows}, encoders{folder, kEncoderRows, encoders_header(setup.joints)},
+      forces{folder, kForceRows, kForcesHeader}, plan{folder, kPlanRows, kPlanHeader},
+      motion{folder, kMotionRows, kMotionHeader}, true_camera{folder, kTrueCamera, kTrueCameraHeader},
+      true_waist{folder, kTrueWaist, kTrueWaistHeader},
       planned_waist{folder, kPlannedWaist, kPlannedWaistHeader}, surfaces{folder, kSurfaces, kSurfacesHeader};
-  std::optional<slam::Stamp> last_frame, last_poses, last_motion;
+  std::optional<slam::Stamp> last_frame, last_poses, last_motion, last_body;
   std::optional<slam::Stamp> imu_begin, imu_end;
   std::optional<bool> with_accelerometer;  // known from the first reading on
 
@@ -127,6 +147,16 @@ void RecordingWriter::add(const slam::Observation& ideal) {
   files_->last_frame = ideal.t;
 }
 
+void RecordingWriter::add(const BodyReading& reading) {
+  Files& f = *files_;
+  require(!f.last_body || reading.t > *f.last_body, "readings of the body are not in order of time");
+  require(reading.q.size() == static_cast<Eigen::Index>(f.setup.joints.size()),
+          "not one angle for each joint");
+  f.encoders.file.write(encoder_row(reading));
+  f.forces.file.write(force_row(reading));
+  f.last_body = reading.t;
+}
+
 void RecordingWriter::add(const TruePoses& poses) {
   require(!files_->last_poses || poses.t > *files_->last_poses, "true poses are not in order of time");
   files_->true_camera.file.write(fmt::format("{},{}\n", written(poses.t), csv_fields(poses.X_WC)));
@@ -148,16 +178,20 @@ void RecordingWriter::add(const RecordedSurface& surface) {
       fmt::format("{},{},{}\n", surface.kind, csv_fields(surface.X_WS), csv_fields(surface.size)));
 }
 
+void RecordingWriter::add(const std::string& name, std::string_view text) { files_->write_whole(name, text); }
+
 void RecordingWriter::finish() {
   Files& f = *files_;
   if (!f.with_accelerometer) f.imu.file.write(kImuHeader + "\n");
   f.write_whole(kBody, body_yaml());
   f.write_whole(kCameraSensor, camera_yaml(f.setup));
   f.write_whole(kImuSensor, imu_yaml(f.setup, f.imu_begin));
+  f.write_whole(kEncodersSensor, encoders_yaml(f.setup));
+  f.write_whole(kForcesSensor, forces_yaml(f.setup));
   f.write_whole(kPlanSensor, plan_yaml(f.setup));
   f.write_whole(kMotionSensor, motion_yaml());
-  for (Rows* rows : {&f.frames, &f.camera, &f.imu, &f.plan, &f.motion, &f.true_camera, &f.true_waist,
-                     &f.planned_waist, &f.surfaces}) {
+  for (Rows* rows : {&f.frames, &f.camera, &f.imu, &f.encoders, &f.forces, &f.plan, &f.motion, &f.true_camera,
+                     &f.true_waist, &f.planned_waist, &f.surfaces}) {
     rows->file.close();
     f.manifest.add(rows->name, rows->file.hash());
   }

@@ -1,8 +1,10 @@
 // What the filter saw of a recorded run: its observations with the sensor errors of the scenario.
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "sim/stream/recording.h"
 #include "sim/stream/sensor_errors.h"
@@ -18,14 +20,23 @@ class Seen {
 
   const RecordingSetup& setup() const { return reader_.setup(); }
   std::optional<slam::Observation> next() {
-    std::optional<slam::Observation> ideal = reader_.next();
-    if (!ideal) return std::nullopt;
-    return errors_.apply(std::move(*ideal));
+    while (arrived_.empty() && !ended_) {
+      std::optional<slam::Observation> ideal = reader_.next();
+      ended_ = !ideal;
+      for (slam::Observation& o : ideal ? errors_.take(std::move(*ideal)) : errors_.rest())
+        arrived_.push_back(std::move(o));
+    }
+    if (arrived_.empty()) return std::nullopt;
+    slam::Observation next = std::move(arrived_.front());
+    arrived_.pop_front();
+    return next;
   }
 
  private:
   RecordingReader reader_;
   SensorErrors errors_;
+  std::deque<slam::Observation> arrived_;
+  bool ended_ = false;
 };
 
 }  // namespace sim::stream

@@ -1,45 +1,17 @@
 #include "sim/stream/sensor_errors.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "sim/stream/random.h"
 
 namespace sim::stream {
 namespace {
 
-constexpr double kNominalPeriod_ns = 5e6;  // a whole inertial reading, 200 Hz
-
-std::uint64_t item(slam::Stamp t) { return static_cast<std::uint64_t>(t.count()); }
-
-Eigen::Vector3d normal3(Random random) {
-  Eigen::Vector3d v;
-  for (double& x : v) x = random.normal();
-  return v;
-}
-
-// The middles of 4096 slices of equal probability of the normal distribution, in 1/4096, stretched by the
-// 2e-4 that their variance lacks of 1. Reaches 3.67 standard deviations.
-std::array<int, 4096> make_normal_table() {
-  std::array<double, 4096> z;
-  double sum = 0;
-  for (std::size_t i = 0; i < z.size(); ++i) {
-    z[i] = normal_quantile((static_cast<double>(i) + 0.5) / 4096);
-    sum += z[i] * z[i];
-  }
-  std::array<int, 4096> table;
-  for (std::size_t i = 0; i < z.size(); ++i)
-    table[i] = static_cast<int>(std::lround(z[i] / std::sqrt(sum / 4096) * 4096));
-  return table;
-}
-
-const std::array<int, 4096>& normal_table() {
-  static const std::array<int, 4096> table = make_normal_table();
-  return table;
-}
+slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
 
 void require(double value, double least, double most, const std::string& name) {
   if (!(value >= least && value <= most))
@@ -51,73 +23,115 @@ void validate(const ErrorOptions& o) {
   constexpr double kAny = 1e6;
   require(o.gyro.sigma_rad_s, 0, kAny, "gyro.sigma_rad_s");
   require(o.gyro.bias_sigma_rad_s, 0, kAny, "gyro.bias_sigma_rad_s");
+  require(o.gyro.bias_walk_sigma_rad_s2, 0, kAny, "gyro.bias_walk_sigma_rad_s2");
+  require(o.gyro.range_rad_s, 0, kAny, "gyro.range_rad_s");
+  require(o.gyro.resolution_rad_s, 0, kAny, "gyro.resolution_rad_s");
   require(o.accelerometer.sigma_m_s2, 0, kAny, "accelerometer.sigma_m_s2");
   require(o.accelerometer.bias_sigma_m_s2, 0, kAny, "accelerometer.bias_sigma_m_s2");
+  require(o.accelerometer.bias_walk_sigma_m_s3, 0, kAny, "accelerometer.bias_walk_sigma_m_s3");
+  require(o.accelerometer.range_m_s2, 0, kAny, "accelerometer.range_m_s2");
+  require(o.accelerometer.resolution_m_s2, 0, kAny, "accelerometer.resolution_m_s2");
   require(o.image.read_sigma_grey, 0, 100, "image.read_sigma_grey");
   require(o.image.shot_sigma_grey, 0, 50, "image.shot_sigma_grey");
+  require(o.image.gain, 0, 16, "image.gain");
+  require(o.image.vignetting_fraction, 0, 1, "image.vignetting_fraction");
+  require(o.image.exposure_sigma_fraction, 0, 10, "image.exposure_sigma_fraction");
+  require(o.image.exposure_time_s, 1e-3, kAny, "image.exposure_time_s");
   require(o.image.loss_fraction, 0, 1, "image.loss_fraction");
+  require(o.image.latency_s, 0, 10, "image.latency_s");
   require(o.plan.loss_fraction, 0, 1, "plan.loss_fraction");
+  require(o.motion.time_offset_s, -1, 1, "motion.time_offset_s");
+}
+
+InertialErrors gyro_errors(const ErrorOptions& o, std::uint64_t seed) {
+  std::vector<InertialErrors::Spike> spikes;
+  for (const GyroSpike& spike : faults_of<GyroSpike>(o.faults)) spikes.push_back({spike, spike.size_rad_s});
+  const auto silent = faults_of<GyroSilent>(o.faults);
+  return {"gyro",
+          {o.gyro.sigma_rad_s, o.gyro.bias_sigma_rad_s, o.gyro.bias_walk_sigma_rad_s2, o.gyro.range_rad_s,
+           o.gyro.resolution_rad_s},
+          seed,
+          std::move(spikes),
+          {silent.begin(), silent.end()}};
+}
+
+InertialErrors accelerometer_errors(const ErrorOptions& o, std::uint64_t seed) {
+  std::vector<InertialErrors::Spike> spikes;
+  for (const AccelerometerSpike& spike : faults_of<AccelerometerSpike>(o.faults))
+    spikes.push_back({spike, spike.size_m_s2});
+  const auto silent = faults_of<AccelerometerSilent>(o.faults);
+  const ErrorOptions::Accelerometer& a = o.accelerometer;
+  return {"accelerometer",
+          {a.sigma_m_s2, a.bias_sigma_m_s2, a.bias_walk_sigma_m_s3, a.range_m_s2, a.resolution_m_s2},
+          seed,
+          std::move(spikes),
+          {silent.begin(), silent.end()}};
+}
+
+void append(std::vector<slam::Observation>& all, std::vector<slam::Observation> more) {
+  std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
 }  // namespace
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
-    : options_(options),
+    : options_((validate(options), options)),
       seed_(seed),
-      gyro_bias_(options.gyro.bias_sigma_rad_s * normal3(Random(seed, "gyro bias"))),
-      accelerometer_bias_(options.accelerometer.bias_sigma_m_s2 *
-                          normal3(Random(seed, "accelerometer bias"))) {
-  validate(options_);
-  const double read = options_.image.read_sigma_grey, shot = options_.image.shot_sigma_grey;
-  for (int grey = 0; grey < 256; ++grey)
-    sigma_of_grey_.push_back(
-        static_cast<int>(std::lround(256 * std::sqrt(read * read + shot * shot * grey / 255))));
+      gyro_(gyro_errors(options, seed)),
+      accelerometer_(accelerometer_errors(options, seed)),
+      image_(options.image, seed, options.faults),
+      plan_(options.faults),
+      motion_clock_(stamp(options.motion.time_offset_s)),
+      arrival_(seed, options.faults),
+      frames_lost_(faults_of<FramesLost>(options.faults)),
+      frames_frozen_(faults_of<FramesFrozen>(options.faults)) {}
+
+std::vector<slam::Observation> SensorErrors::take(slam::Observation ideal) {
+  disturb(ideal);
+  std::vector<slam::Observation> arrived;
+  for (slam::Observation& assembled : motion_clock_.take(std::move(ideal)))
+    append(arrived, arrival_.take(std::move(assembled)));
+  return arrived;
 }
 
-slam::Observation SensorErrors::apply(slam::Observation ideal) const {
-  apply_white_noise(ideal.gyro, "gyro noise", options_.gyro.sigma_rad_s, gyro_bias_);
-  apply_white_noise(ideal.accelerometer, "accelerometer noise", options_.accelerometer.sigma_m_s2,
-                    accelerometer_bias_);
-  if (lost("image loss", ideal.t, options_.image.loss_fraction)) ideal.image = cv::Mat();
-  if (!ideal.image.empty()) ideal.image = noisy(ideal.image, ideal.t);
-  if (lost("plan loss", ideal.t, options_.plan.loss_fraction)) ideal.plan.reset();
-  return ideal;
+std::vector<slam::Observation> SensorErrors::rest() {
+  std::vector<slam::Observation> arrived;
+  for (slam::Observation& assembled : motion_clock_.rest())
+    append(arrived, arrival_.take(std::move(assembled)));
+  append(arrived, arrival_.rest());
+  return arrived;
 }
 
-// A reading over a part of the 5 ms is a mean over less time: its noise is greater, so that the integral over
-// the whole has the variance of an unsplit reading's.
-void SensorErrors::apply_white_noise(std::vector<slam::InertialSample>& readings, const char* stream,
-                                     double sigma, const Eigen::Vector3d& bias) const {
-  for (slam::InertialSample& reading : readings) {
-    const double duration_ns = static_cast<double>((reading.end - reading.begin).count());
-    const double scaled = sigma * std::sqrt(kNominalPeriod_ns / duration_ns);
-    reading.value += scaled * normal3(Random(seed_, stream, item(reading.end))) + bias;
-  }
+void SensorErrors::disturb(slam::Observation& o) {
+  gyro_.apply(o.gyro);
+  accelerometer_.apply(o.accelerometer);
+  o.image = late_picture(arrived_picture(o.image, o.t), o.t);
+  o.plan = plan_.apply(std::move(o.plan), o.t);
+  if (lost("plan loss", o.t, options_.plan.loss_fraction)) o.plan.reset();
 }
 
-// Five pixels to each 64 random bits; fixed point with 20 binary places.
-cv::Mat SensorErrors::noisy(const cv::Mat& image, slam::Stamp t) const {
-  const std::array<int, 4096>& z = normal_table();
-  Random random(seed_, "image noise", item(t));
-  cv::Mat out(image.rows, image.cols, CV_8UC1);
-  for (int row = 0; row < image.rows; ++row) {
-    const unsigned char* from = image.ptr(row);
-    unsigned char* to = out.ptr(row);
-    for (int column = 0; column < image.cols;) {
-      std::uint64_t bits = random.bits();
-      for (const int end = std::min(column + 5, image.cols); column < end; ++column, bits >>= 12) {
-        const int grey = from[column];
-        const int sum =
-            (grey << 20) + z[bits & 4095] * sigma_of_grey_[static_cast<std::size_t>(grey)] + (1 << 19);
-        to[column] = static_cast<unsigned char>(std::clamp(sum >> 20, 0, 255));
-      }
-    }
-  }
-  return out;
+cv::Mat SensorErrors::arrived_picture(const cv::Mat& ideal, slam::Stamp t) {
+  double lost_fraction = options_.image.loss_fraction;
+  for (const FramesLost& fault : frames_lost_)
+    if (fault.holds(t)) lost_fraction = std::max(lost_fraction, fault.fraction);
+  if (ideal.empty() || lost("image loss", t, lost_fraction)) return {};
+  const bool frozen = std::any_of(frames_frozen_.begin(), frames_frozen_.end(),
+                                  [t](const Span& span) { return span.holds(t); });
+  if (!frozen || before_freezing_.empty()) before_freezing_ = image_.apply(ideal, t);
+  return before_freezing_;
+}
+
+cv::Mat SensorErrors::late_picture(cv::Mat picture, slam::Stamp t) {
+  if (!picture.empty()) under_way_.push_back({t, std::move(picture)});
+  cv::Mat newest;
+  for (; !under_way_.empty() && under_way_.front().t + stamp(options_.image.latency_s) <= t;
+       under_way_.pop_front())
+    newest = under_way_.front().picture;
+  return newest;
 }
 
 bool SensorErrors::lost(const char* stream, slam::Stamp t, double fraction) const {
-  return fraction > 0 && Random(seed_, stream, item(t)).uniform() < fraction;
+  return fraction > 0 && Random(seed_, stream, static_cast<std::uint64_t>(t.count())).uniform() < fraction;
 }
 
 }  // namespace sim::stream

@@ -1,11 +1,17 @@
-// What turns the readings of ideal sensors into what the filter is given: noise, bias and loss from named
-// streams.
+// What turns the readings of ideal sensors into what the filter is given: noise, bias, loss, wrong clocks and
+// faults, drawn from named streams.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
+#include "sim/stream/arrival.h"
+#include "sim/stream/faults.h"
+#include "sim/stream/image_errors.h"
+#include "sim/stream/inertial_errors.h"
+#include "sim/stream/motion_clock.h"
+#include "sim/stream/plan_errors.h"
 #include "slam/observation.h"
 
 namespace sim::stream {
@@ -13,45 +19,65 @@ namespace sim::stream {
 /// The scenario's keys errors.*, name for name. All standard deviations >= 0, all fractions in [0, 1].
 struct ErrorOptions {
   struct Gyro {
-    double sigma_rad_s = 0.01;      ///< white noise of a 200 Hz reading, per axis
-    double bias_sigma_rad_s = 0.0;  ///< of the constant bias, drawn once per run, per axis
+    double sigma_rad_s = 0.01;          ///< white noise of a 200 Hz reading, per axis
+    double bias_sigma_rad_s = 0.0;      ///< of the bias at the start, drawn once per run, per axis
+    double bias_walk_sigma_rad_s2 = 0;  ///< growth of the bias's standard deviation in 1 s
+    double range_rad_s = 0;             ///< readings beyond are cut; 0: none are
+    double resolution_rad_s = 0;        ///< step of the readings; 0: none
   } gyro;
-  struct Accelerometer {
-    double sigma_m_s2 = 0.05;      ///< white noise of a 200 Hz reading, per axis
-    double bias_sigma_m_s2 = 0.0;  ///< of the constant bias, drawn once per run, per axis
+  struct Accelerometer {  ///< likewise
+    double sigma_m_s2 = 0.05;
+    double bias_sigma_m_s2 = 0.0;
+    double bias_walk_sigma_m_s3 = 0;
+    double range_m_s2 = 0;
+    double resolution_m_s2 = 0;
   } accelerometer;
-  struct Image {
-    double read_sigma_grey = 1.0;  ///< noise of a black pixel, grey levels of 255; at most 100
-    double shot_sigma_grey =
-        1.0;  ///< noise of a white pixel from counting light alone; its square goes with the grey
-    double loss_fraction = 0.0;  ///< of frames whose image does not arrive
-  } image;
+  ImageOptions image;
   struct Plan {
     double loss_fraction = 0.0;  ///< of frames whose planned motion does not arrive
   } plan;
+  struct Motion {
+    double time_offset_s = 0;  ///< how much later the motion computer stamps than the vision computer
+  } motion;
+  std::vector<Fault> faults;
 };
 
-/// Applies the errors to one observation after another. Every draw is keyed by the run's seed, the name of
-/// its stream and the stamp it belongs to: a live run and a replay agree bit for bit, and one error's numbers
-/// do not depend on which others are switched on.
+/// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by the
+/// run's seed, the name of its stream and the stamp it belongs to: a live run and a replay agree bit for bit,
+/// and one error's numbers do not depend on which others are switched on.
 class SensorErrors {
  public:
   /// Throws std::invalid_argument naming the option that is out of its range.
   SensorErrors(const ErrorOptions& options, std::uint64_t seed);
 
-  /// `ideal`'s pixels are not written to: a noisy image is a new one.
-  slam::Observation apply(slam::Observation ideal) const;
+  /// What the filter is given once this ideal observation has been made: usually one, in the order of
+  /// arrival. `ideal`'s pixels are not written to: a noisy image is a new one.
+  std::vector<slam::Observation> take(slam::Observation ideal);
+
+  /// What has not arrived when the run ends.
+  std::vector<slam::Observation> rest();
 
  private:
-  void apply_white_noise(std::vector<slam::InertialSample>& readings, const char* stream, double sigma,
-                         const Eigen::Vector3d& bias) const;
-  cv::Mat noisy(const cv::Mat& image, slam::Stamp t) const;
+  void disturb(slam::Observation& observation);
+  cv::Mat arrived_picture(const cv::Mat& ideal, slam::Stamp t);
+  cv::Mat late_picture(cv::Mat picture, slam::Stamp t);
   bool lost(const char* stream, slam::Stamp t, double fraction) const;
 
+  struct StampedPicture {
+    slam::Stamp t{0};
+    cv::Mat picture;
+  };
   ErrorOptions options_;
   std::uint64_t seed_;
-  Eigen::Vector3d gyro_bias_, accelerometer_bias_;
-  std::vector<int> sigma_of_grey_;  // 256 entries, in 1/256 grey
+  InertialErrors gyro_, accelerometer_;
+  ImageErrors image_;
+  PlanErrors plan_;
+  MotionClock motion_clock_;
+  Arrival arrival_;
+  std::vector<FramesLost> frames_lost_;
+  std::vector<FramesFrozen> frames_frozen_;
+  cv::Mat before_freezing_;
+  std::deque<StampedPicture> under_way_;
 };
 
 }  // namespace sim::stream

@@ -163,6 +163,19 @@ std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise) {
   return head("imu", "chest IMU; +g up at rest") + imu_keys(setup, noise);
 }
 
+std::string encoders_yaml(const RecordingSetup& setup) {
+  return head("encoders", "joint encoders, ideal: their zeros may be off those of the true joints") +
+         fmt::format("rate_hz: {}\njoints: [{}]\n", setup.imu_rate_hz, fmt::join(setup.joints, ", "));
+}
+
+std::string forces_yaml(const RecordingSetup& setup) {
+  return head(
+             "forces",
+             "six-axis force sensors of the ankles, ideal: force and torque of the ground on each foot, axes "
+             "of the sole, about the point of the sole below the ankle") +
+         fmt::format("rate_hz: {}\nfeet: [left, right]\n", setup.imu_rate_hz);
+}
+
 std::string plan_yaml(const RecordingSetup& setup) {
   return head("plan", "walking plan: the camera's pose and velocities in the plan's own world") +
          fmt::format("rate_hz: {}\n", setup.camera_rate_hz) + matrix("T_WC_start", setup.X_WC_start);

@@ -26,6 +26,8 @@ std::string camera_yaml(const RecordingSetup& setup);
 std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
 /// imu0 of noisy readings at instants.
 std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise);
+std::string encoders_yaml(const RecordingSetup& setup);
+std::string forces_yaml(const RecordingSetup& setup);
 std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();
 std::string body_yaml();

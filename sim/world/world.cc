@@ -41,6 +41,15 @@ int sensor_address(const mjModel* model, const std::string& name) {
   return model->sensor_adr[id(model, mjOBJ_SENSOR, name)];
 }
 
+void scale_mass(mjModel* model, int body, double scale) {
+  model->body_mass[body] *= scale;
+  for (int axis = 0; axis < 3; ++axis) {
+    model->body_inertia[3 * body + axis] *= scale;
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> joint_names() {
   std::vector<std::string> names;
   const std::array<std::pair<const char*, int>, 6> groups{
@@ -52,15 +61,6 @@ std::vector<std::string> joint_names() {
   }
   return names;
 }
-
-void scale_mass(mjModel* model, int body, double scale) {
-  model->body_mass[body] *= scale;
-  for (int axis = 0; axis < 3; ++axis) {
-    model->body_inertia[3 * body + axis] *= scale;
-  }
-}
-
-}  // namespace
 
 World::World(const WorldOptions& options, const Draw& draw, const walking::JointVector& q,
              const Eigen::Isometry3d& X_WB, const std::filesystem::path& models)

@@ -17,6 +17,9 @@
 
 namespace sim::world {
 
+/// Of the 30 joints, in the order of walking::JointVector.
+std::vector<std::string> joint_names();
+
 /// What has become of the robot. All but `ok` are final: the physics then stands still.
 enum class Condition { ok, fell, feet_touched, physics_failed };
 struct Status {

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "sim/bench/scenario_commands.h"
+#include "sim/bench/scenario_faults.h"
 #include "sim/bench/scenario_keys.h"
 #include "sim/bench/scenario_limits.h"
 #include "sim/score/evaluate.h"
@@ -71,6 +72,7 @@ void print_keys() {
     std::cout << fmt::format("{}\n    {}\n    {}{}\n", key.name, key.doc, key.expected, shown);
   }
   std::cout << "\nItems of walk.commands:\n" << bench::describe_commands();
+  std::cout << "\nItems of errors.faults:\n" << bench::describe_faults();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, "
                "worst). Metrics:\n";

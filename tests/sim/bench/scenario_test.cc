@@ -1,5 +1,6 @@
 #include "sim/bench/scenario.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -181,8 +182,9 @@ TEST(Keys, ThereIsOneForEachOption) {
   EXPECT_EQ(parts("errors"), members<ErrorOptions>());
   EXPECT_EQ(parts("errors.gyro"), members<ErrorOptions::Gyro>());
   EXPECT_EQ(parts("errors.accelerometer"), members<ErrorOptions::Accelerometer>());
-  EXPECT_EQ(parts("errors.image"), members<ErrorOptions::Image>());
+  EXPECT_EQ(parts("errors.image"), members<stream::ImageOptions>());
   EXPECT_EQ(parts("errors.plan"), members<ErrorOptions::Plan>());
+  EXPECT_EQ(parts("errors.motion"), members<ErrorOptions::Motion>());
   using slam::Options;
   EXPECT_EQ(parts("slam"), members<Options>());
   EXPECT_EQ(parts("slam.start"), members<Options::Start>());
@@ -205,6 +207,43 @@ TEST(Keys, ReadWhatTheyPrintAndTouchNothingElse) {
     key.read(parse_yaml(key.print(changed), {"default"}), changed);
     EXPECT_EQ(to_yaml(changed), before) << key.name;
   }
+}
+
+TEST(Faults, AreReadInOrderAndPrintedBack) {
+  const std::string faults = R"(
+errors:
+  faults:
+    - frames_lost: {from_s: 20, duration_s: 2}
+    - gyro_spike: {from_s: 3.5, size_rad_s: 5}
+    - plan_scaled: {duration_s: 100, factor: 0.8}
+    - frames_frozen: {}
+)";
+  const Scenario scenario = read_text(kWalk + faults).scenario;
+  ASSERT_EQ(scenario.errors.faults.size(), 4u);
+  EXPECT_EQ(std::get<stream::FramesLost>(scenario.errors.faults[0]).from_s, 20);
+  EXPECT_EQ(std::get<stream::GyroSpike>(scenario.errors.faults[1]).size_rad_s, 5);
+  EXPECT_EQ(std::get<stream::GyroSpike>(scenario.errors.faults[1]).duration_s, 0.005);
+  EXPECT_EQ(std::get<stream::PlanScaled>(scenario.errors.faults[2]).factor, 0.8);
+  const std::string printed = to_yaml(scenario);
+  EXPECT_EQ(to_yaml(read_text(printed).scenario), printed);
+  EXPECT_EQ(read_text(printed).scenario.errors.faults.size(), 4u);
+}
+
+TEST(Faults, ThatAreWrongAreNamed) {
+  const auto of = [](const std::string& faults) {
+    return complaint(kWalk, {{"errors.faults=" + faults}, {}});
+  };
+  EXPECT_EQ(of("[]"), "");
+  EXPECT_EQ(of("[frames_lost: {from_s: 1}]"), "");
+  EXPECT_EQ(of("3"),
+            "<argument>:1:15: errors.faults: expected a list of faults, as in [{frames_lost: {from_s: 20, "
+            "duration_s: 2}}]");
+  EXPECT_THAT(of("[{frame_lost: {}}]"), testing::EndsWith("did you mean 'frames_lost'?"));
+  EXPECT_EQ(of("[{gyro_silent: {size_rad_s: 1}}]"),
+            "<argument>:1:31: errors.faults: gyro_silent: unknown field 'size_rad_s', expected from_s, "
+            "duration_s");
+  EXPECT_EQ(of("[{gyro_silent: {duration_s: -1}}]"),
+            "<argument>:1:43: duration_s: is '-1', expected a number from 0 to 1000000");
 }
 
 TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "sim/stream/csv.h"
 #include "sim/stream/manifest.h"
 #include "sim/stream/random.h"
 #include "tests/sim/stream/temporary_folder.h"
@@ -53,6 +54,7 @@ RecordingSetup setup_of(Random& random) {
                               15.7,   12.7,    slam::OneParameterRadial{7.37e-4}};
   setup.calibration.X_CG = pose(random);
   setup.X_WC_start = pose(random);
+  setup.joints = {"HIP", "KNEE", "ANKLE"};
   return setup;
 }
 
@@ -124,6 +126,9 @@ struct Recorded {
       writer.add(o);
       poses.push_back({o.t, pose(random), pose(random), pose(random)});
       writer.add(poses.back());
+      bodies.push_back(
+          {o.t, vector3(random), {vector3(random), vector3(random)}, {vector3(random), vector3(random)}});
+      writer.add(bodies.back());
       writer.add(TrueMotion{o.t, pose(random), vector3(random)});
     }
     writer.add(surface = {"box", pose(random), {0.5, 1, 0.25}});
@@ -133,6 +138,7 @@ struct Recorded {
   RecordingSetup setup;
   std::vector<slam::Observation> given;
   std::vector<TruePoses> poses;
+  std::vector<BodyReading> bodies;
   RecordedSurface surface;
 };
 
@@ -180,6 +186,29 @@ TEST(Recording, CalibrationAndStartComeBackBitForBit) {
   EXPECT_TRUE(same_bits(reader.setup().X_WC_start.matrix(), recorded.setup.X_WC_start.matrix()));
   EXPECT_EQ(reader.setup().camera_rate_hz, 30);
   EXPECT_EQ(reader.setup().imu_rate_hz, 200);
+}
+
+TEST(Recording, KeepsWhatTheBodyFeelsBitForBit) {
+  const TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  CsvReader encoders(recorded.folder / "mav0/encoders0/data.csv",
+                     {"#timestamp [ns],HIP [rad],KNEE [rad],ANKLE [rad]"});
+  CsvReader forces(recorded.folder / "mav0/forces0/data.csv",
+                   {"#timestamp [ns],f_L_x [N],f_L_y [N],f_L_z [N],m_L_x [N m],m_L_y [N m],m_L_z [N m],"
+                    "f_R_x [N],f_R_y [N],f_R_z [N],m_R_x [N m],m_R_y [N m],m_R_z [N m]"});
+  for (const BodyReading& reading : recorded.bodies) {
+    ASSERT_TRUE(encoders.next() && forces.next());
+    EXPECT_EQ(encoders.integer(0), (kEpoch + reading.t).count());
+    EXPECT_EQ(forces.integer(0), encoders.integer(0));
+    EXPECT_TRUE(same_bits(encoders.vector(1), reading.q));
+    EXPECT_TRUE(same_bits(forces.vector(1), reading.left.force));
+    EXPECT_TRUE(same_bits(forces.vector(4), reading.left.torque));
+    EXPECT_TRUE(same_bits(forces.vector(7), reading.right.force));
+    EXPECT_TRUE(same_bits(forces.vector(10), reading.right.torque));
+  }
+  EXPECT_FALSE(encoders.next());
+  EXPECT_THAT(content(recorded.folder / "mav0/encoders0/sensor.yaml"),
+              HasSubstr("joints: [HIP, KNEE, ANKLE]"));
 }
 
 TEST(Recording, TruthComesBackBitForBit) {
@@ -289,19 +318,11 @@ TEST(Recording, AnyTruncatedFileIsNamed) {
   }
 }
 
-// mav0/body.yaml and the true motion are for other programs: nothing here reads them, only their sizes are
-// looked at.
-bool read_by_the_project(const fs::path& file) {
-  const std::string text = file.string();
-  return text.find("body.yaml") == text.npos && text.find("state_groundtruth") == text.npos;
-}
-
 TEST(Recording, AnyEditedFileIsNamedWhichHasTheSameSize) {
   const TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   Random random(9, "edit");
   for (const fs::path& file : files_of(recorded.folder)) {
-    if (!read_by_the_project(file)) continue;
     const std::string bytes = content(file);
     for (int trial = 0; trial < 5; ++trial) {
       std::string edited = bytes;
@@ -417,7 +438,7 @@ TEST(Recording, NoEditOfAnyTextFileCrashesTheReader) {
   const std::string alphabet = "0123456789.,-+e\n\r\0\xff[]{}:#\" nai"s;  // with a zero in it
   int refused = 0;
   for (const fs::path& file : files_of(recorded.folder)) {
-    if (file.extension() == ".png" || !read_by_the_project(file)) continue;
+    if (file.extension() == ".png") continue;
     const std::string bytes = content(file), name = fs::relative(file, recorded.folder).string();
     for (int trial = 0; trial < 25; ++trial) {
       std::string edited = bytes;

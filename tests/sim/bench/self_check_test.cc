@@ -1,0 +1,150 @@
+// The bench's doubt of itself on a short real walk: it believes what is right, and sees a lag of one sample
+// or one frame.
+#include "sim/bench/self_check.h"
+
+#include <gmock/gmock.h>
+
+#include "sim/bench/evidence.h"
+#include "sim/bench/run.h"
+#include "sim/stream/csv.h"
+#include "tests/sim/bench/result_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace sim;
+
+constexpr const char* kWalk = R"(
+walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {radius_m: 0.75, angle_deg: 60}}]}
+camera: {}
+)";
+
+class SelfCheckTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder() = fs::temp_directory_path() / ("gaitslam self check " + std::to_string(getpid()));
+    fs::create_directories(folder());
+    const auto read = bench::read_scenario_text(kWalk, "walk.yaml");
+    bench::run(read,
+               {folder() / "result",
+                stream::Existing::refuse,
+                fs::path(GAITSLAM_SOURCE_DIR) / "models",
+                "1",
+                "",
+                {}},
+               [](double) {});
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder()); }
+  static fs::path& folder() {
+    static fs::path path;
+    return path;
+  }
+  static fs::path recording() { return folder() / "result/recording"; }
+
+  static std::vector<stream::TrueMotion> motions();
+  static bench::InertialCheck inertial(std::size_t lag);
+  static bench::ViewCheck view(std::size_t lag);
+};
+
+std::vector<stream::TrueMotion> SelfCheckTest::motions() {
+  std::vector<stream::TrueMotion> all;
+  std::ifstream in(recording() / "mav0/state_groundtruth_estimate0/data.csv");
+  std::string header;
+  std::getline(in, header);
+  stream::CsvReader rows(recording() / "mav0/state_groundtruth_estimate0/data.csv", {header});
+  while (rows.next()) {
+    stream::TrueMotion motion{slam::Stamp(rows.integer(0)) - stream::kEpoch, Eigen::Isometry3d::Identity(),
+                              rows.vector(8)};
+    motion.X_WG.translation() = rows.vector(1);
+    motion.X_WG.linear() =
+        Eigen::Quaterniond(rows.number(4), rows.number(5), rows.number(6), rows.number(7)).toRotationMatrix();
+    all.push_back(motion);
+  }
+  return all;
+}
+
+// The recorded readings against the truth of `lag` readings earlier.
+bench::InertialCheck SelfCheckTest::inertial(std::size_t lag) {
+  const std::vector<stream::TrueMotion> truth = motions();
+  bench::InertialCheck check(truth.front());
+  stream::RecordingReader reader(recording());
+  std::size_t k = 0;
+  while (const auto o = reader.next())
+    for (std::size_t i = 0; i < o->gyro.size(); ++i, ++k) {
+      // The first reading leads to the first recorded motion, where the check begins.
+      if (k > lag) check.take(o->gyro[i], o->accelerometer[i], truth.at(k - lag));
+    }
+  return check;
+}
+
+// The recorded pictures with the true poses of `lag` frames earlier.
+bench::ViewCheck SelfCheckTest::view(std::size_t lag) {
+  const stream::Truth truth = stream::read_truth(recording());
+  stream::RecordingReader reader(recording());
+  std::vector<score::Surface> surfaces;
+  for (const stream::RecordedSurface& recorded : truth.surfaces) surfaces.push_back(bench::surface(recorded));
+  bench::ViewCheck check(reader.setup().calibration.camera, surfaces);
+  for (std::size_t k = 0; const auto o = reader.next(); ++k)
+    if (k >= lag) check.take(o->image, o->t, truth.camera.at(k - lag).X);
+  return check;
+}
+
+double degrees(double radians) { return radians * 180 / 3.14159265358979; }
+
+TEST_F(SelfCheckTest, AWalkPassesIt) {
+  const nlohmann::json check = tests::json_of(recording() / "self_check.json");
+  EXPECT_EQ(check["complaint"], "");
+  EXPECT_GT(check["view_px"]["points"], 50);
+  EXPECT_NE(tests::json_of(folder() / "result/about.json")["ending"], "failed");
+}
+
+TEST_F(SelfCheckTest, IdealReadingsLeadAlongTheTruePath) {
+  const bench::InertialCheck check = inertial(0);
+  EXPECT_LT(check.worst_position_m(), bench::kInertialPosition_m);
+  EXPECT_GT(check.worst_position_m(), 0);  // it is no inverse of the sensor's formula
+  EXPECT_LT(degrees(check.worst_yaw_rad()), bench::kInertialYaw_deg);
+  RecordProperty("position_mm", std::to_string(1e3 * check.worst_position_m()));
+}
+
+TEST_F(SelfCheckTest, SeesThatReadingsLagByOneSample) {
+  const bench::InertialCheck check = inertial(1);
+  EXPECT_GT(degrees(check.worst_yaw_rad()), bench::kInertialYaw_deg);
+}
+
+TEST_F(SelfCheckTest, SeesThatPicturesLagByOneFrame) {
+  EXPECT_LT(view(0).median_px().value(), bench::kView_px);
+  EXPECT_GT(view(1).median_px().value(), bench::kView_px);
+}
+
+TEST_F(SelfCheckTest, SaysWhatDoesNotAgree) {
+  bench::SelfCheck check{inertial(0), view(0)};
+  EXPECT_EQ(check.complaint(), "");
+  check.view = view(1);
+  EXPECT_THAT(check.complaint(), testing::HasSubstr("px from where the true pose puts them"));
+  check.inertial = inertial(1);
+  EXPECT_THAT(check.complaint(), testing::HasSubstr("leave the true"));
+}
+
+TEST_F(SelfCheckTest, ARunThatFailedItIsNotScored) {
+  const auto read = bench::read_scenario_text(kWalk, "walk.yaml");
+  const bench::Remains remains{read,
+                               "failed",
+                               "self-check: it is off",
+                               stream::RecordingReader(recording()).setup(),
+                               stream::read_truth(recording()),
+                               std::nullopt,
+                               "hash"};
+  fs::create_directories(folder() / "failed");
+  const bench::Outcome outcome = bench::write_result(folder() / "failed", remains, {}, bench::Timing(), 1);
+  EXPECT_EQ(outcome.exit_code, 3);
+  const nlohmann::json score = tests::json_of(folder() / "failed/score.json");
+  EXPECT_EQ(score["ending"], "failed");
+  for (const auto& [name, metric] : score["metrics"].items()) {
+    EXPECT_TRUE(metric["value"].is_null()) << name;
+    EXPECT_EQ(metric["reason"], "not scored: self-check: it is off");
+  }
+  EXPECT_EQ(tests::json_of(folder() / "failed/about.json")["cause"], "self-check: it is off");
+  EXPECT_TRUE(fs::exists(folder() / "failed/truth.tum"));
+}
+
+}  // namespace
