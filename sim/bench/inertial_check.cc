@@ -21,11 +21,11 @@ Eigen::Matrix3d turn(const Eigen::Vector3d& rotation_vector) {
 }
 
 void integrate(stream::TrueMotion& at, const Eigen::Vector3d& gyro, const Eigen::Vector3d& force, double dt) {
-  const Eigen::Matrix3d R = at.X_WG.linear();
-  const Eigen::Vector3d a_W = R * turn(gyro * (dt / 2)) * force + kGravity_W, v = at.v_WG;
+  const Eigen::Matrix3d R = at.X_WG.linear(), R_end = R * turn(gyro * dt);
+  const Eigen::Vector3d a_W = (R * force + R_end * force) / 2 + kGravity_W, v = at.v_WG;
   at.v_WG += dt * a_W;
   at.X_WG.translation() += dt / 2 * (v + at.v_WG);
-  at.X_WG.linear() = R * turn(gyro * dt);
+  at.X_WG.linear() = R_end;
 }
 
 }  // namespace

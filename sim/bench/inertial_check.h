@@ -9,10 +9,10 @@
 
 namespace sim::bench {
 
-/// Strapdown integration as navigation does it: turns composed, the specific force turned by the attitude
-/// amid its reading, the position along the mean of the velocities at both ends. Not the inverse of the
-/// formula that makes the readings, which knows neither positions nor the middle. A new integration begins at
-/// the truth every 10 s and lasts 30 s.
+/// Integration by the trapezoidal rule: turns composed, the specific force turned by the mean of the
+/// attitudes at both ends of its reading, the position along the mean of both velocities. Not the inverse of
+/// the formula that makes the readings, which knows no position. A new integration begins at the truth every
+/// 10 s and lasts 30 s.
 class InertialCheck {
  public:
   explicit InertialCheck(const stream::TrueMotion& start);

@@ -10,7 +10,8 @@ ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen
   }
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(from.R_WG.transpose() * to.R_WG).normalized());
   reading.gyro = turn.axis() * (turn.angle() / dt);
-  reading.specific_force = from.R_WG.transpose() * ((to.v_WG - from.v_WG) / dt - gravity);
+  const Eigen::Matrix3d R_WG = from.R_WG * Eigen::AngleAxisd(turn.angle() / 2, turn.axis());  // amid
+  reading.specific_force = R_WG.transpose() * ((to.v_WG - from.v_WG) / dt - gravity);
   return reading;
 }
 

@@ -35,9 +35,32 @@ TEST(Imu, IntegratingAReadingLeadsFromOneStateToTheNext) {
   const double dt = 0.005;
   const Eigen::Vector3d turn = reading.gyro * dt;
   const Eigen::Matrix3d R = from.R_WG * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-  const Eigen::Vector3d v = from.v_WG + dt * (from.R_WG * reading.specific_force + kDown);
+  const Eigen::Matrix3d R_amid =
+      from.R_WG * Eigen::AngleAxisd(turn.norm() / 2, turn.normalized()).toRotationMatrix();
+  const Eigen::Vector3d v = from.v_WG + dt * (R_amid * reading.specific_force + kDown);
   EXPECT_LT((R - to.R_WG).norm(), 1e-12);  // rounding of one Log and one Exp
   EXPECT_LT((v - to.v_WG).norm(), 1e-14);
+}
+
+// A sensor at rest on a turning table: the mean of the gravity that it feels along its axes as they turn is
+// gravity along the axes amid, but for (angle/2)²/6 of it.
+TEST(Imu, FeelsTheMeanOfAForceAlongItsAxesAsTheyTurn) {
+  const ImuState from = tilted();
+  ImuState to = from;
+  to.t = 5ms;
+  const double angle = 0.02;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  constexpr int n = 1000;
+  for (int i = 0; i < n; ++i) {
+    to.R_WG =
+        from.R_WG * Eigen::AngleAxisd(angle * (i + 0.5) / n, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    sum -= to.R_WG.transpose() * kDown;
+  }
+  to.R_WG = from.R_WG * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const Eigen::Vector3d felt = reading_between(from, to, kDown).specific_force;
+  EXPECT_LT((felt - sum / n).norm(), 9.81 * angle * angle / 24 + 1e-6);
+  EXPECT_GT((from.R_WG.transpose() * -kDown - sum / n).norm(),
+            0.05);  // along the axes at the beginning it is not
 }
 
 TEST(Imu, GivesNothingOverAnEmptyInterval) {
