@@ -68,7 +68,7 @@ class KindList {
   /// One line for each kind and each of its fields, for help.
   std::string describe() const {
     std::string text;
-    for_each_kind([&]<class Kind>(const Grammar<Kind>& grammar, const Kind&) {
+    for_each_kind([&](const auto& grammar) {
       for (const auto& field : grammar.fields)
         text += fmt::format("  {:22} {:12} {}, {}; default {}\n", grammar.word, field.name, field.doc,
                             field.expected, field.print({}));
@@ -77,15 +77,15 @@ class KindList {
   }
 
  private:
-  /// Calls f(grammar, Kind{}) for each kind.
+  /// Calls f(grammar) for each kind.
   template <class F>
   void for_each_kind(const F& f) const {
-    (f(std::get<Grammar<Kinds>>(grammars_), Kinds{}), ...);
+    (f(std::get<Grammar<Kinds>>(grammars_)), ...);
   }
 
   std::vector<std::string_view> words() const {
     std::vector<std::string_view> all;
-    for_each_kind([&](const auto& grammar, const auto&) { all.push_back(grammar.word); });
+    for_each_kind([&](const auto& grammar) { all.push_back(grammar.word); });
     return all;
   }
 
@@ -135,10 +135,9 @@ class KindList {
                        example_));
     const Yaml& word = node.keys[0];
     std::optional<Item> item;
-    for_each_kind([&](const auto& grammar, const auto& kind) {
+    for_each_kind([&](const auto& grammar) {
       if (grammar.word == word.text)
-        item =
-            read_fields<std::decay_t<decltype(kind)>>(node.items[0], fmt::format("{}: {}", key, word.text));
+        item = read_kind(node.items[0], fmt::format("{}: {}", key, word.text), grammar);
     });
     if (!item)
       fail(word, key,
