@@ -17,15 +17,17 @@ Parameters parameters(const State& state, const Landmark& landmark) {
   return state.storage_x.segment(landmark.at, landmark.size());
 }
 
-std::optional<Candidate> predict_one(const Kalman& kalman, const Landmark& landmark, std::size_t index,
-                                     const Camera& camera, double sigma_px) {
+}  // namespace
+
+std::optional<Candidate> predict(const Kalman& kalman, const Landmark& landmark, const LandmarkKind& kind,
+                                 const Camera& camera, double sigma_px) {
   const State& state = kalman.state();
   const Parameters y = parameters(state, landmark);
-  const Direction d = direction(landmark.kind, y, state.position(), state.orientation());
+  const Direction d = direction(kind, y, state.position(), state.orientation());
   const auto projection = camera.project(d.h_C);
   if (!projection || !camera.inside(projection->pixel, kBorder)) return std::nullopt;
   const auto change =
-      view_change(camera, landmark.X_WC_first, state.X_WC(), position(landmark.kind, y), projection->pixel);
+      view_change(camera, landmark.X_WC_first, state.X_WC(), position(kind, y), projection->pixel);
   if (!change || !(change->determinant() > 0.25 && change->determinant() < 4)) return std::nullopt;
 
   Measurement m(2);
@@ -37,17 +39,19 @@ std::optional<Candidate> predict_one(const Kalman& kalman, const Landmark& landm
   m.R.diagonal().setConstant(sigma * sigma);
   kalman.constrain(m);
   const Eigen::Matrix2d S = kalman.innovation_covariance(m);
-  return Candidate{index, projection->pixel, m, S, *change};
+  return Candidate{0, projection->pixel, m, S, *change};
 }
-
-}  // namespace
 
 std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
                                     const Camera& camera, double sigma_px) {
   std::vector<Candidate> candidates;
-  for (std::size_t i = 0; i < landmarks.size(); ++i)
-    if (auto candidate = predict_one(kalman, landmarks[i], i, camera, sigma_px))
-      candidates.push_back(*candidate);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    if (std::holds_alternative<SemiInfiniteLine>(landmarks[i].kind)) continue;
+    auto candidate = predict(kalman, landmarks[i], landmarks[i].kind, camera, sigma_px);
+    if (!candidate) continue;
+    candidate->index = i;
+    candidates.push_back(*candidate);
+  }
   return candidates;
 }
 
@@ -59,13 +63,16 @@ void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count
 }
 
 std::optional<Measurement> find(const cv::Mat& image, const Landmark& landmark, const Candidate& candidate,
-                                double minimum_correlation) {
-  const auto patch = warp(landmark.patch, candidate.view_change);
+                                const Options::Vision& options) {
+  const auto patch =
+      warp(landmark.patch,
+           options.warped_patches ? candidate.view_change : Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
   if (!patch) return std::nullopt;
-  const auto coarse = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSigmas);
-  if (!coarse || coarse->correlation < minimum_correlation - kCoarse) return std::nullopt;
-  const auto match = refine(image, *patch, coarse->pixel);
-  if (!match || match->correlation < minimum_correlation) return std::nullopt;
+  auto match = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSigmas);
+  if (!match || match->correlation < options.minimum_correlation - (options.sub_pixel ? kCoarse : 0))
+    return std::nullopt;
+  if (options.sub_pixel) match = refine(image, *patch, match->pixel);
+  if (!match || match->correlation < options.minimum_correlation) return std::nullopt;
   Measurement m = candidate.measurement;
   m.innovation = match->pixel - candidate.pixel;
   return m;

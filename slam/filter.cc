@@ -1,8 +1,10 @@
 #include "slam/filter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <numeric>
+#include <utility>
 
 #include "slam/accelerometer.h"
 #include "slam/active_search.h"
@@ -54,6 +56,11 @@ bool finite(const PlannedMotion& plan) {
          plan.p_CF.allFinite();
 }
 
+const char* kind_name(const LandmarkKind& kind) {
+  constexpr std::array kNames{"point", "inverse_depth", "line"};
+  return kNames[kind.index()];
+}
+
 /// σ of the image's grey values, every fourth row looked at.
 double contrast(const cv::Mat& image) {
   std::int64_t sum = 0, square = 0, count = 0;
@@ -77,7 +84,7 @@ struct Filter::Workings {
         calibration(c),
         camera(c.camera),
         kalman(start_mean(X_WC_start), start_covariance(start_mean(X_WC_start), o),
-               o.consistency.observability_constrained),
+               o.consistency.observability_constrained && o.known_landmarks.at_m.empty()),
         map(seed) {}
 
   Options options;
@@ -89,6 +96,7 @@ struct Filter::Workings {
   std::optional<PlannedMotion> plan;  // of the last observation
   InertialInterval inertial;          // of the last two observations
   double lost_s = 0;
+  bool known_sought = false;
   Estimate estimate;
   FrameReport report;
   Joint joint, agreed;  // work space
@@ -101,9 +109,13 @@ struct Filter::Workings {
   void measure_internal(const Observation& o, Stamp before);
   std::optional<Nis> gated(const Measurement& m, double gate, const char* name,
                            std::vector<Measurement>& accepted);
+  void begin_known(const Observation& o);
   void measure_vision(const Observation& o, double dt);
   void update_with(const std::vector<Measurement>& found, const std::vector<Candidate>& candidates,
                    const std::vector<std::size_t>& which);
+  std::vector<Eigen::Vector2d> line_pixels() const;
+  int landmarks_wanted(std::size_t in_view) const;
+  void report_begun(std::size_t first);
   void judge_tracking(std::size_t searched, std::size_t accepted, double dt);
   void manage_map(const Observation& o, const std::vector<Candidate>& in_view);
   void update(const Joint& with, const char* name);
@@ -221,14 +233,35 @@ void Filter::Workings::measure_internal(const Observation& o, Stamp before) {
   if (options.height.enabled && o.plan)
     report.height = gated(measure_height(robot(), o.plan->X_PC.translation().z(), options.height), kGate1,
                           "planned height", accepted);
+  if (options.plan_orientation.enabled && o.plan)
+    gated(measure_orientation(robot(), o.plan->X_PC.linear(), options.plan_orientation), kGate3,
+          "planned orientation", accepted);
+  if (options.plan_position.enabled && o.plan)
+    gated(measure_position(robot(), o.plan->X_PC.translation(), options.plan_position), kGate3,
+          "planned position", accepted);
   if (accepted.empty()) return;
   kalman.stack(accepted, joint);
   update(joint, "internal");
 }
 
+void Filter::Workings::begin_known(const Observation& o) {
+  const std::size_t known = options.known_landmarks.at_m.size();
+  if (std::exchange(known_sought, true) || known == 0) return;
+  const int seen = map.begin_known(o.image, o.t, camera, options, kalman);
+  if (static_cast<std::size_t>(seen) < known) refuse("a known landmark is not seen in the first image");
+  report_begun(0);
+}
+
+/// The landmarks from `first` on were begun in this frame.
+void Filter::Workings::report_begun(std::size_t first) {
+  for (std::size_t i = first; i < map.landmarks().size(); ++i)
+    report.begun.push_back({map.landmarks()[i].id, map.landmarks()[i].pixel_first});
+}
+
 void Filter::Workings::measure_vision(const Observation& o, double dt) {
   if (!options.vision.enabled || o.image.empty()) return;
   if (contrast(o.image) < kFlatContrast) return refuse("the image is flat");
+  begin_known(o);
   std::vector<Candidate> candidates = predict_view(kalman, map.landmarks(), camera, options.vision.sigma_px);
   report.predicted = static_cast<int>(candidates.size());
   const std::vector<Candidate> in_view = candidates;
@@ -237,8 +270,7 @@ void Filter::Workings::measure_vision(const Observation& o, double dt) {
   std::vector<Measurement> found;
   std::vector<std::size_t> whose;  // candidate of each
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (auto m = find(o.image, map.landmarks()[candidates[i].index], candidates[i],
-                      options.vision.minimum_correlation)) {
+    if (auto m = find(o.image, map.landmarks()[candidates[i].index], candidates[i], options.vision)) {
       found.push_back(*m);
       whose.push_back(i);
     }
@@ -257,7 +289,9 @@ void Filter::Workings::update_with(const std::vector<Measurement>& found,
     kalman.stack(found, joint);
     Joint strict = joint;
     sharpen(strict, found, options.vision.gate_sigma_px / options.vision.sigma_px);
-    const std::vector<std::size_t> keep = largest_consensus(strict, kGate2);
+    std::vector<std::size_t> keep(found.size());
+    std::iota(keep.begin(), keep.end(), std::size_t{0});
+    if (options.vision.consensus) keep = largest_consensus(strict, kGate2);
     for (const std::size_t i : keep) {
       const Candidate& c = candidates[whose[i]];
       success[whose[i]] = true;
@@ -292,20 +326,36 @@ void Filter::Workings::judge_tracking(std::size_t searched, std::size_t accepted
 void Filter::Workings::manage_map(const Observation& o, const std::vector<Candidate>& in_view) {
   report.deleted = map.prune(kalman);
   if (options.depth.linearity > 0) map.convert(options.depth.linearity, kalman);
-  std::vector<Eigen::Vector2d> taken;
+  for (const int id : map.follow_lines(o.image, camera, options, kalman)) report.deleted.push_back(id);
+  std::vector<Eigen::Vector2d> taken = line_pixels();
   for (const Candidate& candidate : in_view) taken.push_back(candidate.pixel);
-  const int missing = options.vision.visible_landmarks - static_cast<int>(in_view.size());
-  const int wanted = map.landmarks().empty() ? missing : std::min(missing, kBegunPerFrame);
+  const int wanted = landmarks_wanted(in_view.size());
   const std::size_t before = map.landmarks().size();
   if (wanted > 0 && lost_s == 0) map.begin(o.image, o.t, taken, wanted, camera, options, kalman);
-  for (std::size_t i = before; i < map.landmarks().size(); ++i) {
-    const Landmark& landmark = map.landmarks()[i];
-    const auto seen =
-        camera.project(kalman.state().X_WC().linear().transpose() *
-                       bearing(kalman.state().x()(landmark.at + 3), kalman.state().x()(landmark.at + 4)));
-    report.begun.push_back({landmark.id, seen ? seen->pixel : Eigen::Vector2d::Zero()});
-  }
+  report_begun(before);
   report.landmarks = static_cast<int>(map.landmarks().size());
+}
+
+/// Where the landmarks that are still lines should be about now.
+std::vector<Eigen::Vector2d> Filter::Workings::line_pixels() const {
+  std::vector<Eigen::Vector2d> pixels;
+  for (const Landmark& landmark : map.landmarks()) {
+    if (!std::holds_alternative<SemiInfiniteLine>(landmark.kind)) continue;
+    const Parameters y = kalman.state().storage_x.segment(landmark.at, landmark.size());
+    const auto seen = camera.project(
+        direction(landmark.kind, y, kalman.state().position(), kalman.state().orientation()).h_C);
+    if (seen) pixels.push_back(seen->pixel);
+  }
+  return pixels;
+}
+
+int Filter::Workings::landmarks_wanted(std::size_t in_view) const {
+  const int missing = options.vision.visible_landmarks - static_cast<int>(in_view);
+  const Options::Depth::Particles& particles = options.depth.particles;
+  if (options.depth.first_sight == FirstSight::inverse_depth)
+    return map.landmarks().empty() ? missing : std::min(missing, kBegunPerFrame);
+  if (kalman.state().velocity().norm() < particles.minimum_speed_m_s) return 0;
+  return std::min(missing, particles.at_once - map.lines());
 }
 
 void Filter::Workings::update(const Joint& with, const char* name) {
@@ -341,8 +391,7 @@ std::vector<MapPoint> Filter::map() const {
     const Parameters y = state.storage_x.segment(at, size);
     const auto J = position_jacobian(landmark.kind, y);
     points.push_back(
-        {landmark.id, std::holds_alternative<Point>(landmark.kind) ? "point" : "inverse_depth",
-         position(landmark.kind, y),
+        {landmark.id, kind_name(landmark.kind), position(landmark.kind, y),
          J * state.storage_P.block(at, at, size, size).selfadjointView<Eigen::Lower>() * J.transpose(),
          landmark.begun, landmark.attempts, landmark.successes});
   }

@@ -65,7 +65,7 @@ struct FrameReport {
 /// A landmark as the map has it.
 struct MapPoint {
   int id = 0;
-  std::string kind;                                      ///< "point" or "inverse_depth"
+  std::string kind;                                      ///< "point", "inverse_depth" or "line"
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
   Stamp begun{0};

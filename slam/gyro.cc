@@ -4,8 +4,21 @@
 #include <cmath>
 
 namespace slam {
+namespace {
+
+/// The paper's way: the rate at the frame is that of the last reading before it.
+std::optional<MeanRate> last_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
+                                  const Eigen::Matrix3d& R_CG, double sigma) {
+  if (gyro.empty() || gyro.back().end <= from || gyro.back().end > to) return std::nullopt;
+  return MeanRate{R_CG * gyro.back().value, sigma};
+}
+
+}  // namespace
+
 std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
                                   const Eigen::Matrix3d& R_CG, const Options& options) {
+  if (options.gyro.readings == GyroReadings::last)
+    return last_rate(gyro, from, to, R_CG, options.gyro.sigma_rad_s);
   const double dt = seconds(to - from);
   Eigen::Vector4d turned(1, 0, 0, 0);
   double covered = 0;

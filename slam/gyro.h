@@ -22,7 +22,8 @@ struct MeanRate {
 
 /// Log(Π Exp(w_i dt_i))/Δt over the readings inside (from, to], turned into the camera's axes. σ is that of
 /// one reading, reduced by averaging; the part of the interval without readings adds what the rate may have
-/// changed meanwhile. Nothing where less than half the interval is covered.
+/// changed meanwhile. Nothing where less than half the interval is covered. With GyroReadings::last the last
+/// reading alone, as it is.
 std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
                                   const Eigen::Matrix3d& R_CG, const Options& options);
 

@@ -210,6 +210,19 @@ void Kalman::replace(int at, int before, const Eigen::Ref<const Eigen::VectorXd>
   erase(at + now, before - now);
 }
 
+void Kalman::blur(int at, const Eigen::Matrix3d& Q) { state_.storage_P.block<3, 3>(at, at) += Q; }
+
+int Kalman::append_known(const Eigen::Vector3d& p_W, double sigma_m) {
+  const int at = state_.size;
+  reserve(at + 3);
+  state_.size += 3;
+  state_.storage_x.segment<3>(at) = p_W;
+  state_.storage_null.segment<3>(at) = Eigen::Vector3d::UnitZ().cross(p_W);
+  state_.storage_P.block(at, 0, 3, at + 3).setZero();
+  blur(at, sigma_m * sigma_m * Eigen::Matrix3d::Identity());
+  return at;
+}
+
 void Kalman::erase(int at, int count) {
   const int size = state_.size;
   auto& P = state_.storage_P;

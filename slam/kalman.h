@@ -81,6 +81,10 @@ class Kalman {
   /// ∂g/∂parameters.
   void replace(int at, int before, const Eigen::Ref<const Eigen::VectorXd>& y,
                const Eigen::Ref<const Eigen::MatrixXd>& J);
+  /// Makes three parameters at `at` less certain by Q.
+  void blur(int at, const Eigen::Matrix3d& Q);
+  /// Adds a point known to within sigma_m, whatever the robot believes; returns where it begins.
+  int append_known(const Eigen::Vector3d& p_W, double sigma_m);
   /// Takes `count` parameters out of the state.
   void erase(int at, int count);
 

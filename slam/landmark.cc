@@ -10,6 +10,11 @@ Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::
   Direction d;
   if (std::holds_alternative<Point>(kind)) {
     d.J_y = R_CW;
+  } else if (const auto* line = std::get_if<SemiInfiniteLine>(&kind)) {
+    const double depth = belief(line->particles).mean_m;
+    d.J_y.resize(3, 6);
+    d.J_y << R_CW, depth * R_CW;
+    h_W += depth * y.segment<3>(3);
   } else {
     weight = y(5);
     d.J_y.resize(3, 6);
@@ -23,12 +28,20 @@ Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::
 }
 
 Eigen::Vector3d position(const LandmarkKind& kind, const Parameters& y) {
-  return std::holds_alternative<Point>(kind) ? Eigen::Vector3d(y) : inverse_depth_position(y);
+  if (std::holds_alternative<Point>(kind)) return y;
+  if (const auto* line = std::get_if<SemiInfiniteLine>(&kind))
+    return y.head<3>() + belief(line->particles).mean_m * y.segment<3>(3);
+  return inverse_depth_position(y);
 }
 
 Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> position_jacobian(const LandmarkKind& kind,
                                                                     const Parameters& y) {
   if (std::holds_alternative<Point>(kind)) return Eigen::Matrix3d::Identity();
+  if (const auto* line = std::get_if<SemiInfiniteLine>(&kind)) {
+    Matrix36d J;
+    J << Eigen::Matrix3d::Identity(), belief(line->particles).mean_m * Eigen::Matrix3d::Identity();
+    return J;
+  }
   return inverse_depth_position_jacobian(y);
 }
 

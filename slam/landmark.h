@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <variant>
 
+#include "slam/depth_particles.h"
 #include "slam/inverse_depth.h"
 #include "slam/observation.h"
 #include "slam/patch.h"
@@ -16,7 +17,7 @@ struct Point {
   static constexpr int kSize = 3;
 };
 
-using LandmarkKind = std::variant<Point, InverseDepth>;
+using LandmarkKind = std::variant<Point, InverseDepth, SemiInfiniteLine>;
 
 struct Landmark {
   int id = 0;
@@ -26,10 +27,11 @@ struct Landmark {
   Eigen::Isometry3d X_WC_first =
       Eigen::Isometry3d::Identity();  ///< camera pose that saw it first, as believed then
   Stamp begun{0};
+  Eigen::Vector2d pixel_first = Eigen::Vector2d::Zero();  ///< where it was first seen
   int attempts = 0, successes = 0;
 
   int size() const {
-    return std::visit([](auto k) { return decltype(k)::kSize; }, kind);
+    return std::visit([](const auto& k) { return std::decay_t<decltype(k)>::kSize; }, kind);
   }
 };
 
@@ -41,7 +43,8 @@ struct Direction {
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> J_y;  ///< ∂h/∂(the landmark's parameters)
 };
 
-/// h_C = R(q)ᵀ(y − r) for a point, R(q)ᵀ(ρ(c₀ − r) + m) for inverse depth. y: the landmark's parameters.
+/// h_C = R(q)ᵀ(y − r) for a point, R(q)ᵀ(ρ(c₀ − r) + m) for inverse depth, R(q)ᵀ(c₀ + λ̄ĥ − r) for a line of
+/// mean depth λ̄. y: the landmark's parameters.
 Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::Vector3d& r,
                     const Eigen::Vector4d& q);
 

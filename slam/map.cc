@@ -1,9 +1,13 @@
 #include "slam/map.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
+#include "slam/active_search.h"
 #include "slam/corner_detector.h"
+#include "slam/line_search.h"
 
 namespace slam {
 namespace {
@@ -11,6 +15,7 @@ namespace {
 constexpr int kTries = 5;
 constexpr double kApart = 20;      // px between a new landmark and the others
 constexpr double kFewInView = 12;  // landmarks, up to which a box has a quarter of the image's sides
+constexpr double kSigmas = 3;       // around a known landmark's pixel
 
 /// A box at a random place that leaves room for the patch; small enough that `visible` of them may lie apart.
 cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) {
@@ -33,6 +38,18 @@ bool far_from_all(const Eigen::Vector2i& pixel, const std::vector<Eigen::Vector2
                      [&](const Eigen::Vector2d& p) { return (p - pixel.cast<double>()).norm() >= apart; });
 }
 
+/// The corner that a known landmark makes in the image, below the pixel: the one that the grey values around
+/// the expected place point to, if it lies within 3 sigma.
+std::optional<Eigen::Vector2d> seen_corner(const cv::Mat& image, const Candidate& expected) {
+  const cv::Point2f start(cv::Point2d(expected.pixel.x(), expected.pixel.y()));
+  std::vector<cv::Point2f> at{start};
+  const cv::TermCriteria enough(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
+  cv::cornerSubPix(image, at, {kPatchHalf, kPatchHalf}, {-1, -1}, enough);
+  const Eigen::Vector2d corner(at[0].x, at[0].y), moved = corner - expected.pixel;
+  if (at[0] == start || !(moved.dot(expected.S.llt().solve(moved)) < kSigmas * kSigmas)) return std::nullopt;
+  return corner;
+}
+
 double inverse_depth_sigma(const State& state, const Landmark& landmark) {
   return std::sqrt(std::max(0.0, state.storage_P(landmark.at + 5, landmark.at + 5)));
 }
@@ -48,6 +65,29 @@ bool behind(const State& state, const Landmark& landmark) {
 void Map::count(std::size_t index, bool success) {
   ++landmarks_[index].attempts;
   if (success) ++landmarks_[index].successes;
+}
+
+int Map::begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,
+                     Kalman& kalman) {
+  const std::size_t before = landmarks_.size();
+  for (const Eigen::Vector3d& p_W : options.known_landmarks.at_m) {
+    Landmark landmark;
+    landmark.kind = Point{};
+    landmark.at = kalman.append_known(p_W, options.known_landmarks.sigma_m);
+    landmark.X_WC_first = kalman.state().X_WC();
+    landmark.begun = t;
+    const auto expected = predict(kalman, landmark, landmark.kind, camera, options.vision.sigma_px);
+    const auto pixel = expected ? seen_corner(image, *expected) : std::nullopt;
+    if (!pixel || !camera.inside(*pixel, kSourceHalf + 1)) {
+      kalman.erase(landmark.at, Point::kSize);
+      continue;
+    }
+    landmark.patch = cut_patch_between(image, *pixel);
+    landmark.pixel_first = *pixel;
+    landmark.id = next_id_++;
+    landmarks_.push_back(landmark);
+  }
+  return static_cast<int>(landmarks_.size() - before);
 }
 
 int Map::begin(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& taken, int wanted,
@@ -75,9 +115,15 @@ void Map::add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const
   landmark.patch = cut_patch(image, pixel);
   landmark.X_WC_first = kalman.state().X_WC();
   landmark.begun = t;
+  landmark.pixel_first = pixel.cast<double>();
   const double sigma = camera.sigma(pixel.cast<double>(), options.vision.sigma_px);
-  landmark.at =
-      kalman.append(begin_inverse_depth(kalman.state().storage_x.head<kRobot>(), *ray, sigma, options.depth));
+  const RobotVector x = kalman.state().storage_x.head<kRobot>();
+  if (options.depth.first_sight == FirstSight::particles) {
+    landmark.kind = SemiInfiniteLine{flat_prior(options.depth.particles)};
+    landmark.at = kalman.append(begin_line(x, *ray, sigma));
+  } else {
+    landmark.at = kalman.append(begin_inverse_depth(x, *ray, sigma, options.depth));
+  }
   landmarks_.push_back(landmark);
 }
 
@@ -88,12 +134,44 @@ void Map::convert(double linearity, Kalman& kalman) {
     if (!std::holds_alternative<InverseDepth>(landmark.kind)) continue;
     const Vector6d y = state.storage_x.segment<6>(landmark.at);
     if (!(linearity_index(y, inverse_depth_sigma(state, landmark), state.position()) < linearity)) continue;
-    kalman.replace(landmark.at, InverseDepth::kSize, inverse_depth_position(y),
-                   inverse_depth_position_jacobian(y));
-    landmark.kind = Point{};
-    for (Landmark& later : landmarks_)
-      if (later.at > landmark.at) later.at -= InverseDepth::kSize - Point::kSize;
+    make_point(landmark, inverse_depth_position(y), inverse_depth_position_jacobian(y), kalman);
   }
+}
+
+void Map::make_point(Landmark& landmark, const Eigen::Vector3d& p_W,
+                     const Eigen::Ref<const Eigen::MatrixXd>& J, Kalman& kalman) {
+  const int before = landmark.size();
+  kalman.replace(landmark.at, before, p_W, J);
+  landmark.kind = Point{};
+  for (Landmark& later : landmarks_)
+    if (later.at > landmark.at) later.at -= before - Point::kSize;
+}
+
+int Map::lines() const {
+  return static_cast<int>(std::count_if(landmarks_.begin(), landmarks_.end(), [](const Landmark& landmark) {
+    return std::holds_alternative<SemiInfiniteLine>(landmark.kind);
+  }));
+}
+
+std::vector<int> Map::follow_lines(const cv::Mat& image, const Camera& camera, const Options& options,
+                                   Kalman& kalman) {
+  std::vector<int> deleted;
+  for (std::size_t i = landmarks_.size(); i-- > 0;) {
+    Landmark& landmark = landmarks_[i];
+    if (!std::holds_alternative<SemiInfiniteLine>(landmark.kind)) continue;
+    search_along(image, kalman, camera, options, landmark);
+    const auto line = std::get<SemiInfiniteLine>(landmark.kind);
+    if (given_up(line, options.depth.particles)) {
+      deleted.push_back(landmark.id);
+      erase(i, kalman);
+    } else if (converged(line, options.depth.particles)) {
+      const Parameters y = kalman.state().storage_x.segment<6>(landmark.at);
+      const double sigma = belief(line.particles).sigma_m;
+      make_point(landmark, position(line, y), position_jacobian(line, y), kalman);
+      kalman.blur(landmark.at, sigma * sigma * y.segment<3>(3) * y.segment<3>(3).transpose());
+    }
+  }
+  return deleted;
 }
 
 std::vector<int> Map::prune(Kalman& kalman) {

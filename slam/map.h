@@ -22,6 +22,11 @@ class Map {
   /// Counts one search for a landmark, and whether it was accepted.
   void count(std::size_t index, bool success);
 
+  /// Begins the landmarks known beforehand: each at the corner of the image nearest to where it should be
+  /// seen, within 3 sigma. Returns how many were seen.
+  int begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,
+                  Kalman& kalman);
+
   /// Begins at most `wanted` landmarks at corners away from the pixels `taken`; returns how many. New ones
   /// are at the end of landmarks().
   int begin(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& taken, int wanted,
@@ -30,6 +35,13 @@ class Map {
   /// Turns inverse depths that have become nearly Gaussian in space into points.
   void convert(double linearity, Kalman& kalman);
 
+  /// Looks for the landmarks that are still lines; those with a sharp depth become points, those with none
+  /// are deleted. Returns the ids of the deleted.
+  std::vector<int> follow_lines(const cv::Mat& image, const Camera& camera, const Options& options,
+                                Kalman& kalman);
+  /// How many landmarks are still lines.
+  int lines() const;
+
   /// Deletes what was searched for at least 10 times and found less than every second time (Davison et al.
   /// 2007), or has come to lie behind its own first sight; returns the ids.
   std::vector<int> prune(Kalman& kalman);
@@ -37,6 +49,8 @@ class Map {
  private:
   void add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const Camera& camera,
            const Options& options, Kalman& kalman);
+  void make_point(Landmark& landmark, const Eigen::Vector3d& p_W, const Eigen::Ref<const Eigen::MatrixXd>& J,
+                  Kalman& kalman);
   void erase(std::size_t index, Kalman& kalman);
 
   std::vector<Landmark> landmarks_;

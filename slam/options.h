@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <variant>
+#include <vector>
 
 namespace slam {
 
@@ -44,6 +45,13 @@ struct Calibration {
 /// axes.
 enum class VelocityAxes { robot, plan };
 
+/// Which gyro readings of a frame interval are used: all of them, or the last alone, as the paper's.
+enum class GyroReadings { all, last };
+
+/// How a landmark is in the state from its first sight on: by inverse depth, or as a semi-infinite line with
+/// depth particles that becomes a point later, as the paper's.
+enum class FirstSight { inverse_depth, particles };
+
 struct Options {
   struct Start {  ///< uncertainty of the first pose: covers the robot's settling on its feet
     double sigma_position_m = 0.01, sigma_orientation_rad = 0.01, sigma_velocity_m_s = 0.05,
@@ -54,6 +62,7 @@ struct Options {
   } motion;
   struct Gyro {
     bool enabled = true;
+    GyroReadings readings = GyroReadings::all;
     double sigma_rad_s = 0.01;          ///< per 200 Hz sample
     double sigma_bias_rad_s = 0;        ///< of the bias at the start; 0 = there is none
     double sigma_bias_walk_rad_s2 = 0;  ///< growth of its standard deviation in 1 s
@@ -79,6 +88,14 @@ struct Options {
     bool enabled = true;
     double sigma_m = 0.03;
   } height;
+  struct PlanOrientation {  ///< drifts as the feet slip, hence off
+    bool enabled = false;
+    double sigma_rad = 0.005;
+  } plan_orientation;
+  struct PlanPosition {  ///< likewise
+    bool enabled = false;
+    double sigma_m = 0.02;
+  } plan_position;
   struct Vision {
     bool enabled = true;
     /// At the image's centre; grows linearly to twice that at the corner. Above the scatter of single
@@ -89,12 +106,29 @@ struct Options {
     int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones
     double minimum_correlation = 0.8;
     double corner_threshold =
-        20000;  ///< smaller eigenvalue of the 11x11 gradient moments, grey levels squared
+        20000;                   ///< smaller eigenvalue of the 11x11 gradient moments, grey levels squared
+    bool warped_patches = true;  ///< as the predicted view should show them; else as first seen
+    bool sub_pixel = true;       ///< matches refined below the pixel
+    bool consensus = true;       ///< only matches that agree among themselves are used
   } vision;
-  struct Depth {  ///< of a landmark at first sight, as inverse depth
+  struct Depth {  ///< of a landmark at first sight
+    FirstSight first_sight = FirstSight::inverse_depth;
     double inverse_1_m = 0.3, sigma_inverse_1_m = 0.3;
     double linearity = 0.1;  ///< a landmark becomes a point below this linearity index; 0 = never
+    struct Particles {  ///< Davison et al. 2007 have 100 from 0.5 to 5 m, for things near a hand-held camera
+      int count = 100;
+      double nearest_m = 0.5, furthest_m = 12;
+      double converged = 0.3;  ///< it becomes a point when the depth's deviation is this part of its mean
+      int fewest = 20;         ///< particles, below which the line is given up
+      int attempts = 10;       ///< frames, after which it is given up
+      int at_once = 1;         ///< lines in the map
+      double minimum_speed_m_s = 0.05;  ///< slower than this no line is begun
+    } particles;
   } depth;
+  struct KnownLandmarks {  ///< corners looked for in the first image, and points of the map from then on
+    std::vector<Eigen::Vector3d> at_m;  ///< in W
+    double sigma_m = 0.005;
+  } known_landmarks;
   struct Consistency {
     bool observability_constrained =
         true;  ///< no measurement may seem to tell the heading of the whole world

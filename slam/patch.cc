@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 namespace slam {
 namespace {
@@ -55,6 +56,13 @@ SourcePatch cut_patch(const cv::Mat& image, const Eigen::Vector2i& pixel) {
   auto* out = patch.grey.data();
   for (int j = -kSourceHalf; j <= kSourceHalf; ++j)
     for (int i = -kSourceHalf; i <= kSourceHalf; ++i) *out++ = image.ptr<uchar>(pixel.y() + j)[pixel.x() + i];
+  return patch;
+}
+
+SourcePatch cut_patch_between(const cv::Mat& image, const Eigen::Vector2d& pixel) {
+  SourcePatch patch;
+  cv::Mat grey(kSourceSide, kSourceSide, CV_32F, patch.grey.data());
+  cv::getRectSubPix(image, grey.size(), cv::Point2f(cv::Point2d(pixel.x(), pixel.y())), grey, CV_32F);
   return patch;
 }
 

@@ -31,6 +31,8 @@ struct Template {
 
 /// Cuts the surroundings of a pixel out of an image; the pixel lies at least kSourceHalf inside.
 SourcePatch cut_patch(const cv::Mat& image, const Eigen::Vector2i& pixel);
+/// Likewise around a place between pixels, interpolated.
+SourcePatch cut_patch_between(const cv::Mat& image, const Eigen::Vector2d& pixel);
 
 /// How pixels around `pixel_now` of the present view lie around the first sight's pixel, to first order, when
 /// the surface at p_W faces the camera that saw it first: ∂pixel_first/∂pixel_now. Nothing where the surface

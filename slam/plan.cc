@@ -35,6 +35,28 @@ Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
   return m;
 }
 
+Measurement measure_orientation(const RobotVector& x, const Eigen::Matrix3d& R_PC,
+                                const Options::PlanOrientation& options) {
+  const Eigen::Quaterniond planned(R_PC);
+  const Eigen::Vector4d back(planned.w(), -planned.x(), -planned.y(), -planned.z());
+  const Eigen::Vector4d turn = quaternion_product(back, x.segment<4>(kOrientation));
+  const double sign = turn(0) < 0 ? -1 : 1;  // q and −q are the same orientation
+  Measurement m(3);
+  m.innovation.head<3>() = -2 * sign * turn.tail<3>();
+  m.H_robot.middleCols(kOrientation, 4) = 2 * sign * left_matrix(back).bottomRows<3>();
+  m.R.diagonal().setConstant(options.sigma_rad * options.sigma_rad);
+  return m;
+}
+
+Measurement measure_position(const RobotVector& x, const Eigen::Vector3d& p_PC,
+                             const Options::PlanPosition& options) {
+  Measurement m(3);
+  m.innovation.head<3>() = p_PC - x.segment<3>(kPosition);
+  m.H_robot.middleCols(kPosition, 3).setIdentity();
+  m.R.diagonal().setConstant(options.sigma_m * options.sigma_m);
+  return m;
+}
+
 Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options) {
   Measurement m(1);
   m.innovation(0) = height_m - x(kPosition + 2);

@@ -28,6 +28,15 @@ PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& n
 Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
                              const Options::PlanVelocity& options);
 
+/// h = 2 vec(q_planned⁻¹ × q), the small turn from the planned orientation to the believed one, 0 as measured
+/// (Stasse et al. 2006, section IV-B). rad in C.
+Measurement measure_orientation(const RobotVector& x, const Eigen::Matrix3d& R_PC,
+                                const Options::PlanOrientation& options);
+
+/// h = r: planned position of the camera, m (Stasse et al. 2006, section IV-B).
+Measurement measure_position(const RobotVector& x, const Eigen::Vector3d& p_PC,
+                             const Options::PlanPosition& options);
+
 /// h = r_z: planned height of the camera above the ground, m (Stasse et al. 2006, section III-C).
 Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options);
 

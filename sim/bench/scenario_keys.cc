@@ -33,6 +33,7 @@ constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096}, 
     kGain{0, 1e6}, kTime{1e-3, 1e6};
 constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
 constexpr std::array kArms{"still"sv, "swing"sv, "momentum"sv};
+constexpr std::array kReadings{"all"sv, "last"sv}, kFirstSight{"inverse_depth"sv, "particles"sv};
 
 template <class Access>
 Key<Scenario> key(const std::string& name, Access access, const Domain& domain, const std::string& doc) {
@@ -206,6 +207,8 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, motion.sigma_angular_acceleration_rad_s2), kSigma,
                      "unknown angular acceleration of the camera"));
   keys.push_back(key(GAITSLAM_KEY(slam, gyro.enabled), kAny, "use the gyro"));
+  keys.push_back(key(GAITSLAM_KEY(slam, gyro.readings), {0, 0, kReadings},
+                     "of a frame interval that are used: all, or the last one alone"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, gyro.sigma_rad_s), kSigma, "noise the filter expects of a 200 Hz gyro sample"));
   keys.push_back(key(GAITSLAM_KEY(slam, gyro.sigma_bias_rad_s), kSpread,
@@ -236,6 +239,10 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, height.enabled), kAny, "use the planned height"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, height.sigma_m), kSigma, "error the filter expects of the planned height"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_orientation.enabled), kAny, "use the planned orientation"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_orientation.sigma_rad), kSigma, "error expected of it"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_position.enabled), kAny, "use the planned position"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_position.sigma_m), kSigma, "error expected of it"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.enabled), kAny, "use the camera"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.sigma_px), {0.01, 100},
                      "image noise at the centre; twice that at the corner"));
@@ -248,11 +255,33 @@ void add_slam(Keys& keys) {
                      "normalised correlation a match must reach"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.corner_threshold), {0, 1e9},
                      "smaller eigenvalue of the gradient moments that makes a corner"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.warped_patches), kAny,
+                     "templates as the predicted view should show them; else as first seen"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.sub_pixel), kAny, "matches are refined below the pixel"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.consensus), kAny,
+                     "only matches that agree among themselves are used (1-point RANSAC)"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.first_sight), {0, 0, kFirstSight},
+                     "a landmark begins by inverse depth, or as a line with depth particles"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, depth.inverse_1_m), {1e-6, 100}, "inverse depth that a landmark begins with"));
   keys.push_back(key(GAITSLAM_KEY(slam, depth.sigma_inverse_1_m), {1e-6, 100}, "its standard deviation"));
   keys.push_back(key(GAITSLAM_KEY(slam, depth.linearity), {0, 10},
                      "a landmark becomes a point below this linearity index; 0: never"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.count), {2, 10000}, "depth particles of a line"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.nearest_m), {0.01, 1000}, "depth of the first"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.furthest_m), {0.02, 1000}, "depth of the last"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.converged), {0.001, 1},
+                     "a line becomes a point when the depth's deviation is this part of its mean"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.fewest), {1, 10000},
+                     "particles below which a line is given up"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.attempts), {1, 100000},
+                     "frames after which a line is given up"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.at_once), {1, 1000}, "lines in the map"));
+  keys.push_back(key(GAITSLAM_KEY(slam, depth.particles.minimum_speed_m_s), kSpread,
+                     "slower than this no line is begun"));
+  keys.push_back(key(GAITSLAM_KEY(slam, known_landmarks.at_m), {-1000, 1000},
+                     "corners known beforehand, looked for in the first image"));
+  keys.push_back(key(GAITSLAM_KEY(slam, known_landmarks.sigma_m), {1e-6, 10}, "how well they are known"));
   keys.push_back(key(GAITSLAM_KEY(slam, consistency.observability_constrained), kAny,
                      "no measurement may seem to tell the world's heading"));
 }

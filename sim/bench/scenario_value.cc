@@ -87,6 +87,9 @@ std::string expected(const Domain& domain, const std::vector<std::string>&) {
 std::string expected(const Domain& domain, const Eigen::Vector3d&) {
   return fmt::format("a list of three numbers{}", range(domain));
 }
+std::string expected(const Domain& domain, const std::vector<Eigen::Vector3d>&) {
+  return fmt::format("a list of points, each three numbers{}, as in [[6.4, 0.5, 1.2]]", range(domain));
+}
 std::string expected_choice(const Domain& domain) {
   return fmt::format("one of {}", fmt::join(domain.choices, ", "));
 }
@@ -131,6 +134,12 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::V
   if (node.kind != Yaml::Kind::list || node.items.size() != 3) reject(node, key, expected(domain, value));
   for (int i = 0; i < 3; ++i) read_number(node.items[static_cast<std::size_t>(i)], key, domain, value[i]);
 }
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value) {
+  if (node.kind != Yaml::Kind::list) reject(node, key, expected(domain, value));
+  std::vector<Eigen::Vector3d> points(node.items.size());
+  for (std::size_t i = 0; i < points.size(); ++i) read(node.items[i], key, domain, points[i]);
+  value = std::move(points);
+}
 
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain) {
   if (!is_word(node)) reject(node, key, expected_choice(domain));
@@ -151,6 +160,11 @@ std::string print(const Domain&, const std::vector<std::string>& value) {
 }
 std::string print(const Domain&, const Eigen::Vector3d& value) {
   return fmt::format("[{}, {}, {}]", value.x(), value.y(), value.z());
+}
+std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value) {
+  std::vector<std::string> points;
+  for (const Eigen::Vector3d& point : value) points.push_back(print(domain, point));
+  return fmt::format("[{}]", fmt::join(points, ", "));
 }
 
 double to_radians(double degrees) { return degrees / 180 * std::numbers::pi; }

@@ -29,6 +29,7 @@ std::string expected(const Domain& domain, const bool&);
 std::string expected(const Domain& domain, const std::string&);
 std::string expected(const Domain& domain, const std::vector<std::string>&);
 std::string expected(const Domain& domain, const Eigen::Vector3d&);
+std::string expected(const Domain& domain, const std::vector<Eigen::Vector3d>&);
 
 /// Reads a node into a value. Throws ConfigError at the node, naming the key.
 void read(const Yaml& node, std::string_view key, const Domain& domain, double& value);
@@ -38,6 +39,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, bool& va
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::string& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::Vector3d& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value);
 
 /// Prints a value as YAML on one line; read() gives the same value bit for bit.
 std::string print(const Domain& domain, double value);
@@ -47,6 +49,7 @@ std::string print(const Domain& domain, bool value);
 std::string print(const Domain& domain, const std::string& value);
 std::string print(const Domain& domain, const std::vector<std::string>& value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
+std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
 
 /// The place of a word among the domain's choices. Throws ConfigError.
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain);

@@ -78,7 +78,7 @@ TEST(ActiveSearch, FindsTheLandmarkThatAWrongPoseMisplaced) {
   const auto view = scene.view();
   ASSERT_EQ(view.size(), 1u);
   EXPECT_GT((view[0].pixel - Eigen::Vector2d(170, 120)).norm(), 4);
-  const auto found = find(scene.image, scene.landmarks[0], view[0], 0.8);
+  const auto found = find(scene.image, scene.landmarks[0], view[0], Options::Vision{});
   ASSERT_TRUE(found);
   const Eigen::Vector2d at = view[0].pixel + Eigen::Vector2d(found->innovation);
   EXPECT_LT((at - Eigen::Vector2d(170, 120)).norm(), 0.1);  // px, what the slight warp displaces
@@ -88,14 +88,14 @@ TEST(ActiveSearch, DoesNotLookBeyondThreeSigma) {
   const Scene scene({170, 120}, 0.06, 0.003);  // 12 px away, 3σ of 1.1 px twice
   const auto view = scene.view();
   ASSERT_EQ(view.size(), 1u);
-  EXPECT_FALSE(find(scene.image, scene.landmarks[0], view[0], 0.8));
+  EXPECT_FALSE(find(scene.image, scene.landmarks[0], view[0], Options::Vision{}));
 }
 
 TEST(ActiveSearch, FindsNothingWhereTheLandmarkHasGone) {
   const Scene scene({170, 120});
   cv::Mat other;
   cv::flip(scene.image, other, -1);
-  EXPECT_FALSE(find(other, scene.landmarks[0], scene.view()[0], 0.8));
+  EXPECT_FALSE(find(other, scene.landmarks[0], scene.view()[0], Options::Vision{}));
 }
 
 TEST(ActiveSearch, PredictsNothingThatIsBehindOrOutsideOrTooNearTheBorder) {
