@@ -99,5 +99,17 @@ TEST(Gyro, InnovationIsWhatRateAndBiasLeave) {
   EXPECT_LT((Eigen::Vector3d(m.innovation) - Eigen::Vector3d(0.89, 0.78, 0.67)).norm(), 1e-15);
 }
 
+TEST(Gyro, TheLastReadingAloneIsTheRateAtTheFrame) {
+  Options options;
+  options.gyro.readings = GyroReadings::last;
+  auto samples = readings(milliseconds(0), milliseconds(30), kRateVector);
+  samples.back().value *= 2;
+  const auto rate = mean_rate(samples, milliseconds(0), milliseconds(30), kSame, options);
+  ASSERT_TRUE(rate);
+  EXPECT_EQ(rate->w_C, Eigen::Vector3d(2 * kRateVector));
+  EXPECT_EQ(rate->sigma_rad_s, options.gyro.sigma_rad_s);
+  EXPECT_FALSE(mean_rate({}, milliseconds(0), milliseconds(30), kSame, options));
+}
+
 }  // namespace
 }  // namespace slam

@@ -142,5 +142,28 @@ TEST(Plan, HeightIsThatOfTheCameraAlone) {
   EXPECT_LT((m.H_robot - numeric).norm(), kCentral);
 }
 
+TEST(Plan, OrientationAndPositionJacobiansAreDerivatives) {
+  const Eigen::Matrix3d R_PC = pose(0.8, {0.3, -0.5, 0.7}, {0, 0, 0}).linear();
+  const auto numerical = [&](const auto& h) { return -tests::numerical_jacobian(h, generic_state()); };
+  const auto turn = [&](const Eigen::VectorXd& at) {
+    return Eigen::VectorXd(measure_orientation(at, R_PC, {}).innovation);
+  };
+  const auto place = [](const Eigen::VectorXd& at) {
+    return Eigen::VectorXd(measure_position(at, {1, 2, 3}, {}).innovation);
+  };
+  EXPECT_LT((measure_orientation(generic_state(), R_PC, {}).H_robot - numerical(turn)).norm(), kCentral);
+  EXPECT_LT((measure_position(generic_state(), {1, 2, 3}, {}).H_robot - numerical(place)).norm(), kCentral);
+}
+
+TEST(Plan, OrientationInnovationIsTheSmallTurnToThePlanAndBlindToTheQuaternionsSign) {
+  RobotVector x = generic_state();
+  const Eigen::Matrix3d R = rotation_matrix(x.segment<4>(kOrientation));
+  const Eigen::Matrix3d R_PC = R * pose(0.01, {0.6, 0, 0.8}, {0, 0, 0}).linear();
+  const Eigen::Vector3d turn = measure_orientation(x, R_PC, {}).innovation;
+  EXPECT_LT((turn - 0.01 * Eigen::Vector3d(0.6, 0, 0.8)).norm(), 1e-6);  // of order angle cubed / 24
+  x.segment<4>(kOrientation) *= -1;
+  EXPECT_LT((measure_orientation(x, R_PC, {}).innovation - turn).norm(), 1e-14);
+}
+
 }  // namespace
 }  // namespace slam
