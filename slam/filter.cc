@@ -15,6 +15,8 @@
 #include "slam/map.h"
 #include "slam/motion_model.h"
 #include "slam/plan.h"
+#include "slam/relocalisation.h"
+#include "slam/tracking_watch.h"
 
 namespace slam {
 namespace {
@@ -22,11 +24,9 @@ namespace {
 constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows: an internal measurement beyond is refused
 constexpr double kGate1 = 10.83;  // 1 row
 constexpr double kGate2 = 9.21;   // 99 %, 2 rows: a match beyond is refused
-constexpr double kLongestStep_s = 10;      // a stamp further ahead is a broken clock
-constexpr double kLost_s = 2;              // of images in which almost nothing is found: tracking is lost
-constexpr double kFewFound = 0.2;          // of the landmarks searched for
-constexpr std::size_t kEnoughToJudge = 5;  // landmarks searched for
-constexpr int kBegunPerFrame = 3;          // landmarks, after the first frame with any
+constexpr double kLongestStep_s = 10;  // a stamp further ahead is a broken clock
+constexpr int kAllOfP = 30;            // frames between two looks at all of P
+constexpr int kBegunPerFrame = 3;      // landmarks, after the first frame with any
 
 RobotVector start_mean(const Eigen::Isometry3d& X_WC) {
   RobotVector x = RobotVector::Zero();
@@ -95,7 +95,11 @@ struct Filter::Workings {
   std::optional<Stamp> now;           // of the last observation taken in
   std::optional<PlannedMotion> plan;  // of the last observation
   InertialInterval inertial;          // of the last two observations
-  double lost_s = 0;
+  TrackingWatch watch{options.tracking};
+  Glance glance;       // of this frame
+  double lost_s = 0;   // in images, since tracking was lost
+  int frames = 0;      // taken in
+  cv::Mat last_image;  // to tell a frozen one
   bool known_sought = false;
   Estimate estimate;
   FrameReport report;
@@ -110,13 +114,16 @@ struct Filter::Workings {
   std::optional<Nis> gated(const Measurement& m, double gate, const char* name,
                            std::vector<Measurement>& accepted);
   void begin_known(const Observation& o);
-  void measure_vision(const Observation& o, double dt);
+  void measure_vision(const Observation& o);
   void update_with(const std::vector<Measurement>& found, const std::vector<Candidate>& candidates,
                    const std::vector<std::size_t>& which);
   std::vector<Eigen::Vector2d> line_pixels() const;
   int landmarks_wanted(std::size_t in_view) const;
   void report_begun(std::size_t first);
-  void judge_tracking(std::size_t searched, std::size_t accepted, double dt);
+  void judge_tracking();
+  bool usable(const cv::Mat& image);
+  void look_for_the_map(const Observation& o, double dt);
+  void restart_at(const Relocation& found);
   void manage_map(const Observation& o, const std::vector<Candidate>& in_view);
   void update(const Joint& with, const char* name);
   void refuse(const std::string& why) { report.refused += (report.refused.empty() ? "" : "; ") + why; }
@@ -151,7 +158,15 @@ const FrameReport& Filter::step(const Observation& o) {
     w.predict(o);                   // eq. (6)
     w.measure_internal(o, *w.now);  // section III-C: gyro, planned velocity
   }
-  w.measure_vision(o, dt);  // section III-A: active search, update, map
+  w.glance = Glance{};
+  w.glance.dt_s = dt;
+  if (w.options.vision.enabled && w.usable(o.image)) {
+    if (w.report.health == Health::lost)
+      w.look_for_the_map(o, dt);
+    else
+      w.measure_vision(o);  // section III-A: active search, update, map
+  }
+  w.judge_tracking();
   w.now = o.t;
   w.plan = o.plan;
   w.publish();
@@ -162,7 +177,7 @@ const Estimate& Filter::estimate() const { return workings_->estimate; }
 
 /// Why the observation cannot be used at all; empty if it can.
 std::string Filter::Workings::objection(const Observation& o) const {
-  if (report.health != Health::ok) return "the filter has stopped: " + report.cause;
+  if (report.health == Health::diverged) return "the filter has stopped: " + report.cause;
   if (now && o.t <= *now) return "its time is not after the last one's";
   if (now && seconds(o.t - *now) > kLongestStep_s) return "its time is more than 10 s after the last one's";
   if (!o.image.empty() && (o.image.type() != CV_8UC1 || o.image.cols != calibration.camera.width_px ||
@@ -225,6 +240,7 @@ std::optional<Nis> Filter::Workings::gated(const Measurement& measurement, doubl
 
 void Filter::Workings::measure_internal(const Observation& o, Stamp before) {
   std::vector<Measurement> accepted;
+  if (options.gyro.enabled && o.gyro.empty()) refuse("the gyro is silent");
   if (options.gyro.enabled)
     if (const auto rate = mean_rate(o.gyro, before, o.t, calibration.X_CG.linear(), options))
       report.gyro = gated(measure_rate(robot(), *rate), kGate3, "gyro", accepted);
@@ -258,9 +274,22 @@ void Filter::Workings::report_begun(std::size_t first) {
     report.begun.push_back({map.landmarks()[i].id, map.landmarks()[i].pixel_first});
 }
 
-void Filter::Workings::measure_vision(const Observation& o, double dt) {
-  if (!options.vision.enabled || o.image.empty()) return;
-  if (contrast(o.image) < kFlatContrast) return refuse("the image is flat");
+/// Whether the image can tell anything; says so where it should and cannot.
+bool Filter::Workings::usable(const cv::Mat& image) {
+  if (image.empty()) return false;
+  const bool frozen =
+      !last_image.empty() && std::equal(image.begin<uchar>(), image.end<uchar>(), last_image.begin<uchar>());
+  image.copyTo(last_image);
+  if (contrast(image) < kFlatContrast)
+    refuse("the image is flat");
+  else if (frozen)
+    refuse("the image is the last one again");
+  else
+    return true;
+  return false;
+}
+
+void Filter::Workings::measure_vision(const Observation& o) {
   begin_known(o);
   std::vector<Candidate> candidates = predict_view(kalman, map.landmarks(), camera, options.vision.sigma_px);
   report.predicted = static_cast<int>(candidates.size());
@@ -276,7 +305,6 @@ void Filter::Workings::measure_vision(const Observation& o, double dt) {
     }
   report.measured = static_cast<int>(found.size());
   update_with(found, candidates, whose);
-  judge_tracking(candidates.size(), report.matched.size(), dt);
   manage_map(o, in_view);
 }
 
@@ -288,7 +316,8 @@ void Filter::Workings::update_with(const std::vector<Measurement>& found,
   if (!found.empty()) {
     kalman.stack(found, joint);
     Joint strict = joint;
-    sharpen(strict, found, options.vision.gate_sigma_px / options.vision.sigma_px);
+    if (options.vision.consensus)
+      sharpen(strict, found, options.vision.gate_sigma_px / options.vision.sigma_px);
     std::vector<std::size_t> keep(found.size());
     std::iota(keep.begin(), keep.end(), std::size_t{0});
     if (options.vision.consensus) keep = largest_consensus(strict, kGate2);
@@ -309,18 +338,53 @@ void Filter::Workings::update_with(const std::vector<Measurement>& found,
     report.searched.push_back(
         {map.landmarks()[candidates[i].index].id, candidates[i].pixel, candidates[i].S, success[i]});
   report.accepted = static_cast<int>(report.matched.size());
-  const bool blind =
-      candidates.size() >= kEnoughToJudge &&
-      static_cast<double>(report.accepted) < kFewFound * static_cast<double>(candidates.size());
-  if (blind) return;  // the image or the pose is at fault, not the landmarks
+  glance.searched = candidates.size();
+  glance.accepted = report.matched.size();
+  if (blind(glance)) return;  // the image or the pose is at fault, not the landmarks
   for (std::size_t i = 0; i < candidates.size(); ++i) map.count(candidates[i].index, success[i]);
 }
 
-void Filter::Workings::judge_tracking(std::size_t searched, std::size_t accepted, double dt) {
-  const bool blind =
-      searched >= kEnoughToJudge && static_cast<double>(accepted) < kFewFound * static_cast<double>(searched);
-  lost_s = blind ? lost_s + dt : 0;
-  if (lost_s > kLost_s) diverge("tracking lost: almost no landmark found for 2 s");
+void Filter::Workings::judge_tracking() {
+  const auto per_row = [](const Nis& nis) { return nis.value / nis.dof; };
+  if (report.vision) glance.vision_nis = per_row(*report.vision);
+  if (report.height) glance.height_nis = per_row(*report.height);
+  if (report.health != Health::ok) return;
+  const std::string why = watch.judge(glance);
+  if (why.empty()) return;
+  if (!options.tracking.relocalise) return diverge("tracking lost: " + why);
+  report.health = Health::lost;
+  report.cause = "tracking lost: " + why;
+  lost_s = 0;
+}
+
+void Filter::Workings::look_for_the_map(const Observation& o, double dt) {
+  const auto found = relocalise(o.image, map.landmarks(), kalman.state(), camera, options.vision.sigma_px);
+  if (found) return restart_at(*found);
+  lost_s += dt;
+  if (lost_s > options.tracking.give_up_s) diverge(report.cause + ", and the map was not found again");
+}
+
+/// The pose that the map gives; what else is believed of the robot stays, velocities about as unsure as at
+/// the start.
+void Filter::Workings::restart_at(const Relocation& found) {
+  const RobotVector before = robot();
+  RobotVector x = start_mean(found.X_WC);
+  const Eigen::Matrix3d turn = found.X_WC.linear() * kalman.state().X_WC().linear().transpose();
+  x.segment<3>(kVelocity) = turn * before.segment<3>(kVelocity);
+  x.tail<kRobot - kRate>() = before.tail<kRobot - kRate>();
+  RobotMatrix P = start_covariance(x, options);
+  P.bottomRightCorner<kRobot - kCamera, kRobot - kCamera>() =
+      kalman.state().marginal<kRobot - kCamera>(kCamera);
+  const Matrix43d dq = left_matrix(x.segment<4>(kOrientation)).rightCols<3>() / 2;  // ∂(q × Exp(θ))/∂θ
+  Eigen::Matrix<double, 7, 6> J = Eigen::Matrix<double, 7, 6>::Zero();
+  J.block<3, 3>(kPosition, 3).setIdentity();
+  J.block<4, 3>(kOrientation, 0) = dq;
+  P.topLeftCorner<7, 7>() = J * found.covariance * J.transpose();
+  kalman.restart(x, P);
+  watch.begin_anew();
+  report.health = Health::ok;
+  report.cause.clear();
+  report.relocalised = true;
 }
 
 void Filter::Workings::manage_map(const Observation& o, const std::vector<Candidate>& in_view) {
@@ -331,7 +395,8 @@ void Filter::Workings::manage_map(const Observation& o, const std::vector<Candid
   for (const Candidate& candidate : in_view) taken.push_back(candidate.pixel);
   const int wanted = landmarks_wanted(in_view.size());
   const std::size_t before = map.landmarks().size();
-  if (wanted > 0 && lost_s == 0) map.begin(o.image, o.t, taken, wanted, camera, options, kalman);
+  if (wanted > 0 && !watch.in_doubt() && !blind(glance))
+    map.begin(o.image, o.t, taken, wanted, camera, options, kalman);
   report_begun(before);
   report.landmarks = static_cast<int>(map.landmarks().size());
 }
@@ -364,13 +429,14 @@ void Filter::Workings::update(const Joint& with, const char* name) {
 }
 
 void Filter::Workings::diverge(const std::string& cause) {
-  if (report.health != Health::ok) return;
+  if (report.health == Health::diverged) return;
   report.health = Health::diverged;
   report.cause = cause;
 }
 
 void Filter::Workings::publish() {
-  if (!kalman.sound()) diverge("the state is not finite or a variance is negative");
+  const int looked_at = ++frames % kAllOfP == 0 ? kalman.state().size : kRobot;
+  if (!kalman.sound(looked_at)) diverge("the state is not finite or its covariance not positive definite");
   const State& state = kalman.state();
   estimate.t = now.value_or(Stamp{0});
   estimate.X_WC = state.X_WC();

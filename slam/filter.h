@@ -42,8 +42,9 @@ struct Search {
   bool used = false;                            ///< its match entered the update
 };
 
-/// ok; or the filter has found itself broken and takes no more observations.
-enum class Health { ok, diverged };
+/// ok; or lost: the images no longer fit the map, and the map is looked for in them; or the filter has found
+/// itself broken and takes no more observations.
+enum class Health { ok, lost, diverged };
 
 /// What one step did.
 struct FrameReport {
@@ -57,7 +58,8 @@ struct FrameReport {
   std::vector<Sighting> matched;  ///< accepted matches of this frame
   std::vector<Search> searched;
   std::vector<int> deleted;
-  std::string refused;  ///< why the observation (or one of its parts) was not used; empty if it was
+  bool relocalised = false;  ///< found again in this frame
+  std::string refused;       ///< why the observation (or one of its parts) was not used; empty if it was
   Health health = Health::ok;
   std::string cause;  ///< of a health other than ok
 };

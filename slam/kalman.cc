@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace slam {
@@ -236,9 +237,27 @@ void Kalman::erase(int at, int count) {
   state_.size -= count;
 }
 
-bool Kalman::sound() const {
+void Kalman::restart(const RobotVector& x, const RobotMatrix& P) {
+  state_.storage_x.head<kRobot>() = x;
+  state_.storage_null.head<kRobot>() = robot_null_yaw(x);
+  state_.storage_P.block(kRobot, 0, state_.size - kRobot, kRobot).setZero();
+  state_.storage_P.topLeftCorner<kRobot, kRobot>() = P;
+}
+
+bool Kalman::sound(int count) {
+  constexpr double kRounding = 1e-9;
   const auto variances = state_.storage_P.diagonal().head(state_.size);
-  return state_.x().allFinite() && variances.allFinite() && variances.minCoeff() >= -1e-12;
+  if (!state_.x().allFinite() || !variances.allFinite() || variances.minCoeff() < -1e-12) return false;
+  make_room(scaled_, count, count);
+  auto C = scaled_.topLeftCorner(count, count);
+  const auto scale = [&](int i) { return variances(i) > 0 ? 1 / std::sqrt(variances(i)) : 0; };
+  for (int column = 0; column < count; ++column) {
+    for (int row = column + 1; row < count; ++row)
+      C(row, column) = state_.storage_P(row, column) * scale(row) * scale(column);
+    C(column, column) = 1 + kRounding;
+  }
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(C);
+  return llt.info() == Eigen::Success;
 }
 
 }  // namespace slam

@@ -88,8 +88,12 @@ class Kalman {
   /// Takes `count` parameters out of the state.
   void erase(int at, int count);
 
-  /// Everything finite and no negative variance.
-  bool sound() const;
+  /// Puts the robot at x with covariance P, independent of all landmarks.
+  void restart(const RobotVector& x, const RobotMatrix& P);
+
+  /// Everything finite, no negative variance, and the first `count` parameters' covariance positive
+  /// semidefinite (scaled to unit variances, to 1e-9).
+  bool sound(int count);
 
  private:
   void reserve(int size);
@@ -98,7 +102,7 @@ class Kalman {
 
   State state_;
   bool observability_constrained_;
-  Eigen::MatrixXd W_, L_, robot_columns_;  // work space
+  Eigen::MatrixXd W_, L_, robot_columns_, scaled_;  // work space
   Eigen::VectorXd white_;
 };
 

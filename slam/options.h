@@ -111,6 +111,13 @@ struct Options {
     bool sub_pixel = true;       ///< matches refined below the pixel
     bool consensus = true;       ///< only matches that agree among themselves are used
   } vision;
+  struct Tracking {
+    double lost_after_s = 2;   ///< of images in which almost nothing is found
+    double vision_bound = 3;   ///< mean NIS of 15 frames' matches per degree of freedom; beyond, it is lost
+    double height_bound = 10;  ///< likewise of the planned height
+    bool relocalise = true;    ///< when lost, the map is looked for in the whole image; else it is the end
+    double give_up_s = 10;     ///< of images in which it was not found
+  } tracking;
   struct Depth {  ///< of a landmark at first sight
     FirstSight first_sight = FirstSight::inverse_depth;
     double inverse_1_m = 0.3, sigma_inverse_1_m = 0.3;

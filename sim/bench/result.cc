@@ -6,6 +6,7 @@
 #include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "sim/bench/evidence.h"
 #include "sim/stream/csv.h"
@@ -41,6 +42,11 @@ void write_estimate(const fs::path& folder, const Tracked& tracked) {
   write(folder / "estimate_cov.txt", with_covariance);
 }
 
+std::string_view name(slam::Health health) {
+  constexpr std::array<std::string_view, 3> kNames{"ok", "lost", "diverged"};
+  return kNames[static_cast<std::size_t>(health)];
+}
+
 std::string nis_fields(const std::optional<slam::Nis>& nis) {
   return nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
 }
@@ -55,7 +61,7 @@ void write_frames(const fs::path& folder, const Tracked& tracked) {
     text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
                         r.begun.size(), r.deleted.size());
     for (const auto& nis : {r.vision, r.gyro, r.plan_velocity, r.height}) text += nis_fields(nis);
-    text += fmt::format(",{},{},{}\n", r.health == slam::Health::ok ? "ok" : "diverged", r.cause, r.refused);
+    text += fmt::format(",{},{},{}\n", name(r.health), r.cause, r.refused);
   }
   write(folder / "frames.csv", text);
 }
@@ -72,6 +78,18 @@ void write_map(const fs::path& folder, const Tracked& tracked) {
                         point.begun.count(), point.attempts, point.successes);
   }
   write(folder / "map.csv", text);
+}
+
+// When tracking was lost and why, and how many observations were refused, wholly or in part.
+ordered_json tracking_json(const Tracked& tracked) {
+  const auto refused = std::count_if(tracked.frames.begin(), tracked.frames.end(),
+                                     [](const TrackedFrame& frame) { return !frame.report.refused.empty(); });
+  ordered_json lost = ordered_json::array();
+  for (const Loss& loss : tracked.losses())
+    lost.push_back({{"from_s", slam::seconds(loss.from)},
+                    {"to_s", loss.to ? ordered_json(slam::seconds(*loss.to)) : ordered_json(nullptr)},
+                    {"cause", loss.cause}});
+  return {{"observations_refused", refused}, {"lost", lost}};
 }
 
 ordered_json metrics_json(const score::Metrics& metrics) {
@@ -164,6 +182,7 @@ Outcome write_result(const fs::path& folder, const Remains& remains, const Resul
                     {"seed", scenario.seed},
                     {"ending", outcome.ending}};
   json["metrics"] = metrics_json(metrics);
+  if (remains.tracked) json["tracking"] = tracking_json(*remains.tracked);
   json["limits"] = limits_json(scenario, metrics, kept);
   const auto& allowed = scenario.limits.ending;
   const bool may_end_so = std::find(allowed.begin(), allowed.end(), outcome.ending) != allowed.end();

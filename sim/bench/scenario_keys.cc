@@ -260,6 +260,16 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, vision.sub_pixel), kAny, "matches are refined below the pixel"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.consensus), kAny,
                      "only matches that agree among themselves are used (1-point RANSAC)"));
+  keys.push_back(key(GAITSLAM_KEY(slam, tracking.lost_after_s), kTime,
+                     "tracking is lost after that long with almost no landmark found"));
+  keys.push_back(key(GAITSLAM_KEY(slam, tracking.vision_bound), {1e-3, 1e9},
+                     "or when the mean NIS per row of 15 frames' matches is beyond that"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, tracking.height_bound), {1e-3, 1e9}, "or that of the planned height"));
+  keys.push_back(key(GAITSLAM_KEY(slam, tracking.relocalise), kAny,
+                     "when lost, look for the map in the whole image; else the filter has diverged"));
+  keys.push_back(key(GAITSLAM_KEY(slam, tracking.give_up_s), kTime,
+                     "the filter has diverged after that long of images without the map"));
   keys.push_back(key(GAITSLAM_KEY(slam, depth.first_sight), {0, 0, kFirstSight},
                      "a landmark begins by inverse depth, or as a line with depth particles"));
   keys.push_back(

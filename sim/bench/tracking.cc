@@ -4,9 +4,7 @@
 
 namespace sim::bench {
 
-bool Tracked::diverged() const {
-  return !frames.empty() && frames.back().report.health == slam::Health::diverged;
-}
+bool Tracked::diverged() const { return !frames.empty() && frames.back().report.health != slam::Health::ok; }
 
 const std::string& Tracked::cause() const { return frames.back().report.cause; }
 
@@ -15,6 +13,18 @@ std::vector<slam::Estimate> Tracked::estimates() const {
   for (const TrackedFrame& frame : frames)
     if (rising.empty() || frame.estimate.t > rising.back().t) rising.push_back(frame.estimate);
   return rising;
+}
+
+std::vector<Loss> Tracked::losses() const {
+  std::vector<Loss> all;
+  bool ok = true;
+  for (const TrackedFrame& frame : frames) {
+    const slam::FrameReport& report = frame.report;
+    if (ok && report.health != slam::Health::ok) all.push_back({report.t, std::nullopt, report.cause});
+    if (!ok && report.health == slam::Health::ok) all.back().to = report.t;
+    ok = report.health == slam::Health::ok;
+  }
+  return all;
 }
 
 Tracking::Tracking(const Scenario& scenario, const slam::Calibration& calibration,
@@ -27,7 +37,8 @@ void Tracking::take(slam::Observation ideal) {
 }
 
 void Tracking::step(const slam::Observation& arrived) {
-  if (tracked_.diverged()) return;
+  const auto& frames = tracked_.frames;
+  if (!frames.empty() && frames.back().report.health == slam::Health::diverged) return;
   const slam::FrameReport& report = filter_.step(arrived);
   tracked_.frames.push_back({filter_.estimate(), report});
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/bench/scenario.h"
@@ -16,14 +18,23 @@ struct TrackedFrame {
   slam::FrameReport report;
 };
 
+/// A time over which tracking was lost.
+struct Loss {
+  slam::Stamp from{0};
+  std::optional<slam::Stamp> to;  ///< absent where it was not found again
+  std::string cause;
+};
+
 /// All that a filter left behind.
 struct Tracked {
   std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
   std::vector<slam::MapPoint> map;
-  /// Once for each stamp: an observation that was refused moved no estimate.
-  std::vector<slam::Estimate> estimates() const;
+  /// It found itself broken, or was still lost when the run ended.
   bool diverged() const;
   const std::string& cause() const;  ///< of the divergence
+  /// The estimates, each once: a refused observation makes no new one.
+  std::vector<slam::Estimate> estimates() const;
+  std::vector<Loss> losses() const;
 };
 
 /// Sensor errors, then the filter: the same for a live run and a replay, so that both give the same bits.

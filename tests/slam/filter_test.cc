@@ -183,7 +183,7 @@ TEST(Filter, SaysThatTrackingIsLostWhenItSeesAnotherRoom) {
     health = report.health;
     cause = report.cause;
   }
-  EXPECT_EQ(health, Health::diverged);
+  EXPECT_EQ(health, Health::lost);
   EXPECT_NE(cause.find("tracking lost"), std::string::npos);
 }
 

@@ -171,7 +171,7 @@ TEST(Kalman, CovarianceStaysPositiveThroughManyUpdatesAndPredictions) {
       kalman.constrain(m);
       kalman.stack({m}, joint);
       ASSERT_TRUE(kalman.update(joint)) << i;
-      ASSERT_TRUE(kalman.sound()) << i;
+      ASSERT_TRUE(kalman.sound(kalman.state().size)) << i;
     }
     const Eigen::MatrixXd P = kalman.state().P();
     // A quaternion's length has no uncertainty, so that P is only semi-definite: 0 but for rounding.

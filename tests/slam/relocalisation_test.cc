@@ -1,0 +1,133 @@
+// Lost and found: the geometry of two bearings, what counts as lost, and a filter carried off and put down
+// again.
+#include "slam/relocalisation.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "slam/tracking_watch.h"
+#include "tests/slam/synthetic_room.h"
+
+namespace slam {
+namespace {
+
+Eigen::Isometry3d pose(double yaw, double tilt, const Eigen::Vector3d& at) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+               Eigen::AngleAxisd(tilt, Eigen::Vector3d(0.6, -0.8, 0)).matrix();
+  X.translation() = at;
+  return X;
+}
+
+Bearing seen(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W) {
+  return {p_W, (X_WC.inverse() * p_W).normalized()};
+}
+
+TEST(PosesFromTwo, HoldTheTruePoseWhateverTheHeadingTheyStartFrom) {
+  const Eigen::Isometry3d X_WC = pose(2.2, 0.3, {0.4, -0.7, 1.4});
+  const Bearing a = seen(X_WC, {3, 1, 2}), b = seen(X_WC, {-1, 4, 0.5});
+  for (const double guess : {-2.0, 0.0, 0.3, 3.0}) {
+    const auto poses = poses_from_two(a, b, Eigen::Matrix3d(pose(guess, 0.3, {}).linear()));
+    double nearest = 1e9;
+    for (const Eigen::Isometry3d& found : poses)
+      nearest = std::min(nearest, (found.matrix() - X_WC.matrix()).norm());
+    EXPECT_LT(nearest, 1e-9) << guess;
+  }
+}
+
+TEST(PosesFromTwo, AreNoneWhereTheBearingsCannotMeet) {
+  const Bearing a{{0, 0, 5}, {1, 0, 0}}, b{{0, 0, -5}, {0, 1, 0}};  // level lines, 10 m apart in height
+  EXPECT_TRUE(poses_from_two(a, b, Eigen::Matrix3d::Identity()).empty());
+}
+
+TEST(TrackingWatch, IsLostAfterTheGivenTimeOfBlindnessAndOneGoodFrameForgivesIt) {
+  TrackingWatch watch{Options::Tracking{}};
+  const Glance nothing{0.5, 12, 1, {}, {}}, plenty{0.5, 12, 10, {}, {}};
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(watch.judge(nothing), "") << k;
+  EXPECT_NE(watch.judge(nothing), "");
+  EXPECT_TRUE(watch.in_doubt());
+  EXPECT_EQ(watch.judge(plenty), "");
+  EXPECT_FALSE(watch.in_doubt());
+}
+
+TEST(TrackingWatch, IsLostWhenMatchesStayFurtherOffThanTheFilterBelieves) {
+  TrackingWatch watch{Options::Tracking{}};
+  Glance glance{0.03, 12, 10, 1.0, {}};
+  for (int k = 0; k < 100; ++k) EXPECT_EQ(watch.judge(glance), "");
+  glance.vision_nis = 20;
+  EXPECT_EQ(watch.judge(glance), "");  // once is nothing
+  for (int k = 0; k < 15; ++k) watch.judge(glance);
+  EXPECT_NE(watch.judge(glance), "");
+}
+
+const synthetic::Recording& walk() {
+  static const synthetic::Recording recording = [] {
+    synthetic::Walk walk;
+    walk.rate_hz = 15;
+    walk.duration_s = 5;
+    walk.turns = 0.12;
+    return synthetic::Recording(walk, synthetic::render(synthetic::Room(), walk));
+  }();
+  return recording;
+}
+
+/// Walks `until` the frame, all being well; then sees another place and nothing else for 1 s.
+Filter lost_filter(int until, const Options::Tracking& tracking) {
+  Options options;
+  options.tracking = tracking;
+  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
+  for (int k = 0; k < until + 15; ++k) {
+    Observation o = walk().observation(k);
+    if (k >= until) {
+      cv::flip(o.image, o.image, -1);
+      o.gyro.clear(), o.accelerometer.clear(), o.plan.reset();
+    }
+    filter.step(o);
+  }
+  return filter;
+}
+
+TEST(Relocalisation, AFilterCarriedOffIsFoundAgainWhereItTrulyIs) {
+  Options::Tracking tracking;
+  tracking.lost_after_s = 0.5;
+  Filter filter = lost_filter(45, tracking);
+  const Stamp lost_at = walk().walk().stamp(59);
+  bool found = false;
+  int after = 0;
+  for (int k = 20; k < 45; ++k) {  // put down where it was at frame 20, by now 0.2 m away and turned
+    Observation o = walk().observation(k);
+    o.t = lost_at + walk().walk().stamp(k - 19);
+    o.gyro.clear(), o.accelerometer.clear(), o.plan.reset();
+    const FrameReport& report = filter.step(o);
+    if (!found) EXPECT_NE(report.health, Health::diverged) << report.cause;
+    found = found || report.relocalised;
+    if (!found) continue;
+    EXPECT_EQ(report.health, Health::ok) << k;
+    const Eigen::Isometry3d X_WC = walk().walk().X_WC(seconds(walk().walk().stamp(k)));
+    // as far as the map is right: 2 cm before, and a match on the raw pixel grid
+    if (++after > 3) EXPECT_LT((filter.estimate().X_WC.translation() - X_WC.translation()).norm(), 0.05) << k;
+  }
+  EXPECT_TRUE(found);
+  EXPECT_GT(after, 20);
+}
+
+TEST(Relocalisation, AFilterThatNeverFindsItsMapAgainSaysThatItHasDiverged) {
+  Options::Tracking tracking;
+  tracking.lost_after_s = tracking.give_up_s = 0.3;
+  Filter filter = lost_filter(40, tracking);
+  const Observation o = walk().observation(60);
+  EXPECT_EQ(filter.step(o).health, Health::diverged);
+  EXPECT_NE(filter.step(o).cause.find("tracking lost"), std::string::npos);
+}
+
+TEST(Relocalisation, WithoutItALossIsTheEnd) {
+  Options::Tracking tracking;
+  tracking.lost_after_s = 0.3;
+  tracking.relocalise = false;
+  Filter filter = lost_filter(40, tracking);
+  EXPECT_EQ(filter.step(walk().observation(60)).health, Health::diverged);
+}
+
+}  // namespace
+}  // namespace slam
