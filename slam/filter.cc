@@ -94,6 +94,7 @@ struct Filter::Workings {
   Map map;
   std::optional<Stamp> now;           // of the last observation taken in
   std::optional<PlannedMotion> plan;  // of the last observation
+  Gait gait;                          // till then
   InertialInterval inertial;          // of the last two observations
   TrackingWatch watch{options.tracking};
   Glance glance;       // of this frame
@@ -161,12 +162,16 @@ const FrameReport& Filter::step(const Observation& o) {
   w.glance = Glance{};
   w.glance.dt_s = dt;
   if (w.options.vision.enabled && w.usable(o.image)) {
-    if (w.report.health == Health::lost)
+    if (w.report.health == Health::lost) {
       w.look_for_the_map(o, dt);
-    else
+    } else {
       w.measure_vision(o);  // section III-A: active search, update, map
+      w.judge_tracking();
+    }
   }
-  w.judge_tracking();
+  if (w.plan && o.plan)
+    w.gait =
+        planned_gait(*w.plan, *o.plan, planned_stride(*w.plan, *o.plan, dt, VelocityAxes::robot), w.gait, dt);
   w.now = o.t;
   w.plan = o.plan;
   w.publish();
@@ -198,8 +203,12 @@ void Filter::Workings::predict(const Observation& o) {
 std::optional<Measurement> Filter::Workings::velocity_measurement(const RobotVector& x,
                                                                   const Observation& o) const {
   if (!options.plan_velocity.enabled || !o.plan || !plan) return std::nullopt;
-  return measure_velocity(x, planned_stride(*plan, *o.plan, seconds(o.t - *now), options.plan_velocity.axes),
-                          options.plan_velocity);
+  const double dt = seconds(o.t - *now);
+  const PlannedStride stride = planned_stride(*plan, *o.plan, dt, options.plan_velocity.axes);
+  const Gait walking = planned_gait(*plan, *o.plan, stride, gait, dt);
+  Options::PlanVelocity expected = options.plan_velocity;
+  expected.sigma_m_s = velocity_sigma(walking, options.plan_velocity);
+  return measure_velocity(x, stride, expected);
 }
 
 /// The accelerometer's word, unless the motion model finds it incredible or the plan contradicts it.

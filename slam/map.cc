@@ -15,7 +15,7 @@ namespace {
 constexpr int kTries = 5;
 constexpr double kApart = 20;      // px between a new landmark and the others
 constexpr double kFewInView = 12;  // landmarks, up to which a box has a quarter of the image's sides
-constexpr double kSigmas = 3;       // around a known landmark's pixel
+constexpr double kSigmas = 3;      // around a known landmark's pixel
 
 /// A box at a random place that leaves room for the patch; small enough that `visible` of them may lie apart.
 cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) {

@@ -80,9 +80,14 @@ struct Options {
     VelocityAxes axes = VelocityAxes::robot;
     double sigma_m_s = 0.0125;
     bool pivots_on_foot =
-        true;                   ///< turning unknown to the plan is about the support foot (robot's axes only)
-    double sigma_slip_m_s = 0;  ///< of the slowly changing part of the plan's error; 0 = there is none
-    double slip_time_s = 10;    ///< how long that part lasts
+        true;  ///< turning unknown to the plan is about the support foot (robot's axes only)
+    double standing_factor = 1;        ///< of sigma_m_s while the plan stands still
+    double double_support_factor = 1;  ///< likewise while it has both feet on the ground
+    double landing_factor = 1;         ///< likewise for landing_s after it has set a foot down
+    double landing_s = 0.1;
+    double sigma_per_turn_m = 0;  ///< added for each rad/s that it turns
+    double sigma_slip_m_s = 0;    ///< of the slowly changing part of the plan's error; 0 = there is none
+    double slip_time_s = 10;      ///< how long that part lasts
   } plan_velocity;
   struct Height {
     bool enabled = true;

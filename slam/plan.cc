@@ -1,6 +1,13 @@
 #include "slam/plan.h"
 
+#include <cmath>
+
 namespace slam {
+namespace {
+
+constexpr double kStanding = 1e-3;  // m/s and rad/s
+
+}  // namespace
 
 PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
                              VelocityAxes axes) {
@@ -8,6 +15,25 @@ PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& n
   const Eigen::AngleAxisd turn(before.X_PC.linear().transpose() * now.X_PC.linear());
   return {axes == VelocityAxes::plan ? v_P : Eigen::Vector3d(now.X_PC.linear().transpose() * v_P),
           turn.angle() / dt_s * turn.axis(), (before.p_CF + now.p_CF) / 2};
+}
+
+Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const PlannedStride& stride,
+                  const Gait& till_then, double dt_s) {
+  const bool lands = now.support != before.support && before.support != Support::both;
+  Gait gait;
+  gait.turning_rad_s = stride.rate.norm();
+  gait.standing = stride.velocity.norm() < kStanding && gait.turning_rad_s < kStanding;
+  gait.both_feet = now.support == Support::both;
+  gait.since_landing_s = lands ? 0 : till_then.since_landing_s + dt_s;
+  return gait;
+}
+
+double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options) {
+  double sigma = options.sigma_m_s;
+  if (gait.standing) return sigma * options.standing_factor;
+  if (gait.both_feet) sigma *= options.double_support_factor;
+  if (gait.since_landing_s < options.landing_s) sigma *= options.landing_factor;
+  return std::hypot(sigma, options.sigma_per_turn_m * gait.turning_rad_s);
 }
 
 Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,

@@ -21,6 +21,21 @@ struct PlannedStride {
 PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
                              VelocityAxes axes);
 
+/// What the plan is doing, as far as its error depends on it.
+struct Gait {
+  bool standing = false, both_feet = false;
+  double since_landing_s = 1e9;  ///< since it set a foot down
+  double turning_rad_s = 0;
+};
+
+/// What the plan does over a stride of dt_s that ended now; before: what it did till then.
+Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const PlannedStride& stride,
+                  const Gait& till_then, double dt_s);
+
+/// Standard deviation of the planned velocity's error: feet slip while turning and landing, and hardly while
+/// standing. m/s per axis.
+double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options);
+
 /// h = R(q)ᵀ v + slip in the robot's axes, h = v + R(q) slip in the plan's (Stasse et al. 2006, section
 /// III-C). In the robot's axes, and going beyond the paper: turning that the plan does not know of (the robot
 /// tilts on the compliance of its ankles) is about the support foot, so that the camera moves by p_CF × (ω −

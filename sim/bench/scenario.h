@@ -50,6 +50,8 @@ struct Scenario {
   world::WorldOptions world;
   std::optional<world::CameraOptions> camera;
   stream::ErrorOptions errors;
+  std::string estimator =
+      "filter";  ///< one of estimator_names(); options other than the filter's are unused by others
   std::optional<slam::Options> slam;
   Limits limits;
 };

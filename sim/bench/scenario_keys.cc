@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "sim/bench/estimators.h"
 #include "sim/bench/scenario_commands.h"
 #include "sim/bench/scenario_faults.h"
 
@@ -193,7 +194,18 @@ void add_errors(Keys& keys) {
   keys.push_back(faults_key());
 }
 
+Key<Scenario> estimator_key() {
+  const Domain names{0, 0, estimator_names()};
+  return {"estimator", expected_choice(names),
+          "what is run on the observations, beside or instead of the filter",
+          [names](const Yaml& node, Scenario& s) {
+            s.estimator = names.choices[read_choice(node, "estimator", names)];
+          },
+          [](const Scenario& s) { return s.estimator; }};
+}
+
 void add_slam(Keys& keys) {
+  keys.push_back(estimator_key());
   keys.push_back(
       key(GAITSLAM_KEY(slam, start.sigma_position_m), kSigma, "standard deviation of the first position"));
   keys.push_back(key(GAITSLAM_KEY(slam, start.sigma_orientation_rad), kSigma,
@@ -232,6 +244,15 @@ void add_slam(Keys& keys) {
                      "turning unknown to the plan is about the support foot"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_m_s), kSigma,
                      "error the filter expects of the planned velocity"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.standing_factor), {1e-3, 1e3},
+                     "of sigma_m_s while the plan stands still"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.double_support_factor), {1e-3, 1e3},
+                     "likewise while it has both feet on the ground"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.landing_factor), {1e-3, 1e3},
+                     "likewise just after it has set a foot down"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.landing_s), {0, 10}, "how long that is"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_per_turn_m), kSpread,
+                     "added to sigma_m_s for each rad/s that the plan turns"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_slip_m_s), kSpread,
                      "slowly changing error of the planned velocity; 0: there is none"));
   keys.push_back(

@@ -3,6 +3,17 @@
 #include <utility>
 
 namespace sim::bench {
+namespace {
+
+/// Nothing for the filter itself.
+Estimator named(const std::string& name, const slam::Calibration& calibration,
+                const Eigen::Isometry3d& X_WC_start) {
+  for (const NamedEstimator& estimator : estimators())
+    if (estimator.name == name) return estimator.make(calibration, X_WC_start);
+  return {};
+}
+
+}  // namespace
 
 bool Tracked::diverged() const { return !frames.empty() && frames.back().report.health != slam::Health::ok; }
 
@@ -30,13 +41,20 @@ std::vector<Loss> Tracked::losses() const {
 Tracking::Tracking(const Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start)
     : errors_(scenario.errors, scenario.seed),
-      filter_(*scenario.slam, calibration, X_WC_start, scenario.seed) {}
+      filter_(*scenario.slam, calibration, X_WC_start, scenario.seed),
+      other_(named(scenario.estimator, calibration, X_WC_start)) {}
 
 void Tracking::take(slam::Observation ideal) {
   for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
 }
 
 void Tracking::step(const slam::Observation& arrived) {
+  if (other_) {
+    slam::FrameReport report;
+    report.t = arrived.t;
+    tracked_.frames.push_back({other_(arrived), report});
+    return;
+  }
   const auto& frames = tracked_.frames;
   if (!frames.empty() && frames.back().report.health == slam::Health::diverged) return;
   const slam::FrameReport& report = filter_.step(arrived);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/bench/estimators.h"
 #include "sim/bench/scenario.h"
 #include "sim/stream/sensor_errors.h"
 #include "slam/filter.h"
@@ -37,7 +38,8 @@ struct Tracked {
   std::vector<Loss> losses() const;
 };
 
-/// Sensor errors, then the filter: the same for a live run and a replay, so that both give the same bits.
+/// Sensor errors, then the filter or the estimator that the scenario names: the same for a live run and a
+/// replay, so that both give the same bits.
 class Tracking {
  public:
   /// The scenario must have a slam section.
@@ -56,6 +58,7 @@ class Tracking {
 
   stream::SensorErrors errors_;
   slam::Filter filter_;
+  Estimator other_;  ///< in the filter's place; empty where the filter runs
   Tracked tracked_;
 };
 

@@ -107,7 +107,7 @@ TEST(LineSearch, SidewaysMotionFindsTheDepthOfAFarWallAndNeverANearOne) {
   // A wall at 5 m facing a pinhole of 200 px that moves sideways: the picture shifts by 40 px a metre.
   constexpr double kWall_m = 5, kFocal_px = 200;
   CameraIntrinsics intrinsics;
-  intrinsics.k1_px2 = 0;
+  intrinsics.lens = OneParameterRadial{};
   intrinsics.fu_px = intrinsics.fv_px = kFocal_px;
   const Camera camera(intrinsics);
   const cv::Mat wide = pattern();

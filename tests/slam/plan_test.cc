@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/numerical_jacobian.h"
 
 namespace slam {
@@ -163,6 +165,26 @@ TEST(Plan, OrientationInnovationIsTheSmallTurnToThePlanAndBlindToTheQuaternionsS
   EXPECT_LT((turn - 0.01 * Eigen::Vector3d(0.6, 0, 0.8)).norm(), 1e-6);  // of order angle cubed / 24
   x.segment<4>(kOrientation) *= -1;
   EXPECT_LT((measure_orientation(x, R_PC, {}).innovation - turn).norm(), 1e-14);
+}
+
+TEST(Plan, ItsErrorIsExpectedToBeSmallStandingAndLargeWhileLandingAndTurning) {
+  Options::PlanVelocity options;
+  options.standing_factor = 0.5;
+  options.landing_factor = 3;
+  options.sigma_per_turn_m = 0.04;
+  PlannedMotion left, right;
+  left.support = Support::left;
+  right.support = Support::right;
+  const PlannedStride still{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, ahead{{0.2, 0, 0}, {0, 0.5, 0}, {0, 0, 0}};
+  const Gait standing = planned_gait(left, left, still, {}, 0.03);
+  EXPECT_TRUE(standing.standing);
+  EXPECT_EQ(velocity_sigma(standing, options), 0.5 * options.sigma_m_s);
+  const Gait walking = planned_gait(left, left, ahead, {}, 0.03);
+  EXPECT_NEAR(velocity_sigma(walking, options), std::hypot(options.sigma_m_s, 0.02), 1e-15);
+  const Gait landing = planned_gait(left, right, ahead, walking, 0.03);
+  EXPECT_EQ(landing.since_landing_s, 0);
+  EXPECT_NEAR(velocity_sigma(landing, options), std::hypot(3 * options.sigma_m_s, 0.02), 1e-15);
+  EXPECT_NEAR(planned_gait(right, right, ahead, landing, 0.03).since_landing_s, 0.03, 1e-15);
 }
 
 }  // namespace
