@@ -373,22 +373,21 @@ void Filter::Workings::look_for_the_map(const Observation& o, double dt) {
   if (lost_s > options.tracking.give_up_s) diverge(report.cause + ", and the map was not found again");
 }
 
-/// The pose that the map gives; what else is believed of the robot stays, velocities about as unsure as at
-/// the start.
+/// The pose that the map gives; velocities are those of a walking robot, sensors' biases stay as believed.
 void Filter::Workings::restart_at(const Relocation& found) {
-  const RobotVector before = robot();
+  constexpr double kWalking_m_s = 0.3, kWalking_rad_s = 0.5;
   RobotVector x = start_mean(found.X_WC);
-  const Eigen::Matrix3d turn = found.X_WC.linear() * kalman.state().X_WC().linear().transpose();
-  x.segment<3>(kVelocity) = turn * before.segment<3>(kVelocity);
-  x.tail<kRobot - kRate>() = before.tail<kRobot - kRate>();
-  RobotMatrix P = start_covariance(x, options);
-  P.bottomRightCorner<kRobot - kCamera, kRobot - kCamera>() =
-      kalman.state().marginal<kRobot - kCamera>(kCamera);
-  const Matrix43d dq = left_matrix(x.segment<4>(kOrientation)).rightCols<3>() / 2;  // ∂(q × Exp(θ))/∂θ
+  x.tail<kRobot - kCamera>() = robot().tail<kRobot - kCamera>();
+  RobotMatrix P = RobotMatrix::Zero();
   Eigen::Matrix<double, 7, 6> J = Eigen::Matrix<double, 7, 6>::Zero();
   J.block<3, 3>(kPosition, 3).setIdentity();
-  J.block<4, 3>(kOrientation, 0) = dq;
+  J.block<4, 3>(kOrientation, 0) =
+      left_matrix(x.segment<4>(kOrientation)).rightCols<3>() / 2;  // ∂(q × Exp(θ))/∂θ
   P.topLeftCorner<7, 7>() = J * found.covariance * J.transpose();
+  P.diagonal().segment<3>(kVelocity).setConstant(kWalking_m_s * kWalking_m_s);
+  P.diagonal().segment<3>(kRate).setConstant(kWalking_rad_s * kWalking_rad_s);
+  P.bottomRightCorner<kRobot - kCamera, kRobot - kCamera>() =
+      kalman.state().marginal<kRobot - kCamera>(kCamera);
   kalman.restart(x, P);
   watch.begin_anew();
   report.health = Health::ok;
