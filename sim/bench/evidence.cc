@@ -48,6 +48,23 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   return {project, bearing};
 }
 
+score::Planar planar(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+std::vector<score::FootRow> feet(const stream::Truth& truth) {
+  if (truth.feet.empty() || truth.waist.empty()) return {};
+  constexpr double kWeight = 56.867992 * 9.81;  // N, of the nominal robot
+  std::vector<score::FeetSample> samples;
+  for (const stream::TrueFeet& both : truth.feet) {
+    const auto sample = [&](const stream::TrueFoot& foot) -> score::FootSample {
+      return {planar(foot.truth), planar(foot.plan), foot.planned_down, foot.load_n / kWeight,
+              planar(foot.creep)};
+    };
+    samples.push_back({both.t, {sample(both.left), sample(both.right)}});
+  }
+  return score::account(samples, score::planar(truth.waist.back().X),
+                        score::planar(truth.waist_plan.back().X));
+}
+
 }  // namespace
 
 score::Surface surface(const stream::RecordedSurface& recorded) {
@@ -76,6 +93,7 @@ score::Run evidence(const Remains& remains) {
   run.camera = true_camera(remains.setup.calibration.camera);
   for (const stream::RecordedSurface& recorded : remains.truth.surfaces)
     run.surfaces.push_back(surface(recorded));
+  run.feet = feet(remains.truth);
   if (!remains.tracked) return run;
   run.estimate = estimate(*remains.tracked);
   run.landmarks = landmarks(*remains.tracked);

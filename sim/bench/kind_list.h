@@ -38,6 +38,19 @@ struct Grammar {
 #define GAITSLAM_FIELD(member) \
 #member, [](auto&& item) -> auto& { return item.member; }
 
+/// A key in degrees for a member in radians.
+template <class Owner, class Access>
+Key<Owner> make_angle_key(const std::string& name, Access access, const std::string& doc) {
+  static constexpr Domain kAngle{-36000, 36000};
+  return {name, expected(kAngle, 0.0), doc,
+          [=](const Yaml& node, Owner& owner) {
+            double degrees = 0;
+            read(node, name, kAngle, degrees);
+            access(owner) = to_radians(degrees);
+          },
+          [=](const Owner& owner) { return print(kAngle, to_degrees(access(owner))); }};
+}
+
 /// How a list of std::variant<Kinds...> is written. noun: what an item is called in messages; example: a
 /// whole item as YAML, without the dash.
 template <class... Kinds>

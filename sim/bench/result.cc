@@ -92,6 +92,21 @@ ordered_json tracking_json(const Tracked& tracked) {
   return {{"observations_refused", refused}, {"lost", lost}};
 }
 
+std::string planar_fields(const score::Planar& p) { return fmt::format(",{},{},{}", p.x, p.y, p.yaw); }
+
+void write_feet(const fs::path& folder, const std::vector<score::FootRow>& rows) {
+  std::string text =
+      "#begin [ns],end [ns],foot,phase,moved_x [m],moved_y [m],moved_yaw [rad],creep_x [m],creep_y "
+      "[m],creep_yaw [rad],drift_x [m],drift_y [m],drift_yaw [rad]\n";
+  for (const score::FootRow& row : rows) {
+    text += fmt::format("{},{},{},{}{}{}{}\n", row.begin.count(), row.end.count(),
+                        row.foot == score::Foot::left ? "left" : "right",
+                        score::kFootPhases[static_cast<std::size_t>(row.phase)], planar_fields(row.moved),
+                        planar_fields(row.creep), planar_fields(row.drift));
+  }
+  write(folder / "feet.csv", text);
+}
+
 ordered_json metrics_json(const score::Metrics& metrics) {
   ordered_json json;
   for (const score::MetricDefinition& defined : score::metric_definitions()) {
@@ -174,8 +189,10 @@ Outcome write_result(const fs::path& folder, const Remains& remains, const Resul
     write_frames(folder, *remains.tracked);
     write_map(folder, *remains.tracked);
   }
+  const score::Run scored = evidence(remains);
+  write_feet(folder, scored.feet);
   const score::Metrics metrics =
-      outcome.ending == "failed" ? unscored(outcome.cause) : score::evaluate(evidence(remains));
+      outcome.ending == "failed" ? unscored(outcome.cause) : score::evaluate(scored);
   bool kept = true;
   ordered_json json{{"format_version", 1},
                     {"scenario", scenario.name},

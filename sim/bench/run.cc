@@ -52,8 +52,13 @@ walking::JointVector joints(const walking::Reference& reference) {
 }
 
 slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
-  return {lens.width_px, lens.height_px, lens.fu_px, lens.fv_px,
-          lens.u0_px,    lens.v0_px,     slam::OneParameterRadial{lens.k1_px2}};
+  return {lens.width_px,
+          lens.height_px,
+          lens.fu_px,
+          lens.fv_px,
+          lens.u0_px,
+          lens.v0_px,
+          slam::OneParameterRadial{lens.k1_px2}};
 }
 
 std::string kind(world::RoomPrimitive::Kind kind) {
@@ -98,6 +103,16 @@ std::string ending(world::Condition condition) {
   return "completed";
 }
 
+Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
+  return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
+}
+
+stream::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
+                           const world::SoleContact& felt) {
+  return {on_ground(X_WS), on_ground(X_PS), planned_down, felt.load,
+          Eigen::Vector3d(felt.creep.x(), felt.creep.y(), felt.creep_yaw)};
+}
+
 // One run. Every member is used in the order of a simulated millisecond: tick, step, frame.
 class Run {
  public:
@@ -113,6 +128,7 @@ class Run {
   void tick();
   walking::Felt felt();
   void read_imu();
+  void record_feet();
   void take_frame_if_due();
   slam::Observation observe();
   void record_truth(const Eigen::Isometry3d& X_PB);
@@ -188,6 +204,7 @@ void Run::walk(const Progress& progress) {
       take_frame_if_due();
     }
     read_imu();
+    record_feet();
     reference_ = std::exchange(following_, generator_.next());
     progress(static_cast<double>(k + 1) / static_cast<double>(ticks_));
   }
@@ -219,6 +236,14 @@ void Run::read_imu() {
   const stream::TrueMotion motion{reading.end, world_.X_WG(), world_.v_WG()};
   recording_.add(motion);
   self_check_.inertial.take(gyro_.back(), accelerometer_.back(), motion);
+}
+
+void Run::record_feet() {
+  const auto [left, right] = world_.sole_contacts_since_last();
+  const walking::Reference& plan = reference_;
+  recording_.add(stream::TrueFeet{
+      world_.time(), true_foot(world_.X_WL(), plan.X_PL, plan.support != walking::Support::right, left),
+      true_foot(world_.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)});
 }
 
 void Run::take_frame_if_due() {

@@ -8,20 +8,7 @@ namespace {
 using walking::PerpendicularArc, walking::Stand, walking::Step, walking::Steps, walking::Straight,
     walking::TangentArc;
 
-constexpr Domain kLength{-1000, 1000}, kDuration{0, 3600}, kRadius{0.05, 1000}, kStep{-1, 1},
-    kAngle{-36000, 36000};
-
-/// A key in degrees for a member in radians.
-template <class Owner, class Access>
-Key<Owner> make_angle_key(const std::string& name, Access access, const std::string& doc) {
-  return {name, expected(kAngle, 0.0), doc,
-          [=](const Yaml& node, Owner& owner) {
-            double degrees = 0;
-            read(node, name, kAngle, degrees);
-            access(owner) = to_radians(degrees);
-          },
-          [=](const Owner& owner) { return print(kAngle, to_degrees(access(owner))); }};
-}
+constexpr Domain kLength{-1000, 1000}, kDuration{0, 3600}, kRadius{0.05, 1000}, kStep{-1, 1};
 
 template <class Kind>
 Grammar<Kind> arc(std::string_view word) {

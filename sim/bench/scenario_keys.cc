@@ -6,6 +6,7 @@
 
 #include "sim/bench/estimators.h"
 #include "sim/bench/scenario_commands.h"
+#include "sim/bench/scenario_disturbances.h"
 #include "sim/bench/scenario_faults.h"
 
 namespace sim::bench {
@@ -117,11 +118,21 @@ void add_stabilizer(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(stabilizer, body_attitude.limit_rad), {0, 1}, "largest correction"));
 }
 
+template <class Access>
+Key<Scenario> disturbances_key(const std::string& name, Access access, const std::string& doc) {
+  return {name, "a list", doc,
+          [=](const Yaml& node, Scenario& s) { read_disturbances(node, name, access(s)); },
+          [=](const Scenario& s) { return print_disturbances(access(s)); }};
+}
+
 void add_world(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(world, robot), kAny, "the robot's model, models/<robot>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, room), kAny, "the room's model, models/<room>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, seed), kAny, "of what is painted on the room's surfaces"));
   keys.push_back(key(GAITSLAM_KEY(world, floor_friction), {0.01, 5}, "sliding friction of sole on floor"));
+  keys.push_back(disturbances_key(GAITSLAM_KEY(world, floor_patches),
+                                  "rectangles of the floor with a friction of their own"));
+  keys.push_back(disturbances_key(GAITSLAM_KEY(world, pushes), "pushes against the waist"));
   keys.push_back(key(GAITSLAM_KEY(world, variation.friction), kSpread,
                      "standard deviation of floor_friction over seeds"));
   keys.push_back(key(GAITSLAM_KEY(world, variation.joint_offset_rad), {0, 0.1},

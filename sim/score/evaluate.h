@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/score/consistency.h"
+#include "sim/score/feet.h"
 #include "sim/score/loop_closure.h"
 #include "sim/score/statistics.h"
 #include "sim/score/surfaces.h"
@@ -27,6 +28,7 @@ struct EstimatedPose {
 struct Run {
   Trajectory truth_camera, plan_camera;                ///< X_WC, X_PC
   Trajectory truth_waist, plan_waist;                  ///< X_WB, X_PB
+  std::vector<FootRow> feet;                           ///< the account of the feet, see account()
   std::optional<std::vector<EstimatedPose>> estimate;  ///< absent: the filter was not run
   std::vector<LandmarkHistory> landmarks;
   std::vector<Surface> surfaces;

@@ -74,6 +74,29 @@ Value plan_drift(const Scored& s, Part part) {
   return part(drift(pairs.back().X_true, pairs.back().X_estimate, s.run.plan_waist.front().X));
 }
 
+// part(what the feet did in a phase), if they were watched.
+template <typename Part>
+Value of_feet(const Scored& s, FootPhase phase, Part part) {
+  if (s.run.feet.empty()) return Value::none("the feet were not recorded");
+  return part(total(s.run.feet, phase));
+}
+
+// part summed over the phases in which a foot moves on the ground.
+template <typename Part>
+Value on_ground(const Scored& s, Part part) {
+  if (s.run.feet.empty()) return Value::none("the feet were not recorded");
+  double sum = 0;
+  for (FootPhase phase : {FootPhase::landing, FootPhase::support, FootPhase::lift_off})
+    sum += part(total(s.run.feet, phase));
+  return sum;
+}
+
+constexpr auto kMoved = [](const FootTotal& t) { return t.moved; };
+constexpr auto kTurned = [](const FootTotal& t) { return t.turned / kDegree; };
+constexpr auto kDriftX = [](const FootTotal& t) { return t.drift.x; };
+constexpr auto kDriftY = [](const FootTotal& t) { return t.drift.y; };
+constexpr auto kDriftYaw = [](const FootTotal& t) { return t.drift.yaw / kDegree; };
+
 // value(time of the first frame in which a landmark closed the loop), if there is one.
 template <typename F>
 Value of_closure(const Scored& s, F value) {
@@ -169,6 +192,25 @@ Value plan_drift_y(const Scored& s) {
 Value plan_drift_yaw(const Scored& s) {
   return plan_drift(s, [](const Drift& d) { return d.yaw / kDegree; });
 }
+
+Value foot_slip_landing(const Scored& s) { return of_feet(s, FootPhase::landing, kMoved); }
+Value foot_slip_support(const Scored& s) { return of_feet(s, FootPhase::support, kMoved); }
+Value foot_slip_lift_off(const Scored& s) { return of_feet(s, FootPhase::lift_off, kMoved); }
+Value foot_turn_landing(const Scored& s) { return of_feet(s, FootPhase::landing, kTurned); }
+Value foot_turn_support(const Scored& s) { return of_feet(s, FootPhase::support, kTurned); }
+Value foot_turn_lift_off(const Scored& s) { return of_feet(s, FootPhase::lift_off, kTurned); }
+Value foot_creep(const Scored& s) {
+  return on_ground(s, [](const FootTotal& t) { return t.creep; });
+}
+Value foot_creep_turn(const Scored& s) {
+  return on_ground(s, [](const FootTotal& t) { return t.creep_turn / kDegree; });
+}
+Value slip_drift_x(const Scored& s) { return on_ground(s, kDriftX); }
+Value slip_drift_y(const Scored& s) { return on_ground(s, kDriftY); }
+Value slip_drift_yaw(const Scored& s) { return on_ground(s, kDriftYaw); }
+Value put_down_drift_x(const Scored& s) { return of_feet(s, FootPhase::put_down, kDriftX); }
+Value put_down_drift_y(const Scored& s) { return of_feet(s, FootPhase::put_down, kDriftY); }
+Value put_down_drift_yaw(const Scored& s) { return of_feet(s, FootPhase::put_down, kDriftYaw); }
 
 Value loop_landmark_count(const Scored& s) {
   if (!s.no_loop.empty()) return Value::none(s.no_loop);

@@ -40,6 +40,22 @@ Value plan_drift_x(const Scored& s);
 Value plan_drift_y(const Scored& s);
 Value plan_drift_yaw(const Scored& s);
 
+// Where its drift comes from, foot by foot.
+Value foot_slip_landing(const Scored& s);
+Value foot_slip_support(const Scored& s);
+Value foot_slip_lift_off(const Scored& s);
+Value foot_turn_landing(const Scored& s);
+Value foot_turn_support(const Scored& s);
+Value foot_turn_lift_off(const Scored& s);
+Value foot_creep(const Scored& s);
+Value foot_creep_turn(const Scored& s);
+Value slip_drift_x(const Scored& s);
+Value slip_drift_y(const Scored& s);
+Value slip_drift_yaw(const Scored& s);
+Value put_down_drift_x(const Scored& s);
+Value put_down_drift_y(const Scored& s);
+Value put_down_drift_yaw(const Scored& s);
+
 // The closing of the loop.
 Value loop_landmark_count(const Scored& s);
 Value loop_closed(const Scored& s);

@@ -9,7 +9,7 @@
 //   mav0/plan0/{sensor.yaml,data.csv}                        what the walking plan says of the camera at each frame
 //   mav0/state_groundtruth_estimate0/{sensor.yaml,data.csv}  true motion of the chest IMU, 17 columns
 //   frames.csv                                               stamps of all observations, with or without an image
-//   truth/{camera,waist,waist_plan,surfaces}.csv             for the score alone
+//   truth/{camera,waist,waist_plan,feet,surfaces}.csv        for the score alone
 //   manifest.csv                                             sizes and hashes; written last
 // clang-format on
 //
@@ -52,6 +52,19 @@ struct TruePoses {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();  ///< waist as planned
 };
 
+/// A foot at one instant, each vector (x m, y m, yaw rad).
+struct TrueFoot {
+  Eigen::Vector3d truth = Eigen::Vector3d::Zero(), plan = Eigen::Vector3d::Zero();  ///< of the sole
+  bool planned_down = true;                                                         ///< by the plan it stands
+  double load_n = 0;                                ///< vertical force, mean since the instant before
+  Eigen::Vector3d creep = Eigen::Vector3d::Zero();  ///< of the contact model, since the instant before
+};
+/// Where the feet truly stood, and were planned to.
+struct TrueFeet {
+  slam::Stamp t{0};
+  TrueFoot left, right;
+};
+
 /// True motion of the chest IMU.
 struct TrueMotion {
   slam::Stamp t{0};
@@ -91,6 +104,7 @@ class RecordingWriter {
   void add(const BodyReading& reading);
   void add(const TruePoses& poses);    ///< once per frame
   void add(const TrueMotion& motion);  ///< at any rate
+  void add(const TrueFeet& feet);      ///< at any rate
   void add(const RecordedSurface& surface);
 
   /// A small file of the recording's own, listed in the manifest.
@@ -127,6 +141,7 @@ class RecordingReader {
 /// What the score needs to know of a run.
 struct Truth {
   std::vector<TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
+  std::vector<TrueFeet> feet;                        ///< empty in a recording that has none
   std::vector<RecordedSurface> surfaces;
 };
 

@@ -27,6 +27,7 @@ inline const std::string kFrames = "frames.csv";
 inline const std::string kTrueCamera = "truth/camera.csv";
 inline const std::string kTrueWaist = "truth/waist.csv";
 inline const std::string kPlannedWaist = "truth/waist_plan.csv";
+inline const std::string kFeet = "truth/feet.csv";
 inline const std::string kSurfaces = "truth/surfaces.csv";
 
 /// What nothing here reads: checked all the same.
@@ -52,6 +53,10 @@ inline const std::string kForcesHeader = kStampColumn +
 inline const std::string kTrueCameraHeader = kStampColumn + "," + pose_columns("WC");
 inline const std::string kTrueWaistHeader = kStampColumn + "," + pose_columns("WB");
 inline const std::string kPlannedWaistHeader = kStampColumn + "," + pose_columns("PB");
+inline const std::string kFootColumns =
+    ",x [m],y [m],yaw [rad],plan_x [m],plan_y [m],plan_yaw [rad],planned_down,load [N]"
+    ",creep_x [m],creep_y [m],creep_yaw [rad]";
+inline const std::string kFeetHeader = kStampColumn + kFootColumns + kFootColumns;
 inline const std::string kSurfacesHeader =
     "#kind," + pose_columns("WS") + ",size_1 [m],size_2 [m],size_3 [m]";
 

@@ -54,6 +54,21 @@ std::vector<TimedPose> read_poses(const Manifest& manifest, const std::string& n
   return poses;
 }
 
+// The foot whose fields begin there.
+TrueFoot read_foot(const CsvReader& row, std::size_t first) {
+  const std::int64_t down = row.integer(first + 6);
+  if (down != 0 && down != 1) row.fail(first + 6, "expected 0 or 1");
+  return {row.vector(first), row.vector(first + 3), down == 1, row.number(first + 7), row.vector(first + 8)};
+}
+
+std::vector<TrueFeet> read_feet(const Manifest& manifest) {
+  std::vector<TrueFeet> feet;
+  if (!manifest.lists(kFeet)) return feet;
+  for (Rows rows(manifest, kFeet, {kFeetHeader}); rows.stamp(); rows.advance())
+    feet.push_back({*rows.stamp(), read_foot(rows.row(), 1), read_foot(rows.row(), 12)});
+  return feet;
+}
+
 std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
   std::vector<RecordedSurface> surfaces;
   CsvReader rows(manifest.check(kSurfaces), {kSurfacesHeader});
@@ -149,6 +164,7 @@ Truth read_truth(const fs::path& folder) {
   truth.camera = read_poses(manifest, kTrueCamera, kTrueCameraHeader);
   truth.waist = read_poses(manifest, kTrueWaist, kTrueWaistHeader);
   truth.waist_plan = read_poses(manifest, kPlannedWaist, kPlannedWaistHeader);
+  truth.feet = read_feet(manifest);
   truth.surfaces = read_surfaces(manifest);
   return truth;
 }

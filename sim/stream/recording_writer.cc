@@ -55,6 +55,11 @@ std::string motion_row(const TrueMotion& motion) {
                      csv_fields(motion.v_WG));
 }
 
+std::string foot_fields(const TrueFoot& foot) {
+  return fmt::format("{},{},{},{},{}", csv_fields(foot.truth), csv_fields(foot.plan),
+                     foot.planned_down ? 1 : 0, foot.load_n, csv_fields(foot.creep));
+}
+
 // One csv file of the recording, written row by row.
 struct Rows {
   Rows(const fs::path& folder, const std::string& name_) : name(name_), file(folder / name_) {}
@@ -79,8 +84,9 @@ struct RecordingWriter::Files {
       forces{folder, kForceRows, kForcesHeader}, plan{folder, kPlanRows, kPlanHeader},
       motion{folder, kMotionRows, kMotionHeader}, true_camera{folder, kTrueCamera, kTrueCameraHeader},
       true_waist{folder, kTrueWaist, kTrueWaistHeader},
-      planned_waist{folder, kPlannedWaist, kPlannedWaistHeader}, surfaces{folder, kSurfaces, kSurfacesHeader};
-  std::optional<slam::Stamp> last_frame, last_poses, last_motion, last_body;
+      planned_waist{folder, kPlannedWaist, kPlannedWaistHeader}, feet{folder, kFeet, kFeetHeader},
+      surfaces{folder, kSurfaces, kSurfacesHeader};
+  std::optional<slam::Stamp> last_frame, last_poses, last_motion, last_body, last_feet;
   std::optional<slam::Stamp> imu_begin, imu_end;
   std::optional<bool> with_accelerometer;  // known from the first reading on
 
@@ -171,6 +177,13 @@ void RecordingWriter::add(const TrueMotion& motion) {
   files_->last_motion = motion.t;
 }
 
+void RecordingWriter::add(const TrueFeet& feet) {
+  require(!files_->last_feet || feet.t > *files_->last_feet, "true feet are not in order of time");
+  files_->feet.file.write(
+      fmt::format("{},{},{}\n", written(feet.t), foot_fields(feet.left), foot_fields(feet.right)));
+  files_->last_feet = feet.t;
+}
+
 void RecordingWriter::add(const RecordedSurface& surface) {
   require(std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), surface.kind) != kSurfaceKinds.end(),
           "a surface is of no known kind");
@@ -191,7 +204,7 @@ void RecordingWriter::finish() {
   f.write_whole(kPlanSensor, plan_yaml(f.setup));
   f.write_whole(kMotionSensor, motion_yaml());
   for (Rows* rows : {&f.frames, &f.camera, &f.imu, &f.encoders, &f.forces, &f.plan, &f.motion, &f.true_camera,
-                     &f.true_waist, &f.planned_waist, &f.surfaces}) {
+                     &f.true_waist, &f.planned_waist, &f.feet, &f.surfaces}) {
     rows->file.close();
     f.manifest.add(rows->name, rows->file.hash());
   }

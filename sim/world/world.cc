@@ -189,6 +189,10 @@ Status World::check() const {
   if (!warning.empty()) {
     return {Condition::physics_failed, warning};
   }
+  const auto raised = [](const mjWarningStat& w) { return w.number > 0; };
+  if (std::any_of(data_->warning, data_->warning + mjNWARNING, raised)) {
+    return {Condition::physics_failed, "a warning of MuJoCo"};
+  }
   // On a state that is not finite MuJoCo restarts the robot and its clock and goes on.
   if (!(std::abs(lag) < 1e-6)) {
     return {Condition::physics_failed, "the physics has restarted itself"};

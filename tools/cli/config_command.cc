@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "sim/bench/scenario_commands.h"
+#include "sim/bench/scenario_disturbances.h"
 #include "sim/bench/scenario_faults.h"
 #include "sim/bench/scenario_keys.h"
 #include "sim/bench/scenario_limits.h"
@@ -73,6 +74,7 @@ void print_keys() {
   }
   std::cout << "\nItems of walk.commands:\n" << bench::describe_commands();
   std::cout << "\nItems of errors.faults:\n" << bench::describe_faults();
+  std::cout << "\nItems of world.pushes and world.floor_patches:\n" << bench::describe_disturbances();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, "
                "worst). Metrics:\n";

@@ -334,5 +334,35 @@ TEST(Scenario, DeepNestingIsRefusedNotCrashedOn) {
   EXPECT_NE(complaint(nested), "");
 }
 
+TEST(Scenario, PushesAndFloorPatchesAreReadAndPrintedAlike) {
+  const ReadScenario read =
+      read_text(kWalk +
+                "world:\n"
+                "  pushes: [{time_s: 4, impulse_ns: 12, direction_deg: 90}]\n"
+                "  floor_patches:\n"
+                "    - {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.3}\n");
+  const world::WorldOptions& world = read.scenario.world;
+  ASSERT_EQ(world.pushes.size(), 1u);
+  EXPECT_EQ(world.pushes[0].impulse_ns, 12);
+  EXPECT_EQ(world.pushes[0].direction_rad, std::numbers::pi / 2);
+  EXPECT_EQ(world.pushes[0].duration_s, 0.1);
+  ASSERT_EQ(world.floor_patches.size(), 1u);
+  EXPECT_EQ(world.floor_patches[0].y_min_m, -1);
+  EXPECT_EQ(to_yaml(read_text(to_yaml(read.scenario)).scenario), to_yaml(read.scenario));
+}
+
+TEST(Scenario, SaysWhatIsWrongWithADisturbance) {
+  EXPECT_EQ(
+      complaint(kWalk + "world.pushes: [{times_s: 4}]"),
+      "test.yaml:2:17: world.pushes: unknown field 'times_s', expected time_s, impulse_ns, direction_deg, "
+      "duration_s; did you mean 'time_s'?");
+  EXPECT_EQ(
+      complaint(kWalk + "world.pushes: 4"),
+      "test.yaml:2:15: world.pushes: expected a list, as in [{time_s: 0, impulse_ns: 0, direction_deg: 0, "
+      "duration_s: 0.1}]");
+  EXPECT_EQ(complaint(kWalk + "world.floor_patches: [{x_min_m: 1, x_max_m: 1, y_max_m: 1}]"),
+            "test.yaml:2:23: world.floor_patches: is empty, expected x_min_m below x_max_m");
+}
+
 }  // namespace
 }  // namespace sim::bench

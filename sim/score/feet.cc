@@ -1,0 +1,210 @@
+#include "sim/score/feet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sim::score {
+namespace {
+
+constexpr double kTouch = 0.01, kCarries = 0.4;   // of the weight
+constexpr std::chrono::milliseconds kBounce{30};  // a foot in the air for less has not left the ground
+
+std::size_t index(Foot foot) { return static_cast<std::size_t>(foot); }
+Foot other(Foot foot) { return foot == Foot::left ? Foot::right : Foot::left; }
+
+double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
+
+Planar operator-(const Planar& a, const Planar& b) { return {a.x - b.x, a.y - b.y, wrapped(a.yaw - b.yaw)}; }
+Planar& operator+=(Planar& a, const Planar& b) {
+  a = {a.x + b.x, a.y + b.y, a.yaw + b.yaw};
+  return a;
+}
+
+Planar operator*(const Planar& a, const Planar& b) {
+  const double c = std::cos(a.yaw), s = std::sin(a.yaw);
+  return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, a.yaw + b.yaw};
+}
+Planar inverse(const Planar& a) {
+  const double c = std::cos(a.yaw), s = std::sin(a.yaw);
+  return {-c * a.x - s * a.y, s * a.x - c * a.y, -a.yaw};
+}
+
+/// A stretch of samples [begin, end) in which a foot is on the ground where the plan has it at `plan`.
+struct Stance {
+  Foot foot = Foot::left;
+  std::size_t begin = 0, end = 0;
+  Planar plan;
+  std::size_t carries = 0, carried = 0;  // first and past the last sample with its share of the weight
+};
+
+class Account {
+ public:
+  Account(const std::vector<FeetSample>& samples, const Planar& waist_truth, const Planar& waist_plan)
+      : samples_(samples), waist_truth_(waist_truth), waist_plan_(waist_plan) {}
+
+  std::vector<FootRow> rows();
+
+ private:
+  const FootSample& at(Foot foot, std::size_t i) const { return samples_[i].feet[index(foot)]; }
+  bool touches(Foot foot, std::size_t i) const { return at(foot, i).load > kTouch; }
+  std::size_t leaves(Foot foot, std::size_t i) const;
+  std::vector<Stance> stances(Foot foot) const;
+  std::optional<Stance> stance(Foot foot, std::size_t begin, std::size_t end) const;
+  void find_anchors(const std::vector<Stance>& landings);
+
+  /// Where the plan's end would be if all went by the plan from sample i on, as the stance has it.
+  Planar end_seen_from(const Stance& stance, std::size_t i) const {
+    return at(stance.foot, std::min(i, samples_.size() - 1)).truth * inverse(stance.plan) * waist_plan_;
+  }
+  void add_stance(const Stance& stance);
+  void add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end);
+  void add_jumps();
+
+  // The way of the robot hangs on one stance after the other: on each from sample `from` on.
+  struct Anchor {
+    Stance stance;
+    std::size_t from = 0;
+  };
+
+  const std::vector<FeetSample>& samples_;
+  Planar waist_truth_, waist_plan_;
+  std::vector<Anchor> anchors_;
+  std::vector<FootRow> rows_;
+};
+
+/// Past the last sample of the contact that sample i is in.
+std::size_t Account::leaves(Foot foot, std::size_t i) const {
+  std::size_t end = i + 1;
+  for (std::size_t k = end; k < samples_.size() && samples_[k].t - samples_[end - 1].t <= kBounce; ++k) {
+    if (touches(foot, k)) end = k + 1;
+  }
+  return end;
+}
+
+/// The contact as a stance; none for a foot that scuffs the ground in mid-swing.
+std::optional<Stance> Account::stance(Foot foot, std::size_t begin, std::size_t end) const {
+  Stance found{foot, begin, end, {}, end, end};
+  bool planned = false;
+  for (std::size_t i = begin; i < end; ++i) {
+    const FootSample& sample = at(foot, i);
+    if (sample.planned_down && !planned) found.plan = sample.plan;
+    planned |= sample.planned_down;
+    if (sample.load < kCarries) continue;
+    if (found.carries == end) found.carries = i;
+    found.carried = i + 1;
+  }
+  if (begin == 0) found.carries = 0;
+  if (!planned) return std::nullopt;
+  return found;
+}
+
+std::vector<Stance> Account::stances(Foot foot) const {
+  std::vector<Stance> all;
+  for (std::size_t i = 0; i < samples_.size();) {
+    if (i != 0 && !touches(foot, i)) {
+      ++i;
+      continue;
+    }
+    const std::size_t end = leaves(foot, i);
+    if (const auto found = stance(foot, i, end)) all.push_back(*found);
+    i = end;
+  }
+  return all;
+}
+
+/// Between two landings the way hangs on the foot that does not land next: it stands all the time.
+void Account::find_anchors(const std::vector<Stance>& landings) {
+  for (std::size_t k = 0; k < landings.size(); ++k) {
+    const bool last = k + 1 == landings.size();
+    const bool begins = landings[k].begin == 0;
+    const Foot standing = last ? landings[k].foot : other(landings[k + 1].foot);
+    if (begins && !last && landings[k + 1].begin == 0) continue;
+    if (standing == landings[k].foot) {
+      anchors_.push_back({landings[k], landings[k].begin});
+    } else if (begins && k > 0) {
+      anchors_.push_back({landings[k - 1], 0});
+    }
+  }
+}
+
+void Account::add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end) {
+  if (begin >= end) return;
+  const std::size_t last = std::min(end, samples_.size() - 1);
+  FootRow row{samples_[begin].t, samples_[last].t, stance.foot, phase, {}, {}, {}};
+  row.moved = at(stance.foot, last).truth - at(stance.foot, begin).truth;
+  for (std::size_t i = begin + 1; i <= last; ++i) row.creep += at(stance.foot, i).creep;
+  for (std::size_t k = 0; k < anchors_.size(); ++k) {
+    if (anchors_[k].stance.foot != stance.foot || anchors_[k].stance.begin != stance.begin) continue;
+    const std::size_t until = k + 1 < anchors_.size() ? anchors_[k + 1].from : samples_.size() - 1;
+    const std::size_t from = std::max(begin, anchors_[k].from), to = std::min(last, until);
+    if (from < to) row.drift += end_seen_from(stance, to) - end_seen_from(stance, from);
+  }
+  rows_.push_back(row);
+}
+
+void Account::add_stance(const Stance& stance) {
+  add(stance, FootPhase::landing, stance.begin, stance.carries);
+  add(stance, FootPhase::support, stance.carries, stance.carried);
+  add(stance, FootPhase::lift_off, std::max(stance.carries, stance.carried), stance.end);
+}
+
+/// What does not happen while a foot stands: the start, each putting down, and the body over the last foot.
+void Account::add_jumps() {
+  if (anchors_.empty()) return;
+  const auto jump = [&](FootPhase phase, Foot foot, std::size_t at, const Planar& drift,
+                        const Planar& moved) {
+    rows_.push_back({samples_[at].t, samples_[at].t, foot, phase, moved, {}, drift});
+  };
+  const Planar start = end_seen_from(anchors_.front().stance, 0) - waist_plan_;
+  jump(FootPhase::start, anchors_.front().stance.foot, 0, start, start);
+  for (std::size_t k = 1; k < anchors_.size(); ++k) {
+    const auto& [stance, from] = anchors_[k];
+    const Stance& before = anchors_[k - 1].stance;
+    const Planar wanted = at(before.foot, from).truth * inverse(before.plan) * stance.plan;
+    jump(FootPhase::put_down, stance.foot, from, end_seen_from(stance, from) - end_seen_from(before, from),
+         at(stance.foot, from).truth - wanted);
+  }
+  const Planar body = waist_truth_ - end_seen_from(anchors_.back().stance, samples_.size() - 1);
+  jump(FootPhase::body, anchors_.back().stance.foot, samples_.size() - 1, body, body);
+}
+
+std::vector<FootRow> Account::rows() {
+  std::vector<Stance> all = stances(Foot::left);
+  const std::vector<Stance> right = stances(Foot::right);
+  all.insert(all.end(), right.begin(), right.end());
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Stance& a, const Stance& b) { return a.begin < b.begin; });
+  find_anchors(all);
+  add_jumps();
+  for (const Stance& stance : all) add_stance(stance);
+  const auto earlier = [](const FootRow& a, const FootRow& b) { return a.begin < b.begin; };
+  std::stable_sort(rows_.begin(), rows_.end(), earlier);
+  return rows_;
+}
+
+}  // namespace
+
+Planar planar(const Eigen::Isometry3d& X) {
+  return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
+}
+
+std::vector<FootRow> account(const std::vector<FeetSample>& samples, const Planar& waist_truth,
+                             const Planar& waist_plan) {
+  return Account(samples, waist_truth, waist_plan).rows();
+}
+
+FootTotal total(const std::vector<FootRow>& rows, FootPhase phase) {
+  FootTotal sum;
+  for (const FootRow& row : rows) {
+    if (row.phase != phase) continue;
+    sum.moved += std::hypot(row.moved.x, row.moved.y);
+    sum.turned += std::abs(row.moved.yaw);
+    sum.creep += std::hypot(row.creep.x, row.creep.y);
+    sum.creep_turn += std::abs(row.creep.yaw);
+    sum.drift += row.drift;
+  }
+  return sum;
+}
+
+}  // namespace sim::score

@@ -1,0 +1,73 @@
+// Where a walk's drift comes from: each foot's motion on the ground and each landing beside its place, so
+// that all contributions add up to the drift of the waist.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/score/trajectory.h"
+
+namespace sim::score {
+
+/// A pose on the ground: x, y (m) and yaw (rad).
+struct Planar {
+  double x = 0, y = 0, yaw = 0;
+};
+/// The ground part of a pose whose z axis is nearly vertical.
+Planar planar(const Eigen::Isometry3d& X);
+
+enum class Foot { left, right };
+
+/// One foot at one instant. The creep is since the instant before.
+struct FootSample {
+  Planar truth, plan;
+  bool planned_down = true;  ///< by the plan the foot stands
+  double load = 0;           ///< vertical force, of the robot's weight
+  Planar creep;              ///< what the contact model gave way below the friction cone
+};
+/// Both feet at one instant.
+struct FeetSample {
+  Stamp t{0};
+  std::array<FootSample, 2> feet;  ///< left, right
+};
+
+/// What a row of the account is about.
+enum class FootPhase {
+  start,     ///< the robot begins beside the plan's start
+  put_down,  ///< the foot first touches the ground beside its planned place, as seen from the other foot
+  landing,   ///< it moves on the ground until it first carries 40 % of the weight
+  support,   ///< until it last does
+  lift_off,  ///< until it leaves the ground
+  body,      ///< at the end the waist is beside its place over the foot
+};
+inline constexpr std::array<std::string_view, 6> kFootPhases{"start",   "put_down", "landing",
+                                                             "support", "lift_off", "body"};
+
+/// One row. moved: of the point of the sole below the ankle, end minus begin, axes of W; of put_down: true
+/// minus planned place as seen from the other foot; of start and body as drift. drift: its share in the
+/// waist's drift at the end, axes of W: all rows' shares add up to it. A foot that moves while the robot's
+/// way hangs on the other one has no share.
+struct FootRow {
+  Stamp begin{0}, end{0};
+  Foot foot = Foot::left;
+  FootPhase phase = FootPhase::support;
+  Planar moved, creep, drift;
+};
+
+/// The account of a whole walk. Samples in order of time, at least one; waist_plan, waist_truth: at the last.
+std::vector<FootRow> account(const std::vector<FeetSample>& samples, const Planar& waist_truth,
+                             const Planar& waist_plan);
+
+/// Lengths (m) and sizes of turns (rad) of `moved` and `creep` summed over the rows of a phase, and the sum
+/// of the shares in the drift.
+struct FootTotal {
+  double moved = 0, turned = 0, creep = 0, creep_turn = 0;
+  Planar drift;
+};
+FootTotal total(const std::vector<FootRow>& rows, FootPhase phase);
+
+}  // namespace sim::score
