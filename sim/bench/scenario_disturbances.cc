@@ -12,7 +12,7 @@ constexpr Domain kTime{0, 1e6}, kImpulse{-1e4, 1e4}, kDuration{0.001, 100}, kPla
 
 const KindList<Push>& push_list() {
   static const KindList<Push> list(
-      "push", "push: {time_s: 4, impulse_ns: 10, direction_deg: 90}",
+      "shove", "push: {time_s: 4, impulse_ns: 10, direction_deg: 90}",
       {"push",
        {make_key<Push>(GAITSLAM_FIELD(time_s), kTime, "when it begins"),
         make_key<Push>(GAITSLAM_FIELD(impulse_ns), kImpulse, "of an even horizontal force on the waist"),

@@ -338,9 +338,9 @@ TEST(Scenario, PushesAndFloorPatchesAreReadAndPrintedAlike) {
   const ReadScenario read =
       read_text(kWalk +
                 "world:\n"
-                "  pushes: [{time_s: 4, impulse_ns: 12, direction_deg: 90}]\n"
+                "  pushes: [{push: {time_s: 4, impulse_ns: 12, direction_deg: 90}}]\n"
                 "  floor_patches:\n"
-                "    - {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.3}\n");
+                "    - patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.3}\n");
   const world::WorldOptions& world = read.scenario.world;
   ASSERT_EQ(world.pushes.size(), 1u);
   EXPECT_EQ(world.pushes[0].impulse_ns, 12);
@@ -352,15 +352,14 @@ TEST(Scenario, PushesAndFloorPatchesAreReadAndPrintedAlike) {
 }
 
 TEST(Scenario, SaysWhatIsWrongWithADisturbance) {
-  EXPECT_EQ(
-      complaint(kWalk + "world.pushes: [{times_s: 4}]"),
-      "test.yaml:2:17: world.pushes: unknown field 'times_s', expected time_s, impulse_ns, direction_deg, "
-      "duration_s; did you mean 'time_s'?");
+  EXPECT_EQ(complaint(kWalk + "world.pushes: [{push: {times_s: 4}}]"),
+            "test.yaml:2:24: world.pushes: push: unknown field 'times_s', expected time_s, impulse_ns, "
+            "direction_deg, duration_s; did you mean 'time_s'?");
   EXPECT_EQ(
       complaint(kWalk + "world.pushes: 4"),
-      "test.yaml:2:15: world.pushes: expected a list, as in [{time_s: 0, impulse_ns: 0, direction_deg: 0, "
-      "duration_s: 0.1}]");
-  EXPECT_EQ(complaint(kWalk + "world.floor_patches: [{x_min_m: 1, x_max_m: 1, y_max_m: 1}]"),
+      "test.yaml:2:15: world.pushes: expected a list of shoves, as in [{push: {time_s: 4, impulse_ns: 10, "
+      "direction_deg: 90}}]");
+  EXPECT_EQ(complaint(kWalk + "world.floor_patches: [{patch: {x_min_m: 1, x_max_m: 1, y_max_m: 1}}]"),
             "test.yaml:2:23: world.floor_patches: is empty, expected x_min_m below x_max_m");
 }
 

@@ -46,9 +46,10 @@ TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   const Vector2d moved = horizontal(world.X_WL()) - before;
   const SoleContact felt = world.sole_contacts_since_last()[0];
   EXPECT_GT(moved.x(), 1e-6);
-  EXPECT_LT(moved.x(), 1e-4);                               // a tenth of a millimetre in two seconds
-  EXPECT_NEAR(felt.creep.x(), moved.x(), 0.1 * moved.x());  // the push makes the body sway a little
-  EXPECT_NEAR(felt.load, 56.868 * 9.81 / 2, 15);            // the push loads both feet alike
+  EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimetre a second
+  // The push tilts the sole a little on its pads, which moves the point below the ankle too.
+  EXPECT_NEAR(felt.creep.x(), moved.x(), 0.2 * moved.x());
+  EXPECT_NEAR(felt.load, 56.868 * 9.81 / 2, 15);  // the push loads both feet alike
 }
 
 TEST(Soles, SlideWhereTheFloorIsSlippery) {
