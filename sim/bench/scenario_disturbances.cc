@@ -12,7 +12,7 @@ constexpr Domain kTime{0, 1e6}, kImpulse{-1e4, 1e4}, kDuration{0.001, 100}, kPla
 
 const KindList<Push>& push_list() {
   static const KindList<Push> list(
-      "shove", "push: {time_s: 4, impulse_ns: 10, direction_deg: 90}",
+      "disturbance", "push: {time_s: 4, impulse_ns: 10, direction_deg: 90}",
       {"push",
        {make_key<Push>(GAITSLAM_FIELD(time_s), kTime, "when it begins"),
         make_key<Push>(GAITSLAM_FIELD(impulse_ns), kImpulse, "of an even horizontal force on the waist"),
@@ -25,7 +25,7 @@ const KindList<Push>& push_list() {
 
 const KindList<FloorPatch>& patch_list() {
   static const KindList<FloorPatch> list(
-      "patch", "patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.1}",
+      "disturbance", "patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.1}",
       {"patch",
        {make_key<FloorPatch>(GAITSLAM_FIELD(x_min_m), kPlace, "of a rectangle of the floor"),
         make_key<FloorPatch>(GAITSLAM_FIELD(x_max_m), kPlace, "likewise"),

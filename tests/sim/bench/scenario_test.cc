@@ -355,10 +355,10 @@ TEST(Scenario, SaysWhatIsWrongWithADisturbance) {
   EXPECT_EQ(complaint(kWalk + "world.pushes: [{push: {times_s: 4}}]"),
             "test.yaml:2:24: world.pushes: push: unknown field 'times_s', expected time_s, impulse_ns, "
             "direction_deg, duration_s; did you mean 'time_s'?");
-  EXPECT_EQ(
-      complaint(kWalk + "world.pushes: 4"),
-      "test.yaml:2:15: world.pushes: expected a list of shoves, as in [{push: {time_s: 4, impulse_ns: 10, "
-      "direction_deg: 90}}]");
+  EXPECT_EQ(complaint(kWalk + "world.pushes: 4"),
+            "test.yaml:2:15: world.pushes: expected a list of disturbances, as in [{push: {time_s: 4, "
+            "impulse_ns: 10, "
+            "direction_deg: 90}}]");
   EXPECT_EQ(complaint(kWalk + "world.floor_patches: [{patch: {x_min_m: 1, x_max_m: 1, y_max_m: 1}}]"),
             "test.yaml:2:23: world.floor_patches: is empty, expected x_min_m below x_max_m");
 }
