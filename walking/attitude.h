@@ -8,6 +8,7 @@ namespace walking {
 
 /// Gains of the attitude filter.
 struct AttitudeOptions {
+  bool enabled = true;  ///< false: who asks takes the body to be upright
   double accelerometer_gain_per_s = 0.15;  ///< how fast the gyro's drift is pulled back to the felt vertical
   double bias_gain_per_s2 = 0.004;         ///< how fast a gyro bias is learnt
 };

@@ -59,6 +59,14 @@ Vector2d weighted_pressure(const Eigen::Isometry3d& X_PS, const Wrench& wrench) 
 
 }  // namespace
 
+/// Of (s + fast)(s + slow)(s + omega) = det(sI - A), A the pendulum with its lagging ZMP under feedback.
+DelayedZmpGains delayed_zmp_gains(double omega, const StabilizerOptions::Tracking::DelayedZmp& options) {
+  const double a = options.fast_pole_per_s, b = options.slow_pole_per_s, T = options.lag_s;
+  const double sum = a + b + omega, pairs = a * b + (a + b) * omega, all = a * b * omega;
+  const double square = omega * omega;
+  return {T * (all + square * sum) / square, T * (pairs + square) / square, 1 - T * sum};
+}
+
 Stabilizer::Stabilizer(const StabilizerOptions& options)
     : options_(options), attitude_(Vector3d::UnitZ(), options.attitude) {}
 
@@ -80,6 +88,7 @@ Posture Stabilizer::step(const Reference& reference, const Felt& felt) {
 }
 
 void Stabilizer::estimate_tilt(const Reference& reference, const Felt& felt) {
+  if (!options_.attitude.enabled) return;
   const Eigen::Matrix3d R_BG = chest_in_waist(felt.q);
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
   attitude_.update(felt.gyro, felt.accelerometer, (R_PB * R_BG).transpose() * reference.com_acceleration,
@@ -124,18 +133,22 @@ void Stabilizer::estimate_zmp(const Reference& reference, const Felt& felt) {
 void Stabilizer::ask_for_zmp(const Reference& reference) {
   const StabilizerOptions::Tracking& o = options_.tracking;
   state_.zmp_asked = reference.zmp;
-  if (o.enabled) {
-    const Vector2d error = state_.com_error + state_.com_velocity_error / kOmega;
-    state_.zmp_asked += (1 + o.gain_per_s / kOmega) * error;
+  if (!o.enabled) return;
+  if (o.law == TrackingLaw::capture_point) {
+    state_.zmp_asked += (1 + o.gain_per_s / kOmega) * (state_.com_error + state_.com_velocity_error / kOmega);
+    return;
   }
+  const DelayedZmpGains c = delayed_zmp_gains(kOmega, o.delayed_zmp);
+  state_.zmp_asked += c.position * state_.com_error + c.velocity * state_.com_velocity_error +
+                      c.zmp * (state_.zmp_felt - reference.zmp);
 }
 
-/// Forces as the ZMP asked for divides the way from sole to sole (Kajita et al. 2010, section III-C).
 Stabilizer::Load Stabilizer::share(const Reference& reference) const {
   const Vector2d left = reference.X_PL.translation().head<2>(),
                  right = reference.X_PR.translation().head<2>();
   double share = reference.support == Support::left ? 1.0 : 0.0;
-  if (reference.support == Support::both) {
+  if (reference.support == Support::both && !options_.distribution.enabled) share = 0.5;
+  if (reference.support == Support::both && options_.distribution.enabled) {
     share = std::clamp((state_.zmp_asked - right).dot(left - right) / (left - right).squaredNorm(), 0.0, 1.0);
   }
   return {share * kWeight, (1 - share) * kWeight};

@@ -35,18 +35,32 @@ inline Posture posture_of(const Reference& reference) {
   return {reference.X_PB, reference.X_PL, reference.X_PR, reference.arms};
 }
 
-/// The scenario's keys walk.stabilizer.*, name for name. Each block can be switched off.
+enum class TrackingLaw { capture_point, delayed_zmp };
+
+/// The scenario's keys stabilizer.*, name for name. Each block can be switched off.
 struct StabilizerOptions {
   bool enabled = true;
   AttitudeOptions attitude;
 
-  /// The error of the capture point asks for a ZMP that drives it back (Caron et al. 2019, section III).
+  /// The error of the capture point asks for a ZMP that drives it back (Caron et al. 2019, section III), or
+  /// the errors of the centre of mass, its velocity and the ZMP do (Kajita et al. 2010, eq. (26)).
   struct Tracking {
     bool enabled = true;
-    double gain_per_s = 3.0;          ///< how fast the error of the capture point shall decay
+    TrackingLaw law = TrackingLaw::capture_point;
+    double gain_per_s = 3.0;  ///< how fast the error of the capture point shall decay
+    struct DelayedZmp {
+      double lag_s = 0.04;  ///< with which the ZMP follows the one asked for
+      double fast_pole_per_s = 13, slow_pole_per_s = 4;
+    } delayed_zmp;
     double velocity_cutoff_hz = 6.0;  ///< low pass on the velocity error of the centre of mass
     double sole_margin_m = 0.01;      ///< the pressure asked for stays this far inside a sole
   } tracking;
+
+  /// While both feet stand they share the load as the ZMP asked for divides the way between them (Kajita et
+  /// al. 2010, section III-C); switched off, each is to carry half.
+  struct Distribution {
+    bool enabled = true;
+  } distribution;
 
   /// Ankles give way to the torque they feel beyond what is asked for (Kajita et al. 2010, eqs. (14)-(17)).
   struct AnkleAdmittance {
@@ -81,6 +95,15 @@ struct StabilizerOptions {
     double limit_rad = 0.1;
   } body_attitude;
 };
+
+/// p = p_ref + position e_x + velocity e_v + zmp e_p, the errors felt minus planned.
+struct DelayedZmpGains {
+  double position = 0, velocity = 0, zmp = 0;
+};
+
+/// The gains that give a pendulum of frequency `omega` (1/s), whose ZMP follows the one asked for with a lag,
+/// the poles -fast, -slow and -omega (Kajita et al. 2010, eqs. (24)-(27)).
+DelayedZmpGains delayed_zmp_gains(double omega, const StabilizerOptions::Tracking::DelayedZmp& options);
 
 /// What the stabiliser believes and asks for: for logs and tests.
 struct StabilizerState {

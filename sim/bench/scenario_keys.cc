@@ -34,6 +34,7 @@ auto& section(const std::optional<Section>& s) {
 constexpr Domain kAny{}, kSigma{1e-9, 1e6}, kSpread{0, 1e3}, kPixels{16, 4096}, kFraction{0, 1},
     kGain{0, 1e6}, kTime{1e-3, 1e6};
 constexpr std::array kSwing{"quintic"sv, "cubic"sv}, kLens{"wide"sv, "pinhole"sv}, kAxes{"robot"sv, "plan"sv};
+constexpr std::array kLaw{"capture_point"sv, "delayed_zmp"sv};
 constexpr std::array kArms{"still"sv, "swing"sv, "momentum"sv};
 constexpr std::array kReadings{"all"sv, "last"sv}, kFirstSight{"inverse_depth"sv, "particles"sv};
 
@@ -76,17 +77,30 @@ void add_walk(Keys& keys) {
 
 void add_stabilizer(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(stabilizer, enabled), kAny, "correct the plan by what the robot feels"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, attitude.enabled), kAny,
+                     "feel the tilt by gyro and accelerometer; else the waist counts as upright"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, attitude.accelerometer_gain_per_s), kGain,
                      "how fast the gyro's drift is pulled back to the felt vertical"));
   keys.push_back(
       key(GAITSLAM_KEY(stabilizer, attitude.bias_gain_per_s2), kGain, "how fast a gyro bias is learnt"));
-  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.enabled), kAny, "track the planned capture point"));
+  keys.push_back(
+      key(GAITSLAM_KEY(stabilizer, tracking.enabled), kAny, "answer errors of the centre of mass"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.law), {0, 0, kLaw},
+                     "feedback of the capture point, or of centre of mass, its velocity and a lagging ZMP"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.gain_per_s), kGain,
                      "how fast the capture point's error shall decay"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.delayed_zmp.lag_s), kTime,
+                     "with which the ZMP follows the one asked for, as that law has it"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.delayed_zmp.fast_pole_per_s), kGain,
+                     "rate at which errors decay under that law"));
+  keys.push_back(
+      key(GAITSLAM_KEY(stabilizer, tracking.delayed_zmp.slow_pole_per_s), kGain, "likewise, the slower one"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.velocity_cutoff_hz), {0.01, 100},
                      "low pass on the velocity error of the centre of mass"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.sole_margin_m), {0, 0.1},
                      "the pressure asked for stays this far inside a sole"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, distribution.enabled), kAny,
+                     "feet share the load as the ZMP asked for says; else half each"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.enabled), kAny,
                      "ankles give way to the torque they feel"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.gain_rad_s_per_nm), kGain,
@@ -374,12 +388,29 @@ bool has_section(const Scenario& scenario, std::string_view key) {
 
 std::string_view unit_of(std::string_view key) {
   using Ending = std::pair<std::string_view, std::string_view>;
-  static constexpr Ending kUnits[]{{"_1_m", "1/m"},     {"_grey", "grey"}, {"_rad_s2", "rad/s²"},
-                                   {"_rad_s", "rad/s"}, {"_m_s2", "m/s²"}, {"_m_s3", "m/s³"},
-                                   {"_m_s", "m/s"},     {"_px2", "px⁻²"},  {"_px", "px"},
-                                   {"_rad", "rad"},     {"_deg", "deg"},   {"_hz", "Hz"},
-                                   {"_ms", "ms"},       {"_ns", "N·s"},    {"_s", "s"},
-                                   {"_m", "m"},         {"_kg", "kg"},     {"_n", "N"}};
+  static constexpr Ending kUnits[]{{"_per_s2", "1/s²"},
+                                   {"_per_s", "1/s"},
+                                   {"_n_m", "N/m"},
+                                   {"_m_s_per_n", "m/(N·s)"},
+                                   {"_rad_s_per_nm", "rad/(N·m·s)"},
+                                   {"_1_m", "1/m"},
+                                   {"_grey", "grey"},
+                                   {"_rad_s2", "rad/s²"},
+                                   {"_rad_s", "rad/s"},
+                                   {"_m_s2", "m/s²"},
+                                   {"_m_s3", "m/s³"},
+                                   {"_m_s", "m/s"},
+                                   {"_px2", "px⁻²"},
+                                   {"_px", "px"},
+                                   {"_rad", "rad"},
+                                   {"_deg", "deg"},
+                                   {"_hz", "Hz"},
+                                   {"_ms", "ms"},
+                                   {"_ns", "N·s"},
+                                   {"_s", "s"},
+                                   {"_m", "m"},
+                                   {"_kg", "kg"},
+                                   {"_n", "N"}};
   for (const auto& [ending, unit] : kUnits) {
     if (key.ends_with(ending)) return unit;
   }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "walking/hrp2.h"
 #include "walking/inverse_kinematics.h"
 
@@ -112,6 +114,69 @@ TEST(Stabilizer, AsksForAZmpFurtherOutThanTheCentreOfMassIs) {
   after(stabilizer, standing(), felt, 100);
   const double error = stabilizer.state().com_error.x();
   EXPECT_GT(stabilizer.state().zmp_asked.x() - standing().zmp.x(), error);
+}
+
+TEST(DelayedZmpGains, AreThePublishedOnesOfHrp2) {
+  const DelayedZmpGains c = delayed_zmp_gains(std::sqrt(9.80665 / 0.8), {.lag_s = 0.04});
+  EXPECT_NEAR(c.position, 1.414132, 1e-6);  // six decimals
+  EXPECT_NEAR(c.velocity, 0.403901, 1e-6);
+  EXPECT_NEAR(c.zmp, 0.179953, 1e-6);
+}
+
+TEST(DelayedZmpGains, PutThePolesWhereTheyAreWanted) {
+  const double omega = 3.4, lag = 0.06;
+  const DelayedZmpGains c = delayed_zmp_gains(omega, {lag, 11, 5});
+  Eigen::Matrix3d A;  // of the errors of the centre of mass, its velocity and the ZMP
+  A << 0, 1, 0, omega * omega, 0, -omega * omega, c.position / lag, c.velocity / lag, (c.zmp - 1) / lag;
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  for (const double pole : {11.0, 5.0, omega}) {
+    EXPECT_NEAR((A + pole * I).determinant(), 0, 1e-10) << pole;  // rounding of terms of 1e3
+  }
+}
+
+TEST(Stabilizer, DelayedZmpLawAnswersCentreOfMassAndZmp) {
+  StabilizerOptions options = nothing();
+  options.tracking.enabled = true;
+  options.tracking.law = TrackingLaw::delayed_zmp;
+  Stabilizer stabilizer(options);
+  Felt felt = as_planned(standing(), 0.5);
+  felt.gyro.y() = 0.02 / kPeriod;
+  felt.left.torque.y() -= 0.01 * kWeight;  // the pressure is 1 cm ahead of where it is planned
+  stabilizer.step(standing(), felt);
+  const StabilizerState& state = stabilizer.state();
+  const DelayedZmpGains c = delayed_zmp_gains(std::sqrt(kGravity / 0.808291), options.tracking.delayed_zmp);
+  EXPECT_NEAR(state.zmp_felt.x() - standing().zmp.x(), 0.01, 1e-12);
+  const Vector2d asked =
+      c.position * state.com_error + c.velocity * state.com_velocity_error + c.zmp * Vector2d(0.01, 0);
+  EXPECT_GT(asked.x(), 0.02);
+  EXPECT_LT((state.zmp_asked - standing().zmp - asked).norm(), 1e-12);
+}
+
+TEST(Stabilizer, WithoutAttitudeTheWaistCountsAsUpright) {
+  StabilizerOptions options;
+  options.attitude.enabled = false;
+  Stabilizer stabilizer(options);
+  Felt felt = as_planned(standing(), 0.5);
+  felt.gyro.y() = 0.02 / kPeriod;
+  stabilizer.step(standing(), felt);
+  EXPECT_EQ(stabilizer.state().tilt.norm(), 0);
+  EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
+}
+
+TEST(Stabilizer, FeetShareTheLoadByTheZmpAskedForUnlessDistributionIsOff) {
+  Reference reference = standing();
+  reference.zmp.y() = 0.04;  // on the way to the left foot
+  StabilizerOptions options = nothing();
+  options.leg_compliance.enabled = true;
+  for (const bool enabled : {true, false}) {
+    options.distribution.enabled = enabled;
+    Stabilizer stabilizer(options);
+    const Posture posture = after(stabilizer, reference, as_planned(reference, 0.5), 200);
+    const double more = posture.X_PR.translation().z() - posture.X_PL.translation().z();
+    const double left = enabled ? (0.04 + 0.095) / 0.19 : 0.5;
+    // Each leg is made longer by its load over its stiffness.
+    EXPECT_NEAR(more, (2 * left - 1) * kWeight / options.leg_compliance.stiffness_n_m, 1e-9);
+  }
 }
 
 TEST(Stabilizer, SeesNoVelocityInAStepFromOneFootToTheOther) {
