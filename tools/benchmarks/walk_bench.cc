@@ -1,12 +1,16 @@
-// How fast plan, control and physics run without camera and filter, and where their time goes: the tangent
-// circle on CPU time of one core. Usage: walk_bench [last seed]
+// Walks of a scenario without camera and filter: how well the robot keeps its balance, and how fast plan,
+// control and physics run, on CPU time of one core. Usage: walk_bench SCENARIO [LAST_SEED [KEY=VALUE]...]
 #include <time.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <numbers>
 
 #include "sim/bench/draw.h"
+#include "sim/bench/scenario.h"
+#include "sim/world/nominal_body.h"
 #include "sim/world/world.h"
 #include "walking/inverse_kinematics.h"
 #include "walking/pattern_generator.h"
@@ -35,24 +39,33 @@ struct Profile {
   double simulated = 0, plan = 0, control = 0, physics = 0;
 };
 
-walking::WalkOptions tangent_circle() {
-  walking::WalkOptions walk;
-  walk.commands = {walking::Stand{1}, walking::Straight{1.0, -0.5}};
-  for (int arc = 0; arc < 4; ++arc) {
-    walk.commands.insert(walk.commands.end(), {walking::Stand{1}, walking::TangentArc{}});
-  }
-  walk.commands.push_back(walking::Stand{1});
-  return walk;
+/// Sums over all ticks of all walks; tilt is true, the capture point's error is the one felt.
+struct Balance {
+  int ticks = 0, fallen = 0;
+  double tilt_squared = 0, largest_tilt = 0, capture_point_squared = 0;
+};
+
+void weigh(const sim::world::World& world, const walking::StabilizerState& felt, Balance& balance) {
+  constexpr double kOmega = 3.4838;  // 1/s, of the half-sitting robot's pendulum
+  const double tilt = std::acos(std::min(1.0, world.X_WB().linear()(2, 2)));
+  ++balance.ticks;
+  balance.tilt_squared += tilt * tilt;
+  balance.largest_tilt = std::max(balance.largest_tilt, tilt);
+  balance.capture_point_squared += (felt.com_error + felt.com_velocity_error / kOmega).squaredNorm();
 }
 
-Condition walk(std::uint64_t seed, Profile& profile) {
-  const sim::world::WorldOptions options;
-  walking::PatternGenerator generator =
-      timed(profile.plan, [] { return walking::PatternGenerator(tangent_circle()); });
-  walking::Stabilizer stabilizer;
+double heading(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
+
+void walk(const sim::bench::Scenario& scenario, std::uint64_t seed, Profile& profile, Balance& balance) {
+  walking::PatternGenerator generator = timed(profile.plan, [&] {
+    return walking::PatternGenerator(scenario.walk,
+                                     sim::world::nominal_body(scenario.world.robot, GAITSLAM_MODELS));
+  });
+  walking::Stabilizer stabilizer(scenario.stabilizer);
   walking::Reference reference = generator.next();
   walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference)).q;
-  sim::world::World world(options, sim::bench::draw(seed, options), q, reference.X_PB, GAITSLAM_MODELS);
+  sim::world::World world(scenario.world, sim::bench::draw(seed, scenario.world), q, reference.X_PB,
+                          GAITSLAM_MODELS);
   for (std::size_t tick = 0; tick < generator.ticks() && world.status().condition == Condition::ok; ++tick) {
     const walking::JointVector next = timed(profile.control, [&] {
       return walking::inverse_kinematics(stabilizer.step(reference, world.felt())).q;
@@ -63,28 +76,46 @@ Condition walk(std::uint64_t seed, Profile& profile) {
       for (int k = 0; k < 5; ++k) world.step();
       return 0;
     });
+    weigh(world, stabilizer.state(), balance);
     reference = timed(profile.plan, [&] { return generator.next(); });
     profile.simulated += walking::kPeriod;
   }
-  const Eigen::Vector3d drift = world.X_WB().translation() - reference.X_PB.translation();
-  std::printf("seed %lu: %s, drift of the waist %.0f mm %.0f mm\n", static_cast<unsigned long>(seed),
-              world.status().condition == Condition::ok ? "walked" : world.status().cause.c_str(),
-              1e3 * drift.x(), 1e3 * drift.y());
-  return world.status().condition;
+  const bool walked = world.status().condition == Condition::ok;
+  balance.fallen += walked ? 0 : 1;
+  const Eigen::Vector3d drift = 1e3 * (world.X_WB().translation() - reference.X_PB.translation());
+  const double turn = std::remainder(heading(world.X_WB()) - heading(reference.X_PB), 2 * std::numbers::pi);
+  std::printf("seed %lu: %s, drift of the waist %.0f mm, %.0f mm, %.1f deg\n",
+              static_cast<unsigned long>(seed), walked ? "walked" : world.status().cause.c_str(), drift.x(),
+              drift.y(), turn * 180 / std::numbers::pi);
+}
+
+void print(int walks, const Balance& balance, const Profile& profile) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  std::printf("%d of %d fell; tilt rms %.2f deg, largest %.2f deg; capture point error rms %.1f mm\n",
+              balance.fallen, walks, kDegrees * std::sqrt(balance.tilt_squared / balance.ticks),
+              kDegrees * balance.largest_tilt,
+              1e3 * std::sqrt(balance.capture_point_squared / balance.ticks));
+  const double total = profile.plan + profile.control + profile.physics;
+  std::printf("%.1f x real time on one core: plan %.1f %%, control %.1f %%, physics %.1f %%\n",
+              profile.simulated / total, 100 * profile.plan / total, 100 * profile.control / total,
+              100 * profile.physics / total);
 }
 
 }  // namespace
 
-int main(int count, char** arguments) {
-  const int last = count > 1 ? std::atoi(arguments[1]) : 1;
+int main(int count, char** arguments) try {
+  if (count < 2) throw std::runtime_error("usage: walk_bench SCENARIO [LAST_SEED [KEY=VALUE]...]");
+  const int walks = count > 2 ? std::atoi(arguments[2]) : 1;
+  if (walks < 1) throw std::runtime_error("the last seed must be 1 or more");
+  const std::vector<std::string> overrides(arguments + std::min(count, 3), arguments + count);
+  const auto scenario = sim::bench::read_scenario(arguments[1], {overrides, {"camera", "slam"}}).scenario;
   Profile profile;
-  int fallen = 0;
-  for (int seed = 1; seed <= last; ++seed)
-    fallen += walk(static_cast<std::uint64_t>(seed), profile) != Condition::ok;
-  const double total = profile.plan + profile.control + profile.physics;
-  std::printf(
-      "%.1f x real time on one core: plan %.1f %%, control %.1f %%, physics %.1f %%; %d of %d not walked\n",
-      profile.simulated / total, 100 * profile.plan / total, 100 * profile.control / total,
-      100 * profile.physics / total, fallen, last);
-  return fallen == 0 ? 0 : 1;
+  Balance balance;
+  for (int seed = 1; seed <= walks; ++seed)
+    walk(scenario, static_cast<std::uint64_t>(seed), profile, balance);
+  print(walks, balance, profile);
+  return balance.fallen == 0 ? 0 : 1;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "walk_bench: %s\n", e.what());
+  return 2;
 }

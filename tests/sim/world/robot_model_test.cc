@@ -49,6 +49,58 @@ TEST(RobotModel, HasTheJointsOfHrp2InItsOrderWithItsAxesAndLimits) {
   }
 }
 
+/// A link that one joint moves; the model may make it of two bodies that stand still against each other at
+/// zero.
+struct Link {
+  std::vector<std::string> bodies;
+  double mass;
+  Eigen::Vector3d com;  // in the joint's frame, of the left side
+};
+
+// HRP-2 No. 14: masses as published, centres of mass as its published CoM Jacobian has them.
+const std::vector<Link> kTrunk{{{"BODY"}, 15.0295, {-.01435, 0, .23285}},
+                               {{"CHEST_LINK0"}, .786369, {-.01580, 0, 0}},
+                               {{"CHEST_LINK1"}, 11.5246, {-.02905, .0075, .12076}},
+                               {{"HEAD_LINK0"}, .374766, {-.00088, 0, 0}},
+                               {{"HEAD_LINK1"}, .993355, {.01299, .00169, .10876}}};
+const std::vector<Link> kLeftLimbs{{{"LEG_LINK0"}, 1.23548, {-.00664, -.00461, 0}},
+                                   {{"LEG_LINK1"}, .80553, {-.00664, .040, -.00292}},
+                                   {{"LEG_LINK2"}, 2.07632, {.00346, .06566, -.15168}},
+                                   {{"LEG_LINK3"}, 1.74762, {.01799, .03066, -.13839}},
+                                   {{"LEG_LINK4"}, .65375, {0, .003, -.00242}},
+                                   {{"LEG_LINK5", "LEG_SOLE"}, 1.63877, {.00264, .00469, -.06538}},
+                                   {{"ARM_LINK0"}, .810076, {-.02339, 0, -.00015}},
+                                   {{"ARM_LINK1"}, 1.03448, {0, .01204, -.040}},
+                                   {{"ARM_LINK2"}, 1.59929, {-.00543, .01413, -.14713}},
+                                   {{"ARM_LINK3"}, .77725, {0, 0, -.100}},
+                                   {{"ARM_LINK4"}, .554669, {0, 0, -.15623}},
+                                   {{"ARM_LINK5", "ARM_LINK6"}, 1.1464661, {.00361, 0, -.09311}}};
+
+void expect_link(const mjModel* m, const Link& link, const std::string& prefix) {
+  double mass = 0;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero(), origin = Eigen::Vector3d::Zero();
+  for (const std::string& name : link.bodies) {
+    const int body = mj_name2id(m, mjOBJ_BODY, (prefix + name).c_str());
+    ASSERT_GE(body, 0) << prefix + name;
+    if (name != link.bodies.front()) origin = Eigen::Vector3d(m->body_pos + 3 * body);
+    mass += m->body_mass[body];
+    moment += m->body_mass[body] * (origin + Eigen::Vector3d(m->body_ipos + 3 * body));
+  }
+  const double outwards = prefix == "R" ? -1 : 1;
+  EXPECT_NEAR(mass, link.mass, 1e-9) << prefix + link.bodies.front();
+  EXPECT_LT((moment / mass - link.com.cwiseProduct(Eigen::Vector3d(1, outwards, 1))).norm(), 1e-9)
+      << prefix + link.bodies.front();
+}
+
+TEST(RobotModel, HasTheLinksOfHrp2) {
+  const World world = standing();
+  for (const Link& link : kTrunk) expect_link(world.model(), link, "");
+  for (const Link& link : kLeftLimbs) {
+    expect_link(world.model(), link, "L");
+    expect_link(world.model(), link, "R");
+  }
+}
+
 TEST(RobotModel, HasTheMassAndCentreOfMassOfHrp2InHalfSitting) {
   const World world = standing();
   const int waist = mj_name2id(world.model(), mjOBJ_BODY, "BODY");
