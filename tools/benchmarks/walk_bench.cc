@@ -1,7 +1,10 @@
 // Walks of a scenario without camera and filter: how well the robot keeps its balance, and how fast plan,
 // control and physics run, on CPU time of one core. Usage: walk_bench SCENARIO [LAST_SEED [KEY=VALUE]...]
+#include <mujoco/mujoco.h>
 #include <time.h>
 
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -37,7 +40,14 @@ auto timed(double& total, const Work& work) {
 
 struct Profile {
   double simulated = 0, plan = 0, control = 0, physics = 0;
+  std::array<double, mjNTIMER> stage{};  // of the physics, as MuJoCo times itself, s
 };
+
+/// What MuJoCo times its stages by.
+mjtNum microseconds() {
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
 
 /// Sums over all ticks of all walks; tilt is true, the capture point's error is the one felt.
 struct Balance {
@@ -80,6 +90,7 @@ void walk(const sim::bench::Scenario& scenario, std::uint64_t seed, Profile& pro
     reference = timed(profile.plan, [&] { return generator.next(); });
     profile.simulated += walking::kPeriod;
   }
+  for (int i = 0; i < mjNTIMER; ++i) profile.stage[i] += 1e-6 * world.data()->timer[i].duration;
   const bool walked = world.status().condition == Condition::ok;
   balance.fallen += walked ? 0 : 1;
   const Eigen::Vector3d drift = 1e3 * (world.X_WB().translation() - reference.X_PB.translation());
@@ -99,6 +110,19 @@ void print(int walks, const Balance& balance, const Profile& profile) {
   std::printf("%.1f x real time on one core: plan %.1f %%, control %.1f %%, physics %.1f %%\n",
               profile.simulated / total, 100 * profile.plan / total, 100 * profile.control / total,
               100 * profile.physics / total);
+  constexpr std::array<std::pair<const char*, int>, 6> kStages{{{"constraint solver", mjTIMER_CONSTRAINT},
+                                                                {"constraint Jacobian", mjTIMER_POS_MAKE},
+
+                                                                {"collision", mjTIMER_POS_COLLISION},
+                                                                {"kinematics", mjTIMER_POS_KINEMATICS},
+                                                                {"inertia", mjTIMER_POS_INERTIA},
+                                                                {"velocity", mjTIMER_VELOCITY}}};
+  double all = 0;
+  for (int stage = mjTIMER_POSITION; stage <= mjTIMER_CONSTRAINT; ++stage) all += profile.stage[stage];
+  std::printf("of the physics:");
+  for (const auto& [name, stage] : kStages)
+    std::printf(" %s %.0f %%", name, 100 * profile.stage[stage] / all);
+  std::printf("\n");
 }
 
 }  // namespace
@@ -109,6 +133,7 @@ int main(int count, char** arguments) try {
   if (walks < 1) throw std::runtime_error("the last seed must be 1 or more");
   const std::vector<std::string> overrides(arguments + std::min(count, 3), arguments + count);
   const auto scenario = sim::bench::read_scenario(arguments[1], {overrides, {"camera", "slam"}}).scenario;
+  mjcb_time = microseconds;
   Profile profile;
   Balance balance;
   for (int seed = 1; seed <= walks; ++seed)
