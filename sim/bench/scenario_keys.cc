@@ -89,16 +89,16 @@ void add_stabilizer(Keys& keys) {
                      "feedback of the capture point, or of centre of mass, its velocity and a lagging ZMP"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.gain_per_s), kGain,
                      "how fast the capture point's error shall decay"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.velocity_cutoff_hz), {0.01, 100},
+                     "low pass on the velocity error of the centre of mass"));
+  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.sole_margin_m), {0, 0.1},
+                     "the pressure asked for stays this far inside a sole"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.delayed_zmp.lag_s), kTime,
                      "with which the ZMP follows the one asked for, as that law has it"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.delayed_zmp.fast_pole_per_s), kGain,
                      "rate at which errors decay under that law"));
   keys.push_back(
       key(GAITSLAM_KEY(stabilizer, tracking.delayed_zmp.slow_pole_per_s), kGain, "likewise, the slower one"));
-  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.velocity_cutoff_hz), {0.01, 100},
-                     "low pass on the velocity error of the centre of mass"));
-  keys.push_back(key(GAITSLAM_KEY(stabilizer, tracking.sole_margin_m), {0, 0.1},
-                     "the pressure asked for stays this far inside a sole"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, distribution.enabled), kAny,
                      "feet share the load as the ZMP asked for says; else half each"));
   keys.push_back(key(GAITSLAM_KEY(stabilizer, ankle_admittance.enabled), kAny,

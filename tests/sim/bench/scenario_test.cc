@@ -171,6 +171,8 @@ TEST(Keys, ThereIsOneForEachOption) {
   EXPECT_EQ(parts("stabilizer"), members<StabilizerOptions>());
   EXPECT_EQ(parts("stabilizer.attitude"), members<walking::AttitudeOptions>());
   EXPECT_EQ(parts("stabilizer.tracking"), members<StabilizerOptions::Tracking>());
+  EXPECT_EQ(parts("stabilizer.tracking.delayed_zmp"), members<StabilizerOptions::Tracking::DelayedZmp>());
+  EXPECT_EQ(parts("stabilizer.distribution"), members<StabilizerOptions::Distribution>());
   EXPECT_EQ(parts("stabilizer.ankle_admittance"), members<StabilizerOptions::AnkleAdmittance>());
   EXPECT_EQ(parts("stabilizer.force_difference"), members<StabilizerOptions::ForceDifference>());
   EXPECT_EQ(parts("stabilizer.leg_compliance"), members<StabilizerOptions::LegCompliance>());
