@@ -19,16 +19,25 @@ camera: {}
 slam: {}
 )";
 
+// One run serves all tests of the process; each exports it into its own folder.
 class Exchange : public tests::CommandLine {
  protected:
   Exchange() {
-    write("walk.yaml", kWalk);
-    EXPECT_EQ(gaitslam("run walk.yaml --out r").exit_code, 0);
+    if (!std::filesystem::exists(run_)) {
+      write("walk.yaml", kWalk);
+      EXPECT_EQ(gaitslam("run walk.yaml --out '" + run_.string() + "'").exit_code, 0);
+    }
+    std::filesystem::create_directory_symlink(run_, folder_ / "r");
     EXPECT_EQ(gaitslam("export r/seed-1 --format euroc --out e").exit_code, 0);
   }
+  static void TearDownTestSuite() { std::filesystem::remove_all(run_); }
+
   nlohmann::json metric(const std::string& folder, const std::string& name) const {
     return nlohmann::json::parse(text_of(folder + "/score.json"))["metrics"][name];
   }
+
+  static inline const std::filesystem::path run_ =
+      std::filesystem::temp_directory_path() / ("gaitslam exchange " + std::to_string(getpid()));
 };
 
 // The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px.
