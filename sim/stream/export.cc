@@ -20,9 +20,12 @@ constexpr double kLeastAccelerometerWalk = 1e-5;
 
 // A mean of white noise over dt has the standard deviation density/√dt.
 ImuNoise noise_of(const ErrorOptions& errors) {
-  return {std::max(kLeastGyroWalk, errors.gyro.sigma_rad_s * std::sqrt(kReading_s)), kLeastGyroWalk,
-          std::max(kLeastAccelerometerWalk, errors.accelerometer.sigma_m_s2 * std::sqrt(kReading_s)),
-          kLeastAccelerometerWalk};
+  const ErrorOptions::Gyro& gyro = errors.gyro;
+  const ErrorOptions::Accelerometer& accelerometer = errors.accelerometer;
+  return {std::max(kLeastGyroWalk, gyro.sigma_rad_s * std::sqrt(kReading_s)),
+          std::max(kLeastGyroWalk, gyro.bias_walk_sigma_rad_s2),
+          std::max(kLeastAccelerometerWalk, accelerometer.sigma_m_s2 * std::sqrt(kReading_s)),
+          std::max(kLeastAccelerometerWalk, accelerometer.bias_walk_sigma_m_s3)};
 }
 
 void (*exporter(ExportFormat format))(const Export&) {
@@ -83,15 +86,16 @@ void Export::write_readme(const std::string& text, const std::string& lens) cons
           "## Conventions\n\nTimes begin at {} s. An IMU reading is the mean over 1/{} s, stamped in the "
           "middle of\n"
           "it; its noise is stated per root hertz: gyro {:.3g} rad/s/sqrt(Hz), accelerometer {:.3g}\n"
-          "m/s^2/sqrt(Hz) (white noise of a reading times the square root of its 5 ms). The biases do not "
-          "walk\n"
-          "here; where a program divides by their random walk, {} rad/s^2/sqrt(Hz) and {} m/s^3/sqrt(Hz) "
-          "are\n"
-          "given. Camera axes: x right, y down, z ahead. World: z up, origin under the start. The body frame "
+          "m/s^2/sqrt(Hz) (white noise of a reading times the square root of its 5 ms). The biases walk by\n"
+          "{} rad/s^2/sqrt(Hz) and {} m/s^3/sqrt(Hz); where they do not walk, these are {} and {}, as "
+          "programs\n"
+          "divide by them. Camera axes: x right, y down, z ahead. World: z up, origin under the start. The "
+          "body frame "
           "is\n"
-          "the chest IMU; camera and IMU share one clock.\n\n{}",
+          "the chest IMU; the IMU's stamps are {} s later than the\ncamera's.\n\n{}",
           run.name, run.seed, text, kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
-          noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, lens));
+          noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
+          kLeastAccelerometerWalk, run.errors.motion.time_offset_s, lens));
 }
 
 std::string written_seconds(slam::Stamp t) {

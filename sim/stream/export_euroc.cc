@@ -80,7 +80,7 @@ void export_mav0(const Export& out) {
              plan = rows(out, kPlanRows, kPlanHeader), times = rows(out, "times.txt", "");
   WholeReadings whole(out.setup.imu_rate_hz);
   bool imu_begun = false;
-  for (Seen seen = out.seen(); auto o = seen.next();) {
+  for (Seen seen = out.seen(); auto o = seen.next_in_order();) {
     for (const ImuReading& reading : whole.take(*o)) write_imu(imu, reading, imu_begun);
     if (o->plan) plan.write(plan_row(written(o->t), *o->plan));
     if (o->image.empty()) continue;

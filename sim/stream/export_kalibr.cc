@@ -36,10 +36,10 @@ std::string camera_chain(const Export& out, const std::string& key, const Eigen:
   return fmt::format(
       "cam0:\n  {}:\n{}\n  cam_overlaps: []\n  camera_model: pinhole\n  distortion_coeffs: [{}, {}, {}, {}]\n"
       "  distortion_model: equidistant\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
-      "  rostopic: /cam0/image_raw\n  timeshift_cam_imu: 0.0\n",
+      "  rostopic: /cam0/image_raw\n  timeshift_cam_imu: {}\n",
       key, matrix_text(X, "    - [", "]", "\n"), real(k.k1), real(k.k2), real(k.k3), real(k.k4),
       real(camera.fu_px), real(camera.fv_px), real(camera.u0_px), real(camera.v0_px), camera.width_px,
-      camera.height_px);
+      camera.height_px, real(out.run.errors.motion.time_offset_s));
 }
 
 std::string imu_keys(const Export& out, const std::string& indent) {
@@ -145,7 +145,7 @@ relative_config_imucam: "kalibr_imucam_chain.yaml"
 void export_kalibr(const Export& out) {
   std::string imu = "timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z\n";
   WholeReadings whole(out.setup.imu_rate_hz);
-  for (Seen seen = out.seen(); auto o = seen.next();) {
+  for (Seen seen = out.seen(); auto o = seen.next_in_order();) {
     for (const ImuReading& reading : whole.take(*o))
       if (reading.accelerometer)
         imu += fmt::format("{},{},{}\n", written(reading.t), csv_fields(reading.gyro),

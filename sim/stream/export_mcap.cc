@@ -98,7 +98,7 @@ void BagWriter::write() {
   auto true_pose = truth.begin();
   auto estimate = estimate_.begin();
   WholeReadings whole(out_.setup.imu_rate_hz);
-  for (Seen seen = out_.seen(); auto o = seen.next();) {
+  for (Seen seen = out_.seen(); auto o = seen.next_in_order();) {
     for (const ImuReading& reading : whole.take(*o)) add_imu(reading);
     if (!o->image.empty()) add_image(*o);
     if (o->plan) add(plan_, o->t, ros::pose_stamped(o->t, kWorld, o->plan->X_PC));

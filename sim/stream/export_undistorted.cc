@@ -66,7 +66,7 @@ void export_tum(const Export& out) {
               accelerations = header("accelerometer data, chest IMU", out, "timestamp ax ay az"),
               plan = header("planned camera poses", out, poses);
   WholeReadings whole(out.setup.imu_rate_hz);
-  for (Seen seen = out.seen(); auto o = seen.next();) {
+  for (Seen seen = out.seen(); auto o = seen.next_in_order();) {
     for (const ImuReading& reading : whole.take(*o))
       if (const auto& a = reading.accelerometer)
         accelerations += fmt::format("{} {} {} {}\n", written_seconds(reading.t), a->x(), a->y(), a->z());
@@ -96,7 +96,7 @@ void export_kitti(const Export& out) {
   const std::vector<TimedPose> truth = out.truth().camera;
   auto pose = truth.begin();
   int count = 0;
-  for (Seen seen = out.seen(); auto o = seen.next();) {
+  for (Seen seen = out.seen(); auto o = seen.next_in_order();) {
     while (pose != truth.end() && pose->t < o->t) ++pose;
     if (o->image.empty() || pose == truth.end() || pose->t != o->t) continue;
     if (!first) first = o->t, X_CW_first = pose->X.inverse();

@@ -32,11 +32,20 @@ class Seen {
     return next;
   }
 
+  /// next(), without frames that go back in time or stand still in it: those the filter refuses.
+  std::optional<slam::Observation> next_in_order() {
+    std::optional<slam::Observation> seen = next();
+    while (seen && last_ && seen->t <= *last_) seen = next();
+    if (seen) last_ = seen->t;
+    return seen;
+  }
+
  private:
   RecordingReader reader_;
   SensorErrors errors_;
   std::deque<slam::Observation> arrived_;
   bool ended_ = false;
+  std::optional<slam::Stamp> last_;
 };
 
 }  // namespace sim::stream

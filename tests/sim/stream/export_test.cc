@@ -104,12 +104,12 @@ class Exported : public testing::Test {
     setup.calibration = {small_camera(), pose(random)};
     RecordingWriter writer(run_.result / "recording", setup);
     Expected expected(expected_);
-    const SensorErrors errors(run_.errors, run_.seed);
+    SensorErrors errors(run_.errors, run_.seed);
     Stamp begin{0};
     for (int k = 0; k < 12; ++k) {
       const slam::Observation ideal = observation(k, begin, random);
       writer.add(ideal);
-      expected.add(errors.apply(ideal));
+      for (const slam::Observation& seen : errors.take(ideal)) expected.add(seen);
       const TruePoses truth{ideal.t, pose(random), pose(random), pose(random)};
       const TrueMotion motion{ideal.t, pose(random), vector3(random)};
       writer.add(truth), writer.add(motion);
