@@ -1,6 +1,7 @@
 #include "sim/bench/run.h"
 
 #include <cmath>
+#include <deque>
 #include <optional>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "sim/stream/random.h"
 #include "sim/world/head_camera.h"
 #include "sim/world/nominal_body.h"
+#include "sim/world/shutter.h"
 #include "sim/world/surfaces.h"
 #include "sim/world/world.h"
 #include "walking/inverse_kinematics.h"
@@ -113,6 +115,12 @@ stream::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3
           Eigen::Vector3d(felt.creep.x(), felt.creep.y(), felt.creep_yaw)};
 }
 
+// A frame whose image is not complete, and the camera's true pose at its stamp.
+struct ComingFrame {
+  slam::Observation observation;
+  Eigen::Isometry3d X_WC;
+};
+
 // One run. Every member is used in the order of a simulated millisecond: tick, step, frame.
 class Run {
  public:
@@ -130,6 +138,8 @@ class Run {
   void read_imu();
   void record_feet();
   void take_frame_if_due();
+  void take_coming_frame();
+  nanoseconds lead() const { return camera_ ? camera_->lead() : nanoseconds(0); }
   slam::Observation observe();
   void record_truth(const Eigen::Isometry3d& X_PB);
 
@@ -147,6 +157,7 @@ class Run {
   Mounting mounting_;
   world::World world_;
   std::optional<world::HeadCamera> camera_;
+  world::RecentMotion motion_;
   stream::Random felt_gyro_noise_, felt_accelerometer_noise_;
 
   stream::RecordingSetup setup_;
@@ -154,6 +165,7 @@ class Run {
   SelfCheck self_check_{InertialCheck({world_.time(), world_.X_WG(), world_.v_WG()}), {}};
   std::optional<Tracking> tracking_;
   std::vector<slam::InertialSample> gyro_, accelerometer_;  // since the last frame
+  std::deque<ComingFrame> coming_;                          // whose shutter is still open
   int frame_ = 0;
 };
 
@@ -175,6 +187,7 @@ Run::Run(const ReadScenario& read, const std::filesystem::path& folder, const st
       stabilizer_(scenario_.stabilizer),
       mounting_(mounting(scenario_, q_, reference_.X_PB, models)),
       world_(scenario_.world, draw(scenario_.seed, scenario_.world), q_, reference_.X_PB, models),
+      motion_(2 * world::Shutter(scenario_.camera.value_or(world::CameraOptions{})).lead()),
       felt_gyro_noise_(scenario_.seed, "felt gyro noise"),
       felt_accelerometer_noise_(scenario_.seed, "felt accelerometer noise"),
       setup_(setup(scenario_, mounting_, reference_.X_PB)),
@@ -208,6 +221,7 @@ void Run::walk(const Progress& progress) {
     reference_ = std::exchange(following_, generator_.next());
     progress(static_cast<double>(k + 1) / static_cast<double>(ticks_));
   }
+  while (!coming_.empty()) take_coming_frame();
 }
 
 // Every 5 ms: plan -> stabiliser -> inverse kinematics -> servos.
@@ -247,16 +261,29 @@ void Run::record_feet() {
 }
 
 void Run::take_frame_if_due() {
-  if (world_.time() != frame_time(frame_, setup_.camera_rate_hz)) return;
-  ++frame_;
-  read_imu();
-  frame_timing_.t = world_.time();
-  slam::Observation observation = observe();
+  if (camera_) motion_.see(world_.time(), *world_.model(), *world_.data());
+  if (world_.time() == frame_time(frame_, setup_.camera_rate_hz)) {
+    ++frame_;
+    read_imu();
+    coming_.push_back({observe(), world_.X_WC()});
+    record_truth(planned_waist(reference_, following_, seconds(world_.time())));
+  }
+  while (!coming_.empty() && world_.time() >= coming_.front().observation.t + lead()) take_coming_frame();
+}
+
+// The image is complete when the shutter has closed, later than its stamp.
+void Run::take_coming_frame() {
+  auto [observation, X_WC] = std::move(coming_.front());
+  coming_.pop_front();
+  frame_timing_.t = observation.t;
+  if (camera_) {
+    const StageClock clock(frame_timing_.render_ms);
+    observation.image = camera_->render(motion_, observation.t, scenario_.world.lights_off);
+  }
   {
     const StageClock clock(frame_timing_.record_ms);
     recording_.add(observation);
-    record_truth(planned_waist(reference_, following_, seconds(world_.time())));
-    if (self_check_.view) self_check_.view->take(observation.image, observation.t, world_.X_WC());
+    if (self_check_.view) self_check_.view->take(observation.image, observation.t, X_WC);
   }
   if (tracking_) {
     const StageClock clock(frame_timing_.filter_ms);
@@ -268,10 +295,6 @@ void Run::take_frame_if_due() {
 slam::Observation Run::observe() {
   slam::Observation observation;
   observation.t = world_.time();
-  if (camera_) {
-    const StageClock clock(frame_timing_.render_ms);
-    observation.image = camera_->render(*world_.data());
-  }
   observation.gyro = std::exchange(gyro_, {});
   observation.accelerometer = std::exchange(accelerometer_, {});
   observation.plan = planned_motion(reference_, following_, seconds(world_.time()), mounting_.X_BC);

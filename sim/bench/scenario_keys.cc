@@ -143,6 +143,11 @@ void add_world(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(world, robot), kAny, "the robot's model, models/<robot>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, room), kAny, "the room's model, models/<room>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, seed), kAny, "of what is painted on the room's surfaces"));
+  keys.push_back(
+      key(GAITSLAM_KEY(world, lights_off.from_s), kGain, "when the room's lamps are switched off"));
+  keys.push_back(key(GAITSLAM_KEY(world, lights_off.duration_s), kGain, "for how long; 0: never"));
+  keys.push_back(key(GAITSLAM_KEY(world, lights_off.left_fraction), kFraction,
+                     "light that surfaces then still get; windows and screens shine on"));
   keys.push_back(key(GAITSLAM_KEY(world, floor_friction), {0.01, 5}, "sliding friction of sole on floor"));
   keys.push_back(disturbances_key(GAITSLAM_KEY(world, floor_patches),
                                   "rectangles of the floor with a friction of their own"));
@@ -170,6 +175,12 @@ void add_camera(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(camera, lens), {0, 0, kLens},
                      "wide: one-parameter radial lens, 91.6 deg across; pinhole: ideal, 90 deg"));
   keys.push_back(key(GAITSLAM_KEY(camera, samples), {0, 16}, "multisampling of the renderer"));
+  keys.push_back(
+      key(GAITSLAM_KEY(camera, exposure_s), {0, 0.1}, "how long each row gathers light: motion blur"));
+  keys.push_back(key(GAITSLAM_KEY(camera, readout_s), {0, 0.1},
+                     "from the first row's exposure to the last row's: rolling shutter"));
+  keys.push_back(key(GAITSLAM_KEY(camera, subframes), {2, 64},
+                     "pictures drawn for each frame when exposure_s or readout_s is not 0"));
 }
 
 Key<Scenario> faults_key() {

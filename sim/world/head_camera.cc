@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace sim::world {
 namespace {
@@ -33,19 +34,33 @@ HeadCamera::HeadCamera(Model robot_in_room, const CameraOptions& options, std::u
       data_(mj_makeData(model_.get())),
       camera_(camera_model(options)),
       lens_(camera_, source_density(options)),
-      scene_(*model_, lens_.source().width_px, lens_.source().height_px, options.samples, texture_seed) {
+      scene_(*model_, lens_.source().width_px, lens_.source().height_px, options.samples, texture_seed),
+      shutter_(options) {
   mj_kinematics(model_.get(), data_.get());
   camera_pose(*model_, *data_, kName);
 }
 
-cv::Mat HeadCamera::render(const mjData& plant) {
-  std::copy_n(plant.qpos, model_->nq, data_->qpos);
+cv::Mat HeadCamera::picture(const double* q, float light) {
+  std::copy_n(q, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
   mj_camlight(model_.get(), data_.get());
   const Eigen::Isometry3d X_WC = camera_pose(*model_, *data_, kName);
   cv::Mat1b grey;
-  cv::cvtColor(scene_.draw(*data_, X_WC, lens_.source(), false), grey, cv::COLOR_RGB2GRAY);
+  cv::cvtColor(scene_.draw(*data_, X_WC, lens_.source(), false, light), grey, cv::COLOR_RGB2GRAY);
   return lens_.warp(grey);
+}
+
+cv::Mat HeadCamera::render(const mjData& plant) { return picture(plant.qpos, 1); }
+
+cv::Mat HeadCamera::render(const RecentMotion& motion, std::chrono::nanoseconds t,
+                           const WorldOptions::LightsOff& off) {
+  std::vector<cv::Mat> pictures;
+  for (const double moment : shutter_.moments()) {
+    const double at = 1e-9 * double(t.count()) + moment;
+    const bool dark = at >= off.from_s && at < off.from_s + off.duration_s;
+    pictures.push_back(picture(motion.at(at, *model_).data(), dark ? float(off.left_fraction) : 1));
+  }
+  return shutter_.expose(pictures);
 }
 
 }  // namespace sim::world

@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Geometry>
+#include <chrono>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
@@ -12,6 +13,7 @@
 #include "sim/world/model.h"
 #include "sim/world/options.h"
 #include "sim/world/scene.h"
+#include "sim/world/shutter.h"
 
 namespace sim::world {
 
@@ -36,12 +38,22 @@ class HeadCamera {
   /// `plant`.
   cv::Mat render(const mjData& plant);
 
+  /// Time after a frame's stamp by which it has been seen: 0 for a shutter that takes no time.
+  std::chrono::milliseconds lead() const { return shutter_.lead(); }
+  /// Frame stamped t, through the shutter: of a robot that moved as `motion` says from t - lead() to t +
+  /// lead(), while the room's lamps were on or off.
+  cv::Mat render(const RecentMotion& motion, std::chrono::nanoseconds t,
+                 const WorldOptions::LightsOff& lights_off);
+
  private:
+  cv::Mat picture(const double* q, float light);
+
   Model model_;
   Data data_;
   CameraModel camera_;
   LensWarp lens_;
   Scene scene_;
+  Shutter shutter_;
 };
 
 }  // namespace sim::world

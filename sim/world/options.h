@@ -28,9 +28,13 @@ struct FloorPatch {
 
 /// The scenario's keys world.*.
 struct WorldOptions {
-  std::string robot = "hrp2";              ///< models/<robot>.xml
-  std::string room = "office";             ///< models/<room>.xml: what the head camera sees
-  std::uint64_t seed = 1;                  ///< of what is painted on the room's surfaces
+  std::string robot = "hrp2";   ///< models/<robot>.xml
+  std::string room = "office";  ///< models/<room>.xml: what the head camera sees
+  std::uint64_t seed = 1;       ///< of what is painted on the room's surfaces
+  struct LightsOff {            ///< a while without the room's lamps; windows and screens shine on
+    double from_s = 0, duration_s = 0;
+    double left_fraction = 0.15;  ///< of the light that surfaces get
+  } lights_off;
   double floor_friction = kFloorFriction;  ///< sliding friction between sole and floor
   std::vector<FloorPatch> floor_patches;   ///< where the friction is another; of several, the last one
   std::vector<Push> pushes;
@@ -53,6 +57,9 @@ struct CameraOptions {
   double rate_hz = 30;
   Lens lens = Lens::wide;  ///< the paper's camera (about 91.6° across), or an ideal pinhole of 90° across
   int samples = 0;  ///< multisamples of the renderer: 4, or 0 for a denser picture smoothed (twice as fast)
+  double exposure_s = 0;  ///< how long each row gathers light (motion blur)
+  double readout_s = 0;   ///< from the first row's exposure to the last row's (rolling shutter)
+  int subframes = 8;      ///< pictures drawn for a frame when exposure_s or readout_s is not 0
 };
 
 /// A wave of the floor's height: amplitude_m cos(k_1_m . (x, y) + phase_rad).

@@ -84,6 +84,14 @@ Scene::Scene(const mjModel& model, int width_px, int height_px, int samples, std
 
 Scene::~Scene() { mjv_freeScene(&scene_); }
 
+void Scene::dim(float light) {
+  for (mjvLight* lamp = scene_.lights; lamp != scene_.lights + scene_.nlight; ++lamp)
+    for (int channel = 0; channel < 3; ++channel)
+      lamp->ambient[channel] *= light, lamp->diffuse[channel] *= light;
+  for (mjvGeom* geom = scene_.geoms; geom != scene_.geoms + scene_.ngeom; ++geom)
+    if (geom->type == mjGEOM_PLANE && geom->mat[8] < -0.9f) geom->emission *= light;
+}
+
 void Scene::place_camera(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
   mjvGLCamera camera{};
   Eigen::Map<Eigen::Vector3f>(camera.pos) = X_WC.translation().cast<float>();
@@ -116,7 +124,8 @@ void Scene::keep_what_is_in_view(const Eigen::Isometry3d& X_WC, const Pinhole& p
   scene_.ngeom = int(kept - scene_.geoms);
 }
 
-cv::Mat3b Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, const Pinhole& pinhole, bool head) {
+cv::Mat3b Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, const Pinhole& pinhole, bool head,
+                      float light) {
   gl_.make_current();
   mjvOption option;
   mjv_defaultOption(&option);
@@ -130,6 +139,7 @@ cv::Mat3b Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, const P
   mjv_defaultCamera(&unused);
   // mjv_updateScene takes a non-const mjData for its perturbation and inertia displays, which are off.
   mjv_updateScene(&model_, const_cast<mjData*>(&data), &option, nullptr, &unused, mjCAT_ALL, &scene_);
+  if (light != 1) dim(light);
   place_camera(X_WC, pinhole);
   hide_unseen(X_WC, pinhole);
   keep_what_is_in_view(X_WC, pinhole);

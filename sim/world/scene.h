@@ -23,9 +23,13 @@ class Scene {
 
   /// RGB picture of `data` (positions computed), rows from the bottom up, seen by `pinhole` from X_WC (x
   /// right, y down, z forward). Geoms of groups 0 and 1 are drawn, and of group 2 (the head) when asked for.
-  cv::Mat3b draw(const mjData& data, const Eigen::Isometry3d& X_WC, const Pinhole& pinhole, bool head);
+  /// `light`: share of the room's light that is on; what shines by itself is as bright as ever, but for the
+  /// ceiling, which holds the lamps.
+  cv::Mat3b draw(const mjData& data, const Eigen::Isometry3d& X_WC, const Pinhole& pinhole, bool head,
+                 float light = 1);
 
  private:
+  void dim(float light);
   void place_camera(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
   void hide_unseen(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
   void keep_what_is_in_view(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);

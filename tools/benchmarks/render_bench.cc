@@ -2,6 +2,7 @@
 // how well corners are found again in such frames (see corner_error.h).
 #include <benchmark/benchmark.h>
 
+#include <chrono>
 #include <string>
 
 #include "sim/world/head_camera.h"
@@ -14,22 +15,30 @@ using namespace sim::world;
 constexpr int kHeadings = 24;
 constexpr double kTurn = 0.04;  // rad along the circle, between two frames that are compared
 
-void frame(benchmark::State& state, const std::string& room, CameraOptions options) {
+void frame(benchmark::State& state, const std::string& room, CameraOptions options,
+           WorldOptions::LightsOff lights_off) {
   HeadCamera camera(load_model("hrp2", room, GAITSLAM_MODELS), options);
   const Data plant(mj_makeData(&camera.model()));
   int step = 0;
   for (auto _ : state) {
-    stand_on_circle(*plant, 2 * CV_PI * (step++ % kHeadings) / kHeadings);
-    benchmark::DoNotOptimize(camera.render(*plant).data);
+    const double yaw = 2 * CV_PI * (step++ % kHeadings) / kHeadings;
+    RecentMotion motion(std::chrono::seconds(1));
+    for (const int ms : {0, 100}) {
+      stand_on_circle(*plant, yaw + 1e-3 * ms);
+      motion.see(std::chrono::milliseconds(ms), camera.model(), *plant);
+    }
+    benchmark::DoNotOptimize(camera.render(motion, std::chrono::milliseconds(50), lights_off).data);
   }
+  if (options.exposure_s > 0 || options.readout_s > 0 || lights_off.duration_s > 0) return;
   const CornerError error = corner_error(camera, kHeadings, kTurn);
   state.counters["corners"] = error.corners;
   state.counters["rms_px"] = error.rms_px;
   state.counters["median_px"] = error.median_px;
 }
 
-void add(const std::string& name, const std::string& room, const CameraOptions& options) {
-  benchmark::RegisterBenchmark(name.c_str(), frame, room, options)
+void add(const std::string& name, const std::string& room, const CameraOptions& options,
+         const WorldOptions::LightsOff& lights_off = {}) {
+  benchmark::RegisterBenchmark(name.c_str(), frame, room, options, lights_off)
       ->Unit(benchmark::kMillisecond)
       ->MeasureProcessCPUTime();
 }
@@ -47,11 +56,23 @@ void add_all(const std::string& room) {
       }
 }
 
+void add_effects(int width) {
+  CameraOptions sharp, blurred, rolling;
+  sharp.width_px = blurred.width_px = rolling.width_px = width;
+  sharp.height_px = blurred.height_px = rolling.height_px = width * 3 / 4;
+  blurred.exposure_s = 0.01, rolling.readout_s = 0.02;
+  const std::string size = "office/" + std::to_string(width) + "/wide";
+  add(size + "/motion_blur", "office", blurred);
+  add(size + "/rolling_shutter", "office", rolling);
+  add(size + "/lights_off", "office", sharp, {0, 1, 0.15});
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
   add_all("office");
   add_all("hall");
+  for (const int width : {320, 640}) add_effects(width);
   benchmark::Initialize(&count, arguments);
   if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 2;
   benchmark::RunSpecifiedBenchmarks();

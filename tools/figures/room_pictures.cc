@@ -1,4 +1,6 @@
-// Draws the README's pictures: the robot in its office, and what its head camera sees at four headings.
+// Draws the README's pictures: the robot in its rooms, and what its head camera sees at four headings, with
+// and without each effect of its shutter, light and noise.
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -7,7 +9,9 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "sim/stream/sensor_errors.h"
 #include "sim/world/head_camera.h"
 
 namespace {
@@ -88,6 +92,50 @@ cv::Mat four_headings(const std::string& room) {
   return sheet;
 }
 
+// At the start of the next second the head turns left at 2 rad/s: what blur and readout need to show.
+cv::Mat1b turning_view(HeadCamera& camera, double yaw, const WorldOptions::LightsOff& off = {}) {
+  constexpr double kRate = 2;  // rad/s
+  const Data data(mj_makeData(&camera.model()));
+  RecentMotion motion(2 * camera.lead());
+  const std::chrono::milliseconds stamp(1000);
+  for (auto t = stamp - camera.lead(); t <= stamp + camera.lead(); t += std::chrono::milliseconds(1)) {
+    walk(camera.model(), *data, yaw + kRate * 1e-3 * double((t - stamp).count()));
+    motion.see(t, camera.model(), *data);
+  }
+  return camera.render(motion, stamp, off);
+}
+
+cv::Mat1b with_noise(const cv::Mat1b& image) {
+  sim::stream::ErrorOptions errors;
+  errors.image.read_sigma_grey = 6, errors.image.shot_sigma_grey = 10;
+  slam::Observation observation;
+  observation.image = image;
+  return sim::stream::SensorErrors(errors, 1).apply(observation).image;
+}
+
+// One row for each effect, a column for each heading: as drawn; motion blur; rolling shutter; lights off;
+// noise.
+cv::Mat effects() {
+  CameraOptions sharp, blurred, rolling;
+  blurred.exposure_s = 0.02, rolling.readout_s = 0.03, blurred.subframes = rolling.subframes = 16;
+  const auto four = [](const CameraOptions& options, const auto& view) {
+    HeadCamera camera(load_model("hrp2", "office", kModels), options, WorldOptions{}.seed);
+    std::vector<cv::Mat> views;
+    for (int quarter = 0; quarter < 4; ++quarter) views.push_back(view(camera, quarter * CV_PI / 2));
+    cv::Mat row;
+    cv::hconcat(views, row);
+    return row;
+  };
+  const auto turning = [](HeadCamera& camera, double yaw) { return turning_view(camera, yaw); };
+  const auto dark = [](HeadCamera& camera, double yaw) { return turning_view(camera, yaw, {0, 2, 0.15}); };
+  const auto noisy = [](HeadCamera& camera, double yaw) { return with_noise(turning_view(camera, yaw)); };
+  cv::Mat sheet;
+  cv::vconcat(std::vector<cv::Mat>{four(sharp, turning), four(blurred, turning), four(rolling, turning),
+                                   four(sharp, dark), four(sharp, noisy)},
+              sheet);
+  return sheet;
+}
+
 void draw_all(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const auto write = [&](const char* name, const cv::Mat& picture) {
@@ -98,8 +146,8 @@ void draw_all(const std::filesystem::path& folder) {
   write("robot_in_hall.jpg", robot_in("hall", {4.6, -2.2, 1.9}, {-0.9, 1.2, 0.9}));
   HeadCamera camera = head_camera("office");
   write("head_view.png", head_view(camera, 0));
-  write("head_views.png", four_headings("office"));
-  write("head_views_hall.png", four_headings("hall"));
+  write("head_views_hall.jpg", four_headings("hall"));
+  write("head_views_effects.jpg", effects());
 }
 
 }  // namespace

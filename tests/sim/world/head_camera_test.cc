@@ -214,6 +214,60 @@ TEST(HeadCamera, BrightnessOfASurfaceDoesNotDependOnWhereTheHeadIs) {
   }
 }
 
+// A ball in the middle of the image, the camera turning left at 2 rad/s: 0.394 px a millisecond.
+TEST(HeadCamera, AFrameOfATurningCameraIsBlurredAlongTheTurnOrSlantedByTheReadout) {
+  const Models models(white_ball({{3, 0, 0.0}, 0.05}) + white_ball({{3, 0, 0.7}, 0.05}) +
+                      white_ball({{3, 0, -0.7}, 0.05}));
+  constexpr double kRate = 2;
+  const auto seen = [&](double exposure, double readout) {
+    CameraOptions options;
+    options.exposure_s = exposure, options.readout_s = readout, options.subframes = 12;
+    HeadCamera camera(models.load(), options);
+    const Data plant(mj_makeData(&camera.model()));
+    RecentMotion motion(2 * camera.lead());
+    for (int ms = 80; ms <= 120; ++ms) {
+      fly_to(*plant, {0, 0, 0},
+             Eigen::Quaterniond(Eigen::AngleAxisd(kRate * (ms - 100) * 1e-3, Vector3d::UnitZ())));
+      motion.see(std::chrono::milliseconds(ms), camera.model(), *plant);
+      if (ms == 100 + camera.lead().count()) break;
+    }
+    return cv::Mat1b(camera.render(motion, std::chrono::milliseconds(100), {}));
+  };
+  const auto middle = [](const cv::Mat1b& image, const cv::Rect& window) {
+    return centroid(window, [&](int u, int v) { return double(image(v, u)); });
+  };
+  const auto wide = [](const cv::Mat1b& image) {  // pixels in the middle ball's row that are not dark
+    return cv::countNonZero(image(cv::Rect(120, 127, 80, 1)) > 25);
+  };
+  const cv::Rect upper(120, 60, 80, 40), centre(120, 107, 80, 40), lower(120, 154, 80, 40);
+  const cv::Mat1b sharp = seen(0, 0), blurred = seen(0.02, 0), rolling = seen(0, 0.02);
+  EXPECT_NEAR(middle(blurred, centre).x(), middle(sharp, centre).x(), 0.1);  // the stamp is mid-exposure
+  EXPECT_NEAR(wide(blurred) - wide(sharp), 197 * kRate * 0.02, 2.5);         // 7.9 px further, cut at a tenth
+  // Turning left moves the image right; a row 1/240 of the readout later sees it further right.
+  const double rows = middle(sharp, lower).y() - middle(sharp, upper).y();
+  const double slant = middle(rolling, lower).x() - middle(rolling, upper).x();
+  const double turn_px = 197 * kRate * 0.02 * rows / 240;
+  EXPECT_NEAR(slant - (middle(sharp, lower).x() - middle(sharp, upper).x()), turn_px, 0.08 * turn_px);
+}
+
+TEST(HeadCamera, InTheDarkSurfacesKeepTheGivenShareOfTheirLight) {
+  HeadCamera camera(
+      Models("<geom type='plane' size='20 20 50' pos='3 0 0' xyaxes='0 -1 0 0 0 1' rgba='0.8 0.8 0.8 1'/>")
+          .load(),
+      CameraOptions{});
+  const Data plant(mj_makeData(&camera.model()));
+  RecentMotion motion(camera.lead());
+  fly_to(*plant, {0, 0, 0}, Eigen::Quaterniond::Identity());
+  motion.see(std::chrono::seconds(0), camera.model(), *plant);
+  const auto level = [&](double t) {
+    return cv::mean(camera.render(motion, std::chrono::milliseconds(std::llround(1e3 * t)), {2, 1, 0.25}))[0];
+  };
+  EXPECT_EQ(level(1.999), 204);
+  EXPECT_NEAR(level(2), 51, 1);
+  EXPECT_NEAR(level(2.999), 51, 1);
+  EXPECT_EQ(level(3), 204);
+}
+
 TEST(HeadCamera, AModelWithoutOneIsRefused) {
   EXPECT_THROW(camera_pose(*Models("").load(), *Data(mj_makeData(Models("").load().get())), "other"),
                std::invalid_argument);
