@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -48,6 +49,10 @@ RobotMatrix start_covariance(const RobotVector& x, const Options& options) {
   P.diagonal().segment<3>(kGyroBias).setConstant(square(options.gyro.sigma_bias_rad_s));
   P.diagonal().segment<3>(kAccelerometerBias).setConstant(square(options.accelerometer.sigma_bias_m_s2));
   P.diagonal().segment<3>(kSlip).setConstant(square(options.plan_velocity.sigma_slip_m_s));
+  const double sway = options.plan_velocity.sigma_sway_m_s;
+  P.diagonal().segment<3>(kSwayVelocity).setConstant(square(sway));
+  P.diagonal().segment<3>(kSway).setConstant(
+      square(sway * options.plan_velocity.sway_period_s / (2 * std::numbers::pi)));
   return P;
 }
 

@@ -1,6 +1,8 @@
 #include "slam/motion_model.h"
 
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace slam {
@@ -21,6 +23,24 @@ RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V
   variance.head<3>().setConstant(square(sigma_V));
   variance.tail<3>().setConstant(square(sigma_W));
   return G * variance.asDiagonal() * G.transpose();
+}
+
+/// Swaying unknown to the plan: a damped oscillation d of the camera about where the plan has it, kept up by
+/// noise. u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺; u stays within its σ, d within about σ/ω.
+void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& prediction) {
+  const double keep = std::exp(-dt / options.sway_time_s);
+  const double spring = square(2 * std::numbers::pi / options.sway_period_s) * dt;
+  Eigen::Matrix2d F;  // of (u, d)
+  F << keep, -spring, dt * keep, 1 - dt * spring;
+  const Eigen::Vector2d G(1, dt);
+  const Eigen::Matrix2d Q = square(options.sigma_sway_m_s) * (1 - keep * keep) * G * G.transpose();
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::array at{kSwayVelocity + axis, kSway + axis};
+    const Eigen::Vector2d before = prediction.x(at);
+    prediction.x(at) = F * before;
+    prediction.F(at, at) = F;
+    prediction.Q(at, at) = Q;
+  }
 }
 
 /// What the slowly changing errors of gyro and plan add to F and Q.
@@ -69,6 +89,7 @@ Prediction predict_motion(const RobotVector& x, double dt, const std::optional<I
   prediction.F.block<4, 3>(kOrientation, kRate) = dq_dw;
   if (impulse) add_impulse(x, *impulse, dt, prediction);
   add_sensor_errors(dt, options, prediction);
+  add_swaying(dt, options.plan_velocity, prediction);
   return prediction;
 }
 

@@ -73,12 +73,12 @@ struct Options {
     double sigma_bias_m_s2 =
         0.015;  ///< of the bias at the start; the mounting's error of 1.5 mrad looks alike
     double sigma_bias_walk_m_s3 = 0;  ///< growth of its standard deviation in 1 s
-    double sigma_frame_m_s2 = 0.1;  ///< what each frame adds: the head does not move quite as the chest does
+    double sigma_frame_m_s2 = 0.03;  ///< what each frame adds: the head does not move quite as the chest does
   } accelerometer;
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
-    double sigma_m_s = 0.0125;
+    double sigma_m_s = 0.007;  ///< of single frames, swaying apart
     bool pivots_on_foot =
         true;  ///< turning unknown to the plan is about the support foot (robot's axes only)
     double standing_factor = 1;        ///< of sigma_m_s while the plan stands still
@@ -88,6 +88,9 @@ struct Options {
     double sigma_per_turn_m = 0;  ///< added for each rad/s that it turns
     double sigma_slip_m_s = 0;    ///< of the slowly changing part of the plan's error; 0 = there is none
     double slip_time_s = 10;      ///< how long that part lasts
+    double sigma_sway_m_s = 0.025;  ///< of swaying that the plan does not know of; 0 = there is none
+    double sway_period_s = 1.6;     ///< of that swaying: two steps
+    double sway_time_s = 1;         ///< how long it goes on undisturbed
   } plan_velocity;
   struct Height {
     bool enabled = true;
@@ -126,7 +129,7 @@ struct Options {
   struct Depth {  ///< of a landmark at first sight
     FirstSight first_sight = FirstSight::inverse_depth;
     double inverse_1_m = 0.3, sigma_inverse_1_m = 0.3;
-    double linearity = 0.1;  ///< a landmark becomes a point below this linearity index; 0 = never
+    double linearity = 0.25;  ///< a landmark becomes a point below this linearity index; 0 = never
     struct Particles {  ///< Davison et al. 2007 have 100 from 0.5 to 5 m, for things near a hand-held camera
       int count = 100;
       double nearest_m = 0.5, furthest_m = 12;

@@ -40,13 +40,14 @@ Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
                              const Options::PlanVelocity& options) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
-  const Eigen::Vector3d v = x.segment<3>(kVelocity), slip = x.segment<3>(kSlip);
+  const Eigen::Vector3d v = x.segment<3>(kVelocity), slip = x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity);
   Measurement m(3);
   if (options.axes == VelocityAxes::robot) {
     m.innovation.head<3>() = stride.velocity - R_WC.transpose() * v - slip;
     m.H_robot.middleCols(kOrientation, 4) = rotated_back_jacobian(q, v);
     m.H_robot.middleCols(kVelocity, 3) = R_WC.transpose();
     m.H_robot.middleCols(kSlip, 3).setIdentity();
+    m.H_robot.middleCols(kSwayVelocity, 3).setIdentity();
     if (options.pivots_on_foot) {
       m.innovation.head<3>() += stride.p_CF.cross(x.segment<3>(kRate) - stride.rate);
       m.H_robot.middleCols(kRate, 3) = -cross_matrix(stride.p_CF);
@@ -56,6 +57,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
     m.H_robot.middleCols(kOrientation, 4) = rotated_jacobian(q, slip);
     m.H_robot.middleCols(kVelocity, 3).setIdentity();
     m.H_robot.middleCols(kSlip, 3) = R_WC;
+    m.H_robot.middleCols(kSwayVelocity, 3) = R_WC;
   }
   m.R.diagonal().setConstant(options.sigma_m_s * options.sigma_m_s);
   return m;

@@ -16,7 +16,9 @@ inline constexpr int kCamera = 13;             ///< MonoSLAM's camera state ends
 inline constexpr int kGyroBias = 13;           ///< rad/s, axes C
 inline constexpr int kSlip = 16;               ///< planned minus true velocity, m/s, axes C
 inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
-inline constexpr int kRobot = 22;
+inline constexpr int kSwayVelocity = 22;       ///< of swaying, planned minus true, m/s, axes C
+inline constexpr int kSway = 25;               ///< how far that has come, m, axes C
+inline constexpr int kRobot = 28;
 
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
 using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;

@@ -293,6 +293,12 @@ void add_slam(Keys& keys) {
                      "slowly changing error of the planned velocity; 0: there is none"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, plan_velocity.slip_time_s), {0.001, 1e6}, "how long that error lasts"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_sway_m_s), kSpread,
+                     "velocity of swaying that the plan does not know of"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, plan_velocity.sway_period_s), kTime, "of that swaying: that of two steps"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, plan_velocity.sway_time_s), kTime, "how long it goes on undisturbed"));
   keys.push_back(key(GAITSLAM_KEY(slam, height.enabled), kAny, "use the planned height"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, height.sigma_m), kSigma, "error the filter expects of the planned height"));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/numerical_jacobian.h"
@@ -20,7 +21,8 @@ RobotVector reference_state() {
 
 RobotVector generic_state() {
   RobotVector x = reference_state();
-  x.tail<9>() << .01, -.02, .03, .04, .05, -.06, .1, -.2, .15;
+  x.tail<kRobot - kCamera>() << .01, -.02, .03, .04, .05, -.06, .1, -.2, .15, .02, -.03, .04, .005, -.004,
+      .003;
   return x;
 }
 
@@ -129,6 +131,22 @@ TEST(MotionModel, AccelerometerBiasIsTakenOffTheImpulse) {
   const RobotVector a = predict_motion(generic_state(), kFrame, felt, paper()).x;
   const RobotVector b = predict_motion(biased, kFrame, more, paper()).x;
   EXPECT_LT((a - b).head<kCamera>().norm(), 1e-15);
+}
+
+TEST(MotionModel, SwayingStaysWithinItsSigmaAndItsSumDoesNotDriftAway) {
+  Options options = paper();
+  options.plan_velocity.sigma_sway_m_s = 0.03;
+  const double omega = 6.2831853 / options.plan_velocity.sway_period_s;
+  const Prediction p = predict_motion(generic_state(), kFrame, std::nullopt, options);
+  const std::array at{kSwayVelocity, kSway};
+  const Eigen::Matrix2d F = p.F(at, at), Q = p.Q(at, at);
+  Eigen::Matrix2d P = Eigen::Matrix2d::Zero();
+  for (int k = 0; k < 30 * 60; ++k) P = F * P * F.transpose() + Q;
+  // The discrete oscillation differs from the continuous one by ω dt/2 = 7 % and 1/(2 ω τ) = 13 %.
+  EXPECT_NEAR(std::sqrt(P(0, 0)), 0.03, 0.1 * 0.03);
+  EXPECT_NEAR(std::sqrt(P(1, 1)), 0.03 / omega, 0.15 * 0.03 / omega);
+  const Eigen::Matrix2d later = F * P * F.transpose() + Q;
+  EXPECT_LT((later - P).norm(), 1e-9 * P.norm());  // no part of it grows with time
 }
 
 TEST(MotionModel, SlipFadesButItsVarianceInTheLongRunIsTheOneGiven) {

@@ -118,14 +118,16 @@ TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraJustAsTheModelSays) {
   EXPECT_GT(measure_velocity(x, standing, options).innovation.norm(), 0.2);
 }
 
-TEST(Plan, SlipIsPlannedMinusTrueVelocity) {
+TEST(Plan, SlipAndSwayingArePlannedMinusTrueVelocity) {
   RobotVector x = generic_state();
   x.segment<3>(kSlip) << 0.03, 0.01, -0.02;
+  x.segment<3>(kSwayVelocity) << -0.01, 0.02, 0.04;
   Options::PlanVelocity options;
   options.pivots_on_foot = false;
   const Eigen::Vector3d v_C =
       rotation_matrix(x.segment<4>(kOrientation)).transpose() * x.segment<3>(kVelocity);
-  const PlannedStride stride{v_C + x.segment<3>(kSlip), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  const PlannedStride stride{v_C + x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity), Eigen::Vector3d::Zero(),
+                             Eigen::Vector3d::Zero()};
   EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
 }
 
