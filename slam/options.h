@@ -72,13 +72,13 @@ struct Options {
     double sigma_m_s2 = 0.05;  ///< per 200 Hz sample
     double sigma_bias_m_s2 =
         0.015;  ///< of the bias at the start; the mounting's error of 1.5 mrad looks alike
-    double sigma_bias_walk_m_s3 = 0;  ///< growth of its standard deviation in 1 s
-    double sigma_frame_m_s2 = 0.03;  ///< what each frame adds: the head does not move quite as the chest does
+    double sigma_bias_walk_m_s3 = 0.01;  ///< growth of its standard deviation in 1 s
+    double sigma_frame_m_s2 = 0.05;  ///< what each frame adds: the head does not move quite as the chest does
   } accelerometer;
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
-    double sigma_m_s = 0.007;  ///< of single frames, swaying apart
+    double sigma_m_s = 0.008;  ///< of single frames, swaying apart
     bool pivots_on_foot =
         true;  ///< turning unknown to the plan is about the support foot (robot's axes only)
     double standing_factor = 1;        ///< of sigma_m_s while the plan stands still

@@ -29,7 +29,7 @@ RobotVector generic_state() {
 Options paper() {
   Options options;
   options.motion = {4, 6};
-  options.plan_velocity.sigma_slip_m_s = 0;
+  options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_sway_m_s = 0;
   return options;
 }
 
