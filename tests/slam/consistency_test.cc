@@ -27,7 +27,8 @@ Options options_of_the_test() {
   Options options;
   options.motion.sigma_acceleration_m_s2 = options.motion.sigma_angular_acceleration_rad_s2 = 1;
   options.plan_velocity.sigma_m_s = 0.05;
-  options.accelerometer.sigma_bias_m_s2 = 0;
+  options.accelerometer.sigma_bias_m_s2 = options.accelerometer.sigma_bias_walk_m_s3 = 0;
+  options.plan_velocity.sigma_sway_m_s = 0;
   options.plan_velocity.pivots_on_foot = false;
   return options;
 }
