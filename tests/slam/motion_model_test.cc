@@ -30,6 +30,7 @@ Options paper() {
   Options options;
   options.motion = {4, 6};
   options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_sway_m_s = 0;
+  options.accelerometer.sigma_bias_walk_m_s3 = 0;
   return options;
 }
 
