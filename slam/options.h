@@ -85,9 +85,9 @@ struct Options {
     double double_support_factor = 1;  ///< likewise while it has both feet on the ground
     double landing_factor = 1;         ///< likewise for landing_s after it has set a foot down
     double landing_s = 0.1;
-    double sigma_per_turn_m = 0;  ///< added for each rad/s that it turns
-    double sigma_slip_m_s = 0;    ///< of the slowly changing part of the plan's error; 0 = there is none
-    double slip_time_s = 10;      ///< how long that part lasts
+    double sigma_per_turn_m = 0;    ///< added for each rad/s that it turns
+    double sigma_slip_m_s = 0;      ///< of the slowly changing part of the plan's error; 0 = there is none
+    double slip_time_s = 10;        ///< how long that part lasts
     double sigma_sway_m_s = 0.025;  ///< of swaying that the plan does not know of; 0 = there is none
     double sway_period_s = 1.6;     ///< of that swaying: two steps
     double sway_time_s = 1;         ///< how long it goes on undisturbed
