@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/stream/sensor_errors.h"
+#include "sim/stream/image_errors.h"
 #include "sim/world/head_camera.h"
 
 namespace {
@@ -105,12 +105,9 @@ cv::Mat1b turning_view(HeadCamera& camera, double yaw, const WorldOptions::Light
   return camera.render(motion, stamp, off);
 }
 
-cv::Mat1b with_noise(const cv::Mat1b& image) {
-  sim::stream::ErrorOptions errors;
-  errors.image.read_sigma_grey = 6, errors.image.shot_sigma_grey = 10;
-  slam::Observation observation;
-  observation.image = image;
-  return sim::stream::SensorErrors(errors, 1).apply(observation).image;
+// What the error does to a picture that the ideal camera took.
+cv::Mat1b with(const sim::stream::ImageOptions& error, const cv::Mat1b& image) {
+  return sim::stream::ImageErrors(error, 1, {}).apply(image, std::chrono::seconds(1));
 }
 
 // One row for each effect, a column for each heading: as drawn; motion blur; rolling shutter; lights off;
@@ -128,11 +125,20 @@ cv::Mat effects() {
   };
   const auto turning = [](HeadCamera& camera, double yaw) { return turning_view(camera, yaw); };
   const auto dark = [](HeadCamera& camera, double yaw) { return turning_view(camera, yaw, {0, 2, 0.15}); };
-  const auto noisy = [](HeadCamera& camera, double yaw) { return with_noise(turning_view(camera, yaw)); };
+  sim::stream::ImageOptions clean, vignetting, gain, noise;
+  clean.read_sigma_grey = clean.shot_sigma_grey = 0;
+  vignetting = gain = noise = clean;
+  vignetting.vignetting_fraction = 0.6, gain.gain = 1.35, noise.read_sigma_grey = 6,
+  noise.shot_sigma_grey = 10;
+  const auto with_error = [&](const sim::stream::ImageOptions& error) {
+    return four(sharp,
+                [&](HeadCamera& camera, double yaw) { return with(error, turning_view(camera, yaw)); });
+  };
   cv::Mat sheet;
-  cv::vconcat(std::vector<cv::Mat>{four(sharp, turning), four(blurred, turning), four(rolling, turning),
-                                   four(sharp, dark), four(sharp, noisy)},
-              sheet);
+  cv::vconcat(
+      std::vector<cv::Mat>{four(sharp, turning), four(blurred, turning), four(rolling, turning),
+                           four(sharp, dark), with_error(vignetting), with_error(gain), with_error(noise)},
+      sheet);
   return sheet;
 }
 
