@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "slam/camera.h"
+#include "walking/timeline.h"
 
 namespace sim::bench {
 namespace {
@@ -32,6 +34,41 @@ std::vector<score::LandmarkHistory> landmarks(const Tracked& tracked) {
   std::vector<score::LandmarkHistory> all;
   for (auto& [id, history] : histories) all.push_back(std::move(history));
   return all;
+}
+
+using Innovations = std::array<std::vector<score::StampedInnovation>, score::kSensors.size()>;
+
+Innovations innovations(const Tracked& tracked) {
+  Innovations all;
+  for (const TrackedFrame& frame : tracked.frames) {
+    const slam::FrameReport& r = frame.report;
+    const std::array sensors{&r.vision, &r.gyro, &r.plan_velocity, &r.height};  // as score::kSensors
+    for (std::size_t i = 0; i < sensors.size(); ++i)
+      if (*sensors[i]) all[i].push_back({r.t, {(*sensors[i])->value, (*sensors[i])->dof}});
+  }
+  return all;
+}
+
+std::vector<score::MappedPoint> map(const Tracked& tracked) {
+  std::vector<score::MappedPoint> points;
+  for (const slam::MapPoint& point : tracked.map) points.push_back({point.id, point.p_W, point.covariance});
+  return points;
+}
+
+score::Stamp at_tick(std::size_t tick) {
+  return std::chrono::nanoseconds(std::llround(1e9 * walking::kPeriod)) * static_cast<std::int64_t>(tick);
+}
+
+// When the plan's feet come down and when it ends.
+score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
+  const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
+  score::PlannedTimes planned{at_tick(timeline.ticks()), {}};
+  std::size_t tick = 0;
+  for (const walking::Phase& phase : timeline.phases()) {
+    tick += static_cast<std::size_t>(phase.ticks);
+    if (phase.support != walking::Support::both) planned.footsteps.push_back(at_tick(tick));
+  }
+  return planned;
 }
 
 score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
@@ -94,9 +131,12 @@ score::Run evidence(const Remains& remains) {
   for (const stream::RecordedSurface& recorded : remains.truth.surfaces)
     run.surfaces.push_back(surface(recorded));
   run.feet = feet(remains.truth);
+  run.planned = planned_times(remains.scenario.scenario.walk);
   if (!remains.tracked) return run;
   run.estimate = estimate(*remains.tracked);
   run.landmarks = landmarks(*remains.tracked);
+  run.innovations = innovations(*remains.tracked);
+  run.map = map(*remains.tracked);
   if (remains.tracked->diverged()) run.diverged = remains.tracked->cause();
   return run;
 }

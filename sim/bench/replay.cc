@@ -16,6 +16,7 @@ Outcome replay(const ReadScenario& scenario, const std::filesystem::path& record
       const StageClock clock(frame.filter_ms);
       tracking.take(std::move(*observation));
     }
+    frame.landmarks = tracking.landmarks();
     timing.frames.push_back(frame);
     progress(0);
   }

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "sim/bench/evidence.h"
+#include "sim/bench/scenario_limits.h"
 #include "sim/stream/csv.h"
 #include "sim/stream/tum.h"
 
@@ -126,10 +127,6 @@ score::Metrics unscored(const std::string& cause) {
   for (const score::MetricDefinition& defined : score::metric_definitions())
     metrics[std::string(defined.name)] = {std::nullopt, std::string(defined.unit), reason};
   return metrics;
-}
-
-bool keeps(const MetricLimit& limit, double value) {
-  return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
 }
 
 // The limits that one run is held to; those over seeds are the summary's. A metric that is not there misses

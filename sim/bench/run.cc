@@ -288,6 +288,7 @@ void Run::take_coming_frame() {
   if (tracking_) {
     const StageClock clock(frame_timing_.filter_ms);
     tracking_->take(std::move(observation));
+    frame_timing_.landmarks = tracking_->landmarks();
   }
   timing_.frames.push_back(std::exchange(frame_timing_, {}));
 }

@@ -71,6 +71,10 @@ void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
   earlier == limits.end() ? limits.push_back(limit) : void(*earlier = limit);
 }
 
+bool keeps(const MetricLimit& limit, double value) {
+  return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
+}
+
 std::string subject(const MetricLimit& limit) {
   return limit.aggregate.empty() ? limit.metric : limit.metric + "." + limit.aggregate;
 }

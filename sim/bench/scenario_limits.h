@@ -15,6 +15,9 @@ namespace sim::bench {
 void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
                 std::vector<MetricLimit>& limits);
 
+/// True when the value is on the limit's good side, or on it.
+bool keeps(const MetricLimit& limit, double value);
+
 /// "ate_se3_rmse_m.median"
 std::string subject(const MetricLimit& limit);
 /// "at_most" or "at_least"

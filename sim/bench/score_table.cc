@@ -48,17 +48,23 @@ std::string verdicts(const json& limits, const std::string& metric) {
 }  // namespace
 
 std::string score_table(const std::filesystem::path& result_folder) {
-  const json score = read(result_folder / "score.json"), timing = read(result_folder / "timing.json");
-  std::string text = fmt::format("{}  seed {}  {}\n", score["scenario"].get<std::string>(),
-                                 score["seed"].get<std::uint64_t>(), score["ending"].get<std::string>());
-  for (const auto& [name, metric] : score["metrics"].items()) {
-    const std::string remark = metric["value"].is_null() && metric.contains("reason")
-                                   ? metric["reason"].get<std::string>()
-                                   : verdicts(score["limits"], name);
+  const json scored = read(result_folder / "score.json"), timing = read(result_folder / "timing.json");
+  std::string text = fmt::format("{}  seed {}  {}\n", scored["scenario"].get<std::string>(),
+                                 scored["seed"].get<std::uint64_t>(), scored["ending"].get<std::string>());
+  for (const auto& [name, metric] : scored["metrics"].items()) {
+    const score::MetricDefinition* defined = score::find_metric(name);
+    const std::string judged = verdicts(scored["limits"], name);
+    if (judged.empty() && !(defined && defined->headline)) continue;
+    const std::string remark =
+        metric["value"].is_null() && metric.contains("reason") ? metric["reason"].get<std::string>() : judged;
     text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]), unit(metric), remark);
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
   }
+  if (const json& poses = scored["metrics"]["poses_matched"]["value"]; poses.is_number())
+    text += fmt::format(
+        "  over {} poses; ate_se3: after SE(3) alignment, else without; all metrics: score.json\n",
+        poses.get<double>());
   text += fmt::format("  filter {:.3f} ms CPU a frame (median; p99 {:.3f}), {:.2f} x real time\n",
                       timing["frame_cpu_ms_median"].get<double>(), timing["frame_cpu_ms_p99"].get<double>(),
                       timing["realtime_factor"].get<double>());

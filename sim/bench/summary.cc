@@ -38,10 +38,6 @@ std::optional<double> aggregate(const score::Summary& over_seeds, const std::str
   return name == "median" ? over_seeds.median : name == "mean" ? over_seeds.mean : over_seeds.worst;
 }
 
-bool keeps(const MetricLimit& limit, double value) {
-  return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
-}
-
 JudgedLimit judge(const MetricLimit& limit, const std::vector<MetricSummary>& metrics,
                   bool filter_was_to_run) {
   JudgedLimit judged{limit, {}, {}};
@@ -82,23 +78,30 @@ std::string row(const MetricSummary& metric) {
 
 }  // namespace
 
-SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_code) {
-  SeedScore score{seed, exit_code == 2 ? "not begun" : "crashed", exit_code, {}};
-  const fs::path file = root / fmt::format("seed-{}", seed) / "score.json";
+SeedScore read_score(const fs::path& file) {
   std::ifstream in(file);
-  if (!in && exit_code > 1) return score;
   if (!in) throw stream::FileError(file, "cannot be read");
   try {
     const ordered_json json = ordered_json::parse(in);
-    score.ending = json.at("ending");
+    SeedScore score{json.value("seed", std::uint64_t{0}), json.at("ending"), 0, {}};
     for (const auto& [name, metric] : json.at("metrics").items()) {
       const ordered_json& value = metric.at("value");
       score.metrics.push_back(
           {name, metric.at("unit"), value.is_null() ? std::nullopt : std::optional(value.get<double>())});
     }
+    return score;
   } catch (const ordered_json::exception& e) {
     throw stream::FileError(file, e.what());
   }
+}
+
+SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_code) {
+  const fs::path file = root / fmt::format("seed-{}", seed) / "score.json";
+  if (!fs::exists(file) && exit_code > 1)
+    return {seed, exit_code == 2 ? "not begun" : "crashed", exit_code, {}};
+  SeedScore score = read_score(file);
+  score.seed = seed;
+  score.exit_code = exit_code;
   return score;
 }
 

@@ -25,6 +25,7 @@ struct SeedScore {
   std::string ending;  ///< "not begun" (exit code 2) or "crashed" when its process left no score
   int exit_code = 0;
   std::vector<SeedMetric> metrics;
+  std::string recording{};  ///< its hash; empty where it is not known
 };
 
 /// One metric over the seeds for which it is defined. Worst is the value nearest to missing the metric's
@@ -48,6 +49,9 @@ struct Summary {
   std::vector<MetricSummary> metrics;
   std::vector<JudgedLimit> limits;
 };
+
+/// Reads a score.json; the exit code is not in it. Throws FileError.
+SeedScore read_score(const std::filesystem::path& file);
 
 /// Reads root/seed-<n>/score.json. A missing one is a crash when the exit code says so; a broken one is a
 /// FileError.

@@ -29,6 +29,20 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
+// The filter's CPU time of a frame by the size of its map: how it grows is what limits a map.
+nlohmann::ordered_json by_landmarks(const std::vector<FrameTiming>& frames) {
+  std::map<int, std::vector<double>> tens;
+  for (const FrameTiming& frame : frames) tens[frame.landmarks / 10 * 10].push_back(frame.filter_ms);
+  auto json = nlohmann::ordered_json::array();
+  for (const auto& [from, filter] : tens)
+    json.push_back({{"landmarks_from", from},
+                    {"landmarks_to", from + 9},
+                    {"frames", filter.size()},
+                    {"median", quantile(filter, 0.5)},
+                    {"p99", quantile(filter, 0.99)}});
+  return json;
+}
+
 }  // namespace
 
 double process_cpu_ms() {
@@ -39,16 +53,17 @@ double process_cpu_ms() {
 
 void Timing::write(const std::filesystem::path& folder, double simulated_s) const {
   std::ofstream csv(folder / "timing.csv");
-  csv << "#timestamp [ns],plan_and_physics [ms],render [ms],record [ms],filter [ms]\n";
+  csv << "#timestamp [ns],plan_and_physics [ms],render [ms],record [ms],filter [ms],landmarks\n";
   for (const FrameTiming& f : frames)
-    csv << fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f}\n", f.t.count(), f.plan_and_physics_ms, f.render_ms,
-                       f.record_ms, f.filter_ms);
+    csv << fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{}\n", f.t.count(), f.plan_and_physics_ms, f.render_ms,
+                       f.record_ms, f.filter_ms, f.landmarks);
 
   const auto filter = column(frames, &FrameTiming::filter_ms);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   nlohmann::ordered_json json;
   json["frame_cpu_ms_median"] = quantile(filter, 0.5);
   json["frame_cpu_ms_p99"] = quantile(filter, 0.99);
+  json["frame_cpu_ms_by_landmarks"] = by_landmarks(frames);
   json["realtime_factor"] = simulated_s / wall_s;
   json["simulated_s"] = simulated_s;
   json["wall_s"] = wall_s;

@@ -18,6 +18,7 @@ double process_cpu_ms();
 struct FrameTiming {
   slam::Stamp t{0};
   double plan_and_physics_ms = 0, render_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU, all threads
+  int landmarks = 0;  ///< in the filter's map after the frame
 };
 
 /// Adds the CPU time between its construction and its end to a stage.
@@ -39,7 +40,8 @@ class Timing {
   std::vector<FrameTiming> frames;
 
   /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_median and _p99 of the filter's
-  /// step, realtime_factor (simulated seconds per wall second of the whole run) and the total of each stage.
+  /// step, the same by size of the map in tens of landmarks, realtime_factor (simulated seconds per wall
+  /// second of the whole run) and the total of each stage.
   void write(const std::filesystem::path& folder, double simulated_s) const;
 
  private:

@@ -50,6 +50,9 @@ class Tracking {
   /// A filter that has diverged is given no more.
   void take(slam::Observation ideal);
 
+  /// In the filter's map after the last observation.
+  int landmarks() const { return tracked_.frames.empty() ? 0 : tracked_.frames.back().report.landmarks; }
+
   /// Gives the filter what was still under way, ends the tracking and hands out what came of it.
   Tracked finish();
 

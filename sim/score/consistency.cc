@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "sim/score/statistics.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::score {
@@ -67,19 +68,21 @@ Band mean_band(int dof, int count, double confidence) {
 
 std::optional<InnovationSummary> summarise(const std::vector<Innovation>& innovations) {
   InnovationSummary summary;
+  std::vector<double> z;
   double squares = 0, dof = 0, variance = 0, neighbours = 0;
-  std::optional<double> last;
   for (const Innovation& innovation : innovations) {
     if (innovation.dof <= 0) continue;
-    ++summary.count;
     squares += innovation.square;
     dof += innovation.dof;
-    const double z = (innovation.square - innovation.dof) / std::sqrt(2.0 * innovation.dof);
-    variance += z * z;
-    if (last) neighbours += z * *last;
-    last = z;
+    z.push_back((innovation.square - innovation.dof) / std::sqrt(2.0 * innovation.dof));
   }
-  if (summary.count < 2) return std::nullopt;
+  if (z.size() < 2) return std::nullopt;
+  const double about = mean(z);
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    variance += (z[i] - about) * (z[i] - about);
+    if (i > 0) neighbours += (z[i] - about) * (z[i - 1] - about);
+  }
+  summary.count = static_cast<int>(z.size());
   summary.ratio = squares / dof;
   summary.variance_ratio = variance / summary.count;
   summary.whiteness = variance > 0 ? neighbours / variance : 0;

@@ -45,8 +45,8 @@ struct Innovation {
 
 /// One sensor's innovations over a run. ratio: sum of squares by sum of degrees of freedom, 1 expected, in
 /// `band` with 95 % confidence if they are independent. variance_ratio: variance of (square − dof) / √(2
-/// dof), 1 expected. whiteness: correlation of those from one frame to the next, 0 expected, ±1.96/√count
-/// with 95 % confidence.
+/// dof) about its mean, 1 expected. whiteness: correlation of those from one frame to the next, 0 expected,
+/// ±1.96/√count with 95 % confidence.
 struct InnovationSummary {
   int count = 0;
   double ratio = 0, variance_ratio = 0, whiteness = 0;

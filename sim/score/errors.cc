@@ -35,7 +35,9 @@ ErrorStatistics describe(const std::vector<double>& errors) {
           root_mean_square(deviations),
           quantile(errors, 0),
           quantile(errors, 1),
-          quantile(errors, 0.95)};
+          quantile(errors, 0.95),
+          quantile(errors, 0.99),
+          rmse * rmse * static_cast<double>(errors.size())};
 }
 
 double height_range(const Trajectory& trajectory) {

@@ -17,7 +17,7 @@ double yaw_error(const PosePair& pair);
 /// A list of errors in the numbers that the field quotes, named as evo names them (std: of n, not n − 1).
 struct ErrorStatistics {
   std::size_t n = 0;
-  double rmse = 0, mean = 0, median = 0, std = 0, min = 0, max = 0, p95 = 0;
+  double rmse = 0, mean = 0, median = 0, std = 0, min = 0, max = 0, p95 = 0, p99 = 0, sse = 0;
 };
 /// errors: at least one.
 ErrorStatistics describe(const std::vector<double>& errors);

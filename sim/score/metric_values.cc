@@ -4,23 +4,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/score/alignment.h"
-#include "sim/score/consistency.h"
 #include "sim/score/errors.h"
-#include "sim/score/relative.h"
 #include "sim/score/statistics.h"
 
 namespace sim::score {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-// value(), if anything can be said of the estimate.
-template <typename F>
-Value of_estimate(const Scored& s, F value) {
-  if (!s.no_estimate.empty()) return Value::none(s.no_estimate);
-  return value();
-}
 
 // value(similarity), if there is one that aligns the estimate.
 template <typename F>
@@ -32,39 +22,38 @@ Value of_aligned(const Scored& s, Alignment alignment, F value) {
   });
 }
 
-Value ate(const Scored& s, Alignment alignment) {
-  return of_aligned(s, alignment, [&](const Similarity& S) -> Value {
-    return root_mean_square(position_errors(transformed(S, s.pairs)));
-  });
-}
-
 double end_distance(const Scored& s) { return position_errors({s.pairs.back()}).front(); }
 
+// The root mean square of a part of the relative errors over the spans.
 template <typename Part>
-Value relative_1m(const Scored& s, Part part) {
+Value relative(const Scored& s, const std::vector<Span>& over, Part part) {
+  std::vector<double> errors;
+  for (const RelativeError& error : relative_errors(s.pairs, over)) errors.push_back(part(error));
+  if (errors.empty()) return Value::none("the true path has no such spans");
+  return root_mean_square(errors);
+}
+
+double translation(const RelativeError& error) { return error.translation; }
+double degrees(const RelativeError& error) { return error.rotation / kDegree; }
+
+template <typename Part>
+Value over_steps(const Scored& s, Part part) {
   return of_estimate(s, [&]() -> Value {
-    Spans metres{Spans::Unit::metres, 1, true};
-    metres.along_truth = true;
-    std::vector<double> errors;
-    for (const RelativeError& error : relative_errors(s.pairs, spans(s.pairs, metres)))
-      errors.push_back(part(error));
-    if (errors.empty()) return Value::none("the true path has no spans of 1 m");
-    return root_mean_square(errors);
+    if (!s.run.planned) return Value::none("the planned footsteps are not known");
+    std::vector<Stamp> walked;
+    for (const Stamp t : s.run.planned->footsteps)
+      if (t >= s.pairs.front().t && t <= s.pairs.back().t) walked.push_back(t);
+    return relative(s, spans_between(s.pairs, walked), part);
   });
 }
 
-template <typename Part>
-Value mean_nees(const Scored& s, Part part) {
-  return of_estimate(s, [&]() -> Value {
-    std::vector<double> values;
-    for (const EstimatedPose& pose : *s.run.estimate)
-      for (const PosePair& pair : pair_by_stamp(s.truth_camera, {{pose.t, pose.X_WC}})) {
-        const auto nees = pose_nees(pair.X_true, pair.X_estimate, pose.covariance);
-        if (!nees) return Value::none("a covariance of the estimate is not positive definite");
-        values.push_back(part(*nees));
-      }
-    return mean(values);
-  });
+// 1 also where there is no room for another frame.
+Value completion(const Scored& s, Stamp last) {
+  if (!s.run.planned || s.run.planned->end.count() <= 0)
+    return Value::none("how long the plan takes is not known");
+  const Trajectory& frames = s.run.truth_camera;
+  const Stamp interval = frames.size() > 1 ? frames[1].t - frames[0].t : Stamp(0), end = s.run.planned->end;
+  return last + interval > end ? 1 : static_cast<double>(last.count()) / static_cast<double>(end.count());
 }
 
 template <typename Part>
@@ -72,46 +61,6 @@ Value plan_drift(const Scored& s, Part part) {
   const std::vector<PosePair> pairs = pair_by_stamp(s.run.truth_waist, s.run.plan_waist);
   if (pairs.empty()) return Value::none("no planned waist pose has the stamp of a true one");
   return part(drift(pairs.back().X_true, pairs.back().X_estimate, s.run.plan_waist.front().X));
-}
-
-// part(what the feet did in a phase), if they were watched.
-template <typename Part>
-Value of_feet(const Scored& s, FootPhase phase, Part part) {
-  if (s.run.feet.empty()) return Value::none("the feet were not recorded");
-  return part(total(s.run.feet, phase));
-}
-
-// part summed over the phases in which a foot moves on the ground.
-template <typename Part>
-Value on_ground(const Scored& s, Part part) {
-  if (s.run.feet.empty()) return Value::none("the feet were not recorded");
-  double sum = 0;
-  for (FootPhase phase : {FootPhase::landing, FootPhase::support, FootPhase::lift_off})
-    sum += part(total(s.run.feet, phase));
-  return sum;
-}
-
-constexpr auto kMoved = [](const FootTotal& t) { return t.moved; };
-constexpr auto kTurned = [](const FootTotal& t) { return t.turned / kDegree; };
-constexpr auto kDriftX = [](const FootTotal& t) { return t.drift.x; };
-constexpr auto kDriftY = [](const FootTotal& t) { return t.drift.y; };
-constexpr auto kDriftYaw = [](const FootTotal& t) { return t.drift.yaw / kDegree; };
-
-// value(time of the first frame in which a landmark closed the loop), if there is one.
-template <typename F>
-Value of_closure(const Scored& s, F value) {
-  if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  if (s.loop.empty()) return Value::none("no landmark closed the loop");
-  const auto earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
-  return value(std::min_element(s.loop.begin(), s.loop.end(), earlier)->found);
-}
-
-// The position error of the last estimate not after t.
-Value error_until(const Scored& s, Stamp t) {
-  const auto last =
-      std::find_if(s.pairs.rbegin(), s.pairs.rend(), [t](const PosePair& pair) { return pair.t <= t; });
-  if (last == s.pairs.rend()) return Value::none("no estimate before the closure");
-  return position_errors({*last}).front();
 }
 
 }  // namespace
@@ -123,24 +72,70 @@ Value Value::none(std::string why) {
   return v;
 }
 
-Value ate_se3_rmse(const Scored& s) { return ate(s, Alignment::se3); }
-Value ate_yaw_rmse(const Scored& s) { return ate(s, Alignment::yaw_position); }
-Value ate_sim3_rmse(const Scored& s) { return ate(s, Alignment::sim3); }
-Value rmse(const Scored& s) { return ate(s, Alignment::none); }
+Value ate(const Scored& s, Alignment alignment) {
+  return of_aligned(s, alignment, [&](const Similarity& S) -> Value {
+    return root_mean_square(position_errors(transformed(S, s.pairs)));
+  });
+}
 
 Value scale_error(const Scored& s) {
   return of_aligned(s, Alignment::sim3, [](const Similarity& S) -> Value { return 100 * (1 / S.scale - 1); });
 }
 
-Value relative_1m_translation(const Scored& s) {
-  return relative_1m(s, [](const RelativeError& error) { return error.translation; });
+Value poses_matched(const Scored& s) {
+  return of_estimate(s, [&]() -> Value { return static_cast<double>(s.pairs.size()); });
 }
-Value relative_1m_rotation(const Scored& s) {
-  return relative_1m(s, [](const RelativeError& error) { return error.rotation / kDegree; });
+
+Value rmse_along(const Scored& s, int axis) {
+  return of_estimate(s, [&]() -> Value {
+    std::vector<double> errors;
+    for (const PosePair& pair : s.pairs)
+      errors.push_back(pair.X_estimate.translation()(axis) - pair.X_true.translation()(axis));
+    return root_mean_square(errors);
+  });
+}
+
+Value rotation_rmse(const Scored& s) {
+  return of_estimate(s, [&]() -> Value { return root_mean_square(orientation_errors(s.pairs)) / kDegree; });
+}
+
+Value yaw_rmse(const Scored& s) {
+  return of_estimate(s, [&]() -> Value {
+    std::vector<double> errors;
+    for (const PosePair& pair : s.pairs) errors.push_back(yaw_error(pair) / kDegree);
+    return root_mean_square(errors);
+  });
+}
+
+Value relative_translation(const Scored& s, const Spans& over) {
+  return of_estimate(s, [&] { return relative(s, spans(s.pairs, over), translation); });
+}
+Value relative_rotation(const Scored& s, const Spans& over) {
+  return of_estimate(s, [&] { return relative(s, spans(s.pairs, over), degrees); });
+}
+Value step_translation(const Scored& s) { return over_steps(s, translation); }
+Value step_rotation(const Scored& s) { return over_steps(s, degrees); }
+
+Value walk_completion(const Scored& s) {
+  if (s.run.truth_camera.empty()) return Value::none("there is no true pose");
+  return completion(s, s.run.truth_camera.back().t);
+}
+
+Value track_completion(const Scored& s) {
+  if (!s.run.estimate) return Value::none("the filter was not run");
+  if (s.run.estimate->empty()) return Value::none("there is no estimate");
+  return completion(s, s.run.estimate->back().t);
 }
 
 Value end_position_error(const Scored& s) {
   return of_estimate(s, [&]() -> Value { return end_distance(s); });
+}
+
+Value end_error_along(const Scored& s, int axis) {
+  return of_estimate(s, [&]() -> Value {
+    const PosePair& end = s.pairs.back();
+    return end.X_estimate.translation()(axis) - end.X_true.translation()(axis);
+  });
 }
 
 Value drift_percent(const Scored& s) {
@@ -157,13 +152,6 @@ Value end_yaw_error(const Scored& s) {
 
 Value estimated_height_range(const Scored& s) {
   return of_estimate(s, [&]() -> Value { return height_range(s.estimate); });
-}
-
-Value nees_position(const Scored& s) {
-  return mean_nees(s, [](const PoseNees& nees) { return nees.position; });
-}
-Value nees_orientation(const Scored& s) {
-  return mean_nees(s, [](const PoseNees& nees) { return nees.orientation; });
 }
 
 Value true_height_range(const Scored& s) {
@@ -191,47 +179,6 @@ Value plan_drift_y(const Scored& s) {
 }
 Value plan_drift_yaw(const Scored& s) {
   return plan_drift(s, [](const Drift& d) { return d.yaw / kDegree; });
-}
-
-Value foot_slip_landing(const Scored& s) { return of_feet(s, FootPhase::landing, kMoved); }
-Value foot_slip_support(const Scored& s) { return of_feet(s, FootPhase::support, kMoved); }
-Value foot_slip_lift_off(const Scored& s) { return of_feet(s, FootPhase::lift_off, kMoved); }
-Value foot_turn_landing(const Scored& s) { return of_feet(s, FootPhase::landing, kTurned); }
-Value foot_turn_support(const Scored& s) { return of_feet(s, FootPhase::support, kTurned); }
-Value foot_turn_lift_off(const Scored& s) { return of_feet(s, FootPhase::lift_off, kTurned); }
-Value foot_creep(const Scored& s) {
-  return on_ground(s, [](const FootTotal& t) { return t.creep; });
-}
-Value foot_creep_turn(const Scored& s) {
-  return on_ground(s, [](const FootTotal& t) { return t.creep_turn / kDegree; });
-}
-Value slip_drift_x(const Scored& s) { return on_ground(s, kDriftX); }
-Value slip_drift_y(const Scored& s) { return on_ground(s, kDriftY); }
-Value slip_drift_yaw(const Scored& s) { return on_ground(s, kDriftYaw); }
-Value put_down_drift_x(const Scored& s) { return of_feet(s, FootPhase::put_down, kDriftX); }
-Value put_down_drift_y(const Scored& s) { return of_feet(s, FootPhase::put_down, kDriftY); }
-Value put_down_drift_yaw(const Scored& s) { return of_feet(s, FootPhase::put_down, kDriftYaw); }
-
-Value loop_landmark_count(const Scored& s) {
-  if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  return static_cast<double>(s.loop.size());
-}
-
-Value loop_closed(const Scored& s) {
-  if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  return s.loop.size() >= 3 ? 1 : 0;
-}
-
-Value loop_time(const Scored& s) {
-  return of_closure(s, [](Stamp t) -> Value { return static_cast<double>(t.count()) * 1e-9; });
-}
-
-Value loop_error_before(const Scored& s) {
-  return of_closure(s, [&](Stamp t) { return error_until(s, t - Stamp(1)); });
-}
-
-Value loop_error_after(const Scored& s) {
-  return of_closure(s, [&](Stamp t) { return error_until(s, t + std::chrono::seconds(1)); });
 }
 
 }  // namespace sim::score

@@ -80,12 +80,17 @@ std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::v
   return spans;
 }
 
+Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span) {
+  const PosePair &from = pairs[span.from], &to = pairs[span.to];
+  const Eigen::Isometry3d truth = from.X_true.inverse() * to.X_true;
+  return truth.inverse() * from.X_estimate.inverse() * to.X_estimate;
+}
+
 std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,
                                            const std::vector<Span>& over) {
   std::vector<RelativeError> errors;
-  for (const auto& [from, to] : over) {
-    const Eigen::Isometry3d truth = pairs[from].X_true.inverse() * pairs[to].X_true;
-    const Eigen::Isometry3d E = truth.inverse() * pairs[from].X_estimate.inverse() * pairs[to].X_estimate;
+  for (const Span& span : over) {
+    const Eigen::Isometry3d E = relative_difference(pairs, span);
     errors.push_back({E.translation().norm(), rotation_vector(E.linear()).norm()});
   }
   return errors;

@@ -31,7 +31,11 @@ std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
 /// From one given time to the next (the footsteps of a walk): each time stands for the pose nearest to it.
 std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::vector<Stamp>& times);
 
-/// Error of the motion over one span, E = (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹ X_estimate_to).
+/// Difference of the motions over one span, E = (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹
+/// X_estimate_to).
+Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span);
+
+/// Its size.
 struct RelativeError {
   double translation = 0;  ///< m
   double rotation = 0;     ///< rad

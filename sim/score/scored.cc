@@ -32,6 +32,20 @@ std::string why_no_estimate(const Scored& s) {
   return "";
 }
 
+// Of the pairs' estimates, up to the first without.
+std::vector<PoseNees> nees_of(const std::vector<PosePair>& pairs, const Run& run) {
+  std::vector<PoseNees> all;
+  if (pairs.empty()) return all;
+  auto pose = run.estimate->begin();
+  for (const PosePair& pair : pairs) {
+    while (pose->t != pair.t) ++pose;
+    const auto nees = pose_nees(pair.X_true, pair.X_estimate, pose->covariance);
+    if (!nees) break;
+    all.push_back(*nees);
+  }
+  return all;
+}
+
 }  // namespace
 
 Scored::Scored(const Run& run_) : run(run_), begin(first_motion(run_.plan_waist)) {
@@ -39,6 +53,7 @@ Scored::Scored(const Run& run_) : run(run_), begin(first_motion(run_.plan_waist)
   if (begin) truth_camera = from(*begin, run.truth_camera);
   if (begin && run.estimate) estimate = from(*begin, poses(*run.estimate));
   pairs = pair_by_stamp(truth_camera, estimate);
+  nees = nees_of(pairs, run);
   no_estimate = no_loop = why_no_estimate(*this);
   const auto marks = turn_marks(run.plan_waist);
   if (no_loop.empty() && !marks) no_loop = "what was walked of the plan turns by less than 350 degrees";

@@ -20,6 +20,7 @@ struct Scored {
                                ///< start; without a planned waist the first frame with truth
   Trajectory truth_camera, estimate;  ///< from then on
   std::vector<PosePair> pairs;        ///< of these two
+  std::vector<PoseNees> nees;         ///< of the pairs; shorter if one of them has none
   std::string no_estimate;            ///< why nothing can be said of the estimate; empty if something can
   std::vector<LoopLandmark> loop;     ///< the landmarks that close the loop
   std::string no_loop;                ///< why there can be none; empty if there can

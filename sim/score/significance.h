@@ -1,6 +1,8 @@
 // Whether a difference between two sets of runs is more than chance.
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace sim::score {
@@ -9,6 +11,16 @@ namespace sim::score {
 /// Zeros are left out; equal sizes share their mean rank. Exact for up to 50 differences, by the normal
 /// approximation with corrections for ties and continuity beyond. 1 when nothing differs. All values finite.
 double wilcoxon_signed_rank(const std::vector<double>& differences);
+
+/// Two-sided p-value of the rank sum test (Wilcoxon 1945, Mann & Whitney 1947) that two sets of values, of
+/// other seeds, come from the same distribution. Equal values share their mean rank. Exact (all ways of
+/// dealing the ranks out) for up to 100 values in all, by the normal approximation with corrections for ties
+/// and continuity beyond. 1 when one set is empty. All values finite.
+double rank_sum(const std::vector<double>& a, const std::vector<double>& b);
+
+/// Between which of the values the median lies that they are a sample of, with at least 95 % confidence
+/// whatever their distribution (order statistics); nothing for fewer than 6.
+std::optional<std::pair<double, double>> median_interval(std::vector<double> values);
 
 /// p-values adjusted for being several (Holm 1979), in the order given: each may be compared with the level
 /// itself.

@@ -11,6 +11,12 @@ Trajectory::const_iterator first_not_before(const Trajectory& trajectory, Stamp 
                           [](const StampedPose& pose, Stamp stamp) { return pose.t < stamp; });
 }
 
+Trajectory::const_iterator nearest_in_time(const Trajectory& trajectory, Stamp t) {
+  const auto after = first_not_before(trajectory, t);
+  if (after == trajectory.begin()) return after;
+  return after == trajectory.end() || t - (after - 1)->t <= after->t - t ? after - 1 : after;
+}
+
 }  // namespace
 
 std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
@@ -18,6 +24,23 @@ std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& e
   for (const StampedPose& pose : estimate) {
     const auto same = first_not_before(truth, pose.t);
     if (same != truth.end() && same->t == pose.t) pairs.push_back({pose.t, same->X, pose.X});
+  }
+  return pairs;
+}
+
+std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
+                                      Stamp offset) {
+  Trajectory shifted = estimate;
+  for (StampedPose& pose : shifted) pose.t += offset;
+  const bool fewer_estimates = shifted.size() <= truth.size();
+  const Trajectory &few = fewer_estimates ? shifted : truth, &many = fewer_estimates ? truth : shifted;
+  std::vector<PosePair> pairs;
+  for (const StampedPose& pose : few) {
+    const auto nearest = nearest_in_time(many, pose.t);
+    if (nearest == many.end() || std::chrono::abs(nearest->t - pose.t) > most) continue;
+    const auto &of_truth = fewer_estimates ? *nearest : pose,
+               &of_estimate = fewer_estimates ? pose : *nearest;
+    pairs.push_back({of_estimate.t, of_truth.X, of_estimate.X});
   }
   return pairs;
 }

@@ -29,6 +29,12 @@ struct PosePair {
 /// The pairs of exactly equal stamps, in order of time.
 std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate);
 
+/// Pairs each pose of the shorter trajectory with the one of the other nearest in time (of two as near the
+/// earlier), if it is off by at most `most`; `offset` is added to the estimate's stamps. As in the evaluation
+/// program evo.
+std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
+                                      Stamp offset = Stamp(0));
+
 /// Pairs each estimate with the truth interpolated at its stamp; estimates outside the truth's time are left
 /// out.
 std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate);

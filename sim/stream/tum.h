@@ -40,6 +40,12 @@ extern const char* const kTumCovarianceHeader;
 /// project's own, and the position's in W.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& covariance);
 
+class TextLine;
+/// The pose of a line "t tx ty tz qx qy qz qw ..."; the quaternion is made unit.
+Eigen::Isometry3d tum_pose(const TextLine& line);
+/// The covariance of a line of the 20-column form.
+Matrix6d tum_covariance(const TextLine& line);
+
 /// Reads 8- and 20-column lines; lines beginning with # and blank lines are skipped. Stamps must rise. Throws
 /// FileError.
 std::vector<TumRow> read_tum(const std::filesystem::path& file);

@@ -55,6 +55,38 @@ TEST_F(BatchTest, ReplayOfAResultGivesItsBytes) {
   EXPECT_EQ(gaitslam("replay results/walk/seed-1 --out again --force").exit_code, 0);
 }
 
+TEST_F(BatchTest, TheScoreIsWhatNumpyMakesOfTheResultsFiles) {
+  ASSERT_EQ(gaitslam("run walk.yaml").exit_code, 0);
+  const Ran ran = shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
+                        "/tests/tools/score_oracle.py' '" GAITSLAM_PROGRAM "' results/walk/seed-1");
+  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
+}
+
+TEST_F(BatchTest, ARecordingIsReplayedWithAnotherScenarioOfTheSameWalk) {
+  ASSERT_EQ(gaitslam("run walk.yaml").exit_code, 0);
+  write("loud.yaml", std::string(kWalk) + "errors: {gyro: {sigma_rad_s: 0.1}}\nname: walk\n");
+  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --scenario walk.yaml --out same").exit_code, 0);
+  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --scenario loud.yaml --out loud").exit_code, 0);
+  EXPECT_EQ(gaitslam("compare results/walk same").out.find("SAME"), std::string::npos);
+  EXPECT_NE(text_of("loud/estimate.tum"), text_of("same/estimate.tum"));
+  write("other.yaml", "walk: {commands: [{stand: {duration_s: 2}}]}\ncamera: {}\nslam: {}\n");
+  const Ran ran = gaitslam("replay results/walk/seed-1 --scenario other.yaml --out other");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("other.yaml: walk.commands is"));
+}
+
+TEST_F(BatchTest, ASuiteIsRunAndItsRecordingsReplayed) {
+  write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../walk.yaml}]\n");
+  const Ran made = gaitslam("baseline update suites/ci.yaml --reason first --out results --jobs 2");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Ran again = gaitslam("regress suites/ci.yaml --recordings results --out again --jobs 2");
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("2 seeds paired"));
+  EXPECT_THAT(again.out, HasSubstr("rmse_m"));
+  EXPECT_THAT(again.out, testing::Not(HasSubstr("SAME")));
+  EXPECT_THAT(again.out, HasSubstr("IDENTICAL"));
+}
+
 TEST_F(BatchTest, ADefaultResultIsReplacedAndAnAskedForOneIsNot) {
   const std::string run = "run walk.yaml --without camera,slam ";
   EXPECT_EQ(gaitslam(run).exit_code, 0);

@@ -29,7 +29,7 @@ class Cli : public tests::CommandLine {
 };
 
 TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
-  for (const std::string command : {"", "run ", "replay ", "check ", "config "}) {
+  for (const std::string command : {"", "run ", "replay ", "score ", "regress ", "compare ", "baseline update ", "check ", "config "}) {
     const Ran ran = gaitslam(command + "--help");
     EXPECT_EQ(ran.exit_code, 0);
     EXPECT_THAT(ran.out, HasSubstr("Examples:\n  gaitslam " + command));
@@ -49,7 +49,7 @@ TEST_F(Cli, VersionNamesRevisionAndLibraries) {
 TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("", "A subcommand is required");
   expect_refused("rnu x.yaml",
-                 "unknown command 'rnu', expected one of run, replay, check, config; did you mean 'run'?");
+                 "unknown command 'rnu', expected one of run, replay, score, regress, compare, baseline, check, config; did you mean 'run'?");
   expect_refused("check", "scenarios is required");
   expect_refused("config", "config: expected a scenario's YAML file, or --keys");
   expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");

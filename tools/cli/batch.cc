@@ -2,7 +2,9 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -69,9 +71,25 @@ SeedOutcome outcome_of(std::uint64_t seed, int status, const fs::path& log) {
       complaint + fmt::format("killed by signal {} ({})\n", WTERMSIG(status), strsignal(WTERMSIG(status)))};
 }
 
+/// The command line of one seed.
+std::vector<std::string> arguments(const Batch& batch, const fs::path& scenario, std::uint64_t seed) {
+  const std::string name = fmt::format("seed-{}", seed), set_seed = fmt::format("seed={}", seed),
+                    process = std::to_string(getpid());
+  if (batch.recordings)
+    return {"gaitslam",        "replay", (*batch.recordings / name).string(), set_seed,  "--scenario",
+            scenario.string(), "--out",  (batch.root / name).string(),        "--force", "--die-with-parent", process};
+  return {"gaitslam",          "run",      scenario.string(),     set_seed,  "--out",
+          batch.root.string(), "--models", batch.models.string(), "--force", "--die-with-parent", process};
+}
+
 std::string log_name(std::uint64_t seed) { return fmt::format("seed-{}.log", seed); }
 
 }  // namespace
+
+void die_with(pid_t batch) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != batch) raise(SIGKILL);
+}
 
 std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const Batch& batch) {
   const TemporaryFolder temporary;
@@ -87,10 +105,7 @@ std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const B
       const std::uint64_t seed = batch.seeds[next];
       fs::remove_all(batch.root /
                      fmt::format("seed-{}", seed));  // nothing old is taken for this run's result
-      running[start(
-          {"gaitslam", "run", frozen.string(), fmt::format("seed={}", seed), "--out", batch.root.string(),
-           "--models", batch.models.string(), "--force", "--die-with-parent", std::to_string(getpid())},
-          temporary / log_name(seed))] = next;
+      running[start(arguments(batch, frozen, seed), temporary / log_name(seed))] = next;
       ++next;
       continue;
     }

@@ -1,8 +1,11 @@
 // Several seeds of one scenario, each in a process of its own: one that crashes takes no other with it.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +18,7 @@ struct Batch {
   int jobs = 1;                ///< processes at a time
   std::filesystem::path root;  ///< seed-<n> goes below
   std::filesystem::path models;
+  std::optional<std::filesystem::path> recordings{};  ///< replay seed-<n> of this folder instead of walking
 };
 
 /// How one seed's process ended.
@@ -23,6 +27,9 @@ struct SeedOutcome {
   int exit_code = 0;
   std::string complaint;  ///< what it wrote to stderr, or the signal that killed it
 };
+
+/// Called by a seed's process: it does not outlive the batch, not even one that has ended by now.
+void die_with(pid_t batch);
 
 /// Runs all seeds; in the order of batch.seeds whatever the order in which they end.
 std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const Batch& batch);

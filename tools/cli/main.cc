@@ -52,6 +52,10 @@ int run_program(int argc, char** argv) {
   cli::add_replay(app, exit_code);
   cli::add_export(app, exit_code);
   cli::add_video(app, exit_code);
+  cli::add_score(app, exit_code);
+  cli::add_regress(app, exit_code);
+  cli::add_compare(app, exit_code);
+  cli::add_baseline(app, exit_code);
   cli::add_check(app, exit_code);
   cli::add_report(app, exit_code);
   cli::add_config(app, exit_code);

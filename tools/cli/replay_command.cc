@@ -7,9 +7,11 @@
 
 #include "sim/bench/foreign_replay.h"
 #include "sim/bench/replay.h"
+#include "sim/bench/scenario_keys.h"
 #include "sim/bench/scenario_yaml.h"
 #include "sim/stream/asl_folder.h"
 #include "sim/stream/file_error.h"
+#include "tools/cli/batch.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/progress.h"
@@ -28,21 +30,47 @@ The results go to RESULT/replay, replacing earlier ones, or to DIR. Exit code: a
 
 struct Request {
   fs::path result;
-  std::optional<std::string> out;
+  std::optional<std::string> out, scenario;
   bench::Changes changes;
   bool force = false;
+  std::optional<pid_t> batch;
 };
+
+/// Part of what the recording has in it.
+bool shapes_recording(const std::string& key) {
+  return key.starts_with("walk.") || key.starts_with("stabilizer.") || key.starts_with("world.") ||
+         key.starts_with("camera.");
+}
 
 /// What the recording has in it cannot be changed by replaying it.
 void require_replayable(const bench::ReadScenario& read) {
   for (const auto& [key, origin] : read.origin) {
-    const bool recorded = key.starts_with("walk.") || key.starts_with("stabilizer.") ||
-                          key.starts_with("world.") || key.starts_with("camera.");
-    if (recorded && origin.starts_with("argument")) {
+    if (shapes_recording(key) && origin.starts_with("argument")) {
       throw UsageError(
           fmt::format("{}: shapes the recording, which replay does not change; run the scenario again", key));
     }
   }
+}
+
+/// Another scenario may tell the filter other things, not the walk.
+void require_same_walk(const bench::Scenario& recorded, const bench::Scenario& scenario,
+                       const Request& request) {
+  for (const auto& key : bench::scenario_keys()) {
+    if (!shapes_recording(key.name) || !bench::has_section(recorded, key.name)) continue;
+    const std::string there = key.print(recorded),
+                      here = bench::has_section(scenario, key.name) ? key.print(scenario) : "left out";
+    if (there != here)
+      throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", *request.scenario,
+                                   key.name, there, request.result.string(), here));
+  }
+}
+
+bench::ReadScenario read_request(const Request& request) {
+  const fs::path own = request.result / "scenario.yaml";
+  if (!request.scenario) return bench::read_scenario(own, request.changes);
+  const bench::ReadScenario read = bench::read_scenario(*request.scenario, request.changes);
+  require_same_walk(bench::read_scenario(own).scenario, read.scenario, request);
+  return read;
 }
 
 std::string walk_ending(const fs::path& about) {
@@ -56,13 +84,14 @@ std::string walk_ending(const fs::path& about) {
 }
 
 int replay(const Request& request) {
+  if (request.batch) die_with(*request.batch);
   if (!fs::is_directory(request.result)) {
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
   }
   const bool foreign = sim::stream::is_asl_folder(request.result);
+  if (foreign && request.scenario) throw UsageError("--scenario: expected a result folder to replay with it");
   const bench::ReadScenario read =
-      foreign ? bench::foreign_scenario(request.result, request.changes)
-              : bench::read_scenario(request.result / "scenario.yaml", request.changes);
+      foreign ? bench::foreign_scenario(request.result, request.changes) : read_request(request);
   require_replayable(read);
   if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to replay");
   const fs::path folder = request.out ? fs::path(*request.out) : request.result / "replay";
@@ -94,8 +123,11 @@ void add_replay(CLI::App& app, int& exit_code) {
       ->add_option("changes", request->changes.overrides,
                    "what to set otherwise: errors.*, slam.*, limits.*, seed")
       ->option_text("key=value ...");
+  command->add_option("--scenario", request->scenario,
+                      "what to set, from another scenario's file that walks the recorded walk");
   command->add_option("--out", request->out, "folder for the results");
   command->add_flag("--force", request->force, "replace a folder that exists");
+  command->add_option("--die-with-parent", request->batch)->group("");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = replay(*request); });
 }

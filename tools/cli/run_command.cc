@@ -1,8 +1,5 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <iostream>
@@ -40,12 +37,6 @@ struct Request {
   bool force = false;
   std::optional<pid_t> batch;
 };
-
-/// A seed of a batch does not outlive the batch, not even one that has ended by now.
-void die_with(pid_t batch) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != batch) raise(SIGKILL);
-}
 
 int run_one(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);

@@ -97,6 +97,8 @@ TEST(Consistency, InnovationsOfTheRightSizeAreInTheBandAndOthersAreNot) {
   EXPECT_TRUE(good->band.low < good->ratio && good->ratio < good->band.high);
   EXPECT_NEAR(loud->ratio, 2 * good->ratio, 1e-12);
   EXPECT_GT(loud->ratio, loud->band.high);
+  EXPECT_NEAR(loud->variance_ratio, 4 * good->variance_ratio, 1e-9);  // about its own mean
+  EXPECT_NEAR(loud->whiteness, good->whiteness, 1e-9);
   EXPECT_NEAR(striped->ratio, 1, 1e-12);
   EXPECT_NEAR(striped->whiteness, -1, 0.01);  // one frame too large, the next too small
   EXPECT_FALSE(summarise({{1, 2}}));

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace sim::score {
 namespace {
@@ -92,6 +94,60 @@ TEST(Significance, WilsonIntervalIsThatOfTheTables) {
   EXPECT_EQ(all.high, 1);
   EXPECT_EQ(none.low, 0);
   EXPECT_NEAR(none.high, 0.2775, 1e-4);
+}
+
+// By dealing the values out in all ways.
+double rank_sum_by_enumeration(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> all = a, ranks;
+  all.insert(all.end(), b.begin(), b.end());
+  for (const double x : all) {
+    double rank = 0.5;
+    for (const double y : all) rank += y < x ? 1 : y == x ? 0.5 : 0;
+    ranks.push_back(rank);
+  }
+  const double seen =
+      std::accumulate(ranks.begin(), ranks.begin() + static_cast<std::ptrdiff_t>(a.size()), 0.0);
+  double below = 0, above = 0, deals = 0;
+  for (std::size_t deal = 0; deal < (std::size_t{1} << all.size()); ++deal) {
+    if (static_cast<std::size_t>(std::popcount(deal)) != a.size()) continue;
+    double sum = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) sum += deal >> i & 1 ? ranks[i] : 0;
+    ++deals, below += sum <= seen, above += sum >= seen;
+  }
+  return std::min(1.0, 2 * std::min(below, above) / deals);
+}
+
+TEST(Significance, RankSumIsThatOfAllWaysToDealTheRanks) {
+  const std::vector<std::pair<std::vector<double>, std::vector<double>>> samples{
+      {{1, 2, 3, 4, 5}, {6, 7, 8, 9, 10}},
+      {{1, 1, 2, 7}, {1, 2, 2, 9, 9, 3}},
+      {{5}, {1, 2, 3}},
+      {{2, 2}, {2, 2, 2}}};
+  for (const auto& [a, b] : samples) {
+    EXPECT_NEAR(rank_sum(a, b), rank_sum_by_enumeration(a, b), 1e-14);
+    EXPECT_NEAR(rank_sum(a, b), rank_sum(b, a), 1e-14);
+  }
+  EXPECT_NEAR(rank_sum({1, 2, 3, 4, 5}, {6, 7, 8, 9, 10}), 2 / 252.0, 1e-15);  // two of the C(10,5) deals
+}
+
+TEST(Significance, RankSumOfManyIsNearTheNormalApproximation) {
+  std::vector<double> a, b;
+  for (int i = 0; i < 50; ++i) a.push_back(i), b.push_back(i + 5.5);
+  const double exact = rank_sum(a, b);  // 100 values
+  b.push_back(27.2);
+  EXPECT_NEAR(rank_sum(a, b), exact, 0.15 * exact);  // one value more changes p by about 1/√n
+  EXPECT_EQ(rank_sum({}, {1}), 1);
+}
+
+TEST(Significance, TheMediansIntervalIsOfOrderStatistics) {
+  EXPECT_FALSE(median_interval({1, 2, 3, 4, 5}));  // 2/32 > 5 %
+  EXPECT_EQ(median_interval({6, 5, 4, 3, 2, 1}), std::pair(1.0, 6.0));
+  // Tables of the sign test: n = 10 leaves out one on each side (97.9 %), n = 20 five (95.9 %).
+  std::vector<double> values;
+  for (int i = 1; i <= 10; ++i) values.push_back(i);
+  EXPECT_EQ(median_interval(values), std::pair(2.0, 9.0));
+  for (int i = 11; i <= 20; ++i) values.push_back(i);
+  EXPECT_EQ(median_interval(values), std::pair(6.0, 15.0));
 }
 
 }  // namespace

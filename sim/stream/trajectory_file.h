@@ -1,0 +1,25 @@
+// Trajectories as other programs write them: the format and the unit of the stamps are found out, and said.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/stream/tum.h"
+
+namespace sim::stream {
+
+struct TrajectoryFile {
+  std::string format;  ///< "TUM", "TUM with covariance", "KITTI", "EuRoC csv"
+  std::string stamps;  ///< "seconds", "nanoseconds", "frame numbers"
+  std::vector<TumRow> rows;
+};
+
+/// TUM: 8 numbers a line, or 20 with covariance (tum.h), stamps in s, or in ns where they are beyond 9e9.
+/// KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one a second.
+/// EuRoC: t, position, quaternion (w first) and whatever follows, with commas; stamps in ns where they are
+/// whole numbers, else in s. Lines beginning with # and blank ones are skipped; stamps must rise. Throws
+/// FileError.
+TrajectoryFile read_trajectory(const std::filesystem::path& file);
+
+}  // namespace sim::stream

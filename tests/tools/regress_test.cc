@@ -1,0 +1,175 @@
+// The regression gate as users meet it, on results made up by the test: nothing here simulates.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::AllOf;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+using tests::Ran;
+
+class Regress : public tests::CommandLine {
+ protected:
+  Regress() {
+    write("walk.yaml",
+          "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n"
+          "limits: {rmse_m: {at_most: 1}}\n");
+    write("suites/ci.yaml",
+          "seeds: 1..3\nscenarios:\n  - scenario: ../walk.yaml\n"
+          "    gate: {rmse_m: {percent: 10}, rpe_1m_m: {percent: 10}}\n");
+  }
+
+  /// The result of one seed, as a run leaves it.
+  void write_result(const std::string& set, int seed, double rmse, const std::string& recording = "r",
+                    const std::string& ending = "completed") const {
+    const std::string folder = fmt::format("{}/walk/seed-{}", set, seed);
+    write(folder + "/scenario.yaml", gaitslam(fmt::format("config walk.yaml seed={} --yaml", seed)).out);
+    write(folder + "/about.json", fmt::format(R"({{"recording_xxh3_128": "{}"}})", recording));
+    write(folder + "/timing.json", "{}");
+    write(folder + "/score.json",
+          fmt::format(R"({{"seed": {}, "ending": "{}", "metrics": {{"rmse_m": {{"value": {}, "unit": "m"}},)"
+                      R"("rpe_1m_m": {{"value": 0.1, "unit": "m"}}}}}})",
+                      seed, ending, rmse));
+  }
+  void write_results(const std::string& set, double factor, int seeds = 3, int first = 1) const {
+    for (int i = 0; i < seeds; ++i) write_result(set, first + i, factor * (0.1 + 0.01 * i));
+  }
+  void make_baseline() const {
+    write_results("old", 1);
+    const Ran ran = gaitslam("baseline update suites/ci.yaml --results old --reason 'the first'");
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_THAT(ran.out, AllOf(HasSubstr("NEW"), HasSubstr("written to baselines/ci.json")));
+  }
+  void expect_refused(const std::string& arguments, const std::string& complaint) const {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_THAT(ran.err, HasSubstr(complaint));
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    EXPECT_EQ(ran.out, "");
+  }
+};
+
+TEST_F(Regress, AnUnchangedRerunIsIdentical) {
+  make_baseline();
+  const Ran ran = gaitslam("regress suites/ci.yaml --results old");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(ran.out, ContainsRegex("rmse_m +0.11 +0.11 +0 % +- +-  IDENTICAL"));
+  EXPECT_THAT(ran.out, HasSubstr("0 of 4 rows failed"));
+  EXPECT_THAT(ran.out, HasSubstr("recordings the same"));
+}
+
+TEST_F(Regress, AWorseOneFailsWithACommandToRunItAgain) {
+  make_baseline();
+  write_results("new", 1.5);
+  const Ran ran =
+      gaitslam("regress suites/ci.yaml --results new --junit j.xml --markdown m.md --json j.json --github");
+  EXPECT_EQ(ran.exit_code, 1) << ran.err;
+  EXPECT_THAT(ran.out, ContainsRegex("rmse_m +0.11 +0.165 +\\+50 % +- +-  FAIL"));
+  EXPECT_THAT(ran.out, HasSubstr("    tools/gaitslam run walk.yaml seed=3\n"));
+  EXPECT_THAT(ran.out, HasSubstr("::error file=walk.yaml,title=walk rmse_m%3A FAIL::"));
+  EXPECT_THAT(text_of("j.xml"), HasSubstr("failures=\"1\""));
+  EXPECT_THAT(text_of("m.md"), HasSubstr("| `rmse_m` | **FAIL** |"));
+  EXPECT_THAT(text_of("j.json"), HasSubstr("\"exit_code\": 1"));
+}
+
+TEST_F(Regress, ALimitAndAFallFailWhateverTheBaseline) {
+  make_baseline();
+  write_results("new", 1);
+  write_result("new", 2, 1.5);
+  EXPECT_EQ(gaitslam("regress suites/ci.yaml --results new").exit_code, 1);
+  write_result("new", 2, 0.11, "r", "fell");
+  const Ran ran = gaitslam("regress suites/ci.yaml --results new");
+  EXPECT_EQ(ran.exit_code, 3);
+  EXPECT_THAT(ran.out, ContainsRegex("limit ending completed +2/3  RUN FAILED\n.*worst seed 2:"));
+}
+
+TEST_F(Regress, OtherRecordingsAreSaidAndCompared) {
+  make_baseline();
+  write_results("new", 1);
+  write_result("new", 2, 0.1101, "other");
+  const Ran ran = gaitslam("regress suites/ci.yaml --results new");
+  EXPECT_EQ(ran.exit_code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("1 recordings differ"));
+  EXPECT_THAT(ran.out, ContainsRegex("rmse_m .* SAME"));
+}
+
+TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
+  expect_refused("regress suites/ci.yaml --results old", "baselines/ci.json: there is no such baseline");
+  make_baseline();
+  expect_refused("regress none.yaml", "none.yaml: cannot be read");
+  expect_refused("regress suites/ci.yaml --results none", "there is no result of seed 1");
+  expect_refused("regress suites/ci.yaml --results old --seeds 1..4", "has no seed 4 of walk");
+  expect_refused("regress suites/ci.yaml --results old seed=3",
+                 "seed=3: a suite has names and seeds of its own");
+  expect_refused("regress suites/ci.yaml --results old slam.vision.sigma_px=3",
+                 "was made with another configuration");
+  expect_refused("regress suites/ci.yaml --recordings old", "there is no recording of seed 1");
+  expect_refused("baseline update suites/ci.yaml --results old --reason ' '", "--reason: is empty");
+  write("suites/empty.yaml", "seeds: 1\nscenarios: []\n");
+  expect_refused("regress suites/empty.yaml", "the suite is empty");
+  std::string changed = text_of("baselines/ci.json");
+  changed[changed.find("0.1,")] = '9';
+  write("baselines/ci.json", changed);
+  expect_refused("regress suites/ci.yaml --results old", "its bytes are not those that were written");
+}
+
+TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated) {
+  make_baseline();
+  write("walk.yaml",
+        "walk: {step_height_m: 0.05, commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n");
+  expect_refused(
+      "regress suites/ci.yaml --results old",
+      "walk has another configuration than the baseline baselines/ci.json: walk.step_height_m: not set -> "
+      "0.05; 'gaitslam baseline update' takes it in");
+  write_results("new", 2);
+  const std::string update = "baseline update suites/ci.yaml --results new --reason 'lower steps'";
+  const Ran dry = gaitslam(update + " --dry-run");
+  EXPECT_EQ(dry.exit_code, 0) << dry.err;
+  EXPECT_THAT(dry.out, AllOf(HasSubstr("FAIL"), HasSubstr("walk.step_height_m: not set -> 0.05"),
+                             Not(HasSubstr("written"))));
+  EXPECT_EQ(gaitslam(update).exit_code, 0);
+  EXPECT_THAT(text_of("baselines/ci.json"), AllOf(HasSubstr("the first"), HasSubstr("lower steps")));
+  EXPECT_THAT(gaitslam("regress suites/ci.yaml --results new").out, HasSubstr("IDENTICAL"));
+}
+
+TEST_F(Regress, ABaselineKeepsAllLimits) {
+  make_baseline();
+  const std::string before = text_of("baselines/ci.json");
+  write_results("new", 20);
+  const Ran ran = gaitslam("baseline update suites/ci.yaml --results new --reason 'worse'");
+  EXPECT_EQ(ran.exit_code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("a baseline keeps all limits"));
+  EXPECT_EQ(text_of("baselines/ci.json"), before);
+}
+
+TEST_F(Regress, ComparePairsBySeed) {
+  write_results("a", 1, 8);
+  write_results("b", 1.3, 8);
+  const Ran ran = gaitslam("compare a b");
+  EXPECT_EQ(ran.exit_code, 1) << ran.err;
+  EXPECT_THAT(ran.out, ContainsRegex("rmse_m .*\\+30 % +\\[\\+22,\\+38\\] +0.047  FAIL"));
+  EXPECT_THAT(ran.out, HasSubstr("tools/gaitslam run b/walk/seed-8/scenario.yaml"));
+  EXPECT_EQ(gaitslam("compare b/walk a/walk").exit_code, 0);
+  EXPECT_THAT(gaitslam("compare a b --gate rmse_m=50%").out, ContainsRegex("rmse_m .* SAME"));
+  EXPECT_THAT(gaitslam("compare a/walk/seed-1 a/walk/seed-1").out, HasSubstr("1 seeds paired"));
+  write_results("c", 1.3, 8, 100);
+  EXPECT_THAT(gaitslam("compare a c").out,
+              AllOf(HasSubstr("no seed in common"), ContainsRegex("rmse_m .* FAIL")));
+}
+
+TEST_F(Regress, CompareRefusesWhatAreNoResults) {
+  write_results("a", 1);
+  expect_refused("compare a none", "none: no such folder of results");
+  write("empty/x", "");
+  expect_refused("compare a empty", "empty: has no result in it");
+  expect_refused("compare a a --gate rmse=1%", "unknown metric; did you mean 'rmse_m'?");
+  expect_refused("compare a a --gate rmse_m", "--gate rmse_m: expected a tolerance");
+  write("a/walk/seed-1/score.json", "{");
+  expect_refused("compare a a", "seed-1/score.json");
+}
+
+}  // namespace

@@ -1,0 +1,398 @@
+#!/usr/bin/env python3
+"""Holds what gaitslam says against numbers computed by other means: numpy, on the same files.
+
+score_oracle.py PROGRAM         trajectories made up here, every alignment, relation and kind of span of `gaitslam score`
+score_oracle.py PROGRAM RESULT  the metrics of a result's score.json that its text files determine
+Exits with 1 and names what differs by more than 1e-9 (relative to 1 or the value, whichever is larger).
+"""
+import io
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+import zipfile
+
+import numpy as np
+
+TOLERANCE = 1e-9
+faults, checks = [], 0
+
+
+def check(name, ours, oracle):
+    global checks
+    checks += 1
+    if ours is None or not abs(ours - oracle) <= TOLERANCE * max(1, abs(oracle)):
+        faults.append(f"{name}: program {ours}, oracle {oracle}")
+
+
+# --- rotations, by quaternions and Rodrigues' formula; the program uses Eigen's matrices ---
+
+def rotation(q):
+    x, y, z, w = q / np.linalg.norm(q)
+    v = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + 2 * w * v + 2 * v @ v
+
+
+def quaternion(axis_angle):
+    a = np.linalg.norm(axis_angle)
+    return np.append(np.sinc(a / 2 / np.pi) / 2 * np.array(axis_angle), math.cos(a / 2))
+
+
+def angle(R):
+    """By the chord |R - I| = 2 sqrt(2) sin(angle/2), and by the trace beyond a right angle."""
+    sine = np.linalg.norm(R - np.eye(3)) / (2 * math.sqrt(2))
+    return 2 * math.asin(sine) if sine < 0.7 else math.acos(max(-1, (np.trace(R) - 1) / 2))
+
+
+def log(R):
+    a = angle(R)
+    v = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    return v if a < 1e-9 else v * a / math.sin(a)
+
+
+def pose(row):
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = rotation(row[4:8]), row[1:4]
+    return X
+
+
+def yaw(R):
+    """The turn about z nearest to R, by search: the trace of Rz(a)^T R has one maximum."""
+    f = lambda a: math.cos(a) * (R[0, 0] + R[1, 1]) + math.sin(a) * (R[1, 0] - R[0, 1])
+    best = max(np.linspace(-math.pi, math.pi, 361), key=f)
+    slope = lambda a: -math.sin(a) * (R[0, 0] + R[1, 1]) + math.cos(a) * (R[1, 0] - R[0, 1])
+    low, high = best - 0.02, best + 0.02
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (middle, high) if slope(middle) > 0 else (low, middle)
+    return (low + high) / 2
+
+
+# --- alignments ---
+
+def horn(A, B):
+    """Turn that brings B onto A, both centred: the top eigenvector of Horn's 4x4 matrix."""
+    S = B.T @ A
+    D = np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
+    K = np.zeros((4, 4))
+    K[:3, :3] = S + S.T - np.trace(S) * np.eye(3)
+    K[:3, 3] = K[3, :3] = D
+    K[3, 3] = np.trace(S)
+    return rotation(np.linalg.eigh(K)[1][:, -1])
+
+
+def similarity(kind, T, E):
+    """scale, R, t; None where it is not determined."""
+    A, B = T[:, :3, 3], E[:, :3, 3]
+    a, b = A.mean(0), B.mean(0)
+    about = lambda s, R: (s, R, a - s * R @ b)
+    if kind == "none":
+        return 1, np.eye(3), np.zeros(3)
+    if kind == "origin":
+        R = T[0, :3, :3] @ E[0, :3, :3].T
+        return 1, R, A[0] - R @ B[0]
+    spread = np.linalg.svd(B - b, compute_uv=False)
+    if kind == "yaw":
+        P, Q = (A - a)[:, 0] + 1j * (A - a)[:, 1], (B - b)[:, 0] + 1j * (B - b)[:, 1]
+        turn = np.vdot(Q, P)  # sum conj(Q) P
+        if abs(turn) < 1e-9:
+            return None
+        c, s = turn.real / abs(turn), turn.imag / abs(turn)
+        return about(1, np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]))
+    if len(A) < 3 or spread[1] < 1e-6 * max(spread[0], 1e-300) or spread[0] < 1e-9:
+        return None
+    R = horn(A - a, B - b)
+    scale = np.sum((A - a) * ((B - b) @ R.T)) / np.sum((B - b) ** 2)
+    return {"se3": about(1, R), "sim3": about(scale, R), "scale": (scale, np.eye(3), np.zeros(3))}[kind]
+
+
+def apply(S, E):
+    s, R, t = S
+    out = E.copy()
+    out[:, :3, :3] = R @ E[:, :3, :3]
+    out[:, :3, 3] = s * E[:, :3, 3] @ R.T + t
+    return out
+
+
+# --- errors ---
+
+def of_difference(D, relation):
+    R = D[:3, :3]
+    return {"trans_part": lambda: np.linalg.norm(D[:3, 3]), "point_distance": lambda: np.linalg.norm(D[:3, 3]),
+            "angle_deg": lambda: math.degrees(angle(R)), "angle_rad": lambda: angle(R),
+            "rot_part": lambda: np.linalg.norm(R - np.eye(3)), "full": lambda: np.linalg.norm(D - np.eye(4))}[relation]()
+
+
+def ape(T, E, relation="trans_part"):
+    return np.array([of_difference(np.linalg.inv(Q) @ P, relation) for Q, P in zip(T, E)])
+
+
+def rpe(T, E, pairs, relation="trans_part"):
+    if relation == "point_distance":
+        gap = lambda X, i, j: np.linalg.norm(X[j, :3, 3] - X[i, :3, 3])
+        return np.array([abs(gap(T, i, j) - gap(E, i, j)) for i, j in pairs])
+    return np.array([of_difference(np.linalg.inv(np.linalg.inv(T[i]) @ T[j]) @ np.linalg.inv(E[i]) @ E[j], relation)
+                     for i, j in pairs])
+
+
+def walked(X):
+    return np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(X[:, :3, 3], axis=0), axis=1))])
+
+
+def pairs_all(place, delta, tolerance=0.1):
+    pairs = []
+    for i in range(len(place) - 1):
+        off = np.abs(place[i + 1:] - place[i] - delta)
+        j = int(np.argmin(off))
+        if off[j] <= tolerance * delta:
+            pairs.append((i, i + 1 + j))
+    return pairs
+
+
+def pairs_consecutive(place, delta, metres):
+    marks, i = [] if metres else [0], 0
+    while True:
+        later = np.nonzero(place[i + 1:] - place[i] >= delta - (0 if metres else 5e-10))[0]
+        if len(later) == 0:
+            return list(zip(marks, marks[1:]))
+        i = i + 1 + int(later[0])
+        marks.append(i)
+
+
+def check_statistics(name, row, errors):
+    if len(errors) == 0:
+        return check(name + ".n", row["n"], 0)
+    check(name + ".n", row["n"], len(errors))
+    for key, value in (("rmse", math.sqrt(np.mean(errors ** 2))), ("mean", errors.mean()), ("median", np.median(errors)),
+                       ("std", errors.std()), ("min", errors.min()), ("max", errors.max()), ("sse", np.sum(errors ** 2)),
+                       ("p95", np.percentile(errors, 95)), ("p99", np.percentile(errors, 99))):
+        check(f"{name}.{key}", row.get(key), value)
+
+
+# --- trajectories made up here ---
+
+def tum(path, t, X, unit=1):
+    def q(R):
+        w = math.sqrt(max(0, 1 + np.trace(R))) / 2
+        if w > 0.1:
+            return [(R[2, 1] - R[1, 2]) / 4 / w, (R[0, 2] - R[2, 0]) / 4 / w, (R[1, 0] - R[0, 1]) / 4 / w, w]
+        x = np.linalg.eigh(np.array([[R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0], [R[1, 0] + R[0, 1], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
+                                     [R[2, 0] + R[0, 2], R[2, 1] + R[1, 2], R[2, 2] - R[0, 0] - R[1, 1], 0],
+                                     [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], np.trace(R)]]))[1][:, -1]
+        return list(x)
+    with open(path, "w") as out:
+        for stamp, pose_ in zip(t, X):
+            text = f"{stamp:.9f}" if unit == 1 else str(round(stamp * 1e9))
+            out.write(" ".join([text] + [repr(float(v)) for v in list(pose_[:3, 3]) + q(pose_[:3, :3])]) + "\n")
+
+
+def made_up(kind, n, seed):
+    random = np.random.default_rng(seed)
+    s = np.linspace(0, 6, n)
+    p = {"curve": np.stack([np.cos(s), np.sin(s), 0.3 * np.sin(2 * s)], 1), "plane": np.stack([np.cos(s), np.sin(2 * s), 0 * s], 1),
+         "line": np.stack([s, 2 * s, 0.5 * s], 1), "point": np.ones((n, 3))}[kind]
+    X = np.tile(np.eye(4), (n, 1, 1))
+    for i in range(n):
+        X[i, :3, :3] = rotation(quaternion([0.1 * math.sin(s[i]), 0.2 * math.cos(s[i]), 0.9 * s[i]]))
+        X[i, :3, 3] = p[i]
+    G, E = rotation(quaternion([0.2, -0.1, 0.4])), X.copy()
+    for i in range(n):
+        E[i, :3, :3] = G @ X[i, :3, :3] @ rotation(quaternion(0.02 * random.standard_normal(3)))
+        E[i, :3, 3] = 1.03 * G @ X[i, :3, 3] + [0.5, 1, -1]
+    if kind in ("curve", "plane"):
+        E[:, :3, 3] += 0.03 * random.standard_normal((n, 3))
+    return X, E
+
+
+def run(program, *arguments):
+    ran = subprocess.run([program, "score", *arguments], capture_output=True, text=True)
+    return ran.returncode, ran.stdout, ran.stderr
+
+
+def check_score(program):
+    folder = pathlib.Path(tempfile.mkdtemp())
+    t = np.arange(90) / 30
+    for kind in ("curve", "plane", "line", "point"):
+        T, E = made_up(kind, len(t), 7)
+        a, b = folder / f"{kind}_truth.tum", folder / f"{kind}_estimate.tum"
+        tum(a, t, T)
+        tum(b, t, E, unit=1e9 if kind == "plane" else 1)  # one of them in nanoseconds
+        for alignment in ("none", "origin", "yaw", "se3", "sim3", "scale"):
+            S = similarity(alignment, T, E)
+            for relation in ("trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance"):
+                code, out, err = run(program, str(a), str(b), "--align", alignment, "-r", relation, "--json")
+                name = f"{kind} {alignment} {relation}"
+                if S is None:
+                    check(name + " refused", code, 2)
+                    check(name + " reason in one line", err.count("\n"), 1)
+                    continue
+                if code != 0:
+                    faults.append(f"{name}: {err}")
+                    continue
+                check_statistics(name, json.loads(out)["errors"][0], ape(T, apply(S, E), relation))
+                check(name + ".scale", json.loads(out)["scale"], S[0])
+                check(name + ".matched", json.loads(out)["poses_matched"], len(t))
+        metres, along_truth = walked(E), walked(T)
+        frames = np.arange(len(t), dtype=float)
+        for options, pairs in ((["-d", "5"], pairs_consecutive(frames, 5, False)), (["-d", "7", "--all-pairs"], pairs_all(frames, 7, 0)),
+                               (["-d", "0.5", "-u", "m"], pairs_consecutive(metres, 0.5, True)),
+                               (["-d", "0.5", "-u", "m", "--all-pairs"], pairs_all(metres, 0.5)),
+                               (["-d", "0.5", "-u", "m", "--pairs-from-reference"], pairs_consecutive(along_truth, 0.5, True)),
+                               (["-d", "0.2", "-u", "s"], pairs_consecutive(t, 0.2, False))):
+            for relation in ("trans_part", "angle_deg", "rot_part", "full", "point_distance"):
+                code, out, err = run(program, str(a), str(b), *options, "-r", relation, "--json")
+                check_statistics(f"{kind} rpe {options} {relation}", json.loads(out)["errors"][0], rpe(T, E, pairs, relation))
+    check_degenerate(program, folder)
+    check_files(program, folder)
+
+
+def check_degenerate(program, folder):
+    T, E = made_up("curve", 30, 3)
+    t = np.arange(30) / 30
+    for name, (ta, a), (tb, b) in (("one pose", (t[:1], T[:1]), (t[:1], E[:1])), ("identical", (t, T), (t, T))):
+        tum(folder / "a", ta, a)
+        tum(folder / "b", tb, b)
+        code, out, _ = run(program, str(folder / "a"), str(folder / "b"), "--json")
+        rows = {row["error"]: row for row in json.loads(out)["errors"]}
+        check(name + " code", code, 0)
+        check_statistics(name, rows["APE none"], ape(a, b))
+        if name == "one pose":
+            check("one pose has no SE(3) alignment", rows["APE se3"]["n"], 0)
+            check("one pose has no spans", rows["RPE 1 m (from each pose)"]["n"], 0)
+        else:
+            check("identical scale", json.loads(run(program, str(folder / "a"), str(folder / "b"), "-as", "--json")[1])["scale"], 1)
+    tum(folder / "a", t, T)
+    tum(folder / "b", t + 100, T)
+    code, out, err = run(program, str(folder / "a"), str(folder / "b"))
+    check("no overlap code", code, 2)
+    check("no overlap says what would help", err.count("--t-offset -100 "), 1)
+    code, out, _ = run(program, str(folder / "a"), str(folder / "b"), "--t-offset", "-100", "--json")
+    check("offset matches", json.loads(out)["poses_matched"], 30)
+    # Half the estimates, 4 ms late: paired with the nearest; between them interpolation.
+    tum(folder / "b", t[::2] + 0.004, E[::2])
+    code, out, _ = run(program, str(folder / "a"), str(folder / "b"), "--json", "--align", "none")
+    check_statistics("nearest", json.loads(out)["errors"][0], ape(T[::2], E[::2]))
+    code, out, _ = run(program, str(folder / "a"), str(folder / "b"), "--json", "--align", "none", "--interpolate")
+    part = 0.004 * 30
+    p = [(1 - part) * T[i, :3, 3] + part * T[i + 1, :3, 3] if i + 1 < 30 else T[i, :3, 3] for i in range(0, 30, 2)]
+    check_statistics("interpolated", json.loads(out)["errors"][0],
+                     np.array([np.linalg.norm(E[i, :3, 3] - q) for i, q in zip(range(0, 30, 2), p)]))
+
+
+def check_files(program, folder):
+    """The formats hold the same trajectory; the archive is one that zipfile and numpy read."""
+    T, E = made_up("curve", 40, 5)
+    t = 1e9 + np.arange(40) / 30
+    tum(folder / "truth.tum", t, T)
+    tum(folder / "estimate.tum", t, E)
+    rows = table(folder / "estimate.tum")
+    with open(folder / "estimate.csv", "w") as out:
+        out.write("#timestamp, p_RS_R_x [m], ...\n")
+        for stamp, r in zip(t, rows):
+            out.write(",".join([str(round(stamp * 1e9))] + [repr(float(v)) for v in (*r[1:4], r[7], *r[4:7], 0, 0, 0)]) + "\n")
+    (folder / "kitti").mkdir()
+    np.savetxt(folder / "kitti/poses.txt", E[:, :3].reshape(40, 12), fmt="%.17g")
+    np.savetxt(folder / "kitti/times.txt", t, fmt="%.9f")
+    errors = ape(T, apply(similarity("se3", T, E), E))
+    for name, words in (("estimate.tum", "stamps in seconds"), ("estimate.csv", "EuRoC csv"), ("kitti/poses.txt", "KITTI")):
+        code, out, err = run(program, str(folder / "truth.tum"), str(folder / name), "-a", "--json", "--evo-zip", str(folder / "ape.zip"))
+        check(name + " code", code, 0)
+        check_statistics(name, json.loads(out)["errors"][0], errors)
+        check(name + " is named", json.loads(out)["estimate"].count(words), 1)
+        with zipfile.ZipFile(folder / "ape.zip") as archive:
+            check("zip is whole", archive.testzip() is None, True)
+            check("zip rmse", json.load(archive.open("stats.json"))["rmse"], math.sqrt(np.mean(errors ** 2)))
+            arrays = {n: np.load(io.BytesIO(archive.read(n + ".npy"))) for n in (
+                "error_array", "timestamps", "seconds_from_start", "distances_from_start", "alignment_transformation_sim3")}
+        check("zip errors", np.abs(arrays["error_array"] - errors).max(), 0)
+        check("zip stamps", np.abs(arrays["timestamps"] - t).max() < 1e-6, True)
+        check("zip distances", arrays["distances_from_start"][-1], walked(T)[-1])
+        check("zip matrix", np.abs(arrays["alignment_transformation_sim3"][:3, :3] - similarity("se3", T, E)[1]).max(), 0)
+    for options in (["--csv"], ["--latex"], []):
+        code, out, _ = run(program, str(folder / "truth.tum"), str(folder / "estimate.tum"), *options)
+        check(f"{options} has every alignment", sum(out.count("APE " + a) for a in ("none", "origin", "yaw", "se3", "sim3", "scale")), 7)
+
+
+# --- a result folder ---
+
+def table(path):
+    return np.array([[float(x) for x in line.split()] for line in open(path) if not line.startswith("#")])
+
+
+def innovations(folder, begin):
+    lines = open(folder / "frames.csv").read().splitlines()
+    names = lines[0].split(",")
+    rows = [line.split(",") for line in lines[1:] if int(line.split(",")[0]) * 1e-9 >= begin - 1e-9]
+    for sensor in ("vision", "gyro", "plan_velocity", "height"):
+        at, dof = names.index("nis_" + sensor), names.index("dof_" + sensor)
+        yield sensor, [(float(r[at]), int(r[dof])) for r in rows if r[at] != "" and int(r[dof]) > 0]
+
+
+def check_result(folder):
+    metrics = {name: m["value"] for name, m in json.load(open(folder / "score.json"))["metrics"].items()}
+    truth, estimate = table(folder / "truth.tum"), table(folder / "estimate_cov.txt")
+    plan, waist, waist_plan = table(folder / "plan.tum"), table(folder / "waist_truth.tum"), table(folder / "waist_plan.tum")
+    begin = next(r[0] for r in waist_plan if np.linalg.norm(r[1:4] - waist_plan[0, 1:4]) > 0.001)
+    keep = lambda rows: rows[rows[:, 0] >= begin]
+    truth, estimate, plan = keep(truth), keep(estimate), keep(plan)
+    t, T, E, P = truth[:, 0], *(np.array([pose(r) for r in rows]) for rows in (truth, estimate, plan))
+    rms = lambda v: math.sqrt(np.mean(np.square(v)))
+    expected = {}
+    for name, kind in (("rmse_m", "none"), ("ate_se3_rmse_m", "se3"), ("ate_yaw_rmse_m", "yaw"), ("ate_sim3_rmse_m", "sim3"),
+                       ("ate_origin_rmse_m", "origin"), ("ate_scale_rmse_m", "scale")):
+        expected[name] = rms(ape(T, apply(similarity(kind, T, E), E)))
+    expected["scale_error_percent"] = 100 * (1 / similarity("sim3", T, E)[0] - 1)
+    expected["poses_matched"] = len(t)
+    for axis, letter in enumerate("xyz"):
+        expected[f"rmse_{letter}_m"] = rms(E[:, axis, 3] - T[:, axis, 3])
+        expected[f"end_error_{letter}_m"] = E[-1, axis, 3] - T[-1, axis, 3]
+    expected["rotation_rmse_deg"] = rms(ape(T, E, "angle_deg"))
+    yaws = [math.degrees(yaw(a[:3, :3] @ b[:3, :3].T)) for a, b in zip(T, E)]
+    expected["yaw_rmse_deg"], expected["end_yaw_error_deg"] = rms(yaws), abs(yaws[-1])
+    spans = [(f"{name}", pairs_all(walked(T), delta)) for name, delta in (("25cm", 0.25), ("50cm", 0.5), ("1m", 1), ("2m", 2), ("4m", 4))]
+    for name, pairs in spans + [("1s", pairs_all(t, 1))]:
+        if pairs:
+            expected[f"rpe_{name}_m"], expected[f"rpe_{name}_deg"] = rms(rpe(T, E, pairs)), rms(rpe(T, E, pairs, "angle_deg"))
+    expected["end_position_error_m"] = np.linalg.norm(E[-1, :3, 3] - T[-1, :3, 3])
+    expected["path_length_m"] = walked(T)[-1]
+    expected["drift_percent"] = 100 * expected["end_position_error_m"] / expected["path_length_m"]
+    expected["height_range_m"], expected["true_height_range_m"] = np.ptp(E[:, 2, 3]), np.ptp(T[:, 2, 3])
+    expected["plan_rmse_m"] = rms(ape(T, P))
+    end, planned, start = pose(waist[-1]), pose(waist_plan[-1]), pose(waist_plan[0])
+    heading = yaw(start[:3, :3])
+    shift = (end - planned)[:2, 3] @ np.array([[math.cos(heading), -math.sin(heading)], [math.sin(heading), math.cos(heading)]])
+    expected["plan_drift_x_m"], expected["plan_drift_y_m"] = shift
+    expected["plan_drift_yaw_deg"] = math.degrees(yaw(end[:3, :3] @ planned[:3, :3].T))
+    nees = {"orientation": [], "position": []}
+    for Q, X, row in zip(T, E, estimate):
+        for part, error, first in (("orientation", log(X[:3, :3].T @ Q[:3, :3]), 8), ("position", Q[:3, 3] - X[:3, 3], 14)):
+            C = np.zeros((3, 3))
+            C[np.triu_indices(3)] = row[first:first + 6]
+            C = C + np.triu(C, 1).T
+            nees[part].append(error @ np.linalg.inv(C) @ error)
+    for part, values in nees.items():
+        expected[f"nees_{part}_mean"], expected[f"nees_{part}_variance"] = np.mean(values), np.var(values, ddof=1)
+        expected[f"nees_{part}_within_95"] = np.mean(np.array(values) <= 7.814727903251179)  # chi2(3), tables
+    for sensor, values in innovations(folder, begin):
+        if len(values) < 2:
+            continue
+        square, dof = np.array(values).T
+        z = (square - dof) / np.sqrt(2 * dof)
+        d = z - z.mean()
+        expected[f"nis_{sensor}_mean"], expected[f"nis_{sensor}_variance"] = square.sum() / dof.sum(), np.mean(d * d)
+        expected[f"nis_{sensor}_whiteness"] = np.sum(d[1:] * d[:-1]) / np.sum(d * d)
+    for name, value in expected.items():
+        check(name, metrics[name], value)
+    others = sorted(set(metrics) - set(expected))
+    print(f"{len(expected)} metrics recomputed; not determined by these files: {', '.join(others)}")
+
+
+if len(sys.argv) == 2:
+    check_score(sys.argv[1])
+else:
+    check_result(pathlib.Path(sys.argv[2]))
+print(f"{checks} numbers compared, {len(faults)} differ")
+print("\n".join(faults[:40]))
+sys.exit(1 if faults else 0)

@@ -1,0 +1,140 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "sim/bench/trajectory_report.h"
+#include "tools/cli/commands.h"
+
+namespace cli {
+namespace {
+
+namespace bench = sim::bench;
+namespace score = sim::score;
+namespace fs = std::filesystem;
+
+constexpr const char* kExamples = R"(
+Examples:
+  gaitslam score results/tangent_circle/seed-1
+  gaitslam score truth.tum estimate.txt --align se3
+  gaitslam score truth.csv estimate.txt -as -r angle_deg --evo-zip ape.zip
+  gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --csv
+Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt), EuRoC csv, and result folders; stamps in
+seconds or nanoseconds. Words and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is taken
+without alignment. A result's own score.json begins with the first planned motion; this with the first pose.
+Exit code: 0, or 2 when there is nothing to compare: one line says why.)";
+
+struct Request {
+  fs::path truth;
+  std::optional<fs::path> estimate;
+  std::optional<std::string> align, evo_zip;
+  std::string relation = "trans_part", unit = "f";
+  std::optional<double> delta;
+  bench::TrajectoryOptions options;
+  double delta_tolerance = 0.1;
+  bool a = false, s = false, unit_typed = false, all_pairs = false, pairs_from_reference = false;
+  bool json = false, csv = false, latex = false;
+};
+
+std::optional<score::Alignment> alignment(const Request& r) {
+  if (r.align && (r.a || r.s)) throw UsageError("--align and -a or -s are both given, expected one of them");
+  if (r.a) return r.s ? score::Alignment::sim3 : score::Alignment::se3;
+  if (r.s) return score::Alignment::scale;
+  if (!r.align) return std::nullopt;
+  const auto named = bench::alignment_of(*r.align);
+  if (!named)
+    throw UsageError(fmt::format("--align {}: expected none, origin, yaw, se3, sim3 or scale", *r.align));
+  return named;
+}
+
+score::Relation relation(const std::string& name) {
+  using enum score::Relation;
+  static const std::map<std::string, score::Relation> all{
+      {"trans_part", trans_part}, {"angle_deg", angle_deg}, {"angle_rad", angle_rad},
+      {"rot_part", rot_part},     {"full", full},           {"point_distance", point_distance}};
+  const auto found = all.find(name);
+  if (found == all.end())
+    throw UsageError(fmt::format(
+        "-r {}: expected trans_part, angle_deg, angle_rad, rot_part, full or point_distance", name));
+  return found->second;
+}
+
+std::optional<score::Spans> spans(const Request& r) {
+  if (!r.delta && !r.unit_typed) return std::nullopt;
+  using Unit = score::Spans::Unit;
+  static const std::map<std::string, Unit> units{
+      {"f", Unit::frames}, {"m", Unit::metres}, {"s", Unit::seconds}};
+  const auto unit = units.find(r.unit);
+  if (unit == units.end()) throw UsageError(fmt::format("-u {}: expected f (frames), m or s", r.unit));
+  const double delta = r.delta.value_or(1);
+  if (!(delta > 0) ||
+      (unit->second == Unit::frames && delta != static_cast<double>(static_cast<long>(delta))))
+    throw UsageError(fmt::format("-d {}: expected a positive number, whole for frames", delta));
+  return score::Spans{unit->second, delta, r.all_pairs, r.delta_tolerance, r.pairs_from_reference};
+}
+
+void print(const Request& request) {
+  bench::TrajectoryOptions options = request.options;
+  options.alignment = alignment(request);
+  options.relation = relation(request.relation);
+  options.relative = spans(request);
+  if (!request.estimate && !fs::is_directory(request.truth))
+    throw UsageError(
+        fmt::format("{}: expected an estimate beside it, or a result folder", request.truth.string()));
+  const auto report = bench::report_trajectories(
+      bench::trajectory_in(request.truth, true),
+      bench::trajectory_in(request.estimate.value_or(request.truth), false), options);
+  if (request.evo_zip) sim::stream::write_evo_zip(*request.evo_zip, bench::evo_result(report));
+  std::cout << (request.json    ? bench::trajectory_json(report)
+                : request.csv   ? bench::trajectory_csv(report)
+                : request.latex ? bench::trajectory_latex(report)
+                                : bench::trajectory_table(report));
+}
+
+void add_options(CLI::App& command, Request& r) {
+  command.add_option("truth", r.truth, "true trajectory, or a result folder")->required();
+  command.add_option("estimate", r.estimate, "estimated trajectory, or a result folder");
+  command.add_option("--align", r.align, "none, origin, yaw, se3, sim3 or scale; else all are shown");
+  command.add_flag("-a", r.a, "as --align se3; -as: sim3");
+  command.add_flag("-s", r.s, "as --align scale");
+  command.add_option("--n-to-align,--n_to_align", r.options.poses_to_align,
+                     "align by the first so many poses");
+  command
+      .add_option("-r,--pose-relation,--pose_relation", r.relation,
+                  "trans_part, angle_deg, angle_rad, rot_part, full or point_distance")
+      ->capture_default_str();
+  command.add_option("-d,--delta", r.delta, "score the motion over spans of this length");
+  command.add_option("-u,--delta-unit,--delta_unit", r.unit, "of -d: f (frames), m or s")
+      ->capture_default_str();
+  command.add_flag("--all-pairs,--all_pairs", r.all_pairs, "spans from each pose, not one after another");
+  command.add_option("--delta-tol,--delta_tol", r.delta_tolerance, "by which part of -d spans may be off")
+      ->capture_default_str();
+  command.add_flag("--pairs-from-reference,--pairs_from_reference", r.pairs_from_reference,
+                   "measure -u m along the true path");
+  command.add_option("--t-max-diff,--t_max_diff", r.options.most_apart_s, "s between stamps of a pair")
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
+  command.add_option("--t-offset,--t_offset", r.options.offset_s, "s added to the estimate's stamps");
+  command.add_flag("--interpolate", r.options.interpolate, "interpolate the truth at the estimate's stamps");
+}
+
+}  // namespace
+
+void add_score(CLI::App& app, int& exit_code) {
+  auto request = std::make_shared<Request>();
+  CLI::App* command = app.add_subcommand("score", "Score an estimated trajectory against a true one");
+  add_options(*command, *request);
+  CLI::Option* json = command->add_flag("--json", request->json, "print JSON");
+  CLI::Option* csv = command->add_flag("--csv", request->csv, "print CSV")->excludes(json);
+  command->add_flag("--latex", request->latex, "print a LaTeX table")->excludes(json)->excludes(csv);
+  command->add_option("--evo-zip", request->evo_zip, "write an archive that evo_res reads");
+  command->footer(kExamples);
+  command->callback([request, command, &exit_code] {
+    request->unit_typed = command->count("-u") > 0;
+    print(*request);
+    exit_code = 0;
+  });
+}
+
+}  // namespace cli
