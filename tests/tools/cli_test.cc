@@ -29,7 +29,8 @@ class Cli : public tests::CommandLine {
 };
 
 TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
-  for (const std::string command : {"", "run ", "replay ", "score ", "regress ", "compare ", "baseline update ", "check ", "config "}) {
+  for (const std::string command : {"", "run ", "replay ", "export ", "score ", "regress ", "compare ",
+                                    "baseline update ", "check ", "config "}) {
     const Ran ran = gaitslam(command + "--help");
     EXPECT_EQ(ran.exit_code, 0);
     EXPECT_THAT(ran.out, HasSubstr("Examples:\n  gaitslam " + command));
@@ -49,7 +50,8 @@ TEST_F(Cli, VersionNamesRevisionAndLibraries) {
 TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("", "A subcommand is required");
   expect_refused("rnu x.yaml",
-                 "unknown command 'rnu', expected one of run, replay, score, regress, compare, baseline, check, config; did you mean 'run'?");
+                 "unknown command 'rnu', expected one of run, replay, export, score, regress, compare, "
+                 "baseline, check, config; did you mean 'run'?");
   expect_refused("check", "scenarios is required");
   expect_refused("config", "config: expected a scenario's YAML file, or --keys");
   expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");
@@ -164,14 +166,16 @@ TEST_F(Cli, RunWithoutASimulatorSaysSo) {
 class Setup : public tests::CommandLine {
  protected:
   Setup() {
-    write("bin/dpkg-query", "#!/bin/sh\necho 'installed=g++ installed=cmake not-installed=ninja-build '\nexit 1\n");
+    write("bin/dpkg-query",
+          "#!/bin/sh\necho 'installed=g++ installed=cmake not-installed=ninja-build '\nexit 1\n");
     write("bin/apt-get", "#!/bin/sh\necho \"apt-get $*\"\nexit $APT_RESULT\n");
     write("bin/id", "#!/bin/sh\necho $USER_NUMBER\n");
     write("tools/packages.txt", "# what is needed\ncmake\ng++\nninja-build  # to build\nlibfoo-dev\n");
   }
   Ran install(const std::string& settings) const {
     return shell("chmod +x bin/*; PATH=$PWD/bin:$PATH; export PATH " + settings +
-                 "; set -eu; root=$PWD; . " GAITSLAM_SOURCE_DIR "/tools/setup.sh; install_packages; echo done");
+                 "; set -eu; root=$PWD; . " GAITSLAM_SOURCE_DIR
+                 "/tools/setup.sh; install_packages; echo done");
   }
 };
 
