@@ -22,11 +22,13 @@ std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& whic
   return all;
 }
 
+// Stamps are whole ns; what is a length to the ns, is that length.
+double rounding(const Spans& which) { return which.unit == Spans::Unit::seconds ? 0.5e-9 : 0; }
+
 std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
   std::vector<Span> spans;
   bool begun = which.unit != Spans::Unit::metres;
-  const double enough =
-      which.delta - (which.unit == Spans::Unit::seconds ? 0.5e-9 : 0);  // stamps are whole ns
+  const double enough = which.delta - rounding(which);
   std::size_t from = 0;
   for (std::size_t i = 1; i < place.size(); ++i) {
     if (place[i] - place[from] < enough) continue;
@@ -48,7 +50,8 @@ std::size_t nearest_end(const std::vector<double>& place, std::size_t from, doub
 
 std::vector<Span> from_each(const std::vector<double>& place, const Spans& which) {
   std::vector<Span> spans;
-  const double slack = which.unit == Spans::Unit::frames ? 0 : which.tolerance * which.delta;
+  const double slack =
+      which.unit == Spans::Unit::frames ? 0 : which.tolerance * which.delta + rounding(which);
   for (std::size_t from = 0; from + 1 < place.size(); ++from) {
     const std::size_t to = nearest_end(place, from, which.delta);
     if (std::abs(place[to] - place[from] - which.delta) <= slack) spans.push_back({from, to});

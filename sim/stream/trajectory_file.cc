@@ -54,9 +54,16 @@ void require_rising(const std::vector<TumRow>& rows, const std::vector<TextLine>
     if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "the stamp is not after the one before");
 }
 
+// Beyond 9e9, or more than a day from pose to pose on average: no seconds.
+Unit unit_of(const std::vector<TextLine>& lines) {
+  const double first = lines.front().number(0), last = lines.back().number(0);
+  return last > 9e9 || last - first > 1e5 * static_cast<double>(lines.size()) ? Unit::nanoseconds
+                                                                              : Unit::seconds;
+}
+
 TrajectoryFile read_tum_like(const std::vector<TextLine>& lines) {
   const std::size_t n = lines.front().size();
-  const Unit unit = lines.back().number(0) > 9e9 ? Unit::nanoseconds : Unit::seconds;
+  const Unit unit = unit_of(lines);
   TrajectoryFile read{
       n == 20 ? "TUM with covariance" : "TUM", unit == Unit::seconds ? "seconds" : "nanoseconds", {}};
   for (const TextLine& line : lines) {

@@ -15,7 +15,8 @@ struct TrajectoryFile {
   std::vector<TumRow> rows;
 };
 
-/// TUM: 8 numbers a line, or 20 with covariance (tum.h), stamps in s, or in ns where they are beyond 9e9.
+/// TUM: 8 numbers a line, or 20 with covariance (tum.h), stamps in s, or in ns where they are beyond 9e9 or
+/// more than a day apart.
 /// KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one a second.
 /// EuRoC: t, position, quaternion (w first) and whatever follows, with commas; stamps in ns where they are
 /// whole numbers, else in s. Lines beginning with # and blank ones are skipped; stamps must rise. Throws

@@ -23,6 +23,7 @@ faults, checks = [], 0
 def check(name, ours, oracle):
     global checks
     checks += 1
+    ours = float(ours) if ours is not None else None
     if ours is None or not abs(ours - oracle) <= TOLERANCE * max(1, abs(oracle)):
         faults.append(f"{name}: program {ours}, oracle {oracle}")
 
@@ -141,12 +142,12 @@ def walked(X):
     return np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(X[:, :3, 3], axis=0), axis=1))])
 
 
-def pairs_all(place, delta, tolerance=0.1):
+def pairs_all(place, delta, tolerance=0.1, rounding=0):
     pairs = []
     for i in range(len(place) - 1):
         off = np.abs(place[i + 1:] - place[i] - delta)
         j = int(np.argmin(off))
-        if off[j] <= tolerance * delta:
+        if off[j] <= tolerance * delta + rounding:
             pairs.append((i, i + 1 + j))
     return pairs
 
@@ -219,9 +220,11 @@ def check_score(program):
         a, b = folder / f"{kind}_truth.tum", folder / f"{kind}_estimate.tum"
         tum(a, t, T)
         tum(b, t, E, unit=1e9 if kind == "plane" else 1)  # one of them in nanoseconds
+        relations = ("trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance")
+        few = relations if kind == "curve" else relations[:1]
         for alignment in ("none", "origin", "yaw", "se3", "sim3", "scale"):
             S = similarity(alignment, T, E)
-            for relation in ("trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance"):
+            for relation in few:
                 code, out, err = run(program, str(a), str(b), "--align", alignment, "-r", relation, "--json")
                 name = f"{kind} {alignment} {relation}"
                 if S is None:
@@ -241,7 +244,7 @@ def check_score(program):
                                (["-d", "0.5", "-u", "m", "--all-pairs"], pairs_all(metres, 0.5)),
                                (["-d", "0.5", "-u", "m", "--pairs-from-reference"], pairs_consecutive(along_truth, 0.5, True)),
                                (["-d", "0.2", "-u", "s"], pairs_consecutive(t, 0.2, False))):
-            for relation in ("trans_part", "angle_deg", "rot_part", "full", "point_distance"):
+            for relation in few:
                 code, out, err = run(program, str(a), str(b), *options, "-r", relation, "--json")
                 check_statistics(f"{kind} rpe {options} {relation}", json.loads(out)["errors"][0], rpe(T, E, pairs, relation))
     check_degenerate(program, folder)
@@ -352,7 +355,7 @@ def check_result(folder):
     yaws = [math.degrees(yaw(a[:3, :3] @ b[:3, :3].T)) for a, b in zip(T, E)]
     expected["yaw_rmse_deg"], expected["end_yaw_error_deg"] = rms(yaws), abs(yaws[-1])
     spans = [(f"{name}", pairs_all(walked(T), delta)) for name, delta in (("25cm", 0.25), ("50cm", 0.5), ("1m", 1), ("2m", 2), ("4m", 4))]
-    for name, pairs in spans + [("1s", pairs_all(t, 1))]:
+    for name, pairs in spans + [("1s", pairs_all(t, 1, rounding=5e-10))]:
         if pairs:
             expected[f"rpe_{name}_m"], expected[f"rpe_{name}_deg"] = rms(rpe(T, E, pairs)), rms(rpe(T, E, pairs, "angle_deg"))
     expected["end_position_error_m"] = np.linalg.norm(E[-1, :3, 3] - T[-1, :3, 3])

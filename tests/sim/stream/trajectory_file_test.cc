@@ -47,6 +47,12 @@ TEST_F(TrajectoryFileTest, TumInSecondsAndInNanosecondsAreTheSame) {
   }
 }
 
+TEST_F(TrajectoryFileTest, NanosecondsFromZeroOnAreToldByTheirSteps) {
+  const TrajectoryFile file = read("0 1 2 3 0 0 0 1\n33000000 1 2 3 0 0 0 1\n67000000 1 2 3 0 0 0 1\n");
+  EXPECT_EQ(file.stamps, "nanoseconds");
+  EXPECT_EQ(file.rows[2].t, std::chrono::milliseconds(67));
+}
+
 TEST_F(TrajectoryFileTest, CovarianceIsReadWhereThereIsOne) {
   const TrajectoryFile file = read("0 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n1 0 0 0 0 0 0 1\n");
   EXPECT_EQ(file.format, "TUM with covariance");
