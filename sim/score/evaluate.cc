@@ -12,15 +12,38 @@ namespace {
 using std::string_view_literals::operator""sv;
 
 /// What compares lengths of the estimate with true ones, unless it fits the scale itself.
-constexpr std::array kScaled{
-    "ate_se3_rmse_m"sv,       "rmse_m"sv,           "ate_yaw_rmse_m"sv,      "ate_origin_rmse_m"sv,
-    "rmse_x_m"sv,             "rmse_y_m"sv,         "rmse_z_m"sv,            "scale_error_percent"sv,
-    "rpe_25cm_m"sv,           "rpe_50cm_m"sv,       "rpe_1m_m"sv,            "rpe_2m_m"sv,
-    "rpe_4m_m"sv,             "rpe_1s_m"sv,         "rpe_step_m"sv,          "drift_percent"sv,
-    "height_range_m"sv,       "end_error_x_m"sv,    "end_error_y_m"sv,       "end_error_z_m"sv,
-    "end_position_error_m"sv, "loop_error_before_m"sv, "loop_error_after_m"sv, "loop_correction_m"sv,
-    "loop_sigma_before_m"sv,  "loop_sigma_after_m"sv,  "nees_position_mean"sv, "nees_position_variance"sv,
-    "nees_position_within_95"sv, "landmark_rmse_m"sv, "landmark_median_m"sv, "landmark_nees_mean"sv};
+constexpr std::array kScaled{"ate_se3_rmse_m"sv,
+                             "rmse_m"sv,
+                             "ate_yaw_rmse_m"sv,
+                             "ate_origin_rmse_m"sv,
+                             "rmse_x_m"sv,
+                             "rmse_y_m"sv,
+                             "rmse_z_m"sv,
+                             "scale_error_percent"sv,
+                             "rpe_25cm_m"sv,
+                             "rpe_50cm_m"sv,
+                             "rpe_1m_m"sv,
+                             "rpe_2m_m"sv,
+                             "rpe_4m_m"sv,
+                             "rpe_1s_m"sv,
+                             "rpe_step_m"sv,
+                             "drift_percent"sv,
+                             "height_range_m"sv,
+                             "end_error_x_m"sv,
+                             "end_error_y_m"sv,
+                             "end_error_z_m"sv,
+                             "end_position_error_m"sv,
+                             "loop_error_before_m"sv,
+                             "loop_error_after_m"sv,
+                             "loop_correction_m"sv,
+                             "loop_sigma_before_m"sv,
+                             "loop_sigma_after_m"sv,
+                             "nees_position_mean"sv,
+                             "nees_position_variance"sv,
+                             "nees_position_within_95"sv,
+                             "landmark_rmse_m"sv,
+                             "landmark_median_m"sv,
+                             "landmark_nees_mean"sv};
 
 Metric metric(const MetricRow& row, const Scored& scored) {
   const bool scaled = std::find(kScaled.begin(), kScaled.end(), row.definition.name) != kScaled.end();

@@ -76,10 +76,28 @@ std::vector<std::string> arguments(const Batch& batch, const fs::path& scenario,
   const std::string name = fmt::format("seed-{}", seed), set_seed = fmt::format("seed={}", seed),
                     process = std::to_string(getpid());
   if (batch.recordings)
-    return {"gaitslam",        "replay", (*batch.recordings / name).string(), set_seed,  "--scenario",
-            scenario.string(), "--out",  (batch.root / name).string(),        "--force", "--die-with-parent", process};
-  return {"gaitslam",          "run",      scenario.string(),     set_seed,  "--out",
-          batch.root.string(), "--models", batch.models.string(), "--force", "--die-with-parent", process};
+    return {"gaitslam",
+            "replay",
+            (*batch.recordings / name).string(),
+            set_seed,
+            "--scenario",
+            scenario.string(),
+            "--out",
+            (batch.root / name).string(),
+            "--force",
+            "--die-with-parent",
+            process};
+  return {"gaitslam",
+          "run",
+          scenario.string(),
+          set_seed,
+          "--out",
+          batch.root.string(),
+          "--models",
+          batch.models.string(),
+          "--force",
+          "--die-with-parent",
+          process};
 }
 
 std::string log_name(std::uint64_t seed) { return fmt::format("seed-{}.log", seed); }
