@@ -163,6 +163,7 @@ void write_baseline(const std::filesystem::path& file, const Baseline& baseline)
       fmt::format("{{\n\"format_version\": {},\n\"history\": [\n{}\n],\n\"scenarios\": {{\n{}\n}},\n",
                   kFormat, history, scenarios);
   text += fmt::format("{}{}\"\n}}\n", kSeal, hash(text));
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
   stream::write_durably(file, text);
 }
 

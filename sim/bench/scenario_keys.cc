@@ -143,15 +143,15 @@ void add_world(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(world, robot), kAny, "the robot's model, models/<robot>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, room), kAny, "the room's model, models/<room>.xml"));
   keys.push_back(key(GAITSLAM_KEY(world, seed), kAny, "of what is painted on the room's surfaces"));
+  keys.push_back(key(GAITSLAM_KEY(world, floor_friction), {0.01, 5}, "sliding friction of sole on floor"));
+  keys.push_back(disturbances_key(GAITSLAM_KEY(world, floor_patches),
+                                  "rectangles of the floor with a friction of their own"));
+  keys.push_back(disturbances_key(GAITSLAM_KEY(world, pushes), "pushes against the waist"));
   keys.push_back(
       key(GAITSLAM_KEY(world, lights_off.from_s), kGain, "when the room's lamps are switched off"));
   keys.push_back(key(GAITSLAM_KEY(world, lights_off.duration_s), kGain, "for how long; 0: never"));
   keys.push_back(key(GAITSLAM_KEY(world, lights_off.left_fraction), kFraction,
                      "light that surfaces then still get; windows and screens shine on"));
-  keys.push_back(key(GAITSLAM_KEY(world, floor_friction), {0.01, 5}, "sliding friction of sole on floor"));
-  keys.push_back(disturbances_key(GAITSLAM_KEY(world, floor_patches),
-                                  "rectangles of the floor with a friction of their own"));
-  keys.push_back(disturbances_key(GAITSLAM_KEY(world, pushes), "pushes against the waist"));
   keys.push_back(key(GAITSLAM_KEY(world, variation.friction), kSpread,
                      "standard deviation of floor_friction over seeds"));
   keys.push_back(key(GAITSLAM_KEY(world, variation.joint_offset_rad), {0, 0.1},

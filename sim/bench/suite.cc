@@ -95,10 +95,21 @@ std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+// What the suite itself sets is the suite's own fault.
+std::string name_of(const SuiteEntry& entry, const std::filesystem::path& file) {
+  try {
+    return read_scenario(entry.file, entry.changes).scenario.name;
+  } catch (const ConfigError& e) {
+    const std::string_view why = e.what();
+    if (!why.starts_with("<argument>")) throw;
+    throw ConfigError(fmt::format("{}: set: {}", file.string(), why.substr(why.find(' ') + 1)));
+  }
+}
+
 void require_different_names(const Suite& suite, const std::filesystem::path& file) {
   std::vector<std::string> names;
   for (const SuiteEntry& entry : suite.entries) {
-    const std::string name = read_scenario(entry.file, entry.changes).scenario.name;
+    const std::string name = name_of(entry, file);
     if (std::find(names.begin(), names.end(), name) != names.end())
       throw ConfigError(fmt::format("{}: two scenarios are called '{}'; set: [name=...] tells them apart",
                                     file.string(), name));

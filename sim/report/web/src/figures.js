@@ -102,7 +102,7 @@ export function figureElement(figure) {
     holder.innerHTML = figure.svg;
     countDrawn();
   } else {
-    requestAnimationFrame(() => plot(figure, holder));
+    setTimeout(() => plot(figure, holder));
   }
   return shown;
 }

@@ -132,7 +132,7 @@ export function sceneElement(data) {
   const shown = element('figure', {}, element('figcaption', {},
     'Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma ellipsoid ten times as large. Drag to turn, wheel to zoom.'), holder);
   countExpected();
-  requestAnimationFrame(() => {
+  setTimeout(() => {
     try {
       const view = new View(data, holder);
       views.push(view);
