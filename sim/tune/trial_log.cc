@@ -1,0 +1,159 @@
+#include "sim/tune/trial_log.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "sim/stream/manifest.h"
+
+namespace sim::tune {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using stream::FileError;
+
+json number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+double number(const json& value) {
+  return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
+}
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what) {
+  throw FileError(file, what + ": " + std::strerror(errno));
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A log's text, understood: its records, and how many bytes of it are whole lines.
+struct Parsed {
+  std::map<std::string, TrialRecord> records;
+  std::size_t whole_bytes = 0;
+};
+
+Parsed parse(const fs::path& file, std::string_view text, std::string_view purpose) {
+  Parsed parsed;
+  std::string_view rest = text;
+  for (int line_number = 1;; ++line_number) {
+    const std::size_t end = rest.find('\n');
+    if (end == rest.npos) return parsed;
+    const std::string_view line = rest.substr(0, end);
+    rest.remove_prefix(end + 1);
+    if (line_number == 1) {
+      if (line != purpose)
+        throw FileError(file, fmt::format("is the log of something else: {}, expected {}", line, purpose));
+    } else if (auto record = from_line(line)) {
+      parsed.records.emplace(record->key, std::move(*record));
+    } else if (rest.empty()) {
+      return parsed;  // torn by a loss of power: its place is on the disk, its content is not
+    } else {
+      throw FileError(
+          file,
+          fmt::format("line {} is no trial's record; the log was changed after it was written", line_number));
+    }
+    parsed.whole_bytes = text.size() - rest.size();
+  }
+}
+
+}  // namespace
+
+std::string to_line(const TrialRecord& record) {
+  json values = json::object();
+  for (const auto& [name, value] : record.values) values[name] = number(value);
+  nlohmann::ordered_json line{{"key", record.key}, {"seed", record.seed}, {"ending", record.ending}};
+  if (!record.cause.empty()) line["cause"] = record.cause;
+  line["values"] = values;
+  return line.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::optional<TrialRecord> from_line(std::string_view line) {
+  try {
+    const json j = json::parse(line);
+    TrialRecord record{j.at("key"), j.at("seed"), j.at("ending"), j.value("cause", ""), {}};
+    for (const auto& [name, value] : j.at("values").items()) record.values[name] = number(value);
+    return record;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::string trial_key(std::initializer_list<std::string_view> parts) {
+  stream::Hash hash;
+  for (const std::string_view part : parts) {
+    hash.add(fmt::format("{}:", part.size()));
+    hash.add(part);
+  }
+  return hash.hex();
+}
+
+TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
+    : file_(file), fd_(::open(file.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666)) {
+  if (fd_ < 0) fail(file_, "cannot be opened");
+  try {
+    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) throw FileError(file_, "is being written by another process");
+    read(purpose);
+  } catch (...) {
+    ::close(fd_);
+    throw;
+  }
+}
+
+TrialLog::~TrialLog() { ::close(fd_); }
+
+void TrialLog::read(std::string_view purpose) {
+  Parsed parsed = parse(file_, text_of(file_), purpose);
+  records_ = std::move(parsed.records);
+  if (::ftruncate(fd_, static_cast<off_t>(parsed.whole_bytes)) != 0) fail(file_, "cannot be written");
+  if (parsed.whole_bytes == 0) append(purpose);
+}
+
+void TrialLog::append(std::string_view line) const {
+  const std::string bytes = std::string(line) + "\n";
+  for (std::string_view rest = bytes; !rest.empty();) {
+    const ssize_t n = ::write(fd_, rest.data(), rest.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(file_, "cannot be written");
+    rest.remove_prefix(static_cast<std::size_t>(n));
+  }
+  if (::fsync(fd_) != 0) fail(file_, "cannot be forced to the disk");
+}
+
+const TrialRecord* TrialLog::find(const std::string& key) const {
+  const std::scoped_lock lock(mutex_);
+  const auto found = records_.find(key);
+  return found == records_.end() ? nullptr : &found->second;
+}
+
+std::size_t TrialLog::size() const {
+  const std::scoped_lock lock(mutex_);
+  return records_.size();
+}
+
+void TrialLog::add(const TrialRecord& record) {
+  const std::scoped_lock lock(mutex_);
+  if (records_.contains(record.key)) return;
+  append(to_line(record));
+  records_.emplace(record.key, record);
+}
+
+std::map<std::string, TrialRecord> read_trial_log(const fs::path& file, std::string_view purpose) {
+  if (!fs::exists(file)) throw FileError(file, "cannot be read: there is no such file");
+  return parse(file, text_of(file), purpose).records;
+}
+
+}  // namespace sim::tune
