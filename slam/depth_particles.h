@@ -5,15 +5,11 @@
 #include <vector>
 
 #include "slam/camera.h"
+#include "slam/depth_hypotheses.h"
 #include "slam/kalman.h"
 #include "slam/options.h"
 
 namespace slam {
-
-/// One hypothesis of how far along the line the landmark is.
-struct DepthParticle {
-  double depth_m, probability;
-};
 
 /// Davison 2003: y = (c₀, ĥ), the landmark somewhere at c₀ + λĥ, λ > 0; m and a unit vector, W.
 struct SemiInfiniteLine {

@@ -403,7 +403,8 @@ void Filter::Workings::restart_at(const Relocation& found) {
 void Filter::Workings::manage_map(const Observation& o, const std::vector<Candidate>& in_view) {
   report.deleted = map.prune(kalman);
   if (options.depth.linearity > 0) map.convert(options.depth.linearity, kalman);
-  for (const int id : map.follow_lines(o.image, camera, options, kalman)) report.deleted.push_back(id);
+  for (const int id : map.follow_lines(o.image, camera, options, kalman, report.lines))
+    report.deleted.push_back(id);
   std::vector<Eigen::Vector2d> taken = line_pixels();
   for (const Candidate& candidate : in_view) taken.push_back(candidate.pixel);
   const int wanted = landmarks_wanted(in_view.size());

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "slam/depth_hypotheses.h"
 #include "slam/observation.h"
 #include "slam/options.h"
 
@@ -57,6 +58,7 @@ struct FrameReport {
   std::vector<Sighting> begun;    ///< landmarks begun in this frame, where they were first seen
   std::vector<Sighting> matched;  ///< accepted matches of this frame
   std::vector<Search> searched;
+  std::vector<DepthHypotheses> lines;  ///< of landmarks that were lines before this frame, after its image
   std::vector<int> deleted;
   bool relocalised = false;  ///< found again in this frame
   std::string refused;       ///< why the observation (or one of its parts) was not used; empty if it was

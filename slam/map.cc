@@ -154,13 +154,14 @@ int Map::lines() const {
 }
 
 std::vector<int> Map::follow_lines(const cv::Mat& image, const Camera& camera, const Options& options,
-                                   Kalman& kalman) {
+                                   Kalman& kalman, std::vector<DepthHypotheses>& lines) {
   std::vector<int> deleted;
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
     Landmark& landmark = landmarks_[i];
     if (!std::holds_alternative<SemiInfiniteLine>(landmark.kind)) continue;
     search_along(image, kalman, camera, options, landmark);
     const auto line = std::get<SemiInfiniteLine>(landmark.kind);
+    lines.push_back({landmark.id, line.particles});
     if (given_up(line, options.depth.particles)) {
       deleted.push_back(landmark.id);
       erase(i, kalman);

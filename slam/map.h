@@ -36,9 +36,9 @@ class Map {
   void convert(double linearity, Kalman& kalman);
 
   /// Looks for the landmarks that are still lines; those with a sharp depth become points, those with none
-  /// are deleted. Returns the ids of the deleted.
+  /// are deleted. Returns the ids of the deleted; what came to be believed of each depth goes to `lines`.
   std::vector<int> follow_lines(const cv::Mat& image, const Camera& camera, const Options& options,
-                                Kalman& kalman);
+                                Kalman& kalman, std::vector<DepthHypotheses>& lines);
   /// How many landmarks are still lines.
   int lines() const;
 

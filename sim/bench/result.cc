@@ -10,6 +10,7 @@
 
 #include "sim/bench/evidence.h"
 #include "sim/bench/scenario_limits.h"
+#include "sim/bench/tracked_files.h"
 #include "sim/stream/csv.h"
 #include "sim/stream/tum.h"
 
@@ -41,44 +42,6 @@ void write_estimate(const fs::path& folder, const Tracked& tracked) {
   }
   write(folder / "estimate.tum", poses);
   write(folder / "estimate_cov.txt", with_covariance);
-}
-
-std::string_view name(slam::Health health) {
-  constexpr std::array<std::string_view, 3> kNames{"ok", "lost", "diverged"};
-  return kNames[static_cast<std::size_t>(health)];
-}
-
-std::string nis_fields(const std::optional<slam::Nis>& nis) {
-  return nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
-}
-
-void write_frames(const fs::path& folder, const Tracked& tracked) {
-  std::string text =
-      "#timestamp "
-      "[ns],landmarks,predicted,measured,accepted,begun,deleted,nis_vision,dof_vision,nis_gyro,dof_gyro,"
-      "nis_plan_velocity,dof_plan_velocity,nis_height,dof_height,health,cause,refused\n";
-  for (const TrackedFrame& frame : tracked.frames) {
-    const slam::FrameReport& r = frame.report;
-    text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
-                        r.begun.size(), r.deleted.size());
-    for (const auto& nis : {r.vision, r.gyro, r.plan_velocity, r.height}) text += nis_fields(nis);
-    text += fmt::format(",{},{},{}\n", name(r.health), r.cause, r.refused);
-  }
-  write(folder / "frames.csv", text);
-}
-
-void write_map(const fs::path& folder, const Tracked& tracked) {
-  std::string text =
-      "#id,kind,p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz [m^2],P_zz "
-      "[m^2],"
-      "begun [ns],attempts,successes\n";
-  for (const slam::MapPoint& point : tracked.map) {
-    const Eigen::Matrix3d& P = point.covariance;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
-                        point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
-                        point.begun.count(), point.attempts, point.successes);
-  }
-  write(folder / "map.csv", text);
 }
 
 // When tracking was lost and why, and how many observations were refused, wholly or in part.
@@ -183,8 +146,7 @@ Outcome write_result(const fs::path& folder, const Remains& remains, const Resul
   write(folder / "waist_plan.tum", tum(remains.truth.waist_plan));
   if (remains.tracked) {
     write_estimate(folder, *remains.tracked);
-    write_frames(folder, *remains.tracked);
-    write_map(folder, *remains.tracked);
+    write_tracked(folder, *remains.tracked);
   }
   const score::Run scored = evidence(remains);
   write_feet(folder, scored.feet);

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <optional>
 
 #include "sim/report/paper_height.h"
 #include "sim/score/statistics.h"
@@ -31,45 +29,37 @@ std::vector<double> values(const Runs& runs, const std::string& metric, double f
   return all;
 }
 
-/// "12.3 (1.4)": mean and standard deviation over seeds.
-std::string spread(const std::vector<double>& values, const std::string& unit) {
+std::string range_text(const std::vector<double>& values, const std::string& unit) {
   if (values.empty()) return "none";
-  const score::Summary s = score::summarise(values, score::Worst::largest);
-  return fmt::format("{:.1f} ({:.1f}) {}", s.mean, s.standard_deviation, unit);
+  return fmt::format("median {:.3g}{} ({:.3g} to {:.3g})", score::median(values), unit,
+                     score::quantile(values, 0), score::quantile(values, 1));
 }
 
-std::string median_text(std::vector<double> values, const std::string& unit) {
-  if (values.empty()) return "none";
-  std::sort(values.begin(), values.end());
-  return fmt::format("median {:.3g} {}, {:.3g} to {:.3g}",
-                     score::summarise(values, score::Worst::largest).median, unit, values.front(),
-                     values.back());
-}
-
-struct Drift {
-  double x_mm, y_mm, yaw_deg;
+// One axis of a drift. The paper gives sizes without signs, so sizes are compared: within a factor of two, or
+// both below what the paper's walk scattered by.
+struct DriftAxis {
+  const char* metric;
+  const char* axis;
+  const char* unit;
+  double paper, negligible;
+  const char* paper_text;
 };
 
-// Within a factor 2 of the paper where the paper's mean is above 10 mm or 1 degree, below those elsewhere.
-bool agrees(double paper, double bench, double small) {
-  if (paper < small) return std::abs(bench) < 2 * small;
-  return std::abs(bench) > paper / 2 && std::abs(bench) < paper * 2;
+PaperRow drift_row(const Runs& runs, const std::string& walk, const DriftAxis& axis) {
+  PaperRow row{fmt::format("{}: drift in {} (II-B)", walk, axis.axis), axis.paper_text, kNotRun};
+  const auto drifts = values(runs, axis.metric, axis.unit == std::string("mm") ? kMm : 1);
+  if (drifts.empty()) return row;
+  const double mean = score::mean(drifts), size = std::abs(mean);
+  row.bench = fmt::format("{:.1f} {} (sd {:.1f})", mean, axis.unit, score::standard_deviation(drifts));
+  const bool both_small = axis.paper <= axis.negligible && size <= axis.negligible;
+  const bool near = size > axis.paper / 2 && size < axis.paper * 2;
+  row.agreement = both_small || near ? Agreement::agrees : Agreement::differs;
+  return row;
 }
 
-double mean(const std::vector<double>& values) {
-  return values.empty() ? NAN : score::summarise(values, score::Worst::largest).mean;
-}
-
-PaperRow drift_row(const PaperRuns& all, const std::string& experiment, const std::string& what,
-                   const std::string& paper, const Drift& drift) {
-  const Runs& runs = runs_of(all, experiment);
-  if (runs.empty()) return {what, paper, kNotRun, ""};
-  const auto x = values(runs, "plan_drift_x_m", kMm), y = values(runs, "plan_drift_y_m", kMm);
-  const auto yaw = values(runs, "plan_drift_yaw_deg");
-  const bool all_agree = agrees(drift.x_mm, mean(x), 10) && agrees(drift.y_mm, mean(y), 10) &&
-                         agrees(drift.yaw_deg, mean(yaw), 1);
-  return {what, paper, fmt::format("X {}, Y {}, yaw {}", spread(x, "mm"), spread(y, "mm"), spread(yaw, "°")),
-          all_agree ? "agrees" : "differs"};
+void add_drift(std::vector<PaperRow>& rows, const PaperRuns& all, const std::string& experiment,
+               const std::string& walk, const std::vector<DriftAxis>& axes) {
+  for (const DriftAxis& axis : axes) rows.push_back(drift_row(runs_of(all, experiment), walk, axis));
 }
 
 int closed(const Runs& runs) {
@@ -78,10 +68,10 @@ int closed(const Runs& runs) {
   }));
 }
 
-std::string closures(const Runs& runs) {
-  return fmt::format("{} of {} closed, {} landmarks, ATE {}", closed(runs), runs.size(),
-                     median_text(values(runs, "loop_landmarks"), ""),
-                     median_text(values(runs, "ate_se3_rmse_m", kMm), "mm"));
+int diverged(const Runs& runs) {
+  return static_cast<int>(std::count_if(runs.begin(), runs.end(), [](const RunData& run) {
+    return run.score.value("ending", "") == "diverged";
+  }));
 }
 
 enum class Expected { closes, fails };
@@ -89,94 +79,127 @@ enum class Expected { closes, fails };
 PaperRow closure_row(const PaperRuns& all, const std::string& experiment, const std::string& what,
                      const std::string& paper, Expected expected) {
   const Runs& runs = runs_of(all, experiment);
-  if (runs.empty()) return {what, paper, kNotRun, ""};
-  const bool always = closed(runs) == static_cast<int>(runs.size());
-  const bool as_expected = expected == Expected::closes ? always : closed(runs) == 0;
-  return {what, paper, closures(runs), as_expected ? "agrees" : "differs"};
+  if (runs.empty()) return {what, paper, kNotRun};
+  const std::string lost = diverged(runs) > 0 ? fmt::format(", {} lost for good", diverged(runs)) : "";
+  const std::string text = fmt::format("{} of {} closed{}; landmarks found again: {}; ATE {}", closed(runs),
+                                       runs.size(), lost, range_text(values(runs, "loop_landmarks"), ""),
+                                       range_text(values(runs, "ate_se3_rmse_m", kMm), " mm"));
+  const int wanted = expected == Expected::closes ? static_cast<int>(runs.size()) : 0;
+  return {what, paper, text, closed(runs) == wanted ? Agreement::agrees : Agreement::differs};
 }
 
-std::vector<double> end_errors(const Runs& runs, Column Errors::*axis) {
-  std::vector<double> all;
-  for (const RunData& run : runs)
-    if (run.errors && !((*run.errors).*axis).empty())
-      all.push_back(kMm * std::abs(((*run.errors).*axis).back()));
-  return all;
+PaperRow end_row(const PaperRuns& all, const std::string& experiment, const char* axis, Column Errors::*error,
+                 double paper_mm) {
+  PaperRow row{
+      fmt::format("Experiment 2, {}: error of the estimate at the end in {} (V-B)",
+                  experiment.ends_with("paper") ? "the paper's filter" : "this bench's filter", axis),
+      fmt::format("{:.0f} mm", paper_mm), kNotRun};
+  std::vector<double> ends;
+  for (const RunData& run : runs_of(all, experiment))
+    if (run.errors && !((*run.errors).*error).empty())
+      ends.push_back(kMm * std::abs(((*run.errors).*error).back()));
+  if (ends.empty()) return row;
+  row.bench = range_text(ends, " mm");
+  const double median = score::median(ends);
+  row.agreement = median < paper_mm / 2   ? Agreement::better
+                  : median < 2 * paper_mm ? Agreement::agrees
+                                          : Agreement::differs;
+  return row;
 }
 
-PaperRow end_row(const PaperRuns& all) {
-  const std::string what = "Experiment 2, final error of the estimate (V-B)";
-  const std::string paper = "30 mm in X, 140 mm in Y";
-  const Runs& runs = runs_of(all, "perpendicular_circle");
-  if (runs.empty()) return {what, paper, kNotRun, ""};
-  const auto x = end_errors(runs, &Errors::x), y = end_errors(runs, &Errors::y);
-  return {what, paper, fmt::format("X {}; Y {}", median_text(x, "mm"), median_text(y, "mm")),
-          mean(x) < 30 && mean(y) < 140 ? "better" : "differs"};
+PaperRow height_row(const PaperRuns& all, const std::string& experiment, const std::string& filter) {
+  PaperRow row{"Experiment 1, " + filter + ": interval of the estimated height (V-A)", "within 40 mm",
+               kNotRun};
+  const auto range = values(runs_of(all, experiment), "height_range_m", kMm);
+  if (range.empty()) return row;
+  row.bench = range_text(range, " mm");
+  row.agreement = score::quantile(range, 1) <= 40 ? Agreement::agrees : Agreement::differs;
+  return row;
 }
 
-PaperRow height_row(const PaperRuns& all) {
-  const Runs& runs = runs_of(all, "tangent_circle");
-  const std::string what = "Experiment 1, interval of the estimated height (V-A)";
-  if (runs.empty()) return {what, "4 cm", kNotRun, ""};
-  const auto range = values(runs, "height_range_m", kMm);
-  return {what, "4 cm", median_text(range, "mm"), mean(range) <= 40 ? "better" : "differs"};
-}
-
-PaperRow time_row(const PaperRuns& all) {
-  const Runs& runs = runs_of(all, "tangent_circle");
-  const std::string what = "Time of a frame (V)", paper = "30 ms, up to 40 ms (Pentium M, 1.8 GHz)";
+PaperRow time_row(const PaperRuns& all, const std::string& experiment, const std::string& filter) {
+  PaperRow row{"CPU of a frame, " + filter + " (V)", "30 ms, sometimes 40 ms (two Pentium M, 1.8 GHz)",
+               kNotRun};
   std::vector<double> ms;
-  for (const RunData& run : runs) ms.push_back(run.timing.value("frame_cpu_ms_median", NAN));
-  if (ms.empty()) return {what, paper, kNotRun, ""};
-  return {what, paper, median_text(ms, "ms"), "better"};
+  for (const RunData& run : runs_of(all, experiment))
+    if (run.timing.contains("frame_cpu_ms_median")) ms.push_back(run.timing["frame_cpu_ms_median"]);
+  if (ms.empty()) return row;
+  row.bench = range_text(ms, " ms") + ", on another computer";
+  row.agreement = Agreement::better;
+  return row;
+}
+
+void add_closures(std::vector<PaperRow>& rows, const PaperRuns& all) {
+  const auto add = [&](const char* experiment, const char* what, const char* paper, Expected expected) {
+    rows.push_back(closure_row(all, experiment, what, paper, expected));
+  };
+  add("tangent_circle_paper", "Experiment 1, the paper's filter (V-A.2)",
+      "10 of 10 closed, about 10 landmarks", Expected::closes);
+  add("tangent_circle", "Experiment 1, this bench's filter", "10 of 10 closed, about 10 landmarks",
+      Expected::closes);
+  add("perpendicular_circle_paper", "Experiment 2, the paper's filter (V-B)", "closed, by 3 landmarks",
+      Expected::closes);
+  add("perpendicular_circle", "Experiment 2, this bench's filter", "closed, by 3 landmarks",
+      Expected::closes);
+  add("vision_gyro_known_landmarks", "Experiment 1, vision and gyro, known landmarks (V-A.1)",
+      "closed; quality of the trajectory insufficient", Expected::closes);
+  add("vision_only", "Experiment 1, vision alone (V-A)", "did not close", Expected::fails);
+  add("hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails);
+  add("hall", "The hall, this bench's filter", "fails", Expected::fails);
 }
 
 }  // namespace
 
 const std::vector<PaperExperiment>& paper_experiments() {
   static const std::vector<PaperExperiment> kAll{
-      {"tangent_quadrant", "tangent_quadrant.yaml", ""},
-      {"perpendicular_circle_trial1", "perpendicular_circle_trial1.yaml", ""},
-      {"tangent_circle", "tangent_circle.yaml", ""},
-      {"perpendicular_circle", "perpendicular_circle.yaml", ""},
-      {"hall", "hall.yaml", ""},
-      {"tangent_circle_paper", "tangent_circle_paper.yaml", "tangent_circle"},
-      {"perpendicular_circle_paper", "perpendicular_circle_paper.yaml", "perpendicular_circle"},
-      {"vision_only", "vision_only.yaml", "tangent_circle"},
-      {"vision_gyro_known_landmarks", "vision_gyro_known_landmarks.yaml", "tangent_circle"},
-      {"hall_paper", "hall_paper.yaml", "hall"},
+      {"tangent_quadrant", "", 2},
+      {"perpendicular_circle_trial1", "", 8},
+      {"tangent_circle", "", 17},
+      {"tangent_circle_paper", "tangent_circle", 4},
+      {"vision_only", "tangent_circle", 4},
+      {"vision_gyro_known_landmarks", "tangent_circle", 4},
+      {"perpendicular_circle", "", 30},
+      {"perpendicular_circle_paper", "perpendicular_circle", 7},
+      {"hall", "", 18},
+      {"hall_paper", "hall", 4},
   };
   return kAll;
 }
 
 std::vector<PaperRow> paper_rows(const PaperRuns& all) {
-  return {
-      drift_row(all, "tangent_quadrant", "Drift of the walk, tangent quadrant (II-B)",
-                "X 4 mm (1.6), Y 23 mm (3.4), yaw almost none", {4, 23, 0}),
-      drift_row(all, "perpendicular_circle_trial1", "Drift, perpendicular circle, first trial (II-B)",
-                "X 240 mm, Y 600 mm, yaw 20°", {240, 600, 20}),
-      drift_row(all, "perpendicular_circle", "Drift, perpendicular circle, second trial (II-B)",
-                "X 160 mm, Y 40 mm, yaw 15°", {160, 40, 15}),
-      closure_row(all, "tangent_circle", "Experiment 1, this bench's filter (V-A.2)",
-                  "10 of 10 closed, about 10 landmarks", Expected::closes),
-      closure_row(all, "tangent_circle_paper", "Experiment 1, the paper's filter (V-A.2)",
-                  "10 of 10 closed, about 10 landmarks", Expected::closes),
-      closure_row(all, "perpendicular_circle", "Experiment 2, this bench's filter (V-B)",
-                  "closed, 3 landmarks", Expected::closes),
-      closure_row(all, "perpendicular_circle_paper", "Experiment 2, the paper's filter (V-B)",
-                  "closed, 3 landmarks", Expected::closes),
-      end_row(all),
-      closure_row(all, "vision_gyro_known_landmarks",
-                  "Experiment 1, vision and gyro, known landmarks (V-A.1)",
-                  "closes; quality of the trajectory insufficient", Expected::closes),
-      closure_row(all, "vision_only", "Experiment 1, vision alone, the paper's filter (V-A)",
-                  "does not close", Expected::fails),
-      closure_row(all, "hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m",
-                  Expected::fails),
-      closure_row(all, "hall", "The hall, this bench's filter", "fails", Expected::closes),
-      height_row(all),
-      impact_row(runs_of(all, "tangent_circle")),
-      time_row(all),
+  const auto x = [](double paper, const char* text) {
+    return DriftAxis{"plan_drift_x_m", "X", "mm", paper, 10, text};
   };
+  const auto y = [](double paper, const char* text) {
+    return DriftAxis{"plan_drift_y_m", "Y", "mm", paper, 10, text};
+  };
+  const auto yaw = [](double paper, const char* text) {
+    return DriftAxis{"plan_drift_yaw_deg", "yaw", "°", paper, 1, text};
+  };
+  std::vector<PaperRow> rows;
+  add_drift(rows, all, "tangent_quadrant", "Tangent quadrant",
+            {x(4, "4 mm (sd 1.6)"), y(23, "23 mm (sd 3.4)"), yaw(0, "almost none")});
+  add_drift(rows, all, "perpendicular_circle_trial1", "Facing the centre, first trial",
+            {x(240, "240 mm"), y(600, "600 mm"), yaw(20, "20°")});
+  add_drift(rows, all, "perpendicular_circle", "Facing the centre, second trial",
+            {x(160, "160 mm"), y(40, "40 mm"), yaw(15, "15°")});
+  add_closures(rows, all);
+  for (const char* experiment : {"perpendicular_circle_paper", "perpendicular_circle"}) {
+    rows.push_back(end_row(all, experiment, "X", &Errors::x, 30));
+    rows.push_back(end_row(all, experiment, "Y", &Errors::y, 140));
+  }
+  for (const auto& [experiment, filter] : {std::pair{"tangent_circle_paper", "the paper's filter"},
+                                           std::pair{"tangent_circle", "this bench's filter"}}) {
+    rows.push_back(height_row(all, experiment, filter));
+    rows.push_back(impact_row(runs_of(all, experiment), filter));
+    rows.push_back(time_row(all, experiment, filter));
+  }
+  return rows;
+}
+
+std::string agreement_text(Agreement agreement) {
+  constexpr const char* kTexts[] = {"", "agrees", "better", "differs"};
+  return kTexts[static_cast<int>(agreement)];
 }
 
 }  // namespace sim::report

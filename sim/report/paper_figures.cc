@@ -1,66 +1,115 @@
+#include <fmt/core.h>
+
+#include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "sim/report/paper.h"
+#include "sim/report/paper_depths.h"
+#include "sim/report/paper_height.h"
 
 namespace sim::report {
 namespace {
 
-const RunData* first(const PaperRuns& all, const std::string& experiment) {
+constexpr double kMm = 1e3;
+
+const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment) {
+  static const std::vector<RunData> none;
   const auto found = all.find(experiment);
-  return found == all.end() || found->second.empty() ? nullptr : &found->second.front();
+  return found == all.end() ? none : found->second;
 }
 
-Figure from_above(const std::string& name, const std::string& title) {
-  Figure f{name, title, "x [m]", "y [m]"};
+const RunData* first(const PaperRuns& all, const std::string& experiment) {
+  const auto& runs = runs_of(all, experiment);
+  return runs.empty() ? nullptr : &runs.front();
+}
+
+// The first that closed its loop, else the first.
+const RunData* first_closed(const PaperRuns& all, const std::string& experiment) {
+  const auto& runs = runs_of(all, experiment);
+  const auto closed = std::find_if(runs.begin(), runs.end(),
+                                   [](const RunData& run) { return run.metric("loop_time_s").has_value(); });
+  return closed != runs.end() ? &*closed : first(all, experiment);
+}
+
+Figure from_above(const std::string& name, const std::string& title, const RunData& run) {
+  Figure f{name, fmt::format("{} (seed {})", title, run.score.value("seed", 0ULL)), "x [m]", "y [m]"};
   f.equal_axes = true;
   return f;
 }
 
-Figure waist(const RunData& run) {
-  Figure f = from_above("figure_1", "Figure 1: waist as planned and as walked while turning");
+Figure waist(const RunData& run, const std::string& name, const std::string& title) {
+  Figure f = from_above(name, title, run);
   f.lines = {{"plan", Role::plan, run.waist_plan.x, run.waist_plan.y},
              {"walked", Role::truth, run.waist_truth.x, run.waist_truth.y}};
   return f;
 }
 
 Figure slam(const RunData& run, const std::string& name, const std::string& title) {
-  Figure f = from_above(name, title);
+  Figure f = from_above(name, title, run);
   f.lines = {{"plan", Role::plan, run.plan.x, run.plan.y}, {"truth", Role::truth, run.truth.x, run.truth.y}};
   if (run.estimate) f.lines.push_back({"SLAM", Role::estimate, run.estimate->x, run.estimate->y});
   return f;
 }
 
 Figure uncertainty(const RunData& run) {
-  Figure f{"figure_4", "Figure 4: uncertainty of the position, vision and gyro alone", "time [s]", "m"};
-  Line sigma{"3 sigma", Role::first, run.errors->t},
-      error{"error", Role::estimate, run.errors->t, run.errors->distance};
-  for (std::size_t i = 0; i < run.errors->t.size(); ++i)
-    sigma.y.push_back(3 * std::hypot(run.errors->sigma_x[i], run.errors->sigma_y[i], run.errors->sigma_z[i]));
+  Figure f{"figure_4",
+           fmt::format("Figure 4: the position's uncertainty grows until the loop closes; vision and gyro "
+                       "(seed {})",
+                       run.score.value("seed", 0ULL)),
+           "time [s]", "mm"};
+  const Errors& e = *run.errors;
+  Line sigma{"3 sigma", Role::first, e.t}, error{"error", Role::estimate, e.t};
+  for (std::size_t i = 0; i < e.t.size(); ++i) {
+    sigma.y.push_back(3 * kMm * std::hypot(e.sigma_x[i], e.sigma_y[i], e.sigma_z[i]));
+    error.y.push_back(kMm * e.distance[i]);
+  }
   f.lines = {sigma, error};
   if (const auto closed = run.metric("loop_time_s")) f.moments = {{"loop closed", *closed}};
   return f;
 }
 
 Figure height(const RunData& run) {
-  Figure f{"figure_8", "Figure 8: height of the camera, experiment 1", "time [s]", "z [m]"};
+  Figure f{"figure_8", "Figure 8: height of the camera in experiment 1, the paper's filter", "time [s]",
+           "z [m]"};
   f.lines = {{"plan", Role::plan, run.plan.t, run.plan.z}, {"truth", Role::truth, run.truth.t, run.truth.z}};
   if (run.estimate) f.lines.push_back({"SLAM", Role::estimate, run.estimate->t, run.estimate->z});
   return f;
+}
+
+void add_walks(std::vector<Figure>& figures, const PaperRuns& all) {
+  if (const RunData* run = first(all, "tangent_quadrant"))
+    figures.push_back(waist(*run, "figure_1", "Figure 1: waist, planned and walked, a tangent quadrant"));
+  if (const RunData* run = first(all, "perpendicular_circle_trial1"))
+    figures.push_back(waist(*run, "figure_1_circle", "Figure 1 too: facing the centre, first trial"));
+}
+
+void add_slam(std::vector<Figure>& figures, const PaperRuns& all) {
+  if (const RunData* run = first_closed(all, "tangent_circle_paper"))
+    figures.push_back(
+        slam(*run, "figure_6_paper", "Figure 6: plan and SLAM, experiment 1, the paper's filter"));
+  if (const RunData* run = first(all, "tangent_circle"))
+    figures.push_back(slam(*run, "figure_6", "Figure 6: the same walk, this bench's filter"));
+  if (const RunData* run = first_closed(all, "perpendicular_circle_paper"))
+    figures.push_back(
+        slam(*run, "figure_7_paper", "Figure 7: plan and SLAM, experiment 2, the paper's filter"));
+  if (const RunData* run = first(all, "perpendicular_circle"))
+    figures.push_back(slam(*run, "figure_7", "Figure 7: experiment 2, this bench's filter"));
 }
 
 }  // namespace
 
 std::vector<Figure> paper_figures(const PaperRuns& all) {
   std::vector<Figure> figures;
-  const RunData* tangent = first(all, "tangent_circle");
-  if (tangent) figures.push_back(waist(*tangent));
-  const RunData* known = first(all, "vision_gyro_known_landmarks");
+  add_walks(figures, all);
+  const RunData* paper = first_closed(all, "tangent_circle_paper");
+  if (paper && std::filesystem::exists(paper->folder / "depths.csv"))
+    figures.push_back(depths_figure(paper->folder / "depths.csv"));
+  const RunData* known = first_closed(all, "vision_gyro_known_landmarks");
   if (known && known->errors) figures.push_back(uncertainty(*known));
-  if (tangent) figures.push_back(slam(*tangent, "figure_6", "Figure 6: plan and SLAM, tangent circle"));
-  if (const RunData* run = first(all, "perpendicular_circle"))
-    figures.push_back(slam(*run, "figure_7", "Figure 7: plan and SLAM, circle walked facing its centre"));
-  if (tangent) figures.push_back(height(*tangent));
+  add_slam(figures, all);
+  if (paper) figures.push_back(height(*paper));
+  figures.push_back(impact_figure(runs_of(all, "tangent_circle_paper")));
+  std::erase_if(figures, [](const Figure& figure) { return figure.lines.empty(); });
   return figures;
 }
 

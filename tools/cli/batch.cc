@@ -116,9 +116,11 @@ std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const B
   std::ofstream(frozen) << sim::bench::to_yaml(scenario);
   std::vector<SeedOutcome> outcomes(batch.seeds.size());
   std::map<pid_t, std::size_t> running;
-  ProgressLine progress(fmt::format("{} seeds of {}", batch.seeds.size(), scenario.name));
+  std::optional<ProgressLine> line;
+  if (!batch.progress) line.emplace(fmt::format("{} seeds of {}", batch.seeds.size(), scenario.name));
   for (std::size_t next = 0, done = 0; done < outcomes.size();) {
-    progress.show(static_cast<double>(done) / static_cast<double>(outcomes.size()));
+    const double part = static_cast<double>(done) / static_cast<double>(outcomes.size());
+    line ? line->show(part) : batch.progress(part);
     if (next < outcomes.size() && running.size() < static_cast<std::size_t>(batch.jobs)) {
       const std::uint64_t seed = batch.seeds[next];
       fs::remove_all(batch.root /

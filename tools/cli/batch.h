@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ struct Batch {
   std::filesystem::path root;  ///< seed-<n> goes below
   std::filesystem::path models;
   std::optional<std::filesystem::path> recordings{};  ///< replay seed-<n> of this folder instead of walking
+  std::function<void(double)> progress{};  ///< told the part done; without, a line on the terminal is
 };
 
 /// How one seed's process ended.

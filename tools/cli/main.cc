@@ -58,6 +58,7 @@ int run_program(int argc, char** argv) {
   cli::add_baseline(app, exit_code);
   cli::add_check(app, exit_code);
   cli::add_report(app, exit_code);
+  cli::add_reproduce(app, exit_code);
   cli::add_config(app, exit_code);
   check_command_name(app, argc, argv);
   try {

@@ -25,13 +25,13 @@ ProgressLine::~ProgressLine() {
   if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
-void ProgressLine::show(double part) {
+void ProgressLine::show(double part, const std::string& at) {
   using std::chrono::duration;
   const auto now = Clock::now();
   if (!on_terminal_ || (drawn_ && now - last_ < std::chrono::milliseconds(200))) return;
   const double spent_s = duration<double>(now - begin_).count();
   const std::string left = part > 0.01 ? ", " + in_words(spent_s * (1 - part) / part) + " left" : "";
-  fmt::print(stderr, "\r\033[K{}: {:.0f} %{}", what_, 100 * part, left);
+  fmt::print(stderr, "\r\033[K{}: {:.0f} %{}{}", what_, 100 * part, left, at.empty() ? "" : "; " + at);
   std::fflush(stderr);
   drawn_ = true;
   last_ = now;

@@ -14,8 +14,8 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// part: what is done, 0 to 1. Draws at most five times a second.
-  void show(double part);
+  /// part: what is done, 0 to 1; at: what is being done. Draws at most five times a second.
+  void show(double part, const std::string& at = "");
 
  private:
   std::string what_;

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "sim/bench/scenario_yaml.h"
 #include "sim/report/paper.h"
@@ -12,118 +14,177 @@
 #include "tools/cli/batch.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/live.h"
+#include "tools/cli/out_folder.h"
+#include "tools/cli/progress.h"
 #include "tools/cli/seeds.h"
 #include "tools/cli/version.h"
 
 namespace cli {
 namespace {
 
-namespace bench = sim::bench;
-namespace fs = std::filesystem;
 namespace report = sim::report;
 
 constexpr const char* kExamples = R"(
 Examples:
-  gaitslam reproduce --jobs 2                       # ten seeds, page in results/paper/index.html
+  gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
   gaitslam reproduce --seeds 1..3 --out DIR
-Run again with the same program, it goes on where it was stopped.)";
+Every result is kept in the folder. Run again by the same program, it goes on where it was stopped.)";
 
 struct Request {
   std::string seeds = "1..10";
   int jobs = 1;
-  fs::path out = "results/paper";
-  fs::path scenarios = fs::path(GAITSLAM_MODELS).parent_path() / "scenarios";
-  fs::path models;
+  fs::path out = "results/paper", models = GAITSLAM_MODELS,
+           scenarios = fs::path(GAITSLAM_MODELS).parent_path() / "scenarios";
+  std::optional<fs::path> recordings;  ///< <experiment>/seed-<n> where it is there to be replayed
 };
 
-nlohmann::json read_json(const fs::path& file) {
-  std::ifstream in(file);
-  return nlohmann::json::parse(in, nullptr, false);
+fs::path seed_folder(const fs::path& root, std::uint64_t seed) { return root / fmt::format("seed-{}", seed); }
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// This very program has run this very scenario and seed to its end.
-bool is_done(const fs::path& folder, bench::Scenario scenario, std::uint64_t seed) {
-  const nlohmann::json about = read_json(folder / "about.json");
-  if (!about.is_object() || about.value("revision", "") != kRevision || !fs::exists(folder / "score.json")) return false;
+nlohmann::json about(const fs::path& result) {
+  return nlohmann::json::parse(text_of(result / "about.json"), nullptr, false);
+}
+
+/// This program has made it: the revision says so, and of a program whose sources differ from their revision,
+/// the files' times.
+bool is_by_this_program(const fs::path& result, const nlohmann::json& about) {
+  if (!about.is_object() || about.value("revision", "") != kRevision) return false;
+  const bool exact = !std::string(kRevision).ends_with("+") && kRevision != std::string("unknown");
+  return exact || fs::last_write_time(result / "about.json") > fs::last_write_time("/proc/self/exe");
+}
+
+/// Of the very scenario and seed, and of the recording that is there now.
+bool is_done(const fs::path& result, const fs::path& recorded, bench::Scenario scenario, std::uint64_t seed) {
+  const nlohmann::json made = about(result);
+  if (!fs::exists(result / "score.json") || !is_by_this_program(result, made)) return false;
   scenario.seed = seed;
-  std::ifstream in(folder / "scenario.yaml", std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(in), {}) == bench::to_yaml(scenario);
+  if (text_of(result / "scenario.yaml") != bench::to_yaml(scenario)) return false;
+  return recorded.empty() ||
+         about(recorded).value("recording_xxh3_128", "") == made.value("recording_xxh3_128", "?");
 }
 
-std::vector<std::uint64_t> still_to_run(const fs::path& root, const bench::Scenario& scenario,
+/// One experiment and where its results are.
+struct Experiment {
+  report::PaperExperiment what;
+  bench::Scenario scenario;
+  fs::path root, recordings;  ///< recordings: empty where it walks itself
+};
+
+/// Where the recordings are that an experiment is replayed from; empty where it walks itself.
+fs::path recordings_of(const report::PaperExperiment& what, const Request& request) {
+  const std::string& name = what.recordings.empty() ? what.name : what.recordings;
+  if (request.recordings && fs::is_directory(*request.recordings / name)) return *request.recordings / name;
+  return what.recordings.empty() ? fs::path() : request.out / what.recordings;
+}
+
+std::vector<Experiment> plan(const Request& request) {
+  std::vector<Experiment> all;
+  for (const report::PaperExperiment& what : report::paper_experiments())
+    all.push_back({what, bench::read_scenario((request.scenarios / (what.name + ".yaml")).string()).scenario,
+                   request.out / what.name, recordings_of(what, request)});
+  return all;
+}
+
+std::vector<std::uint64_t> still_to_run(const Experiment& experiment,
                                         const std::vector<std::uint64_t>& seeds) {
   std::vector<std::uint64_t> left;
-  for (const std::uint64_t seed : seeds)
-    if (!is_done(root / fmt::format("seed-{}", seed), scenario, seed)) left.push_back(seed);
+  for (const std::uint64_t seed : seeds) {
+    const fs::path recorded =
+        experiment.recordings.empty() ? fs::path() : seed_folder(experiment.recordings, seed);
+    if (!is_done(seed_folder(experiment.root, seed), recorded, experiment.scenario, seed))
+      left.push_back(seed);
+  }
   return left;
 }
 
-/// What is said while it runs, with the time that is left if the rest goes as what was done.
+/// How much of all experiments is done, by what they cost.
 class Course {
  public:
-  explicit Course(std::size_t experiments) : experiments_(experiments) {}
-  void begin(const std::string& name) {
-    const double spent =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
-    const std::string left =
-        done_ == 0 ? "" : fmt::format(", about {:.0f} s left", spent / static_cast<double>(done_) *
-                                                                     static_cast<double>(experiments_ - done_));
-    std::cerr << fmt::format("reproduce: {} of {}: {}{}\n", done_ + 1, experiments_, name, left);
-    ++done_;
+  explicit Course(const std::vector<Experiment>& experiments) {
+    for (const Experiment& experiment : experiments) total_ += experiment.what.cost_s;
   }
+  void show(const Experiment& experiment, double part) {
+    line_.show((done_ + part * experiment.what.cost_s) / total_, experiment.what.name);
+  }
+  void finished(const Experiment& experiment) { done_ += experiment.what.cost_s; }
 
  private:
-  std::size_t experiments_, done_ = 0;
-  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+  double total_ = 0, done_ = 0;
+  ProgressLine line_{"reproduce"};
 };
 
-std::vector<report::RunData> run_experiment(const report::PaperExperiment& experiment, const Request& request,
-                                            const std::vector<std::uint64_t>& seeds) {
-  const bench::Scenario scenario = bench::read_scenario(request.scenarios / experiment.scenario).scenario;
-  const fs::path root = request.out / experiment.name;
-  Batch batch{still_to_run(root, scenario, seeds), request.jobs, root, request.models, {}};
-  if (!experiment.recordings.empty()) batch.recordings = request.out / experiment.recordings;
-  for (const SeedOutcome& outcome : run_batch(scenario, batch))
-    if (outcome.exit_code > 1) std::cerr << fmt::format("  seed {}: {}", outcome.seed, outcome.complaint);
-  std::vector<report::RunData> runs;
-  for (const std::uint64_t seed : seeds) {
-    const fs::path folder = root / fmt::format("seed-{}", seed);
-    if (fs::exists(folder / "score.json")) runs.push_back(report::read_run(folder));
+/// Whether every seed left a result.
+bool run_experiment(const Experiment& experiment, const Request& request,
+                    const std::vector<std::uint64_t>& seeds, Course& course) {
+  Batch batch{still_to_run(experiment, seeds), request.jobs, experiment.root, request.models};
+  if (!experiment.recordings.empty()) batch.recordings = experiment.recordings;
+  batch.progress = [&](double part) { course.show(experiment, part); };
+  bool all_there = true;
+  for (const SeedOutcome& outcome : run_batch(experiment.scenario, batch)) {
+    if (fs::exists(seed_folder(experiment.root, outcome.seed) / "score.json")) continue;
+    std::cerr << fmt::format("{} seed {}: {}", experiment.what.name, outcome.seed, outcome.complaint);
+    all_there = false;
   }
+  course.finished(experiment);
+  return all_there;
+}
+
+report::PaperRuns read_results(const std::vector<Experiment>& experiments,
+                               const std::vector<std::uint64_t>& seeds) {
+  report::PaperRuns runs;
+  for (const Experiment& experiment : experiments)
+    for (const std::uint64_t seed : seeds)
+      if (const fs::path result = seed_folder(experiment.root, seed); fs::exists(result / "score.json"))
+        runs[experiment.what.name].push_back(report::read_run(result));
   return runs;
 }
 
 void print(const std::vector<report::PaperRow>& rows) {
   for (const report::PaperRow& row : rows)
-    std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n  {}\n", row.what, row.paper, row.bench, row.verdict);
+    std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n         {}\n", row.what, row.paper, row.bench,
+                             agreement_text(row.agreement));
 }
 
 int reproduce(const Request& request) {
   require_simulator();
   const std::vector<std::uint64_t> seeds = parse_seeds(request.seeds);
-  const auto& experiments = report::paper_experiments();
-  Course course(experiments.size());
-  report::PaperRuns runs;
-  for (const report::PaperExperiment& experiment : experiments) {
-    course.begin(experiment.name);
-    runs[experiment.name] = run_experiment(experiment, request, seeds);
+  const std::vector<Experiment> experiments = plan(request);
+  check_out_folder(request.out, false, false);
+  const NewFolders made_for_this(request.out);
+  bool all_there = true;
+  {
+    Course course(experiments);
+    for (const Experiment& experiment : experiments)
+      all_there &= run_experiment(experiment, request, seeds, course);
   }
+  const report::PaperRuns runs = read_results(experiments, seeds);
   const fs::path page = request.out / "index.html";
   sim::stream::write_durably(page, report::paper_page(runs, kRevision));
   print(report::paper_rows(runs));
   std::cout << "page in " << page.string() << '\n';
-  return 0;
+  return all_there ? 0 : 3;
 }
 
 }  // namespace
 
 void add_reproduce(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
-  CLI::App* command = app.add_subcommand("reproduce", "Run the paper's experiments; its numbers and figures beside ours");
+  CLI::App* command =
+      app.add_subcommand("reproduce", "Run the paper's experiments; its numbers and figures beside ours");
   command->add_option("--seeds", request->seeds, "1..10 or 1,2,7")->capture_default_str();
-  command->add_option("--jobs", request->jobs, "processes at a time")->check(CLI::Range(1, 1024))->capture_default_str();
-  command->add_option("--out", request->out, "folder of the page and all results")->capture_default_str();
+  command->add_option("--jobs", request->jobs, "processes at a time")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command->add_option("--out", request->out, "folder of the page and of all results")->capture_default_str();
+  command->add_option(
+      "--recordings", request->recordings,
+      "replay the recordings in DIR/<scenario>/seed-<n> instead of walking, where there are any");
   command->add_option("--models", request->models, "folder of the robot's and rooms' models");
+  command->add_option("--scenarios", request->scenarios, "folder of the experiments' scenarios");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = reproduce(*request); });
 }
