@@ -47,10 +47,10 @@ struct DriftAxis {
 
 PaperRow drift_row(const Runs& runs, const std::string& walk, const DriftAxis& axis) {
   PaperRow row{fmt::format("{}: drift in {} (II-B)", walk, axis.axis), axis.paper_text, kNotRun};
-  const auto drifts = values(runs, axis.metric, axis.unit == std::string("mm") ? kMm : 1);
+  const auto drifts = values(runs, axis.metric, axis.unit == std::string(" mm") ? kMm : 1);
   if (drifts.empty()) return row;
   const double mean = score::mean(drifts), size = std::abs(mean);
-  row.bench = fmt::format("{:.1f} {} (sd {:.1f})", mean, axis.unit, score::standard_deviation(drifts));
+  row.bench = fmt::format("{:.1f}{} (sd {:.1f})", mean, axis.unit, score::standard_deviation(drifts));
   const bool both_small = axis.paper <= axis.negligible && size <= axis.negligible;
   const bool near = size > axis.paper / 2 && size < axis.paper * 2;
   row.agreement = both_small || near ? Agreement::agrees : Agreement::differs;
@@ -74,7 +74,7 @@ int diverged(const Runs& runs) {
   }));
 }
 
-enum class Expected { closes, fails };
+enum class Expected { closes, fails, fails_in_2006 };
 
 PaperRow closure_row(const PaperRuns& all, const std::string& experiment, const std::string& what,
                      const std::string& paper, Expected expected) {
@@ -84,8 +84,11 @@ PaperRow closure_row(const PaperRuns& all, const std::string& experiment, const 
   const std::string text = fmt::format("{} of {} closed{}; landmarks found again: {}; ATE {}", closed(runs),
                                        runs.size(), lost, range_text(values(runs, "loop_landmarks"), ""),
                                        range_text(values(runs, "ate_se3_rmse_m", kMm), " mm"));
-  const int wanted = expected == Expected::closes ? static_cast<int>(runs.size()) : 0;
-  return {what, paper, text, closed(runs) == wanted ? Agreement::agrees : Agreement::differs};
+  const bool always = closed(runs) == static_cast<int>(runs.size());
+  if (expected == Expected::fails_in_2006)
+    return {what, paper, text, always ? Agreement::better : Agreement::agrees};
+  const bool as_expected = expected == Expected::closes ? always : closed(runs) == 0;
+  return {what, paper, text, as_expected ? Agreement::agrees : Agreement::differs};
 }
 
 PaperRow end_row(const PaperRuns& all, const std::string& experiment, const char* axis, Column Errors::*error,
@@ -145,7 +148,7 @@ void add_closures(std::vector<PaperRow>& rows, const PaperRuns& all) {
       "closed; quality of the trajectory insufficient", Expected::closes);
   add("vision_only", "Experiment 1, vision alone (V-A)", "did not close", Expected::fails);
   add("hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails);
-  add("hall", "The hall, this bench's filter", "fails", Expected::fails);
+  add("hall", "The hall, this bench's filter", "fails", Expected::fails_in_2006);
 }
 
 }  // namespace
@@ -168,10 +171,10 @@ const std::vector<PaperExperiment>& paper_experiments() {
 
 std::vector<PaperRow> paper_rows(const PaperRuns& all) {
   const auto x = [](double paper, const char* text) {
-    return DriftAxis{"plan_drift_x_m", "X", "mm", paper, 10, text};
+    return DriftAxis{"plan_drift_x_m", "X", " mm", paper, 10, text};
   };
   const auto y = [](double paper, const char* text) {
-    return DriftAxis{"plan_drift_y_m", "Y", "mm", paper, 10, text};
+    return DriftAxis{"plan_drift_y_m", "Y", " mm", paper, 10, text};
   };
   const auto yaw = [](double paper, const char* text) {
     return DriftAxis{"plan_drift_yaw_deg", "yaw", "°", paper, 1, text};
