@@ -56,10 +56,11 @@ void paint_trees(Canvas& view, cv::RNG& random) {
 
 Canvas paint_carpet(Commission& c) {
   const bool far = c.number == 2;
-  Canvas carpet(far ? kHallLong : kLong, kShort, far ? 0.006 : 0.0035, {104, 108, 116});
+  const double floor = far ? kHallLong : kLong;
+  Canvas carpet(floor, kShort, far ? 0.006 : 0.002, {104, 108, 116});
   constexpr double tile = 0.5;
   for (double y = 0; y < kShort; y += tile)
-    for (double x = 0; x < carpet.width(); x += tile) {
+    for (double x = 0; x <= floor; x += tile) {  // the last tile is outside, but its numbers are drawn
       const bool accent = c.random.uniform(0.0, 1.0) < 0.12;
       const Colour colour = accent ? Colour(150, 132, 96) : Colour(104, 108, 116);
       const Box box{x, y, tile, tile};

@@ -101,6 +101,23 @@ TEST(Rooms, EachTextureHasAPainter) {
   }
 }
 
+// The highest plane below the circles walked: the floor, or a sharper piece of it just above.
+TEST(Rooms, FloorIsPaintedToTwoMillimetresPerTexelWhereTheRobotWalks) {
+  for (const Room& room : {kOffice, kHall}) {
+    const Model model = robot_in(room.name);
+    double height = -1, texel_m = 0;
+    for (int geom = 0; geom < model->ngeom; ++geom) {
+      const mjtNum *place = model->geom_pos + 3 * geom, *half = model->geom_size + 3 * geom;
+      const bool below = model->geom_type[geom] == mjGEOM_PLANE && model->geom_bodyid[geom] == 0 &&
+                         std::hypot(place[0] - 0.9, place[1] - 0.15) < 0.01 && place[2] < 0.01;
+      if (!below || place[2] < height) continue;
+      const std::string paint = mj_id2name(model.get(), mjOBJ_MATERIAL, model->geom_matid[geom]);
+      height = place[2], texel_m = 2 * half[1] / paint_texture(paint, 1).rows;
+    }
+    EXPECT_NEAR(texel_m, 0.002, 1e-6) << room.name;
+  }
+}
+
 TEST(Office, PaintingDependsOnNameAndSeedAlone) {
   const cv::Mat3b books = paint_texture("books_2", 1);
   paint_texture("poster_1", 1);
