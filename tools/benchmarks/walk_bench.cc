@@ -1,5 +1,7 @@
-// Walks of a scenario without camera and filter: how well the robot keeps its balance, and how fast plan,
-// control and physics run, on CPU time of one core. Usage: walk_bench SCENARIO [LAST_SEED [KEY=VALUE]...]
+// Walks of a scenario without camera and filter: how far they drift from the plan, how well the robot keeps
+// its balance, and how fast plan, control and physics run, on CPU time of one core. Usage: walk_bench [--from
+// X_M,Y_M,HEADING_DEG] SCENARIO [LAST_SEED [KEY=VALUE]...]
+// --from: where on the floor the walk begins; the drift is told as seen from there.
 #include <mujoco/mujoco.h>
 #include <time.h>
 
@@ -10,6 +12,8 @@
 #include <cstdlib>
 #include <exception>
 #include <numbers>
+#include <string_view>
+#include <vector>
 
 #include "sim/bench/draw.h"
 #include "sim/bench/scenario.h"
@@ -22,6 +26,8 @@
 namespace {
 
 using sim::world::Condition;
+
+constexpr double kDegrees = 180 / std::numbers::pi;
 
 double cpu_seconds() {
   timespec now{};
@@ -66,7 +72,21 @@ void weigh(const sim::world::World& world, const walking::StabilizerState& felt,
 
 double heading(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
 
-void walk(const sim::bench::Scenario& scenario, std::uint64_t seed, Profile& profile, Balance& balance) {
+/// Where the plan's world P is: "50,-30,115" is 50 m ahead, 30 m to the right, turned by 115 deg to the left.
+Eigen::Isometry3d start(const char* text) {
+  double x = 0, y = 0, degrees = 0;
+  char more = 0;
+  if (std::sscanf(text, "%lf,%lf,%lf%c", &x, &y, &degrees, &more) != 3)
+    throw std::runtime_error(std::string("--from ") + text + ": expected X_M,Y_M,HEADING_DEG");
+  const Eigen::AngleAxisd turn(degrees / kDegrees, Eigen::Vector3d::UnitZ());
+  return Eigen::Translation3d(x, y, 0) * turn;
+}
+
+/// In x and y, mm, and in yaw, deg; as seen from the start.
+using Drift = Eigen::Array3d;
+
+Drift walk(const sim::bench::Scenario& scenario, std::uint64_t seed, const Eigen::Isometry3d& X_WP,
+           Profile& profile, Balance& balance) {
   walking::PatternGenerator generator = timed(profile.plan, [&] {
     return walking::PatternGenerator(scenario.walk,
                                      sim::world::nominal_body(scenario.world.robot, GAITSLAM_MODELS));
@@ -74,7 +94,7 @@ void walk(const sim::bench::Scenario& scenario, std::uint64_t seed, Profile& pro
   walking::Stabilizer stabilizer(scenario.stabilizer);
   walking::Reference reference = generator.next();
   walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference)).q;
-  sim::world::World world(scenario.world, sim::bench::draw(seed, scenario.world), q, reference.X_PB,
+  sim::world::World world(scenario.world, sim::bench::draw(seed, scenario.world), q, X_WP * reference.X_PB,
                           GAITSLAM_MODELS);
   for (std::size_t tick = 0; tick < generator.ticks() && world.status().condition == Condition::ok; ++tick) {
     const walking::JointVector next = timed(profile.control, [&] {
@@ -93,15 +113,26 @@ void walk(const sim::bench::Scenario& scenario, std::uint64_t seed, Profile& pro
   for (int i = 0; i < mjNTIMER; ++i) profile.stage[i] += 1e-6 * world.data()->timer[i].duration;
   const bool walked = world.status().condition == Condition::ok;
   balance.fallen += walked ? 0 : 1;
-  const Eigen::Vector3d drift = 1e3 * (world.X_WB().translation() - reference.X_PB.translation());
-  const double turn = std::remainder(heading(world.X_WB()) - heading(reference.X_PB), 2 * std::numbers::pi);
+  const Eigen::Isometry3d X_PB = X_WP.inverse() * world.X_WB();
+  const Eigen::Vector3d drift = 1e3 * (X_PB.translation() - reference.X_PB.translation());
+  const double turn = std::remainder(heading(X_PB) - heading(reference.X_PB), 2 * std::numbers::pi);
   std::printf("seed %lu: %s, drift of the waist %.0f mm, %.0f mm, %.1f deg\n",
               static_cast<unsigned long>(seed), walked ? "walked" : world.status().cause.c_str(), drift.x(),
-              drift.y(), turn * 180 / std::numbers::pi);
+              drift.y(), turn * kDegrees);
+  return {drift.x(), drift.y(), turn * kDegrees};
+}
+
+void print(const std::vector<Drift>& drifts) {
+  Drift mean = Drift::Zero(), square = Drift::Zero();
+  const auto count = static_cast<double>(drifts.size());
+  for (const Drift& drift : drifts) mean += drift / count;
+  for (const Drift& drift : drifts) square += (drift - mean).square();
+  const Drift sd = (square / std::max(1.0, count - 1)).sqrt();
+  std::printf("drift, mean (sd): %.0f mm (%.0f), %.0f mm (%.0f), %.1f deg (%.1f)\n", mean.x(), sd.x(),
+              mean.y(), sd.y(), mean.z(), sd.z());
 }
 
 void print(int walks, const Balance& balance, const Profile& profile) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   std::printf("%d of %d fell; tilt rms %.2f deg, largest %.2f deg; capture point error rms %.1f mm\n",
               balance.fallen, walks, kDegrees * std::sqrt(balance.tilt_squared / balance.ticks),
               kDegrees * balance.largest_tilt,
@@ -128,7 +159,14 @@ void print(int walks, const Balance& balance, const Profile& profile) {
 }  // namespace
 
 int main(int count, char** arguments) try {
-  if (count < 2) throw std::runtime_error("usage: walk_bench SCENARIO [LAST_SEED [KEY=VALUE]...]");
+  Eigen::Isometry3d X_WP = Eigen::Isometry3d::Identity();
+  if (count > 2 && std::string_view(arguments[1]) == "--from") {
+    X_WP = start(arguments[2]);
+    count -= 2, arguments += 2;
+  }
+  if (count < 2)
+    throw std::runtime_error(
+        "usage: walk_bench [--from X_M,Y_M,HEADING_DEG] SCENARIO [LAST_SEED [KEY=VALUE]...]");
   const int walks = count > 2 ? std::atoi(arguments[2]) : 1;
   if (walks < 1) throw std::runtime_error("the last seed must be 1 or more");
   const std::vector<std::string> overrides(arguments + std::min(count, 3), arguments + count);
@@ -136,8 +174,10 @@ int main(int count, char** arguments) try {
   mjcb_time = microseconds;
   Profile profile;
   Balance balance;
+  std::vector<Drift> drifts;
   for (int seed = 1; seed <= walks; ++seed)
-    walk(scenario, static_cast<std::uint64_t>(seed), profile, balance);
+    drifts.push_back(walk(scenario, static_cast<std::uint64_t>(seed), X_WP, profile, balance));
+  print(drifts);
   print(walks, balance, profile);
   return balance.fallen == 0 ? 0 : 1;
 } catch (const std::exception& e) {

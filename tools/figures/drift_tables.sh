@@ -6,10 +6,9 @@ seeds=${1:-1..10}
 out=${2:-results/drift_tables}
 gaitslam=${GAITSLAM:-tools/gaitslam}
 
-# mean (sd) of a metric over the seeds, times a factor
+# mean (sd) of a metric over the seeds, times a factor, from the program's own table
 metric() {
-  jq -r --arg name "$2" --argjson scale "$3" --arg format "$4" \
-    '.metrics[$name] | [.mean * $scale, .sd * $scale] | @tsv' "$1/summary.json" | awk -v format="$4" '{printf format, $1, $2}'
+  awk -v name="$2" -v scale="$3" -v format="$4" '$1 == name {printf format, $5 * scale, $6 * scale}' "$1.log"
 }
 
 # one row: a name, a scenario, overrides

@@ -118,16 +118,34 @@ TEST(World, EndsAsFailedWhenThePhysicsIsGivenNumbersThatAreNotFinite) {
   EXPECT_FALSE(world.status().cause.empty());
 }
 
+/// A folder of models with another floor.
+std::filesystem::path models_with_floor(const char* folder_name, const char* floor) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / folder_name;
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(models() / "hrp2.xml", folder / "hrp2.xml",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::ofstream(folder / "floor.xml") << floor;
+  return folder;
+}
+
+TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
+  const auto folder =
+      models_with_floor("few_contacts",
+                        "<mujoco><size nconmax='4'/><worldbody><geom name='floor' type='plane' "
+                        "size='20 20 1' condim='3'/></worldbody></mujoco>");
+  World world({}, {}, half_sitting(), Eigen::Isometry3d::Identity(), folder);  // ten pads touch the floor
+  world.step();
+  EXPECT_EQ(world.status().condition, Condition::physics_failed);
+  EXPECT_THAT(world.status().cause, HasSubstr("contact"));
+}
+
 TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
   WorldOptions options;
   const auto load = [&](const std::filesystem::path& folder) {
     World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), folder);
   };
-  const auto folder = std::filesystem::path(testing::TempDir()) / "broken_models";
-  std::filesystem::create_directories(folder);
-  std::filesystem::copy_file(models() / "hrp2.xml", folder / "hrp2.xml",
-                             std::filesystem::copy_options::overwrite_existing);
-  std::ofstream(folder / "floor.xml") << "<mujoco><worldbody><geom shape='cube'/></worldbody></mujoco>";
+  const auto folder =
+      models_with_floor("broken_models", "<mujoco><worldbody><geom shape='cube'/></worldbody></mujoco>");
   EXPECT_THAT([&] { load(folder); }, testing::ThrowsMessage<std::runtime_error>(HasSubstr("shape")));
 
   options.robot = "no_such_robot";

@@ -1,0 +1,35 @@
+// Every scenario shipped in scenarios/ and its folders, for tests that hold of each of them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sim::bench {
+
+inline std::filesystem::path scenario_folder() {
+  return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
+}
+
+/// Suites and baselines are none.
+inline std::vector<std::filesystem::path> scenario_files() {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder())) {
+    const std::filesystem::path folder = file.parent_path().filename();
+    if (file.extension() == ".yaml" && folder != "suites" && folder != "baselines") files.push_back(file);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// "faults/stamps.yaml" is "faults_stamps".
+inline std::string test_name(const testing::TestParamInfo<std::filesystem::path>& test) {
+  std::string name = test.param.lexically_relative(scenario_folder()).replace_extension().string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+}  // namespace sim::bench
