@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -14,13 +15,18 @@ inline std::filesystem::path scenario_folder() {
   return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
 }
 
-/// Suites and baselines are none.
+/// A scenario says what is walked; suites and what else lies there do not.
+inline bool is_scenario(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);)
+    if (line == "walk:") return true;
+  return false;
+}
+
 inline std::vector<std::filesystem::path> scenario_files() {
   std::vector<std::filesystem::path> files;
-  for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder())) {
-    const std::filesystem::path folder = file.parent_path().filename();
-    if (file.extension() == ".yaml" && folder != "suites" && folder != "baselines") files.push_back(file);
-  }
+  for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder()))
+    if (file.extension() == ".yaml" && is_scenario(file)) files.push_back(file);
   std::sort(files.begin(), files.end());
   return files;
 }
