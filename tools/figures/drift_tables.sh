@@ -13,7 +13,8 @@ out=${3:-results/drift_tables}
 gaitslam=${GAITSLAM:-tools/gaitslam}
 trial1=perpendicular_circle_trial1
 circles="tangent_quadrant $trial1 perpendicular_circle"
-nominal=(world.variation.{friction,joint_offset_rad,mass_fraction,com_m,posture_rad,servo_fraction,floor_height_m}=0)
+nominal=(world.variation.{friction,joint_offset_rad,mass_fraction,com_m,posture_rad,servo_fraction,floor_height_m}=0
+  errors.{gyro.sigma_rad_s,accelerometer.sigma_m_s2}=0)
 
 # mean (sd) of a metric over the seeds, times a factor, from the program's own table
 metric() {
