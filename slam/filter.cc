@@ -61,6 +61,12 @@ bool finite(const PlannedMotion& plan) {
          plan.p_CF.allFinite();
 }
 
+Nis nis_of(const Joint& joint) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(joint.S());
+  const double log_determinant = 2 * llt.matrixLLT().diagonal().array().log().sum();
+  return {llt.matrixL().solve(joint.innovation()).squaredNorm(), joint.rows, log_determinant};
+}
+
 const char* kind_name(const LandmarkKind& kind) {
   constexpr std::array kNames{"point", "inverse_depth", "line"};
   return kNames[kind.index()];
@@ -244,7 +250,7 @@ std::optional<Nis> Filter::Workings::gated(const Measurement& measurement, doubl
                                            std::vector<Measurement>& accepted) {
   Measurement m = measurement;
   kalman.constrain(m);
-  const Nis nis{kalman.nis(m), m.rows};
+  const Nis nis{kalman.nis(m), m.rows, kalman.log_determinant(m)};
   if (nis.value < gate)
     accepted.push_back(m);
   else
@@ -342,9 +348,9 @@ void Filter::Workings::update_with(const std::vector<Measurement>& found,
     }
     if (!keep.empty()) {
       select(strict, keep, agreed);
-      const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S());
-      report.vision = Nis{llt.matrixL().solve(agreed.innovation()).squaredNorm(), agreed.rows};
+      report.vision = nis_of(agreed);
       select(joint, keep, agreed);
+      report.update = nis_of(agreed);
       update(agreed, "vision");
     }
   }

@@ -29,10 +29,12 @@ struct Sighting {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< (u, v) in px
 };
 
-/// Normalised innovation squared of one sensor in one frame, with its degrees of freedom.
+/// Normalised innovation squared of one sensor in one frame, with its degrees of freedom, and ln |S| of the
+/// innovation's covariance.
 struct Nis {
   double value = 0;
   int dof = 0;
+  double log_determinant = 0;
 };
 
 /// Where a landmark was looked for.
@@ -55,6 +57,7 @@ struct FrameReport {
   int measured = 0;                                        ///< searched for and found by correlation
   int accepted = 0;                                        ///< passed the gates and entered the update
   std::optional<Nis> vision, gyro, plan_velocity, height;  ///< absent where the sensor gave nothing
+  std::optional<Nis> update;      ///< of the accepted matches, by the noise that the update expects of them
   std::vector<Sighting> begun;    ///< landmarks begun in this frame, where they were first seen
   std::vector<Sighting> matched;  ///< accepted matches of this frame
   std::vector<Search> searched;

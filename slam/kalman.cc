@@ -100,6 +100,10 @@ double Kalman::nis(const Measurement& m) const {
   return llt.matrixL().solve(m.innovation).squaredNorm();
 }
 
+double Kalman::log_determinant(const Measurement& m) const {
+  return std::log(innovation_covariance(m).determinant());
+}
+
 void Kalman::stack(const std::vector<Measurement>& measurements, Joint& joint) const {
   joint.first_row.assign(1, 0);
   for (const Measurement& m : measurements) joint.first_row.push_back(joint.first_row.back() + m.rows);

@@ -68,6 +68,8 @@ class Kalman {
   Measurement::Small<3, 3> innovation_covariance(const Measurement& measurement) const;
   /// νᵀS⁻¹ν of one measurement; infinite where S is not positive definite.
   double nis(const Measurement& measurement) const;
+  /// ln |S| of one measurement; not a number where S is not positive definite.
+  double log_determinant(const Measurement& measurement) const;
 
   /// Fills joint for all the measurements together.
   void stack(const std::vector<Measurement>& measurements, Joint& joint) const;

@@ -127,13 +127,13 @@ void write_about(const fs::path& folder, const Remains& remains, const ResultPla
   write(folder / "about.json", json.dump(2) + "\n");
 }
 
+}  // namespace
+
 Outcome ending_of(const Remains& remains) {
   if (remains.ending == "completed" && remains.tracked && remains.tracked->diverged())
     return {"diverged", remains.tracked->cause(), 0};
   return {remains.ending, remains.cause, 0};
 }
-
-}  // namespace
 
 Outcome write_result(const fs::path& folder, const Remains& remains, const ResultPlace& place,
                      const Timing& timing, double simulated_s) {

@@ -47,6 +47,9 @@ struct Remains {
   std::string no_scale = {};  ///< why the estimate's scale is its own; empty if it is not
 };
 
+/// Of the walk, or of the filter on a walk that was completed; the exit code is left at 0.
+Outcome ending_of(const Remains& remains);
+
 /// Scores the remains and writes all files of the result but recording/ into `folder`.
 Outcome write_result(const std::filesystem::path& folder, const Remains& remains, const ResultPlace& place,
                      const Timing& timing, double simulated_s);

@@ -64,6 +64,8 @@ ReadScenario read_scenario_text(std::string_view text, const std::string& file_n
   ScenarioReader reader;
   reader.read_name_of_file(root, file_name);
   reader.read_map(root, "");
+  for (const std::string& overlay : changes.with)
+    reader.read_overlay(parse_yaml(read_file(overlay), {overlay}));
   int n = 0;
   for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
   leave_out(reader.result.scenario, changes.without);

@@ -62,10 +62,12 @@ struct ReadScenario {
   std::map<std::string, std::string, std::less<>> origin;
 };
 
-/// What is to be read besides the file: overrides "key=value" in the order typed, then sections to leave out.
+/// What is to be read besides the file: overlays in the order typed, which set some keys anew (as the
+/// best.yaml of a tuning does), then overrides "key=value", then sections to leave out.
 struct Changes {
   std::vector<std::string> overrides;
   std::vector<std::string> without;  ///< of "camera", "slam"
+  std::vector<std::string> with{};   ///< YAML files
 };
 
 /// Reads a scenario strictly. Throws ConfigError (scenario_yaml.h) at the first thing that is not as it

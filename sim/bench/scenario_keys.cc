@@ -225,6 +225,8 @@ void add_errors(Keys& keys) {
                      "a frame brings the newest picture that is at least this old"));
   keys.push_back(
       key(GAITSLAM_KEY(errors, plan.loss_fraction), kFraction, "frames whose planned motion is lost"));
+  keys.push_back(key(GAITSLAM_KEY(errors, plan.velocity_sigma_m_s), kSpread,
+                     "white error of the planned velocity, along x and y of the plan's world"));
   keys.push_back(key(GAITSLAM_KEY(errors, motion.time_offset_s), {-1, 1},
                      "how much later the motion computer stamps readings and plan than the vision computer"));
   keys.push_back(faults_key());

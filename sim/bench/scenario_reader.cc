@@ -78,6 +78,13 @@ void ScenarioReader::read_map(const Yaml& map, const std::string& section) {
   }
 }
 
+void ScenarioReader::read_overlay(const Yaml& root) {
+  if (root.kind != Yaml::Kind::map)
+    fail(root, "", "expected keys and values, as in slam.gyro.sigma_rad_s: 0.01");
+  given_.clear();
+  read_map(root, "");
+}
+
 void ScenarioReader::read_override(const std::string& argument, int n) {
   const std::size_t equals = argument.find('=');
   Yaml at;
@@ -121,7 +128,7 @@ void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Y
 
 // `a.b: 1` and `a: {b: 2}` name the same key.
 void ScenarioReader::note_once(const Yaml& at, const std::string& path) {
-  const auto [earlier, first] = result.origin.emplace(path, "");
+  const auto [earlier, first] = given_.emplace(path, fmt::format("{}:{}", at.origin.file, at.origin.line));
   if (!first) fail(at, path, fmt::format("given twice, first at {}", earlier->second));
 }
 

@@ -1,6 +1,7 @@
 // From YAML to a scenario: each key through the one table, at most once, its origin noted.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "sim/bench/scenario.h"
@@ -19,6 +20,9 @@ class ScenarioReader {
   /// All keys of a map; section: its dotted name, "" for the file's top.
   void read_map(const Yaml& map, const std::string& section);
 
+  /// All keys of another file, which may set again what the file before set.
+  void read_overlay(const Yaml& root);
+
   /// "key=value", the n-th of the command line (from 1).
   void read_override(const std::string& argument, int n);
 
@@ -28,6 +32,8 @@ class ScenarioReader {
   void note_once(const Yaml& at, const std::string& path);
   void begin_section(std::string_view path);
   void require_section(const Yaml& at, const std::string& path);
+
+  std::map<std::string, std::string> given_;  // keys of the file at hand, and where
 };
 
 }  // namespace sim::bench

@@ -50,6 +50,9 @@ class Tracking {
   /// A filter that has diverged is given no more.
   void take(slam::Observation ideal);
 
+  /// Gives the filter what arrived, errors applied already.
+  void step(const slam::Observation& arrived);
+
   /// In the filter's map after the last observation.
   int landmarks() const { return tracked_.frames.empty() ? 0 : tracked_.frames.back().report.landmarks; }
 
@@ -57,8 +60,6 @@ class Tracking {
   Tracked finish();
 
  private:
-  void step(const slam::Observation& arrived);
-
   stream::SensorErrors errors_;
   slam::Filter filter_;
   Estimator other_;  ///< in the filter's place; empty where the filter runs

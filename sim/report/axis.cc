@@ -18,10 +18,14 @@ double round_step(double rough) {
   return 10 * power;
 }
 
+// Powers of ten; over fewer than two decades 2 and 5 times them too.
 std::vector<double> decades(double low, double high) {
   std::vector<double> ticks;
-  for (double exponent = std::ceil(std::log10(low)); exponent <= std::floor(std::log10(high)); ++exponent)
-    ticks.push_back(std::pow(10, exponent));
+  for (double exponent = std::floor(std::log10(low)); exponent <= std::floor(std::log10(high)); ++exponent)
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double tick = factor * std::pow(10, exponent);
+      if (tick >= low && tick <= high && (factor == 1 || high < 100 * low)) ticks.push_back(tick);
+    }
   return ticks;
 }
 

@@ -46,7 +46,8 @@ struct Figure {
   std::vector<Level> levels{};
   std::vector<Moment> moments{};
   bool equal_axes = false;
-  bool logarithmic = false;  ///< y
+  bool logarithmic = false;    ///< y
+  bool logarithmic_x = false;  ///< of still pictures
 };
 
 /// The figure as a complete SVG document of the given size (px). Colours are style classes with defaults, so

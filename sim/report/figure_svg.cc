@@ -48,7 +48,7 @@ Axes axes_of(const Figure& figure, double width, double height) {
   for (const Line& line : figure.lines) x.push_back(&line.x), y.push_back(&line.y);
   for (const Envelope& e : figure.envelopes) x.push_back(&e.x), y.push_back(&e.low), y.push_back(&e.high);
   y.push_back(&levels);
-  Axes axes{axis_of(x, false), axis_of(y, figure.logarithmic)};
+  Axes axes{axis_of(x, figure.logarithmic_x), axis_of(y, figure.logarithmic)};
   axes.x.begin = kLeft, axes.x.end = width - kRight;
   axes.y.begin = height - kBottom, axes.y.end = kTop;
   if (figure.equal_axes) make_equal(axes);

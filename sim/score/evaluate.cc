@@ -70,8 +70,9 @@ const MetricDefinition* find_metric(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-Metrics evaluate(const Run& run) {
-  const Scored scored(run);
+Metrics evaluate(const Run& run) { return evaluate(Scored(run)); }
+
+Metrics evaluate(const Scored& scored) {
   Metrics metrics;
   for (const MetricRow& row : metric_rows()) metrics.emplace(row.definition.name, metric(row, scored));
   return metrics;

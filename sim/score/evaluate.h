@@ -76,7 +76,10 @@ const std::vector<MetricDefinition>& metric_definitions();
 /// The one of that name, or nullptr.
 const MetricDefinition* find_metric(std::string_view name);
 
+struct Scored;
+
 /// All metrics of metric_definitions(), each with a value or a reason.
 Metrics evaluate(const Run& run);
+Metrics evaluate(const Scored& scored);
 
 }  // namespace sim::score

@@ -40,6 +40,7 @@ void validate(const ErrorOptions& o) {
   require(o.image.loss_fraction, 0, 1, "image.loss_fraction");
   require(o.image.latency_s, 0, 10, "image.latency_s");
   require(o.plan.loss_fraction, 0, 1, "plan.loss_fraction");
+  require(o.plan.velocity_sigma_m_s, 0, kAny, "plan.velocity_sigma_m_s");
   require(o.motion.time_offset_s, -1, 1, "motion.time_offset_s");
 }
 
@@ -80,7 +81,7 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
       gyro_(gyro_errors(options, seed)),
       accelerometer_(accelerometer_errors(options, seed)),
       image_(options.image, seed, options.faults),
-      plan_(options.faults),
+      plan_(options.plan.velocity_sigma_m_s, seed, options.faults),
       motion_clock_(stamp(options.motion.time_offset_s)),
       arrival_(seed, options.faults),
       frames_lost_(faults_of<FramesLost>(options.faults)),

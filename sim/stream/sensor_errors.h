@@ -35,6 +35,8 @@ struct ErrorOptions {
   ImageOptions image;
   struct Plan {
     double loss_fraction = 0.0;  ///< of frames whose planned motion does not arrive
+    double velocity_sigma_m_s =
+        0.0;  ///< white error of each frame's planned velocity, along x and y of the plan's world
   } plan;
   struct Motion {
     double time_offset_s = 0;  ///< how much later the motion computer stamps than the vision computer

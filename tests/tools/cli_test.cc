@@ -51,7 +51,7 @@ TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("", "A subcommand is required");
   expect_refused("rnu x.yaml",
                  "unknown command 'rnu', expected one of run, replay, export, video, score, regress, "
-                 "compare, baseline, check, report, reproduce, config; did you mean 'run'?");
+                 "compare, baseline, tune, check, report, reproduce, config; did you mean 'run'?");
   expect_refused("check", "scenarios is required");
   expect_refused("config", "config: expected a scenario's YAML file, or --keys");
   expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");

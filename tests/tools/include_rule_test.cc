@@ -43,7 +43,7 @@ const std::vector<Rule>& rules() {
         "fmt/", "nlohmann/", "yaml-cpp/", "opencv2/core", "opencv2/imgproc", "time.h"}},
       {"sim/tune/",
        {"sim/tune/", "sim/bench/", "sim/score/", "sim/stream/", "slam/", "Eigen/", "fmt/", "nlohmann/",
-        "opencv2/core", "pagmo/", "fcntl.h", "unistd.h", "sys/"}},
+        "opencv2/core", "pagmo/", "nlopt.h", "fcntl.h", "unistd.h", "sys/"}},
   };
   return all;
 }

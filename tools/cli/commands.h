@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <stdexcept>
 
+#include "sim/bench/scenario.h"
+
 namespace cli {
 
 /// What a command line asks for cannot be done; main prints it and ends with exit code 2.
@@ -12,11 +14,15 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The option --with, which reads overlays into `changes`.
+void add_with(CLI::App* command, sim::bench::Changes& changes);
+
 void add_run(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_video(CLI::App& app, int& exit_code);
 void add_score(CLI::App& app, int& exit_code);
+void add_tune(CLI::App& app, int& exit_code);
 void add_regress(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_baseline(CLI::App& app, int& exit_code);

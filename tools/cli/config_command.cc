@@ -99,6 +99,7 @@ void add_config(CLI::App& app, int&) {
   command->add_option("scenario", request->scenario, "the scenario's YAML file");
   command->add_option("changes", request->changes.overrides, "what to set otherwise")
       ->option_text("key=value ...");
+  add_with(command, request->changes);
   command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
       ->delimiter(',')
       ->allow_extra_args(false);

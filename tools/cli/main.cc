@@ -56,6 +56,7 @@ int run_program(int argc, char** argv) {
   cli::add_regress(app, exit_code);
   cli::add_compare(app, exit_code);
   cli::add_baseline(app, exit_code);
+  cli::add_tune(app, exit_code);
   cli::add_check(app, exit_code);
   cli::add_report(app, exit_code);
   cli::add_reproduce(app, exit_code);

@@ -54,22 +54,24 @@ void require_replayable(const bench::ReadScenario& read) {
 
 /// Another scenario may tell the filter other things, not the walk.
 void require_same_walk(const bench::Scenario& recorded, const bench::Scenario& scenario,
-                       const Request& request) {
+                       const std::string& file, const Request& request) {
   for (const auto& key : bench::scenario_keys()) {
     if (!shapes_recording(key.name) || !bench::has_section(recorded, key.name)) continue;
     const std::string there = key.print(recorded),
                       here = bench::has_section(scenario, key.name) ? key.print(scenario) : "left out";
     if (there != here)
-      throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", *request.scenario,
+      throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file,
                                    key.name, there, request.result.string(), here));
   }
 }
 
 bench::ReadScenario read_request(const Request& request) {
   const fs::path own = request.result / "scenario.yaml";
-  if (!request.scenario) return bench::read_scenario(own, request.changes);
-  const bench::ReadScenario read = bench::read_scenario(*request.scenario, request.changes);
-  require_same_walk(bench::read_scenario(own).scenario, read.scenario, request);
+  const std::string file = request.scenario.value_or(own.string());
+  const bench::ReadScenario read = bench::read_scenario(file, request.changes);
+  const std::string& last = request.changes.with.empty() ? file : request.changes.with.back();
+  if (last != own.string())
+    require_same_walk(bench::read_scenario(own).scenario, read.scenario, last, request);
   return read;
 }
 
@@ -123,6 +125,7 @@ void add_replay(CLI::App& app, int& exit_code) {
       ->add_option("changes", request->changes.overrides,
                    "what to set otherwise: errors.*, slam.*, limits.*, seed")
       ->option_text("key=value ...");
+  add_with(command, request->changes);
   command->add_option("--scenario", request->scenario,
                       "what to set, from another scenario's file that walks the recorded walk");
   command->add_option("--out", request->out, "folder for the results");

@@ -98,6 +98,7 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--jobs", request->jobs, "processes at a time")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  add_with(command, request->changes);
   command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
       ->delimiter(',')
       ->allow_extra_args(false);

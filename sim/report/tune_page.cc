@@ -1,0 +1,274 @@
+#include "sim/report/tune_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+
+#include "sim/report/page.h"
+#include "sim/report/table.h"
+#include "sim/score/consistency.h"
+#include "sim/score/statistics.h"
+#include "sim/stream/file_error.h"
+
+namespace sim::report {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+/// The two files as read. value: of the first objective, for each setting.
+struct Tuning {
+  ordered_json json;
+  std::vector<std::string> keys, objectives;
+  std::vector<std::vector<double>> at;  ///< of each key, for each setting
+  std::vector<double> value, second, complete;
+};
+
+Tuning read_tuning(const fs::path& folder) {
+  const fs::path file = folder / "tune.json";
+  std::ifstream in(file);
+  Tuning tuning;
+  tuning.json = ordered_json::parse(in, nullptr, false);
+  if (!tuning.json.is_object() || !tuning.json.contains("parameters"))
+    throw stream::FileError(file, "expected JSON of a tuning");
+  const Table history(folder / "history.csv");
+  for (const auto& p : tuning.json["parameters"]) tuning.keys.push_back(p["key"]);
+  for (const auto& o : tuning.json["objectives"]) tuning.objectives.push_back(o);
+  for (const std::string& key : tuning.keys) tuning.at.push_back(history.numbers(key));
+  tuning.value = history.numbers(tuning.objectives.front());
+  if (tuning.objectives.size() > 1) tuning.second = history.numbers(tuning.objectives[1]);
+  tuning.complete = history.numbers("complete");
+  return tuning;
+}
+
+/// A value beyond which settings are not shown: those far off would hide what matters.
+double shown_up_to(const Tuning& t) {
+  std::vector<double> sorted = t.value;
+  std::sort(sorted.begin(), sorted.end());
+  const double least = sorted.front(), middle = sorted[sorted.size() / 2];
+  return middle + 2 * (middle - least) + 1e-9;
+}
+
+Figure history_figure(const Tuning& t) {
+  Figure f{"history", "The search: each setting, and the best so far", "setting", t.objectives.front()};
+  const double most = shown_up_to(t), none = std::nan("");
+  Line tried{"setting", Role::truth, {}, {}, true}, ended{"given up", Role::third, {}, {}, true},
+      best{"best so far", Role::estimate, {}, {}};
+  double least = INFINITY;
+  for (std::size_t i = 0; i < t.value.size(); ++i) {
+    const double value = t.value[i] <= most ? t.value[i] : none;
+    if (t.complete[i] > 0) least = std::min(least, t.value[i]);
+    Line& line = t.complete[i] > 0 ? tried : ended;
+    line.x.push_back(static_cast<double>(i)), line.y.push_back(value);
+    best.x.push_back(static_cast<double>(i)), best.y.push_back(least <= most ? least : none);
+  }
+  f.lines = {tried, ended, best};
+  return f;
+}
+
+bool logarithmic(const ordered_json& parameter) { return parameter["scale"] == "log"; }
+
+/// Where a value lies in its range, 0 to 1.
+double part(const ordered_json& p, double value) {
+  const double low = p["from"], high = p["to"];
+  return logarithmic(p) ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+}
+
+Figure parallel_figure(const Tuning& t) {
+  std::string axes;
+  for (std::size_t k = 0; k < t.keys.size(); ++k)
+    axes += fmt::format("{}{}: {}", k ? "   " : "", k, t.keys[k]);
+  Figure f{"parallel", "Settings side by side: the best tenth of them against the others", axes,
+           "place in its range"};
+  std::vector<std::size_t> order(t.value.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return t.value[a] > t.value[b]; });
+  const std::size_t good = order.size() - std::max<std::size_t>(1, order.size() / 10);
+  for (std::size_t i = order.size() > 300 ? order.size() - 300 : 0; i < order.size(); ++i) {
+    Line line{"", i < good ? Role::truth : Role::estimate, {}, {}};
+    if (i + 1 == order.size()) line.name = "the best tenth";
+    for (std::size_t k = 0; k < t.keys.size(); ++k) {
+      line.x.push_back(static_cast<double>(k));
+      line.y.push_back(part(t.json["parameters"][k], t.at[k][order[i]]));
+    }
+    if (t.keys.size() == 1) line.dots = true;
+    f.lines.push_back(line);
+  }
+  return f;
+}
+
+std::string label(const ordered_json& p) {
+  const std::string key = p["key"], unit = p["unit"];
+  return unit.empty() ? key : key + " [" + unit + "]";
+}
+
+Figure slice_figure(const Tuning& t, std::size_t k) {
+  const ordered_json& p = t.json["parameters"][k];
+  Figure f{"slice_" + t.keys[k], "All settings over " + t.keys[k], label(p), t.objectives.front()};
+  f.logarithmic_x = logarithmic(p);
+  const double most = shown_up_to(t);
+  Line dots{"", Role::truth, {}, {}, true};
+  for (std::size_t i = 0; i < t.value.size(); ++i)
+    if (t.value[i] <= most) dots.x.push_back(t.at[k][i]), dots.y.push_back(t.value[i]);
+  f.lines.push_back(dots);
+  f.moments.push_back({"start", p["start"]});
+  f.moments.push_back({"best", p["best"]});
+  return f;
+}
+
+Figure profile_figure(const ordered_json& profile, const ordered_json& p) {
+  const std::string key = profile["key"];
+  Figure f{"profile_" + key,
+           "Profile of " + key + (profile["identifiable"].get<bool>() ? "" : ": not identifiable here"),
+           label(p), "rise over the least"};
+  f.logarithmic_x = logarithmic(p);
+  const std::vector<double> at = profile["at"], rises = profile["rises"];
+  f.lines.push_back({"the others following", Role::estimate, at, rises});
+  f.lines.push_back({"", Role::estimate, at, rises, true});
+  if (profile["threshold"].is_number()) f.levels.push_back({"95 % interval ends", profile["threshold"]});
+  for (const char* end : {"low", "high"})
+    if (profile[end].is_number()) f.moments.push_back({"95 %", profile[end]});
+  return f;
+}
+
+std::vector<double> numbers(const ordered_json& list) {
+  std::vector<double> all;
+  for (const auto& value : list) all.push_back(value.is_number() ? value.get<double>() : std::nan(""));
+  return all;
+}
+
+// Start and best of each run, one beside the other.
+Figure runs_figure(const std::string& name, const std::string& title, const ordered_json& side,
+                   const std::string& of) {
+  Figure f{name, title, "run", of};
+  for (const auto& [which, words, role] :
+       {std::tuple{"start", "before", Role::plan}, std::tuple{"best", "after", Role::estimate}}) {
+    const std::vector<double> y = numbers(side["values"][of][which]);
+    std::vector<double> x(y.size());
+    std::iota(x.begin(), x.end(), 1.0);
+    f.lines.push_back({words, role, x, y, true});
+  }
+  return f;
+}
+
+Figure nees_figure(const std::string& part, const ordered_json& holdout) {
+  const std::string metric = "nees_" + part + "_mean";
+  Figure f = runs_figure(metric, "Consistency of the " + part + " on hold-out runs, before and after",
+                         holdout, metric);
+  f.logarithmic = true;
+  f.levels.push_back({"expected", 3});
+  return f;
+}
+
+Figure front_figure(const Tuning& t) {
+  Figure f{"front", "Front of the two objectives", t.objectives[0], t.objectives[1]};
+  Line all{"setting", Role::truth, {}, {}, true}, front{"front", Role::estimate, {}, {}};
+  const double most = shown_up_to(t);
+  for (std::size_t i = 0; i < t.value.size(); ++i)
+    if (t.value[i] <= most) all.x.push_back(t.value[i]), all.y.push_back(t.second[i]);
+  for (const auto& point : t.json["front"]) front.x.push_back(point[0]), front.y.push_back(point[1]);
+  f.lines = {all, front};
+  return f;
+}
+
+std::vector<Figure> figures(const Tuning& t) {
+  std::vector<Figure> all{history_figure(t)};
+  if (t.objectives.size() > 1) all.push_back(front_figure(t));
+  all.push_back(parallel_figure(t));
+  for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k));
+  for (std::size_t k = 0; k < t.json["profiles"].size(); ++k)
+    all.push_back(profile_figure(t.json["profiles"][k], t.json["parameters"][k]));
+  const std::string& objective = t.objectives.front();
+  all.push_back(runs_figure("training", "Training runs, before and after", t.json["training"], objective));
+  all.push_back(runs_figure("holdout", "Hold-out runs, before and after", t.json["holdout"], objective));
+  for (const char* part : {"position", "orientation"}) all.push_back(nees_figure(part, t.json["holdout"]));
+  return all;
+}
+
+std::string number(const ordered_json& value) {
+  return value.is_number() ? fmt::format("{:.4g}", value.get<double>()) : "-";
+}
+
+std::string row(const std::vector<std::string>& cells, const char* tag) {
+  std::string html = "<tr>";
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    html += fmt::format("<{0}{2}>{1}</{0}>", tag, cells[i], i == 0 ? "" : " class='number'");
+  return html + "</tr>\n";
+}
+
+std::string parameters_table(const Tuning& t) {
+  std::string html = "<table>" + row({"parameter", "searched", "before", "after", "95 % interval"}, "th");
+  for (std::size_t k = 0; k < t.keys.size(); ++k) {
+    const ordered_json& p = t.json["parameters"][k];
+    std::string interval = "-";
+    if (k < t.json["profiles"].size()) {
+      const ordered_json& profile = t.json["profiles"][k];
+      const auto end = [&](const char* which) {
+        return profile[which].is_number() ? number(profile[which]) : "?";
+      };
+      interval = fmt::format("{} to {}{}", end("low"), end("high"),
+                             profile["identifiable"].get<bool>() ? "" : " (not identifiable here)");
+    }
+    html += row({label(p), number(p["from"]) + " to " + number(p["to"]), number(p["start"]),
+                 number(p["best"]), interval},
+                "td");
+  }
+  return html + "</table>\n";
+}
+
+std::string mean_of(const ordered_json& list) {
+  std::vector<double> known;
+  for (const double value : numbers(list))
+    if (std::isfinite(value)) known.push_back(value);
+  return known.empty() ? "-" : fmt::format("{:.4g}", score::mean(known));
+}
+
+std::string sides_table(const Tuning& t) {
+  const ordered_json &training = t.json["training"], &holdout = t.json["holdout"];
+  std::string html =
+      "<table>" + row({"mean over runs", "training: before", "after", "hold-out: before", "after"}, "th");
+  for (const auto& [name, values] : holdout["values"].items()) {
+    const ordered_json& there = training["values"][name];
+    html += row({name, mean_of(there["start"]), mean_of(there["best"]), mean_of(values["start"]),
+                 mean_of(values["best"])},
+                "td");
+  }
+  const auto runs = static_cast<int>(holdout["runs"].size());
+  const score::Band band = score::mean_band(3, runs);
+  return html +
+         fmt::format(
+             "</table>\n<p class='soft'>Position and orientation NEES of {} runs: 3 is expected; the mean of "
+             "that many independent ones lies in {:.2f} to {:.2f} with 95 % confidence.</p>\n",
+             runs, band.low, band.high);
+}
+
+}  // namespace
+
+std::vector<Figure> tune_figures(const fs::path& folder) { return figures(read_tuning(folder)); }
+
+std::string tune_page(const fs::path& folder) {
+  constexpr double kWidth = 760, kHeight = 300;
+  const Tuning t = read_tuning(folder);
+  const bool accepted = t.json["accepted"];
+  const std::string name = t.json["name"];
+  std::string html = fmt::format(
+      "<!doctype html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>GaitSLAM: tuning {}"
+      "</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n",
+      name);
+  html.append(page_style()).append("\nsvg{max-width:100%;height:auto}</style>\n</head>\n<body>\n");
+  html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
+                      name, accepted ? "good" : "bad",
+                      accepted ? "better on hold-out runs" : "refused: worse on hold-out runs",
+                      t.value.size(), fmt::join(t.objectives, " and "));
+  html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) + "<h2>Figures</h2>\n";
+  for (const Figure& figure : figures(t)) html += to_svg(figure, kWidth, kHeight);
+  return html + "</body>\n</html>\n";
+}
+
+}  // namespace sim::report

@@ -1,0 +1,228 @@
+#include "sim/tune/profile.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "sim/score/statistics.h"
+
+namespace sim::tune {
+namespace {
+
+constexpr int kOutward = 4;  // further points on a side, where the rise is not yet enough
+constexpr double kNarrowest = 0.01, kWidest = 0.25;  // step, of the range
+
+Eigen::Index coefficients(Eigen::Index n) { return 1 + n + n * (n + 1) / 2; }
+
+Eigen::VectorXd monomials(const Eigen::VectorXd& x) {
+  const Eigen::Index n = x.size();
+  Eigen::VectorXd row(coefficients(n));
+  row(0) = 1;
+  row.segment(1, n) = x;
+  Eigen::Index at = 1 + n;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = i; j < n; ++j) row(at++) = i == j ? x(i) * x(i) / 2 : x(i) * x(j);
+  return row;
+}
+
+// The candidates nearest to the best in value, enough for a quadratic that is not forced through noise.
+std::optional<Quadratic> quadratic_near(const Study& study, const Candidate& best) {
+  const auto n = static_cast<Eigen::Index>(best.parts.size());
+  std::vector<const Candidate*> near;
+  for (const Candidate& c : study.candidates())
+    if (c.complete()) near.push_back(&c);
+  std::stable_sort(near.begin(), near.end(),
+                   [](const auto* a, const auto* b) { return a->values[0] < b->values[0]; });
+  near.resize(std::min(near.size(), static_cast<std::size_t>(3 * coefficients(n))));
+  Eigen::MatrixXd points(static_cast<Eigen::Index>(near.size()), n);
+  Eigen::VectorXd values(points.rows());
+  for (Eigen::Index k = 0; k < points.rows(); ++k) {
+    const Candidate& c = *near[static_cast<std::size_t>(k)];
+    points.row(k) = (Eigen::Map<const Eigen::VectorXd>(c.parts.data(), n) -
+                     Eigen::Map<const Eigen::VectorXd>(best.parts.data(), n))
+                        .transpose();
+    values(k) = c.values[0];
+  }
+  return fit_quadratic(points, values);
+}
+
+// One line through the space of settings, looked at where it needs be.
+class Line {
+ public:
+  Line(Study& study, const std::vector<double>& best, Eigen::VectorXd direction, int i)
+      : study_(study), best_(best), direction_(std::move(direction)), i_(i) {}
+
+  /// False where parameter i would leave its range.
+  bool look(double step) {
+    const double part = best_[static_cast<std::size_t>(i_)] + step;
+    if (part < 0 || part > 1) return false;
+    std::vector<double> parts = best_;
+    for (std::size_t k = 0; k < parts.size(); ++k)
+      parts[k] = std::clamp(parts[k] + step * direction_(static_cast<Eigen::Index>(k)), 0.0, 1.0);
+    const Candidate& tried = study_.evaluate("profile", parts);
+    std::vector<double> values;
+    for (const TrialRecord* record : tried.records)
+      values.push_back(value_of(*record, study_.spec().objectives[0]));
+    points_[part] = values;
+    return true;
+  }
+
+  std::vector<double> parts() const {
+    std::vector<double> all;
+    for (const auto& [part, values] : points_) all.push_back(part);
+    return all;
+  }
+  Eigen::MatrixXd values() const {  // run x point
+    Eigen::MatrixXd all(static_cast<Eigen::Index>(points_.begin()->second.size()),
+                        static_cast<Eigen::Index>(points_.size()));
+    Eigen::Index column = 0;
+    for (const auto& [part, values] : points_)
+      all.col(column++) = Eigen::Map<const Eigen::VectorXd>(values.data(), all.rows());
+    return all;
+  }
+
+ private:
+  Study& study_;
+  std::vector<double> best_;
+  Eigen::VectorXd direction_;
+  int i_;
+  std::map<double, std::vector<double>> points_;
+};
+
+void fill(Profile& profile, const Line& line, const Parameter& parameter) {
+  const std::vector<double> parts = line.parts();
+  profile.values = line.values();
+  profile.at.clear();
+  for (const double part : parts) profile.at.push_back(parameter.at(part));
+  const Eigen::VectorXd mean = profile.values.colwise().mean();
+  profile.rises.assign(mean.begin(), mean.end());
+  const auto least = std::min_element(profile.rises.begin(), profile.rises.end());
+  const double floor = *least, best_part = parts[static_cast<std::size_t>(least - profile.rises.begin())];
+  for (double& rise : profile.rises) rise -= floor;
+  profile.threshold =
+      rise_at_95(parts, profile.values, best_part).value_or(std::numeric_limits<double>::infinity());
+  find_interval(profile);
+}
+
+Profile profile_along(Study& study, const std::vector<double>& best, const std::optional<Quadratic>& about,
+                      int i) {
+  const Parameter& parameter = study.spec().parameters[static_cast<std::size_t>(i)];
+  const auto n = static_cast<Eigen::Index>(best.size());
+  Eigen::VectorXd direction = Eigen::VectorXd::Unit(n, i);
+  double step = 0.05;
+  if (about) {
+    direction = following(about->hessian, i);
+    const double curvature = direction.dot(about->hessian * direction);
+    if (curvature > 0) step = std::clamp(std::sqrt(0.2 / curvature), kNarrowest, kWidest / 2);
+  }
+  Line line(study, best, direction, i);
+  for (const double k : {0.0, -0.5, 0.5, -1.0, 1.0, -2.0, 2.0}) line.look(k * step);
+  Profile profile{parameter.key, {}, {}, {}, 0, {}, {}};
+  fill(profile, line, parameter);
+  double outward = 2 * step;
+  for (int k = 0; k < kOutward && !(profile.low && profile.high); ++k) {
+    outward = std::min(2 * outward, outward + kWidest);
+    const bool below = !profile.low && line.look(-outward), above = !profile.high && line.look(outward);
+    if (!below && !above) break;
+    fill(profile, line, parameter);
+  }
+  return profile;
+}
+
+}  // namespace
+
+std::optional<Quadratic> fit_quadratic(const Eigen::MatrixXd& points, const Eigen::VectorXd& values) {
+  const Eigen::Index n = points.cols();
+  Eigen::MatrixXd A(points.rows(), coefficients(n));
+  if (A.rows() < A.cols()) return std::nullopt;
+  for (Eigen::Index k = 0; k < A.rows(); ++k) A.row(k) = monomials(points.row(k).transpose()).transpose();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  if (qr.rank() < A.cols()) return std::nullopt;
+  const Eigen::VectorXd c = qr.solve(values);
+  Quadratic quadratic{c(0), c.segment(1, n), Eigen::MatrixXd(n, n)};
+  Eigen::Index at = 1 + n;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = i; j < n; ++j) quadratic.hessian(i, j) = quadratic.hessian(j, i) = c(at++);
+  return quadratic;
+}
+
+Eigen::VectorXd following(const Eigen::MatrixXd& hessian, int i) {
+  const Eigen::Index n = hessian.rows();
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index k = 0; k < n; ++k)
+    if (k != i) others.push_back(k);
+  Eigen::VectorXd direction = Eigen::VectorXd::Unit(n, i);
+  if (others.empty()) return direction;
+  const Eigen::MatrixXd H_oo = hessian(others, others);
+  const Eigen::LLT<Eigen::MatrixXd> llt(H_oo);
+  if (llt.info() == Eigen::Success)
+    direction(others) = -llt.solve(hessian(others, std::vector<Eigen::Index>{i}).col(0));
+  return direction;
+}
+
+double t_quantile_95(int dof) {
+  // Abramowitz & Stegun, table 26.10; beyond it eq. 26.7.5's first terms.
+  constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+  if (dof <= 10) return kTable[dof - 1];
+  constexpr double z = 1.959964;
+  const double n = dof, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
+  return z + (z3 + z) / (4 * n) + (5 * z5 + 16 * z3 + 3 * z) / (96 * n * n) +
+         (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * n * n * n);
+}
+
+std::optional<double> rise_at_95(const std::vector<double>& parts, const Eigen::MatrixXd& values,
+                                 double best_part) {
+  const Eigen::Index runs = values.rows();
+  if (runs < 2) return std::nullopt;
+  // The five points about the least: a parabola of each run.
+  std::vector<Eigen::Index> near(parts.size());
+  std::iota(near.begin(), near.end(), Eigen::Index{0});
+  std::stable_sort(near.begin(), near.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return std::abs(parts[static_cast<std::size_t>(a)] - best_part) <
+           std::abs(parts[static_cast<std::size_t>(b)] - best_part);
+  });
+  near.resize(std::min<std::size_t>(near.size(), 5));
+  Eigen::MatrixXd points(static_cast<Eigen::Index>(near.size()), 1);
+  for (Eigen::Index k = 0; k < points.rows(); ++k)
+    points(k, 0) = parts[static_cast<std::size_t>(near[static_cast<std::size_t>(k)])] - best_part;
+  std::vector<double> slopes;
+  double curvature = 0;
+  for (Eigen::Index run = 0; run < runs; ++run) {
+    const auto parabola = fit_quadratic(points, values.row(run)(near).transpose());
+    if (!parabola) return std::nullopt;
+    slopes.push_back(parabola->gradient(0));
+    curvature += parabola->hessian(0, 0) / static_cast<double>(runs);
+  }
+  if (!(curvature > 0)) return std::nullopt;
+  const double sd = score::standard_deviation(slopes), t = t_quantile_95(static_cast<int>(runs) - 1);
+  return sd * sd / curvature * t * t / (2 * static_cast<double>(runs));
+}
+
+void find_interval(Profile& profile) {
+  const std::vector<double>&at = profile.at, &rises = profile.rises;
+  const auto least = std::min_element(rises.begin(), rises.end()) - rises.begin();
+  profile.low.reset(), profile.high.reset();
+  const auto crossing = [&](std::size_t inside, std::size_t outside) {
+    const double part = (profile.threshold - rises[inside]) / (rises[outside] - rises[inside]);
+    return at[inside] + part * (at[outside] - at[inside]);
+  };
+  for (auto i = static_cast<std::size_t>(least); i-- > 0 && !profile.low;)
+    if (rises[i] > profile.threshold) profile.low = crossing(i + 1, i);
+  for (auto i = static_cast<std::size_t>(least) + 1; i < at.size() && !profile.high; ++i)
+    if (rises[i] > profile.threshold) profile.high = crossing(i - 1, i);
+}
+
+std::vector<Profile> profiles(Study& study) {
+  const Candidate best = study.best();
+  const auto about = quadratic_near(study, best);
+  std::vector<Profile> all;
+  for (std::size_t i = 0; i < best.parts.size(); ++i)
+    all.push_back(profile_along(study, best.parts, about, static_cast<int>(i)));
+  return all;
+}
+
+}  // namespace sim::tune

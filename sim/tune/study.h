@@ -1,0 +1,91 @@
+// Settings tried on recordings: every run of the filter once, remembered on the disk, alike for any number of
+// threads.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/tune/spec.h"
+#include "sim/tune/trial.h"
+#include "sim/tune/trial_log.h"
+
+namespace sim::tune {
+
+/// What a run that failed counts in an objective: worse than any success, the worse the earlier it failed.
+double failure_value(double lasted_fraction);
+/// What a run counts: its term, or the value of its failure.
+double value_of(const TrialRecord& record, Objective objective);
+
+/// A setting that was tried. `parts` as of Parameter.
+struct Candidate {
+  std::string origin;  ///< "start", "global", "polish" or "profile"
+  std::vector<double> parts;
+  std::vector<const TrialRecord*> records;  ///< of each run; nullptr where it was given up before
+  std::vector<double> values;               ///< of each objective; for one given up an estimate
+  bool complete() const;
+};
+
+/// The recordings of one side (training or hold-out), in memory.
+class Runs {
+ public:
+  /// keep_ideal: parameters change the sensor errors, which are then drawn for each trial.
+  Runs(const std::vector<Footage>& footage, bool keep_ideal, int jobs);
+
+  std::size_t size() const { return runs_.size(); }
+  /// Which runs are tried first: one of each entry of the spec.
+  const std::vector<std::size_t>& first() const { return first_; }
+  const Recording& recording(std::size_t run) const { return runs_[run].recording; }
+  std::size_t bytes() const;
+
+  /// The records of those runs (in that order) with these values, from the log where it has them.
+  std::vector<const TrialRecord*> try_on(const std::vector<std::size_t>& which,
+                                         const std::vector<Parameter>& parameters,
+                                         const std::vector<double>& parts, TrialLog& log, int jobs) const;
+
+ private:
+  struct Run {
+    Recording recording;
+    bench::ReadScenario scenario;
+  };
+  std::vector<Run> runs_;
+  std::vector<std::size_t> first_;
+};
+
+/// All that is tried in a tuning, one setting after another: what is tried next depends on no thread.
+class Study {
+ public:
+  /// told: called after each setting.
+  Study(const Spec& spec, const Runs& runs, TrialLog& log, int jobs,
+        std::function<void(const Candidate&)> told);
+
+  /// Tries a setting on all runs. hopeless_ends: one whose first runs are beyond the upper quartile of what
+  /// the last settings had there is given up, and valued by how those went on.
+  const Candidate& evaluate(const std::string& origin, const std::vector<double>& parts,
+                            bool hopeless_ends = false);
+
+  const std::vector<Candidate>& candidates() const { return candidates_; }
+  /// The complete candidate with the least first objective; there is one.
+  const Candidate& best() const;
+  const Spec& spec() const { return spec_; }
+
+ private:
+  std::optional<std::vector<double>> value_if_hopeless(const Candidate& begun) const;
+
+  const Spec& spec_;
+  const Runs& runs_;
+  TrialLog& log_;
+  int jobs_;
+  std::function<void(const Candidate&)> told_;
+  std::vector<Candidate> candidates_;
+};
+
+/// The mean over those runs of what each counts.
+double mean_value(const std::vector<const TrialRecord*>& records, const std::vector<std::size_t>& runs,
+                  Objective objective);
+
+/// The record of a trial: its metrics, terms and lasted_fraction by their names.
+TrialRecord record_of(const std::string& key, std::uint64_t seed, const Trial& trial);
+
+}  // namespace sim::tune

@@ -1,0 +1,119 @@
+#include "sim/tune/trial.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "sim/bench/evidence.h"
+#include "sim/bench/scenario_keys.h"
+#include "sim/tune/terms.h"
+
+namespace sim::tune {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string walk_ending(const fs::path& about) {
+  std::ifstream in(about);
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("walk_ending") || !json["walk_ending"].is_string())
+    throw stream::FileError(about, "expected JSON with walk_ending");
+  return json["walk_ending"];
+}
+
+std::string name_of(const fs::path& result_folder) {
+  const fs::path folder = fs::absolute(result_folder / "x").lexically_normal().parent_path();
+  return (folder.parent_path().filename() / folder.filename()).string();
+}
+
+// Keeps the observation, its image as a view: a view has no counter that threads would share.
+void keep(slam::Observation observation, Recording& recording) {
+  if (!observation.image.empty()) {
+    recording.pictures.push_back(observation.image);
+    const cv::Mat& owner = recording.pictures.back();
+    observation.image = cv::Mat(owner.rows, owner.cols, owner.type(), owner.data, owner.step);
+  }
+  recording.observations.push_back(std::move(observation));
+}
+
+Recording load(const fs::path& folder, stream::SensorErrors* errors) {
+  Recording recording;
+  recording.name = name_of(folder);
+  recording.scenario = bench::read_scenario(folder / "scenario.yaml");
+  recording.walk_ending = walk_ending(folder / "about.json");
+  stream::RecordingReader reader(folder / "recording");
+  recording.setup = reader.setup();
+  recording.hash = reader.hash();
+  while (auto ideal = reader.next()) {
+    if (!errors)
+      keep(std::move(*ideal), recording);
+    else
+      for (slam::Observation& arrived : errors->take(std::move(*ideal))) keep(std::move(arrived), recording);
+  }
+  if (errors)
+    for (slam::Observation& arrived : errors->rest()) keep(std::move(arrived), recording);
+  recording.truth = stream::read_truth(folder / "recording");
+  return recording;
+}
+
+bench::Tracked track(const Recording& recording, const bench::Scenario& scenario) {
+  if (!recording.errors.empty() && recording.errors != errors_of(scenario))
+    throw std::logic_error("the recording has other sensor errors in it than the trial asks for");
+  bench::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
+  for (const slam::Observation& observation : recording.observations) {
+    if (recording.errors.empty())
+      tracking.take(observation);
+    else
+      tracking.step(observation);
+  }
+  return tracking.finish();
+}
+
+// When the filter went wrong for good, as part of the recording.
+double lasted_fraction(const Recording& recording, const bench::Tracked& tracked) {
+  if (!tracked.diverged()) return 1;
+  const auto losses = tracked.losses();
+  const double end_s = slam::seconds(recording.observations.back().t);
+  return end_s > 0 ? slam::seconds(losses.back().from) / end_s : 0;
+}
+
+}  // namespace
+
+std::size_t Recording::bytes() const {
+  std::size_t sum = 0;
+  for (const cv::Mat& picture : pictures) sum += picture.total();
+  return sum;
+}
+
+std::string errors_of(const bench::Scenario& scenario) {
+  std::string text = fmt::format("seed: {}\n", scenario.seed);
+  for (const auto& key : bench::scenario_keys())
+    if (key.name.starts_with("errors.")) text += key.name + ": " + key.print(scenario) + "\n";
+  return text;
+}
+
+Recording load(const fs::path& result_folder) { return load(result_folder, nullptr); }
+
+Recording load(const fs::path& result_folder, const bench::Scenario& scenario) {
+  stream::SensorErrors errors(scenario.errors, scenario.seed);
+  Recording recording = load(result_folder, &errors);
+  recording.errors = errors_of(scenario);
+  return recording;
+}
+
+Trial run_trial(const Recording& recording, const bench::ReadScenario& scenario) {
+  bench::Remains remains{scenario,        recording.walk_ending, "",
+                         recording.setup, recording.truth,       track(recording, scenario.scenario),
+                         recording.hash};
+  const bench::Outcome outcome = bench::ending_of(remains);
+  const score::Run run = bench::evidence(remains);
+  const score::Scored scored(run);
+  Trial trial{outcome.ending, outcome.cause, score::evaluate(scored), std::nullopt, 1};
+  trial.lasted_fraction = lasted_fraction(recording, *remains.tracked);
+  trial.terms = terms(scored, *remains.tracked, trial.metrics, recording.setup.calibration.camera);
+  return trial;
+}
+
+}  // namespace sim::tune

@@ -1,0 +1,172 @@
+// Whole tunings of a short walk: the same answer for any number of threads, and after any number of kills.
+#include "sim/tune/tuning.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "sim/stream/random.h"
+#include "tests/sim/bench/result_folder.h"
+#include "tests/sim/tune/synthetic_result.h"
+
+namespace sim::tune {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSpec = R"(
+parameters:
+  slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}
+  slam.height.sigma_m: {from: 0.003, to: 0.3}
+training: [{recordings: walks, seeds: 1..3}]
+holdout: [{recordings: walks, seeds: 4}]
+trials: 26
+population: 5
+polish: 4
+)";
+
+class Tunings : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = fs::temp_directory_path() / ("gaitslam tunings " + std::to_string(getpid()));
+    tests::write_result(folder_ / "walks/seed-1", tests::short_walk(24));
+    for (int seed = 2; seed <= 4; ++seed) {
+      const fs::path copy = folder_ / "walks" / ("seed-" + std::to_string(seed));
+      fs::copy(folder_ / "walks/seed-1", copy, fs::copy_options::recursive);
+      std::ofstream(copy / "scenario.yaml", std::ios::app) << "seed: " << seed << '\n';
+    }
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+
+  static Spec spec(const std::string& more = "") {
+    std::ofstream(folder_ / "spec.yaml") << kSpec << more;
+    return read_spec(folder_ / "spec.yaml");
+  }
+  static Answer tuned(const Spec& spec, const std::string& out, int jobs) {
+    return tune(spec, folder_ / out, jobs, "test", [](const Standing&) {});
+  }
+  /// Tunes in a process that is killed after so many milliseconds; whether it was done before.
+  static bool killed_after(int milliseconds, const Spec& spec, const std::string& out) {
+    const pid_t child = fork();
+    if (child == 0) {
+      tuned(spec, out, 2);
+      _exit(0);
+    }
+    usleep(static_cast<useconds_t>(1000 * milliseconds));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status);
+  }
+  static std::map<std::string, std::string> answer_of(const std::string& out) {
+    return tests::files(folder_ / out, "trials.jsonl");
+  }
+  static std::size_t finished(const std::string& out) {
+    std::ifstream in(folder_ / out / "trials.jsonl");
+    return static_cast<std::size_t>(std::count(std::istreambuf_iterator<char>(in), {}, '\n'));
+  }
+
+  static fs::path folder_;
+};
+fs::path Tunings::folder_;
+
+TEST_F(Tunings, GiveTheSameAnswerForAnyNumberOfThreads) {
+  const Answer one = tuned(spec(), "one", 1), three = tuned(spec(), "three", 3);
+  EXPECT_EQ(one.text, three.text);
+  EXPECT_EQ(tests::differences(answer_of("one"), answer_of("three")), std::vector<std::string>{});
+  EXPECT_TRUE(answer_of("one").contains("tune.json"));
+}
+
+TEST_F(Tunings, KilledAtRandomMomentsLoseNoFinishedTrialAndEndAlike) {
+  tuned(spec(), "whole", 1);
+  stream::Random random(20061121, "moments of death");
+  std::size_t before = 0;
+  int kills = 0;
+  for (bool done = false; !done; ++kills) {
+    ASSERT_LT(kills, 200);
+    done = killed_after(20 + static_cast<int>(400 * random.uniform()) * (1 + kills / 4), spec(), "killed");
+    const std::size_t now = finished("killed");
+    EXPECT_GE(now, before);
+    before = now;
+  }
+  EXPECT_GE(kills, 3);  // else the moments say nothing
+  EXPECT_EQ(tests::differences(answer_of("whole"), answer_of("killed")), std::vector<std::string>{});
+  EXPECT_EQ(finished("whole"), finished("killed"));
+}
+
+TEST_F(Tunings, GiveUpHopelessSettingsAfterTheFirstRunsAndTakeNoneOfThemForTheBest) {
+  tuned(spec("profiles: false\n"), "early", 2);
+  std::ifstream in(folder_ / "early" / "history.csv");
+  std::string line;
+  std::getline(in, line);
+  int given_up = 0, all = 0;
+  double best = INFINITY, best_given_up = INFINITY;
+  for (; std::getline(in, line); ++all) {
+    const double value = std::stod(line.substr(line.rfind(',') + 1));
+    const bool complete = line.find(",1,") == line.find(',', line.find(',') + 1);
+    given_up += complete ? 0 : 1;
+    (complete ? best : best_given_up) = std::min(complete ? best : best_given_up, value);
+  }
+  EXPECT_EQ(all, 26);
+  EXPECT_GT(given_up, 0);
+  EXPECT_LT(best, best_given_up);
+}
+
+TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {
+  const Answer answer = tuned(spec(), "better", 2);
+  ASSERT_TRUE(answer.accepted);  // the start's gyro sigma is ten times too large
+  const nlohmann::json json = tests::json_of(folder_ / "better" / "tune.json");
+  const bench::Scenario scenario = bench::read_scenario(folder_ / "walks/seed-1/scenario.yaml",
+                                                        {{}, {}, {folder_ / "better" / "best.yaml"}})
+                                       .scenario;
+  EXPECT_EQ(scenario.slam->gyro.sigma_rad_s, json["parameters"][0]["best"]);
+  EXPECT_EQ(scenario.slam->height.sigma_m, json["parameters"][1]["best"]);
+}
+
+// The hold-out run has a gyro a hundred times as noisy as training: what fits there is worse here.
+TEST_F(Tunings, WorseOnHoldoutAreRefused) {
+  Spec wrong = spec();
+  wrong.holdout[0].set.push_back("errors.gyro.sigma_rad_s=1");
+  wrong.parameters.resize(1);
+  const Answer answer = tuned(wrong, "worse", 2);
+  EXPECT_FALSE(answer.accepted);
+  EXPECT_FALSE(fs::exists(folder_ / "worse" / "best.yaml"));
+  EXPECT_EQ(tests::json_of(folder_ / "worse" / "tune.json")["accepted"], false);
+}
+
+TEST_F(Tunings, ByEveryOptimiserFindBetterThanTheStart) {
+  for (const Optimiser optimiser : {Optimiser::cma_es, Optimiser::differential_evolution}) {
+    Spec s = spec();
+    s.optimiser = optimiser;
+    s.profiles = false;
+    s.population = 7;
+    s.trials = 21;
+    tuned(s, "by", 2);
+    const nlohmann::json values =
+        tests::json_of(folder_ / "by" / "tune.json")["training"]["values"]["pose_nll"];
+    double start = 0, best = 0;
+    for (int run = 0; run < 3; ++run)
+      start += values["start"][run].get<double>(), best += values["best"][run].get<double>();
+    EXPECT_LT(best, start);
+  }
+}
+
+TEST_F(Tunings, OfTwoObjectivesLeaveAFront) {
+  Spec s = spec();
+  s.objectives = {Objective::rmse_m, Objective::consistency};
+  s.optimiser = Optimiser::nsga_ii;
+  s.population = 8;
+  s.trials = 16;
+  tuned(s, "front", 2);
+  const nlohmann::json front = tests::json_of(folder_ / "front" / "tune.json")["front"];
+  ASSERT_FALSE(front.empty());
+  for (std::size_t i = 1; i < front.size(); ++i) EXPECT_GT(front[i][0], front[i - 1][0]);
+}
+
+}  // namespace
+}  // namespace sim::tune
