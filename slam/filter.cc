@@ -49,6 +49,7 @@ RobotMatrix start_covariance(const RobotVector& x, const Options& options) {
   P.diagonal().segment<3>(kGyroBias).setConstant(square(options.gyro.sigma_bias_rad_s));
   P.diagonal().segment<3>(kAccelerometerBias).setConstant(square(options.accelerometer.sigma_bias_m_s2));
   P.diagonal().segment<3>(kSlip).setConstant(square(options.plan_velocity.sigma_slip_m_s));
+  P.diagonal().segment<2>(kStride).setConstant(square(options.plan_velocity.sigma_stride));
   const double sway = options.plan_velocity.sigma_sway_m_s;
   P.diagonal().segment<3>(kSwayVelocity).setConstant(square(sway));
   P.diagonal().segment<3>(kSway).setConstant(
@@ -215,8 +216,9 @@ std::optional<Measurement> Filter::Workings::velocity_measurement(const RobotVec
                                                                   const Observation& o) const {
   if (!options.plan_velocity.enabled || !o.plan || !plan) return std::nullopt;
   const double dt = seconds(o.t - *now);
-  const PlannedStride stride = planned_stride(*plan, *o.plan, dt, options.plan_velocity.axes);
+  PlannedStride stride = planned_stride(*plan, *o.plan, dt, options.plan_velocity.axes);
   const Gait walking = planned_gait(*plan, *o.plan, stride, gait, dt);
+  stride.steady_C = walking.steady_C;
   Options::PlanVelocity expected = options.plan_velocity;
   expected.sigma_m_s = velocity_sigma(walking, options.plan_velocity);
   return measure_velocity(x, stride, expected);

@@ -45,13 +45,17 @@ void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& pr
 
 /// What the slowly changing errors of gyro and plan add to F and Q.
 void add_sensor_errors(double dt, const Options& options, Prediction& prediction) {
-  const double keep = std::exp(-dt / options.plan_velocity.slip_time_s);
-  prediction.x.segment<3>(kSlip) *= keep;
-  prediction.F.block<3, 3>(kSlip, kSlip).diagonal().setConstant(keep);
+  const auto fade = [&](int at, int count, double sigma, double time_s) {  // Gauss-Markov process
+    const double keep = std::exp(-dt / time_s);
+    prediction.x.segment(at, count) *= keep;
+    prediction.F.block(at, at, count, count).diagonal().setConstant(keep);
+    prediction.Q.block(at, at, count, count).diagonal().setConstant(square(sigma) * (1 - keep * keep));
+  };
+  fade(kSlip, 3, options.plan_velocity.sigma_slip_m_s, options.plan_velocity.slip_time_s);
+  fade(kStride, 2, options.plan_velocity.sigma_stride, options.plan_velocity.stride_time_s);
   const auto grow = [&](int at, double variance) {
     prediction.Q.block<3, 3>(at, at).diagonal().setConstant(variance);
   };
-  grow(kSlip, square(options.plan_velocity.sigma_slip_m_s) * (1 - keep * keep));
   grow(kGyroBias, square(options.gyro.sigma_bias_walk_rad_s2) * dt);
   grow(kAccelerometerBias, square(options.accelerometer.sigma_bias_walk_m_s3) * dt);
 }

@@ -54,7 +54,7 @@ enum class FirstSight { inverse_depth, particles };
 
 struct Options {
   struct Start {  ///< uncertainty of the first pose: covers the robot's settling on its feet
-    double sigma_position_m = 0.01, sigma_orientation_rad = 0.01, sigma_velocity_m_s = 0.05,
+    double sigma_position_m = 0.003, sigma_orientation_rad = 0.003, sigma_velocity_m_s = 0.05,
            sigma_rate_rad_s = 0.05;
   } start;
   struct Motion {  ///< constant-velocity model: standard deviation of the unknown accelerations
@@ -85,12 +85,14 @@ struct Options {
     double double_support_factor = 1;  ///< likewise while it has both feet on the ground
     double landing_factor = 1;         ///< likewise for landing_s after it has set a foot down
     double landing_s = 0.1;
-    double sigma_per_turn_m = 0;    ///< added for each rad/s that it turns
-    double sigma_slip_m_s = 0;      ///< of the slowly changing part of the plan's error; 0 = there is none
-    double slip_time_s = 10;        ///< how long that part lasts
-    double sigma_sway_m_s = 0.025;  ///< of swaying that the plan does not know of; 0 = there is none
-    double sway_period_s = 1.6;     ///< of that swaying: two steps
-    double sway_time_s = 1;         ///< how long it goes on undisturbed
+    double sigma_per_turn_m = 0;   ///< added for each rad/s that it turns
+    double sigma_slip_m_s = 0;     ///< of the slowly changing part of the plan's error; 0 = there is none
+    double slip_time_s = 10;       ///< how long that part lasts
+    double sigma_stride = 0.01;    ///< part by which its strides are wrong for long; 0 = they are not
+    double stride_time_s = 30;     ///< how long
+    double sigma_sway_m_s = 0.04;  ///< of swaying that the plan does not know of; 0 = there is none
+    double sway_period_s = 1.6;    ///< of that swaying: two steps
+    double sway_time_s = 1;        ///< how long it goes on undisturbed
   } plan_velocity;
   struct Height {
     bool enabled = true;
@@ -108,7 +110,7 @@ struct Options {
     bool enabled = true;
     /// At the image's centre; grows linearly to twice that at the corner. Above the scatter of single
     /// matches, because a landmark's errors last over many frames.
-    double sigma_px = 1.0;
+    double sigma_px = 0.5;
     double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
     int visible_landmarks = 12;   ///< how many to keep in view
     int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones

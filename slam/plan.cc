@@ -6,6 +6,20 @@ namespace slam {
 namespace {
 
 constexpr double kStanding = 1e-3;  // m/s and rad/s
+constexpr double kTwoSteps_s = 1.6;
+
+/// Turning unknown to the plan takes the camera along, level: R(q)ᵀ D R(q) (p_CF × (ω − ω_plan)).
+void add_pivoting(const RobotVector& x, const PlannedStride& stride, Measurement& m) {
+  const Eigen::Vector4d q = x.segment<4>(kOrientation);
+  const Eigen::Matrix3d R_WC = rotation_matrix(q);
+  const Eigen::DiagonalMatrix<double, 3> level(1, 1, 0);
+  const Eigen::Vector3d c_C = stride.p_CF.cross(x.segment<3>(kRate) - stride.rate);
+  const Eigen::Vector3d c_W = level * (R_WC * c_C);
+  m.innovation.head<3>() += R_WC.transpose() * c_W;
+  m.H_robot.middleCols(kOrientation, 4) -=
+      rotated_back_jacobian(q, c_W) + R_WC.transpose() * level * rotated_jacobian(q, c_C);
+  m.H_robot.middleCols(kRate, 3) = -R_WC.transpose() * level * R_WC * cross_matrix(stride.p_CF);
+}
 
 }  // namespace
 
@@ -13,8 +27,9 @@ PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& n
                              VelocityAxes axes) {
   const Eigen::Vector3d v_P = (now.X_PC.translation() - before.X_PC.translation()) / dt_s;
   const Eigen::AngleAxisd turn(before.X_PC.linear().transpose() * now.X_PC.linear());
-  return {axes == VelocityAxes::plan ? v_P : Eigen::Vector3d(now.X_PC.linear().transpose() * v_P),
-          turn.angle() / dt_s * turn.axis(), (before.p_CF + now.p_CF) / 2};
+  const Eigen::Vector3d v_C = now.X_PC.linear().transpose() * v_P;
+  return {axes == VelocityAxes::plan ? v_P : v_C, turn.angle() / dt_s * turn.axis(),
+          (before.p_CF + now.p_CF) / 2, v_C};
 }
 
 Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const PlannedStride& stride,
@@ -24,6 +39,7 @@ Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const P
   gait.turning_rad_s = stride.rate.norm();
   gait.standing = stride.velocity.norm() < kStanding && gait.turning_rad_s < kStanding;
   gait.both_feet = now.support == Support::both;
+  gait.steady_C = stride.steady_C + std::exp(-dt_s / kTwoSteps_s) * (till_then.steady_C - stride.steady_C);
   gait.since_landing_s = lands ? 0 : till_then.since_landing_s + dt_s;
   return gait;
 }
@@ -40,7 +56,14 @@ Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
                              const Options::PlanVelocity& options) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
-  const Eigen::Vector3d v = x.segment<3>(kVelocity), slip = x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity);
+  const Eigen::Vector3d v = x.segment<3>(kVelocity);
+  Eigen::Matrix<double, 3, 2> strides =
+      Eigen::Matrix<double, 3,
+                    2>::Zero();  // what the two parts of kStride make of the planned velocity, in C
+  strides(0, 0) = stride.steady_C.x();
+  strides(2, 1) = stride.steady_C.z();
+  const Eigen::Vector3d slip =
+      x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity) + strides * x.segment<2>(kStride);
   Measurement m(3);
   if (options.axes == VelocityAxes::robot) {
     m.innovation.head<3>() = stride.velocity - R_WC.transpose() * v - slip;
@@ -48,16 +71,15 @@ Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
     m.H_robot.middleCols(kVelocity, 3) = R_WC.transpose();
     m.H_robot.middleCols(kSlip, 3).setIdentity();
     m.H_robot.middleCols(kSwayVelocity, 3).setIdentity();
-    if (options.pivots_on_foot) {
-      m.innovation.head<3>() += stride.p_CF.cross(x.segment<3>(kRate) - stride.rate);
-      m.H_robot.middleCols(kRate, 3) = -cross_matrix(stride.p_CF);
-    }
+    m.H_robot.middleCols(kStride, 2) = strides;
+    if (options.pivots_on_foot) add_pivoting(x, stride, m);
   } else {
     m.innovation.head<3>() = stride.velocity - v - R_WC * slip;
     m.H_robot.middleCols(kOrientation, 4) = rotated_jacobian(q, slip);
     m.H_robot.middleCols(kVelocity, 3).setIdentity();
     m.H_robot.middleCols(kSlip, 3) = R_WC;
     m.H_robot.middleCols(kSwayVelocity, 3) = R_WC;
+    m.H_robot.middleCols(kStride, 2) = R_WC * strides;
   }
   m.R.diagonal().setConstant(options.sigma_m_s * options.sigma_m_s);
   return m;

@@ -14,6 +14,8 @@ struct PlannedStride {
   Eigen::Vector3d velocity;  ///< mean, m/s
   Eigen::Vector3d rate;      ///< mean angular velocity, rad/s in C
   Eigen::Vector3d p_CF;      ///< mean place of the support foot, m in C
+  /// Without the swaying of single steps, along the camera's own axes, m/s: what kStride is a part of.
+  Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
 };
 
 /// Planned mean velocity between two planned poses dt_s apart: along the camera's own axes at the later one,
@@ -26,6 +28,7 @@ struct Gait {
   bool standing = false, both_feet = false;
   double since_landing_s = 1e9;  ///< since it set a foot down
   double turning_rad_s = 0;
+  Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();  ///< planned velocity, its swaying averaged out, m/s
 };
 
 /// What the plan does over a stride of dt_s that ended now; before: what it did till then.
@@ -38,8 +41,10 @@ double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options);
 
 /// h = R(q)ᵀ v + slip in the robot's axes, h = v + R(q) slip in the plan's (Stasse et al. 2006, section
 /// III-C). In the robot's axes, and going beyond the paper: turning that the plan does not know of (the robot
-/// tilts on the compliance of its ankles) is about the support foot, so that the camera moves by p_CF × (ω −
-/// ω_plan) besides.
+/// tilts on the compliance of its ankles) is about the support foot, so that the camera moves by the level
+/// part of p_CF × (ω − ω_plan) besides. Its height is left out: the next foot finds the same floor, so that
+/// what the tilting of one step after another would add up to does not. `slip` is all that the plan's
+/// velocity has too much: kSlip, kSwayVelocity, and the parts kStride of its steady velocity.
 Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
                              const Options::PlanVelocity& options);
 

@@ -295,6 +295,9 @@ void add_slam(Keys& keys) {
                      "slowly changing error of the planned velocity; 0: there is none"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, plan_velocity.slip_time_s), {0.001, 1e6}, "how long that error lasts"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_stride), kSpread,
+                     "part by which planned strides are wrong for long, ahead and aside; 0: they are not"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.stride_time_s), kTime, "how long that is"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_sway_m_s), kSpread,
                      "velocity of swaying that the plan does not know of"));
   keys.push_back(

@@ -28,7 +28,7 @@ Options options_of_the_test() {
   options.motion.sigma_acceleration_m_s2 = options.motion.sigma_angular_acceleration_rad_s2 = 1;
   options.plan_velocity.sigma_m_s = 0.05;
   options.accelerometer.sigma_bias_m_s2 = options.accelerometer.sigma_bias_walk_m_s3 = 0;
-  options.plan_velocity.sigma_sway_m_s = 0;
+  options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;
   options.plan_velocity.pivots_on_foot = false;
   return options;
 }
@@ -104,7 +104,7 @@ struct World {
     const MeanRate rate{truth.segment<3>(kRate) + vector(normal, 0.01), 0.01};
     const Eigen::Vector3d v_C = R.transpose() * truth.segment<3>(kVelocity) + vector(normal, 0.05);
     take({measure_rate(now, rate)}, gyro_nis);
-    take({measure_velocity(kalman.state().x().head<kRobot>(), {v_C, {0, 0, 0}, {0, 0, 0}},
+    take({measure_velocity(kalman.state().x().head<kRobot>(), {v_C, {0, 0, 0}, {0, 0, 0}, v_C},
                            options.plan_velocity)},
          velocity_nis);
     see();
@@ -207,6 +207,8 @@ TEST(Consistency, AFilterToldOfHalfTheNoiseIsCaughtByItsInnovations) {
 
 TEST(Consistency, NoUpdateAddsUncertaintyAndTheCovarianceStaysOneForTenMinutes) {
   World world(3, 48);
+  world.options.plan_velocity.sigma_sway_m_s = 0.04;
+  world.options.plan_velocity.sigma_stride = 0.01;
   constexpr int kFrames = 10 * 60 * 30;
   for (int k = 0; k < kFrames; ++k) {  // once around in 28 s on a circle of 0.75 m
     const double angle = 2 * 3.14159265358979 / 28 * kDt_s * k, speed = 2 * 3.14159265358979 / 28;

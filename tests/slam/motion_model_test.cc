@@ -22,7 +22,7 @@ RobotVector reference_state() {
 RobotVector generic_state() {
   RobotVector x = reference_state();
   x.tail<kRobot - kCamera>() << .01, -.02, .03, .04, .05, -.06, .1, -.2, .15, .02, -.03, .04, .005, -.004,
-      .003;
+      .003, .02, -.01;
   return x;
 }
 
@@ -30,6 +30,7 @@ Options paper() {
   Options options;
   options.motion = {4, 6};
   options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_sway_m_s = 0;
+  options.plan_velocity.sigma_stride = 0;
   options.accelerometer.sigma_bias_walk_m_s3 = 0;
   return options;
 }
@@ -150,14 +151,16 @@ TEST(MotionModel, SwayingStaysWithinItsSigmaAndItsSumDoesNotDriftAway) {
   EXPECT_LT((later - P).norm(), 1e-9 * P.norm());  // no part of it grows with time
 }
 
-TEST(MotionModel, SlipFadesButItsVarianceInTheLongRunIsTheOneGiven) {
+TEST(MotionModel, SlipAndWrongStridesFadeButTheirVarianceInTheLongRunIsTheOneGiven) {
   Options options;
-  options.plan_velocity.sigma_slip_m_s = 0.05;
-  options.plan_velocity.slip_time_s = 2;
+  options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_stride = 0.05;
+  options.plan_velocity.slip_time_s = options.plan_velocity.stride_time_s = 2;
   const Prediction p = predict_motion(generic_state(), kFrame, std::nullopt, options);
-  EXPECT_NEAR(p.x(kSlip), generic_state()(kSlip) * std::exp(-kFrame / 2), 1e-15);
-  const double variance = 0.05 * 0.05;  // a fixed point of variance <- keep² variance + noise
-  EXPECT_NEAR(p.F(kSlip, kSlip) * p.F(kSlip, kSlip) * variance + p.Q(kSlip, kSlip), variance, 1e-17);
+  for (const int at : {kSlip, kStride + 1}) {
+    EXPECT_NEAR(p.x(at), generic_state()(at) * std::exp(-kFrame / 2), 1e-15);
+    const double variance = 0.05 * 0.05;  // a fixed point of variance <- keep² variance + noise
+    EXPECT_NEAR(p.F(at, at) * p.F(at, at) * variance + p.Q(at, at), variance, 1e-17);
+  }
 }
 
 TEST(MotionModel, BiasesWalkAtTheRateGivenWhateverTheStep) {

@@ -17,12 +17,12 @@ RobotVector generic_state() {
   return x;
 }
 
-const PlannedStride kStride{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}};
+const PlannedStride kOneStride{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}, {0.15, 0.05, 0.2}};
 
 Eigen::MatrixXd numerical_H(const RobotVector& x, const Options::PlanVelocity& options) {
   return -tests::numerical_jacobian(
       [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
-        return measure_velocity(at, kStride, options).innovation;
+        return measure_velocity(at, kOneStride, options).innovation;
       },
       x);
 }
@@ -40,7 +40,7 @@ TEST(Plan, VelocityJacobiansAreDerivativesInAllAxes) {
     for (const bool pivots : {true, false}) {
       options.axes = axes;
       options.pivots_on_foot = pivots;
-      const Measurement m = measure_velocity(generic_state(), kStride, options);
+      const Measurement m = measure_velocity(generic_state(), kOneStride, options);
       EXPECT_LT((m.H_robot - numerical_H(generic_state(), options)).norm(), kCentral) << pivots;
     }
 }
@@ -49,7 +49,7 @@ TEST(Plan, VelocityNoiseIsTheOneGiven) {
   Options::PlanVelocity options;
   options.sigma_m_s = 0.2;
   EXPECT_LT(
-      (measure_velocity(generic_state(), kStride, options).R - 0.04 * Eigen::Matrix3d::Identity()).norm(),
+      (measure_velocity(generic_state(), kOneStride, options).R - 0.04 * Eigen::Matrix3d::Identity()).norm(),
       1e-16);
 }
 
@@ -61,7 +61,7 @@ TEST(Plan, VelocityInTheRobotsAxesDoesNotFeelTheHeading) {
   turned.segment<3>(kVelocity) = rotation_matrix(turn) * x.segment<3>(kVelocity);
   Options::PlanVelocity options;
   const auto innovation = [&](const RobotVector& at) {
-    return Eigen::Vector3d(measure_velocity(at, kStride, options).innovation);
+    return Eigen::Vector3d(measure_velocity(at, kOneStride, options).innovation);
   };
   EXPECT_LT((innovation(x) - innovation(turned)).norm(), 1e-14);
   options.axes = VelocityAxes::plan;
@@ -102,7 +102,7 @@ Eigen::Isometry3d tilted(const Eigen::Vector3d& w_W, const Eigen::Vector3d& foot
   return about * start;
 }
 
-TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraJustAsTheModelSays) {
+TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraAsTheModelSaysButForItsHeight) {
   const Eigen::Vector3d w_W(0.2, -0.1, 0.05), foot_W(0.2, -0.1, 0);
   const Eigen::Isometry3d now = tilted(w_W, foot_W, 0), later = tilted(w_W, foot_W, 1e-6),
                           earlier = tilted(w_W, foot_W, -1e-6);
@@ -113,7 +113,10 @@ TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraJustAsTheModelSays) {
   x.segment<3>(kRate) = now.linear().transpose() * w_W;
   const PlannedStride standing{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), now.inverse() * foot_W};
   Options::PlanVelocity options;
-  EXPECT_LT(measure_velocity(x, standing, options).innovation.norm(), 1e-9);  // rounding 1e-16 / step 1e-6
+  const Eigen::Vector3d left =
+      now.linear() * Eigen::Vector3d(measure_velocity(x, standing, options).innovation);
+  EXPECT_LT(left.head<2>().norm(), 1e-9);  // rounding 1e-16 / step 1e-6
+  EXPECT_NEAR(left.z(), -x(kVelocity + 2), 1e-9);
   options.pivots_on_foot = false;
   EXPECT_GT(measure_velocity(x, standing, options).innovation.norm(), 0.2);
 }
@@ -128,6 +131,23 @@ TEST(Plan, SlipAndSwayingArePlannedMinusTrueVelocity) {
       rotation_matrix(x.segment<4>(kOrientation)).transpose() * x.segment<3>(kVelocity);
   const PlannedStride stride{v_C + x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity), Eigen::Vector3d::Zero(),
                              Eigen::Vector3d::Zero()};
+  EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
+}
+
+TEST(Plan, StridesTooLongByAPartMakeThePlannedVelocityTooFastByIt) {
+  RobotVector x = RobotVector::Zero();
+  x.segment<4>(kOrientation) = generic_state().segment<4>(kOrientation);
+  x.segment<2>(kStride) << 0.02, 0.05;
+  const Eigen::Vector3d planned_C(0.2, 0.03, -0.1);
+  const Eigen::Vector3d true_C = planned_C - Eigen::Vector3d(0.004, 0, -0.005);
+  const Eigen::Matrix3d R_WC = rotation_matrix(x.segment<4>(kOrientation));
+  x.segment<3>(kVelocity) = R_WC * true_C;
+  Options::PlanVelocity options;
+  options.pivots_on_foot = false;
+  PlannedStride stride{planned_C, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), planned_C};
+  EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
+  options.axes = VelocityAxes::plan;
+  stride.velocity = R_WC * planned_C;
   EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
 }
 
@@ -187,6 +207,19 @@ TEST(Plan, ItsErrorIsExpectedToBeSmallStandingAndLargeWhileLandingAndTurning) {
   EXPECT_EQ(landing.since_landing_s, 0);
   EXPECT_NEAR(velocity_sigma(landing, options), std::hypot(3 * options.sigma_m_s, 0.02), 1e-15);
   EXPECT_NEAR(planned_gait(right, right, ahead, landing, 0.03).since_landing_s, 0.03, 1e-15);
+}
+
+TEST(Plan, ASwayingWalksSteadyVelocityIsItsMean) {
+  PlannedMotion before, now;
+  Gait gait;
+  constexpr double kDt_s = 0.02;
+  for (int k = 0; k < 400; ++k) {  // 8 s, swaying in 1.6 s by four times the mean velocity
+    now.X_PC.translation().x() += kDt_s * (0.05 + 0.2 * std::sin(6.2831853 * k / 80));
+    gait = planned_gait(before, now, planned_stride(before, now, kDt_s, VelocityAxes::robot), gait, kDt_s);
+    before = now;
+  }
+  EXPECT_NEAR(gait.steady_C.x(), 0.05, 0.2 / 6.28 + 0.001);  // a first-order mean leaves 1/2π of the swaying
+  EXPECT_EQ(gait.steady_C.z(), 0);
 }
 
 }  // namespace

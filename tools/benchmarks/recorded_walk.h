@@ -1,0 +1,45 @@
+// Recorded walks held in memory, so that many settings of the filter can be tried on them and scored.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/bench/tracking.h"
+#include "sim/score/evaluate.h"
+#include "sim/stream/recording.h"
+
+/// One recording, decoded.
+struct RecordedWalk {
+  explicit RecordedWalk(const std::filesystem::path& result_folder);
+
+  std::filesystem::path folder;  ///< of the result whose recording it is
+  sim::stream::RecordingSetup setup;
+  std::vector<slam::Observation> observations;
+  sim::stream::Truth truth;
+};
+
+/// A setting of the filter: changes "key=value" to the recording's own scenario, or to another one.
+struct Variant {
+  std::string name;
+  std::vector<std::string> changes;
+  std::string scenario;  ///< file; empty: the recording's own
+  /// What the plan is told of the truth before the filter sees it: "" nothing · "speed" its strides are as
+  /// long as the robot's are on average · "strides" it moves exactly as the robot does, turn by turn.
+  std::string truth;
+};
+
+/// Reads "name: [scenario=FILE] [truth=WHAT] [key=value]...". Throws std::invalid_argument.
+Variant read_variant(std::string_view line);
+
+/// A setting tried on one walk.
+struct Trial {
+  sim::bench::Tracked tracked;
+  sim::score::Run run;
+  sim::score::Metrics metrics;
+  double filter_ms = 0;  ///< CPU, mean of a frame
+};
+
+Trial try_on(const RecordedWalk& walk, const Variant& variant);
