@@ -50,8 +50,8 @@ Tuning read_tuning(const fs::path& folder) {
 double shown_up_to(const Tuning& t) {
   std::vector<double> sorted = t.value;
   std::sort(sorted.begin(), sorted.end());
-  const double least = sorted.front(), middle = sorted[sorted.size() / 2];
-  return middle + 2 * (middle - least) + 1e-9;
+  const double least = sorted.front(), middle = sorted[sorted.size() / 2], start = t.value.front();
+  return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
 Figure history_figure(const Tuning& t) {
@@ -116,8 +116,10 @@ Figure slice_figure(const Tuning& t, std::size_t k) {
   for (std::size_t i = 0; i < t.value.size(); ++i)
     if (t.value[i] <= most) dots.x.push_back(t.at[k][i]), dots.y.push_back(t.value[i]);
   f.lines.push_back(dots);
-  f.moments.push_back({"start", p["start"]});
-  f.moments.push_back({"best", p["best"]});
+  for (const char* which : {"start", "best"}) {
+    const auto [low, high] = std::minmax_element(dots.x.begin(), dots.x.end());
+    if (p[which] >= *low && p[which] <= *high) f.moments.push_back({which, p[which]});
+  }
   return f;
 }
 
@@ -261,14 +263,20 @@ std::string tune_page(const fs::path& folder) {
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>GaitSLAM: tuning {}"
       "</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n",
       name);
-  html.append(page_style()).append("\nsvg{max-width:100%;height:auto}</style>\n</head>\n<body>\n");
+  html.append(page_style())
+      .append(
+          "\n.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));gap:14px}"
+          "figure{margin:0}svg{width:100%;height:auto}#parallel "
+          ".line.truth{stroke-opacity:.2}</style>\n</head>\n<body>\n");
   html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
                       name, accepted ? "good" : "bad",
                       accepted ? "better on hold-out runs" : "refused: worse on hold-out runs",
                       t.value.size(), fmt::join(t.objectives, " and "));
-  html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) + "<h2>Figures</h2>\n";
-  for (const Figure& figure : figures(t)) html += to_svg(figure, kWidth, kHeight);
-  return html + "</body>\n</html>\n";
+  html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) +
+          "<h2>Figures</h2>\n<div class='figures'>\n";
+  for (const Figure& figure : figures(t))
+    html += fmt::format("<figure id='{}'>{}</figure>\n", figure.name, to_svg(figure, kWidth, kHeight));
+  return html + "</div>\n</body>\n</html>\n";
 }
 
 }  // namespace sim::report

@@ -1,0 +1,86 @@
+// Tuning as users meet it, on short walks in a synthetic room.
+#include <gmock/gmock.h>
+
+#include "tests/sim/tune/synthetic_result.h"
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using tests::Ran;
+
+class Tune : public tests::CommandLine {
+ protected:
+  void write_walks() const {
+    tests::write_result(folder_ / "walks/seed-1", tests::short_walk(24));
+    for (const char* seed : {"2", "3"})
+      shell(std::string("cp -r walks/seed-1 walks/seed-") + seed + " && echo 'seed: " + seed +
+            "' >> walks/seed-" + seed + "/scenario.yaml");
+  }
+  void write_spec(const std::string& more = "") const {
+    write("spec.yaml",
+          "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
+          "training: [{recordings: walks, seeds: 1..2}]\n"
+          "holdout: [{recordings: walks, seeds: 3" +
+              more + "}]\ntrials: 14\npopulation: 5\npolish: 3\n");
+  }
+};
+
+TEST_F(Tune, LeavesAnOverlayThatOtherCommandsTakeAndAReport) {
+  write_walks();
+  write_spec();
+  const Ran ran = gaitslam("tune spec.yaml --jobs 2");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ran.err, "");  // no progress where there is no terminal
+  EXPECT_THAT(ran.out, AllOf(HasSubstr("slam.gyro.sigma_rad_s"), HasSubstr("pose_nll on hold-out")));
+  EXPECT_THAT(gaitslam("config walks/seed-1/scenario.yaml --with results/tune-spec/best.yaml").out,
+              HasSubstr("best.yaml:3"));
+  EXPECT_THAT(text_of("results/tune-spec/report.html"),
+              AllOf(HasSubstr("Profile of slam.gyro.sigma_rad_s"), HasSubstr("The search"),
+                    HasSubstr("better on hold-out runs")));
+}
+
+TEST_F(Tune, KilledAndBegunAgainPrintsWhatItWouldHavePrinted) {
+  write_walks();
+  write_spec();
+  const Ran whole = gaitslam("tune spec.yaml --out whole");
+  Ran killed;
+  int kills = 0;
+  for (double life_s = 0.1; life_s < 100 && killed.exit_code != 0; life_s *= 1.4, ++kills)
+    killed = shell("timeout -s KILL " + std::to_string(life_s) + " " + GAITSLAM_PROGRAM +
+                   " tune spec.yaml --out killed");
+  EXPECT_GE(kills, 2);
+  ASSERT_EQ(killed.exit_code, 0);
+  EXPECT_EQ(shell("diff whole/best.yaml killed/best.yaml && diff whole/tune.json killed/tune.json").exit_code,
+            0);
+}
+
+TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {
+  write_walks();
+  write_spec(", set: [errors.gyro.sigma_rad_s=0.2]");
+  const Ran ran = gaitslam("tune spec.yaml --out out");
+  EXPECT_EQ(ran.exit_code, 1) << ran.out;
+  EXPECT_THAT(ran.err, HasSubstr("refused: worse than the start on the hold-out recordings"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/best.yaml"));
+  EXPECT_THAT(text_of("out/report.html"), HasSubstr("refused"));
+}
+
+TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {
+  write_spec();
+  const auto refused = [&](const std::string& arguments, const std::string& complaint) {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_THAT(ran.err, HasSubstr(complaint));
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "results"));
+  };
+  refused("tune spec.yaml", "spec.yaml:2:25: recordings: walks/seed-1 has no finished recording");
+  refused("tune none.yaml", "none.yaml: cannot be read");
+  refused("tune", "spec is required");
+  write("bad.yaml", "parameters:\n  slam.gyro.sigma_rads: {from: 1, to: 2}\n");
+  refused("tune bad.yaml",
+          "bad.yaml:2:3: slam.gyro.sigma_rads: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");
+}
+
+}  // namespace
