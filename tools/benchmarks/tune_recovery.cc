@@ -144,7 +144,11 @@ tune::Spec spec_of(const Planted& planted, const std::vector<fs::path>& folders,
                  "slam.plan_velocity.pivots_on_foot=false",
                  "slam.accelerometer.sigma_bias_m_s2=0",
                  "slam.accelerometer.sigma_bias_walk_m_s3=0",
-                 "slam.height.sigma_m=0.003"};
+                 "slam.height.sigma_m=0.003",
+                 "slam.start.sigma_position_m=0.0005",  // the start is known exactly
+                 "slam.start.sigma_orientation_rad=0.0005",
+                 "slam.start.sigma_velocity_m_s=0.005",
+                 "slam.start.sigma_rate_rad_s=0.005"};
   spec.training = spec.holdout = {footage};
   spec.training[0].folders = {folders.begin(), folders.end() - 1};
   spec.holdout[0].folders = {folders.back()};
