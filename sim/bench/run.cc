@@ -307,6 +307,7 @@ void Run::record_truth(const Eigen::Isometry3d& X_PB) {
 }
 
 Remains Run::remains() {
+  camera_.reset();  // the room's textures: more than truth and estimates of a long walk take
   recording_.add("self_check.json", self_check_.json());
   recording_.finish();
   const world::Status& status = world_.status();

@@ -18,12 +18,20 @@ namespace fs = std::filesystem;
 using namespace recording_format;
 
 constexpr slam::Stamp kLongestGap{100'000'000};  // between true poses, and until a reading is given up
+constexpr std::int64_t kLastStamp = 9'000'000'000'000'000'000;  // ns: sums and differences stay in range
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt"};
 
 std::string content(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw FileError(file, "cannot be opened");
   return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Empty when it is no image, or one larger than OpenCV is willing to read.
+cv::Mat grey_image(const fs::path& file) try {
+  return cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+} catch (const cv::Exception&) {
+  return {};
 }
 
 // A csv file whose first column is a stamp, with one row read ahead.
@@ -38,6 +46,8 @@ class Rows {
     stamp_.reset();
     if (!csv_.next()) return;
     stamp_ = slam::Stamp(csv_.integer(0));
+    if (stamp_->count() < 0 || stamp_->count() > kLastStamp)
+      csv_.fail(0, fmt::format("expected a stamp from 0 to {} ns", kLastStamp));
     if (before && *stamp_ <= *before) csv_.fail(0, "the stamp is not after the one before");
   }
 
@@ -179,7 +189,7 @@ struct AslFolder::Files {
   cv::Mat image() const {
     const fs::path file = folder / kCameraFolder / std::string(camera.row().text(1));
     if (!fs::exists(file)) camera.row().fail(1, "no such image: " + file.string());
-    cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+    const cv::Mat image = grey_image(file);
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
     if (image.empty()) throw FileError(file, "cannot be read as an image");
     if (image.cols != size.width_px || image.rows != size.height_px)

@@ -66,6 +66,32 @@ TEST_F(RunTest, SameSeedGivesTheSameBitsAndAnotherSeedOthers) {
   EXPECT_NE(tests::files(folder_ / "one")["estimate.tum"], tests::files(folder_ / "other")["estimate.tum"]);
 }
 
+// Motion blur, rolling shutter and a dark half of a second, each frame drawn from three pictures; whatever
+// the picture, it must pass the run's own check, which knows the true pose at the stamp alone.
+TEST_F(RunTest, FramesWithEveryImageEffectAreTheSameBitsAndPassTheSelfCheck) {
+  const ReadScenario read = scenario({"camera.exposure_s=0.01", "camera.readout_s=0.02", "camera.subframes=3",
+                                      "world.lights_off.from_s=1", "world.lights_off.duration_s=0.5"});
+  ASSERT_EQ(run("one", read).ending, "completed");
+  ASSERT_EQ(run("two", read).ending, "completed");
+  EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
+  const nlohmann::json check = tests::json_of(folder_ / "one/recording/self_check.json");
+  EXPECT_GE(check["view_px"]["points"], 30) << check;  // fewer are not judged
+  EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
+}
+
+TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
+  const ReadScenario read = scenario({"camera.width_px=640", "camera.height_px=480"});
+  ASSERT_EQ(run("live", read).ending, "completed");
+  ASSERT_EQ(replay("live", "replay", read).ending, "completed");
+  EXPECT_THAT(
+      tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
+      IsEmpty());
+  const nlohmann::json check = tests::json_of(folder_ / "live/recording/self_check.json");
+  EXPECT_GE(check["view_px"]["points"], 30) << check;
+  EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
+  EXPECT_GT(tests::json_of(folder_ / "live/score.json")["metrics"]["track_completion"]["value"], 0.9);
+}
+
 TEST_F(RunTest, ReplayGivesTheLiveResultBitForBit) {
   ASSERT_EQ(run("live", scenario()).ending, "completed");
   ASSERT_EQ(replay("live", "replay", scenario()).ending, "completed");
@@ -85,8 +111,8 @@ TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
   run("live", scenario());
   for (const char* name :
        {"scenario.yaml", "about.json", "truth.tum", "plan.tum", "estimate.tum", "waist_truth.tum",
-        "waist_plan.tum", "estimate_cov.txt", "map.csv", "frames.csv", "searches.csv", "timing.csv", "timing.json",
-        "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
+        "waist_plan.tum", "estimate_cov.txt", "map.csv", "frames.csv", "searches.csv", "timing.csv",
+        "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
     EXPECT_TRUE(fs::exists(folder_ / "live" / name)) << name;
   const nlohmann::json timing = tests::json_of(folder_ / "live/timing.json");
   for (const char* key : {"frame_cpu_ms_median", "frame_cpu_ms_p99", "realtime_factor"})

@@ -259,6 +259,42 @@ TEST_F(Exported, EachFolderSaysHowItIsUsedAndHowWellTheLensFits) {
   }
 }
 
+// The stamps that the rows of a text file begin with; all of one file have the same number of digits.
+std::vector<std::string> stamps_of(const fs::path& file) {
+  std::vector<std::string> stamps;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);)
+    if (std::isdigit(static_cast<unsigned char>(line[0])))
+      stamps.push_back(line.substr(0, line.find_first_of(", ")));
+  return stamps;
+}
+
+TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
+  run_.errors.faults = {FramesDoubled{{0.03, 0.1}}, FramesReordered{{0.15, 0.1}, 0.5},
+                        FramesLost{{0.29, 0.04}}};
+  Seen seen(run_.result / "recording", run_.errors, run_.seed);
+  int back = 0;
+  Stamp last{-1};
+  while (const auto o = seen.next()) {
+    back += o->t <= last;
+    last = o->t;
+  }
+  ASSERT_GT(back, 3);
+  const std::vector<std::pair<ExportFormat, std::vector<const char*>>> files{
+      {ExportFormat::euroc, {"mav0/cam0/data.csv", "mav0/imu0/data.csv", "mav0/plan0/data.csv", "times.txt"}},
+      {ExportFormat::tum, {"rgb.txt", "accelerometer.txt", "plan.txt", "groundtruth.txt"}},
+      {ExportFormat::kitti, {"sequences/00/times.txt"}},
+      {ExportFormat::kalibr, {"imu0.csv", "groundtruth.tum"}}};
+  for (const auto& [format, names] : files)
+    for (const fs::path out = made(format); const char* name : names) {
+      const std::vector<std::string> stamps = stamps_of(out / name);
+      EXPECT_GT(stamps.size(), 3u) << name;
+      EXPECT_EQ(std::adjacent_find(stamps.begin(), stamps.end(), std::greater_equal<>()), stamps.end())
+          << name;
+    }
+  EXPECT_TRUE(fs::exists(made(ExportFormat::mcap) / "run.mcap"));
+}
+
 TEST_F(Exported, ADamagedRecordingLeavesNoFolder) {
   fs::resize_file(run_.result / "recording/mav0/cam0/data/1000000000330000000.png", 100);
   EXPECT_THROW(made(ExportFormat::mcap), FileError);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <cstring>
 #include <fstream>
@@ -489,6 +490,26 @@ TEST(Recording, TheWriterRefusesWhatIdealSensorsCannotGive) {
               ThrowsMessage<std::logic_error>(HasSubstr("size")));
   EXPECT_THAT(writing([](auto& all) { all[0].t -= Stamp(1); }),
               ThrowsMessage<std::logic_error>(HasSubstr("of its frame")));
+}
+
+// Names, sizes and hashes of 2000 pictures alone would be 200 kB.
+TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
+  const TemporaryFolder folder;
+  Random random(1, "test");
+  RecordingWriter writer(folder / "r", setup_of(random));
+  Stamp t{0};
+  const auto write = [&](int frames) {
+    for (int k = 0; k < frames; ++k, t += Stamp(33'000'000)) {
+      writer.add(slam::Observation{t, image(random), {}, {}, plan(random)});
+      writer.add(TruePoses{t, pose(random), pose(random), pose(random)});
+      writer.add(BodyReading{t, vector3(random), {}, {}});
+      writer.add(TrueMotion{t, pose(random), vector3(random)});
+      writer.add(TrueFeet{t, {}, {}});
+    }
+    return mallinfo2().uordblks;  // bytes that the process has asked for and not given back
+  };
+  const std::size_t early = write(100), late = write(2000);
+  EXPECT_LT(late, early + 50'000);
 }
 
 TEST(Recording, TheWriterRefusesAFolderThatExists) {
