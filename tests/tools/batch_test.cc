@@ -40,6 +40,16 @@ TEST_F(BatchTest, TheNumberOfJobsChangesNoByte) {
   EXPECT_GT(std::filesystem::file_size(folder_ / "one/summary.json"), 0u);
 }
 
+TEST_F(BatchTest, TheNumberOfJobsChangesNoByteOfFramesWithImageEffects) {
+  const std::string run =
+      "run walk.yaml --seeds 1,2 --without slam camera.exposure_s=0.01 camera.readout_s=0.02 "
+      "camera.subframes=2 world.lights_off.from_s=0.3 world.lights_off.duration_s=0.3 ";
+  ASSERT_EQ(gaitslam(run + "--jobs 1 --out one").exit_code, 0);
+  ASSERT_EQ(gaitslam(run + "--jobs 2 --out two").exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "one/seed-1/recording/mav0/cam0/data"));
+  EXPECT_THAT(differences(folder_ / "one", folder_ / "two"), IsEmpty());
+}
+
 TEST_F(BatchTest, ASeedOfABatchIsThatSeedRunAlone) {
   ASSERT_EQ(gaitslam("run walk.yaml --seeds 2,5").exit_code, 0);
   ASSERT_EQ(gaitslam("run walk.yaml seed=5 --out alone").exit_code, 0);
@@ -101,6 +111,28 @@ TEST_F(BatchTest, ALimitOverSeedsDecidesTheExitCode) {
   const std::string run = "run walk.yaml --seeds 1,2 --without camera,slam ";
   EXPECT_EQ(gaitslam(run + "--out kept").exit_code, 0);
   EXPECT_EQ(gaitslam(run + "limits.path_length_m.worst.at_least=100 --out missed").exit_code, 1);
+}
+
+// Later and later until it is done before it is killed, then about that moment; a whole result has the bytes
+// of one left alone.
+TEST_F(BatchTest, ARunThatIsKilledAtAnyMomentLeavesAWholeRecordingOrNone) {
+  const std::string run = "run walk.yaml --without camera,slam --out ";
+  ASSERT_EQ(gaitslam(run + "alone").exit_code, 0);
+  int trial = 0;
+  const auto survives = [&](double s) {
+    const std::string out = "out" + std::to_string(trial++);
+    const Ran ran = shell("timeout -s KILL " + std::to_string(s) + " " GAITSLAM_PROGRAM " " + run + out);
+    const bool there = std::filesystem::exists(folder_ / out / "seed-1");
+    if (there) {
+      EXPECT_THAT(differences(folder_ / "alone/seed-1", folder_ / out / "seed-1"), IsEmpty()) << s << " s";
+    }
+    EXPECT_TRUE(there || ran.exit_code != 0);
+    return ran.exit_code == 0;
+  };
+  double lived_s = 0.05, killed_s = 0;
+  for (; !survives(lived_s); lived_s *= 1.4) killed_s = lived_s;
+  EXPECT_GT(killed_s, 0);
+  for (int k = 1; k < 8; ++k) survives(killed_s + (lived_s - killed_s) * k / 8);
 }
 
 TEST_F(BatchTest, AProcessThatIsKilledIsReportedAndStaysOne) {
