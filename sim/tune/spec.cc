@@ -29,23 +29,20 @@ constexpr std::array kOptimisers{"cma_es"sv, "differential_evolution"sv, "nsga_i
 constexpr std::array kScales{"log"sv, "linear"sv};
 constexpr Domain kAnyNumber{-1e12, 1e12};
 
-// The recording has it in it: no replay changes it.
-bool shapes_recording(std::string_view key) {
-  return key.starts_with("walk.") || key.starts_with("stabilizer.") || key.starts_with("world.") ||
-         key.starts_with("camera.") || key == "name" || key == "seed";
-}
-
 std::vector<std::string_view> tunable_keys() {
   std::vector<std::string_view> names;
   for (const auto& key : bench::scenario_keys())
-    if (!shapes_recording(key.name) && key.expected.starts_with("a number")) names.push_back(key.name);
+    if (!shapes_recording(key.name) && key.name != "name" && key.name != "seed" &&
+        key.expected.starts_with("a number"))
+      names.push_back(key.name);
   return names;
 }
 
 void require_tunable(const Yaml& at, const std::string& key) {
   const std::vector<std::string_view> known = tunable_keys();
   if (std::find(known.begin(), known.end(), key) != known.end()) return;
-  if (shapes_recording(key)) fail(at, key, "shapes the recording, which tuning does not change");
+  if (shapes_recording(key) || key == "name" || key == "seed")
+    fail(at, key, "shapes the recording, which tuning does not change");
   if (const auto* other = bench::find_key(key))
     fail(at, key, fmt::format("is {}, expected a key that is a number", other->expected));
   fail(at, key, "unknown key" + bench::did_you_mean(key, known));
@@ -147,8 +144,7 @@ void require_whole(const Yaml& root, const Spec& spec) {
 // What both begin with is the start of the search, where the spec does not name another.
 void complete_starts(const Yaml& root, Spec& spec) {
   const Footage& first = spec.training.front();
-  const bench::Scenario scenario =
-      bench::read_scenario(first.folders.front() / "scenario.yaml", {first.set, {}, first.with}).scenario;
+  const bench::Scenario scenario = scenario_of(first, first.folders.front()).scenario;
   for (Parameter& p : spec.parameters) {
     if (!std::isnan(p.start)) continue;
     if (!bench::has_section(scenario, p.key)) fail(root, p.key, "the recorded scenario has no such section");

@@ -37,7 +37,12 @@ struct Footage {
   std::vector<std::filesystem::path> folders;  ///< result folders
   std::vector<std::string> set;                ///< key=value, what is set otherwise in their scenarios
   std::vector<std::string> with;               ///< overlays, before those
+  std::string scenario;  ///< file that tells what is not recorded; empty: what was recorded does
 };
+
+/// The scenario of a run of one of its folders: changed as the footage says, with the recording's seed unless
+/// that is set. Throws ConfigError.
+bench::ReadScenario scenario_of(const Footage& footage, const std::filesystem::path& folder);
 
 struct Spec {
   std::string name;  ///< the file's stem

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "sim/bench/scenario_keys.h"
+
 namespace sim::tune {
 namespace {
 
@@ -46,27 +48,51 @@ std::vector<std::string> paths(const Yaml& node, const fs::path& folder) {
   return all;
 }
 
+// Another scenario may tell the filter other things, not the walk.
+void require_same_walk(const Yaml& at, const Footage& footage, const bench::Scenario& scenario) {
+  const bench::Scenario recorded = bench::read_scenario(footage.folders.front() / "scenario.yaml").scenario;
+  for (const auto& key : bench::scenario_keys()) {
+    if (!shapes_recording(key.name) || !bench::has_section(recorded, key.name)) continue;
+    const std::string there = key.print(recorded),
+                      here = bench::has_section(scenario, key.name) ? key.print(scenario) : "left out";
+    if (there != here)
+      fail(at, key.name, fmt::format("is {} in the recordings and {} in the scenario", there, here));
+  }
+}
+
 Footage read_entry(const Yaml& node, const std::string& key, const fs::path& folder) {
   require_map(node, key, "an entry, as in {recordings: results/tangent_circle, seeds: 1..4}");
   Footage footage;
   const Yaml* recordings = nullptr;
   std::vector<std::uint64_t> seeds;
-  for_each_key(node, {"recordings", "seeds", "set", "with"}, [&](const Yaml& at, const Yaml& value) {
-    if (at.text == "recordings") recordings = &value;
-    if (at.text == "seeds") seeds = read_seeds(value);
-    if (at.text == "set") footage.set = texts(value, "set");
-    if (at.text == "with") footage.with = paths(value, folder);
-  });
+  for_each_key(node, {"recordings", "seeds", "set", "with", "scenario"},
+               [&](const Yaml& at, const Yaml& value) {
+                 if (at.text == "recordings") recordings = &value;
+                 if (at.text == "seeds") seeds = read_seeds(value);
+                 if (at.text == "set") footage.set = texts(value, "set");
+                 if (at.text == "with") footage.with = paths(value, folder);
+                 if (at.text == "scenario")
+                   footage.scenario = (folder / value.text).lexically_normal().string();
+               });
   if (!recordings || recordings->kind != Yaml::Kind::scalar)
     fail(recordings ? *recordings : node, key + ".recordings", "expected a folder of results");
   add_folders(*recordings, (folder / recordings->text).lexically_normal(), seeds, footage);
-  const auto scenario = bench::read_scenario(footage.folders.front() / "scenario.yaml",
-                                             {footage.set, {}, footage.with});  // its faults are told now
+  const auto scenario = scenario_of(footage, footage.folders.front());  // its faults are told now
+  require_same_walk(node, footage, scenario.scenario);
   if (!scenario.scenario.slam) fail(*recordings, key + ".recordings", "their scenario has no filter (slam)");
   return footage;
 }
 
 }  // namespace
+
+bench::ReadScenario scenario_of(const Footage& footage, const fs::path& folder) {
+  const std::string own = (folder / "scenario.yaml").string();
+  if (footage.scenario.empty()) return bench::read_scenario(own, {footage.set, {}, footage.with});
+  const bench::Scenario recorded = bench::read_scenario(own).scenario;
+  std::vector<std::string> set{fmt::format("seed={}", recorded.seed)};
+  set.insert(set.end(), footage.set.begin(), footage.set.end());
+  return bench::read_scenario(footage.scenario, {set, {}, footage.with});
+}
 
 void require_map(const Yaml& node, std::string_view key, std::string_view example) {
   if (node.kind != Yaml::Kind::map) fail(node, key, fmt::format("expected {}", example));
@@ -81,6 +107,11 @@ void for_each_key(const Yaml& map, std::initializer_list<std::string_view> known
            "unknown key" + bench::did_you_mean(key.text, std::span(known.begin(), known.size())));
     each(key, map.items[i]);
   }
+}
+
+bool shapes_recording(std::string_view key) {
+  return key.starts_with("walk.") || key.starts_with("stabilizer.") || key.starts_with("world.") ||
+         key.starts_with("camera.");
 }
 
 std::vector<std::string> texts(const Yaml& node, std::string_view key) {

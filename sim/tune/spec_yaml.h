@@ -22,9 +22,13 @@ void for_each_key(const bench::Yaml& map, std::initializer_list<std::string_view
 /// A list of words.
 std::vector<std::string> texts(const bench::Yaml& node, std::string_view key);
 
-/// A list of {recordings: FOLDER, seeds: 1..5, set: [key=value], with: [FILE]}; paths from `folder`.
+/// A list of {recordings: FOLDER, seeds: 1..5, scenario: FILE, set: [key=value], with: [FILE]}; paths from
+/// `folder`.
 std::vector<Footage> read_footage(const bench::Yaml& node, const std::string& key,
                                   const std::filesystem::path& folder);
+
+/// Part of what a recording has in it: no replay changes it.
+bool shapes_recording(std::string_view key);
 
 /// "1..3,7": seeds in the order typed.
 std::vector<std::uint64_t> read_seeds(const bench::Yaml& node);

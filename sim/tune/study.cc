@@ -92,7 +92,7 @@ Runs::Runs(const std::vector<Footage>& footage, bool keep_ideal, int jobs) {
     first_.push_back(runs_.size());
     for (const std::filesystem::path& folder : entry.folders) {
       folders.push_back(folder);
-      runs_.push_back({{}, bench::read_scenario(folder / "scenario.yaml", {entry.set, {}, entry.with})});
+      runs_.push_back({{}, scenario_of(entry, folder)});
     }
   }
   in_threads(runs_.size(), jobs, [&](std::size_t i) {

@@ -204,7 +204,6 @@ Found find(const Spec& spec, TrialLog& log, int jobs, const std::function<void(c
   search(study);
   const bool front = spec.objectives.size() == 2;
   Found found;
-  found.best = front ? compromise(pareto_front(study.candidates())).parts : study.best().parts;
   found.start = study.candidates().front().parts;
   if (front) found.front = front_json(study);
   if (spec.profiles && !front) {
@@ -212,6 +211,8 @@ Found find(const Spec& spec, TrialLog& log, int jobs, const std::function<void(c
                 standing.best};
     found.profiles = profiles(study);
   }
+  // A profile may have passed a better place.
+  found.best = front ? compromise(pareto_front(study.candidates())).parts : study.best().parts;
   found.training = side_of(runs, spec, found.start, found.best, log, jobs);
   found.history = history(study);
   return found;

@@ -97,6 +97,18 @@ TEST_F(SpecFile, IsRefusedWithItsPlaceWhereItIsWrong) {
   for (const auto& [text, complaint_] : wrong) EXPECT_THAT(complaint(text), HasSubstr(complaint_)) << text;
 }
 
+TEST_F(SpecFile, MayTakeAllButTheWalkFromAnotherScenario) {
+  const std::string gyro = "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\n",
+                    sides =
+                        "training: [{recordings: walks/seed-1, scenario: new.yaml}]\nholdout: [{recordings: "
+                        "walks/seed-3}]\n";
+  std::ofstream(folder_ / "new.yaml")
+      << "walk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {gyro.sigma_rad_s: 0.05}\n";
+  EXPECT_EQ(read(gyro + sides).parameters[0].start, 0.05);
+  std::ofstream(folder_ / "new.yaml") << "walk: {commands: [stand: {duration_s: 2}]}\ncamera: {}\nslam: {}\n";
+  EXPECT_THAT(complaint(gyro + sides), HasSubstr("spec.yaml:2:12: walk.commands: is "));
+}
+
 TEST(Parameter, GoesFromLowToHighByItsLogarithmOrLinearly) {
   const Parameter log{"k", {}, 0.001, 0.1, 0.01, true}, linear{"k", {}, -1, 3, 0, false};
   EXPECT_NEAR(log.at(0.5), 0.01, 1e-16);
