@@ -100,11 +100,6 @@ Runs::Runs(const std::vector<Footage>& footage, bool keep_ideal, int jobs) {
   });
 }
 
-std::size_t Runs::bytes() const {
-  return std::accumulate(runs_.begin(), runs_.end(), std::size_t{0},
-                         [](std::size_t sum, const Run& run) { return sum + run.recording.bytes(); });
-}
-
 std::vector<const TrialRecord*> Runs::try_on(const std::vector<std::size_t>& which,
                                              const std::vector<Parameter>& parameters,
                                              const std::vector<double>& parts, TrialLog& log,

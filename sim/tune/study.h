@@ -37,7 +37,6 @@ class Runs {
   /// Which runs are tried first: one of each entry of the spec.
   const std::vector<std::size_t>& first() const { return first_; }
   const Recording& recording(std::size_t run) const { return runs_[run].recording; }
-  std::size_t bytes() const;
 
   /// The records of those runs (in that order) with these values, from the log where it has them.
   std::vector<const TrialRecord*> try_on(const std::vector<std::size_t>& which,
