@@ -3,9 +3,10 @@
 
 say() { echo "gaitslam: $*" >&2; }
 
+# install_packages LIST...: those lists of packages.
 missing_packages() {
   command -v dpkg-query >/dev/null || return 0  # not Debian: CMake will say what it lacks
-  packages=$(sed 's/#.*//' "$root/tools/packages.txt")
+  packages=$(sed 's/#.*//' "$@")
   installed=" $(dpkg-query -W -f '${db:Status-Status}=${Package} ' $packages 2>/dev/null || true) "
   for package in $packages; do
     case $installed in *" installed=$package "*) continue ;; esac
@@ -14,7 +15,7 @@ missing_packages() {
 }
 
 install_packages() {
-  missing=$(missing_packages | tr '\n' ' ')
+  missing=$(missing_packages "$@" | tr '\n' ' ')
   [ -n "$missing" ] || return 0
   if [ "$(id -u)" = 0 ]; then
     say "installing $missing"

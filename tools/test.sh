@@ -11,7 +11,7 @@ root=$(dirname "$(dirname "$(readlink -f "$0")")")
 . "$root/tools/setup.sh"
 preset=${1:-release}
 [ $# -eq 0 ] || shift
-install_packages
+install_packages "$root/tools/packages.txt" "$root/tools/packages_test.txt"
 install_interop
 build "$preset"
 cd "$root"

@@ -59,18 +59,6 @@ score::Stamp at_tick(std::size_t tick) {
   return std::chrono::nanoseconds(std::llround(1e9 * walking::kPeriod)) * static_cast<std::int64_t>(tick);
 }
 
-// When the plan's feet come down and when it ends.
-score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
-  const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
-  score::PlannedTimes planned{at_tick(timeline.ticks()), {}};
-  std::size_t tick = 0;
-  for (const walking::Phase& phase : timeline.phases()) {
-    tick += static_cast<std::size_t>(phase.ticks);
-    if (phase.support != walking::Support::both) planned.footsteps.push_back(at_tick(tick));
-  }
-  return planned;
-}
-
 score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   const slam::Camera camera(intrinsics);
   const auto project = [camera](const Eigen::Isometry3d& X_WC,
@@ -110,6 +98,17 @@ score::Surface surface(const stream::RecordedSurface& recorded) {
                                                  {"sphere", Kind::sphere},       {"cylinder", Kind::cylinder},
                                                  {"ellipsoid", Kind::ellipsoid}, {"capsule", Kind::capsule}};
   return {kinds.at(recorded.kind), recorded.X_WS, recorded.size};
+}
+
+score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
+  const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
+  score::PlannedTimes planned{at_tick(timeline.ticks()), {}};
+  std::size_t tick = 0;
+  for (const walking::Phase& phase : timeline.phases()) {
+    tick += static_cast<std::size_t>(phase.ticks);
+    if (phase.support != walking::Support::both) planned.footsteps.push_back(at_tick(tick));
+  }
+  return planned;
 }
 
 std::vector<stream::TimedPose> planned_camera(const Remains& remains) {

@@ -11,6 +11,9 @@ namespace sim::bench {
 /// A recorded surface as the score sees it.
 score::Surface surface(const stream::RecordedSurface& recorded);
 
+/// When the plan's feet come down and when it ends.
+score::PlannedTimes planned_times(const walking::WalkOptions& walk);
+
 /// X_PC at the frames: the planned waist with the camera where the planned posture has it.
 std::vector<stream::TimedPose> planned_camera(const Remains& remains);
 

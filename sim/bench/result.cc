@@ -118,12 +118,19 @@ ordered_json limits_json(const Scenario& scenario, const score::Metrics& metrics
 void write_about(const fs::path& folder, const Remains& remains, const ResultPlace& place,
                  const Outcome& outcome) {
   const Scenario& scenario = remains.scenario.scenario;
-  const ordered_json json{{"format_version", 1},          {"program", "gaitslam"},
-                          {"version", place.version},     {"revision", place.revision},
-                          {"libraries", place.libraries}, {"scenario", scenario.name},
-                          {"seed", scenario.seed},        {"ending", outcome.ending},
-                          {"cause", outcome.cause},       {"walk_ending", remains.ending},
-                          {"walk_cause", remains.cause},  {"recording_xxh3_128", remains.recording_hash}};
+  const ordered_json json{{"format_version", 1},
+                          {"program", "gaitslam"},
+                          {"version", place.version},
+                          {"revision", place.revision},
+                          {"libraries", place.libraries},
+                          {"scenario", scenario.name},
+                          {"seed", scenario.seed},
+                          {"ending", outcome.ending},
+                          {"cause", outcome.cause},
+                          {"walk_ending", remains.ending},
+                          {"walk_cause", remains.cause},
+                          {"recording_xxh3_128", remains.recording_hash},
+                          {"set_by", remains.scenario.origin}};
   write(folder / "about.json", json.dump(2) + "\n");
 }
 

@@ -58,12 +58,37 @@ void write_map(const fs::path& folder, const Tracked& tracked) {
   write(folder / "map.csv", text);
 }
 
+void write_maps(const fs::path& folder, const Tracked& tracked) {
+  std::string text =
+      "#timestamp [ns],id,p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz "
+      "[m^2],"
+      "P_zz [m^2]\n";
+  for (const TimedMap& map : tracked.maps)
+    for (const slam::MapPoint& point : map.points) {
+      const Eigen::Matrix3d& P = point.covariance;
+      text += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e}\n",
+                          map.t.count(), point.id, point.p_W.x(), point.p_W.y(), point.p_W.z(), P(0, 0),
+                          P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
+    }
+  write(folder / "map_over_time.csv", text);
+}
+
+/// ",u,v" of the accepted match of a landmark, or two empty fields.
+std::string found(const slam::FrameReport& report, int landmark) {
+  for (const slam::Sighting& match : report.matched)
+    if (match.landmark == landmark) return fmt::format(",{:.3f},{:.3f}", match.pixel.x(), match.pixel.y());
+  return ",,";
+}
+
 void write_searches(const fs::path& folder, const Tracked& tracked) {
-  std::string text = "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],used\n";
+  std::string text =
+      "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],found_v "
+      "[px]\n";
   for (const TrackedFrame& frame : tracked.frames)
     for (const slam::Search& s : frame.report.searched)
-      text += fmt::format("{},{},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:d}\n", frame.report.t.count(),
-                          s.landmark, s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1), s.used);
+      text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}\n", frame.report.t.count(), s.landmark,
+                          s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
+                          found(frame.report, s.landmark));
   write(folder / "searches.csv", text);
 }
 
@@ -82,6 +107,7 @@ void write_depths(const fs::path& folder, const Tracked& tracked) {
 void write_tracked(const fs::path& folder, const Tracked& tracked) {
   write_frames(folder, tracked);
   write_map(folder, tracked);
+  write_maps(folder, tracked);
   write_searches(folder, tracked);
   write_depths(folder, tracked);
 }

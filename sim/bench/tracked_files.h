@@ -7,8 +7,9 @@
 
 namespace sim::bench {
 
-/// Writes frames.csv, map.csv, searches.csv (each ellipse in which a landmark was looked for) and, where
-/// landmarks began as lines, depths.csv (every hypothesis of their depths). Throws FileError.
+/// Writes frames.csv, map.csv, map_over_time.csv (second by second), searches.csv (each ellipse in which a
+/// landmark was looked for, and where it was found) and, where landmarks began as lines, depths.csv (every
+/// hypothesis of their depths). Throws FileError.
 void write_tracked(const std::filesystem::path& folder, const Tracked& tracked);
 
 }  // namespace sim::bench

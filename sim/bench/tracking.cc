@@ -5,6 +5,8 @@
 namespace sim::bench {
 namespace {
 
+constexpr slam::Stamp kMapEvery = std::chrono::seconds(1);
+
 /// Nothing for the filter itself.
 Estimator named(const std::string& name, const slam::Calibration& calibration,
                 const Eigen::Isometry3d& X_WC_start) {
@@ -59,6 +61,8 @@ void Tracking::step(const slam::Observation& arrived) {
   if (!frames.empty() && frames.back().report.health == slam::Health::diverged) return;
   const slam::FrameReport& report = filter_.step(arrived);
   tracked_.frames.push_back({filter_.estimate(), report});
+  auto& maps = tracked_.maps;
+  if (maps.empty() || report.t - maps.back().t >= kMapEvery) maps.push_back({report.t, filter_.map()});
 }
 
 Tracked Tracking::finish() {

@@ -26,10 +26,17 @@ struct Loss {
   std::string cause;
 };
 
+/// The map at a time.
+struct TimedMap {
+  slam::Stamp t{0};
+  std::vector<slam::MapPoint> points;
+};
+
 /// All that a filter left behind.
 struct Tracked {
   std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
-  std::vector<slam::MapPoint> map;
+  std::vector<slam::MapPoint> map;   ///< at the end
+  std::vector<TimedMap> maps;        ///< second by second
   /// It found itself broken, or was still lost when the run ended.
   bool diverged() const;
   const std::string& cause() const;  ///< of the divergence

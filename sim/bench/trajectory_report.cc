@@ -59,7 +59,7 @@ std::string why_unmatched(const score::Trajectory& truth, const score::Trajector
 }
 
 std::string span_name(const score::Spans& spans) {
-  static constexpr std::array kUnits{"frames"sv, "m"sv, "s"sv};
+  static constexpr std::array kUnits{"frames"sv, "m"sv, "s"sv, "rad"sv, "deg"sv, "footsteps"sv};
   return fmt::format("{} {}{}", spans.delta, kUnits[static_cast<std::size_t>(spans.unit)],
                      spans.all ? " (from each pose)" : "");
 }

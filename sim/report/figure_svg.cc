@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim/report/axis.h"
@@ -10,13 +11,27 @@ namespace sim::report {
 namespace {
 
 constexpr double kLeft = 62, kRight = 14, kTop = 30, kBottom = 46;
-constexpr const char* kStyle =
-    "<style>svg{font:12px system-ui,sans-serif;background:#fff}text{fill:#333}"
-    ".grid{stroke:#ddd;stroke-width:1}.frame{fill:none;stroke:#999}"
-    ".line{fill:none;stroke-width:1.6}.envelope{opacity:.2;stroke:none}.dots{stroke:none}"
-    ".level{stroke:#777;stroke-dasharray:5 4;fill:none}.title{font-weight:600;font-size:13px}"
-    ".truth{--c:#333}.plan{--c:#d55e00}.estimate{--c:#0072b2}.first{--c:#009e73}.second{--c:#cc79a7}"
-    ".third{--c:#e69f00}.line{stroke:var(--c)}.envelope,.dots,.swatch{fill:var(--c)}</style>";
+// A colour twice: plain, for programs that know no variables of style sheets, then as the page around it sets
+// it.
+std::string colour(const std::string& property, const std::string& variable, const std::string& plain) {
+  return fmt::format("{0}:{2};{0}:var(--{1},{2})", property, variable, plain);
+}
+
+std::string style() {
+  std::string css =
+      "<style>svg{font-family:sans-serif;font-size:12px}text{" + colour("fill", "text", "#333") + "}.paper{" +
+      colour("fill", "panel", "#fff") + "}.grid{stroke-width:1;" + colour("stroke", "edge", "#ddd") +
+      "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.envelope{opacity:.2}"
+      ".level{stroke:#777;stroke-dasharray:5 4;fill:none}.title{font-weight:600;font-size:13px}";
+  constexpr std::array<const char*, 6> kColours{"#333",    "#d55e00", "#0072b2",
+                                                "#009e73", "#cc79a7", "#e69f00"};
+  for (std::size_t i = 0; i < kColours.size(); ++i) {
+    const std::string name = role_name(static_cast<Role>(i));
+    css += ".line." + name + "{" + colour("stroke", name, kColours[i]) + "}";
+    css += ".fill." + name + "{" + colour("fill", name, kColours[i]) + "}";
+  }
+  return css + "</style>";
+}
 
 std::string escaped(const std::string& text) {
   std::string out;
@@ -94,13 +109,13 @@ std::string draw(const Axes& axes, const Envelope& e) {
   std::vector<double> x = e.x, y = e.high;
   x.insert(x.end(), e.x.rbegin(), e.x.rend());
   y.insert(y.end(), e.low.rbegin(), e.low.rend());
-  return fmt::format("<path class='envelope {}' d='{}Z'/>", role_name(e.role), path(axes, x, y));
+  return fmt::format("<path class='fill envelope {}' d='{}Z'/>", role_name(e.role), path(axes, x, y));
 }
 
 std::string draw(const Axes& axes, const Line& line) {
   if (!line.dots)
     return fmt::format("<path class='line {}' d='{}'/>", role_name(line.role), path(axes, line.x, line.y));
-  std::string svg = fmt::format("<g class='dots {}'>", role_name(line.role));
+  std::string svg = fmt::format("<g class='fill {}'>", role_name(line.role));
   for (std::size_t i = 0; i < line.x.size(); ++i) {
     if (!std::isfinite(line.y[i])) continue;
     svg +=
@@ -127,7 +142,7 @@ std::string legend(const Figure& figure, double right) {
   const auto entry = [&](const std::string& name, Role role) {
     x -= 7.0 * static_cast<double>(name.size()) + 22;
     svg += fmt::format(
-        "<rect class='swatch {}' x='{:.1f}' y='10' width='12' height='8'/><text x='{:.1f}' y='18'>{}</text>",
+        "<rect class='fill {}' x='{:.1f}' y='10' width='12' height='8'/><text x='{:.1f}' y='18'>{}</text>",
         role_name(role), x, x + 16, escaped(name));
   };
   for (auto line = figure.lines.rbegin(); line != figure.lines.rend(); ++line)
@@ -157,8 +172,8 @@ std::string to_svg(const Figure& figure, double width, double height) {
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' "
       "height='{1:.0f}' "
       "role='img' aria-label='{2}'>{3}",
-      width, height, escaped(figure.title), kStyle);
-  svg += "<rect width='100%' height='100%' fill='none'/>" + grid(axes);
+      width, height, escaped(figure.title), style());
+  svg += "<rect class='paper' width='100%' height='100%'/>" + grid(axes);
   for (const Envelope& e : figure.envelopes) svg += draw(axes, e);
   for (const Level& level : figure.levels) svg += draw(axes, level);
   for (const Moment& moment : figure.moments) svg += draw(axes, moment);

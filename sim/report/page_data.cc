@@ -16,6 +16,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr int kPictures = 8;
 constexpr double kWide = 640, kHigh = 520;  // px of an SVG in the page
 
 ordered_json rounded(double value) {
@@ -79,7 +80,9 @@ ordered_json run_data(const RunData& run) {
                     {"score", run.score},
                     {"figures", all(run_figures(run))},
                     {"has_estimate", run.errors.has_value()}};
-  json["pictures"] = pictures(run);
+  json["pictures"] = ordered_json::array();
+  for (const Picture& picture : pictures(run, kPictures))
+    json["pictures"].push_back({{"t", picture.t}, {"svg", picture.svg}});
   json["scene"] = run.map && run.errors ? scene_data(run) : ordered_json(nullptr);
   json["configuration"] = configuration(run, scenario);
   json["command"] = fmt::format("tools/gaitslam run {}/scenario.yaml --out DIR", run.folder.string());

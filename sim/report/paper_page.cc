@@ -2,10 +2,12 @@
 
 #include "sim/report/page.h"
 #include "sim/report/paper.h"
+#include "sim/report/pictures.h"
 
 namespace sim::report {
 namespace {
 
+constexpr int kPictures = 4;
 constexpr double kWidth = 720, kHeight = 320, kEqualHeight = 560;  // px of a figure
 
 std::string escaped(const std::string& text) {
@@ -72,6 +74,21 @@ constexpr const char* kHowToRead =
     "first "
     "quarter are found again in its last. ATE: root mean square position error after SE(3) alignment.</p>\n";
 
+// Figures 3 (a, d) and 4: what the paper's filter looks for in its images.
+std::string head_views(const PaperRuns& runs) {
+  const auto found = runs.find("tangent_circle_paper");
+  if (found == runs.end() || found->second.empty()) return "";
+  std::string html;
+  for (const Picture& picture : pictures(found->second.front(), kPictures))
+    html += fmt::format("<figure>{}<span class=\"soft\">{} s</span></figure>\n", picture.svg, picture.t);
+  if (html.empty()) return "";
+  return "<h2>Figures 3 and 4: patches and search ellipses</h2>\n<p class=\"soft\">Experiment 1, the paper's "
+         "filter. Ellipses: where landmarks were looked for (3 sigma); green with their 11 x 11 patches "
+         "where the "
+         "match was used, yellow where not.</p>\n<div class=\"strip\">\n" +
+         html + "</div>\n";
+}
+
 }  // namespace
 
 std::string paper_page(const PaperRuns& runs, const std::string& revision) {
@@ -83,7 +100,8 @@ std::string paper_page(const PaperRuns& runs, const std::string& revision) {
   for (const Figure& figure : paper_figures(runs))
     html += fmt::format("<figure><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.title),
                         to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
-  return html + "</div>\n</body>\n</html>\n";
+  html += "</div>\n" + head_views(runs);
+  return html + "</body>\n</html>\n";
 }
 
 }  // namespace sim::report

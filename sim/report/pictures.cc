@@ -1,15 +1,18 @@
 #include "sim/report/pictures.h"
 
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 
 #include "sim/stream/file_error.h"
 
 namespace sim::report {
 namespace {
-
-constexpr int kPictures = 8;
 
 std::string bytes_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -33,19 +36,89 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-nlohmann::ordered_json pictures(const RunData& run) {
-  auto json = nlohmann::ordered_json::array();
-  const auto camera = run.folder / "recording/mav0/cam0";
-  if (!std::filesystem::exists(camera / "data.csv")) return json;
+namespace {
+
+// Width and height of a PNG: bytes 16 to 23 of its header.
+std::pair<int, int> size_of(std::string_view png) {
+  const auto number = [&](std::size_t at) {
+    int value = 0;
+    for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(png[i]);
+    return value;
+  };
+  return png.size() < 24 ? std::pair{1, 1} : std::pair{number(16), number(20)};
+}
+
+// The 3-sigma ellipse of a search, as an SVG element.
+std::string ellipse(double u, double v, const Eigen::Matrix2d& S, bool used) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(S);
+  const Eigen::Vector2d half = 3 * solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const Eigen::Vector2d along = solver.eigenvectors().col(1);
+  return fmt::format(
+      "<ellipse class='{}' transform='translate({:.1f} {:.1f})rotate({:.1f})' rx='{:.1f}' ry='{:.1f}'/>",
+      used ? "used" : "missed", u + 0.5, v + 0.5, std::atan2(along.y(), along.x()) * 180 / std::numbers::pi,
+      half(1), half(0));
+}
+
+std::string patch(double u, double v) {
+  return fmt::format("<rect class='used' x='{:.1f}' y='{:.1f}' width='11' height='11'/>", u - 5, v - 5);
+}
+
+// What was looked for, frame by frame.
+class Searches {
+ public:
+  explicit Searches(const Table& table)
+      : t_(table.seconds("timestamp")),
+        u_(table.numbers("u")),
+        v_(table.numbers("v")),
+        uu_(table.numbers("S_uu")),
+        uv_(table.numbers("S_uv")),
+        vv_(table.numbers("S_vv")),
+        found_u_(table.numbers("found_u")),
+        found_v_(table.numbers("found_v")) {}
+
+  std::string at(double t) const {
+    std::string svg;
+    for (std::size_t i = 0; i < t_.size(); ++i) {
+      if (std::abs(t_[i] - t) > 1e-4) continue;
+      Eigen::Matrix2d S;
+      S << uu_[i], uv_[i], uv_[i], vv_[i];
+      const bool used = std::isfinite(found_u_[i]);
+      svg += ellipse(u_[i], v_[i], S, used);
+      if (used) svg += patch(found_u_[i], found_v_[i]);
+    }
+    return svg;
+  }
+
+ private:
+  Column t_, u_, v_, uu_, uv_, vv_, found_u_, found_v_;
+};
+
+std::string picture(const std::string& png, double t, const std::string& over) {
+  const auto [width, height] = size_of(png);
+  return fmt::format(
+      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
+      "aria-label='head camera at {2} s'><image width='{0}' height='{1}' "
+      "href='data:image/png;base64,{3}'/>{4}</svg>",
+      width, height, t, base64(png), over);
+}
+
+}  // namespace
+
+std::vector<Picture> pictures(const RunData& run, int count) {
+  std::vector<Picture> all;
+  const auto camera = run.recording / "mav0/cam0";
+  if (!std::filesystem::exists(camera / "data.csv")) return all;
   const Table frames(camera / "data.csv");
   const auto t = frames.seconds("timestamp");
   const auto& names = frames.text("filename");
-  for (int k = 0; k < kPictures && !t.empty(); ++k) {
-    const std::size_t i = k * (t.size() - 1) / (kPictures - 1);
-    json.push_back({{"t", std::round(10 * (t[i] - t[0])) / 10},
-                    {"uri", "data:image/png;base64," + base64(bytes_of(camera / "data" / names[i]))}});
+  const auto sought = run.searches ? std::optional<Searches>(*run.searches) : std::nullopt;
+  for (int k = 0; k < count && !t.empty(); ++k) {
+    const std::size_t i = k * (t.size() - 1) / std::max(1, count - 1);
+    const double since_start = t[i] - t[0], shown = std::round(10 * since_start) / 10;
+    all.push_back(
+        {shown, picture(bytes_of(camera / "data" / names[i]), shown, sought ? sought->at(since_start) : "")});
   }
-  return json;
+  return all;
 }
 
 }  // namespace sim::report

@@ -104,6 +104,7 @@ RunData read_run(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw stream::FileError(folder, "no such result folder");
   RunData run;
   run.folder = folder;
+  run.recording = folder / "recording";
   run.score = read_json(folder / "score.json");
   run.about = read_json(folder / "about.json");
   run.timing = read_json(folder / "timing.json");
@@ -122,6 +123,8 @@ RunData read_run(const fs::path& folder) {
   }
   run.frames = table_if_there(folder / "frames.csv");
   run.map = table_if_there(folder / "map.csv");
+  run.maps = table_if_there(folder / "map_over_time.csv");
+  run.searches = table_if_there(folder / "searches.csv");
   run.feet = table_if_there(folder / "feet.csv");
   run.frame_times = table_if_there(folder / "timing.csv");
   return run;

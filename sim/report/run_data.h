@@ -35,12 +35,13 @@ struct Errors {
 struct RunData {
   std::string label;  ///< "tangent_circle, seed 1"
   std::filesystem::path folder;
+  std::filesystem::path recording;  ///< its own; of a replay nothing, unless who read it knows where it is
   nlohmann::ordered_json score, about, timing;
   std::string scenario_yaml;
   Path truth, plan, waist_truth, waist_plan;
   std::optional<Path> estimate;
   std::optional<Errors> errors;
-  std::optional<Table> frames, map, feet, frame_times;
+  std::optional<Table> frames, map, maps, searches, feet, frame_times;
 
   /// The value of a metric, if it has one.
   std::optional<double> metric(const std::string& name) const;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <tuple>
 
 #include "sim/score/consistency.h"
 
@@ -142,6 +143,35 @@ Figure cpu_by_map(const Table& times, const Table& frames) {
   return f;
 }
 
+// Dots at the begin of each row of feet.csv of a phase: how far (or how much about the vertical) the foot
+// moved.
+Line feet_moved(const Table& feet, const std::string& phase, const std::string& name, Role role,
+                bool turning) {
+  const Column t = feet.seconds("begin"), x = feet.numbers("moved_x"), y = feet.numbers("moved_y"),
+               yaw = feet.numbers("moved_yaw");
+  Line dots{name, role};
+  dots.dots = true;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (feet.text("phase")[i] != phase) continue;
+    dots.x.push_back(t[i]);
+    dots.y.push_back(turning ? kDeg * yaw[i] : kMm * std::hypot(x[i], y[i]));
+  }
+  return dots;
+}
+
+void add_slip(std::vector<Figure>& figures, const Table& feet) {
+  Figure slip{"slip", "Slip, step by step: how far a sole moved on the ground", kTime, "mm"};
+  Figure turn{"slip_turn", "Slip, step by step: how much a sole turned on the ground", kTime, "deg"};
+  for (Figure* f : {&slip, &turn})
+    for (const auto& [phase, name, role] : {std::tuple{"landing", "landing", Role::first},
+                                            std::tuple{"support", "carrying the robot", Role::estimate},
+                                            std::tuple{"lift_off", "lifting off", Role::second}})
+      f->lines.push_back(feet_moved(feet, phase, name, role, f == &turn));
+  Figure landing{"landing", "How far beside its planned place a foot was put down", kTime, "mm"};
+  landing.lines = {feet_moved(feet, "put_down", "", Role::plan, false)};
+  figures.insert(figures.end(), {slip, turn, landing});
+}
+
 // Ten seconds around the closing of the loop.
 std::optional<Figure> closure(const RunData& run) {
   const auto time = run.metric("loop_time_s");
@@ -196,6 +226,7 @@ std::vector<Figure> run_figures(const RunData& run) {
     figures.push_back(matches(*run.frames));
   }
   if (const auto around = closure(run)) figures.push_back(*around);
+  if (run.feet && run.feet->rows() > 0) add_slip(figures, *run.feet);
   if (run.frame_times && run.errors) figures.push_back(cpu(*run.frame_times));
   if (run.frame_times && run.frames && run.errors)
     figures.push_back(cpu_by_map(*run.frame_times, *run.frames));

@@ -3,8 +3,9 @@
 #include <fmt/core.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "sim/stream/tum.h"
 
@@ -27,7 +28,7 @@ ordered_json ellipsoid(const Eigen::Matrix3d& covariance) {
   const Eigen::Matrix3d axes = solver.eigenvectors() * half.asDiagonal();
   ordered_json json = ordered_json::array();
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) json.push_back(std::round(axes(r, c) * 1e6) / 1e6);
+    for (int c = 0; c < 3; ++c) json.push_back(std::round(axes(r, c) * 1e4) / 1e4);
   return json;
 }
 
@@ -41,21 +42,39 @@ ordered_json line(const Path& path) {
   return json;
 }
 
-ordered_json landmarks(const Table& map) {
+// {p, axes} of one row of a map.
+ordered_json landmark(const Eigen::Vector3d& p, const std::array<double, 6>& P) {
+  Eigen::Matrix3d covariance;
+  covariance << P[0], P[1], P[2], P[1], P[3], P[4], P[2], P[4], P[5];
+  return {{"p", row(p)}, {"axes", ellipsoid(covariance)}};
+}
+
+// The rows of a map, or of maps over time, in the order of the file.
+std::vector<ordered_json> landmarks(const Table& map) {
+  constexpr std::array kCovariance{"P_xx", "P_xy", "P_xz", "P_yy", "P_yz", "P_zz"};
   const Column x = map.numbers("p_W_x"), y = map.numbers("p_W_y"), z = map.numbers("p_W_z");
-  const Column xx = map.numbers("P_xx"), xy = map.numbers("P_xy"), xz = map.numbers("P_xz");
-  const Column yy = map.numbers("P_yy"), yz = map.numbers("P_yz"), zz = map.numbers("P_zz");
-  const Column begun = map.seconds("begun");
-  std::vector<std::pair<double, ordered_json>> all;
-  for (std::size_t i = 0; i < map.rows(); ++i) {
-    Eigen::Matrix3d P;
-    P << xx[i], xy[i], xz[i], xy[i], yy[i], yz[i], xz[i], yz[i], zz[i];
-    all.push_back(
-        {begun[i], {{"p", row({x[i], y[i], z[i]})}, {"axes", ellipsoid(P)}, {"begun", rounded(begun[i])}}});
-  }
-  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Column> P;
+  for (const char* entry : kCovariance) P.push_back(map.numbers(entry));
+  std::vector<ordered_json> rows;
+  for (std::size_t i = 0; i < map.rows(); ++i)
+    rows.push_back(landmark({x[i], y[i], z[i]}, {P[0][i], P[1][i], P[2][i], P[3][i], P[4][i], P[5][i]}));
+  return rows;
+}
+
+// [{t, landmarks}], by time; the map at the end comes last.
+ordered_json maps(const RunData& run) {
   ordered_json json = ordered_json::array();
-  for (auto& landmark : all) json.push_back(std::move(landmark.second));
+  if (run.maps) {
+    const Column t = run.maps->seconds("timestamp");
+    const std::vector<ordered_json> rows = landmarks(*run.maps);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (i == 0 || t[i] != t[i - 1])
+        json.push_back({{"t", rounded(t[i])}, {"landmarks", ordered_json::array()}});
+      json.back()["landmarks"].push_back(rows[i]);
+    }
+  }
+  const double end = run.estimate->t.empty() ? 0 : run.estimate->t.back();
+  json.push_back({{"t", rounded(end)}, {"landmarks", landmarks(*run.map)}});
   return json;
 }
 
@@ -79,7 +98,7 @@ ordered_json scene_data(const RunData& run) {
   return {{"plan", line(run.plan)},
           {"truth", line(run.truth)},
           {"estimate", line(*run.estimate)},
-          {"landmarks", landmarks(*run.map)},
+          {"maps", maps(run)},
           {"poses", poses(run.folder / "estimate_cov.txt")}};
 }
 

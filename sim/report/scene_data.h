@@ -7,9 +7,9 @@
 
 namespace sim::report {
 
-/// {plan, truth, estimate: {x, y, z}, landmarks: [{p, axes, begun}], poses: [{t, p, q, axes}]}; all in W, m,
-/// s; q (x, y, z, w); axes: rows of the matrix that maps the unit sphere to the 3-sigma ellipsoid. The run
-/// must have a map and an estimate.
+/// {plan, truth, estimate: {x, y, z}, maps: [{t, landmarks: [{p, axes}]}], poses: [{t, p, q, axes}]}; all in
+/// W, m, s; q (x, y, z, w); axes: rows of the matrix that maps the unit sphere to the 3-sigma ellipsoid. The
+/// run must have a map and an estimate.
 nlohmann::ordered_json scene_data(const RunData& run);
 
 }  // namespace sim::report

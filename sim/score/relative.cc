@@ -2,32 +2,46 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace sim::score {
 namespace {
 
-// How far along each pose is: frames, metres walked, or seconds.
+using Unit = Spans::Unit;
+
+bool turning(const Spans& which) { return which.unit == Unit::radians || which.unit == Unit::degrees; }
+
+const Eigen::Isometry3d& pose(const PosePair& pair, const Spans& which) {
+  return which.along_truth ? pair.X_true : pair.X_estimate;
+}
+
+// The angle between two orientations, in the unit of the spans.
+double turn(const PosePair& from, const PosePair& to, const Spans& which) {
+  const Eigen::Matrix3d R = pose(from, which).linear().transpose() * pose(to, which).linear();
+  return rotation_vector(R).norm() * (which.unit == Unit::degrees ? 180 / std::numbers::pi : 1);
+}
+
+// How far along each pose is: frames, metres walked, turned, or seconds.
 std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
   std::vector<double> all;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto position = [&](std::size_t k) -> Eigen::Vector3d {
-      return which.along_truth ? pairs[k].X_true.translation() : pairs[k].X_estimate.translation();
-    };
-    if (which.unit == Spans::Unit::frames) all.push_back(static_cast<double>(i));
-    if (which.unit == Spans::Unit::seconds)
+    const auto position = [&](std::size_t k) { return pose(pairs[k], which).translation(); };
+    if (turning(which)) all.push_back(i == 0 ? 0 : all.back() + turn(pairs[i - 1], pairs[i], which));
+    if (which.unit == Unit::frames) all.push_back(static_cast<double>(i));
+    if (which.unit == Unit::seconds)
       all.push_back(static_cast<double>((pairs[i].t - pairs[0].t).count()) * 1e-9);
-    if (which.unit == Spans::Unit::metres)
+    if (which.unit == Unit::metres)
       all.push_back(i == 0 ? 0 : all.back() + (position(i) - position(i - 1)).norm());
   }
   return all;
 }
 
 // Stamps are whole ns; what is a length to the ns, is that length.
-double rounding(const Spans& which) { return which.unit == Spans::Unit::seconds ? 0.5e-9 : 0; }
+double rounding(const Spans& which) { return which.unit == Unit::seconds ? 0.5e-9 : 0; }
 
 std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
   std::vector<Span> spans;
-  bool begun = which.unit != Spans::Unit::metres;
+  bool begun = which.unit != Unit::metres;
   const double enough = which.delta - rounding(which);
   std::size_t from = 0;
   for (std::size_t i = 1; i < place.size(); ++i) {
@@ -50,8 +64,7 @@ std::size_t nearest_end(const std::vector<double>& place, std::size_t from, doub
 
 std::vector<Span> from_each(const std::vector<double>& place, const Spans& which) {
   std::vector<Span> spans;
-  const double slack =
-      which.unit == Spans::Unit::frames ? 0 : which.tolerance * which.delta + rounding(which);
+  const double slack = which.unit == Unit::frames ? 0 : which.tolerance * which.delta + rounding(which);
   for (std::size_t from = 0; from + 1 < place.size(); ++from) {
     const std::size_t to = nearest_end(place, from, which.delta);
     if (std::abs(place[to] - place[from] - which.delta) <= slack) spans.push_back({from, to});
@@ -66,9 +79,29 @@ std::size_t nearest_pose(const std::vector<PosePair>& pairs, Stamp t) {
   return static_cast<std::size_t>(std::min_element(pairs.begin(), pairs.end(), nearer) - pairs.begin());
 }
 
+std::vector<Span> all_turns(const std::vector<PosePair>& pairs, const Spans& which) {
+  std::vector<Span> spans;
+  for (std::size_t from = 0; from < pairs.size(); ++from)
+    for (std::size_t to = from + 1; to < pairs.size(); ++to)
+      if (std::abs(turn(pairs[from], pairs[to], which) - which.delta) <= which.tolerance * which.delta)
+        spans.push_back({from, to});
+  return spans;
+}
+
+std::vector<Span> between_footsteps(const std::vector<PosePair>& pairs, const Spans& which) {
+  const auto steps = static_cast<std::size_t>(which.delta);
+  std::vector<Span> spans;
+  for (std::size_t i = 0; i + steps < which.footsteps.size(); i += which.all ? 1 : steps)
+    for (const Span& span : spans_between(pairs, {which.footsteps[i], which.footsteps[i + steps]}))
+      spans.push_back(span);
+  return spans;
+}
+
 }  // namespace
 
 std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which) {
+  if (which.unit == Unit::footsteps) return between_footsteps(pairs, which);
+  if (turning(which) && which.all) return all_turns(pairs, which);
   const std::vector<double> place = places(pairs, which);
   return which.all ? from_each(place, which) : consecutive(place, which);
 }

@@ -1,4 +1,5 @@
-// Relative pose error: how wrong the motion over a span of frames, metres or seconds is (Sturm et al. 2012).
+// Relative pose error: how wrong the motion over a span of frames, metres, seconds, turning or footsteps is
+// (Sturm et al. 2012).
 #pragma once
 
 #include <cstddef>
@@ -12,13 +13,15 @@ namespace sim::score {
 /// later pose whose distance from it is nearest to `delta`, if it is off by at most `tolerance` of delta
 /// (frames: exactly delta). Consecutive spans end at the first pose at least delta away; of metres, the first
 /// span begins where delta has been walked for the first time, as in the evaluation program evo, whose
-/// numbers these are for frames and metres.
+/// numbers these are for frames, metres, degrees and radians. Turning adds up from frame to frame for
+/// consecutive spans; all spans of turning are all pairs of poses whose orientations are `delta` apart.
 struct Spans {
-  enum class Unit { frames, metres, seconds } unit = Unit::frames;
+  enum class Unit { frames, metres, seconds, radians, degrees, footsteps } unit = Unit::frames;
   double delta = 1;
   bool all = false;
   double tolerance = 0.1;
-  bool along_truth = false;  ///< metres of the true path; else of the estimated one
+  bool along_truth = false;        ///< metres, turning: of the true path; else of the estimated one
+  std::vector<Stamp> footsteps{};  ///< when feet come down; every delta-th is an end
 };
 
 /// First and last index of a span.
@@ -26,7 +29,7 @@ struct Span {
   std::size_t from = 0, to = 0;
 };
 
-/// delta > 0 (frames: a whole number). Empty when the trajectory is too short.
+/// delta > 0 (frames, footsteps: a whole number). Empty when the trajectory is too short.
 std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
 /// From one given time to the next (the footsteps of a walk): each time stands for the pose nearest to it.
 std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::vector<Stamp>& times);

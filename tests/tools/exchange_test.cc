@@ -50,6 +50,21 @@ TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
         << name;
 }
 
+TEST_F(Exchange, TheScoresOfARunAreThoseThatNumpyFindsInItsFiles) {
+  const tests::Ran ran = shell("/usr/bin/python3 " GAITSLAM_ORACLE " unused r/seed-1");
+  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr(" 0 differ"));
+}
+
+TEST_F(Exchange, FootstepsAreKnownOfAResult) {
+  const tests::Ran ran = gaitslam("score r/seed-1 -d 1 -u step --json");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("RPE 1 footsteps"));
+  const tests::Ran nowhere = gaitslam("score e/nothing.tum e/nothing.tum -u step");
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("footsteps are known of a result folder"));
+}
+
 TEST_F(Exchange, AFolderWithoutAPlanRunsOnVisionAndGyroAndIsScoredUpToScale) {
   std::filesystem::remove_all(folder_ / "e/mav0/plan0");
   const tests::Ran replayed = gaitslam("replay e --out back");

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <regex>
+#include <sstream>
 
 #include "tests/tools/command_line.h"
 
@@ -77,6 +78,41 @@ TEST_F(ReportTest, StillPicturesAppearTogether) {
   EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures").exit_code, 2);
   EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures --force").exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "figures/error_x.png"));
+}
+
+// The grey of a picture that knows no colours has three equal parts.
+TEST_F(ReportTest, StillPicturesHaveColours) {
+  walk("--out two");
+  ASSERT_EQ(gaitslam("report two/seed-1 --plots png --out figures").exit_code, 0);
+  const Ran ran = shell(
+      "ffmpeg -v error -i figures/from_above.png -f rawvideo -pix_fmt rgb24 - | python3 -c 'import sys, "
+      "collections; "
+      "b = sys.stdin.buffer.read(); c = collections.Counter(zip(b[::3], b[1::3], b[2::3])); "
+      "print(*(n for _, n in ((k, c[k]) for k in [(0xd5, 0x5e, 0), (0, 0x72, 0xb2), (0x33, 0x33, 0x33)])))'");
+  std::istringstream counts(ran.out);
+  for (const char* line : {"plan", "estimate", "truth"}) {
+    int pixels = 0;
+    counts >> pixels;
+    EXPECT_GT(pixels, 100) << line << ": " << ran.err;
+  }
+}
+
+TEST_F(ReportTest, ThePageTellsWhoSetEachKeyAndWhatWasLookedFor) {
+  walk("slam.vision.sigma_px=1.5 --out one");
+  ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);
+  const std::string page = text_of("one.html");
+  EXPECT_THAT(page,
+              HasSubstr(R"("key":"slam.vision.sigma_px","value":"1.5","unit":"px","origin":"argument 1")"));
+  EXPECT_THAT(page, HasSubstr(R"("origin":"walk.yaml:)"));
+  EXPECT_THAT(page, HasSubstr("ellipse class='used'"));
+  ASSERT_EQ(gaitslam("replay one/seed-1 --out again").exit_code, 0);
+  EXPECT_EQ(text_of("again/about.json"), text_of("one/seed-1/about.json")) << "a replay knows it too";
+}
+
+TEST_F(ReportTest, SeedsOfABatchTellWhoSetTheirKeys) {
+  walk("slam.vision.sigma_px=1.5 --seeds 2 --out many");
+  EXPECT_THAT(text_of("many/seed-2/about.json"), HasSubstr(R"("slam.vision.sigma_px": "argument 1")"));
+  EXPECT_THAT(text_of("many/seed-2/about.json"), HasSubstr(R"("seed": "--seeds")"));
 }
 
 TEST_F(ReportTest, WhatIsNoResultIsNamed) {

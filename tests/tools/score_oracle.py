@@ -5,6 +5,7 @@ score_oracle.py PROGRAM         trajectories made up here, every alignment, rela
 score_oracle.py PROGRAM RESULT  the metrics of a result's score.json that its text files determine
 Exits with 1 and names what differs by more than 1e-9 (relative to 1 or the value, whichever is larger).
 """
+import csv
 import io
 import json
 import math
@@ -162,6 +163,26 @@ def pairs_consecutive(place, delta, metres):
         marks.append(i)
 
 
+def turn(X, i, j):
+    return angle(X[i, :3, :3].T @ X[j, :3, :3])
+
+
+def pairs_turned(X, delta):
+    """One after another: the turning from pose to pose adds up."""
+    marks, sum_ = [0], 0
+    for i in range(1, len(X)):
+        sum_ += turn(X, i - 1, i)
+        if sum_ >= delta:
+            marks.append(i)
+            sum_ = 0
+    return list(zip(marks, marks[1:]))
+
+
+def pairs_apart(X, delta):
+    """All whose orientations are delta apart, to 10 %."""
+    return [(i, j) for i in range(len(X)) for j in range(i + 1, len(X)) if abs(turn(X, i, j) - delta) <= 0.1 * delta]
+
+
 def check_statistics(name, row, errors):
     if len(errors) == 0:
         return check(name + ".n", row["n"], 0)
@@ -243,7 +264,10 @@ def check_score(program):
                                (["-d", "0.5", "-u", "m"], pairs_consecutive(metres, 0.5, True)),
                                (["-d", "0.5", "-u", "m", "--all-pairs"], pairs_all(metres, 0.5)),
                                (["-d", "0.5", "-u", "m", "--pairs-from-reference"], pairs_consecutive(along_truth, 0.5, True)),
-                               (["-d", "0.2", "-u", "s"], pairs_consecutive(t, 0.2, False))):
+                               (["-d", "0.2", "-u", "s"], pairs_consecutive(t, 0.2, False)),
+                               (["-d", "20", "--delta_unit", "d"], pairs_turned(E, math.radians(20))),
+                               (["-d", "0.3", "-u", "r", "--pairs-from-reference"], pairs_turned(T, 0.3)),
+                               (["-d", "25", "-u", "d", "--all-pairs"], pairs_apart(E, math.radians(25)))):
             for relation in few:
                 code, out, err = run(program, str(a), str(b), *options, "-r", relation, "--json")
                 check_statistics(f"{kind} rpe {options} {relation}", json.loads(out)["errors"][0], rpe(T, E, pairs, relation))
@@ -388,6 +412,12 @@ def check_result(folder):
         d = z - z.mean()
         expected[f"nis_{sensor}_mean"], expected[f"nis_{sensor}_variance"] = square.sum() / dof.sum(), np.mean(d * d)
         expected[f"nis_{sensor}_whiteness"] = np.sum(d[1:] * d[:-1]) / np.sum(d * d)
+    with open(folder / "feet.csv") as file:
+        feet = list(csv.DictReader(file))
+    for phase in ("landing", "support", "lift_off"):
+        rows = [r for r in feet if r["phase"] == phase]
+        expected[f"slip_{phase}_m"] = sum(math.hypot(float(r["moved_x [m]"]), float(r["moved_y [m]"])) for r in rows)
+        expected[f"slip_{phase}_deg"] = sum(abs(math.degrees(float(r["moved_yaw [rad]"]))) for r in rows)
     for name, value in expected.items():
         check(name, metrics[name], value)
     others = sorted(set(metrics) - set(expected))

@@ -10,7 +10,9 @@
 
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "tools/cli/commands.h"
@@ -71,38 +73,32 @@ SeedOutcome outcome_of(std::uint64_t seed, int status, const fs::path& log) {
       complaint + fmt::format("killed by signal {} ({})\n", WTERMSIG(status), strsignal(WTERMSIG(status)))};
 }
 
+/// Lies beside the batch's scenario.
+fs::path set_by_file(const fs::path& scenario) { return scenario.parent_path() / "set_by.json"; }
+
 /// The command line of one seed.
 std::vector<std::string> arguments(const Batch& batch, const fs::path& scenario, std::uint64_t seed) {
   const std::string name = fmt::format("seed-{}", seed), set_seed = fmt::format("seed={}", seed),
                     process = std::to_string(getpid());
+  std::vector<std::string> words{"gaitslam"};
+  const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
   if (batch.recordings)
-    return {"gaitslam",
-            "replay",
-            (*batch.recordings / name).string(),
-            set_seed,
-            "--scenario",
-            scenario.string(),
-            "--out",
-            (batch.root / name).string(),
-            "--force",
-            "--die-with-parent",
-            process};
-  return {"gaitslam",
-          "run",
-          scenario.string(),
-          set_seed,
-          "--out",
-          batch.root.string(),
-          "--models",
-          batch.models.string(),
-          "--force",
-          "--die-with-parent",
-          process};
+    add({"replay", (*batch.recordings / name).string(), set_seed, "--scenario", scenario.string(), "--out",
+         (batch.root / name).string()});
+  else
+    add({"run", scenario.string(), set_seed, "--out", batch.root.string(), "--models",
+         batch.models.string()});
+  add({"--force", "--set-by", set_by_file(scenario).string(), "--die-with-parent", process});
+  return words;
 }
 
 std::string log_name(std::uint64_t seed) { return fmt::format("seed-{}.log", seed); }
 
 }  // namespace
+
+void take_origin(sim::bench::ReadScenario& read, const fs::path& set_by) {
+  read.origin = nlohmann::json::parse(text_of(set_by)).get<decltype(read.origin)>();
+}
 
 void die_with(pid_t batch) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -114,6 +110,9 @@ std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const B
   const fs::path frozen =
       temporary / (scenario.name + ".yaml");  // later edits of the file change no queued seed
   std::ofstream(frozen) << sim::bench::to_yaml(scenario);
+  auto origin = batch.origin;
+  origin["seed"] = "--seeds";
+  std::ofstream(set_by_file(frozen)) << nlohmann::json(origin);
   std::vector<SeedOutcome> outcomes(batch.seeds.size());
   std::map<pid_t, std::size_t> running;
   std::optional<ProgressLine> line;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct Batch {
   std::filesystem::path root;  ///< seed-<n> goes below
   std::filesystem::path models;
   std::optional<std::filesystem::path> recordings{};  ///< replay seed-<n> of this folder instead of walking
+  std::map<std::string, std::string, std::less<>>
+      origin{};                            ///< who set which key, for the results' about.json
   std::function<void(double)> progress{};  ///< told the part done; without, a line on the terminal is
 };
 
@@ -29,6 +32,10 @@ struct SeedOutcome {
   int exit_code = 0;
   std::string complaint;  ///< what it wrote to stderr, or the signal that killed it
 };
+
+/// Called by a seed's process: takes over what the batch knows of who set which key, for the scenario that a
+/// seed's process reads is one that the batch wrote.
+void take_origin(sim::bench::ReadScenario& read, const std::filesystem::path& set_by);
 
 /// Called by a seed's process: it does not outlive the batch, not even one that has ended by now.
 void die_with(pid_t batch);

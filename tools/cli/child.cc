@@ -15,6 +15,13 @@
 namespace cli {
 namespace {
 
+// Programs that not every command needs are not installed with the others.
+std::string where_from(const std::string& program) {
+  if (program == "rsvg-convert") return "; Debian's package librsvg2-bin has it";
+  if (program == "ffmpeg") return "; Debian's package ffmpeg has it";
+  return "";
+}
+
 // Started with `input` as its standard input, or with none where that is negative.
 pid_t start(const std::vector<std::string>& argv, int input) {
   std::vector<char*> arguments;
@@ -30,7 +37,8 @@ pid_t start(const std::vector<std::string>& argv, int input) {
   const int fault = posix_spawnp(&process, arguments[0], &files, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   if (fault != 0)
-    throw std::runtime_error(fmt::format("{} cannot be run: {}", argv[0], std::strerror(fault)));
+    throw std::runtime_error(
+        fmt::format("{} cannot be run: {}{}", argv[0], std::strerror(fault), where_from(argv[0])));
   return process;
 }
 

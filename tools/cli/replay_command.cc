@@ -34,6 +34,7 @@ struct Request {
   bench::Changes changes;
   bool force = false;
   std::optional<pid_t> batch;
+  std::optional<fs::path> set_by;  ///< of a batch
 };
 
 /// Part of what the recording has in it.
@@ -65,6 +66,18 @@ void require_same_walk(const bench::Scenario& recorded, const bench::Scenario& s
   }
 }
 
+/// A result's scenario.yaml has every key: what the run did not set is at its default, and what it set was
+/// set where the run's about.json says.
+void keep_origin(bench::ReadScenario& read, const fs::path& result) {
+  std::ifstream in(result / "about.json");
+  const auto about = nlohmann::json::parse(in, nullptr, false);
+  if (!about.is_object() || !about.contains("set_by")) return;
+  auto origin = about["set_by"].get<decltype(read.origin)>();
+  for (const auto& [key, by] : read.origin)
+    if (by.starts_with("argument")) origin[key] = by;
+  read.origin = std::move(origin);
+}
+
 bench::ReadScenario read_request(const Request& request) {
   const fs::path own = request.result / "scenario.yaml";
   const std::string file = request.scenario.value_or(own.string());
@@ -92,9 +105,13 @@ int replay(const Request& request) {
   }
   const bool foreign = sim::stream::is_asl_folder(request.result);
   if (foreign && request.scenario) throw UsageError("--scenario: expected a result folder to replay with it");
-  const bench::ReadScenario read =
+  bench::ReadScenario read =
       foreign ? bench::foreign_scenario(request.result, request.changes) : read_request(request);
   require_replayable(read);
+  if (request.set_by)
+    take_origin(read, *request.set_by);
+  else if (!foreign && !request.scenario)
+    keep_origin(read, request.result);
   if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to replay");
   const fs::path folder = request.out ? fs::path(*request.out) : request.result / "replay";
   check_out_folder(folder, request.out.has_value(), request.force);
@@ -130,6 +147,7 @@ void add_replay(CLI::App& app, int& exit_code) {
                       "what to set, from another scenario's file that walks the recorded walk");
   command->add_option("--out", request->out, "folder for the results");
   command->add_flag("--force", request->force, "replace a folder that exists");
+  command->add_option("--set-by", request->set_by)->group("");
   command->add_option("--die-with-parent", request->batch)->group("");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = replay(*request); });

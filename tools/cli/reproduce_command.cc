@@ -70,7 +70,7 @@ bool is_done(const fs::path& result, const fs::path& recorded, bench::Scenario s
 /// One experiment and where its results are.
 struct Experiment {
   report::PaperExperiment what;
-  bench::Scenario scenario;
+  bench::ReadScenario read;
   fs::path root, recordings;  ///< recordings: empty where it walks itself
 };
 
@@ -84,7 +84,7 @@ fs::path recordings_of(const report::PaperExperiment& what, const Request& reque
 std::vector<Experiment> plan(const Request& request) {
   std::vector<Experiment> all;
   for (const report::PaperExperiment& what : report::paper_experiments())
-    all.push_back({what, bench::read_scenario((request.scenarios / (what.name + ".yaml")).string()).scenario,
+    all.push_back({what, bench::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
                    request.out / what.name, recordings_of(what, request)});
   return all;
 }
@@ -95,7 +95,7 @@ std::vector<std::uint64_t> still_to_run(const Experiment& experiment,
   for (const std::uint64_t seed : seeds) {
     const fs::path recorded =
         experiment.recordings.empty() ? fs::path() : seed_folder(experiment.recordings, seed);
-    if (!is_done(seed_folder(experiment.root, seed), recorded, experiment.scenario, seed))
+    if (!is_done(seed_folder(experiment.root, seed), recorded, experiment.read.scenario, seed))
       left.push_back(seed);
   }
   return left;
@@ -122,9 +122,10 @@ bool run_experiment(const Experiment& experiment, const Request& request,
                     const std::vector<std::uint64_t>& seeds, Course& course) {
   Batch batch{still_to_run(experiment, seeds), request.jobs, experiment.root, request.models};
   if (!experiment.recordings.empty()) batch.recordings = experiment.recordings;
+  batch.origin = experiment.read.origin;
   batch.progress = [&](double part) { course.show(experiment, part); };
   bool all_there = true;
-  for (const SeedOutcome& outcome : run_batch(experiment.scenario, batch)) {
+  for (const SeedOutcome& outcome : run_batch(experiment.read.scenario, batch)) {
     if (fs::exists(seed_folder(experiment.root, outcome.seed) / "score.json")) continue;
     std::cerr << fmt::format("{} seed {}: {}", experiment.what.name, outcome.seed, outcome.complaint);
     all_there = false;
@@ -133,13 +134,19 @@ bool run_experiment(const Experiment& experiment, const Request& request,
   return all_there;
 }
 
+report::RunData read(const fs::path& result, const Experiment& experiment, std::uint64_t seed) {
+  report::RunData run = report::read_run(result);
+  if (!experiment.recordings.empty()) run.recording = seed_folder(experiment.recordings, seed) / "recording";
+  return run;
+}
+
 report::PaperRuns read_results(const std::vector<Experiment>& experiments,
                                const std::vector<std::uint64_t>& seeds) {
   report::PaperRuns runs;
   for (const Experiment& experiment : experiments)
     for (const std::uint64_t seed : seeds)
       if (const fs::path result = seed_folder(experiment.root, seed); fs::exists(result / "score.json"))
-        runs[experiment.what.name].push_back(report::read_run(result));
+        runs[experiment.what.name].push_back(read(result, experiment, seed));
   return runs;
 }
 

@@ -36,6 +36,7 @@ struct Request {
   int jobs = 1;
   bool force = false;
   std::optional<pid_t> batch;
+  std::optional<fs::path> set_by;  ///< of a batch
 };
 
 int run_one(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
@@ -64,8 +65,8 @@ int run_seeds(const bench::ReadScenario& read, const Request& request, const fs:
       std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
                   [](const std::string& argument) { return argument.starts_with("seed="); });
   if (seed_typed) throw UsageError("--seeds and seed= are both given, expected one of them");
-  const auto outcomes =
-      run_batch(read.scenario, {parse_seeds(*request.seeds), request.jobs, root, request.models});
+  const auto outcomes = run_batch(
+      read.scenario, {parse_seeds(*request.seeds), request.jobs, root, request.models, {}, read.origin});
   std::vector<bench::SeedScore> scores;
   for (const SeedOutcome& outcome : outcomes)
     scores.push_back(bench::read_seed_score(root, outcome.seed, outcome.exit_code));
@@ -79,7 +80,8 @@ int run_seeds(const bench::ReadScenario& read, const Request& request, const fs:
 int run(const Request& request) {
   if (request.batch) die_with(*request.batch);
   require_simulator();
-  const bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
+  bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
+  if (request.set_by) take_origin(read, *request.set_by);
   const fs::path root = request.out ? fs::path(*request.out) : fs::path("results") / read.scenario.name;
   check_out_folder(root, request.out.has_value(), request.force);
   const NewFolders made_for_this(root);
@@ -105,6 +107,7 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--out", request->out, "folder for the results");
   command->add_option("--models", request->models, "folder of the robot's and room's models");
   command->add_flag("--force", request->force, "write into a folder that exists");
+  command->add_option("--set-by", request->set_by)->group("");
   command->add_option("--die-with-parent", request->batch)->group("");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = run(*request); });

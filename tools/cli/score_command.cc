@@ -4,6 +4,8 @@
 #include <map>
 #include <memory>
 
+#include "sim/bench/evidence.h"
+#include "sim/bench/scenario.h"
 #include "sim/bench/trajectory_report.h"
 #include "tools/cli/commands.h"
 
@@ -20,6 +22,7 @@ Examples:
   gaitslam score truth.tum estimate.txt --align se3
   gaitslam score truth.csv estimate.txt -as -r angle_deg --evo-zip ape.zip
   gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --csv
+  gaitslam score results/tangent_circle/seed-1 -d 2 -u step      # over two footsteps
 Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt), EuRoC csv, and result folders; stamps in
 seconds or nanoseconds. Words and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is taken
 without alignment. A result's own score.json begins with the first planned motion; this with the first pose.
@@ -60,18 +63,35 @@ score::Relation relation(const std::string& name) {
   return found->second;
 }
 
+/// When the feet come down by the plan of the result whose trajectory is scored.
+std::vector<score::Stamp> footsteps(const fs::path& truth) {
+  const fs::path scenario = (fs::is_directory(truth) ? truth : truth.parent_path()) / "scenario.yaml";
+  if (!fs::exists(scenario))
+    throw UsageError(
+        fmt::format("-u step: footsteps are known of a result folder, and {} is not in one", truth.string()));
+  return bench::planned_times(bench::read_scenario(scenario).scenario.walk).footsteps;
+}
+
 std::optional<score::Spans> spans(const Request& r) {
   if (!r.delta && !r.unit_typed) return std::nullopt;
   using Unit = score::Spans::Unit;
-  static const std::map<std::string, Unit> units{
-      {"f", Unit::frames}, {"m", Unit::metres}, {"s", Unit::seconds}};
+  static const std::map<std::string, Unit> units{{"f", Unit::frames},  {"m", Unit::metres},
+                                                 {"s", Unit::seconds}, {"r", Unit::radians},
+                                                 {"d", Unit::degrees}, {"step", Unit::footsteps}};
   const auto unit = units.find(r.unit);
-  if (unit == units.end()) throw UsageError(fmt::format("-u {}: expected f (frames), m or s", r.unit));
+  if (unit == units.end())
+    throw UsageError(
+        fmt::format("-u {}: expected f (frames), m, s, d (degrees), r (radians) or step", r.unit));
   const double delta = r.delta.value_or(1);
-  if (!(delta > 0) ||
-      (unit->second == Unit::frames && delta != static_cast<double>(static_cast<long>(delta))))
-    throw UsageError(fmt::format("-d {}: expected a positive number, whole for frames", delta));
-  return score::Spans{unit->second, delta, r.all_pairs, r.delta_tolerance, r.pairs_from_reference};
+  const bool counted = unit->second == Unit::frames || unit->second == Unit::footsteps;
+  if (!(delta > 0) || (counted && delta != static_cast<double>(static_cast<long>(delta))))
+    throw UsageError(fmt::format("-d {}: expected a positive number, whole for frames and footsteps", delta));
+  return score::Spans{unit->second,
+                      delta,
+                      r.all_pairs,
+                      r.delta_tolerance,
+                      r.pairs_from_reference,
+                      unit->second == Unit::footsteps ? footsteps(r.truth) : std::vector<score::Stamp>{}};
 }
 
 void print(const Request& request) {
@@ -105,7 +125,9 @@ void add_options(CLI::App& command, Request& r) {
                   "trans_part, angle_deg, angle_rad, rot_part, full or point_distance")
       ->capture_default_str();
   command.add_option("-d,--delta", r.delta, "score the motion over spans of this length");
-  command.add_option("-u,--delta-unit,--delta_unit", r.unit, "of -d: f (frames), m or s")
+  command
+      .add_option("-u,--delta-unit,--delta_unit", r.unit,
+                  "of -d: f (frames), m, s, d (degrees), r (radians), step (footsteps)")
       ->capture_default_str();
   command.add_flag("--all-pairs,--all_pairs", r.all_pairs, "spans from each pose, not one after another");
   command.add_option("--delta-tol,--delta_tol", r.delta_tolerance, "by which part of -d spans may be off")

@@ -51,7 +51,7 @@ bench::ScenarioResults read_results(const fs::path& root, const SuiteScenario& s
 
 bench::ScenarioResults run_scenario(const SuiteRequest& request, const SuiteScenario& scenario,
                                     const fs::path& root, const std::vector<std::uint64_t>& seeds) {
-  Batch batch{seeds, request.jobs, root, request.models, {}};
+  Batch batch{seeds, request.jobs, root, request.models, {}, scenario.read.origin};
   if (request.recordings) batch.recordings = *request.recordings / scenario.read.scenario.name;
   bench::ScenarioResults results{scenario.read.scenario.name, bench::config_of(scenario.read), {}};
   for (const SeedOutcome& outcome : run_batch(scenario.read.scenario, batch)) {

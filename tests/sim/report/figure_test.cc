@@ -65,6 +65,11 @@ TEST(Svg, TextEndsNeitherAnElementNorAnAttribute) {
   EXPECT_THAT(to_svg(figure, 400, 300), HasSubstr("aria-label='a &lt; b &amp; c&#39;s'"));
 }
 
+TEST(Svg, AColourIsThereForReadersWithoutVariablesAndForThePageAroundIt) {
+  EXPECT_THAT(to_svg(one_line({0, 1}, {0, 1}), 400, 300),
+              HasSubstr(".line.estimate{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
+}
+
 TEST(Svg, EqualAxesGiveAMetreTheSameLengthBothWays) {
   Figure figure = one_line({0, 4}, {0, 1});
   figure.equal_axes = true;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numbers>
+
 #include "sim/score/alignment.h"
 #include "tests/sim/score/random_trajectory.h"
 
@@ -49,8 +52,43 @@ TEST(Relative, AllSpansBeginAtEachPose) {
   EXPECT_EQ(indices(spans(straight(5), {Unit::metres, 6, true})), (Indices{{0, 3}, {1, 4}}));
 }
 
+// A turn of 10 degrees about z from each pose to the next.
+std::vector<PosePair> turning(int count) {
+  std::vector<PosePair> pairs = straight(count);
+  for (int i = 0; i < count; ++i) {
+    PosePair& pair = pairs[static_cast<std::size_t>(i)];
+    const double turned = i * 10 * std::numbers::pi / 180;
+    pair.X_estimate.linear() = Eigen::AngleAxisd(turned, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    pair.X_true.linear() = Eigen::AngleAxisd(turned / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  }
+  return pairs;
+}
+
+TEST(Relative, TurningAddsUpInConsecutiveSpansAndIsDirectInAll) {
+  EXPECT_EQ(indices(spans(turning(8), {Unit::degrees, 29.9})), (Indices{{0, 3}, {3, 6}}));
+  EXPECT_EQ(indices(spans(turning(8), {Unit::radians, 0.52})), (Indices{{0, 3}, {3, 6}}));
+  Spans truth{Unit::degrees, 19.9};
+  truth.along_truth = true;
+  EXPECT_EQ(indices(spans(turning(9), truth)), (Indices{{0, 4}, {4, 8}}));
+  EXPECT_EQ(indices(spans(turning(5), {Unit::degrees, 30.5, true})), (Indices{{0, 3}, {1, 4}}));
+  // 37 poses turn once around: 350 degrees are 10 degrees the other way.
+  const auto around = indices(spans(turning(37), {Unit::degrees, 10, true}));
+  EXPECT_NE(std::find(around.begin(), around.end(), std::pair<std::size_t, std::size_t>(0, 35)),
+            around.end());
+}
+
+TEST(Relative, FootstepsEndAtEveryDeltaTh) {
+  using std::chrono::milliseconds;
+  Spans steps{Unit::footsteps, 2};
+  steps.footsteps = {milliseconds(110), milliseconds(190), milliseconds(310), milliseconds(390),
+                     milliseconds(520)};
+  EXPECT_EQ(indices(spans(straight(7), steps)), (Indices{{1, 3}, {3, 5}}));
+  steps.all = true;
+  EXPECT_EQ(indices(spans(straight(7), steps)), (Indices{{1, 3}, {2, 4}, {3, 5}}));
+}
+
 TEST(Relative, TooShortATrajectoryHasNoSpans) {
-  for (const Unit unit : {Unit::frames, Unit::metres, Unit::seconds})
+  for (const Unit unit : {Unit::frames, Unit::metres, Unit::seconds, Unit::radians, Unit::footsteps})
     for (const bool all : {false, true})
       for (const int count : {0, 1, 2}) EXPECT_TRUE(spans(straight(count), {unit, 100, all}).empty());
 }

@@ -1,5 +1,5 @@
 // The page of a report: reads the data that the program wrote into it and fills the body.
-import {element, number, section} from './dom.js';
+import {element, number, scroll, section} from './dom.js';
 import {figureElement, redrawFigures} from './figures.js';
 import {repaintScenes, sceneElement} from './scene.js';
 import {limitsTable, metricsTable, sortableTable} from './tables.js';
@@ -27,8 +27,12 @@ const figures = (list) => element('div', {class: 'figures'}, list.map(figureElem
 const named = (run, names) => run.figures.filter((f) => names.some((name) => f.name.startsWith(name)));
 
 function strip(run) {
-  return element('div', {class: 'strip'}, run.pictures.map((picture) => element('figure', {},
-    element('img', {src: picture.uri, alt: `head camera at ${picture.t} s`}), element('span', {class: 'soft'}, `${picture.t} s`))));
+  const explained = 'Ellipses: where a landmark was looked for (3 sigma); green with its 11 x 11 patch where the match was used, yellow where not.';
+  return element('div', {}, element('p', {class: 'soft'}, explained), element('div', {class: 'strip'}, run.pictures.map((picture) => {
+    const holder = element('div');
+    holder.innerHTML = picture.svg;
+    return element('figure', {}, holder, element('span', {class: 'soft'}, `${picture.t} s`));
+  })));
 }
 
 function configuration(run) {
@@ -36,7 +40,7 @@ function configuration(run) {
     element('td', {}, element('code', {}, row.value)), element('td', {}, row.unit),
     element('td', {class: 'soft'}, row.origin)));
   return element('details', {}, element('summary', {}, `${rows.length} keys, and where each was set`),
-    element('div', {class: 'scroll'}, element('table', {}, element('thead', {}, element('tr', {},
+    scroll('configuration', element('table', {class: 'named-rows'}, element('thead', {}, element('tr', {},
       ['key', 'value', 'unit', 'from'].map((title) => element('th', {}, title)))), element('tbody', {}, rows))));
 }
 
@@ -87,9 +91,7 @@ function themeButton() {
   const root = document.documentElement;
   return element('button', {type: 'button', class: 'no-print', onclick: () => {
     const dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
-    root.dataset.theme = dark ? 'light' : 'dark';
-    redrawFigures();
-    repaintScenes();
+    setTheme(dark ? 'light' : 'dark');
   }}, 'light / dark');
 }
 
@@ -115,4 +117,17 @@ function page() {
 }
 
 page();
+// Paper is white: what is printed has the light colours.
+let themeOfScreen;
+function setTheme(theme) {
+  if (theme) document.documentElement.dataset.theme = theme;
+  else delete document.documentElement.dataset.theme;
+  redrawFigures();
+  repaintScenes();
+}
+addEventListener('beforeprint', () => {
+  themeOfScreen = document.documentElement.dataset.theme;
+  setTheme('light');
+});
+addEventListener('afterprint', () => setTheme(themeOfScreen));
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { redrawFigures(); repaintScenes(); });

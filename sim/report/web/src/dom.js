@@ -13,6 +13,10 @@ export function section(id, title, ...children) {
   return element('section', {id}, element('h2', {}, title), ...children);
 }
 
+/// What may be wider than the page: scrolled by keyboard too.
+export const scroll = (what, child) =>
+  element('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': what}, child);
+
 export const color = (role) => getComputedStyle(document.documentElement).getPropertyValue('--' + role).trim();
 
 export function number(value) {

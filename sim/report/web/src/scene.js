@@ -10,23 +10,27 @@ function pathLine(path, role) {
   return line;
 }
 
-/// axes: the three columns of an ellipsoid's half axes (m), row by row.
-function ellipsoid(center, axes, role) {
+function ellipsoid(role) {
   const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 12, 8),
     new THREE.MeshBasicMaterial({transparent: true, opacity: 0.16, depthWrite: false}));
   mesh.matrixAutoUpdate = false;
-  const [a, b, c, d, e, f, g, h, i] = axes;
-  mesh.matrix.set(a, b, c, center[0], d, e, f, center[1], g, h, i, center[2], 0, 0, 0, 1);
+  mesh.frustumCulled = false;
   mesh.userData.role = role;
   return mesh;
 }
 
-function landmarkPoints(landmarks) {
+/// As many points and ellipsoids as the largest map has; show() moves those of a time to their places.
+function landmarkPoints(count) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute('position', new THREE.Float32BufferAttribute(landmarks.flatMap((l) => l.p), 3));
+  geometry.setAttribute('position', new THREE.Float32BufferAttribute(new Float32Array(3 * count), 3));
   const points = new THREE.Points(geometry, new THREE.PointsMaterial({size: 5, sizeAttenuation: false}));
+  points.frustumCulled = false;
   points.userData.role = 'first';
   return points;
+}
+
+function place(mesh, p, [a, b, c, d, e, f, g, h, i]) {
+  mesh.matrix.set(a, b, c, p[0], d, e, f, p[1], g, h, i, p[2], 0, 0, 0, 1);
 }
 
 /// A pyramid of 90 degrees that looks along z of the camera.
@@ -66,6 +70,7 @@ class View {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.target.set(0.8, 0, 0.8);
     this.controls.addEventListener('change', () => this.draw());
+    holder.addEventListener('keydown', (event) => this.steer(event));
     this.fill();
     new ResizeObserver(() => this.resize(holder)).observe(holder);
     this.resize(holder);
@@ -75,11 +80,12 @@ class View {
     const {data, scene} = this;
     grid(scene);
     for (const role of ['plan', 'truth', 'estimate']) scene.add(pathLine(data[role], role));
-    this.landmarks = landmarkPoints(data.landmarks);
+    const most = Math.max(...data.maps.map((map) => map.landmarks.length));
+    this.landmarks = landmarkPoints(most);
     this.ellipsoids = new THREE.Group();
-    for (const l of data.landmarks) this.ellipsoids.add(ellipsoid(l.p, l.axes, 'first'));
+    for (let k = 0; k < most; ++k) this.ellipsoids.add(ellipsoid('first'));
     this.frustum = frustum();
-    this.camera_ellipsoid = ellipsoid([0, 0, 0], [1, 0, 0, 0, 1, 0, 0, 0, 1], 'estimate');
+    this.camera_ellipsoid = ellipsoid('estimate');
     this.camera_ellipsoid.material.opacity = 0.5;
     scene.add(this.landmarks, this.ellipsoids, this.frustum, this.camera_ellipsoid);
     paint(scene);
@@ -90,12 +96,36 @@ class View {
     const pose = this.data.poses[index];
     this.frustum.position.set(...pose.p);
     this.frustum.quaternion.set(...pose.q);
-    const scaled = pose.axes.map((value) => 10 * value);
-    const [a, b, c, d, e, f, g, h, i] = scaled;
-    this.camera_ellipsoid.matrix.set(a, b, c, pose.p[0], d, e, f, pose.p[1], g, h, i, pose.p[2], 0, 0, 0, 1);
-    this.data.landmarks.forEach((l, k) => { this.ellipsoids.children[k].visible = l.begun <= pose.t; });
-    const count = this.data.landmarks.filter((l) => l.begun <= pose.t).length;
-    this.landmarks.geometry.setDrawRange(0, count);
+    place(this.camera_ellipsoid, pose.p, pose.axes.map((value) => 10 * value));
+    this.showMap(this.data.maps.findLast((map) => map.t <= pose.t + 1e-6) ?? this.data.maps[0]);
+    this.draw();
+  }
+
+  showMap({landmarks}) {
+    const {position} = this.landmarks.geometry.attributes;
+    this.ellipsoids.children.forEach((mesh, k) => { mesh.visible = k < landmarks.length; });
+    landmarks.forEach(({p, axes}, k) => {
+      position.setXYZ(k, ...p);
+      place(this.ellipsoids.children[k], p, axes);
+    });
+    position.needsUpdate = true;
+    this.landmarks.geometry.setDrawRange(0, landmarks.length);
+  }
+
+  /// Arrows turn the view about its target, + and - come nearer and go away.
+  steer(event) {
+    const turn = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]}[event.key];
+    const zoom = {'+': 0.9, '=': 0.9, '-': 1.1}[event.key];
+    if (!turn && !zoom) return;
+    event.preventDefault();
+    const {camera, controls} = this, offset = camera.position.clone().sub(controls.target);
+    let azimuth = Math.atan2(offset.y, offset.x), polar = Math.acos(offset.z / offset.length());
+    azimuth += turn?.[0] ?? 0;
+    polar = Math.min(3.1, Math.max(0.05, polar + (turn?.[1] ?? 0)));
+    const far = offset.length() * (zoom ?? 1), flat = far * Math.sin(polar);
+    camera.position.copy(controls.target)
+      .add(new THREE.Vector3(flat * Math.cos(azimuth), flat * Math.sin(azimuth), far * Math.cos(polar)));
+    controls.update();
     this.draw();
   }
 
@@ -128,9 +158,10 @@ function controls(data, view) {
 
 /// The map's element. Without WebGL it says so.
 export function sceneElement(data) {
-  const holder = element('div', {class: 'scene', 'data-figure': 'map_3d'});
+  const holder = element('div', {class: 'scene', 'data-figure': 'map_3d', tabindex: 0, role: 'application',
+    'aria-label': 'map in three dimensions; arrow keys turn it, plus and minus zoom'});
   const shown = element('figure', {}, element('figcaption', {},
-    'Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma ellipsoid ten times as large. Drag to turn, wheel to zoom.'), holder);
+    'Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma ellipsoid ten times as large. Drag or arrow keys to turn, wheel or + and - to zoom.'), holder);
   countExpected();
   setTimeout(() => {
     try {

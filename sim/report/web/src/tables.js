@@ -1,5 +1,5 @@
 // Tables: verdict and metrics of one run, and many runs side by side, sorted by a click or the keyboard.
-import {element, number} from './dom.js';
+import {element, number, scroll} from './dom.js';
 
 const limitText = (limit) => ('at_most' in limit ? `≤ ${number(limit.at_most)}` : `≥ ${number(limit.at_least)}`);
 
@@ -8,7 +8,7 @@ export function limitsTable(limits) {
     element('td', {}, limit.metric), element('td', {class: 'number'}, number(limit.value)),
     element('td', {class: 'number'}, limitText(limit)),
     element('td', {class: limit.passed ? 'good' : 'bad'}, limit.passed === null ? 'not judged' : limit.passed ? 'kept' : 'MISSED')));
-  return element('div', {class: 'scroll'}, element('table', {},
+  return scroll('limits', element('table', {class: 'named-rows'},
     element('thead', {}, element('tr', {}, element('th', {}, 'limit on'), element('th', {class: 'number'}, 'value'),
       element('th', {class: 'number'}, 'limit'), element('th', {}, 'verdict'))), element('tbody', {}, rows)));
 }
@@ -19,7 +19,7 @@ export function metricsTable(metrics, definitions) {
     element('td', {class: 'number'}, metric.value === null ? '–' : number(metric.value)),
     element('td', {}, metric.unit === '1' ? '' : metric.unit),
     element('td', {class: 'soft'}, metric.reason ? `not defined here: ${metric.reason}` : definitions[name] ?? '')));
-  return element('div', {class: 'scroll'}, element('table', {},
+  return scroll('metrics', element('table', {class: 'named-rows'},
     element('thead', {}, element('tr', {}, ['metric', 'value', 'unit', 'what it is'].map((title, i) =>
       element('th', {class: i === 1 ? 'number' : null}, title)))), element('tbody', {}, rows)));
 }
@@ -48,5 +48,5 @@ export function sortableTable(columns, rows) {
     return header;
   });
   fill(rows);
-  return element('div', {class: 'scroll'}, element('table', {}, element('thead', {}, element('tr', {}, headers)), body));
+  return scroll('runs', element('table', {class: 'named-rows'}, element('thead', {}, element('tr', {}, headers)), body));
 }

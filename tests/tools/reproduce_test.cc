@@ -1,0 +1,69 @@
+// The paper's experiments by one command, here with walks of one step.
+#include <gmock/gmock.h>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using tests::Ran;
+
+constexpr const char* kWalk =
+    "walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}\n";
+constexpr const char* kFilter = "camera: {}\nslam: {}\n";
+constexpr const char* kLines = "camera: {}\nslam: {depth: {first_sight: particles}}\n";
+
+class ReproduceTest : public tests::CommandLine {
+ protected:
+  ReproduceTest() {
+    for (const std::string name : {"tangent_quadrant", "perpendicular_circle_trial1"}) scenario(name, kWalk);
+    for (const std::string name : {"tangent_circle", "perpendicular_circle", "hall"})
+      scenario(name, std::string(kWalk) + kFilter);
+    for (const std::string name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
+                                   "perpendicular_circle_paper", "hall_paper"})
+      scenario(name, std::string(kWalk) + kLines);
+  }
+  void scenario(const std::string& name, const std::string& text) const {
+    write("s/" + name + ".yaml", text);
+  }
+  Ran reproduce() const { return gaitslam("reproduce --scenarios s --seeds 3 --jobs 2 --out out"); }
+  auto made(const std::string& experiment) const {
+    return std::filesystem::last_write_time(folder_ / "out" / experiment / "seed-3/score.json");
+  }
+};
+
+TEST_F(ReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
+  const Ran first = reproduce();
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(first.err, "") << "no progress where there is no terminal";
+  EXPECT_THAT(first.out, HasSubstr("page in out/index.html"));
+  EXPECT_THAT(first.out, Not(HasSubstr("not run")));
+  const std::string page = text_of("out/index.html");
+  for (const char* part :
+       {"Where they differ", "Figure 1", "Figure 4", "Figure 6", "Figure 7", "Figure 8", "<ellipse"})
+    EXPECT_THAT(page, HasSubstr(part));
+  EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), HasSubstr("probability"));
+
+  const auto walked = made("tangent_circle"), replayed = made("vision_only");
+  std::filesystem::remove_all(folder_ / "out/hall_paper/seed-3");
+  scenario("vision_only", std::string(kWalk) + "camera: {}\nslam: {gyro: {enabled: false}}\n");
+  ASSERT_EQ(reproduce().exit_code, 0);
+  EXPECT_EQ(made("tangent_circle"), walked) << "it was complete";
+  EXPECT_NE(made("vision_only"), replayed) << "its scenario is another";
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/hall_paper/seed-3/score.json"));
+}
+
+TEST_F(ReproduceTest, WhatIsWrongIsSaidBeforeAnythingIsRun) {
+  const auto complaint = [&](const std::string& arguments) {
+    const Ran ran = gaitslam("reproduce --out out " + arguments);
+    EXPECT_EQ(ran.exit_code, 2);
+    return ran.err;
+  };
+  EXPECT_THAT(complaint("--seeds 3..1 --scenarios s"), HasSubstr("3..1"));
+  std::filesystem::remove(folder_ / "s/hall.yaml");
+  EXPECT_THAT(complaint("--scenarios s"), HasSubstr("s/hall.yaml: cannot be read"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+}  // namespace
