@@ -143,6 +143,7 @@ PaperRow impact_row(const std::vector<RunData>& runs, const std::string& filter)
     height.add(impact_link(run.estimate->t, run.estimate->z, feet));
     error.add(impact_link(run.errors->t, run.errors->z, feet));
   }
+  if (!runs.empty()) row.bench = "too few steps to tell";
   if (height.correlations.empty() || error.correlations.empty()) return row;
   row.bench = "estimated height: " + height.text() + "; its error: " + error.text();
   row.agreement = 2 * static_cast<std::size_t>(height.linked) > height.correlations.size()

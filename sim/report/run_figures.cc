@@ -14,6 +14,7 @@ namespace sim::report {
 namespace {
 
 constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
+constexpr int kHalfSecond = 15;  // frames
 constexpr const char* kTime = "time [s]";
 
 Column scaled(Column values, double factor) {
@@ -97,12 +98,15 @@ Column ratio(const Table& frames, const std::string& sensor) {
   const Column nis = frames.numbers("nis_" + sensor), dof = frames.numbers("dof_" + sensor);
   Column out;
   for (std::size_t i = 0; i < nis.size(); ++i) out.push_back(dof[i] > 0 ? nis[i] / dof[i] : NAN);
-  return smoothed(out, 15);
+  return smoothed(out, kHalfSecond);
 }
 
 Figure nis(const Table& frames) {
-  Figure f{"nis", "Normalised innovation squared by degrees of freedom, mean over 1 s (1 expected)", kTime,
-           "NIS / dof"};
+  Figure f{"nis",
+           "Normalised innovation squared by degrees of freedom, mean over 1 s (1 expected; 95 % between the "
+           "lines for "
+           "three rows)",
+           kTime, "NIS / dof"};
   f.logarithmic = true;
   const Column t = frames.seconds("timestamp");
   const std::vector<std::pair<std::string, Role>> sensors{{"vision", Role::estimate},
@@ -114,7 +118,10 @@ Figure nis(const Table& frames) {
     std::string name = sensor == "plan_velocity" ? "planned velocity" : sensor;
     f.lines.push_back(line(name, role, t, ratio(frames, sensor)));
   }
-  f.levels = {{"expected", 1}};
+  const double rows = 3.0 * (2 * kHalfSecond + 1);  // of a sensor with three of them
+  f.levels = {{"expected", 1},
+              {"2.5 % of three rows", score::chi_square_quantile(0.025, rows) / rows},
+              {"97.5 % of three rows", score::chi_square_quantile(0.975, rows) / rows}};
   return f;
 }
 
