@@ -25,6 +25,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 constexpr milliseconds kTick{5};
+/// White noise of 200 Hz readings as the stabiliser is given them, rad/s and m/s², whatever errors.* says of
+/// those that the filter is given: one walk serves replays with any of them.
+constexpr double kFeltGyroSigma = 0.01, kFeltAccelerometerSigma = 0.05;
 
 double seconds(nanoseconds t) { return 1e-9 * static_cast<double>(t.count()); }
 
@@ -237,8 +240,8 @@ void Run::tick() {
 walking::Felt Run::felt() {
   walking::Felt felt = world_.felt();
   recording_.add(stream::BodyReading{world_.time(), felt.q, recorded(felt.left), recorded(felt.right)});
-  felt.gyro += normal(felt_gyro_noise_, scenario_.errors.gyro.sigma_rad_s);
-  felt.accelerometer += normal(felt_accelerometer_noise_, scenario_.errors.accelerometer.sigma_m_s2);
+  felt.gyro += normal(felt_gyro_noise_, kFeltGyroSigma);
+  felt.accelerometer += normal(felt_accelerometer_noise_, kFeltAccelerometerSigma);
   return felt;
 }
 

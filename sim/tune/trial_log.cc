@@ -21,6 +21,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using stream::FileError;
 
+constexpr int kAttempts = 20;
+constexpr useconds_t kPauseUs = 100'000;
+
 json number(double value) {
   if (std::isnan(value)) return "nan";
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
@@ -105,7 +108,10 @@ TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
     : file_(file), fd_(::open(file.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666)) {
   if (fd_ < 0) fail(file_, "cannot be opened");
   try {
-    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) throw FileError(file_, "is being written by another process");
+    for (int attempt = 0; ::flock(fd_, LOCK_EX | LOCK_NB) != 0; ++attempt) {
+      if (attempt == kAttempts) throw FileError(file_, "is being written by another process");
+      ::usleep(kPauseUs);  // one that was killed may be about to end
+    }
     read(purpose);
   } catch (...) {
     ::close(fd_);

@@ -50,8 +50,8 @@ TEST_F(Cli, VersionNamesRevisionAndLibraries) {
 TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("", "A subcommand is required");
   expect_refused("rnu x.yaml",
-                 "unknown command 'rnu', expected one of run, replay, export, video, score, regress, "
-                 "compare, baseline, tune, check, report, reproduce, config; did you mean 'run'?");
+                 "unknown command 'rnu', expected one of run, record, replay, export, video, score, regress, "
+                 "compare, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean 'run'?");
   expect_refused("check", "scenarios is required");
   expect_refused("config", "config: expected a scenario's YAML file, or --keys");
   expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");

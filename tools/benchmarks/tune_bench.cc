@@ -71,7 +71,7 @@ void measure(const fs::path& folder, int trials) {
   fmt::print("memory during trials: {:.1f} MB\n", resident_mb());
   const fs::path out = fs::temp_directory_path() / "gaitslam tune_bench";
   print("replay from the disk, result written", cost([&] {
-          bench::replay(scenario, folder / "recording", "completed",
+          bench::replay(scenario, folder / "recording", {"completed", ""},
                         {out, stream::Existing::replace, {}, "1", "bench", {}}, [](double) {});
         }),
         walked_s);

@@ -28,13 +28,6 @@ struct Request : SuiteRequest {
   bool dry_run = false;
 };
 
-std::string processor() {
-  std::ifstream in("/proc/cpuinfo");
-  for (std::string line; std::getline(in, line);)
-    if (line.starts_with("model name")) return line.substr(std::min(line.size(), line.find(':') + 2));
-  return "unknown";
-}
-
 /// What does not show in the verdicts.
 void print_differences(const bench::Baseline& before, const SuiteRun& run) {
   for (const SuiteScenario& s : run.scenarios) {

@@ -7,6 +7,7 @@
 
 #include "sim/bench/scenario_yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/trial_commands.h"
 #include "tools/cli/version.h"
 
 namespace {
@@ -35,8 +36,10 @@ int complain(const std::string& message, int exit_code) {
 void check_command_name(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands(nullptr)) names.push_back(command->get_name());
-  if (std::find(names.begin(), names.end(), argv[1]) != names.end()) return;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) {
+    if (command->get_name() == argv[1]) return;
+    if (!command->get_group().empty()) names.push_back(command->get_name());  // the others are not for users
+  }
   const std::vector<std::string_view> candidates(names.begin(), names.end());
   throw cli::UsageError(fmt::format("unknown command '{}', expected one of {}{}", argv[1],
                                     fmt::join(names, ", "), sim::bench::did_you_mean(argv[1], candidates)));
@@ -49,6 +52,7 @@ int run_program(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kExamples);
   cli::add_run(app, exit_code);
+  cli::add_record(app, exit_code);
   cli::add_replay(app, exit_code);
   cli::add_export(app, exit_code);
   cli::add_video(app, exit_code);
@@ -56,10 +60,13 @@ int run_program(int argc, char** argv) {
   cli::add_regress(app, exit_code);
   cli::add_compare(app, exit_code);
   cli::add_baseline(app, exit_code);
+  cli::add_sweep(app, exit_code);
+  cli::add_trials(app, exit_code);
   cli::add_tune(app, exit_code);
   cli::add_check(app, exit_code);
   cli::add_report(app, exit_code);
   cli::add_reproduce(app, exit_code);
+  cli::add_cache(app, exit_code);
   cli::add_config(app, exit_code);
   check_command_name(app, argc, argv);
   try {

@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "sim/bench/foreign_replay.h"
+#include "sim/bench/recording_keys.h"
 #include "sim/bench/replay.h"
 #include "sim/bench/scenario_keys.h"
 #include "sim/bench/scenario_yaml.h"
 #include "sim/stream/asl_folder.h"
-#include "sim/stream/file_error.h"
 #include "tools/cli/batch.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/out_folder.h"
@@ -37,16 +37,10 @@ struct Request {
   std::optional<fs::path> set_by;  ///< of a batch
 };
 
-/// Part of what the recording has in it.
-bool shapes_recording(const std::string& key) {
-  return key.starts_with("walk.") || key.starts_with("stabilizer.") || key.starts_with("world.") ||
-         key.starts_with("camera.");
-}
-
 /// What the recording has in it cannot be changed by replaying it.
 void require_replayable(const bench::ReadScenario& read) {
   for (const auto& [key, origin] : read.origin) {
-    if (shapes_recording(key) && origin.starts_with("argument")) {
+    if (bench::shapes_recording(key) && origin.starts_with("argument")) {
       throw UsageError(
           fmt::format("{}: shapes the recording, which replay does not change; run the scenario again", key));
     }
@@ -57,12 +51,12 @@ void require_replayable(const bench::ReadScenario& read) {
 void require_same_walk(const bench::Scenario& recorded, const bench::Scenario& scenario,
                        const std::string& file, const Request& request) {
   for (const auto& key : bench::scenario_keys()) {
-    if (!shapes_recording(key.name) || !bench::has_section(recorded, key.name)) continue;
+    if (!bench::shapes_recording(key.name) || !bench::has_section(recorded, key.name)) continue;
     const std::string there = key.print(recorded),
                       here = bench::has_section(scenario, key.name) ? key.print(scenario) : "left out";
     if (there != here)
-      throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file,
-                                   key.name, there, request.result.string(), here));
+      throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file, key.name, there,
+                                   request.result.string(), here));
   }
 }
 
@@ -86,16 +80,6 @@ bench::ReadScenario read_request(const Request& request) {
   if (last != own.string())
     require_same_walk(bench::read_scenario(own).scenario, read.scenario, last, request);
   return read;
-}
-
-std::string walk_ending(const fs::path& about) {
-  std::ifstream in(about);
-  if (!in) throw sim::stream::FileError(about, "cannot be read");
-  const auto json = nlohmann::json::parse(in, nullptr, false);
-  if (!json.is_object() || !json.contains("walk_ending") || !json["walk_ending"].is_string()) {
-    throw sim::stream::FileError(about, "expected JSON with walk_ending");
-  }
-  return json["walk_ending"];
 }
 
 int replay(const Request& request) {
@@ -124,7 +108,7 @@ int replay(const Request& request) {
     const auto show = [&](double part) { progress.show(part); };
     outcome = foreign ? bench::replay_foreign(read, request.result, place, show)
                       : bench::replay(read, request.result / "recording",
-                                      walk_ending(request.result / "about.json"), place, show);
+                                      bench::read_walk_end(request.result), place, show);
   }
   return report(outcome, folder);
 }

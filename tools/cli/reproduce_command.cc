@@ -33,6 +33,7 @@ Every result is kept in the folder. Run again by the same program, it goes on wh
 struct Request {
   std::string seeds = "1..10";
   int jobs = 1;
+  bool cached = false;
   fs::path out = "results/paper", models = GAITSLAM_MODELS,
            scenarios = fs::path(GAITSLAM_MODELS).parent_path() / "scenarios";
   std::optional<fs::path> recordings;  ///< <experiment>/seed-<n> where it is there to be replayed
@@ -120,7 +121,9 @@ class Course {
 /// Whether every seed left a result.
 bool run_experiment(const Experiment& experiment, const Request& request,
                     const std::vector<std::uint64_t>& seeds, Course& course) {
-  Batch batch{still_to_run(experiment, seeds), request.jobs, experiment.root, request.models};
+  Batch batch{still_to_run(experiment, seeds), experiment.root, request.models};
+  batch.backend.jobs = request.jobs;
+  batch.cached = request.cached && experiment.recordings.empty();
   if (!experiment.recordings.empty()) batch.recordings = experiment.recordings;
   batch.origin = experiment.read.origin;
   batch.progress = [&](double part) { course.show(experiment, part); };
@@ -186,6 +189,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
   command->add_option("--jobs", request->jobs, "processes at a time")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  command->add_flag("--cached", request->cached, "walk only what the cache of recordings does not have");
   command->add_option("--out", request->out, "folder of the page and of all results")->capture_default_str();
   command->add_option(
       "--recordings", request->recordings,

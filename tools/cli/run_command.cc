@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "sim/bench/replay.h"
 #include "sim/bench/scenario_yaml.h"
 #include "sim/bench/summary.h"
 #include "tools/cli/batch.h"
@@ -14,6 +15,7 @@
 #include "tools/cli/live.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/recordings.h"
 #include "tools/cli/seeds.h"
 #include "tools/cli/version.h"
 
@@ -34,19 +36,28 @@ struct Request {
   bench::Changes changes;
   fs::path models = GAITSLAM_MODELS;
   int jobs = 1;
-  bool force = false;
+  bool force = false, cached = false;
   std::optional<pid_t> batch;
   std::optional<fs::path> set_by;  ///< of a batch
 };
+
+/// The same bytes as run_live but for timing.*, from the recording in the cache.
+bench::Outcome run_cached(const bench::ReadScenario& read, const bench::ResultPlace& place,
+                          const bench::Progress& progress) {
+  const auto recording = Recordings(place.models).get(read, progress);
+  return bench::replay(read, recording.folder / "recording", bench::read_walk_end(recording.folder), place,
+                       progress, bench::Recorded::copied);
+}
 
 int run_one(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
   bench::Outcome outcome;
   {
     ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
-    outcome = run_live(
-        read, {folder, sim::stream::Existing::replace, request.models, kVersion, kRevision, libraries()},
-        [&](double part) { progress.show(part); });
+    const bench::ResultPlace place{
+        folder, sim::stream::Existing::replace, request.models, kVersion, kRevision, libraries()};
+    const auto show = [&](double part) { progress.show(part); };
+    outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show);
   }
   return report(outcome, folder);
 }
@@ -65,8 +76,13 @@ int run_seeds(const bench::ReadScenario& read, const Request& request, const fs:
       std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
                   [](const std::string& argument) { return argument.starts_with("seed="); });
   if (seed_typed) throw UsageError("--seeds and seed= are both given, expected one of them");
-  const auto outcomes = run_batch(
-      read.scenario, {parse_seeds(*request.seeds), request.jobs, root, request.models, {}, read.origin});
+  const auto outcomes = run_batch(read.scenario, {parse_seeds(*request.seeds),
+                                                  root,
+                                                  request.models,
+                                                  {},
+                                                  read.origin,
+                                                  request.cached,
+                                                  {.jobs = request.jobs}});
   std::vector<bench::SeedScore> scores;
   for (const SeedOutcome& outcome : outcomes)
     scores.push_back(bench::read_seed_score(root, outcome.seed, outcome.exit_code));
@@ -106,6 +122,8 @@ void add_run(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_option("--out", request->out, "folder for the results");
   command->add_option("--models", request->models, "folder of the robot's and room's models");
+  command->add_flag("--cached", request->cached,
+                    "replay the recording that the cache has of this walk; what it has not is put there");
   command->add_flag("--force", request->force, "write into a folder that exists");
   command->add_option("--set-by", request->set_by)->group("");
   command->add_option("--die-with-parent", request->batch)->group("");

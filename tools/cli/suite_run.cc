@@ -51,7 +51,9 @@ bench::ScenarioResults read_results(const fs::path& root, const SuiteScenario& s
 
 bench::ScenarioResults run_scenario(const SuiteRequest& request, const SuiteScenario& scenario,
                                     const fs::path& root, const std::vector<std::uint64_t>& seeds) {
-  Batch batch{seeds, request.jobs, root, request.models, {}, scenario.read.origin};
+  Batch batch{seeds, root, request.models, {}, scenario.read.origin, request.cached, request.backend};
+  batch.backend.spool = root / ".slurm";
+  batch.backend.seconds_each = request.cached || request.recordings ? 3 : 15;  // of computing
   if (request.recordings) batch.recordings = *request.recordings / scenario.read.scenario.name;
   bench::ScenarioResults results{scenario.read.scenario.name, bench::config_of(scenario.read), {}};
   for (const SeedOutcome& outcome : run_batch(scenario.read.scenario, batch)) {
@@ -105,13 +107,13 @@ const SuiteScenario* find(const SuiteRun& run, const std::string& name) {
 void add_suite_options(CLI::App& command, SuiteRequest& request) {
   command.add_option("--baseline", request.baseline, "the baseline's file; else ../baselines/<suite>.json");
   command.add_option("--seeds", request.seeds, "instead of the suite's: 1..10 or 1,2,7");
-  command.add_option("--jobs", request.jobs, "processes at a time")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+  add_backend_options(command, request.backend);
   command.add_option("--recordings", request.recordings,
                      "replay the recordings in DIR/<scenario>/seed-<n> instead of walking");
   command.add_option("--results", request.results,
                      "judge the results in DIR/<scenario>/seed-<n>, run nothing");
+  command.add_flag("--cached", request.cached,
+                   "replay the recordings that the cache has, put there what it has not");
   command.add_option("--out", request.out, "folder for the results");
   command.add_option("--models", request.models, "folder of the robot's and room's models");
   command.add_flag("--force", request.force, "write into a folder that exists");
@@ -148,6 +150,8 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
       s.results = read_results(*request.results / s.read.scenario.name, s, run.seeds);
     return;
   }
+  if (request.cached && request.recordings)
+    throw UsageError("--cached and --recordings are both given, expected one of them");
   request.recordings ? require_recordings(request, run) : require_simulator();
   const fs::path root = request.out ? fs::path(*request.out) : fs::path("results") / ("regress-" + run.name);
   check_out_folder(root, request.out.has_value(), request.force);

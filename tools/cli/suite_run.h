@@ -12,6 +12,7 @@
 #include "sim/bench/suite.h"
 #include "sim/bench/verdict.h"
 #include "sim/bench/verdict_table.h"
+#include "tools/cli/backend.h"
 
 namespace cli {
 
@@ -23,8 +24,8 @@ struct SuiteRequest {
   std::optional<std::filesystem::path> recordings;  ///< <scenario>/seed-<n> to replay instead of walking
   std::optional<std::filesystem::path> results;     ///< <scenario>/seed-<n> to judge instead of running
   std::filesystem::path models;
-  int jobs = 1;
-  bool force = false;
+  Backend backend;
+  bool force = false, cached = false;
 };
 
 /// The options that all commands on suites have.

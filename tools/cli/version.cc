@@ -3,11 +3,32 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <array>
+#include <fstream>
 #include <opencv2/core/utility.hpp>
 
+#include "sim/stream/manifest.h"
 #include "tools/cli/live.h"
 
 namespace cli {
+namespace {
+
+std::string cpuinfo(const std::string& field) {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with(field)) return line.substr(std::min(line.size(), line.find(':') + 2));
+  return "unknown";
+}
+
+std::string hash_of_this_program() {
+  std::ifstream in("/proc/self/exe", std::ios::binary);
+  sim::stream::Hash hash;
+  for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
+    hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
+  return hash.hex();
+}
+
+}  // namespace
 
 const char* const kVersion = GAITSLAM_VERSION;
 
@@ -17,6 +38,17 @@ std::map<std::string, std::string> libraries() {
   all["OpenCV"] = cv::getVersionString();
   if (const std::string mujoco = mujoco_version(); !mujoco.empty()) all["MuJoCo"] = mujoco;
   return all;
+}
+
+std::string processor() { return cpuinfo("model name"); }
+
+std::string program_identity() {
+  const std::string revision = kRevision;
+  const bool known = revision != "unknown" && !revision.ends_with('+');
+  std::string text = fmt::format("{} {} {} {}", kVersion, known ? revision : hash_of_this_program(),
+                                 GAITSLAM_BUILD, cpuinfo("vendor_id"));
+  for (const auto& [name, version] : libraries()) text += fmt::format(", {} {}", name, version);
+  return text;
 }
 
 std::string version_text() {

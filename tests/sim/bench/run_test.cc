@@ -48,7 +48,7 @@ class RunTest : public testing::Test {
   }
 
   Outcome replay(const std::string& of, const std::string& name, const ReadScenario& read) const {
-    return sim::bench::replay(read, folder_ / of / "recording", "completed", place(name), [](double) {});
+    return sim::bench::replay(read, folder_ / of / "recording", {"completed", ""}, place(name), [](double) {});
   }
 
   const fs::path folder_ =

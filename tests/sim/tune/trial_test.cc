@@ -30,7 +30,7 @@ class Trials : public testing::Test {
   // score.json of a replay from the disk.
   static nlohmann::json replayed(const bench::ReadScenario& scenario) {
     const bench::ResultPlace place{folder_ / "replay", stream::Existing::replace, {}, "1", "test", {}};
-    bench::replay(scenario, folder_ / "recording", "completed", place, [](double) {});
+    bench::replay(scenario, folder_ / "recording", {"completed", ""}, place, [](double) {});
     return tests::json_of(folder_ / "replay" / "score.json");
   }
 

@@ -1,0 +1,251 @@
+#include "sim/tune/recording_cache.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "sim/stream/csv.h"
+#include "sim/stream/durable_file.h"
+#include "sim/stream/manifest.h"
+
+namespace sim::tune {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using stream::FileError;
+
+std::optional<std::string> environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value && *value ? std::optional<std::string>(value) : std::nullopt;
+}
+
+std::uintmax_t bytes_of_gigabytes(const std::string& text) {
+  double gigabytes = 0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), gigabytes);
+  if (fault != std::errc{} || end != text.data() + text.size() || !(gigabytes >= 0 && gigabytes <= 1e9))
+    throw std::invalid_argument(
+        fmt::format("GAITSLAM_CACHE_GB is '{}', expected a number of gigabytes", text));
+  return static_cast<std::uintmax_t>(gigabytes * 1e9);
+}
+
+std::uintmax_t size_of(const fs::path& folder) {
+  std::uintmax_t bytes = 0;
+  std::error_code gone;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, gone))
+    if (entry.is_regular_file(gone)) bytes += entry.file_size(gone);
+  return bytes;
+}
+
+constexpr std::size_t kKeyLetters = 32;
+constexpr int kAttempts = 5;  // of getting hold of a recording that others keep removing
+
+json read_json(const fs::path& file) {
+  std::ifstream in(file);
+  if (!in) throw FileError(file, "is missing");
+  json read = json::parse(in, nullptr, false);
+  if (!read.is_object()) throw FileError(file, "expected JSON");
+  return read;
+}
+
+/// The file that a lock is on is still the one of that name.
+bool is_current(int fd, const fs::path& file) {
+  struct stat locked {
+  }, named{};
+  return ::fstat(fd, &locked) == 0 && ::stat(file.c_str(), &named) == 0 && locked.st_ino == named.st_ino;
+}
+
+/// The files of a recording, as its manifest has them: hash, size, path.
+std::vector<std::string> listed(const fs::path& recording) {
+  std::vector<std::string> files;
+  stream::CsvReader rows(recording / "manifest.csv", {"#xxh3_128,bytes,path"});
+  while (rows.next()) files.emplace_back(rows.text(2));
+  return files;
+}
+
+/// What killed processes of this machine left half-made: a new one of the same name takes it away.
+void remove_orphans(const fs::path& folder) {
+  std::error_code none;
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    if (const std::string name = entry.path().filename(); name.find(".partial-") == kKeyLetters + 1)
+      names.insert(name.substr(1, kKeyLetters));
+  for (const std::string& name : names) stream::DurableFolder(folder / name, stream::Existing::replace);
+}
+
+bool is_key(const std::string& name) {
+  return name.size() == kKeyLetters && name.find_first_not_of("0123456789abcdef") == name.npos;
+}
+
+std::int64_t last_change_ns(const fs::path& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 ? status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec
+                                            : 0;
+}
+
+}  // namespace
+
+CachePlace cache_place() {
+  CachePlace place;
+  if (const auto own = environment("GAITSLAM_CACHE"))
+    place.folder = *own;
+  else if (const auto xdg = environment("XDG_CACHE_HOME"))
+    place.folder = fs::path(*xdg) / "gaitslam";
+  else if (const auto home = environment("HOME"))
+    place.folder = fs::path(*home) / ".cache/gaitslam";
+  else
+    throw std::invalid_argument(
+        "there is no place for recordings: GAITSLAM_CACHE, XDG_CACHE_HOME and HOME are unset");
+  place.folder = fs::absolute(place.folder);
+  if (const auto gigabytes = environment("GAITSLAM_CACHE_GB"))
+    place.most_bytes = bytes_of_gigabytes(*gigabytes);
+  return place;
+}
+
+FileLock::~FileLock() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+fs::path RecordingCache::lock_file(const std::string& key) const { return place_.folder / (key + ".lock"); }
+
+// Whoever removes an entry removes its lock file too: a lock on a file that is no more counts for nothing.
+std::optional<FileLock> RecordingCache::lock(const std::string& key, int operation) const {
+  const fs::path file = lock_file(key);
+  for (;;) {
+    FileLock lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+    if (lock.fd() < 0) throw FileError(file, std::string("cannot be opened: ") + std::strerror(errno));
+    while (::flock(lock.fd(), operation) != 0) {
+      if (errno == EWOULDBLOCK) return std::nullopt;
+      if (errno != EINTR) throw FileError(file, std::string("cannot be locked: ") + std::strerror(errno));
+    }
+    if (is_current(lock.fd(), file)) return lock;
+  }
+}
+
+bool RecordingCache::is_whole(const std::string& key, const Say& say) const {
+  const fs::path entry = place_.folder / key;
+  if (!fs::exists(entry)) return false;
+  try {
+    const stream::Manifest manifest(entry / "result/recording");
+    for (const std::string& file : listed(entry / "result/recording")) manifest.check(file);
+    if (read_json(entry / "entry.json").value("recording", "") == manifest.hash()) return true;
+    say(fmt::format("{}: another recording than was put there", entry.string()));
+  } catch (const FileError& damage) {
+    say(damage.what());
+  }
+  return false;
+}
+
+void RecordingCache::make_entry(const std::string& key, const Make& make) const {
+  stream::DurableFolder folder(place_.folder / key, stream::Existing::replace);
+  const fs::path result = folder.path() / "result";
+  make(result);
+  const json about = read_json(result / "about.json");
+  const json entry{{"format_version", 1},
+                   {"recording", stream::Manifest(result / "recording").hash()},
+                   {"scenario", about.value("scenario", "")},
+                   {"seed", about.value("seed", std::uint64_t{0})},
+                   {"bytes", size_of(folder.path())}};
+  std::ofstream out(folder.path() / "entry.json");
+  out << entry.dump(2) << '\n';
+  out.close();
+  if (!out) throw FileError(folder.path() / "entry.json", "cannot be written");
+  folder.commit();
+}
+
+std::optional<CachedRecording> RecordingCache::find(const std::string& key, const Say& say) const {
+  if (!fs::exists(place_.folder / key)) return std::nullopt;
+  std::optional<FileLock> shared = lock(key, LOCK_SH);
+  if (!is_whole(key, say)) return std::nullopt;
+  ::futimens(shared->fd(), nullptr);
+  return CachedRecording{place_.folder / key / "result", false, std::move(*shared)};
+}
+
+CachedRecording RecordingCache::get(const std::string& key, const Make& make, const Say& say) const {
+  const Say nothing = [](const std::string&) {};
+  std::error_code fault;
+  fs::create_directories(place_.folder, fault);
+  if (fault) throw FileError(place_.folder, "cannot be made: " + fault.message());
+  bool made = false;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (auto found = find(key, made ? say : nothing)) {
+      found->made = made;
+      if (made) clean(place_.most_bytes);
+      return std::move(*found);
+    }
+    const std::optional<FileLock> alone = lock(key, LOCK_EX);
+    if (is_whole(key, say)) continue;  // made by another in the meantime
+    make_entry(key, make);
+    made = true;
+  }
+  throw FileError(place_.folder / key, "was made and is not there whole: removed or damaged by others");
+}
+
+RecordingCache::Entry RecordingCache::read_entry(const std::string& key) const {
+  const bool in_use = !lock(key, LOCK_EX | LOCK_NB);
+  const std::int64_t last_used = last_change_ns(lock_file(key));
+  try {
+    const json read = read_json(place_.folder / key / "entry.json");
+    return {key, read.at("scenario"), read.at("seed"), read.at("bytes"), last_used, in_use};
+  } catch (const std::exception&) {
+    return {key, "(damaged)", 0, size_of(place_.folder / key), last_used, in_use};
+  }
+}
+
+std::vector<RecordingCache::Entry> RecordingCache::list() const {
+  std::vector<Entry> entries;
+  std::error_code none;
+  for (const auto& folder : fs::directory_iterator(place_.folder, none))
+    if (const std::string key = folder.path().filename(); is_key(key)) entries.push_back(read_entry(key));
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::pair(a.last_used_ns, a.key) < std::pair(b.last_used_ns, b.key);
+  });
+  return entries;
+}
+
+bool RecordingCache::remove_if_unused(const std::string& key) const {
+  const std::optional<FileLock> alone = lock(key, LOCK_EX | LOCK_NB);
+  if (!alone) return false;
+  // Out of sight in one step, then taken apart: what is cut short half-way is no entry.
+  const fs::path aside = place_.folder / fmt::format(".{}.removed", key);
+  std::error_code ignored;
+  fs::remove_all(aside, ignored);
+  fs::rename(place_.folder / key, aside, ignored);
+  fs::remove_all(aside, ignored);
+  fs::remove(lock_file(key), ignored);
+  return true;
+}
+
+RecordingCache::Cleaned RecordingCache::clean(std::uintmax_t most_bytes) const {
+  Cleaned cleaned;
+  remove_orphans(place_.folder);
+  const std::vector<Entry> entries = list();
+  std::uintmax_t total = 0;
+  for (const Entry& entry : entries) total += entry.bytes;
+  for (const Entry& entry : entries) {
+    if (total <= most_bytes) break;
+    if (!remove_if_unused(entry.key)) {
+      ++cleaned.in_use;
+      continue;
+    }
+    ++cleaned.removed;
+    cleaned.bytes += entry.bytes;
+    total -= entry.bytes;
+  }
+  return cleaned;
+}
+
+}  // namespace sim::tune

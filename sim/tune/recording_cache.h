@@ -1,0 +1,95 @@
+// The cache of recordings: each made once, used by every run, sweep and tuning that needs it, on a known
+// place of a limited size.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/stream/file_error.h"
+
+namespace sim::tune {
+
+/// Where the cache lies and how large it may grow.
+struct CachePlace {
+  std::filesystem::path folder;
+  std::uintmax_t most_bytes = 20'000'000'000;
+};
+
+/// $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam; $GAITSLAM_CACHE_GB. Throws
+/// std::invalid_argument when that is no size, or there is no home.
+CachePlace cache_place();
+
+/// An open lock file; the lock goes with it.
+class FileLock {
+ public:
+  explicit FileLock(int fd) : fd_(fd) {}
+  ~FileLock();
+  FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
+  FileLock& operator=(FileLock&&) = delete;
+  int fd() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// A recording in use: as long as it lives nobody removes it.
+struct CachedRecording {
+  /// A result folder of the walk without a filter: recording/, about.json, scenario.yaml.
+  std::filesystem::path folder;
+  bool made = false;  ///< just now
+  FileLock lock;
+};
+
+/// Folders <key>/ below the cache's own, each there whole or not at all. Several processes may use it.
+class RecordingCache {
+ public:
+  /// Makes a complete result folder at the path it is given, which is not there yet.
+  using Make = std::function<void(const std::filesystem::path&)>;
+  /// Is told what is found damaged.
+  using Say = std::function<void(const std::string&)>;
+
+  explicit RecordingCache(CachePlace place) : place_(std::move(place)) {}
+
+  /// The recording of that key, every byte checked; nothing if there is none or it is damaged.
+  std::optional<CachedRecording> find(const std::string& key, const Say& say) const;
+
+  /// Likewise, made if it is not there or damaged; while another process makes it, waits for that. Afterwards
+  /// the least recently used are removed until the cache keeps to its size. Throws FileError, and what `make`
+  /// throws.
+  CachedRecording get(const std::string& key, const Make& make, const Say& say) const;
+
+  struct Entry {
+    std::string key, scenario;
+    std::uint64_t seed = 0;
+    std::uintmax_t bytes = 0;
+    std::int64_t last_used_ns = 0;  ///< since 1970
+    bool in_use = false;
+  };
+  /// All entries, the least recently used first.
+  std::vector<Entry> list() const;
+
+  struct Cleaned {
+    std::size_t removed = 0, in_use = 0;  ///< entries; in_use: would have been removed
+    std::uintmax_t bytes = 0;             ///< removed
+  };
+  /// Removes the least recently used entries until all take at most so much; never one in use.
+  Cleaned clean(std::uintmax_t most_bytes) const;
+
+  const CachePlace& place() const { return place_; }
+
+ private:
+  std::filesystem::path lock_file(const std::string& key) const;
+  std::optional<FileLock> lock(const std::string& key, int operation) const;
+  bool is_whole(const std::string& key, const Say& say) const;
+  void make_entry(const std::string& key, const Make& make) const;
+  Entry read_entry(const std::string& key) const;
+  bool remove_if_unused(const std::string& key) const;
+
+  CachePlace place_;
+};
+
+}  // namespace sim::tune

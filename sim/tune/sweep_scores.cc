@@ -1,0 +1,131 @@
+#include "sim/tune/sweep_scores.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "sim/score/statistics.h"
+#include "sim/tune/task.h"
+
+namespace sim::tune {
+namespace {
+
+using nlohmann::ordered_json;
+using std::string_view_literals::operator""sv;
+
+constexpr std::size_t kMostRows = 40;
+constexpr std::array kShown{"ate_se3_rmse_m"sv, "rmse_m"sv, "nees_position_mean"sv, "nees_orientation_mean"sv,
+                            "loop_landmarks"sv};
+
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == text.npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+ordered_json value_of(const std::string& printed) {
+  const ordered_json value = ordered_json::parse(printed, nullptr, false);
+  return value.is_number() || value.is_boolean() ? value : ordered_json(printed);
+}
+
+const Configuration& configuration(const SweepPlan& plan, std::size_t trial) {
+  return plan.configurations[trial / plan.seeds.size()];
+}
+
+/// "0.0123", or "-" where no seed has the value.
+std::string median(const SweepPlan& plan, const RecordOf& record, std::size_t first, std::string_view name) {
+  std::vector<double> values;
+  for (std::size_t i = first; i < first + plan.seeds.size(); ++i) {
+    const TrialRecord* const one = record(i);
+    if (!one) continue;
+    const auto found = one->values.find(std::string(name));
+    if (found != one->values.end()) values.push_back(found->second);
+  }
+  return values.empty() ? "-" : fmt::format("{:.4g}", score::median(values));
+}
+
+std::vector<std::string> row(const SweepPlan& plan, const RecordOf& record, std::size_t c) {
+  const std::size_t first = c * plan.seeds.size();
+  std::vector<std::string> cells{plan.configurations[c].read.scenario.name};
+  cells.insert(cells.end(), plan.configurations[c].values.begin(), plan.configurations[c].values.end());
+  int completed = 0;
+  for (std::size_t i = first; i < first + plan.seeds.size(); ++i)
+    completed += record(i) && record(i)->ending == "completed" ? 1 : 0;
+  cells.push_back(fmt::format("{}/{}", completed, plan.seeds.size()));
+  for (const std::string_view name : kShown) cells.push_back(median(plan, record, first, name));
+  return cells;
+}
+
+/// Columns as wide as their widest cell.
+std::string aligned(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths(rows[0].size());
+  for (const auto& cells : rows)
+    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], cells[i].size());
+  std::string text;
+  for (const auto& cells : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      line +=
+          i == 0 ? fmt::format("{:<{}}", cells[i], widths[i]) : fmt::format("  {:>{}}", cells[i], widths[i]);
+    text += line + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string scores_csv(const SweepPlan& plan, const RecordOf& record) {
+  const std::vector<std::string> names = value_names();
+  std::string text = "trial,scenario,seed";
+  for (const std::string& key : plan.keys) text += "," + key;
+  text += ",ending,cause";
+  for (const std::string& name : names) text += "," + name;
+  text += "\n";
+  for (std::size_t i = 0; i < plan.trials(); ++i) {
+    const TrialRecord* const one = record(i);
+    if (!one) continue;
+    text += fmt::format("{},{},{}", i, field(configuration(plan, i).read.scenario.name), one->seed);
+    for (const std::string& value : configuration(plan, i).values) text += "," + field(value);
+    text += fmt::format(",{},{}", one->ending, field(one->cause));
+    for (const std::string& name : names) {
+      const auto found = one->values.find(name);
+      text += found == one->values.end() ? "," : fmt::format(",{}", found->second);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record) {
+  std::string text;
+  for (std::size_t i = 0; i < plan.trials(); ++i) {
+    const TrialRecord* const one = record(i);
+    if (!one) continue;
+    ordered_json settings = ordered_json::object();
+    for (std::size_t k = 0; k < plan.keys.size(); ++k)
+      settings[plan.keys[k]] = value_of(configuration(plan, i).values[k]);
+    ordered_json line{
+        {"trial", i}, {"scenario", configuration(plan, i).read.scenario.name}, {"settings", settings}};
+    line.update(ordered_json::parse(to_line(*one)));
+    text += line.dump() + "\n";
+  }
+  return text;
+}
+
+std::string sweep_table(const SweepPlan& plan, const RecordOf& record) {
+  std::vector<std::vector<std::string>> rows{{"scenario"}};
+  rows[0].insert(rows[0].end(), plan.keys.begin(), plan.keys.end());
+  rows[0].push_back("completed");
+  for (const std::string_view name : kShown) rows[0].emplace_back(name);
+  for (std::size_t c = 0; c < std::min(plan.configurations.size(), kMostRows); ++c)
+    rows.push_back(row(plan, record, c));
+  std::string text = aligned(rows);
+  if (plan.configurations.size() > kMostRows)
+    text += fmt::format("... and {} more\n", plan.configurations.size() - kMostRows);
+  return plan.seeds.size() > 1 ? "medians over seeds\n" + text : text;
+}
+
+}  // namespace sim::tune

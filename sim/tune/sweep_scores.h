@@ -1,0 +1,24 @@
+// What came of a sweep: one line for each trial, in the plan's order, and a table for people.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "sim/tune/sweep_plan.h"
+#include "sim/tune/trial_log.h"
+
+namespace sim::tune {
+
+/// The record of the plan's i-th trial; nullptr: it has none.
+using RecordOf = std::function<const TrialRecord*(std::size_t)>;
+
+/// One line for each trial that has a record, after a line of titles (RFC 4180).
+std::string scores_csv(const SweepPlan& plan, const RecordOf& record);
+
+/// One line of JSON for each trial that has a record.
+std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record);
+
+/// Medians over the seeds of each configuration, of the first forty.
+std::string sweep_table(const SweepPlan& plan, const RecordOf& record);
+
+}  // namespace sim::tune

@@ -1,0 +1,78 @@
+#include "sim/tune/task.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "sim/bench/evidence.h"
+#include "sim/stream/durable_file.h"
+#include "sim/stream/file_error.h"
+
+namespace sim::tune {
+namespace {
+
+using nlohmann::json;
+
+/// Terms that are no metrics, by name.
+std::map<std::string, double> terms_by_name(const Terms& terms) {
+  return {{"pose_nll", terms.pose_nll},
+          {"innovation_nll", terms.innovation_nll},
+          {"consistency", terms.consistency},
+          {"nis_consistency", terms.nis_consistency}};
+}
+
+score::Metrics of_walk_alone(const Recording& recording, const bench::ReadScenario& scenario) {
+  const bench::Remains remains{scenario,     recording.walk_ending, "", recording.setup, recording.truth,
+                               std::nullopt, recording.hash};
+  return score::evaluate(bench::evidence(remains));
+}
+
+}  // namespace
+
+void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
+  std::string text = tasks.purpose + "\n";
+  for (const Task& task : tasks.tasks)
+    text += json{{"key", task.key}, {"scenario", task.scenario}}.dump() + "\n";
+  stream::write_durably(file, text);
+}
+
+TaskFile read_tasks(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  TaskFile tasks;
+  if (!std::getline(in, tasks.purpose)) throw stream::FileError(file, "cannot be read");
+  for (std::string line; std::getline(in, line);) {
+    try {
+      const json task = json::parse(line);
+      tasks.tasks.push_back({task.at("key"), task.at("scenario")});
+    } catch (const json::exception&) {
+      throw stream::FileError(file, fmt::format("line {} is no task", tasks.tasks.size() + 2));
+    }
+  }
+  return tasks;
+}
+
+std::vector<std::string> value_names() {
+  std::vector<std::string> names;
+  for (const auto& metric : score::metric_definitions()) names.emplace_back(metric.name);
+  for (const auto& [name, value] : terms_by_name({})) names.push_back(name);
+  return names;
+}
+
+TrialRecord run_task(const std::string& key, const bench::ReadScenario& scenario, const Recording& recording,
+                     const bench::WalkEnd& walk) {
+  TrialRecord record{key, scenario.scenario.seed, walk.ending, walk.cause, {}};
+  if (walk.ending == "failed") return record;
+  Trial trial;
+  if (scenario.scenario.slam)
+    trial = run_trial(recording, scenario);
+  else
+    trial.ending = walk.ending, trial.metrics = of_walk_alone(recording, scenario);
+  if (trial.ending != walk.ending) record.ending = trial.ending, record.cause = trial.cause;
+  for (const auto& [name, metric] : trial.metrics)
+    if (metric.value) record.values[name] = *metric.value;
+  if (trial.terms) record.values.merge(terms_by_name(*trial.terms));
+  return record;
+}
+
+}  // namespace sim::tune

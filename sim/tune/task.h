@@ -1,0 +1,38 @@
+// A trial as it is handed to the process that runs it, and what becomes of it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/bench/replay.h"
+#include "sim/bench/scenario.h"
+#include "sim/tune/trial.h"
+#include "sim/tune/trial_log.h"
+
+namespace sim::tune {
+
+/// key: of the trial, for the log. scenario: the whole of it as YAML, seed included.
+struct Task {
+  std::string key, scenario;
+};
+
+/// A file of tasks: the purpose of their log in the first line, then one line of JSON each.
+struct TaskFile {
+  std::string purpose;
+  std::vector<Task> tasks;
+};
+void write_tasks(const std::filesystem::path& file, const TaskFile& tasks);
+TaskFile read_tasks(const std::filesystem::path& file);
+
+/// The names of a record's values, in the order of tables: all metrics, then the terms of objectives.
+std::vector<std::string> value_names();
+
+/// Runs one trial on a recording of a walk that ended so; without a filter it scores the walk alone. A
+/// recording of a walk whose simulation failed is not tried.
+TrialRecord run_task(const std::string& key, const bench::ReadScenario& scenario, const Recording& recording,
+                     const bench::WalkEnd& walk);
+
+}  // namespace sim::tune

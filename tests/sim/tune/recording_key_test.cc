@@ -1,0 +1,108 @@
+#include "sim/tune/recording_key.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <optional>
+#include <set>
+
+#include "sim/bench/scenario_keys.h"
+#include "sim/stream/file_error.h"
+#include "tests/sim/stream/temporary_folder.h"
+
+namespace sim::tune {
+namespace {
+
+using bench::Scenario;
+
+std::string key_of(const Scenario& scenario) { return recording_key(scenario, "models", "program"); }
+
+/// The default scenario with another value for this key: the first of many that the key takes and that
+/// differs.
+std::optional<Scenario> changed(const bench::Key<Scenario>& key) {
+  for (const char* text : {"true",
+                           "false",
+                           "0.37",
+                           "0.011",
+                           "0.0052",
+                           "0.5",
+                           "3",
+                           "17",
+                           "900",
+                           "200000",
+                           "cubic",
+                           "delayed_zmp",
+                           "momentum",
+                           "last",
+                           "particles",
+                           "plan",
+                           "pinhole",
+                           "hall",
+                           "[fell]",
+                           "plan_alone",
+                           "[[1, 2, 3]]",
+                           "[{stand: {duration_s: 2}}]",
+                           "[{gyro_silent: {}}]",
+                           "[{push: {time_s: 1, impulse_ns: 3}}]",
+                           "[{patch: {x_min_m: 1, x_max_m: 2, y_min_m: 1, y_max_m: 2, friction: 0.3}}]"}) {
+    Scenario scenario = bench::default_scenario();
+    try {
+      key.read(bench::parse_yaml(text, {"test"}), scenario);
+    } catch (const bench::ConfigError&) {
+      continue;
+    }
+    if (key.print(scenario) != key.print(bench::default_scenario())) return scenario;
+  }
+  return std::nullopt;
+}
+
+bool is_walk_or_world(const std::string& key) {
+  static const std::set<std::string> kSections{"seed", "walk", "stabilizer", "world", "camera"};
+  return kSections.contains(key.substr(0, key.find('.')));
+}
+
+TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndNoKeyOfErrorsFilterAndLimits) {
+  const std::string unchanged = key_of(bench::default_scenario());
+  for (const auto& key : bench::scenario_keys()) {
+    const std::optional<Scenario> other = changed(key);
+    ASSERT_TRUE(other) << key.name << ": the test has no other value for it";
+    EXPECT_EQ(key_of(*other) != unchanged, is_walk_or_world(key.name)) << key.name;
+  }
+}
+
+TEST(RecordingKey, KnowsWhetherThereIsACameraAndNotWhetherThereIsAFilter) {
+  Scenario scenario = bench::default_scenario();
+  const std::string unchanged = key_of(scenario);
+  scenario.slam.reset();
+  EXPECT_EQ(key_of(scenario), unchanged);
+  scenario.camera.reset();
+  EXPECT_NE(key_of(scenario), unchanged);
+}
+
+TEST(RecordingKey, KnowsProgramAndModels) {
+  const Scenario scenario = bench::default_scenario();
+  EXPECT_NE(recording_key(scenario, "models", "program 2"), key_of(scenario));
+  EXPECT_NE(recording_key(scenario, "others", "program"), key_of(scenario));
+}
+
+TEST(ModelsHash, ChangesWithAnyFileAndNotWithTheirDescription) {
+  const stream::TemporaryFolder folder;
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+  };
+  write("robot.xml", "<a/>");
+  write("room.xml", "<b/>");
+  const std::string before = models_hash(folder.path());
+  write("README.md", "of robot and room");
+  EXPECT_EQ(models_hash(folder.path()), before);
+  write("room.xml", "<c/>");
+  EXPECT_NE(models_hash(folder.path()), before);
+  write("room.xml", "<b/>");
+  write("texture.png", "x");
+  EXPECT_NE(models_hash(folder.path()), before);
+  EXPECT_THROW(models_hash(folder / "nowhere"), stream::FileError);
+}
+
+}  // namespace
+}  // namespace sim::tune

@@ -1,0 +1,122 @@
+// Recordings kept for replays, as users meet them: made once, used by runs, suites and sweeps, the same bytes
+// as without.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+
+#include "tests/sim/bench/result_folder.h"
+#include "tests/tools/command_line.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using tests::Ran;
+
+constexpr const char* kWalk = R"(
+walk: {commands: [{stand: {duration_s: 0.2}}]}
+camera: {}
+slam: {}
+)";
+
+class CacheTest : public tests::CommandLine {
+ protected:
+  CacheTest() {
+    write("walk.yaml", kWalk);
+    ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1);
+  }
+  ~CacheTest() override { ::unsetenv("GAITSLAM_CACHE"); }
+
+  static std::vector<std::string> differences(const fs::path& a, const fs::path& b) {
+    std::vector<std::string> names = tests::differences(tests::files(a), tests::files(b));
+    std::erase_if(names, [](const std::string& name) { return name.find("timing.") != name.npos; });
+    return names;
+  }
+  std::string list() const { return gaitslam("cache list").out; }
+};
+
+TEST_F(CacheTest, ARunFromTheCacheLeavesTheBytesOfARun) {
+  ASSERT_EQ(gaitslam("run walk.yaml --out live").exit_code, 0);
+  ASSERT_EQ(gaitslam("run walk.yaml --cached --out first").exit_code, 0);
+  ASSERT_EQ(gaitslam("run walk.yaml --cached --out second").exit_code, 0);
+  EXPECT_THAT(differences(folder_ / "live", folder_ / "first"), IsEmpty());
+  EXPECT_THAT(differences(folder_ / "live", folder_ / "second"), IsEmpty());
+  EXPECT_THAT(list(), HasSubstr("walk seed 1"));
+}
+
+TEST_F(CacheTest, SensorErrorsAndFilterShareARecordingThatIsTrulyTheSame) {
+  const std::string keys =
+      "errors.gyro.sigma_rad_s=0.05 errors.accelerometer.sigma_m_s2=0.5 slam.vision.sigma_px=3 ";
+  ASSERT_EQ(gaitslam("record walk.yaml").exit_code, 0);
+  const Ran ran = gaitslam("run walk.yaml " + keys + "--cached --out cached");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  ASSERT_EQ(gaitslam("run walk.yaml " + keys + "--out live").exit_code, 0);
+  EXPECT_THAT(differences(folder_ / "live", folder_ / "cached"), IsEmpty());
+  const std::string listed = list();
+  EXPECT_EQ(std::count(listed.begin(), listed.end(), '\n'), 2) << "one recording and the sum";
+}
+
+TEST_F(CacheTest, EndingsOtherThanACompletedWalkAreTheSameFromTheCache) {
+  const std::string fall =
+      "world.pushes='[{push: {time_s: 0.05, impulse_ns: 300}}]' 'walk.commands=[{stand: {duration_s: 2}}]' ";
+  const Ran live = gaitslam("run walk.yaml " + fall + "--out live");
+  EXPECT_EQ(live.exit_code, 3);
+  EXPECT_EQ(gaitslam("run walk.yaml " + fall + "--cached --out made").exit_code, 3);
+  EXPECT_EQ(gaitslam("run walk.yaml " + fall + "--cached --out found").exit_code, 3);
+  EXPECT_THAT(differences(folder_ / "live", folder_ / "made"), IsEmpty());
+  EXPECT_THAT(differences(folder_ / "live", folder_ / "found"), IsEmpty());
+  EXPECT_THAT(text_of("live/seed-1/about.json"), HasSubstr("fell"));
+}
+
+TEST_F(CacheTest, SeedsAreRecordedInProcessesAndOnlyWhereTheyAreMissing) {
+  const Ran two = gaitslam("record walk.yaml --seeds 1,2 --jobs 2");
+  EXPECT_EQ(two.exit_code, 0) << two.err;
+  EXPECT_THAT(two.out, HasSubstr("seed 2: recorded, completed"));
+  const Ran three = gaitslam("record walk.yaml --seeds 1..3");
+  EXPECT_THAT(three.out, HasSubstr("seed 1: was in the cache"));
+  EXPECT_THAT(three.out, HasSubstr("seed 3: recorded"));
+  EXPECT_EQ(gaitslam("run walk.yaml --seeds 1..3 --cached --jobs 2").exit_code, 0);
+  EXPECT_THAT(gaitslam("cache clean").out, HasSubstr("3 recordings removed"));
+  EXPECT_THAT(list(), Not(HasSubstr("seed")));
+}
+
+TEST_F(CacheTest, ADamagedRecordingIsNamedAndMadeAgain) {
+  ASSERT_EQ(gaitslam("record walk.yaml").exit_code, 0);
+  ASSERT_EQ(
+      shell("for file in 'the cache'/*/result/recording/frames.csv; do echo x >> \"$file\"; done").exit_code,
+      0);
+  const Ran again = gaitslam("record walk.yaml");
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.err, HasSubstr("damaged in the cache, not used: "));
+  EXPECT_THAT(again.err, HasSubstr("frames.csv: edited: "));
+  EXPECT_THAT(again.out, HasSubstr("seed 1: recorded"));
+  EXPECT_EQ(gaitslam("record walk.yaml").err, "");
+}
+
+TEST_F(CacheTest, WhatCannotBeRecordedLeavesNothing) {
+  const Ran none = gaitslam("record walk.yaml --models nowhere");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_EQ(none.err, "gaitslam: nowhere: has no models\n");
+  const Ran bad = gaitslam(
+      "record walk.yaml --seeds 1,2 'walk.commands=[{tangent_arc: {radius_m: 0.1, angle_deg: 90}}]'");
+  EXPECT_EQ(bad.exit_code, 2) << bad.out << bad.err;
+  EXPECT_THAT(list(), Not(HasSubstr("seed")));
+  EXPECT_EQ(gaitslam("cache clean --to -1").exit_code, 2);
+  EXPECT_EQ(shell("GAITSLAM_CACHE_GB=much " GAITSLAM_PROGRAM " cache list").err,
+            "gaitslam: GAITSLAM_CACHE_GB is 'much', expected a number of gigabytes\n");
+}
+
+TEST_F(CacheTest, ASuiteIsHeldAgainstItsBaselineFromTheCache) {
+  write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../walk.yaml}]\n");
+  const Ran made = gaitslam("baseline update suites/ci.yaml --reason first --jobs 2");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Ran again = gaitslam("regress suites/ci.yaml --cached --jobs 2");
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("IDENTICAL"));
+  EXPECT_THAT(again.out, Not(HasSubstr("SAME")));
+  EXPECT_EQ(gaitslam("regress suites/ci.yaml --cached --recordings results").exit_code, 2);
+}
+
+}  // namespace

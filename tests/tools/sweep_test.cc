@@ -1,0 +1,191 @@
+// Sweeps as users meet them: what is tried and simulated is said before, the scores are those of replays, and
+// they are the same bytes for any number of jobs and however often the sweep is killed.
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+using tests::Ran;
+
+constexpr const char* kWalk = R"(
+walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
+camera: {}
+slam: {}
+)";
+
+class SweepTest : public tests::CommandLine {
+ protected:
+  SweepTest() {
+    write("walk.yaml", kWalk);
+    ::setenv("GAITSLAM_CACHE", (folder_ / "cache").c_str(), 1);
+  }
+  ~SweepTest() override { ::unsetenv("GAITSLAM_CACHE"); }
+
+  std::vector<json> lines(const std::string& file) const {
+    std::vector<json> all;
+    std::istringstream text(text_of(file));
+    for (std::string line; std::getline(text, line);) all.push_back(json::parse(line));
+    return all;
+  }
+  void expect_same_scores(const std::string& a, const std::string& b) const {
+    for (const char* file : {"/scores.csv", "/scores.jsonl"}) {
+      EXPECT_FALSE(text_of(a + file).empty());
+      EXPECT_EQ(text_of(a + file), text_of(b + file)) << a << " and " << b << file;
+    }
+  }
+};
+
+TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
+  const Ran dry = gaitslam("sweep walk.yaml slam.vision.sigma_px=1,2 world.seed=1,2,3 --seeds 1,2 --dry-run");
+  EXPECT_EQ(dry.exit_code, 0) << dry.err;
+  EXPECT_THAT(
+      dry.out,
+      HasSubstr("12 trials = 6 configurations x 2 seeds: replays (with other slam.vision.sigma_px) of 6 "
+                "recordings (one for each value of world.seed)"));
+  EXPECT_THAT(dry.out, HasSubstr("0 recordings in the cache, 6 to be simulated"));
+  EXPECT_THAT(dry.out, HasSubstr("walk slam.vision.sigma_px=2 world.seed=3\n"));
+  EXPECT_FALSE(fs::exists(folder_ / "results"));
+  ASSERT_EQ(gaitslam("record walk.yaml --seeds 1,2").exit_code, 0);
+  EXPECT_THAT(gaitslam("sweep walk.yaml world.seed=1,2 --seeds 1,2 --dry-run").out,
+              HasSubstr("2 recordings in the cache, 2 to be simulated"));
+}
+
+TEST_F(SweepTest, ScoresAreThoseOfRunsAndReplaysBitForBit) {
+  const std::string keys[]{"slam.vision.sigma_px=1 errors.gyro.sigma_rad_s=0.01",
+                           "slam.vision.sigma_px=3 errors.gyro.sigma_rad_s=0.05"};
+  const Ran swept = gaitslam(
+      "sweep walk.yaml 'zip(slam.vision.sigma_px=1,3, errors.gyro.sigma_rad_s=0.01,0.05)' --seeds 2 --out "
+      "sweep");
+  ASSERT_EQ(swept.exit_code, 0) << swept.err;
+  const std::vector<json> scores = lines("sweep/scores.jsonl");
+  ASSERT_EQ(scores.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::string out = "run" + std::to_string(i);
+    ASSERT_EQ(gaitslam("run walk.yaml seed=2 " + keys[i] + " --out " + out).exit_code, 0);
+    const json run = json::parse(text_of(out + "/seed-2/score.json"));
+    EXPECT_EQ(scores[i]["ending"], run["ending"]);
+    int compared = 0;
+    for (const auto& [name, metric] : run["metrics"].items()) {
+      EXPECT_EQ(scores[i]["values"].contains(name), !metric["value"].is_null()) << name;
+      if (metric["value"].is_null()) continue;
+      EXPECT_EQ(scores[i]["values"][name].get<double>(), metric["value"].get<double>()) << name;
+      ++compared;
+    }
+    EXPECT_GT(compared, 20);
+  }
+  EXPECT_NE(scores[0]["values"]["rmse_m"], scores[1]["values"]["rmse_m"]);
+  EXPECT_THAT(text_of("sweep/scores.csv"),
+              StartsWith("trial,scenario,seed,slam.vision.sigma_px,errors.gyro.sigma_rad_s,ending,cause,"));
+}
+
+TEST_F(SweepTest, TheNumberOfJobsChangesNoByte) {
+  const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 5)' --seeds 1..3 ";
+  ASSERT_EQ(gaitslam(sweep + "--out one").exit_code, 0);
+  ASSERT_EQ(gaitslam(sweep + "--jobs 3 --out three").exit_code, 0);
+  expect_same_scores("one", "three");
+  EXPECT_EQ(lines("one/scores.jsonl").size(), 15u);
+  EXPECT_FALSE(fs::exists(folder_ / "one/parts") && !fs::is_empty(folder_ / "one/parts"));
+}
+
+TEST_F(SweepTest, KilledAtAnyMomentItGoesOnAndEndsTheSame) {
+  const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 8)' --seeds 1,2 ";
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(gaitslam(sweep + "--out whole").exit_code, 0);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  for (int life = 0; life < 6; ++life)
+    shell(GAITSLAM_PROGRAM " " + sweep + "--jobs 2 --out killed & sweep=$!; sleep " +
+          std::to_string(took.count() * (0.15 + 0.1 * life)) + "; kill -9 $sweep; wait $sweep");
+  const Ran last = gaitslam(sweep + "--out killed");
+  EXPECT_EQ(last.exit_code, 0) << last.err;
+  expect_same_scores("whole", "killed");
+  const Ran again = gaitslam(sweep + "--out killed");
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.out, HasSubstr("16 trials were finished before"));
+  expect_same_scores("whole", "killed");
+}
+
+TEST_F(SweepTest, FinishedTrialsAreNotTriedAgain) {
+  const std::string sweep = "sweep walk.yaml slam.vision.sigma_px=1,2 --out sweep";
+  ASSERT_EQ(gaitslam(sweep).exit_code, 0);
+  shell("sed -i 's/\"rmse_m\":[0-9.e-]*/\"rmse_m\":42/' sweep/trials.jsonl");
+  ASSERT_EQ(gaitslam(sweep).exit_code, 0);
+  EXPECT_EQ(lines("sweep/scores.jsonl")[1]["values"]["rmse_m"], 42) << "it was taken from the log";
+}
+
+// A process may take one second here, which the long walk's simulation needs more than.
+TEST_F(SweepTest, ATrialThatKillsItsProcessEachTimeIsLoggedAndTheOthersGoOn) {
+  ASSERT_EQ(gaitslam("record walk.yaml").exit_code, 0);
+  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM
+                        " sweep walk.yaml 'walk.commands=[{stand: {duration_s: 30}}],[{stand: {duration_s: "
+                        "0.3}}, {straight: {forward_m: 0.15}}]' --out sweep");
+  EXPECT_EQ(ran.exit_code, 3);
+  EXPECT_THAT(ran.err, HasSubstr("1 of 2 trials crashed: killed by signal 9 (Killed), twice"));
+  const auto scores = lines("sweep/scores.jsonl");
+  ASSERT_EQ(scores.size(), 2u);
+  EXPECT_EQ(scores[0]["ending"], "crashed");
+  EXPECT_EQ(scores[1]["ending"], "completed");
+}
+
+TEST_F(SweepTest, AWalkThatCannotBeSimulatedIsToldWithItsCause) {
+  const Ran ran = gaitslam(
+      "sweep walk.yaml 'walk.commands=[{stand: {duration_s: 1}}],[{tangent_arc: {radius_m: 0.1, angle_deg: "
+      "90}}]' --out sweep");
+  EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
+  const auto scores = lines("sweep/scores.jsonl");
+  ASSERT_EQ(scores.size(), 2u);
+  EXPECT_EQ(scores[0]["ending"], "completed");
+  EXPECT_EQ(scores[1]["ending"], "not begun");
+  EXPECT_FALSE(scores[1]["cause"].get<std::string>().empty());
+  EXPECT_THAT(ran.err, HasSubstr("1 of 2 trials not begun: "));
+}
+
+TEST_F(SweepTest, TheWalkAloneIsSweptToo) {
+  const Ran ran = gaitslam("sweep walk.yaml world.floor_friction=0.15,0.3 --without camera,slam --out sweep");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  const auto scores = lines("sweep/scores.jsonl");
+  ASSERT_EQ(scores.size(), 2u);
+  EXPECT_TRUE(scores[0]["values"].contains("path_length_m"));
+  EXPECT_FALSE(scores[0]["values"].contains("rmse_m"));
+}
+
+TEST_F(SweepTest, AnotherSweepsFolderIsRefused) {
+  ASSERT_EQ(gaitslam("sweep walk.yaml slam.vision.sigma_px=1 --out sweep").exit_code, 0);
+  const Ran other = gaitslam("sweep walk.yaml slam.vision.sigma_px=2 --out sweep");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("is of another sweep"));
+  EXPECT_EQ(gaitslam("sweep walk.yaml slam.vision.sigma_px=2 --out sweep --force").exit_code, 0);
+  EXPECT_EQ(lines("sweep/scores.jsonl")[0]["settings"]["slam.vision.sigma_px"], 2);
+  write("full/file", "x");
+  EXPECT_EQ(gaitslam("sweep walk.yaml --out full").exit_code, 2);
+}
+
+TEST_F(SweepTest, WrongSpecsAreAnsweredWithTheirPlace) {
+  const auto refused = [this](const std::string& arguments) {
+    const Ran ran = gaitslam("sweep " + arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    return ran.err;
+  };
+  EXPECT_THAT(refused("walk.yaml slam.vision.sigma=1"),
+              HasSubstr("<argument>:1:1: slam.vision.sigma: unknown key"));
+  EXPECT_THAT(refused("walk.yaml --seeds 3..1"), HasSubstr("goes backwards"));
+  write("spec.yaml", "scenario: walk.yaml\nseeds: 3..1\n");
+  EXPECT_THAT(refused("spec.yaml"), StartsWith("spec.yaml:2:8: seeds: '3..1' goes backwards"));
+  write("spec.yaml", "scenario: walk.yaml\ngrid:\n  slam.vision.sigma_px: [1, x]\n");
+  EXPECT_THAT(refused("spec.yaml"), StartsWith("spec.yaml:3:29: slam.vision.sigma_px: is 'x'"));
+  write("spec.yaml", "scenario: nowhere.yaml\n");
+  EXPECT_THAT(refused("spec.yaml"), HasSubstr("nowhere.yaml: cannot be read"));
+}
+
+}  // namespace

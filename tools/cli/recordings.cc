@@ -1,0 +1,70 @@
+#include "tools/cli/recordings.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iostream>
+
+#include "sim/tune/recording_key.h"
+#include "tools/cli/live.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/version.h"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+namespace bench = sim::bench;
+
+void say_damage(const std::string& what) {
+  std::cerr << fmt::format("gaitslam: damaged in the cache, not used: {}\n", what);
+}
+
+}  // namespace
+
+Recordings::Recordings(fs::path models)
+    : models_(std::move(models)),
+      models_hash_(sim::tune::models_hash(models_)),
+      program_(program_identity()),
+      cache_(sim::tune::cache_place()) {}
+
+std::string Recordings::key(const bench::Scenario& scenario) const {
+  return sim::tune::recording_key(scenario, models_hash_, program_);
+}
+
+std::optional<sim::tune::CachedRecording> Recordings::find(const bench::Scenario& scenario) const {
+  return cache_.find(key(scenario), say_damage);
+}
+
+sim::tune::CachedRecording Recordings::get(const bench::ReadScenario& read,
+                                           const bench::Progress& progress) const {
+  const auto walk = [&](const fs::path& folder) {
+    bench::ReadScenario without_filter = read;
+    without_filter.scenario.slam.reset();
+    run_live(without_filter,
+             {folder, sim::stream::Existing::refuse, models_, kVersion, kRevision, libraries()}, progress);
+  };
+  return cache_.get(key(read.scenario), walk, say_damage);
+}
+
+std::vector<Ended> Recordings::make(const std::vector<bench::Scenario>& scenarios,
+                                    const Backend& backend) const {
+  SharedFolder shared(backend);
+  CommandLines lines;
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < scenarios.size(); ++i) {
+    if (find(scenarios[i])) continue;
+    const fs::path frozen = shared / (key(scenarios[i]) + ".yaml");
+    std::ofstream(frozen) << bench::to_yaml(scenarios[i]);
+    lines.push_back({"record", frozen.string(), "--models", fs::absolute(models_).string()});
+    missing.push_back(i);
+  }
+  if (!missing.empty()) require_simulator();
+  std::vector<Ended> all(scenarios.size());
+  ProgressLine progress(fmt::format("{} recordings", missing.size()));
+  const std::vector<Ended> ended = run_all(lines, backend, [&](double part) { progress.show(part); });
+  for (std::size_t i = 0; i < missing.size(); ++i) all[missing[i]] = ended[i];
+  return all;
+}
+
+}  // namespace cli

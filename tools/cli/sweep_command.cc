@@ -1,0 +1,255 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "sim/bench/recording_keys.h"
+#include "sim/bench/scenario_yaml.h"
+#include "sim/stream/durable_file.h"
+#include "sim/stream/manifest.h"
+#include "sim/tune/sweep_plan.h"
+#include "sim/tune/sweep_scores.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/live.h"
+#include "tools/cli/out_folder.h"
+#include "tools/cli/recordings.h"
+#include "tools/cli/seeds.h"
+#include "tools/cli/trial_commands.h"
+#include "tools/cli/trial_parts.h"
+#include "tools/cli/version.h"
+
+namespace cli {
+namespace {
+
+namespace tune = sim::tune;
+
+constexpr const char* kExamples = R"help(
+Examples:
+  gaitslam sweep scenarios/tangent_circle.yaml slam.vision.sigma_px=1,1.5,2 --seeds 1..5 --jobs 2
+  gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s=logspace(0.003, 0.03, 5)' 'world.seed=range(1, 3, 1)'
+  gaitslam sweep scenarios/hall.yaml 'zip(slam.vision.sigma_px=1,2, slam.vision.gate_sigma_px=2,4)'
+  gaitslam sweep scenarios/hall.yaml 'slam.vision.sigma_px=loguniform(0.5, 5)' --samples 32
+  gaitslam sweep sweep.yaml --jobs 2 --out DIR        # a file: scenarios, seeds, grid, zip, sample
+A file:
+  scenarios: [tangent_circle.yaml, hall.yaml]         # or scenario: FILE
+  seeds: 1..5
+  grid:
+    slam.vision.sigma_px: [1, 1.5, 2]
+    slam.gyro.sigma_rad_s: logspace(0.003, 0.03, 5)   # also range(0, 1, 0.25), linspace(0, 1, 5)
+  zip: {slam.height.sigma_m: [0.01, 0.02], slam.plan_position.sigma_m: [0.02, 0.04]}
+  sample: {method: sobol, points: 32, keys: {slam.motion.sigma_acceleration_m_s2: "loguniform(0.1, 10)"}}
+Every combination is tried on every scenario and seed: replayed from the cache of recordings, simulated first where
+that has none. Results: scores.csv and scores.jsonl, the same bytes for any number of jobs. Killed, it loses no
+finished trial, and the same command goes on.
+Exit code: 0 all were tried, 2 usage or configuration, 3 some crashed or could not be begun.)help";
+
+struct Request {
+  std::string file;
+  std::vector<std::string> arguments;
+  bench::Changes changes;
+  std::optional<std::string> seeds, out;
+  tune::Sampling sampling;
+  fs::path models = GAITSLAM_MODELS;
+  Backend backend;
+  bool dry_run = false, force = false;
+};
+
+std::vector<std::uint64_t> seeds_of(const Request& request, const tune::SweepSpec& spec) {
+  if (request.seeds) return parse_seeds(*request.seeds);
+  if (spec.seeds.kind == bench::Yaml::Kind::empty)
+    return {bench::read_scenario(spec.scenarios[0]).scenario.seed};
+  try {
+    return parse_seeds(spec.seeds.text);
+  } catch (const UsageError& e) {
+    std::string_view why = e.what();
+    why.remove_prefix(std::min(why.size(), why.find(": ") + 2));
+    bench::fail(spec.seeds, "seeds", why);
+  }
+}
+
+/// A plan and what its trials need: the tasks, in the plan's order, and for each the recording it replays.
+struct Sweep {
+  tune::SweepPlan plan;
+  std::vector<std::string> keys, recordings;
+  std::map<std::string, bench::Scenario> scenario_of;  ///< by recording, any that it serves
+  std::set<std::string> missing;                       ///< recordings that are not in the cache
+};
+
+Sweep prepare(const Request& request, const Recordings& recordings) {
+  const tune::SweepSpec spec = tune::read_sweep(request.file, request.arguments, request.sampling);
+  Sweep sweep{tune::plan_sweep(spec, seeds_of(request, spec), request.changes), {}, {}, {}, {}};
+  for (std::size_t i = 0; i < sweep.plan.trials(); ++i) {
+    const bench::Scenario scenario = sweep.plan.scenario(i).scenario;
+    sweep.recordings.push_back(recordings.key(scenario));
+    sweep.keys.push_back(tune::trial_key({sweep.recordings[i], bench::to_yaml(scenario)}));
+    sweep.scenario_of.emplace(sweep.recordings[i], scenario);
+  }
+  for (const auto& [key, scenario] : sweep.scenario_of)
+    if (!recordings.find(scenario)) sweep.missing.insert(key);
+  return sweep;
+}
+
+std::vector<std::string> keys_that(const Sweep& sweep, bool shape_recordings) {
+  std::vector<std::string> keys;
+  for (const std::string& key : sweep.plan.keys)
+    if (bench::shapes_recording(key) == shape_recordings) keys.push_back(key);
+  return keys;
+}
+
+std::string of_keys(const char* what, const std::vector<std::string>& keys) {
+  return keys.empty() ? "" : fmt::format(" ({} {})", what, fmt::join(keys, ", "));
+}
+
+void announce(const Sweep& sweep) {
+  const auto n = [](std::size_t count, const char* what) {
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+  };
+  std::cout << fmt::format("{} = {} x {}: replays{} of {}{}\n", n(sweep.plan.trials(), "trial"),
+                           n(sweep.plan.configurations.size(), "configuration"),
+                           n(sweep.plan.seeds.size(), "seed"), of_keys("with other", keys_that(sweep, false)),
+                           n(sweep.scenario_of.size(), "recording"),
+                           of_keys("one for each value of", keys_that(sweep, true)));
+  std::cout << fmt::format("{} in the cache, {} to be simulated\n",
+                           n(sweep.scenario_of.size() - sweep.missing.size(), "recording"),
+                           sweep.missing.size());
+  std::cout.flush();
+}
+
+void list_configurations(const tune::SweepPlan& plan) {
+  for (const tune::Configuration& configuration : plan.configurations) {
+    std::cout << configuration.read.scenario.name;
+    for (std::size_t k = 0; k < plan.keys.size(); ++k)
+      std::cout << ' ' << plan.keys[k] << '=' << configuration.values[k];
+    std::cout << '\n';
+  }
+}
+
+/// What makes a log this sweep's.
+std::string purpose(const Sweep& sweep) {
+  sim::stream::Hash hash;
+  for (const std::string& key : sweep.keys) hash.add(key);
+  return fmt::format(R"({{"log":"trials","of":"{}","trials":{},"hash":"{}"}})", sweep.plan.name,
+                     sweep.keys.size(), hash.hex());
+}
+
+void require_own_folder(const Request& request, const fs::path& out, const std::string& purpose) {
+  const fs::path log = out / "trials.jsonl";
+  if (request.force) {
+    for (const char* old : {"trials.jsonl", "parts", "slurm", "scores.csv", "scores.jsonl"})
+      fs::remove_all(out / old);
+    return;
+  }
+  std::string first;
+  if (std::ifstream in(log); std::getline(in, first) && first != purpose)
+    throw UsageError(
+        fmt::format("{}: is of another sweep, other scenarios or another program; --force begins anew, --out "
+                    "names another folder",
+                    log.string()));
+  if (!fs::exists(log)) check_out_folder(out, request.out.has_value(), false);
+}
+
+void make_recordings(const Sweep& sweep, const Recordings& recordings, const Backend& backend) {
+  std::vector<bench::Scenario> scenarios;
+  for (const std::string& key : sweep.missing) scenarios.push_back(sweep.scenario_of.at(key));
+  if (scenarios.empty()) return;
+  require_simulator();
+  recordings.make(scenarios, backend);  // what could not be made, its trials will tell
+}
+
+/// The tasks that the log has no record of; those that share a recording follow each other.
+std::vector<tune::Task> tasks_left(const Sweep& sweep, const tune::TrialLog& log) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < sweep.keys.size(); ++i)
+    if (!log.find(sweep.keys[i])) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return sweep.recordings[a] < sweep.recordings[b]; });
+  std::vector<tune::Task> tasks;
+  for (const std::size_t i : order)
+    tasks.push_back({sweep.keys[i], bench::to_yaml(sweep.plan.scenario(i).scenario)});
+  return tasks;
+}
+
+/// Writes and prints what the log has of the sweep; the exit code.
+int finish(const Sweep& sweep, const tune::TrialLog& log, const fs::path& out) {
+  const tune::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
+  sim::stream::write_durably(out / "scores.csv", tune::scores_csv(sweep.plan, record));
+  sim::stream::write_durably(out / "scores.jsonl", tune::scores_jsonl(sweep.plan, record));
+  std::cout << tune::sweep_table(sweep.plan, record);
+  std::map<std::string, int> causes;
+  for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
+    const tune::TrialRecord* const one = record(i);
+    if (!one)
+      ++causes["not tried"];
+    else if (one->ending == "crashed" || one->ending == "not begun" || one->ending == "failed")
+      ++causes[one->ending + ": " + one->cause];
+  }
+  for (const auto& [cause, n] : causes)
+    std::cerr << fmt::format("gaitslam: {} of {} trials {}\n", n, sweep.keys.size(), cause);
+  std::cout << fmt::format("scores in {}\n", (out / "scores.csv").string());
+  return causes.empty() ? 0 : 3;
+}
+
+int sweep(const Request& request) {
+  const Recordings recordings(request.models);
+  const Sweep sweep = prepare(request, recordings);
+  announce(sweep);
+  if (request.dry_run) {
+    list_configurations(sweep.plan);
+    return 0;
+  }
+  const fs::path out =
+      request.out ? fs::path(*request.out) : fs::path("results") / ("sweep-" + sweep.plan.name);
+  require_own_folder(request, out, purpose(sweep));
+  fs::create_directories(out);
+  tune::TrialLog log(out / "trials.jsonl", purpose(sweep));
+  Backend backend = request.backend;
+  backend.spool = out / "slurm";
+  const std::vector<tune::Task> left = tasks_left(sweep, log);
+  if (log.size() > 0) std::cout << fmt::format("{} trials were finished before\n", log.size());
+  if (!left.empty()) {
+    make_recordings(sweep, recordings, backend);
+    run_parts(left, log, {out / "parts", purpose(sweep), request.models, "sweep " + sweep.plan.name},
+              backend);
+  }
+  fs::remove_all(backend.spool);
+  return finish(sweep, log, out);
+}
+
+}  // namespace
+
+void add_sweep(CLI::App& app, int& exit_code) {
+  auto request = std::make_shared<Request>();
+  CLI::App* command = app.add_subcommand("sweep", "Try many settings of a scenario's keys, and score them");
+  command->add_option("file", request->file, "a sweep's or a scenario's YAML file")->required();
+  command->add_option("values", request->arguments, "values to try (gaitslam config --keys)")
+      ->option_text("key=a,b,c ... zip(key=a,b, key=c,d) ...");
+  command->add_option("--seeds", request->seeds, "1..5 or 1,2,7; else the file's");
+  command
+      ->add_option("--samples", request->sampling.points,
+                   "of uniform(a, b) and loguniform(a, b) on the command line")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command->add_option("--sampling", request->sampling.method, "how they are spread")
+      ->check(CLI::IsMember({"sobol", "random"}))
+      ->capture_default_str();
+  add_backend_options(*command, request->backend);
+  command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  add_with(command, request->changes);
+  command->add_option("--out", request->out, "folder for the scores; else results/sweep-<name>");
+  command->add_option("--models", request->models, "folder of the robot's and room's models");
+  command->add_flag("--dry-run", request->dry_run, "say what would be tried and simulated, run nothing");
+  command->add_flag("--force", request->force, "begin anew in a folder that has another sweep");
+  command->footer(kExamples);
+  command->callback([request, &exit_code] { exit_code = sweep(*request); });
+}
+
+}  // namespace cli
