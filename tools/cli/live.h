@@ -23,10 +23,13 @@ void require_simulator();
 /// does not load.
 walking::WholeBody whole_body(const sim::bench::Scenario& scenario, const std::filesystem::path& models);
 
-/// Draws the robot in its room at a time, its waist where it truly was and its joints as planned.
+/// Draws the robot in its room at a time, its waist where it truly was and its joints as the encoders read
+/// them.
 using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
 /// Empty without the simulator. To be asked in order of time, by the thread that made it.
-RobotView robot_from_outside(const sim::bench::Scenario& scenario, const std::filesystem::path& models);
+/// `recording`: the folder; throws FileError of its encoders.
+RobotView robot_from_outside(const sim::bench::Scenario& scenario, const std::filesystem::path& recording,
+                             const std::filesystem::path& models);
 
 /// MuJoCo's version, or "" without the simulator.
 std::string mujoco_version();

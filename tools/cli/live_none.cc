@@ -15,7 +15,10 @@ void require_simulator() {
 
 walking::WholeBody whole_body(const sim::bench::Scenario&, const std::filesystem::path&) { return {}; }
 
-RobotView robot_from_outside(const sim::bench::Scenario&, const std::filesystem::path&) { return {}; }
+RobotView robot_from_outside(const sim::bench::Scenario&, const std::filesystem::path&,
+                             const std::filesystem::path&) {
+  return {};
+}
 
 std::string mujoco_version() { return ""; }
 

@@ -1,18 +1,17 @@
-// The robot as recorded, from outside: the true waist with the planned joints.
+// The robot as recorded, from outside: the true waist with the joints as the encoders read them.
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Geometry>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/stream/csv.h"
+#include "sim/stream/recording.h"
 #include "sim/world/model.h"
-#include "sim/world/nominal_body.h"
 #include "sim/world/scene.h"
 #include "tools/cli/live.h"
 #include "tools/cli/video_frame.h"
-#include "walking/inverse_kinematics.h"
-#include "walking/pattern_generator.h"
-#include "walking/stabilizer.h"
+#include "walking/plan.h"
 
 namespace cli {
 namespace {
@@ -33,11 +32,13 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
 
 class Drawing {
  public:
-  Drawing(const sim::bench::Scenario& scenario, const std::filesystem::path& models)
+  Drawing(const sim::bench::Scenario& scenario, const std::filesystem::path& recording,
+          const std::filesystem::path& models)
       : model_(load_model(scenario.world.robot, scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
         scene_(*model_, kPanelWidth, kPanelHeight, 4, scenario.world.seed),
-        plan_(scenario.walk, nominal_body(scenario.world.robot, models)) {}
+        encoders_(recording / "mav0/encoders0/data.csv", 1 + walking::kJoints),
+        more_(encoders_.next()) {}
 
   cv::Mat draw(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
     pose(t, X_WB);
@@ -53,12 +54,12 @@ class Drawing {
 
  private:
   void pose(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
-    while (reference_.t_s < slam::seconds(t) && ticks_-- > 0) reference_ = plan_.next();
-    const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference_)).q;
+    for (; more_ && encoders_.integer(0) <= sim::stream::written(t); more_ = encoders_.next())
+      for (int joint = 0; joint < walking::kJoints; ++joint)
+        data_->qpos[position_of(joint)] = encoders_.number(1 + static_cast<std::size_t>(joint));
     const Eigen::Quaterniond turned(X_WB.linear());
     Eigen::Map<Eigen::Matrix<double, 7, 1>> base(data_->qpos);  // the free joint
     base << X_WB.translation(), turned.w(), turned.vec();
-    for (int joint = 0; joint < walking::kJoints; ++joint) data_->qpos[position_of(joint)] = q[joint];
     mj_kinematics(model_.get(), data_.get());
     mj_camlight(model_.get(), data_.get());
   }
@@ -69,15 +70,15 @@ class Drawing {
   Model model_;
   Data data_;
   Scene scene_;
-  walking::PatternGenerator plan_;
-  std::size_t ticks_ = plan_.ticks();
-  walking::Reference reference_ = plan_.next();
+  sim::stream::CsvReader encoders_;
+  bool more_;  ///< the reader stands on a row that is still to come
 };
 
 }  // namespace
 
-RobotView robot_from_outside(const sim::bench::Scenario& scenario, const std::filesystem::path& models) {
-  const auto drawing = std::make_shared<Drawing>(scenario, models);
+RobotView robot_from_outside(const sim::bench::Scenario& scenario, const std::filesystem::path& recording,
+                             const std::filesystem::path& models) {
+  const auto drawing = std::make_shared<Drawing>(scenario, recording, models);
   return [drawing](slam::Stamp t, const Eigen::Isometry3d& X_WB) { return drawing->draw(t, X_WB); };
 }
 

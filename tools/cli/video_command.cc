@@ -28,7 +28,7 @@ Examples:
   gaitslam video results/tangent_circle/seed-1 --out walk.webm
 The filter runs again on the recording, as it ran. From left to right: the head camera's image with the ellipses
 in which landmarks were looked for and the patches that were found; the robot from outside (in a build with the
-simulator: the true waist with the planned legs); the map from above. To RESULT/video.mp4 unless --out names a
+simulator: the true waist, joints as the encoders read them); the map from above. To RESULT/video.mp4 unless --out names a
 .mp4 or .webm file.)";
 
 struct Request {
@@ -114,7 +114,7 @@ int video(const Request& request) {
   const stream::Truth truth = stream::read_truth(request.result / "recording");
   stream::Seen seen(request.result / "recording", scenario.errors, scenario.seed);
   slam::Filter filter(*scenario.slam, seen.setup().calibration, seen.setup().X_WC_start, scenario.seed);
-  const RobotView robot_view = robot_from_outside(scenario, GAITSLAM_MODELS);
+  const RobotView robot_view = robot_from_outside(scenario, request.result / "recording", GAITSLAM_MODELS);
   MapView map(truth.camera);
   Encoder encoder(file, seen.setup().camera_rate_hz);
   ProgressLine progress("video of " + request.result.string());
