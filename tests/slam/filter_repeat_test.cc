@@ -110,7 +110,8 @@ double nees_after_standing(std::uint64_t seed) {
   synthetic::Recording noisy = recording();
   noisy.reseed(seed);
   synthetic::Normal normal(seed);
-  const Options options;
+  Options options;
+  options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;  // this one does not sway
   Eigen::Isometry3d start = noisy.walk().X_WC(0);
   const Eigen::Vector3d turn =
       options.start.sigma_orientation_rad * Eigen::Vector3d(normal(), normal(), normal());
