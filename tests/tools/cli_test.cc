@@ -49,9 +49,10 @@ TEST_F(Cli, VersionNamesRevisionAndLibraries) {
 
 TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("", "A subcommand is required");
-  expect_refused("rnu x.yaml",
-                 "unknown command 'rnu', expected one of run, record, replay, export, video, score, regress, "
-                 "compare, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean 'run'?");
+  expect_refused(
+      "rnu x.yaml",
+      "unknown command 'rnu', expected one of run, record, replay, export, video, score, regress, "
+      "compare, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean 'run'?");
   expect_refused("check", "scenarios is required");
   expect_refused("config", "config: expected a scenario's YAML file, or --keys");
   expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");
@@ -175,7 +176,7 @@ class Setup : public tests::CommandLine {
   Ran install(const std::string& settings) const {
     return shell("chmod +x bin/*; PATH=$PWD/bin:$PATH; export PATH " + settings +
                  "; set -eu; root=$PWD; . " GAITSLAM_SOURCE_DIR
-                 "/tools/setup.sh; install_packages; echo done");
+                 "/tools/setup.sh; install_packages tools/packages.txt; echo done");
   }
 };
 
