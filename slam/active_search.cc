@@ -42,9 +42,9 @@ std::optional<Candidate> predict(const Kalman& kalman, const Landmark& landmark,
   return Candidate{0, projection->pixel, m, S, *change};
 }
 
-std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
-                                    const Camera& camera, double sigma_px) {
-  std::vector<Candidate> candidates;
+void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, const Camera& camera,
+                  double sigma_px, std::vector<Candidate>& candidates) {
+  candidates.clear();
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     if (std::holds_alternative<SemiInfiniteLine>(landmarks[i].kind)) continue;
     auto candidate = predict(kalman, landmarks[i], landmarks[i].kind, camera, sigma_px);
@@ -52,13 +52,14 @@ std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Land
     candidate->index = i;
     candidates.push_back(*candidate);
   }
-  return candidates;
 }
 
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count) {
   if (candidates.size() <= count) return;
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.S.trace() > b.S.trace(); });
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    const double trace_a = a.S.trace(), trace_b = b.S.trace();
+    return trace_a > trace_b || (trace_a == trace_b && a.index < b.index);
+  });
   candidates.resize(count, candidates.front());
 }
 

@@ -27,9 +27,15 @@ std::optional<Candidate> predict(const Kalman& kalman, const Landmark& landmark,
                                  const Camera& camera, double sigma_px);
 
 /// What is predicted to be visible: in front, inside the image, at half to twice the first sight's size and
-/// not seen too obliquely. Landmarks that are still lines are left out.
-std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
-                                    const Camera& camera, double sigma_px);
+/// not seen too obliquely. Landmarks that are still lines are left out. Fills `candidates`.
+void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, const Camera& camera,
+                  double sigma_px, std::vector<Candidate>& candidates);
+inline std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
+                                           const Camera& camera, double sigma_px) {
+  std::vector<Candidate> candidates;
+  predict_view(kalman, landmarks, camera, sigma_px, candidates);
+  return candidates;
+}
 
 /// Keeps the `count` candidates with the largest trace S: where measuring tells most (Davison et al. 2007).
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count);

@@ -7,11 +7,6 @@
 namespace slam {
 namespace {
 
-struct Consent {
-  std::vector<std::size_t> matches;
-  double distance = 0;
-};
-
 /// νᵀS⁻¹ν of match j once match i has been believed.
 double distance_given(const Joint& joint, int i, int j) {
   const Eigen::Matrix2d S_i = joint.S().block<2, 2>(2 * i, 2 * i), S_ji = joint.S().block<2, 2>(2 * j, 2 * i);
@@ -22,55 +17,64 @@ double distance_given(const Joint& joint, int i, int j) {
   return S.llt().matrixL().solve(nu).squaredNorm();
 }
 
-Consent consent_with(const Joint& joint, int i, double gate) {
+}  // namespace
+
+void Consensus::consent_with(const Joint& joint, int i, double gate) {
   const int count = static_cast<int>(joint.first_row.size()) - 1;
-  Consent consent;
+  consent_.clear();
+  distance_ = 0;
   for (int j = 0; j < count; ++j) {
     const Eigen::Vector2d nu = joint.innovation().segment<2>(2 * j);
     const double d = i == j ? joint.S().block<2, 2>(2 * i, 2 * i).llt().matrixL().solve(nu).squaredNorm()
                             : distance_given(joint, i, j);
     if (!(d < gate)) continue;
-    consent.matches.push_back(static_cast<std::size_t>(j));
-    consent.distance += d;
+    consent_.push_back(static_cast<std::size_t>(j));
+    distance_ += d;
   }
-  return consent;
 }
 
-/// Adds the matches that pass the gate given all of `consent`.
-std::vector<std::size_t> rescue(const Joint& joint, const std::vector<std::size_t>& consent, double gate) {
-  Joint agreed;
-  select(joint, consent, agreed);
-  const Eigen::LLT<Eigen::MatrixXd> llt(agreed.S());
-  const Eigen::VectorXd white = llt.matrixL().solve(agreed.innovation());
-  std::vector<std::size_t> all;
+/// Adds to best_ the matches that pass the gate given all of it.
+void Consensus::rescue(const Joint& joint, double gate) {
+  select(joint, best_, agreed_);
+  const int rows = agreed_.rows;
+  make_room(work_, rows, rows + 3);
+  auto L = work_.topLeftCorner(rows, rows);
+  auto white = work_.col(rows).head(rows);
+  auto cross = work_.middleCols<2>(rows + 1).topRows(rows);
+  L = agreed_.S();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(L);
+  white = agreed_.innovation();
+  llt.matrixL().solveInPlace(white);
+  all_.clear();
   for (std::size_t j = 0; j + 1 < joint.first_row.size(); ++j) {
-    if (std::binary_search(consent.begin(), consent.end(), j)) {
-      all.push_back(j);
+    if (std::binary_search(best_.begin(), best_.end(), j)) {
+      all_.push_back(j);
       continue;
     }
     const int row = joint.first_row[j];
-    Eigen::MatrixXd cross(agreed.rows, 2);
-    for (std::size_t k = 0; k < consent.size(); ++k)
-      cross.middleRows<2>(2 * static_cast<int>(k)) = joint.S().block<2, 2>(joint.first_row[consent[k]], row);
+    for (std::size_t k = 0; k < best_.size(); ++k)
+      cross.middleRows<2>(2 * static_cast<int>(k)) = joint.S().block<2, 2>(joint.first_row[best_[k]], row);
     llt.matrixL().solveInPlace(cross);
     const Eigen::Vector2d nu = joint.innovation().segment<2>(row) - cross.transpose() * white;
     const Eigen::Matrix2d S = joint.S().block<2, 2>(row, row) - cross.transpose() * cross;
-    if (S.llt().matrixL().solve(nu).squaredNorm() < gate) all.push_back(j);
+    if (S.llt().matrixL().solve(nu).squaredNorm() < gate) all_.push_back(j);
   }
-  return all;
+  best_.swap(all_);
 }
 
-}  // namespace
-
-std::vector<std::size_t> largest_consensus(const Joint& joint, double gate) {
-  Consent best;
+const std::vector<std::size_t>& Consensus::largest(const Joint& joint, double gate) {
+  best_.clear();
+  double least = 0;
   for (int i = 0; i + 1 < static_cast<int>(joint.first_row.size()); ++i) {
-    Consent consent = consent_with(joint, i, gate);
-    const bool more = consent.matches.size() > best.matches.size();
-    const bool closer = consent.matches.size() == best.matches.size() && consent.distance < best.distance;
-    if (more || closer) best = std::move(consent);
+    consent_with(joint, i, gate);
+    const bool more = consent_.size() > best_.size();
+    const bool closer = consent_.size() == best_.size() && distance_ < least;
+    if (!more && !closer) continue;
+    best_.swap(consent_);
+    least = distance_;
   }
-  return best.matches.empty() ? best.matches : rescue(joint, best.matches, gate);
+  if (!best_.empty()) rescue(joint, gate);
+  return best_;
 }
 
 void sharpen(Joint& joint, const std::vector<Measurement>& measurements, double ratio) {

@@ -1,14 +1,16 @@
 #include "slam/corner_detector.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <vector>
 
 #include "slam/patch.h"
 
 namespace slam {
 namespace {
+
+constexpr std::size_t kOnStack = 1024;  // columns, as many as images have
 
 /// Σ over a column of 11 pixels of gx², gxgy, gy², each gradient twice its value so that all stays integer.
 struct Moments {
@@ -39,7 +41,8 @@ std::optional<Corner> strongest_corner(const cv::Mat& image, const cv::Rect& reg
   const cv::Rect inside = region & cv::Rect(margin, margin, image.cols - 2 * margin, image.rows - 2 * margin);
   if (inside.area() == 0) return std::nullopt;
   const int left = inside.x - kPatchHalf, columns = inside.width + 2 * kPatchHalf;
-  std::vector<Moments> sums(static_cast<std::size_t>(columns));
+  cv::AutoBuffer<Moments, kOnStack> sums(static_cast<std::size_t>(columns));
+  std::fill_n(sums.data(), columns, Moments{});
   const auto add_row = [&](int row, std::int32_t sign) {
     for (int i = 0; i < columns; ++i)
       sums[static_cast<std::size_t>(i)].add(moments_at(image, row, left + i), sign);

@@ -62,12 +62,6 @@ bool finite(const PlannedMotion& plan) {
          plan.p_CF.allFinite();
 }
 
-Nis nis_of(const Joint& joint) {
-  const Eigen::LLT<Eigen::MatrixXd> llt(joint.S());
-  const double log_determinant = 2 * llt.matrixLLT().diagonal().array().log().sum();
-  return {llt.matrixL().solve(joint.innovation()).squaredNorm(), joint.rows, log_determinant};
-}
-
 const char* kind_name(const LandmarkKind& kind) {
   constexpr std::array kNames{"point", "inverse_depth", "line"};
   return kNames[kind.index()];
@@ -107,7 +101,7 @@ struct Filter::Workings {
   std::optional<Stamp> now;           // of the last observation taken in
   std::optional<PlannedMotion> plan;  // of the last observation
   Gait gait;                          // till then
-  InertialInterval inertial;          // of the last two observations
+  InertialInterval earlier, later;    // of the last two observations
   TrackingWatch watch{options.tracking};
   Glance glance;       // of this frame
   double lost_s = 0;   // in images, since tracking was lost
@@ -116,7 +110,15 @@ struct Filter::Workings {
   bool known_sought = false;
   Estimate estimate;
   FrameReport report;
-  Joint joint, agreed;  // work space
+  // Work space, kept so that a step in the steady state takes no memory anew.
+  Joint joint, strict, agreed;
+  Consensus consensus;
+  std::vector<Measurement> internal, matches;
+  std::vector<Candidate> candidates;
+  std::vector<std::size_t> whose, keep;  // candidate of each match; those of matches that are used
+  std::vector<char> success;             // of each candidate
+  std::vector<Eigen::Vector2d> taken;    // pixels in view where a landmark is
+  Eigen::MatrixXd factor;
 
   RobotVector robot() const { return kalman.state().storage_x.head<kRobot>(); }
   std::string objection(const Observation& o) const;
@@ -124,20 +126,21 @@ struct Filter::Workings {
   std::optional<Impulse> felt_impulse(const Observation& o);
   std::optional<Measurement> velocity_measurement(const RobotVector& x, const Observation& o) const;
   void measure_internal(const Observation& o, Stamp before);
-  std::optional<Nis> gated(const Measurement& m, double gate, const char* name,
-                           std::vector<Measurement>& accepted);
+  std::optional<Nis> gated(const Measurement& m, double gate, const char* name);
   void begin_known(const Observation& o);
   void measure_vision(const Observation& o);
-  void update_with(const std::vector<Measurement>& found, const std::vector<Candidate>& candidates,
-                   const std::vector<std::size_t>& which);
-  std::vector<Eigen::Vector2d> line_pixels() const;
+  void begin_report(Stamp t);
+  void update_with_matches();
+  void choose();
+  Nis nis_of(const Joint& joined);
+  void add_line_pixels();
   int landmarks_wanted(std::size_t in_view) const;
   void report_begun(std::size_t first);
   void judge_tracking();
   bool usable(const cv::Mat& image);
   void look_for_the_map(const Observation& o, double dt);
   void restart_at(const Relocation& found);
-  void manage_map(const Observation& o, const std::vector<Candidate>& in_view);
+  void manage_map(const Observation& o);
   void update(const Joint& with, const char* name);
   void refuse(const std::string& why) { report.refused += (report.refused.empty() ? "" : "; ") + why; }
   void diverge(const std::string& cause);
@@ -156,13 +159,7 @@ Filter& Filter::operator=(Filter&&) noexcept = default;
 /// One cycle of the paper's section III.
 const FrameReport& Filter::step(const Observation& o) {
   Workings& w = *workings_;
-  const Health health = w.report.health;
-  const std::string cause = w.report.cause;
-  w.report = FrameReport{};
-  w.report.t = o.t;
-  w.report.health = health;
-  w.report.cause = cause;
-  w.report.landmarks = static_cast<int>(w.map.landmarks().size());
+  w.begin_report(o.t);
   w.report.refused = w.objection(o);
   if (!w.report.refused.empty()) return w.report;
 
@@ -188,6 +185,25 @@ const FrameReport& Filter::step(const Observation& o) {
   w.plan = o.plan;
   w.publish();
   return w.report;
+}
+
+/// An empty one but for what lasts; its lists keep their memory.
+void Filter::Workings::begin_report(Stamp t) {
+  FrameReport last;
+  std::swap(last, report);
+  report.t = t;
+  report.health = last.health;
+  report.cause.swap(last.cause);
+  report.landmarks = static_cast<int>(map.landmarks().size());
+  const auto keep_memory = [](auto& list, auto& old) {
+    list.swap(old);
+    list.clear();
+  };
+  keep_memory(report.begun, last.begun);
+  keep_memory(report.matched, last.matched);
+  keep_memory(report.searched, last.searched);
+  keep_memory(report.deleted, last.deleted);
+  keep_memory(report.lines, last.lines);
 }
 
 const Estimate& Filter::estimate() const { return workings_->estimate; }
@@ -227,10 +243,11 @@ std::optional<Measurement> Filter::Workings::velocity_measurement(const RobotVec
 /// The accelerometer's word, unless the motion model finds it incredible or the plan contradicts it.
 std::optional<Impulse> Filter::Workings::felt_impulse(const Observation& o) {
   if (!options.accelerometer.enabled) return std::nullopt;
-  InertialInterval later{*now, o.t, o.gyro, o.accelerometer};
-  std::swap(inertial, later);
+  std::swap(earlier, later);
+  later.from = *now, later.to = o.t;
+  later.gyro = o.gyro, later.accelerometer = o.accelerometer;
   const auto impulse =
-      mean_velocity_change(later, inertial, calibration.X_CG, robot().segment<3>(kGyroBias), options);
+      mean_velocity_change(earlier, later, calibration.X_CG, robot().segment<3>(kGyroBias), options);
   if (!impulse) return std::nullopt;
   const double dt = seconds(o.t - *now);
   const Prediction with = predict_motion(robot(), dt, impulse, options);
@@ -248,37 +265,36 @@ std::optional<Impulse> Filter::Workings::felt_impulse(const Observation& o) {
 }
 
 /// Puts a measurement to the others if it passes its gate, and says so if it does not.
-std::optional<Nis> Filter::Workings::gated(const Measurement& measurement, double gate, const char* name,
-                                           std::vector<Measurement>& accepted) {
+std::optional<Nis> Filter::Workings::gated(const Measurement& measurement, double gate, const char* name) {
   Measurement m = measurement;
   kalman.constrain(m);
   const Nis nis{kalman.nis(m), m.rows, kalman.log_determinant(m)};
   if (nis.value < gate)
-    accepted.push_back(m);
+    internal.push_back(m);
   else
     refuse(std::string(name) + " is beyond its gate");
   return nis;
 }
 
 void Filter::Workings::measure_internal(const Observation& o, Stamp before) {
-  std::vector<Measurement> accepted;
+  internal.clear();
   if (options.gyro.enabled && o.gyro.empty()) refuse("the gyro is silent");
   if (options.gyro.enabled)
     if (const auto rate = mean_rate(o.gyro, before, o.t, calibration.X_CG.linear(), options))
-      report.gyro = gated(measure_rate(robot(), *rate), kGate3, "gyro", accepted);
+      report.gyro = gated(measure_rate(robot(), *rate), kGate3, "gyro");
   if (const auto m = velocity_measurement(robot(), o))
-    report.plan_velocity = gated(*m, kGate3, "planned velocity", accepted);
+    report.plan_velocity = gated(*m, kGate3, "planned velocity");
   if (options.height.enabled && o.plan)
     report.height = gated(measure_height(robot(), o.plan->X_PC.translation().z(), options.height), kGate1,
-                          "planned height", accepted);
+                          "planned height");
   if (options.plan_orientation.enabled && o.plan)
     gated(measure_orientation(robot(), o.plan->X_PC.linear(), options.plan_orientation), kGate3,
-          "planned orientation", accepted);
+          "planned orientation");
   if (options.plan_position.enabled && o.plan)
     gated(measure_position(robot(), o.plan->X_PC.translation(), options.plan_position), kGate3,
-          "planned position", accepted);
-  if (accepted.empty()) return;
-  kalman.stack(accepted, joint);
+          "planned position");
+  if (internal.empty()) return;
+  kalman.stack(internal, joint);
   update(joint, "internal");
 }
 
@@ -313,57 +329,72 @@ bool Filter::Workings::usable(const cv::Mat& image) {
 
 void Filter::Workings::measure_vision(const Observation& o) {
   begin_known(o);
-  std::vector<Candidate> candidates = predict_view(kalman, map.landmarks(), camera, options.vision.sigma_px);
+  predict_view(kalman, map.landmarks(), camera, options.vision.sigma_px, candidates);
   report.predicted = static_cast<int>(candidates.size());
-  const std::vector<Candidate> in_view = candidates;
+  taken.clear();
+  for (const Candidate& candidate : candidates) taken.push_back(candidate.pixel);
   keep_most_informative(candidates, static_cast<std::size_t>(options.vision.measured_landmarks));
 
-  std::vector<Measurement> found;
-  std::vector<std::size_t> whose;  // candidate of each
+  matches.clear();
+  whose.clear();
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (auto m = find(o.image, map.landmarks()[candidates[i].index], candidates[i], options.vision)) {
-      found.push_back(*m);
+      matches.push_back(*m);
       whose.push_back(i);
     }
-  report.measured = static_cast<int>(found.size());
-  update_with(found, candidates, whose);
-  manage_map(o, in_view);
+  report.measured = static_cast<int>(matches.size());
+  update_with_matches();
+  manage_map(o);
 }
 
-/// Updates with the matches that agree among themselves, and counts searches and successes.
-void Filter::Workings::update_with(const std::vector<Measurement>& found,
-                                   const std::vector<Candidate>& candidates,
-                                   const std::vector<std::size_t>& whose) {
-  std::vector<bool> success(candidates.size(), false);
-  if (!found.empty()) {
-    kalman.stack(found, joint);
-    Joint strict = joint;
-    if (options.vision.consensus)
-      sharpen(strict, found, options.vision.gate_sigma_px / options.vision.sigma_px);
-    std::vector<std::size_t> keep(found.size());
-    std::iota(keep.begin(), keep.end(), std::size_t{0});
-    if (options.vision.consensus) keep = largest_consensus(strict, kGate2);
-    for (const std::size_t i : keep) {
-      const Candidate& c = candidates[whose[i]];
-      success[whose[i]] = true;
-      report.matched.push_back({map.landmarks()[c.index].id, c.pixel + found[i].innovation});
-    }
-    if (!keep.empty()) {
-      select(strict, keep, agreed);
-      report.vision = nis_of(agreed);
-      select(joint, keep, agreed);
-      report.update = nis_of(agreed);
-      update(agreed, "vision");
-    }
+/// νᵀS⁻¹ν and ln |S| of matches.
+Nis Filter::Workings::nis_of(const Joint& joined) {
+  make_room(factor, joined.rows, joined.rows + 1);
+  auto L = factor.topLeftCorner(joined.rows, joined.rows);
+  auto white = factor.col(joined.rows).head(joined.rows);
+  L = joined.S();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(L);
+  white = joined.innovation();
+  llt.matrixL().solveInPlace(white);
+  return {white.squaredNorm(), joined.rows, 2 * L.diagonal().array().log().sum()};
+}
+
+/// Stacks what was found and keeps the matches that agree among themselves.
+void Filter::Workings::choose() {
+  keep.resize(matches.size());
+  std::iota(keep.begin(), keep.end(), std::size_t{0});
+  if (matches.empty()) return;
+  kalman.stack(matches, joint);
+  strict = joint;
+  if (!options.vision.consensus) return;
+  sharpen(strict, matches, options.vision.gate_sigma_px / options.vision.sigma_px);
+  keep = consensus.largest(strict, kGate2);
+}
+
+/// Updates with the matches that agree, and counts searches and successes.
+void Filter::Workings::update_with_matches() {
+  choose();
+  success.assign(candidates.size(), 0);
+  for (const std::size_t i : keep) {
+    const Candidate& c = candidates[whose[i]];
+    success[whose[i]] = 1;
+    report.matched.push_back({map.landmarks()[c.index].id, c.pixel + matches[i].innovation});
+  }
+  if (!keep.empty()) {
+    select(strict, keep, agreed);
+    report.vision = nis_of(agreed);
+    select(joint, keep, agreed);
+    report.update = nis_of(agreed);
+    update(agreed, "vision");
   }
   for (std::size_t i = 0; i < candidates.size(); ++i)
     report.searched.push_back(
-        {map.landmarks()[candidates[i].index].id, candidates[i].pixel, candidates[i].S, success[i]});
+        {map.landmarks()[candidates[i].index].id, candidates[i].pixel, candidates[i].S, success[i] != 0});
   report.accepted = static_cast<int>(report.matched.size());
   glance.searched = candidates.size();
   glance.accepted = report.matched.size();
   if (blind(glance)) return;  // the image or the pose is at fault, not the landmarks
-  for (std::size_t i = 0; i < candidates.size(); ++i) map.count(candidates[i].index, success[i]);
+  for (std::size_t i = 0; i < candidates.size(); ++i) map.count(candidates[i].index, success[i] != 0);
 }
 
 void Filter::Workings::judge_tracking() {
@@ -408,15 +439,13 @@ void Filter::Workings::restart_at(const Relocation& found) {
   report.relocalised = true;
 }
 
-void Filter::Workings::manage_map(const Observation& o, const std::vector<Candidate>& in_view) {
-  report.deleted = map.prune(kalman);
+void Filter::Workings::manage_map(const Observation& o) {
+  map.prune(kalman, report.deleted);
   if (options.depth.linearity > 0) map.convert(options.depth.linearity, kalman);
-  for (const int id : map.follow_lines(o.image, camera, options, kalman, report.lines))
-    report.deleted.push_back(id);
-  std::vector<Eigen::Vector2d> taken = line_pixels();
-  for (const Candidate& candidate : in_view) taken.push_back(candidate.pixel);
-  const int wanted = landmarks_wanted(in_view.size());
+  map.follow_lines(o.image, camera, options, kalman, report.deleted, report.lines);
+  const int wanted = landmarks_wanted(taken.size());
   const std::size_t before = map.landmarks().size();
+  add_line_pixels();
   if (wanted > 0 && !watch.in_doubt() && !blind(glance))
     map.begin(o.image, o.t, taken, wanted, camera, options, kalman);
   report_begun(before);
@@ -424,16 +453,14 @@ void Filter::Workings::manage_map(const Observation& o, const std::vector<Candid
 }
 
 /// Where the landmarks that are still lines should be about now.
-std::vector<Eigen::Vector2d> Filter::Workings::line_pixels() const {
-  std::vector<Eigen::Vector2d> pixels;
+void Filter::Workings::add_line_pixels() {
   for (const Landmark& landmark : map.landmarks()) {
     if (!std::holds_alternative<SemiInfiniteLine>(landmark.kind)) continue;
     const Parameters y = kalman.state().storage_x.segment(landmark.at, landmark.size());
     const auto seen = camera.project(
         direction(landmark.kind, y, kalman.state().position(), kalman.state().orientation()).h_C);
-    if (seen) pixels.push_back(seen->pixel);
+    if (seen) taken.push_back(seen->pixel);
   }
-  return pixels;
 }
 
 int Filter::Workings::landmarks_wanted(std::size_t in_view) const {

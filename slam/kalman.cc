@@ -8,22 +8,22 @@
 namespace slam {
 namespace {
 
-constexpr int kRoomToGrow = 96;  // parameters
-
-/// At least that many rows and columns; what they hold is lost.
-void make_room(Eigen::MatrixXd& storage, int rows, int columns) {
-  const Eigen::Index old_rows = storage.rows(), old_columns = storage.cols();
-  if (rows <= old_rows && columns <= old_columns) return;
-  storage.resize(rows <= old_rows ? old_rows : rows + kRoomToGrow,
-                 std::max<Eigen::Index>(columns, old_columns));
-}
+constexpr int kRoomToGrow = 96, kMoreRows = 32;  // parameters, measurement rows
 
 }  // namespace
+
+void make_room(Eigen::MatrixXd& storage, int rows, int columns) {
+  if (rows <= storage.rows() && columns <= storage.cols()) return;
+  const auto with_room = [](Eigen::Index now, int needed) {
+    return needed <= now ? now : needed + std::max(kMoreRows, needed / 2);
+  };
+  storage.resize(with_room(storage.rows(), rows), with_room(storage.cols(), columns));
+}
 
 void Joint::resize(int state_size, int row_count) {
   size = state_size;
   rows = row_count;
-  if (rows > storage_innovation.size()) storage_innovation.resize(rows);
+  if (rows > storage_innovation.size()) storage_innovation.resize(rows + kMoreRows);
   make_room(storage_H_robot, rows, kRobot);
   make_room(storage_PHt, size, rows);
   make_room(storage_S, rows, rows);
@@ -136,8 +136,9 @@ void Kalman::add_landmark_part(const Measurement& m, Eigen::Ref<Eigen::MatrixXd>
   if (count == 0) return;
   const int below = state_.size - at - count;
   PHt.topRows(at) += P.block(at, 0, count, at).transpose().lazyProduct(m.H_landmark.transpose());
-  PHt.middleRows(at, count) +=
+  const Measurement::Small<6, 3> own =
       P.block(at, at, count, count).selfadjointView<Eigen::Lower>() * m.H_landmark.transpose();
+  PHt.middleRows(at, count) += own;
   for (int k = 0; k < count; ++k)
     for (int row = 0; row < m.rows; ++row)
       PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
@@ -146,7 +147,7 @@ void Kalman::add_landmark_part(const Measurement& m, Eigen::Ref<Eigen::MatrixXd>
 bool Kalman::update(const Joint& joint) {
   make_room(L_, joint.rows, joint.rows);
   make_room(W_, joint.size, joint.rows);
-  if (joint.rows > white_.size()) white_.resize(joint.rows);
+  if (joint.rows > white_.size()) white_.resize(joint.rows + kMoreRows);
   auto L = L_.topLeftCorner(joint.rows, joint.rows);
   L = joint.S();
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(L);
@@ -178,7 +179,7 @@ void Kalman::normalise_orientation() {
 
 void Kalman::reserve(int size) {
   if (size <= state_.storage_x.size()) return;
-  const int room = size + kRoomToGrow;
+  const int room = size + std::max(kRoomToGrow, size / 2);
   state_.storage_x.conservativeResize(room);
   state_.storage_null.conservativeResize(room);
   state_.storage_P.conservativeResize(room, room);

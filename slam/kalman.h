@@ -27,6 +27,10 @@ struct Measurement {
   Small<3, 3> R;
 };
 
+/// Makes a work space of at least that many rows and columns, with room for more when it grows; what it held
+/// is lost.
+void make_room(Eigen::MatrixXd& storage, int rows, int columns);
+
 /// Several measurements of one instant, stacked: ν, PHᵀ and S = HPHᵀ + R. Storage grows ahead of need.
 struct Joint {
   int size = 0, rows = 0;  ///< of the state, of the measurements
@@ -36,7 +40,7 @@ struct Joint {
 
   auto innovation() { return storage_innovation.head(rows); }
   auto innovation() const { return storage_innovation.head(rows); }
-  auto H_robot() { return storage_H_robot.topRows(rows); }
+  auto H_robot() { return storage_H_robot.topLeftCorner(rows, kRobot); }
   auto PHt() { return storage_PHt.topLeftCorner(size, rows); }
   auto PHt() const { return storage_PHt.topLeftCorner(size, rows); }
   auto S() { return storage_S.topLeftCorner(rows, rows); }

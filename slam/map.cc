@@ -90,18 +90,17 @@ int Map::begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const 
   return static_cast<int>(landmarks_.size() - before);
 }
 
-int Map::begin(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& taken, int wanted,
+int Map::begin(const cv::Mat& image, Stamp t, std::vector<Eigen::Vector2d>& taken, int wanted,
                const Camera& camera, const Options& options, Kalman& kalman) {
-  std::vector<Eigen::Vector2d> occupied = taken;
   const std::size_t before = landmarks_.size();
   const auto begun = [&] { return static_cast<int>(landmarks_.size() - before); };
   for (int tries = 0; begun() < wanted && tries < kTries * wanted; ++tries) {
     const cv::Rect box = random_box(image, options.vision.visible_landmarks, random_);
-    if (holds_any(box, occupied)) continue;
+    if (holds_any(box, taken)) continue;
     const auto corner = strongest_corner(image, box, options.vision.corner_threshold);
-    if (!corner || !far_from_all(corner->pixel, occupied, std::min<double>(kApart, box.height))) continue;
+    if (!corner || !far_from_all(corner->pixel, taken, std::min<double>(kApart, box.height))) continue;
     add(image, t, corner->pixel, camera, options, kalman);
-    occupied.push_back(corner->pixel.cast<double>());
+    taken.push_back(corner->pixel.cast<double>());
   }
   return begun();
 }
@@ -153,9 +152,8 @@ int Map::lines() const {
   }));
 }
 
-std::vector<int> Map::follow_lines(const cv::Mat& image, const Camera& camera, const Options& options,
-                                   Kalman& kalman, std::vector<DepthHypotheses>& lines) {
-  std::vector<int> deleted;
+void Map::follow_lines(const cv::Mat& image, const Camera& camera, const Options& options, Kalman& kalman,
+                       std::vector<int>& deleted, std::vector<DepthHypotheses>& lines) {
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
     Landmark& landmark = landmarks_[i];
     if (!std::holds_alternative<SemiInfiniteLine>(landmark.kind)) continue;
@@ -172,11 +170,9 @@ std::vector<int> Map::follow_lines(const cv::Mat& image, const Camera& camera, c
       kalman.blur(landmark.at, sigma * sigma * y.segment<3>(3) * y.segment<3>(3).transpose());
     }
   }
-  return deleted;
 }
 
-std::vector<int> Map::prune(Kalman& kalman) {
-  std::vector<int> deleted;
+void Map::prune(Kalman& kalman, std::vector<int>& deleted) {
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
     const Landmark& landmark = landmarks_[i];
     const bool unreliable = landmark.attempts >= 10 && 2 * landmark.successes < landmark.attempts;
@@ -184,7 +180,6 @@ std::vector<int> Map::prune(Kalman& kalman) {
     deleted.push_back(landmark.id);
     erase(i, kalman);
   }
-  return deleted;
 }
 
 void Map::erase(std::size_t index, Kalman& kalman) {

@@ -27,24 +27,24 @@ class Map {
   int begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,
                   Kalman& kalman);
 
-  /// Begins at most `wanted` landmarks at corners away from the pixels `taken`; returns how many. New ones
-  /// are at the end of landmarks().
-  int begin(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& taken, int wanted,
+  /// Begins at most `wanted` landmarks at corners away from the pixels `taken`, which theirs join; returns
+  /// how many. New ones are at the end of landmarks().
+  int begin(const cv::Mat& image, Stamp t, std::vector<Eigen::Vector2d>& taken, int wanted,
             const Camera& camera, const Options& options, Kalman& kalman);
 
   /// Turns inverse depths that have become nearly Gaussian in space into points.
   void convert(double linearity, Kalman& kalman);
 
   /// Looks for the landmarks that are still lines; those with a sharp depth become points, those with none
-  /// are deleted. Returns the ids of the deleted; what came to be believed of each depth goes to `lines`.
-  std::vector<int> follow_lines(const cv::Mat& image, const Camera& camera, const Options& options,
-                                Kalman& kalman, std::vector<DepthHypotheses>& lines);
+  /// are deleted. Their ids join `deleted`; what came to be believed of each depth joins `lines`.
+  void follow_lines(const cv::Mat& image, const Camera& camera, const Options& options, Kalman& kalman,
+                    std::vector<int>& deleted, std::vector<DepthHypotheses>& lines);
   /// How many landmarks are still lines.
   int lines() const;
 
   /// Deletes what was searched for at least 10 times and found less than every second time (Davison et al.
-  /// 2007), or has come to lie behind its own first sight; returns the ids.
-  std::vector<int> prune(Kalman& kalman);
+  /// 2007), or has come to lie behind its own first sight; their ids join `deleted`.
+  void prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:
   void add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const Camera& camera,

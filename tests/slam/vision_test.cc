@@ -187,11 +187,12 @@ Joint matches(int good, int bad) {
 }
 
 TEST(Consensus, KeepsTheMatchesThatOneMotionExplainsAndDropsTheRest) {
-  const auto kept = largest_consensus(matches(8, 5), 9.21);
+  Consensus consensus;
+  const auto kept = consensus.largest(matches(8, 5), 9.21);
   EXPECT_EQ(kept, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
-TEST(Consensus, OfNoMatchesIsEmpty) { EXPECT_TRUE(largest_consensus(matches(0, 0), 9.21).empty()); }
+TEST(Consensus, OfNoMatchesIsEmpty) { EXPECT_TRUE(Consensus().largest(matches(0, 0), 9.21).empty()); }
 
 TEST(Consensus, SelectionKeepsRowsTogether) {
   const Joint joint = matches(3, 0);

@@ -1,0 +1,81 @@
+// A step in the steady state takes no memory from the heap: counted where every library asks for it, in
+// malloc.
+#include <gtest/gtest.h>
+
+#include <cerrno>
+#include <cstdlib>
+
+#include "slam/filter.h"
+#include "tests/slam/synthetic_room.h"
+
+namespace {
+
+bool counting = false;
+int asked = 0;  // of the heap, while counting
+
+void* counted(void* memory) {
+  if (counting) ++asked;
+  return memory;
+}
+
+}  // namespace
+
+// glibc's own allocator under the names that operator new, Eigen and OpenCV call.
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) { return counted(__libc_malloc(size)); }
+void* calloc(std::size_t count, std::size_t size) { return counted(__libc_calloc(count, size)); }
+void* realloc(void* old, std::size_t size) { return counted(__libc_realloc(old, size)); }
+void* memalign(std::size_t alignment, std::size_t size) { return counted(__libc_memalign(alignment, size)); }
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  return counted(__libc_memalign(alignment, size));
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
+  *memory = counted(__libc_memalign(alignment, size));
+  return *memory == nullptr ? ENOMEM : 0;
+}
+}
+
+namespace slam {
+namespace {
+
+TEST(Allocation, IsCountedForNewEigenAndOpenCV) {
+  counting = true;
+  asked = 0;
+  const std::vector<int> list(10);
+  EXPECT_EQ(asked, 1);
+  const Eigen::MatrixXd matrix(20, 20);
+  EXPECT_EQ(asked, 2);
+  const cv::Mat image(20, 20, CV_8UC1);
+  EXPECT_GE(asked, 3);
+  counting = false;
+}
+
+TEST(Allocation, AStepInTheSteadyStateTakesNone) {
+  synthetic::Walk walk;
+  walk.duration_s = 3.5;
+  walk.turns = 0.1;
+  const synthetic::Recording recording(walk, synthetic::render(synthetic::Room(), walk));
+  Filter filter(Options{}, synthetic::calibration(), walk.X_WC(0), 1);
+  int begun = 0, accepted = 0;
+  for (int k = 0; k < walk.frames(); ++k) {
+    const Observation o = recording.observation(k);
+    counting = k >= 45;  // both feet have been set down; the map has been begun
+    asked = 0;
+    const FrameReport& report = filter.step(o);
+    counting = false;
+    EXPECT_EQ(asked, 0) << "frame " << k << ' ' << report.refused;
+    if (k < 45) continue;
+    begun += static_cast<int>(report.begun.size());
+    accepted += report.accepted;
+  }
+  EXPECT_GE(begun, 1);  // else detection was not looked at
+  EXPECT_GE(accepted, 300);
+}
+
+}  // namespace
+}  // namespace slam
