@@ -208,7 +208,7 @@ void Kalman::replace(int at, int before, const Eigen::Ref<const Eigen::VectorXd>
   for (int column = 0; column < at; ++column)
     P.block(at, column, now, 1) = Parameters(J * P.block(at, column, before, 1));
   const ParameterJacobian JP = J * P.block(at, at, before, before).selfadjointView<Eigen::Lower>();
-  P.block(at, at, now, now) = JP * J.transpose();
+  P.block(at, at, now, now).noalias() = JP * J.transpose();
   for (int row = at + before; row < at + before + below; ++row)
     P.block(row, at, 1, now) = Parameters(J * P.block(row, at, 1, before).transpose()).transpose();
   state_.storage_null.segment(at, now) = Parameters(J * state_.storage_null.segment(at, before));

@@ -15,7 +15,7 @@ namespace slam {
 
 class Map {
  public:
-  explicit Map(std::uint64_t seed) : random_(seed) {}
+  explicit Map(std::uint64_t seed) : random_(seed) { landmarks_.reserve(256); }  // growing takes memory
 
   const std::vector<Landmark>& landmarks() const { return landmarks_; }
 
