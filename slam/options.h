@@ -54,7 +54,7 @@ enum class FirstSight { inverse_depth, particles };
 
 struct Options {
   struct Start {  ///< uncertainty of the first pose: covers the robot's settling on its feet
-    double sigma_position_m = 0.003, sigma_orientation_rad = 0.003, sigma_velocity_m_s = 0.05,
+    double sigma_position_m = 0.002, sigma_orientation_rad = 0.002, sigma_velocity_m_s = 0.05,
            sigma_rate_rad_s = 0.05;
   } start;
   struct Motion {  ///< constant-velocity model: standard deviation of the unknown accelerations
