@@ -3,14 +3,12 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "tests/sim/bench/result_folder.h"
 #include "tests/tools/command_line.h"
 
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using tests::Ran;
@@ -55,12 +53,7 @@ TEST_F(BatchTest, TheNumberOfJobsChangesNoByteOfFramesWithImageEffects) {
 TEST_F(BatchTest, ASeedOfABatchIsThatSeedRunAlone) {
   ASSERT_EQ(gaitslam("run walk.yaml --seeds 2,5").exit_code, 0);
   ASSERT_EQ(gaitslam("run walk.yaml seed=5 --out alone").exit_code, 0);
-  EXPECT_THAT(differences(folder_ / "results/walk/seed-5", folder_ / "alone/seed-5"),
-              ElementsAre("about.json"));
-  auto batch = nlohmann::json::parse(text_of("results/walk/seed-5/about.json"));
-  auto alone = nlohmann::json::parse(text_of("alone/seed-5/about.json"));
-  for (auto* about : {&batch, &alone}) EXPECT_EQ((*about)["set_by"].erase("seed"), 1u);  // by whom: not alike
-  EXPECT_EQ(batch, alone);
+  EXPECT_THAT(differences(folder_ / "results/walk/seed-5", folder_ / "alone/seed-5"), IsEmpty());
 }
 
 TEST_F(BatchTest, ReplayOfAResultGivesItsBytes) {
