@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "sim/bench/scenario_keys.h"
 
 namespace sim::tune {
@@ -16,9 +18,21 @@ void apply(const Setting& setting, bench::ReadScenario& read) {
   read.origin[setting.key] = fmt::format("{}:{}", setting.value.origin.file, setting.value.origin.line);
 }
 
+/// A list's lines as one.
+std::string on_one_line(const std::string& text) {
+  std::string line;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\n')
+      i = std::min(text.find_first_not_of("\n ", i), text.size()) - 1;
+    else
+      line += text[i];
+  }
+  return line;
+}
+
 std::vector<std::string> printed(const std::vector<std::string>& keys, const bench::Scenario& scenario) {
   std::vector<std::string> values;
-  for (const std::string& key : keys) values.push_back(bench::find_key(key)->print(scenario));
+  for (const std::string& key : keys) values.push_back(on_one_line(bench::find_key(key)->print(scenario)));
   return values;
 }
 

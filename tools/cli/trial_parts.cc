@@ -16,8 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace tune = sim::tune;
 
-constexpr std::size_t kMostTasks = 32;       // of a part: at a second each, what an array element is worth
-constexpr std::size_t kPartsPerProcess = 4;  // so that all processes end at about the same time
+constexpr std::size_t kMostTasks = 32;  // of a part: at a second each, what an array element is worth
 
 std::vector<fs::path> parts_in(const fs::path& folder) {
   std::vector<fs::path> parts;
@@ -28,10 +27,12 @@ std::vector<fs::path> parts_in(const fs::path& folder) {
   return parts;
 }
 
+/// Few parts, for each decodes its recording anew, and as many for each process.
 std::size_t tasks_of_part(std::size_t n, const Backend& backend) {
-  if (backend.slurm() || backend.jobs <= 1) return kMostTasks;
-  const std::size_t parts = kPartsPerProcess * static_cast<std::size_t>(backend.jobs);
-  return std::clamp<std::size_t>(n / parts, 1, kMostTasks);
+  if (backend.slurm()) return kMostTasks;
+  const auto up = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
+  const auto jobs = static_cast<std::size_t>(std::max(backend.jobs, 1));
+  return up(n, jobs * up(n, jobs * kMostTasks));
 }
 
 std::vector<fs::path> write_parts(const std::vector<tune::Task>& tasks, const PartsPlace& place,
