@@ -118,6 +118,8 @@ ordered_json limits_json(const Scenario& scenario, const score::Metrics& metrics
 void write_about(const fs::path& folder, const Remains& remains, const ResultPlace& place,
                  const Outcome& outcome) {
   const Scenario& scenario = remains.scenario.scenario;
+  auto set_by = remains.scenario.origin;
+  set_by.erase("seed");  // alone or in a batch, a seed's result is the same
   const ordered_json json{{"format_version", 1},
                           {"program", "gaitslam"},
                           {"version", place.version},
@@ -130,7 +132,7 @@ void write_about(const fs::path& folder, const Remains& remains, const ResultPla
                           {"walk_ending", remains.ending},
                           {"walk_cause", remains.cause},
                           {"recording_xxh3_128", remains.recording_hash},
-                          {"set_by", remains.scenario.origin}};
+                          {"set_by", set_by}};
   write(folder / "about.json", json.dump(2) + "\n");
 }
 

@@ -42,9 +42,7 @@ std::vector<SeedOutcome> run_batch(const sim::bench::Scenario& scenario, const B
   const fs::path frozen =
       shared / (scenario.name + ".yaml");  // later edits of the file change no queued seed
   std::ofstream(frozen) << sim::bench::to_yaml(scenario);
-  auto origin = batch.origin;
-  origin["seed"] = "--seeds";
-  std::ofstream(shared / kSetBy) << nlohmann::json(origin);
+  std::ofstream(shared / kSetBy) << nlohmann::json(batch.origin);
   CommandLines lines;
   for (const std::uint64_t seed : batch.seeds) {
     fs::remove_all(batch.root / fmt::format("seed-{}", seed));  // nothing old is taken for this run's result
