@@ -11,6 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
+using tests::differences;
 using tests::Ran;
 
 constexpr const char* kWalk = R"(
@@ -19,14 +20,6 @@ camera: {}
 slam: {}
 limits: {path_length_m.worst: {at_least: 0.01}}
 )";
-
-/// The files that differ but for timing.*, in each seed's folder too.
-std::vector<std::string> differences(const std::filesystem::path& a, const std::filesystem::path& b,
-                                     const std::string& without = "-") {
-  std::vector<std::string> names = tests::differences(tests::files(a, without), tests::files(b));
-  std::erase_if(names, [](const std::string& name) { return name.find("/timing.") != name.npos; });
-  return names;
-}
 
 class BatchTest : public tests::CommandLine {
  protected:

@@ -9,10 +9,10 @@
 
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using tests::differences;
 using tests::Ran;
 
 constexpr const char* kWalk = R"(
@@ -29,11 +29,6 @@ class CacheTest : public tests::CommandLine {
   }
   ~CacheTest() override { ::unsetenv("GAITSLAM_CACHE"); }
 
-  static std::vector<std::string> differences(const fs::path& a, const fs::path& b) {
-    std::vector<std::string> names = tests::differences(tests::files(a), tests::files(b));
-    std::erase_if(names, [](const std::string& name) { return name.find("timing.") != name.npos; });
-    return names;
-  }
   std::string list() const { return gaitslam("cache list").out; }
 };
 

@@ -54,8 +54,9 @@ TEST_F(ReportTest, EveryFigureOfARunIsDrawnWithoutANetwork) {
 TEST_F(ReportTest, SeveralRunsAreComparedOnOnePage) {
   walk("--seeds 1,2 --out two");
   ASSERT_EQ(gaitslam("report two --out two.html").exit_code, 0);
-  expect_all_drawn("two.html", 12);
+  expect_all_drawn("two.html", 13);
   EXPECT_THAT(text_of("two.html"), HasSubstr("error_over_seeds"));
+  EXPECT_THAT(text_of("two.html"), HasSubstr("within the 95 % band: position "));
 }
 
 TEST_F(ReportTest, AWalkWithoutFilterHasAReportToo) {

@@ -1,33 +1,43 @@
 // The paper's experiments by one command, here with walks of one step.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cstdlib>
+
+#include "tests/sim/bench/result_folder.h"
 #include "tests/tools/command_line.h"
 
 namespace {
 
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
+using tests::differences;
 using tests::Ran;
 
 constexpr const char* kWalk =
     "walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}\n";
+constexpr const char* kStand = "walk: {commands: [{stand: {duration_s: 0.2}}]}\n";
 constexpr const char* kFilter = "camera: {}\nslam: {}\n";
 constexpr const char* kLines = "camera: {}\nslam: {depth: {first_sight: particles}}\n";
 
 class ReproduceTest : public tests::CommandLine {
  protected:
-  ReproduceTest() {
-    for (const std::string name : {"tangent_quadrant", "perpendicular_circle_trial1"}) scenario(name, kWalk);
+  ReproduceTest() { scenarios(kWalk); }
+  void scenarios(const std::string& walk) const {
+    for (const std::string name : {"tangent_quadrant", "perpendicular_circle_trial1"}) scenario(name, walk);
     for (const std::string name : {"tangent_circle", "perpendicular_circle", "hall"})
-      scenario(name, std::string(kWalk) + kFilter);
+      scenario(name, walk + kFilter);
     for (const std::string name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
                                    "perpendicular_circle_paper", "hall_paper"})
-      scenario(name, std::string(kWalk) + kLines);
+      scenario(name, walk + kLines);
   }
   void scenario(const std::string& name, const std::string& text) const {
     write("s/" + name + ".yaml", text);
   }
-  Ran reproduce() const { return gaitslam("reproduce --scenarios s --seeds 3 --jobs 2 --out out"); }
+  Ran reproduce(const std::string& arguments = "--out out") const {
+    return gaitslam("reproduce --scenarios s --seeds 3 --jobs 2 " + arguments);
+  }
   auto made(const std::string& experiment) const {
     return std::filesystem::last_write_time(folder_ / "out" / experiment / "seed-3/score.json");
   }
@@ -52,6 +62,24 @@ TEST_F(ReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
   EXPECT_EQ(made("tangent_circle"), walked) << "it was complete";
   EXPECT_NE(made("vision_only"), replayed) << "its scenario is another";
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/hall_paper/seed-3/score.json"));
+}
+
+TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
+  scenarios(kStand);
+  ::setenv("GAITSLAM_CACHE", (folder_ / "cache").c_str(), 1);
+  ASSERT_EQ(reproduce().exit_code, 0);
+  ASSERT_EQ(reproduce("--cached --out cached").exit_code, 0);
+  EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
+  const std::string recordings = gaitslam("cache list").out;
+  EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";
+
+  for (const char* lost : {
+           "hall/seed-3",
+           "vision_only/seed-3",
+       })
+    std::filesystem::remove_all(folder_ / "cached" / lost);
+  ASSERT_EQ(reproduce("--cached --out cached").exit_code, 0);
+  EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
 }
 
 TEST_F(ReproduceTest, WhatIsWrongIsSaidBeforeAnythingIsRun) {

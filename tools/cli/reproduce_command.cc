@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -102,19 +103,23 @@ std::vector<std::uint64_t> still_to_run(const Experiment& experiment,
   return left;
 }
 
-/// How much of all experiments is done, by what they cost.
+/// How much of what was left to run is done, by what it costs.
 class Course {
  public:
-  explicit Course(const std::vector<Experiment>& experiments) {
-    for (const Experiment& experiment : experiments) total_ += experiment.what.cost_s;
+  Course(const std::vector<Experiment>& experiments, const std::vector<std::uint64_t>& seeds) {
+    for (const Experiment& experiment : experiments)
+      total_s_ += experiment.what.cost_s * static_cast<double>(still_to_run(experiment, seeds).size());
   }
-  void show(const Experiment& experiment, double part) {
-    line_.show((done_ + part * experiment.what.cost_s) / total_, experiment.what.name);
+  void show(const Experiment& experiment, std::size_t seeds, double part) {
+    const double here_s = part * experiment.what.cost_s * static_cast<double>(seeds);
+    line_.show(std::min(1.0, (done_s_ + here_s) / total_s_), experiment.what.name);
   }
-  void finished(const Experiment& experiment) { done_ += experiment.what.cost_s; }
+  void finished(const Experiment& experiment, std::size_t seeds) {
+    done_s_ += experiment.what.cost_s * static_cast<double>(seeds);
+  }
 
  private:
-  double total_ = 0, done_ = 0;
+  double total_s_ = 0, done_s_ = 0;
   ProgressLine line_{"reproduce"};
 };
 
@@ -126,14 +131,15 @@ bool run_experiment(const Experiment& experiment, const Request& request,
   batch.cached = request.cached && experiment.recordings.empty();
   if (!experiment.recordings.empty()) batch.recordings = experiment.recordings;
   batch.origin = experiment.read.origin;
-  batch.progress = [&](double part) { course.show(experiment, part); };
+  const std::size_t left = batch.seeds.size();
+  batch.progress = [&](double part) { course.show(experiment, left, part); };
   bool all_there = true;
   for (const SeedOutcome& outcome : run_batch(experiment.read.scenario, batch)) {
     if (fs::exists(seed_folder(experiment.root, outcome.seed) / "score.json")) continue;
     std::cerr << fmt::format("{} seed {}: {}", experiment.what.name, outcome.seed, outcome.complaint);
     all_there = false;
   }
-  course.finished(experiment);
+  course.finished(experiment, left);
   return all_there;
 }
 
@@ -167,7 +173,7 @@ int reproduce(const Request& request) {
   const NewFolders made_for_this(request.out);
   bool all_there = true;
   {
-    Course course(experiments);
+    Course course(experiments, seeds);
     for (const Experiment& experiment : experiments)
       all_there &= run_experiment(experiment, request, seeds, course);
   }

@@ -13,13 +13,16 @@
 
 namespace tests {
 
-/// Relative path -> content of every file below a folder but timing.* and what lies in `without`.
+/// Relative path -> content of every file below a folder, at any depth, but timing.* and what lies in
+/// `without`.
 inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
                                                 const std::string& without = "-") {
   std::map<std::string, std::string> contents;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string name = std::filesystem::relative(entry.path(), folder);
-    if (!entry.is_regular_file() || name.starts_with("timing.") || name.starts_with(without)) continue;
+    if (!entry.is_regular_file() || entry.path().filename().string().starts_with("timing.") ||
+        name.starts_with(without))
+      continue;
     std::ifstream in(entry.path(), std::ios::binary);
     contents[name] = {std::istreambuf_iterator<char>(in), {}};
   }
@@ -35,6 +38,11 @@ inline std::vector<std::string> differences(const std::map<std::string, std::str
   for (const auto& [name, content] : b)
     if (!a.contains(name)) names.push_back(name);
   return names;
+}
+
+inline std::vector<std::string> differences(const std::filesystem::path& a, const std::filesystem::path& b,
+                                            const std::string& without = "-") {
+  return differences(files(a, without), files(b, without));
 }
 
 inline nlohmann::json json_of(const std::filesystem::path& file) {
