@@ -8,13 +8,16 @@
 #include <numbers>
 #include <tuple>
 
+#include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
+#include "sim/score/statistics.h"
 
 namespace sim::report {
 namespace {
 
 constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
-constexpr int kHalfSecond = 15;  // frames
+constexpr int kHalfSecond = 15;   // frames
+constexpr double kSettled_s = 5;  // the start is known by decree
 constexpr const char* kTime = "time [s]";
 
 Column scaled(Column values, double factor) {
@@ -197,26 +200,66 @@ std::optional<Figure> closure(const RunData& run) {
   return f;
 }
 
-double quantile(Column values, double p) {
-  std::sort(values.begin(), values.end());
-  const double at = p * static_cast<double>(values.size() - 1);
-  const auto low = static_cast<std::size_t>(at);
-  const std::size_t high = std::min(low + 1, values.size() - 1);
-  return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
-}
-
 Figure error_over_seeds(const std::map<double, Column>& at) {
   Figure f{"error_over_seeds", "Position error over seeds: least, median, greatest", kTime, "mm"};
   Line median = line("median", Role::estimate, {}, {});
   Envelope spread{"least to greatest", Role::estimate, {}, {}, {}};
   for (const auto& [t, values] : at) {
     median.x.push_back(t), spread.x.push_back(t);
-    median.y.push_back(quantile(values, 0.5));
-    spread.low.push_back(quantile(values, 0));
-    spread.high.push_back(quantile(values, 1));
+    median.y.push_back(score::quantile(values, 0.5));
+    spread.low.push_back(score::quantile(values, 0));
+    spread.high.push_back(score::quantile(values, 1));
   }
   f.lines = {median};
   f.envelopes = {spread};
+  return f;
+}
+
+// By time, one NEES of each run.
+using Moments = std::map<double, Column>;
+
+Moments moments(const std::vector<RunData>& runs, Column Errors::*nees) {
+  Moments all;
+  for (const RunData& run : runs)
+    for (std::size_t i = 0; run.errors && i < run.errors->t.size(); ++i)
+      if (const double value = ((*run.errors).*nees)[i]; std::isfinite(value))
+        all[run.errors->t[i]].push_back(value);
+  return all;
+}
+
+Line mean_line(const std::string& name, Role role, const Moments& moments) {
+  Line means{name, role};
+  for (const auto& [t, values] : moments) {
+    means.x.push_back(t);
+    means.y.push_back(score::mean(values));
+  }
+  return means;
+}
+
+std::string share_text(const Moments& moments) {
+  std::vector<Column> settled;
+  for (auto at = moments.lower_bound(kSettled_s); at != moments.end(); ++at) settled.push_back(at->second);
+  const auto share = score::share_in_band(settled, 3);
+  return share ? fmt::format("{:.0f} % (below it {:.0f} %)", 100 * share->inside, 100 * share->below)
+               : "none";
+}
+
+Figure nees_over_seeds(const std::vector<RunData>& runs) {
+  const Moments position = moments(runs, &Errors::nees_position),
+                orientation = moments(runs, &Errors::nees_orientation);
+  Figure f{
+      "nees_over_seeds",
+      fmt::format("Normalised error squared, mean over seeds (3 expected). Frames after {:.0f} s that are "
+                  "within the 95 % band: position {}, orientation {}",
+                  kSettled_s, share_text(position), share_text(orientation)),
+      kTime, "mean NEES"};
+  f.logarithmic = true;
+  f.lines = {mean_line("position", Role::first, position),
+             mean_line("orientation", Role::second, orientation)};
+  std::size_t most = 1;
+  for (const auto& [t, values] : position) most = std::max(most, values.size());
+  const score::Band band = score::mean_band(3, static_cast<int>(most));
+  f.levels = {{"2.5 %", band.low}, {"97.5 %", band.high}};
   return f;
 }
 
@@ -253,7 +296,9 @@ std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
   if (runs.size() < 2) return {};
   walks.lines.push_back(line("plan", Role::plan, runs[0].waist_plan.x, runs[0].waist_plan.y));
   std::vector<Figure> figures{walks};
-  if (!at.empty()) figures.push_back(error_over_seeds(at));
+  if (at.empty()) return figures;
+  figures.push_back(error_over_seeds(at));
+  figures.push_back(nees_over_seeds(runs));
   return figures;
 }
 

@@ -11,7 +11,8 @@ namespace sim::report {
 /// Those for which the run left something to show.
 std::vector<Figure> run_figures(const RunData& run);
 
-/// Position error over time: median, least and greatest over runs that were scored; and where the walks led.
+/// Position error over time: median, least and greatest over runs that were scored; their mean normalised
+/// error squared with its band; and where the walks led.
 /// Empty for fewer than two runs.
 std::vector<Figure> batch_figures(const std::vector<RunData>& runs);
 

@@ -13,11 +13,12 @@
 #include <map>
 #include <numbers>
 
+#include "sim/score/band_share.h"
+#include "sim/score/statistics.h"
 #include "tools/benchmarks/recorded_walk.h"
 
 namespace {
 
-using sim::score::Band;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kSettled_s = 5, kWindow_s = 4;
@@ -64,23 +65,14 @@ double mean_of(const std::vector<Frame>& seeds, const auto& value) {
   return sum / static_cast<double>(seeds.size());
 }
 
-/// Of the frames after kSettled_s: time mean, and percent inside the band of so many seeds.
-struct Share {
-  double mean = 0, inside = 0, below = 0;
-};
-
-Share share(const Frames& frames, const auto& nees) {
-  Share s;
-  int count = 0;
-  for (const auto& [t, seeds] : frames) {
-    if (t < kSettled_s) continue;
-    const Band band = sim::score::mean_band(3, static_cast<int>(seeds.size()));
-    const double value = mean_of(seeds, nees);
-    s.mean += value, ++count;
-    s.inside += value >= band.low && value <= band.high ? 100 : 0;
-    s.below += value < band.low ? 100 : 0;
+/// Of the frames after kSettled_s.
+sim::score::BandShare share(const Frames& frames, const auto& nees) {
+  std::vector<std::vector<double>> moments;
+  for (auto at = frames.lower_bound(kSettled_s); at != frames.end(); ++at) {
+    moments.emplace_back();
+    for (const Frame& f : at->second) moments.back().push_back(nees(f));
   }
-  return {s.mean / count, s.inside / count, s.below / count};
+  return sim::score::share_in_band(moments, 3).value_or(sim::score::BandShare{});
 }
 
 double position(const Frame& f) { return f.position; }
@@ -114,13 +106,6 @@ void print_windows(const Frames& frames) {
     }
     fmt::print("\n");
   }
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
 void write_csv(const std::string& file, const std::string& name, const Frames& frames) {
@@ -168,15 +153,15 @@ struct Gathered {
 void print(const Variant& variant, const Gathered& g, bool by_time) {
   const auto of = [&](const char* metric) {
     const auto found = g.values.find(metric);
-    return found == g.values.end() ? std::nan("") : median(found->second);
+    return found == g.values.end() ? std::nan("") : sim::score::median(found->second);
   };
-  const Share p = share(g.frames, position), o = share(g.frames, orientation);
+  const sim::score::BandShare p = share(g.frames, position), o = share(g.frames, orientation);
   fmt::print(
       "{:<28} {:6.4f} {:6.4f} {:6.4f} {:5.2f} {:6.2f} {:5.1f} | {:6.2f} {:5.1f} ({:3.0f}) | {:6.2f} {:5.1f} "
       "({:3.0f}) | {:5.2f}\n",
       variant.name, of("ate_se3_rmse_m"), of("rmse_m"), of("end_position_error_m"), of("end_yaw_error_deg"),
-      of("scale_error_percent"), of("loop_landmarks"), p.mean, p.inside, p.below, o.mean, o.inside, o.below,
-      of("filter_ms"));
+      of("scale_error_percent"), of("loop_landmarks"), p.mean, 100 * p.inside, 100 * p.below, o.mean,
+      100 * o.inside, 100 * o.below, of("filter_ms"));
   if (by_time) print_windows(g.frames);
   std::fflush(stdout);
 }

@@ -8,6 +8,7 @@
 #include "sim/report/page.h"
 #include "sim/report/page_data.h"
 #include "sim/report/pictures.h"
+#include "sim/report/run_figures.h"
 
 namespace {
 
@@ -44,6 +45,28 @@ TEST(Axis, HoldsAllFiniteValuesAndSurvivesNone) {
   EXPECT_GT(axis.high, 5);
   EXPECT_LT(axis.high, 6);
   EXPECT_LT(axis_of({&none}, false).low, axis_of({&none}, false).high);
+}
+
+RunData run_of(const Column& nees_position, const Column& nees_orientation) {
+  RunData run;
+  run.errors.emplace();
+  run.errors->t = {1, 6, 7, 8};
+  run.errors->distance = {0, 0, 0, 0};
+  run.errors->nees_position = nees_position;
+  run.errors->nees_orientation = nees_orientation;
+  return run;
+}
+
+// Two runs: the mean is in its band from 0.62 to 7.22; the first second does not count.
+TEST(BatchFigures, SayInHowManyFramesTheMeanNeesIsInItsBand) {
+  const auto figures =
+      batch_figures({run_of({9, 3, 0.1, 9}, {1, 1, 1, 1}), run_of({9, 3, 0.2, 9}, {1, 1, 1, NAN})});
+  ASSERT_EQ(figures.size(), 3u);
+  const Figure& nees = figures[2];
+  EXPECT_THAT(nees.title, HasSubstr("position 33 % (below it 33 %), orientation 100 % (below it 0 %)"));
+  EXPECT_THAT(nees.lines.at(0).y, ElementsAre(9, 3, DoubleNear(0.15, 1e-12), 9));
+  EXPECT_NEAR(nees.levels.at(0).y, 0.62, 0.005);
+  EXPECT_NEAR(nees.levels.at(1).y, 7.22, 0.005);
 }
 
 TEST(Svg, NotANumberBreaksALine) {

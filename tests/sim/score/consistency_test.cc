@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "sim/score/band_share.h"
 #include "sim/score/trajectory.h"
 #include "tests/sim/score/random_trajectory.h"
 
@@ -74,6 +75,18 @@ TEST(Consistency, BandOfTenRunsOfThreeDegreesIsThePublishedOne) {
   const Band narrow = mean_band(3, 1000);
   EXPECT_GT(narrow.low, 2.8);
   EXPECT_LT(narrow.high, 3.2);
+}
+
+// Bands of ten and of two runs: [1.679, 4.698], by the table, and [0.619, 7.225].
+TEST(Consistency, ShareInTheBandCountsMomentsByTheMeanOfTheirRuns) {
+  const std::vector<double> low(10, 1.6), inside(10, 1.7), high(10, 4.7);
+  const auto share = share_in_band({low, inside, inside, high, {}, {0.6, 0.6}, {1, 13}}, 3);
+  ASSERT_TRUE(share);
+  EXPECT_DOUBLE_EQ(share->inside, 3.0 / 6);  // twice 1.7, and 7 of two
+  EXPECT_DOUBLE_EQ(share->below, 2.0 / 6);   // 1.6, and 0.6 of two
+  EXPECT_NEAR(share->mean, (1.6 + 2 * 1.7 + 4.7 + 0.6 + 7) / 6, 1e-12);
+  EXPECT_FALSE(share_in_band({}, 3));
+  EXPECT_FALSE(share_in_band({{}, {}}, 3));
 }
 
 TEST(Consistency, InnovationsOfTheRightSizeAreInTheBandAndOthersAreNot) {
