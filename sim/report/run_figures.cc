@@ -178,7 +178,7 @@ void add_slip(std::vector<Figure>& figures, const Table& feet) {
                                             std::tuple{"lift_off", "lifting off", Role::second}})
       f->lines.push_back(feet_moved(feet, phase, name, role, f == &turn));
   Figure landing{"landing", "How far beside its planned place a foot was put down", kTime, "mm"};
-  landing.lines = {feet_moved(feet, "put_down", "", Role::plan, false)};
+  landing.lines = {feet_moved(feet, "put_down", "foot", Role::plan, false)};
   figures.insert(figures.end(), {slip, turn, landing});
 }
 

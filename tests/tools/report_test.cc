@@ -1,8 +1,11 @@
 // Reports through the program, opened in a browser as a reader does.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
+#include <vector>
 
 #include "tests/tools/command_line.h"
 
@@ -63,6 +66,34 @@ TEST_F(ReportTest, AWalkWithoutFilterHasAReportToo) {
   walk("--without camera,slam --out bare");
   ASSERT_EQ(gaitslam("report bare/seed-1 --out bare.html").exit_code, 0);
   expect_all_drawn("bare.html", 3);
+}
+
+// Every control is reached by the tab key in the order of the page, with its focus seen; Enter sorts, arrows
+// move the time and turn the map; what a dark screen prints is light, whole and without controls.
+TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
+  walk("--seeds 1..3 --out many");
+  ASSERT_EQ(gaitslam("report many --out many.html").exit_code, 0);
+  const Ran ran = shell("timeout 100 node " GAITSLAM_USE_REPORT " many.html profile");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto found = nlohmann::json::parse(ran.out);
+  EXPECT_GT(found["keyboard"]["expected"].size(), 50u);
+  EXPECT_EQ(found["keyboard"]["reached"], found["keyboard"]["expected"]);
+  EXPECT_EQ(found["keyboard"]["unseen"], nlohmann::json::array());
+
+  auto rising = found["sorted"]["before"].get<std::vector<double>>();
+  std::sort(rising.begin(), rising.end());
+  EXPECT_EQ(found["sorted"]["after_enter"], nlohmann::json(rising));
+  std::reverse(rising.begin(), rising.end());
+  EXPECT_EQ(found["sorted"]["after_another"], nlohmann::json(rising));
+
+  EXPECT_LT(found["map"]["earlier_s"], found["map"]["last_s"]);
+  EXPECT_TRUE(found["map"]["moved"]);
+  EXPECT_TRUE(found["map"]["turned"]);
+
+  EXPECT_EQ(found["print"]["background"], "rgb(255, 255, 255)");
+  EXPECT_EQ(found["print"]["closed"], 0);
+  for (const char* wrong : {"dark", "controls", "cut", "too_high"})
+    EXPECT_EQ(found["print"][wrong], nlohmann::json::array()) << wrong;
 }
 
 TEST_F(ReportTest, ABrokenPageIsNoticed) {

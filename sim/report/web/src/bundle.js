@@ -2,7 +2,7 @@
 import {element, number, scroll, section} from './dom.js';
 import {figureElement, redrawFigures} from './figures.js';
 import {repaintScenes, sceneElement} from './scene.js';
-import {limitsTable, metricsTable, sortableTable} from './tables.js';
+import {limitsTable, metricsTable, paperTables, sortableTable} from './tables.js';
 
 const data = JSON.parse(document.getElementById('data').textContent);
 
@@ -84,7 +84,7 @@ function comparison(runs) {
   const names = Object.keys(runs[0].score.metrics).filter((name) => runs.some((run) => run.score.metrics[name]?.value !== null));
   const columns = [{title: 'run', text: true, value: (run) => run.label}, {title: 'ending', text: true, value: (run) => run.score.ending},
     ...names.map((name) => ({title: name.replaceAll('_', ' '), value: (run) => run.score.metrics[name]?.value ?? null}))];
-  return section('runs', `${runs.length} runs`, sortableTable(columns, runs), figures(data.figures));
+  return section('runs', `${runs.length} runs`, sortableTable(columns, runs), paperTables(columns, runs), figures(data.figures));
 }
 
 function themeButton() {
@@ -117,7 +117,7 @@ function page() {
 }
 
 page();
-// Paper is white: what is printed has the light colours.
+// Paper is white and shows nothing on demand: what is printed has the light colours, and all that can be opened is open.
 let themeOfScreen;
 function setTheme(theme) {
   if (theme) document.documentElement.dataset.theme = theme;
@@ -125,9 +125,15 @@ function setTheme(theme) {
   redrawFigures();
   repaintScenes();
 }
+let openedForPaper = [];
 addEventListener('beforeprint', () => {
   themeOfScreen = document.documentElement.dataset.theme;
   setTheme('light');
+  openedForPaper = [...document.querySelectorAll('details:not([open])')];
+  openedForPaper.forEach((details) => { details.open = true; });
 });
-addEventListener('afterprint', () => setTheme(themeOfScreen));
+addEventListener('afterprint', () => {
+  setTheme(themeOfScreen);
+  openedForPaper.forEach((details) => { details.open = false; });
+});
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { redrawFigures(); repaintScenes(); });

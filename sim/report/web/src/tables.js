@@ -24,6 +24,18 @@ export function metricsTable(metrics, definitions) {
       element('th', {class: i === 1 ? 'number' : null}, title)))), element('tbody', {}, rows)));
 }
 
+const kOnPaper = 8;  // runs side by side
+
+/// What paper shows of a sortable table, which it cannot scroll: a line for each column, some rows side by side.
+export function paperTables(columns, rows) {
+  const chunks = [];
+  for (let i = 0; i < rows.length; i += kOnPaper) chunks.push(rows.slice(i, i + kOnPaper));
+  const line = (chunk, {title, value}) => element('tr', {}, element('th', {}, title), chunk.map((row) =>
+    element('td', {class: 'number'}, typeof value(row) === 'string' ? value(row) : number(value(row)))));
+  return element('div', {class: 'only-print'}, chunks.map((chunk) =>
+    element('table', {class: 'named-rows'}, element('tbody', {}, columns.map((column) => line(chunk, column))))));
+}
+
 /// columns: [{title, value(row) -> number or text}]. A click on a title sorts, a second one turns the order.
 export function sortableTable(columns, rows) {
   const body = element('tbody');
@@ -48,5 +60,6 @@ export function sortableTable(columns, rows) {
     return header;
   });
   fill(rows);
-  return scroll('runs', element('table', {class: 'named-rows'}, element('thead', {}, element('tr', {}, headers)), body));
+  const table = element('table', {class: 'named-rows'}, element('thead', {}, element('tr', {}, headers)), body);
+  return element('div', {class: 'no-print'}, scroll('runs', table));
 }

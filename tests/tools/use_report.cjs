@@ -1,0 +1,144 @@
+// Uses a report's page as a reader with a keyboard and a printer does, in headless Chromium on a dark screen, and says what
+// was found as one JSON object. Usage: node use_report.cjs PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
+const {spawn} = require('child_process');
+const path = require('path');
+
+// The browser is told what to do through a pipe: messages of JSON with a zero byte after each.
+class Browser {
+  constructor(profile) {
+    this.process = spawn('chromium', ['--headless', '--no-sandbox', `--user-data-dir=${profile}`, '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader', '--host-resolver-rules=MAP * ~NOTFOUND', '--window-size=1200,900',
+      '--remote-debugging-pipe', 'about:blank'],
+    {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
+    this.waiting = new Map();
+    this.sent = 0;
+    let rest = '';
+    this.process.stdio[4].setEncoding('utf8').on('data', (chunk) => {
+      const messages = (rest + chunk).split('\0');
+      rest = messages.pop();
+      messages.map((text) => JSON.parse(text)).forEach((message) => this.waiting.get(message.id)?.(message));
+    });
+  }
+
+  send(method, params = {}) {
+    const id = ++this.sent;
+    this.process.stdio[3].write(JSON.stringify({id, method, params, sessionId: this.session}) + '\0');
+    return new Promise((resolve, reject) => this.waiting.set(id, ({result, error}) => {
+      this.waiting.delete(id);
+      if (error) reject(new Error(`${method}: ${error.message}`));
+      else resolve(result);
+    }));
+  }
+
+  async open(url) {
+    const {targetId} = await this.send('Target.createTarget', {url: 'about:blank'});
+    this.session = (await this.send('Target.attachToTarget', {targetId, flatten: true})).sessionId;
+    await this.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: 'dark'}]});
+    await this.send('Page.navigate', {url});
+    const drawn = `document.readyState === 'complete' && +document.documentElement.dataset.figures > 0
+      && document.documentElement.dataset.figures === document.documentElement.dataset.drawn`;
+    while (!await this.value(drawn)) await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+
+  async value(expression) {
+    const {result, exceptionDetails} = await this.send('Runtime.evaluate', {expression, returnByValue: true});
+    if (exceptionDetails) throw new Error(exceptionDetails.exception.description);
+    return result.value;
+  }
+
+  async press(key, code) {
+    const text = key === 'Enter' ? '\r' : undefined;
+    await this.send('Input.dispatchKeyEvent', {type: 'keyDown', key, code: key, windowsVirtualKeyCode: code, text});
+    await this.send('Input.dispatchKeyEvent', {type: 'keyUp', key, code: key, windowsVirtualKeyCode: code});
+  }
+
+  tab() { return this.press('Tab', 9); }
+}
+
+// What the keyboard must reach, in the order of the page.
+const kReachable = `[...document.querySelectorAll('a[href], button, select, input, summary, [tabindex="0"]')]
+  .filter((e) => e.offsetParent && !e.closest('details:not([open]) > :not(summary)'))`;
+const kName = `((e) => e.tagName.toLowerCase() + ' ' + (e.getAttribute('aria-label') ?? e.textContent).trim())`;
+
+// How far the Tab key comes, and where a focus cannot be seen.
+async function walkThrough(browser) {
+  const expected = await browser.value(`${kReachable}.map(${kName})`);
+  const reached = [], unseen = [];
+  for (let i = 0; i < expected.length; ++i) {
+    await browser.tab();
+    reached.push(await browser.value(`${kName}(document.activeElement)`));
+    const outline = await browser.value(`getComputedStyle(document.activeElement).outlineStyle`);
+    if (outline === 'none') unseen.push(reached.at(-1));
+  }
+  return {expected, reached, unseen};
+}
+
+// The first metric of several runs, as a number.
+async function sort(browser) {
+  const column = () => browser.value(
+    `[...document.querySelectorAll('#runs .scroll tbody tr')].map((row) => +row.children[2].textContent)`);
+  const enter = () => browser.press('Enter', 13);
+  const before = await column();
+  await browser.value(`document.querySelectorAll('#runs .scroll th button')[2].focus()`);
+  await enter();
+  const after_enter = await column();
+  await enter();
+  return {before, after_enter, after_another: await column()};
+}
+
+async function moveTime(browser) {
+  const see = () => browser.value(`({t: document.querySelector('output').textContent,
+    picture: document.querySelector('.scene canvas').toDataURL()})`);
+  const last = await see();
+  await browser.value(`document.querySelector('.controls input[type=range]').focus()`);
+  for (let i = 0; i < 5; ++i) await browser.press('ArrowLeft', 37);
+  const earlier = await see();
+  await browser.value(`document.querySelector('.scene').focus()`);
+  for (let i = 0; i < 5; ++i) await browser.press('ArrowLeft', 37);
+  const turned = await see();
+  return {last_s: parseFloat(last.t), earlier_s: parseFloat(earlier.t), moved: last.picture !== earlier.picture,
+    turned: earlier.picture !== turned.picture};
+}
+
+// On paper of A4 with margins of a centimetre: 718 px wide.
+async function print(browser) {
+  await browser.value(`dispatchEvent(new Event('beforeprint'))`);
+  await browser.send('Emulation.setEmulatedMedia', {media: 'print', features: [{name: 'prefers-color-scheme', value: 'dark'}]});
+  await browser.send('Emulation.setDeviceMetricsOverride', {width: 718, height: 1047, deviceScaleFactor: 1, mobile: false});
+  await new Promise((resolve) => setTimeout(resolve, 500));
+  return browser.value(`(() => {
+    const all = (selector) => [...document.querySelectorAll(selector)].filter((e) => e.getClientRects().length > 0);
+    const name = (e) => (e.closest('[data-figure]')?.dataset.figure ?? e.closest('section')?.id) + ' ' + e.tagName;
+    const dark = (e) => {
+      const [red, green, blue, alpha] = getComputedStyle(e).backgroundColor.match(/[\\d.]+/g).map(Number);
+      return alpha !== 0 && red + green + blue < 600;
+    };
+    const box = (e) => e.getBoundingClientRect();
+    return {
+      background: getComputedStyle(document.body).backgroundColor,
+      dark: all('body, figure, .card, pre, td, th').filter(dark).map(name),
+      controls: all('nav, .controls, input, select, button').map(name),
+      cut: all('figure, figure canvas, figure svg, table, pre').filter((e) => box(e).right > innerWidth + 1 || box(e).left < -1).map(name),
+      too_high: all('figure').filter((e) => box(e).height > innerHeight).map(name),
+      closed: document.querySelectorAll('details:not([open])').length,
+    };
+  })()`);
+}
+
+async function use(browser, page) {
+  await browser.open('file://' + path.resolve(page));
+  const keyboard = await walkThrough(browser);
+  return {keyboard, sorted: await sort(browser), map: await moveTime(browser), print: await print(browser)};
+}
+
+async function main() {
+  const [page, profile] = process.argv.slice(2);
+  const browser = new Browser(profile);
+  try {
+    console.log(JSON.stringify(await use(browser, page)));
+  } finally {
+    browser.process.kill();
+  }
+}
+
+main().catch((error) => { console.error(error); process.exit(1); });
