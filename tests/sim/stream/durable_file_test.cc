@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/ptrace.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 #include <vector>
 
 #include "tests/sim/stream/temporary_folder.h"
@@ -121,32 +123,75 @@ TEST(DurableFolder, AKilledRunLeavesNoResultAndTheNextOneCleansUp) {
   EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
 }
 
-TEST(DurableFolder, KilledAtAnyMomentIsWholeOrAbsent) {
-  const TemporaryFolder folder;
-  constexpr int kFiles = 20;
-  int whole = 0, absent = 0;
-  for (int trial = 0; trial < 40; ++trial) {
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      DurableFolder result(folder / "result", Existing::replace);
-      for (int i = 0; i < kFiles; ++i) std::ofstream(result.path() / std::to_string(i)) << trial;
-      result.commit();
-      _exit(0);
-    }
-    usleep(static_cast<useconds_t>(trial * 150));  // from before the first file to after the commit
-    kill(child, SIGKILL);
-    waitpid(child, nullptr, 0);
-    if (!fs::exists(folder / "result")) {
-      ++absent;
-      continue;
-    }
-    ++whole;
-    ASSERT_EQ(names(folder / "result").size(), static_cast<std::size_t>(kFiles));
-    const std::string of = content(folder / "result/0");  // one run's files or another's, never of both
-    for (int i = 1; i < kFiles; ++i) EXPECT_EQ(content(folder / "result" / std::to_string(i)), of);
+// Runs `work` in a process of its own that is killed before it enters, or when it has left, its n-th call of
+// the system (two stops a call, counted from 0). False: it had ended by then.
+template <typename Work>
+bool killed_at(int stop, Work work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
+    raise(SIGSTOP);
+    work();
+    _exit(0);
   }
-  EXPECT_EQ(whole + absent, 40);
+  int status = 0;
+  waitpid(child, &status, 0);
+  for (int k = 0; k <= stop; ++k) {
+    if (ptrace(PTRACE_SYSCALL, child, nullptr, nullptr) != 0) throw std::runtime_error("cannot be traced");
+    waitpid(child, &status, 0);
+    if (WIFEXITED(status)) return false;
+  }
+  kill(child, SIGKILL);
+  waitpid(child, &status, 0);
+  return true;
+}
+
+TEST(DurableFile, KilledAtEveryCallOfTheSystemIsTheOldOneOrTheNew) {
+  const TemporaryFolder folder;
+  const std::string before = "before", after = "afterwards";
+  int old = 0, renewed = 0;
+  for (int stop = 0;; ++stop) {
+    write_durably(folder / "a.json", before);
+    if (!killed_at(stop, [&] { write_durably(folder / "a.json", after); })) break;
+    const std::string found = content(folder / "a.json");
+    EXPECT_TRUE(found == before || found == after) << "stop " << stop << ": " << found;
+    ++(found == after ? renewed : old);
+  }
+  EXPECT_GT(old, 5);
+  EXPECT_GT(renewed, 1);
+}
+
+// The first time nothing is there, then the folder of a run before.
+TEST(DurableFolder, KilledAtEveryCallOfTheSystemIsWholeOrAsBefore) {
+  for (const bool replaces : {false, true}) {
+    const TemporaryFolder folder;
+    const auto make = [&](const std::string& text) {
+      DurableFolder result(folder / "result", Existing::replace);
+      for (const char* name : {"a", "b", "c"}) std::ofstream(result.path() / name) << text;
+      result.commit();
+    };
+    int before = 0, after = 0;
+    for (int stop = 0;; ++stop) {
+      for (const std::string& name : names(folder.path())) fs::remove_all(folder / name);
+      if (replaces) make("old");
+      if (!killed_at(stop, [&] { make("new"); })) break;
+      if (!replaces && !fs::exists(folder / "result")) {
+        ++before;
+        continue;
+      }
+      const std::string of = content(folder / "result/a");
+      EXPECT_TRUE(of == "new" || (replaces && of == "old")) << "stop " << stop << ": " << of;
+      EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("a", "b", "c")) << "stop " << stop;
+      for (const char* name : {"b", "c"}) EXPECT_EQ(content(folder / "result" / name), of) << "stop " << stop;
+      ++(of == "new" ? after : before);
+    }
+    EXPECT_GT(before, 10);
+    EXPECT_GT(after, 1);
+    killed_at(before - 1, [&] { make("new"); });
+    EXPECT_GT(names(folder.path()).size(), 1u);
+    make("last");
+    EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));  // what the killed ones left is gone
+  }
 }
 
 TEST(DurableFolder, OfARunningProcessIsLeftAlone) {
