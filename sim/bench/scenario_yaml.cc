@@ -12,6 +12,8 @@
 namespace sim::bench {
 namespace {
 
+constexpr std::size_t kMostKeys = 1000;  // of one map: each is compared with all before it
+
 /// Builds the tree from the parser's events: unlike YAML::Node it sees aliases, tags and each key's own
 /// position.
 class TreeBuilder : public YAML::EventHandler {
@@ -78,6 +80,8 @@ class TreeBuilder : public YAML::EventHandler {
   }
   static Yaml checked_key(const Yaml& parent, Yaml key) {
     if (key.kind != Yaml::Kind::scalar || key.text.empty()) fail(key, "", "a key must be plain text");
+    if (parent.keys.size() == kMostKeys)
+      fail(key, "", fmt::format("more than {} keys, expected a scenario's", kMostKeys));
     for (const Yaml& other : parent.keys) {
       if (other.text == key.text) {
         fail(key, key.text, fmt::format("given twice, first in line {}", other.origin.line));
