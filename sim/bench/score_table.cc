@@ -45,6 +45,12 @@ std::string verdicts(const json& limits, const std::string& metric) {
   return text;
 }
 
+// Where the scale is not known the error up to scale is what there is to be seen.
+bool stands_in(const json& metrics, const std::string& name) {
+  return name == "ate_sim3_rmse_m" && metrics[name]["value"].is_number() &&
+         metrics["ate_se3_rmse_m"]["value"].is_null();
+}
+
 }  // namespace
 
 std::string score_table(const std::filesystem::path& result_folder) {
@@ -54,7 +60,7 @@ std::string score_table(const std::filesystem::path& result_folder) {
   for (const auto& [name, metric] : scored["metrics"].items()) {
     const score::MetricDefinition* defined = score::find_metric(name);
     const std::string judged = verdicts(scored["limits"], name);
-    if (judged.empty() && !(defined && defined->headline)) continue;
+    if (judged.empty() && !(defined && defined->headline) && !stands_in(scored["metrics"], name)) continue;
     const std::string remark =
         metric["value"].is_null() && metric.contains("reason") ? metric["reason"].get<std::string>() : judged;
     text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]), unit(metric), remark);

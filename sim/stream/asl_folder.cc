@@ -10,6 +10,7 @@
 
 #include "sim/stream/plan_row.h"
 #include "sim/stream/recording_format.h"
+#include "slam/camera.h"
 
 namespace sim::stream {
 namespace {
@@ -116,10 +117,20 @@ Eigen::Matrix3d upright(const fs::path& imu_rows, const Eigen::Matrix3d& R_CG) {
   return Eigen::Quaterniond::FromTwoVectors(R_CG * sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
+// One that the filter can use.
+void read_camera(const fs::path& file, RecordingSetup& setup) {
+  read_camera_yaml(file, content(file), setup);
+  try {
+    slam::Camera{setup.calibration.camera};
+  } catch (const std::invalid_argument& error) {
+    throw FileError(file, error.what());
+  }
+}
+
 AslSensors read_sensors(const fs::path& folder) {
   AslSensors sensors;
   RecordingSetup& setup = sensors.setup;
-  read_camera_yaml(folder / kCameraSensor, content(folder / kCameraSensor), setup);
+  read_camera(folder / kCameraSensor, setup);
   const MountedImu imu = read_mounted_imu(folder / kImuSensor, content(folder / kImuSensor));
   setup.imu_rate_hz = imu.rate_hz;
   sensors.noise = imu.noise;
@@ -184,6 +195,7 @@ struct AslFolder::Files {
   slam::Stamp start{first_stamp(folder / kCameraRows)};
   Rows camera{folder / kCameraRows, 2};
   Readings readings{folder / kImuRows};
+  bool any_reading = false;
   std::optional<Rows> plan;
 
   cv::Mat image() const {
@@ -206,12 +218,17 @@ const AslSensors& AslFolder::sensors() const { return files_->sensors; }
 
 std::optional<slam::Observation> AslFolder::next() {
   Files& f = *files_;
-  if (!f.camera.stamp()) return std::nullopt;
+  if (!f.camera.stamp()) {
+    if (!f.any_reading)
+      throw FileError(f.folder / kImuRows, "none of its readings is from before or between the images");
+    return std::nullopt;
+  }
   const slam::Stamp t = *f.camera.stamp();
   slam::Observation o;
   o.t = t - f.start;
   o.image = f.image();
   f.readings.take(t, o);
+  f.any_reading |= !o.gyro.empty();
   for (auto* samples : {&o.gyro, &o.accelerometer})
     for (slam::InertialSample& sample : *samples) sample.begin -= f.start, sample.end -= f.start;
   while (f.plan && f.plan->stamp() && *f.plan->stamp() < t) f.plan->advance();
@@ -233,7 +250,7 @@ std::vector<TimedPose> read_asl_truth(const fs::path& folder, const AslSensors& 
   if (fs::exists(*truth / "sensor.yaml"))
     X_BS = read_mounting(*truth / "sensor.yaml", content(*truth / "sensor.yaml"));
   std::vector<TimedPose> poses = interpolated(*truth / "data.csv", own_clock);
-  if (poses.empty()) return poses;
+  if (poses.empty()) throw FileError(*truth / "data.csv", "none of its poses is near the time of an image");
   const Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,
                           X_WT = sensors.setup.X_WC_start * (poses.front().X * X_SC).inverse();
   for (TimedPose& pose : poses) pose = {pose.t - start, X_WT * pose.X * X_SC};

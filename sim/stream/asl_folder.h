@@ -37,7 +37,8 @@ class AslFolder {
 
   const AslSensors& sensors() const;
   /// The next image with the readings since the one before, a reading standing for the time until halfway to
-  /// its neighbours; nothing after the last.
+  /// its neighbours; nothing after the last, but a FileError if the gyro has said nothing by then: its clock
+  /// is another.
   std::optional<slam::Observation> next();
 
  private:
@@ -50,7 +51,7 @@ bool is_asl_folder(const std::filesystem::path& folder);
 
 /// True poses X_WC of the camera at those of the times (rising) that lie between true poses less than 0.1 s
 /// apart, straight between them; in the world of AslSensors::setup.X_WC_start, where the first is laid. Empty
-/// without truth. Throws FileError.
+/// without truth. Throws FileError, also where the truth has a pose at none of the times.
 std::vector<TimedPose> read_asl_truth(const std::filesystem::path& folder, const AslSensors& sensors,
                                       const std::vector<slam::Stamp>& times);
 

@@ -32,6 +32,7 @@ CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields
     : file_(file), input_(file, std::ios::binary), strict_(false) {
   if (!input_) throw FileError(file_, "cannot be opened");
   if (!read_line()) throw FileError(file_, "is empty");
+  if (line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // the mark of UTF-8 that spreadsheets write
   if (!line_.starts_with('#')) throw FileError(file_, 1, "expected a header that begins with #");
   columns_ = static_cast<std::size_t>(std::count(line_.begin(), line_.end(), ',')) + 1;
   if (columns_ < least_fields)

@@ -219,7 +219,12 @@ std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, cons
 
 MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text) {
   const Yaml yaml(file, text);
-  const auto density = [&](const char* key) { return yaml.has(key) ? yaml.number(yaml.at(key)) : 0; };
+  const auto density = [&](const char* key) {
+    const double stated = yaml.has(key) ? yaml.number(yaml.at(key)) : 0;
+    if (stated != 0 && !(stated >= 1e-9 && stated <= 1e3))
+      yaml.fail(yaml.at(key).Mark(), "expected 0 or a number from 1e-9 to 1000");
+    return stated;
+  };
   MountedImu imu;
   imu.X_BS = yaml.rounded_pose("T_BS");
   imu.rate_hz = yaml.number(yaml.at("rate_hz"));

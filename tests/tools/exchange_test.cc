@@ -70,6 +70,7 @@ TEST_F(Exchange, AFolderWithoutAPlanRunsOnVisionAndGyroAndIsScoredUpToScale) {
   const tests::Ran replayed = gaitslam("replay e --out back");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
   EXPECT_LT(metric("back", "ate_sim3_rmse_m")["value"].get<double>(), 0.05);
+  EXPECT_THAT(replayed.out, HasSubstr("\n  ate_sim3_rmse_m  "));
   EXPECT_TRUE(metric("back", "rmse_m")["value"].is_null());
   EXPECT_THAT(metric("back", "rmse_m")["reason"].get<std::string>(), HasSubstr("do not tell the scale"));
 }
@@ -87,6 +88,15 @@ TEST_F(Exchange, WhatIsWrongInAFolderFromElsewhereIsOneLineWithItsPlace) {
   EXPECT_EQ(replayed.exit_code, 2);
   EXPECT_EQ(replayed.err, "gaitslam: e/mav0/imu0/data.csv:3:1: the stamp is not after the one before\n");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "back"));
+}
+
+TEST_F(Exchange, AFolderOfNeitherKindIsOneLine) {
+  const tests::Ran replayed = gaitslam("replay e/mav0 --out back");
+  EXPECT_EQ(replayed.exit_code, 2);
+  EXPECT_EQ(replayed.err,
+            "gaitslam: e/mav0: expected a result folder (with scenario.yaml and recording/) or one in the "
+            "EuRoC/ASL "
+            "layout (with mav0/)\n");
 }
 
 TEST_F(Exchange, WhatAnExportCannotDoIsOneLine) {

@@ -74,6 +74,11 @@ void keep_origin(bench::ReadScenario& read, const fs::path& result) {
 
 bench::ReadScenario read_request(const Request& request) {
   const fs::path own = request.result / "scenario.yaml";
+  if (!fs::exists(own))
+    throw UsageError(
+        fmt::format("{}: expected a result folder (with scenario.yaml and recording/) or one in the "
+                    "EuRoC/ASL layout (with mav0/)",
+                    request.result.string()));
   const std::string file = request.scenario.value_or(own.string());
   const bench::ReadScenario read = bench::read_scenario(file, request.changes);
   const std::string& last = request.changes.with.empty() ? file : request.changes.with.back();

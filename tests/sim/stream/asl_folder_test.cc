@@ -176,6 +176,10 @@ TEST_F(Elsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
       {"cam0/sensor.yaml", "1.76187114e-05]", "1, 2]", "cam0/sensor.yaml:17:26: expected 4 numbers"},
       {"cam0/sensor.yaml", "rate_hz", "rate", "cam0/sensor.yaml: has no key rate_hz"},
       {"cam0/sensor.yaml", "[64, 48]", "[65, 48]", "is of 64x48, mav0/cam0/sensor.yaml has 65x48"},
+      {"cam0/sensor.yaml", "45.8654", "0", "cam0/sensor.yaml: camera: focal lengths must be positive"},
+      {"cam0/sensor.yaml", "-0.28340811", "-2834", "cam0/sensor.yaml: camera: its distortion coefficients"},
+      {"imu0/sensor.yaml", "1.6968e-04", "-1.6968e-04", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
+      {"imu0/sensor.yaml", "1.6968e-04", "1e300", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
       {"state_groundtruth_estimate0/data.csv", "0,1,0,0,0", "0,2,0,0,0", "data.csv:2:27: the quaternion"},
   };
   for (const Fault& fault : faults) {
@@ -195,6 +199,25 @@ TEST_F(Elsewhere, WhatIsMissingIsNamed) {
     EXPECT_THAT(complaint(), HasSubstr(std::string(name) + ": cannot be opened"));
     fs::rename(kept, file);
   }
+}
+
+TEST_F(Elsewhere, AnImuOrATruthOfAnotherClockIsNamed) {
+  write("imu0/data.csv", "#timestamp [ns],x,y,z\n2403636579758555392,1,0,0\n2403636579768555392,2,0,0\n");
+  EXPECT_THAT(complaint(),
+              HasSubstr("imu0/data.csv: none of its readings is from before or between the images"));
+  write("imu0/data.csv", "#timestamp [ns],x,y,z\n1403636579758555392,1,0,0\n1403636579768555392,2,0,0\n");
+  EXPECT_EQ(complaint(), "");
+  write("state_groundtruth_estimate0/data.csv",
+        "#timestamp,x,y,z,w,x,y,z\n2403636579753555584,1,0,0,1,0,0,0\n");
+  EXPECT_THAT(complaint(), HasSubstr("data.csv: none of its poses is near the time of an image"));
+}
+
+TEST_F(Elsewhere, TheMarkOfUtf8IsNoPartOfTheHeader) {
+  for (const char* name : {"cam0/data.csv", "cam0/sensor.yaml", "imu0/data.csv"}) {
+    std::ifstream in(folder_ / "mav0" / name, std::ios::binary);
+    write(name, "\xef\xbb\xbf" + std::string(std::istreambuf_iterator<char>(in), {}));
+  }
+  EXPECT_EQ(complaint(), "");
 }
 
 TEST_F(Elsewhere, AnImageThatIsNoneIsNamed) {

@@ -55,8 +55,8 @@ void damage(const fs::path& file, const std::function<void()>& read) {
 }
 
 std::string png() {
-  cv::Mat grey(12, 16, CV_8UC1);
-  for (int i = 0; i < 12 * 16; ++i) grey.data[i] = static_cast<unsigned char>(37 * i);
+  cv::Mat grey(36, 48, CV_8UC1);
+  for (int i = 0; i < 36 * 48; ++i) grey.data[i] = static_cast<unsigned char>(37 * i);
   std::vector<unsigned char> bytes;
   cv::imencode(".png", grey, bytes);
   return {bytes.begin(), bytes.end()};
@@ -74,8 +74,8 @@ class Foreign {
   explicit Foreign(const fs::path& folder) : folder_(folder) {
     const fs::path mav0 = folder / "mav0";
     replace(mav0 / "cam0/sensor.yaml", "sensor_type: camera\n" + std::string(kMounting) +
-                                           "rate_hz: 20\nresolution: [16, 12]\ncamera_model: pinhole\n"
-                                           "intrinsics: [10.1, 10.2, 7.5, 5.5]\n"
+                                           "rate_hz: 20\nresolution: [48, 36]\ncamera_model: pinhole\n"
+                                           "intrinsics: [30.1, 30.2, 23.5, 17.5]\n"
                                            "distortion_model: radial-tangential\n"
                                            "distortion_coefficients: [-0.28, 0.07, 0.0002, 1.7e-05]\n");
     replace(mav0 / "imu0/sensor.yaml", "sensor_type: imu\n" + std::string(kMounting) +
@@ -162,7 +162,7 @@ TEST(DamagedInput, ATrajectoryIsReadOrRefused) {
 TEST(DamagedInput, ARecordingIsReadOrRefused) {
   const TemporaryFolder folder;
   RecordingSetup setup;
-  setup.calibration.camera = {16, 12, 10, 10, 8, 6, slam::OneParameterRadial{1e-3}};
+  setup.calibration.camera = {48, 36, 30, 30, 24, 18, slam::OneParameterRadial{1e-3}};
   RecordingWriter writer(folder / "r", setup);
   const std::string bytes = png();
   const cv::Mat image = cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), cv::IMREAD_GRAYSCALE);
