@@ -35,24 +35,25 @@ void (*exporter(ExportFormat format))(const Export&) {
   return kExporters.at(static_cast<std::size_t>(format));
 }
 
+bool knows_no_lens(ExportFormat format) {
+  return format == ExportFormat::tum || format == ExportFormat::kitti;
+}
+
 }  // namespace
 
-Export::Export(const ExportedRun& run_, const fs::path& folder_)
+Export::Export(const ExportedRun& run_, const fs::path& folder_, bool undistort)
     : run(run_),
       folder(folder_),
       setup(RecordingReader(run.result / "recording").setup()),
-      equidistant(fit_equidistant(setup.calibration.camera)),
-      noise(noise_of(run.errors)) {}
+      noise(noise_of(run.errors)),
+      equidistant_(fit_equidistant(camera())) {
+  if (undistort) undistorted_.emplace(camera());
+  setup.calibration.camera = undistort ? undistorted_->pinhole() : equidistant_.camera;
+}
 
 std::vector<TumRow> Export::estimate() const {
   const fs::path file = run.result / "estimate_cov.txt";
   return fs::exists(file) ? read_tum(file) : std::vector<TumRow>{};
-}
-
-RecordingSetup Export::setup_of_others() const {
-  RecordingSetup others = setup;
-  others.calibration.camera = equidistant.camera;
-  return others;
 }
 
 void Export::write(const std::string& name, std::string_view bytes) const {
@@ -63,22 +64,29 @@ void Export::write(const std::string& name, std::string_view bytes) const {
   out.close();
 }
 
-void Export::write_png(const std::string& name, const cv::Mat& image) const {
-  const std::vector<unsigned char> bytes = png(image);
+void Export::write_png(const std::string& name, const cv::Mat& seen) const {
+  const std::vector<unsigned char> bytes = png(image(seen));
   write(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-std::string Export::lens_fitted() const {
+std::string Export::lens_text() const {
+  if (undistorted_)
+    return fmt::format(
+        "The camera's lens is taken out of the images (bilinear): they are those of a pinhole of f = {} px\n"
+        "with centre ({}, {}), exactly, and show what every one of their pixels saw.\n",
+        camera().fu_px, camera().u0_px, camera().v0_px);
   return fmt::format(
       "The camera's own lens has one radial parameter, which few programs know. It is given as the "
       "equidistant\n"
       "model of Kannala and Brandt (2006), fitted over the whole image: {:.4f} px root mean square, {:.4f} "
       "px at\n"
-      "most. Images are as the camera gave them.\n",
-      equidistant.rms_px, equidistant.largest_px);
+      "most. Images are as the camera gave them. `gaitslam export ... --undistort` takes the lens out of "
+      "the\n"
+      "images instead: they are then a pinhole's, exactly.\n",
+      equidistant_.rms_px, equidistant_.largest_px);
 }
 
-void Export::write_readme(const std::string& text, const std::string& lens) const {
+void Export::write_readme(const std::string& text) const {
   write(
       "README.md",
       fmt::format(
@@ -95,7 +103,7 @@ void Export::write_readme(const std::string& text, const std::string& lens) cons
           "the chest IMU; the IMU's stamps are {} s later than the\ncamera's.\n\n{}",
           run.name, run.seed, text, kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
           noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
-          kLeastAccelerometerWalk, run.errors.motion.time_offset_s, lens));
+          kLeastAccelerometerWalk, run.errors.motion.time_offset_s, lens_text()));
 }
 
 std::string written_seconds(slam::Stamp t) {
@@ -129,6 +137,36 @@ std::vector<unsigned char> png(const cv::Mat& image) {
   return bytes;
 }
 
+ToldLens told_lens(const slam::CameraIntrinsics& camera) {
+  if (const auto* k = std::get_if<slam::Equidistant>(&camera.lens))
+    return {true, {k->k1, k->k2, k->k3, k->k4}};
+  return {false, {}};
+}
+
+std::string orb_camera(const Export& out) {
+  const slam::CameraIntrinsics& camera = out.camera();
+  const auto [equidistant, k] = told_lens(camera);
+  return fmt::format(
+      "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"{}\"\nCamera1.fx: {}\nCamera1.fy: {}\n"
+      "Camera1.cx: {}\nCamera1.cy: {}\n{}Camera.width: {}\nCamera.height: {}\nCamera.fps: {:.0f}\n"
+      "Camera.RGB: 1\n\n",
+      equidistant ? "KannalaBrandt8" : "PinHole", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
+      real(camera.v0_px),
+      equidistant ? fmt::format("Camera1.k1: {}\nCamera1.k2: {}\nCamera1.k3: {}\nCamera1.k4: {}\n",
+                                real(k[0]), real(k[1]), real(k[2]), real(k[3]))
+                  : "",
+      camera.width_px, camera.height_px, out.setup.camera_rate_hz);
+}
+
+std::string orb_imu(const Export& out) {
+  return fmt::format(
+      "IMU.T_b_c1: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: f\n   data: [{}]\n"
+      "IMU.NoiseGyro: {}\nIMU.NoiseAcc: {}\nIMU.GyroWalk: {}\nIMU.AccWalk: {}\nIMU.Frequency: {}\n\n",
+      matrix_text(out.setup.calibration.X_CG.inverse(), "", "", ", "), real(out.noise.gyro_density),
+      real(out.noise.accelerometer_density), real(out.noise.gyro_walk), real(out.noise.accelerometer_walk),
+      real(out.setup.imu_rate_hz));
+}
+
 std::string orb_rest() {
   return "ORBextractor.nFeatures: 1000\nORBextractor.scaleFactor: 1.2\nORBextractor.nLevels: 8\n"
          "ORBextractor.iniThFAST: 20\nORBextractor.minThFAST: 7\n\n"
@@ -140,7 +178,7 @@ std::string orb_rest() {
 
 void export_run(const ExportedRun& run, ExportFormat format, const fs::path& folder, Existing existing) {
   DurableFolder durable(folder, existing);
-  exporter(format)(Export(run, durable.path()));
+  exporter(format)(Export(run, durable.path(), run.undistort || knows_no_lens(format)));
   durable.commit();
 }
 

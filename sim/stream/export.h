@@ -24,6 +24,7 @@ struct ExportedRun {
   std::string name;  ///< of the scenario
   std::uint64_t seed = 1;
   ErrorOptions errors;
+  bool undistort = false;  ///< images as a pinhole would have seen them, also where the format knows lenses
 };
 
 /// Makes the folder; it appears whole or not at all. Memory does not grow with the run's length. Throws

@@ -47,30 +47,12 @@ void write_imu(HashedFile& imu, const ImuReading& reading, bool& begun) {
 }
 
 void write_sensors(const Export& out) {
-  const RecordingSetup setup = out.setup_of_others();
   out.write(kBody, body_yaml());
-  out.write(kCameraSensor, camera_yaml(setup));
-  out.write(kImuSensor, imu_yaml(setup, out.noise));
-  out.write(kPlanSensor, plan_yaml(setup));
+  out.write(kCameraSensor, camera_yaml(out.setup));
+  out.write(kImuSensor, imu_yaml(out.setup, out.noise));
+  out.write(kPlanSensor, plan_yaml(out.setup));
   out.write(kMotionSensor, motion_yaml());
   out.write(kMotionRows, Manifest(out.run.result / "recording").read(kMotionRows));
-}
-
-std::string orb_settings(const Export& out) {
-  const slam::CameraIntrinsics& camera = out.equidistant.camera;
-  const auto& k = std::get<slam::Equidistant>(camera.lens);
-  return fmt::format(
-      "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"KannalaBrandt8\"\nCamera1.fx: {}\nCamera1.fy: {}\n"
-      "Camera1.cx: {}\nCamera1.cy: {}\nCamera1.k1: {}\nCamera1.k2: {}\nCamera1.k3: {}\nCamera1.k4: {}\n"
-      "Camera.width: {}\nCamera.height: {}\nCamera.fps: {:.0f}\nCamera.RGB: 1\n\n"
-      "IMU.T_b_c1: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: f\n   data: [{}]\n"
-      "IMU.NoiseGyro: {}\nIMU.NoiseAcc: {}\nIMU.GyroWalk: {}\nIMU.AccWalk: {}\nIMU.Frequency: {}\n\n"
-      "{}",
-      real(camera.fu_px), real(camera.fv_px), real(camera.u0_px), real(camera.v0_px), real(k.k1), real(k.k2),
-      real(k.k3), real(k.k4), camera.width_px, camera.height_px, out.setup.camera_rate_hz,
-      matrix_text(out.setup.calibration.X_CG.inverse(), "", "", ", "), real(out.noise.gyro_density),
-      real(out.noise.accelerometer_density), real(out.noise.gyro_walk), real(out.noise.accelerometer_walk),
-      real(out.setup.imu_rate_hz), orb_rest());
 }
 
 }  // namespace
@@ -95,14 +77,14 @@ void export_mav0(const Export& out) {
 
 void export_euroc(const Export& out) {
   export_mav0(out);
-  out.write_readme(kEurocReadme, out.lens_fitted());
+  out.write_readme(kEurocReadme);
 }
 
 void export_orbslam3(const Export& out) {
   export_mav0(out);
-  out.write("settings.yaml", orb_settings(out));
+  out.write("settings.yaml", orb_camera(out) + orb_imu(out) + orb_rest());
   out.write("groundtruth.tum", tum_of(out.truth().camera));
-  out.write_readme(kOrbReadme, out.lens_fitted());
+  out.write_readme(kOrbReadme);
 }
 
 }  // namespace sim::stream

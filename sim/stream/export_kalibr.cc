@@ -31,15 +31,15 @@ the camera.
 
 // camera: "T_cam_imu" maps from the IMU to the camera, "T_imu_cam" back.
 std::string camera_chain(const Export& out, const std::string& key, const Eigen::Isometry3d& X) {
-  const slam::CameraIntrinsics& camera = out.equidistant.camera;
-  const auto& k = std::get<slam::Equidistant>(camera.lens);
+  const slam::CameraIntrinsics& camera = out.camera();
+  const auto [equidistant, k] = told_lens(camera);
   return fmt::format(
       "cam0:\n  {}:\n{}\n  cam_overlaps: []\n  camera_model: pinhole\n  distortion_coeffs: [{}, {}, {}, {}]\n"
-      "  distortion_model: equidistant\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
+      "  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
       "  rostopic: /cam0/image_raw\n  timeshift_cam_imu: {}\n",
-      key, matrix_text(X, "    - [", "]", "\n"), real(k.k1), real(k.k2), real(k.k3), real(k.k4),
-      real(camera.fu_px), real(camera.fv_px), real(camera.u0_px), real(camera.v0_px), camera.width_px,
-      camera.height_px, real(out.run.errors.motion.time_offset_s));
+      key, matrix_text(X, "    - [", "]", "\n"), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
+      equidistant ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
+      real(camera.v0_px), camera.width_px, camera.height_px, real(out.run.errors.motion.time_offset_s));
 }
 
 std::string imu_keys(const Export& out, const std::string& indent) {
@@ -156,7 +156,7 @@ void export_kalibr(const Export& out) {
   out.write("camchain-imucam.yaml", camera_chain(out, "T_cam_imu", out.setup.calibration.X_CG));
   out.write("imu.yaml", imu_keys(out, ""));
   out.write("groundtruth.tum", tum_of(out.truth().camera));
-  out.write_readme(kKalibrReadme, out.lens_fitted());
+  out.write_readme(kKalibrReadme);
 }
 
 void export_openvins(const Export& out) {
@@ -167,7 +167,7 @@ void export_openvins(const Export& out) {
             "%YAML:1.0\n\n" + camera_chain(out, "T_imu_cam", out.setup.calibration.X_CG.inverse()));
   out.write("groundtruth.csv", Manifest(out.run.result / "recording").read(recording_format::kMotionRows));
   out.write("groundtruth.tum", tum_of(out.truth().camera));
-  out.write_readme(kOpenVinsReadme, out.lens_fitted());
+  out.write_readme(kOpenVinsReadme);
 }
 
 }  // namespace sim::stream

@@ -74,10 +74,11 @@ BagWriter::BagWriter(const Export& out, const Bag& bag)
 }
 
 void BagWriter::add_image(const slam::Observation& o) {
+  const cv::Mat image = out_.image(o.image);
   add(image_, o.t,
-      bag_.compressed ? ros::compressed_image(o.t, kCameraFrame, png(o.image))
-                      : ros::image(o.t, kCameraFrame, o.image));
-  add(info_, o.t, ros::camera_info(o.t, kCameraFrame, out_.equidistant.camera));
+      bag_.compressed ? ros::compressed_image(o.t, kCameraFrame, png(image))
+                      : ros::image(o.t, kCameraFrame, image));
+  add(info_, o.t, ros::camera_info(o.t, kCameraFrame, out_.camera()));
 }
 
 void BagWriter::add_imu(const ImuReading& reading) {
@@ -138,7 +139,7 @@ void export_bag(const Export& out, const Bag& bag) { BagWriter(out, bag).write()
 
 void export_mcap(const Export& out) {
   export_bag(out, {"", "/camera/image/compressed", "/camera/camera_info", "/imu", true});
-  out.write_readme(kReadme, out.lens_fitted());
+  out.write_readme(kReadme);
 }
 
 }  // namespace sim::stream

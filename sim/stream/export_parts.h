@@ -1,6 +1,7 @@
 // What the exporters share: what is known of the run's sensors, and how files and settings are written.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -19,12 +20,13 @@ namespace sim::stream {
 /// A run on its way out. `folder` is where the files go.
 class Export {
  public:
-  Export(const ExportedRun& run, const std::filesystem::path& folder);
+  /// undistort: images as a pinhole would have seen them; else as they are, of a camera with the equidistant
+  /// lens.
+  Export(const ExportedRun& run, const std::filesystem::path& folder, bool undistort);
 
   const ExportedRun& run;
   const std::filesystem::path folder;
-  RecordingSetup setup;      ///< as recorded: the camera with its own lens
-  FittedCamera equidistant;  ///< that camera with the lens that others know
+  RecordingSetup setup;  ///< the camera is the one that the images are said to be of: told_lens has its lens
   ImuNoise noise;
 
   /// The run from its beginning.
@@ -32,17 +34,31 @@ class Export {
   Truth truth() const { return read_truth(run.result / "recording"); }
   /// X_WC as the filter had it; empty without a filter.
   std::vector<TumRow> estimate() const;
-  /// setup with the lens replaced by the equidistant one.
-  RecordingSetup setup_of_others() const;
+  const slam::CameraIntrinsics& camera() const { return setup.calibration.camera; }
+  /// What the filter saw, as it is exported.
+  cv::Mat image(const cv::Mat& seen) const { return undistorted_ ? (*undistorted_)(seen) : seen; }
 
   /// Writes a whole file, its folders made as needed.
   void write(const std::string& name, std::string_view bytes) const;
-  void write_png(const std::string& name, const cv::Mat& image) const;
+  /// image() of what the filter saw.
+  void write_png(const std::string& name, const cv::Mat& seen) const;
   /// Writes README.md: the text, then what holds for every export.
-  void write_readme(const std::string& text, const std::string& lens) const;
-  /// "The lens is ... fitted to 0.002 px"
-  std::string lens_fitted() const;
+  void write_readme(const std::string& text) const;
+
+ private:
+  /// "The lens is ... fitted to 0.07 px"
+  std::string lens_text() const;
+
+  FittedCamera equidistant_;
+  std::optional<Undistorted> undistorted_;
 };
+
+/// A lens as other programs are told: equidistant, or without distortion.
+struct ToldLens {
+  bool equidistant;
+  std::array<double, 4> k;  ///< all zero without distortion
+};
+ToldLens told_lens(const slam::CameraIntrinsics& camera);
 
 /// "1000000000.033000000"
 std::string written_seconds(slam::Stamp t);
@@ -57,7 +73,9 @@ std::string tum_of(const std::vector<TimedPose>& poses);
 /// The PNG's bytes.
 std::vector<unsigned char> png(const cv::Mat& image);
 
-/// The part of ORB-SLAM3's settings that does not depend on the camera.
+/// ORB-SLAM3's settings of the camera; of the IMU; and the rest.
+std::string orb_camera(const Export& out);
+std::string orb_imu(const Export& out);
 std::string orb_rest();
 
 /// A ROS 2 bag: where it goes and what its topics are called.
@@ -68,7 +86,7 @@ struct Bag {
 };
 void export_bag(const Export& out, const Bag& bag);
 
-/// mav0/ in the EuRoC/ASL layout, with the equidistant lens, and times.txt.
+/// mav0/ in the EuRoC/ASL layout, and times.txt.
 void export_mav0(const Export& out);
 
 void export_euroc(const Export& out);

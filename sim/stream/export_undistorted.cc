@@ -27,23 +27,6 @@ one, the first three rows by rows. `settings.yaml` is for ORB-SLAM3 (v1.0); in i
     evo_traj kitti FOLDER/poses/00.txt --plot
 )";
 
-std::string lens_taken_out(const slam::CameraIntrinsics& pinhole) {
-  return fmt::format(
-      "The format has no word for the camera's lens, so it is taken out of the images (bilinear): they are "
-      "those of\n"
-      "a pinhole of f = {} px with centre ({}, {}), and show what every one of their pixels saw.\n",
-      pinhole.fu_px, pinhole.u0_px, pinhole.v0_px);
-}
-
-std::string orb_settings(const slam::CameraIntrinsics& pinhole, double rate_hz) {
-  return fmt::format(
-      "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"PinHole\"\nCamera1.fx: {}\nCamera1.fy: {}\n"
-      "Camera1.cx: {}\nCamera1.cy: {}\nCamera.width: {}\nCamera.height: {}\nCamera.fps: {:.0f}\nCamera.RGB: "
-      "1\n\n{}",
-      real(pinhole.fu_px), real(pinhole.fv_px), real(pinhole.u0_px), real(pinhole.v0_px), pinhole.width_px,
-      pinhole.height_px, rate_hz, orb_rest());
-}
-
 // Three lines before the first row: readers skip as many.
 std::string header(const char* what, const Export& out, const char* columns) {
   return fmt::format("# {}\n# file: {}, seed {}\n# {}\n", what, out.run.name, out.run.seed, columns);
@@ -60,7 +43,6 @@ std::string kitti_row(const Eigen::Isometry3d& X) {
 }  // namespace
 
 void export_tum(const Export& out) {
-  const Undistorted undistorted(out.setup.calibration.camera);
   const char* poses = "timestamp tx ty tz qx qy qz qw";
   std::string images = header("color images", out, "timestamp filename"),
               accelerations = header("accelerometer data, chest IMU", out, "timestamp ax ay az"),
@@ -73,7 +55,7 @@ void export_tum(const Export& out) {
     if (o->plan) plan += tum_row(kEpoch + o->t, o->plan->X_PC);
     if (o->image.empty()) continue;
     const std::string name = fmt::format("rgb/{}.png", written_seconds(o->t));
-    out.write_png(name, undistorted(o->image));
+    out.write_png(name, o->image);
     images += fmt::format("{} {}\n", written_seconds(o->t), name);
   }
   out.write("rgb.txt", images);
@@ -83,13 +65,12 @@ void export_tum(const Export& out) {
   if (const auto rows = out.estimate(); !rows.empty())
     out.write("estimate.txt",
               header("estimated trajectory", out, poses) + tum_of({rows.begin(), rows.end()}));
-  out.write("settings.yaml", orb_settings(undistorted.pinhole(), out.setup.camera_rate_hz));
-  out.write_readme(kTumReadme, lens_taken_out(undistorted.pinhole()));
+  out.write("settings.yaml", orb_camera(out) + orb_rest());
+  out.write_readme(kTumReadme);
 }
 
 void export_kitti(const Export& out) {
-  const Undistorted undistorted(out.setup.calibration.camera);
-  const slam::CameraIntrinsics& f = undistorted.pinhole();
+  const slam::CameraIntrinsics& f = out.camera();
   std::string times, poses;
   std::optional<Eigen::Isometry3d> X_CW_first;
   std::optional<slam::Stamp> first;
@@ -100,7 +81,7 @@ void export_kitti(const Export& out) {
     while (pose != truth.end() && pose->t < o->t) ++pose;
     if (o->image.empty() || pose == truth.end() || pose->t != o->t) continue;
     if (!first) first = o->t, X_CW_first = pose->X.inverse();
-    out.write_png(fmt::format("sequences/00/image_0/{:06}.png", count++), undistorted(o->image));
+    out.write_png(fmt::format("sequences/00/image_0/{:06}.png", count++), o->image);
     times += fmt::format("{:.9f}\n", slam::seconds(o->t - *first));
     poses += kitti_row(*X_CW_first * pose->X);
   }
@@ -108,8 +89,8 @@ void export_kitti(const Export& out) {
   out.write("sequences/00/times.txt", times);
   out.write("sequences/00/calib.txt", "P0: " + P + "P1: " + P + "P2: " + P + "P3: " + P);
   out.write("poses/00.txt", poses);
-  out.write("settings.yaml", orb_settings(f, out.setup.camera_rate_hz));
-  out.write_readme(kKittiReadme, lens_taken_out(f));
+  out.write("settings.yaml", orb_camera(out) + orb_rest());
+  out.write_readme(kKittiReadme);
 }
 
 }  // namespace sim::stream

@@ -107,7 +107,7 @@ FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera) {
 
 Undistorted::Undistorted(const slam::CameraIntrinsics& camera) : pinhole_(camera) {
   const slam::Camera seen(camera);
-  pinhole_.lens = slam::OneParameterRadial{0};
+  pinhole_.lens = slam::RadialTangential{};
   for (pinhole_.fu_px = pinhole_.fv_px = 1; !shows_all(seen, pinhole_); pinhole_.fv_px = ++pinhole_.fu_px)
     if (pinhole_.fu_px > 1e5) throw std::logic_error("no pinhole looks through this lens");
   const slam::Camera straight(pinhole_);

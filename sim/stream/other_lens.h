@@ -22,8 +22,9 @@ FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera);
 /// Images as an ideal pinhole would have seen them.
 class Undistorted {
  public:
-  /// The pinhole has square pixels and the given camera's size and principal point; its focal length is the
-  /// smallest whole number of px with which no pixel looks past the given image.
+  /// The pinhole (radial-tangential without distortion) has square pixels and the given camera's size and
+  /// principal point; its focal length is the smallest whole number of px with which no pixel looks past the
+  /// given image.
   explicit Undistorted(const slam::CameraIntrinsics& camera);
   const slam::CameraIntrinsics& pinhole() const { return pinhole_; }
   /// Bilinear; an image of the given camera's size.

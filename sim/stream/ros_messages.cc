@@ -127,14 +127,16 @@ std::string imu(const ImuReading& reading, const std::string& frame, double gyro
 }
 
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera) {
-  const auto& lens = std::get<slam::Equidistant>(camera.lens);
+  const auto* const lens = std::get_if<slam::Equidistant>(&camera.lens);
+  const std::vector<double> d =
+      lens ? std::vector{lens->k1, lens->k2, lens->k3, lens->k4} : std::vector<double>(5);
   const double fu = camera.fu_px, fv = camera.fv_px, u0 = camera.u0_px, v0 = camera.v0_px;
   const std::array<double, 9> K{fu, 0, u0, 0, fv, v0, 0, 0, 1};
   const std::array<double, 12> P{fu, 0, u0, 0, 0, fv, v0, 0, 0, 0, 1, 0};
   Cdr cdr;
   cdr.header(t, frame).number(static_cast<std::uint32_t>(camera.height_px));
-  cdr.number(static_cast<std::uint32_t>(camera.width_px)).text("equidistant").number(4u);
-  cdr.numbers(std::array{lens.k1, lens.k2, lens.k3, lens.k4}).numbers(K).numbers(diagonal(1)).numbers(P);
+  cdr.number(static_cast<std::uint32_t>(camera.width_px)).text(lens ? "equidistant" : "plumb_bob");
+  cdr.number(static_cast<std::uint32_t>(d.size())).numbers(d).numbers(K).numbers(diagonal(1)).numbers(P);
   for (int zero = 0; zero < 6; ++zero) cdr.number(0u);  // binning, region of interest
   return cdr.number(std::uint8_t{0}).bytes();
 }

@@ -22,7 +22,7 @@ std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey);
 /// The sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
 std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
-/// The lens must be the equidistant one.
+/// The lens is the equidistant one; any other is taken for none.
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera);
 std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);
 /// P: of (orientation in the camera's axes, position in the world's), as slam::Estimate; the message has the

@@ -3,6 +3,7 @@ python3 read_exports.py FORMAT FOLDER EXPECTED"""
 
 import csv
 import pathlib
+import re
 import struct
 import sys
 import zlib
@@ -51,9 +52,20 @@ def rotation(x, y, z, w):
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
+def pinhole_focal(calibration):
+    text = calibration.read_text()
+    numbers = lambda key: [float(x) for x in re.search(key + r": \[(.*?)\]", text)[1].split(",")]
+    assert re.search("distortion_model: (.*)", text)[1] in ("radtan", "radial-tangential")
+    assert numbers("distortion_coeff[a-z]*") == [0, 0, 0, 0]
+    fu, fv, u0, v0 = numbers("intrinsics")
+    assert (fu, u0, v0) == (fv, 31.4, 25.4)
+    return fu
+
+
 class Expected:
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
+        self.pinhole = (self.folder / "undistorted").exists()
         self.stamps = [row[0] for row in table(self.folder / "images.csv")]
         self.truth = self.poses("truth.csv")
         self.imu = [(row[0], np.array(row[1:], float)) for row in table(self.folder / "imu.csv")]
@@ -66,8 +78,12 @@ class Expected:
     def image(self, stamp):
         return np.fromfile(self.folder / f"{stamp}.grey", np.uint8).reshape(48, 64)
 
-    def check_images(self, folder):
+    def check_images(self, folder, calibration):
+        """calibration: the YAML file with the lens that the images are said to have."""
         assert sorted(f.name for f in folder.iterdir()) == [f"{t}.png" for t in self.stamps]
+        if self.pinhole:
+            f = pinhole_focal(calibration)
+            return check_undistorted(self, [folder / f"{t}.png" for t in self.stamps], f)
         for t in self.stamps:
             assert np.array_equal(png(folder / f"{t}.png"), self.image(t)), t
 
@@ -89,7 +105,7 @@ def euroc(folder, expected):
     cam0, imu0 = folder / "mav0/cam0", folder / "mav0/imu0"
     assert table(cam0 / "data.csv") == [[t, f"{t}.png"] for t in expected.stamps]
     assert (folder / "times.txt").read_text().split() == expected.stamps
-    expected.check_images(cam0 / "data")
+    expected.check_images(cam0 / "data", cam0 / "sensor.yaml")
     expected.check_imu(table(imu0 / "data.csv"))
     truth = table(folder / "mav0/state_groundtruth_estimate0/data.csv")
     motion = expected.poses("motion.csv")
@@ -102,11 +118,13 @@ def euroc(folder, expected):
 
 def orbslam3(folder, expected):
     euroc(folder, expected)
+    if expected.pinhole:
+        assert focal(folder / "settings.yaml") == pinhole_focal(folder / "mav0/cam0/sensor.yaml")
     expected.check_tum(folder / "groundtruth.tum", expected.truth)
 
 
 def kalibr(folder, expected):
-    expected.check_images(folder / "cam0")
+    expected.check_images(folder / "cam0", folder / "camchain-imucam.yaml")
     rows = table(folder / "imu0.csv")
     assert rows[0] == "timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z".split(",")
     expected.check_imu(rows[1:])

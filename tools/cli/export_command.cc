@@ -23,6 +23,7 @@ constexpr const char* kExamples = R"(
 Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format mcap
+  gaitslam export results/tangent_circle/seed-1 --format kalibr --undistort
 What is exported is what the filter saw, sensor noise included. The folder (RESULT/export/FORMAT unless --out
 names one) has a README.md with the command line of the program that it is for.)";
 
@@ -30,7 +31,7 @@ struct Request {
   fs::path result;
   std::string format;
   std::optional<std::string> out;
-  bool force = false;
+  bool undistort = false, force = false;
 };
 
 stream::ExportFormat format_of(const std::string& name) {
@@ -53,8 +54,8 @@ int export_result(const Request& request) {
   const fs::path folder = request.out ? fs::path(*request.out) : request.result / "export" / request.format;
   check_out_folder(folder, request.out.has_value(), request.force);
   const NewFolders made_for_this(folder);
-  stream::export_run({request.result, scenario.name, scenario.seed, scenario.errors}, format, folder,
-                     stream::Existing::replace);
+  stream::export_run({request.result, scenario.name, scenario.seed, scenario.errors, request.undistort},
+                     format, folder, stream::Existing::replace);
   std::cout << fmt::format("{0}/README.md says how {0} is used\n", folder.string());
   return 0;
 }
@@ -72,6 +73,8 @@ void add_export(CLI::App& app, int& exit_code) {
                    fmt::format("one of {}", fmt::join(stream::kExportFormats, ", ")))
       ->required();
   command->add_option("--out", request->out, "folder to write");
+  command->add_flag("--undistort", request->undistort,
+                    "images as a pinhole would have seen them; tum and kitti always are");
   command->add_flag("--force", request->force, "replace a folder that exists");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = export_result(*request); });
