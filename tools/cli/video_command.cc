@@ -84,7 +84,8 @@ class Encoder {
     using Words = std::vector<std::string>;
     const Words codec =
         video_.extension() == ".webm"
-            ? Words{"-c:v", "libvpx-vp9", "-crf", "32", "-b:v", "0", "-deadline", "realtime"}
+            ? Words{"-c:v", "libvpx-vp9", "-crf",     "32",        "-b:v",
+                    "0",    "-deadline",  "realtime", "-cpu-used", "8"}
             : Words{"-c:v", "libx264", "-crf", "23", "-preset", "fast", "-movflags", "+faststart"};
     words.insert(words.end(), codec.begin(), codec.end());
     words.push_back(made_.string());

@@ -12,7 +12,7 @@ namespace cli {
 namespace {
 
 const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kBegun(255, 150, 40), kPath(60, 60, 230),
-    kTruth(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250);
+    kTruth(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250), kDark(30, 30, 30);
 constexpr double kAround_m = 5;  // of room shown around the path
 
 cv::Point2d point(const Eigen::Vector2d& p) { return {p.x(), p.y()}; }
@@ -29,8 +29,9 @@ void draw_ellipse(cv::Mat3b& picture, const cv::Point2d& centre, const Eigen::Ma
   cv::ellipse(picture, cv::RotatedRect(centre, size, static_cast<float>(angle)), colour, 1, cv::LINE_AA);
 }
 
-void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, const cv::Scalar& colour) {
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, kPaper, 3, cv::LINE_AA);
+void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, const cv::Scalar& colour,
+           const cv::Scalar& around = kPaper) {
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, around, 3, cv::LINE_AA);
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, colour, 1, cv::LINE_AA);
 }
 
@@ -75,10 +76,14 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
   for (const slam::Search& search : report.searched) overlay.ellipse(search);
   for (const slam::Sighting& match : report.matched) overlay.patch(match.pixel, kUsed);
   for (const slam::Sighting& first : report.begun) overlay.patch(first.pixel, kBegun);
+  cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);
+  below *= 0.3;
+  write(picture, "squares: found, blue: begun; ellipses: looked for, yellow: in vain", {8, kPanelHeight - 30},
+        kPaper, kDark);
   write(picture,
-        fmt::format("{:6.2f} s   {} landmarks, {} looked for, {} used", slam::seconds(report.t),
+        fmt::format("{:.2f} s   {} landmarks, {} looked for, {} used", slam::seconds(report.t),
                     report.landmarks, report.searched.size(), report.accepted),
-        {8, kPanelHeight - 10}, kInk);
+        {8, kPanelHeight - 10}, kPaper, kDark);
   return picture;
 }
 
