@@ -26,7 +26,8 @@ Examples:
   gaitslam record scenarios/hall.yaml world.seed=3
 Recordings are kept in $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else ~/.cache/gaitslam, of at most
 $GAITSLAM_CACHE_GB (20) GB: the least recently used go first. What shapes a recording (the keys walk.*,
-stabilizer.*, world.*, camera.*, the seed, the models, the program) names it; sensor errors and filter do not.
+stabilizer.*, world.*, camera.*, the seed, the models, the sources of walk, world and recording) names it;
+sensor errors and filter do not.
 Exit code: 0 all are there, 2 usage or configuration, 3 a walk's simulation failed.)";
 
 struct Request {

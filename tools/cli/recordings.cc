@@ -25,7 +25,7 @@ void say_damage(const std::string& what) {
 Recordings::Recordings(fs::path models)
     : models_(std::move(models)),
       models_hash_(sim::tune::models_hash(models_)),
-      program_(program_identity()),
+      program_(recording_identity()),
       cache_(sim::tune::cache_place()) {}
 
 std::string Recordings::key(const bench::Scenario& scenario) const {

@@ -1,4 +1,4 @@
-# Writes OUTPUT, a source file with the git revision of SOURCE; leaves it untouched when nothing changed, so that a build
+# Writes OUTPUT, a source file with the git revision of SOURCE and the hash of what shapes its recordings; leaves it untouched when nothing changed, so that a build
 # with nothing to do does nothing.
 find_program(GIT git)
 set(REVISION unknown)
@@ -13,7 +13,11 @@ if(GIT)
     endif()
   endif()
 endif()
-set(TEXT "#include \"tools/cli/version.h\"\nconst char* const cli::kRevision = \"${REVISION}\";\n")
+include(${CMAKE_CURRENT_LIST_DIR}/recording_sources.cmake)
+set(TEXT "#include \"tools/cli/version.h\"
+const char* const cli::kRevision = \"${REVISION}\";
+const char* const cli::kRecordingSources = \"${RECORDING_SOURCES_HASH}\";
+")
 if(EXISTS ${OUTPUT})
   file(READ ${OUTPUT} BEFORE)
 endif()

@@ -85,10 +85,11 @@ struct Sweep {
 Sweep prepare(const Request& request, const Recordings& recordings) {
   const tune::SweepSpec spec = tune::read_sweep(request.file, request.arguments, request.sampling);
   Sweep sweep{tune::plan_sweep(spec, seeds_of(request, spec), request.changes), {}, {}, {}, {}};
+  const std::string program = program_identity();
   for (std::size_t i = 0; i < sweep.plan.trials(); ++i) {
     const bench::Scenario scenario = sweep.plan.scenario(i).scenario;
     sweep.recordings.push_back(recordings.key(scenario));
-    sweep.keys.push_back(tune::trial_key({sweep.recordings[i], bench::to_yaml(scenario)}));
+    sweep.keys.push_back(tune::trial_key({program, sweep.recordings[i], bench::to_yaml(scenario)}));
     sweep.scenario_of.emplace(sweep.recordings[i], scenario);
   }
   for (const auto& [key, scenario] : sweep.scenario_of)

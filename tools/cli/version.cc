@@ -42,13 +42,16 @@ std::map<std::string, std::string> libraries() {
 
 std::string processor() { return cpuinfo("model name"); }
 
+std::string recording_identity() {
+  std::string text = fmt::format("{} {} {}", kRecordingSources, GAITSLAM_BUILD, cpuinfo("vendor_id"));
+  for (const auto& [name, version] : libraries()) text += fmt::format(", {} {}", name, version);
+  return text;
+}
+
 std::string program_identity() {
   const std::string revision = kRevision;
   const bool known = revision != "unknown" && !revision.ends_with('+');
-  std::string text = fmt::format("{} {} {} {}", kVersion, known ? revision : hash_of_this_program(),
-                                 GAITSLAM_BUILD, cpuinfo("vendor_id"));
-  for (const auto& [name, version] : libraries()) text += fmt::format(", {} {}", name, version);
-  return text;
+  return fmt::format("{} {}", kVersion, known ? revision : hash_of_this_program());
 }
 
 std::string version_text() {
