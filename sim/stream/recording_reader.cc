@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
+#include "sim/stream/grey_png.h"
 #include "sim/stream/manifest.h"
 #include "sim/stream/plan_row.h"
 #include "sim/stream/recording.h"
@@ -80,6 +81,13 @@ std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
   return surfaces;
 }
 
+/// Pictures that were written by other programs may be of a kind that OpenCV alone decodes.
+cv::Mat picture(const std::string& png) {
+  if (auto grey = decode_grey_png(png)) return *grey;
+  const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
+  return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+}
+
 }  // namespace
 
 struct RecordingReader::Files {
@@ -102,8 +110,7 @@ struct RecordingReader::Files {
 
   cv::Mat image(std::string_view name) const {
     const std::string path = kCameraFolder + std::string(name), png = manifest.read(path);
-    const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
-    cv::Mat decoded = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+    const cv::Mat decoded = picture(png);
     const slam::CameraIntrinsics& size = setup.calibration.camera;
     if (decoded.type() != CV_8UC1 || decoded.cols != size.width_px || decoded.rows != size.height_px)
       throw FileError(folder / path,

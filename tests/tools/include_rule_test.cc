@@ -33,7 +33,7 @@ const std::vector<Rule>& rules() {
       {"sim/score/", {"sim/score/", "Eigen/"}},
       {"sim/stream/",
        {"sim/stream/", "slam/camera.h", "slam/observation.h", "slam/options.h", "Eigen/", "opencv2/core",
-        "opencv2/imgcodecs", "fmt/", "yaml-cpp/", "xxhash.h", "fcntl.h", "signal.h", "unistd.h", "sys/"}},
+        "opencv2/imgcodecs", "fmt/", "yaml-cpp/", "xxhash.h", "libdeflate.h", "fcntl.h", "signal.h", "unistd.h", "sys/"}},
       {"sim/world/",
        {"sim/world/", "walking/", "Eigen/", "mujoco/", "GL/", "opencv2/core", "opencv2/imgproc", "dlfcn.h",
         "unistd.h"}},
