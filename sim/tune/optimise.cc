@@ -65,7 +65,9 @@ void search_by_cma_es(Study& study, int trials) {
   CmaEs cma_es(start, kFirstStep, spec.population, spec.seed);
   for (int tried = 1; tried + spec.population <= trials; tried += spec.population) {
     std::vector<double> values;
-    for (const std::vector<double>& parts : cma_es.ask())
+    const std::vector<std::vector<double>> generation = cma_es.ask();
+    study.expect(generation);
+    for (const std::vector<double>& parts : generation)
       values.push_back(study.evaluate("global", parts, true).values[0]);
     cma_es.tell(values);
   }
@@ -89,6 +91,12 @@ double polish_value(unsigned count, const double* parts, double*, void* data) {
   }
 }
 
+bool dominates(const Candidate& a, const Candidate& b) {
+  return a.values[0] <= b.values[0] && a.values[1] <= b.values[1] && a.values != b.values;
+}
+
+}  // namespace
+
 void polish(Study& study, int trials) {
   if (trials <= 0) return;
   std::vector<double> parts = study.best().parts;
@@ -106,12 +114,6 @@ void polish(Study& study, int trials) {
   nlopt_optimize(search.get(), parts.data(), &value);
   if (of.fault) std::rethrow_exception(of.fault);
 }
-
-bool dominates(const Candidate& a, const Candidate& b) {
-  return a.values[0] <= b.values[0] && a.values[1] <= b.values[1] && a.values != b.values;
-}
-
-}  // namespace
 
 void search(Study& study) {
   const Spec& spec = study.spec();

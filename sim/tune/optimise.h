@@ -11,6 +11,9 @@ namespace sim::tune {
 /// tried depends on nothing but the spec and the values found.
 void search(Study& study);
 
+/// Nelder and Mead's search from the best setting so far: so many settings at most.
+void polish(Study& study, int trials);
+
 /// Of two objectives: the complete candidates that no other is better than in both, by the first objective.
 std::vector<const Candidate*> pareto_front(const std::vector<Candidate>& candidates);
 /// The one of a front that is nearest to its ideal corner, both objectives scaled by the front's extent.

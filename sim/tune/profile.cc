@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -56,18 +57,25 @@ class Line {
   Line(Study& study, const std::vector<double>& best, Eigen::VectorXd direction, int i)
       : study_(study), best_(best), direction_(std::move(direction)), i_(i) {}
 
-  /// False where parameter i would leave its range.
-  bool look(double step) {
+  /// The setting a step along the line; nothing where parameter i would leave its range.
+  std::optional<std::vector<double>> at(double step) const {
     const double part = best_[static_cast<std::size_t>(i_)] + step;
-    if (part < 0 || part > 1) return false;
+    if (part < 0 || part > 1) return std::nullopt;
     std::vector<double> parts = best_;
     for (std::size_t k = 0; k < parts.size(); ++k)
       parts[k] = std::clamp(parts[k] + step * direction_(static_cast<Eigen::Index>(k)), 0.0, 1.0);
-    const Candidate& tried = study_.evaluate("profile", parts);
+    return parts;
+  }
+
+  /// False where parameter i would leave its range.
+  bool look(double step) {
+    const auto setting = at(step);
+    if (!setting) return false;
+    const Candidate& tried = study_.evaluate("profile", *setting);
     std::vector<double> values;
     for (const TrialRecord* record : tried.records)
       values.push_back(value_of(*record, study_.spec().objectives[0]));
-    points_[part] = values;
+    points_[best_[static_cast<std::size_t>(i_)] + step] = values;
     return true;
   }
 
@@ -108,22 +116,38 @@ void fill(Profile& profile, const Line& line, const Parameter& parameter) {
   find_interval(profile);
 }
 
-Profile profile_along(Study& study, const std::vector<double>& best, const std::optional<Quadratic>& about,
-                      int i) {
-  const Parameter& parameter = study.spec().parameters[static_cast<std::size_t>(i)];
-  const auto n = static_cast<Eigen::Index>(best.size());
-  Eigen::VectorXd direction = Eigen::VectorXd::Unit(n, i);
+/// A line through the best setting along parameter i, and the step that should tell its rise.
+struct Course {
+  Line line;
   double step = 0.05;
-  if (about) {
-    direction = following(about->hessian, i);
-    const double curvature = direction.dot(about->hessian * direction);
-    if (curvature > 0) step = std::clamp(std::sqrt(0.2 / curvature), kNarrowest, kWidest / 2);
-  }
-  Line line(study, best, direction, i);
-  for (const double k : {0.0, -0.5, 0.5, -1.0, 1.0, -2.0, 2.0}) line.look(k * step);
+};
+
+Course course_along(Study& study, const std::vector<double>& best, const std::optional<Quadratic>& about,
+                    int i) {
+  if (!about) return {{study, best, Eigen::VectorXd::Unit(static_cast<Eigen::Index>(best.size()), i), i}};
+  const Eigen::VectorXd direction = following(about->hessian, i);
+  Course course{{study, best, direction, i}};
+  const double curvature = direction.dot(about->hessian * direction);
+  if (curvature > 0) course.step = std::clamp(std::sqrt(0.2 / curvature), kNarrowest, kWidest / 2);
+  return course;
+}
+
+constexpr std::array kFirstLooks{0.0, -0.5, 0.5, -1.0, 1.0, -2.0, 2.0};  // steps
+
+std::vector<std::vector<double>> first_settings(const std::vector<Course>& courses) {
+  std::vector<std::vector<double>> all;
+  for (const Course& course : courses)
+    for (const double k : kFirstLooks)
+      if (auto setting = course.line.at(k * course.step)) all.push_back(std::move(*setting));
+  return all;
+}
+
+Profile profile_along(Course& course, const Parameter& parameter) {
+  Line& line = course.line;
+  for (const double k : kFirstLooks) line.look(k * course.step);
   Profile profile{parameter.key, {}, {}, {}, 0, {}, {}};
   fill(profile, line, parameter);
-  double outward = 2 * step;
+  double outward = 2 * course.step;
   for (int k = 0; k < kOutward && !(profile.low && profile.high); ++k) {
     outward = std::min(2 * outward, outward + kWidest);
     const bool below = !profile.low && line.look(-outward), above = !profile.high && line.look(outward);
@@ -219,9 +243,13 @@ void find_interval(Profile& profile) {
 std::vector<Profile> profiles(Study& study) {
   const Candidate best = study.best();
   const auto about = quadratic_near(study, best);
-  std::vector<Profile> all;
+  std::vector<Course> courses;
   for (std::size_t i = 0; i < best.parts.size(); ++i)
-    all.push_back(profile_along(study, best.parts, about, static_cast<int>(i)));
+    courses.push_back(course_along(study, best.parts, about, static_cast<int>(i)));
+  study.expect(first_settings(courses));
+  std::vector<Profile> all;
+  for (std::size_t i = 0; i < courses.size(); ++i)
+    all.push_back(profile_along(courses[i], study.spec().parameters[i]));
   return all;
 }
 

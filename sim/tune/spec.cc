@@ -106,7 +106,7 @@ Spec read_root(const Yaml& root, const std::filesystem::path& folder) {
   for_each_key(
       root,
       {"parameters", "training", "holdout", "objective", "optimiser", "trials", "polish", "population",
-       "profiles", "seed"},
+       "profiles", "restarts", "seed"},
       [&](const Yaml& at, const Yaml& value) {
         if (at.text == "parameters") spec.parameters = read_parameters(value);
         if (at.text == "training") spec.training = read_footage(value, "training", folder);
@@ -118,6 +118,7 @@ Spec read_root(const Yaml& root, const std::filesystem::path& folder) {
         if (at.text == "polish") read(value, "polish", {0, 1e6}, spec.polish);
         if (at.text == "population") read(value, "population", {5, 1000}, spec.population);
         if (at.text == "profiles") read(value, "profiles", {}, spec.profiles);
+        if (at.text == "restarts") read(value, "restarts", {0, 100}, spec.restarts);
         if (at.text == "seed") read(value, "seed", {}, spec.seed);
       });
   return spec;
@@ -126,7 +127,7 @@ Spec read_root(const Yaml& root, const std::filesystem::path& folder) {
 void require_whole(const Yaml& root, const Spec& spec) {
   if (spec.parameters.empty()) fail(root, "parameters", "missing, expected keys with their ranges");
   if (spec.training.empty())
-    fail(root, "training", "missing, expected recordings, as in [{recordings: DIR}]");
+    fail(root, "training", "missing, expected recordings, as in [{scenario: FILE, seeds: 1..4}]");
   if (spec.holdout.empty())
     fail(root, "holdout",
          "missing: without recordings that tuning has not seen nothing shows whether it helps");
@@ -144,7 +145,7 @@ void require_whole(const Yaml& root, const Spec& spec) {
 // What both begin with is the start of the search, where the spec does not name another.
 void complete_starts(const Yaml& root, Spec& spec) {
   const Footage& first = spec.training.front();
-  const bench::Scenario scenario = scenario_of(first, first.folders.front()).scenario;
+  const bench::Scenario scenario = first_scenario_of(first).scenario;
   for (Parameter& p : spec.parameters) {
     if (!std::isnan(p.start)) continue;
     if (!bench::has_section(scenario, p.key)) fail(root, p.key, "the recorded scenario has no such section");

@@ -32,9 +32,11 @@ std::string_view name(Objective objective);
 
 enum class Optimiser { cma_es, differential_evolution, nsga_ii };
 
-/// Recordings to try a setting on: one result folder, or seeds of a folder that holds seed-<n>.
+/// Recordings to try a setting on: one result folder, seeds of a folder that holds seed-<n>, or seeds of a
+/// scenario whose recordings the cache has.
 struct Footage {
-  std::vector<std::filesystem::path> folders;  ///< result folders
+  std::vector<std::filesystem::path> folders;  ///< result folders; of the cache: empty until taken from there
+  std::vector<std::uint64_t> seeds;            ///< of recordings from the cache
   std::vector<std::string> set;                ///< key=value, what is set otherwise in their scenarios
   std::vector<std::string> with;               ///< overlays, before those
   std::string scenario;  ///< file that tells what is not recorded; empty: what was recorded does
@@ -43,6 +45,10 @@ struct Footage {
 /// The scenario of a run of one of its folders: changed as the footage says, with the recording's seed unless
 /// that is set. Throws ConfigError.
 bench::ReadScenario scenario_of(const Footage& footage, const std::filesystem::path& folder);
+/// Likewise, of a recording with that seed, where the footage names a scenario.
+bench::ReadScenario scenario_of(const Footage& footage, std::uint64_t seed);
+/// Of its first recording.
+bench::ReadScenario first_scenario_of(const Footage& footage);
 
 struct Spec {
   std::string name;  ///< the file's stem
@@ -54,6 +60,7 @@ struct Spec {
   int polish = 40;       ///< of them by Nelder-Mead from the best
   int population = 10;   ///< of the optimiser
   bool profiles = true;  ///< of the likelihood along each parameter
+  int restarts = 2;      ///< at most so many further polishes, from what a profile passed
   std::uint64_t seed = 1;
 };
 

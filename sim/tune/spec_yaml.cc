@@ -61,25 +61,31 @@ void require_same_walk(const Yaml& at, const Footage& footage, const bench::Scen
 }
 
 Footage read_entry(const Yaml& node, const std::string& key, const fs::path& folder) {
-  require_map(node, key, "an entry, as in {recordings: results/tangent_circle, seeds: 1..4}");
+  require_map(node, key, "an entry, as in {scenario: tangent_circle.yaml, seeds: 1..4} or {recordings: DIR}");
   Footage footage;
   const Yaml* recordings = nullptr;
   std::vector<std::uint64_t> seeds;
   for_each_key(node, {"recordings", "seeds", "set", "with", "scenario"},
                [&](const Yaml& at, const Yaml& value) {
                  if (at.text == "recordings") recordings = &value;
+                 if (at.text == "recordings" && value.kind != Yaml::Kind::scalar)
+                   fail(value, key + ".recordings", "expected a folder of results");
                  if (at.text == "seeds") seeds = read_seeds(value);
                  if (at.text == "set") footage.set = texts(value, "set");
                  if (at.text == "with") footage.with = paths(value, folder);
                  if (at.text == "scenario")
                    footage.scenario = (folder / value.text).lexically_normal().string();
                });
-  if (!recordings || recordings->kind != Yaml::Kind::scalar)
-    fail(recordings ? *recordings : node, key + ".recordings", "expected a folder of results");
-  add_folders(*recordings, (folder / recordings->text).lexically_normal(), seeds, footage);
-  const auto scenario = scenario_of(footage, footage.folders.front());  // its faults are told now
-  require_same_walk(node, footage, scenario.scenario);
-  if (!scenario.scenario.slam) fail(*recordings, key + ".recordings", "their scenario has no filter (slam)");
+  if (recordings)
+    add_folders(*recordings, (folder / recordings->text).lexically_normal(), seeds, footage);
+  else if (footage.scenario.empty())
+    fail(node, key,
+         "expected a scenario, whose recordings the cache has, or recordings, a folder of results");
+  else
+    footage.seeds = seeds.empty() ? std::vector{bench::read_scenario(footage.scenario).scenario.seed} : seeds;
+  const auto scenario = first_scenario_of(footage);  // its faults are told now
+  if (recordings) require_same_walk(node, footage, scenario.scenario);
+  if (!scenario.scenario.slam) fail(node, key, "the scenario has no filter (slam)");
   return footage;
 }
 
@@ -88,10 +94,18 @@ Footage read_entry(const Yaml& node, const std::string& key, const fs::path& fol
 bench::ReadScenario scenario_of(const Footage& footage, const fs::path& folder) {
   const std::string own = (folder / "scenario.yaml").string();
   if (footage.scenario.empty()) return bench::read_scenario(own, {footage.set, {}, footage.with});
-  const bench::Scenario recorded = bench::read_scenario(own).scenario;
-  std::vector<std::string> set{fmt::format("seed={}", recorded.seed)};
+  return scenario_of(footage, bench::read_scenario(own).scenario.seed);
+}
+
+bench::ReadScenario scenario_of(const Footage& footage, std::uint64_t seed) {
+  std::vector<std::string> set{fmt::format("seed={}", seed)};
   set.insert(set.end(), footage.set.begin(), footage.set.end());
   return bench::read_scenario(footage.scenario, {set, {}, footage.with});
+}
+
+bench::ReadScenario first_scenario_of(const Footage& footage) {
+  return footage.folders.empty() ? scenario_of(footage, footage.seeds.front())
+                                 : scenario_of(footage, footage.folders.front());
 }
 
 void require_map(const Yaml& node, std::string_view key, std::string_view example) {

@@ -23,7 +23,7 @@ void for_each_key(const bench::Yaml& map, std::initializer_list<std::string_view
 std::vector<std::string> texts(const bench::Yaml& node, std::string_view key);
 
 /// A list of {recordings: FOLDER, seeds: 1..5, scenario: FILE, set: [key=value], with: [FILE]}; paths from
-/// `folder`.
+/// `folder`. Without recordings: those of the scenario in the cache.
 std::vector<Footage> read_footage(const bench::Yaml& node, const std::string& key,
                                   const std::filesystem::path& folder);
 

@@ -1,5 +1,7 @@
 #include "sim/tune/study.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -68,62 +70,78 @@ double mean_value(const std::vector<const TrialRecord*>& records, const std::vec
   return sum / static_cast<double>(runs.size());
 }
 
-TrialRecord record_of(const std::string& key, std::uint64_t seed, const Trial& trial) {
-  TrialRecord record{key, seed, trial.ending, trial.cause, {}};
-  for (const auto& [name, metric] : trial.metrics)
-    if (metric.value) record.values[name] = *metric.value;
-  record.values["lasted_fraction"] = trial.lasted_fraction;
-  if (!trial.terms) return record;
-  record.values["pose_nll"] = trial.terms->pose_nll;
-  record.values["innovation_nll"] = trial.terms->innovation_nll;
-  record.values["consistency"] = trial.terms->consistency;
-  record.values["nis_consistency"] = trial.terms->nis_consistency;
-  record.values["rmse_m"] = trial.terms->rmse_m;
-  return record;
-}
-
 bool Candidate::complete() const {
   return std::find(records.begin(), records.end(), nullptr) == records.end();
 }
 
-Runs::Runs(const std::vector<Footage>& footage, bool keep_ideal, int jobs) {
-  std::vector<std::filesystem::path> folders;
+Runs::Runs(const std::vector<Footage>& footage, bool keep_ideal, const Where& where) : where_(where) {
   for (const Footage& entry : footage) {
     first_.push_back(runs_.size());
-    for (const std::filesystem::path& folder : entry.folders) {
-      folders.push_back(folder);
-      runs_.push_back({{}, scenario_of(entry, folder)});
+    for (const std::filesystem::path& folder : entry.folders)
+      runs_.push_back({folder, "", scenario_of(entry, folder), {}});
+    for (std::size_t k = 0; k < entry.seeds.size(); ++k) {
+      Run& run = runs_[first_.back() + k];
+      run.name = fmt::format("{}/seed-{}", run.scenario.scenario.name, entry.seeds[k]);
     }
   }
-  in_threads(runs_.size(), jobs, [&](std::size_t i) {
-    runs_[i].recording = keep_ideal ? load(folders[i]) : load(folders[i], runs_[i].scenario.scenario);
+  in_threads(runs_.size(), where.jobs, [&](std::size_t i) {
+    Run& run = runs_[i];
+    run.recording = where.elsewhere ? load_identity(run.folder)
+                    : keep_ideal    ? load(run.folder)
+                                    : load(run.folder, run.scenario.scenario);
+    if (run.name.empty()) run.name = run.recording.name;
   });
+}
+
+Task Runs::task(const Run& run, const std::vector<Parameter>& parameters,
+                const std::vector<double>& parts) const {
+  const std::string scenario = bench::to_yaml(with_values(run.scenario, parameters, parts).scenario);
+  return {trial_key({run.recording.hash, scenario}), scenario, std::filesystem::absolute(run.folder)};
+}
+
+void Runs::run_elsewhere(std::vector<Task> tasks, TrialLog& log) const {
+  std::erase_if(tasks, [&](const Task& task) { return log.find(task.key) != nullptr; });
+  if (tasks.empty()) return;
+  where_.elsewhere(tasks, log);
+  for (const Task& task : tasks)
+    if (!log.find(task.key)) throw stream::FileError(task.recording, "the filter could not be tried on it");
+}
+
+// Those of one recording follow each other: it is decoded once for them.
+void Runs::expect(const std::vector<std::vector<double>>& settings, const std::vector<Parameter>& parameters,
+                  TrialLog& log) const {
+  if (!where_.elsewhere) return;
+  std::vector<Task> tasks;
+  for (const Run& run : runs_)
+    for (const std::vector<double>& parts : settings) tasks.push_back(task(run, parameters, parts));
+  run_elsewhere(tasks, log);
 }
 
 std::vector<const TrialRecord*> Runs::try_on(const std::vector<std::size_t>& which,
                                              const std::vector<Parameter>& parameters,
-                                             const std::vector<double>& parts, TrialLog& log,
-                                             int jobs) const {
+                                             const std::vector<double>& parts, TrialLog& log) const {
+  std::vector<Task> tasks;
+  for (const std::size_t run : which) tasks.push_back(task(runs_[run], parameters, parts));
+  if (where_.elsewhere) run_elsewhere(tasks, log);
   std::vector<const TrialRecord*> records(which.size());
-  in_threads(which.size(), jobs, [&](std::size_t i) {
+  in_threads(which.size(), where_.jobs, [&](std::size_t i) {
     const Run& run = runs_[which[i]];
-    const bench::ReadScenario scenario = with_values(run.scenario, parameters, parts);
-    const std::string key = trial_key({run.recording.hash, bench::to_yaml(scenario.scenario)});
-    if (!log.find(key)) log.add(record_of(key, scenario.scenario.seed, run_trial(run.recording, scenario)));
-    records[i] = log.find(key);
+    if (!log.find(tasks[i].key))
+      log.add(run_task(tasks[i].key, with_values(run.scenario, parameters, parts), run.recording,
+                       {run.recording.walk_ending, ""}));
+    records[i] = log.find(tasks[i].key);
   });
   return records;
 }
 
-Study::Study(const Spec& spec, const Runs& runs, TrialLog& log, int jobs,
-             std::function<void(const Candidate&)> told)
-    : spec_(spec), runs_(runs), log_(log), jobs_(jobs), told_(std::move(told)) {}
+Study::Study(const Spec& spec, const Runs& runs, TrialLog& log, std::function<void(const Candidate&)> told)
+    : spec_(spec), runs_(runs), log_(log), told_(std::move(told)) {}
 
 const Candidate& Study::evaluate(const std::string& origin, const std::vector<double>& parts,
                                  bool hopeless_ends) {
   Candidate candidate{origin, parts, std::vector<const TrialRecord*>(runs_.size(), nullptr), {}};
   const auto try_on = [&](const std::vector<std::size_t>& which) {
-    const auto records = runs_.try_on(which, spec_.parameters, parts, log_, jobs_);
+    const auto records = runs_.try_on(which, spec_.parameters, parts, log_);
     for (std::size_t i = 0; i < which.size(); ++i) candidate.records[which[i]] = records[i];
   };
   if (hopeless_ends) {

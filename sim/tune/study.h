@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/tune/spec.h"
+#include "sim/tune/task.h"
 #include "sim/tune/trial.h"
 #include "sim/tune/trial_log.h"
 
@@ -27,27 +28,48 @@ struct Candidate {
   bool complete() const;
 };
 
-/// The recordings of one side (training or hold-out), in memory.
+/// Runs all tasks, on a cluster say, and adds their records to the log.
+using RunTasks = std::function<void(const std::vector<Task>&, TrialLog&)>;
+
+/// Where trials run: in so many threads of this process, or elsewhere.
+struct Where {
+  int jobs = 1;
+  RunTasks elsewhere{};
+};
+
+/// The recordings of one side (training or hold-out): in memory, unless trials run elsewhere.
 class Runs {
  public:
   /// keep_ideal: parameters change the sensor errors, which are then drawn for each trial.
-  Runs(const std::vector<Footage>& footage, bool keep_ideal, int jobs);
+  Runs(const std::vector<Footage>& footage, bool keep_ideal, const Where& where);
 
   std::size_t size() const { return runs_.size(); }
   /// Which runs are tried first: one of each entry of the spec.
   const std::vector<std::size_t>& first() const { return first_; }
-  const Recording& recording(std::size_t run) const { return runs_[run].recording; }
+  /// "tangent_circle/seed-1"
+  const std::string& name(std::size_t run) const { return runs_[run].name; }
 
   /// The records of those runs (in that order) with these values, from the log where it has them.
   std::vector<const TrialRecord*> try_on(const std::vector<std::size_t>& which,
                                          const std::vector<Parameter>& parameters,
-                                         const std::vector<double>& parts, TrialLog& log, int jobs) const;
+                                         const std::vector<double>& parts, TrialLog& log) const;
+
+  /// Where trials run elsewhere, all of these settings are tried on all runs at once: what try_on() will be
+  /// asked for.
+  void expect(const std::vector<std::vector<double>>& settings, const std::vector<Parameter>& parameters,
+              TrialLog& log) const;
 
  private:
   struct Run {
-    Recording recording;
+    std::filesystem::path folder;
+    std::string name;
     bench::ReadScenario scenario;
+    Recording recording;  ///< elsewhere: name and hash alone
   };
+  Task task(const Run& run, const std::vector<Parameter>& parameters, const std::vector<double>& parts) const;
+  void run_elsewhere(std::vector<Task> tasks, TrialLog& log) const;
+
+  Where where_;
   std::vector<Run> runs_;
   std::vector<std::size_t> first_;
 };
@@ -56,8 +78,12 @@ class Runs {
 class Study {
  public:
   /// told: called after each setting.
-  Study(const Spec& spec, const Runs& runs, TrialLog& log, int jobs,
-        std::function<void(const Candidate&)> told);
+  Study(const Spec& spec, const Runs& runs, TrialLog& log, std::function<void(const Candidate&)> told);
+
+  /// evaluate() will be asked for these: where trials run elsewhere, they run at once.
+  void expect(const std::vector<std::vector<double>>& settings) {
+    runs_.expect(settings, spec_.parameters, log_);
+  }
 
   /// Tries a setting on all runs. hopeless_ends: one whose first runs are beyond the upper quartile of what
   /// the last settings had there is given up, and valued by how those went on.
@@ -75,7 +101,6 @@ class Study {
   const Spec& spec_;
   const Runs& runs_;
   TrialLog& log_;
-  int jobs_;
   std::function<void(const Candidate&)> told_;
   std::vector<Candidate> candidates_;
 };
@@ -83,8 +108,5 @@ class Study {
 /// The mean over those runs of what each counts.
 double mean_value(const std::vector<const TrialRecord*>& records, const std::vector<std::size_t>& runs,
                   Objective objective);
-
-/// The record of a trial: its metrics, terms and lasted_fraction by their names.
-TrialRecord record_of(const std::string& key, std::uint64_t seed, const Trial& trial);
 
 }  // namespace sim::tune

@@ -33,7 +33,9 @@ score::Metrics of_walk_alone(const Recording& recording, const bench::ReadScenar
 void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
   std::string text = tasks.purpose + "\n";
   for (const Task& task : tasks.tasks)
-    text += json{{"key", task.key}, {"scenario", task.scenario}}.dump() + "\n";
+    text +=
+        json{{"key", task.key}, {"scenario", task.scenario}, {"recording", task.recording.string()}}.dump() +
+        "\n";
   stream::write_durably(file, text);
 }
 
@@ -44,7 +46,7 @@ TaskFile read_tasks(const std::filesystem::path& file) {
   for (std::string line; std::getline(in, line);) {
     try {
       const json task = json::parse(line);
-      tasks.tasks.push_back({task.at("key"), task.at("scenario")});
+      tasks.tasks.push_back({task.at("key"), task.at("scenario"), task.at("recording").get<std::string>()});
     } catch (const json::exception&) {
       throw stream::FileError(file, fmt::format("line {} is no task", tasks.tasks.size() + 2));
     }
@@ -71,6 +73,7 @@ TrialRecord run_task(const std::string& key, const bench::ReadScenario& scenario
   if (trial.ending != walk.ending) record.ending = trial.ending, record.cause = trial.cause;
   for (const auto& [name, metric] : trial.metrics)
     if (metric.value) record.values[name] = *metric.value;
+  if (scenario.scenario.slam) record.values["lasted_fraction"] = trial.lasted_fraction;
   if (trial.terms) record.values.merge(terms_by_name(*trial.terms));
   return record;
 }

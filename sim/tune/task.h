@@ -14,9 +14,11 @@
 
 namespace sim::tune {
 
-/// key: of the trial, for the log. scenario: the whole of it as YAML, seed included.
+/// key: of the trial, for the log. scenario: the whole of it as YAML, seed included. recording: the result
+/// folder that has it; empty: the cache has it.
 struct Task {
   std::string key, scenario;
+  std::filesystem::path recording{};
 };
 
 /// A file of tasks: the purpose of their log in the first line, then one line of JSON each.
@@ -31,7 +33,8 @@ TaskFile read_tasks(const std::filesystem::path& file);
 std::vector<std::string> value_names();
 
 /// Runs one trial on a recording of a walk that ended so; without a filter it scores the walk alone. A
-/// recording of a walk whose simulation failed is not tried.
+/// recording of a walk whose simulation failed is not tried. The values are metrics, terms of objectives and
+/// lasted_fraction by their names.
 TrialRecord run_task(const std::string& key, const bench::ReadScenario& scenario, const Recording& recording,
                      const bench::WalkEnd& walk);
 

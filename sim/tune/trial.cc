@@ -8,6 +8,7 @@
 
 #include "sim/bench/evidence.h"
 #include "sim/bench/scenario_keys.h"
+#include "sim/stream/manifest.h"
 #include "sim/tune/terms.h"
 
 namespace sim::tune {
@@ -92,6 +93,13 @@ std::string errors_of(const bench::Scenario& scenario) {
   for (const auto& key : bench::scenario_keys())
     if (key.name.starts_with("errors.")) text += key.name + ": " + key.print(scenario) + "\n";
   return text;
+}
+
+Recording load_identity(const fs::path& result_folder) {
+  Recording recording;
+  recording.name = name_of(result_folder);
+  recording.hash = stream::Manifest(result_folder / "recording").hash();
+  return recording;
 }
 
 Recording load(const fs::path& result_folder) { return load(result_folder, nullptr); }

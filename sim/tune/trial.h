@@ -36,6 +36,9 @@ Recording load(const std::filesystem::path& result_folder);
 /// them.
 Recording load(const std::filesystem::path& result_folder, const bench::Scenario& scenario);
 
+/// Its name and hash alone.
+Recording load_identity(const std::filesystem::path& result_folder);
+
 /// What shapes the sensor errors, as text: the keys errors.* and the seed.
 std::string errors_of(const bench::Scenario& scenario);
 

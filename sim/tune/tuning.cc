@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
@@ -51,11 +52,12 @@ bool errors_are_tuned(const Spec& spec) {
 }
 
 Side side_of(const Runs& runs, const Spec& spec, const std::vector<double>& start,
-             const std::vector<double>& best, TrialLog& log, int jobs) {
+             const std::vector<double>& best, TrialLog& log) {
   Side side;
-  for (std::size_t i = 0; i < runs.size(); ++i) side.runs.push_back(runs.recording(i).name);
-  side.start = runs.try_on(all_of(runs.size()), spec.parameters, start, log, jobs);
-  side.best = runs.try_on(all_of(runs.size()), spec.parameters, best, log, jobs);
+  runs.expect({start, best}, spec.parameters, log);
+  for (std::size_t i = 0; i < runs.size(); ++i) side.runs.push_back(runs.name(i));
+  side.start = runs.try_on(all_of(runs.size()), spec.parameters, start, log);
+  side.best = runs.try_on(all_of(runs.size()), spec.parameters, best, log);
   return side;
 }
 
@@ -192,11 +194,37 @@ ordered_json front_json(const Study& study) {
   return all;
 }
 
-Found find(const Spec& spec, TrialLog& log, int jobs, const std::function<void(const Standing&)>& told) {
-  const Runs runs(spec.training, errors_are_tuned(spec), jobs);
-  std::string stage = "search";
-  Standing standing{stage, 0, spec.trials, 0};
-  Study study(spec, runs, log, jobs, [&](const Candidate& c) {
+/// Whether the profiles passed a place that is better than where they began by more than the recordings leave
+/// open.
+bool passed_better(double before, double after, const std::vector<Profile>& profiles) {
+  constexpr double kPart = 0.1;  // of the rise at the nearest end of a 95 % interval
+  double least = std::numeric_limits<double>::infinity();
+  for (const Profile& profile : profiles) least = std::min(least, profile.threshold);
+  return before - after > kPart * least;
+}
+
+/// A profile that passes a better place than the best is where another polish begins.
+std::vector<Profile> profiles_of_the_best(Study& study, Standing& standing) {
+  const Spec& spec = study.spec();
+  const auto begin = [&](const char* stage, int settings) {
+    standing = {stage, standing.tried, standing.tried + settings, standing.best};
+  };
+  for (int restart = 0;; ++restart) {
+    begin("profiles", 8 * static_cast<int>(spec.parameters.size()));
+    const double before = study.best().values[0];
+    std::vector<Profile> found = profiles(study);
+    if (restart == spec.restarts || spec.polish == 0 || !passed_better(before, study.best().values[0], found))
+      return found;
+    begin("polish", spec.polish);
+    polish(study, spec.polish);
+  }
+}
+
+Found find(const Spec& spec, TrialLog& log, const Where& where,
+           const std::function<void(const Standing&)>& told) {
+  const Runs runs(spec.training, errors_are_tuned(spec), where);
+  Standing standing{"search", 0, spec.trials, 0};
+  Study study(spec, runs, log, [&](const Candidate& c) {
     if (c.complete() && (standing.tried == 0 || c.values[0] < standing.best)) standing.best = c.values[0];
     ++standing.tried;
     told(standing);
@@ -206,28 +234,25 @@ Found find(const Spec& spec, TrialLog& log, int jobs, const std::function<void(c
   Found found;
   found.start = study.candidates().front().parts;
   if (front) found.front = front_json(study);
-  if (spec.profiles && !front) {
-    standing = {"profiles", standing.tried, standing.tried + 8 * static_cast<int>(spec.parameters.size()),
-                standing.best};
-    found.profiles = profiles(study);
-  }
-  // A profile may have passed a better place.
+  if (spec.profiles && !front) found.profiles = profiles_of_the_best(study, standing);
   found.best = front ? compromise(pareto_front(study.candidates())).parts : study.best().parts;
-  found.training = side_of(runs, spec, found.start, found.best, log, jobs);
+  found.training = side_of(runs, spec, found.start, found.best, log);
   found.history = history(study);
   return found;
 }
 
 }  // namespace
 
-Answer tune(const Spec& spec, const fs::path& out, int jobs, const std::string& program,
+std::string log_purpose(const std::string& program) { return "gaitslam tune, " + program; }
+
+Answer tune(const Spec& spec, const fs::path& out, const Where& where, const std::string& program,
             const std::function<void(const Standing&)>& told) {
   fs::create_directories(out);
-  TrialLog log(out / "trials.jsonl", "gaitslam tune, " + program);
-  const Found found = find(spec, log, jobs, told);
+  TrialLog log(out / "trials.jsonl", log_purpose(program));
+  const Found found = find(spec, log, where, told);
   told({"hold-out", 0, 0, 0});
-  const Runs unseen(spec.holdout, errors_are_tuned(spec), jobs);
-  const Side holdout = side_of(unseen, spec, found.start, found.best, log, jobs);
+  const Runs unseen(spec.holdout, errors_are_tuned(spec), where);
+  const Side holdout = side_of(unseen, spec, found.start, found.best, log);
   Answer answer{!worse(holdout, spec),
                 answer_text(spec, found.best, found.profiles, found.training, holdout)};
 

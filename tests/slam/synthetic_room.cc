@@ -207,7 +207,8 @@ std::vector<cv::Mat> render(const Room& room, const Walk& walk, int side) {
 Recording::Recording(const Walk& walk, std::vector<cv::Mat> images)
     : walk_(walk), images_(std::move(images)) {
   Eigen::Isometry3d X_PC = walk.X_WC(0);
-  double yaw = 0;
+  const Eigen::Matrix3d begun = X_PC.linear() * heading(0).transpose();
+  double yaw = std::atan2(begun(1, 0), begun(0, 0));
   for (int k = 0; k < walk.frames(); ++k) {
     const double t = seconds(walk.stamp(k)), before = k == 0 ? t : seconds(walk.stamp(k - 1));
     const Eigen::Isometry3d now = walk.X_WC(t), last = walk.X_WC(before);

@@ -103,6 +103,23 @@ TEST_F(CacheTest, WhatCannotBeRecordedLeavesNothing) {
             "gaitslam: GAITSLAM_CACHE_GB is 'much', expected a number of gigabytes\n");
 }
 
+TEST_F(CacheTest, ATuningMakesTheRecordingsThatItNeedsAndFindsThemAgain) {
+  write("steps.yaml", "walk: {commands: [{straight: {forward_m: 0.1, left_m: 0}}]}\ncamera: {}\nslam: {}\n");
+  write("spec.yaml",
+        "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
+        "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3}]\n"
+        "trials: 6\npopulation: 5\npolish: 0\nprofiles: false\n");
+  const Ran first = gaitslam("tune spec.yaml --out first --jobs 2");
+  EXPECT_LE(first.exit_code, 1) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("pose_nll on hold-out"));
+  EXPECT_THAT(text_of("first/tune.json"), HasSubstr("\"steps/seed-2\""));
+  EXPECT_THAT(list(), HasSubstr("steps seed 3"));
+  EXPECT_THAT(gaitslam("record steps.yaml --seeds 1..3").out, Not(HasSubstr(": recorded")));
+  gaitslam("tune spec.yaml --out second");
+  EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
+  EXPECT_EQ(gaitslam("tune spec.yaml --out none --models nowhere").exit_code, 2);
+}
+
 TEST_F(CacheTest, ASuiteIsHeldAgainstItsBaselineFromTheCache) {
   write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../walk.yaml}]\n");
   const Ran made = gaitslam("baseline update suites/ci.yaml --reason first --jobs 2");

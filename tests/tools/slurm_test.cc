@@ -11,6 +11,12 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using tests::Ran;
 
+constexpr const char* kSteps = R"(
+walk: {commands: [{straight: {forward_m: 0.1, left_m: 0}}]}
+camera: {}
+slam: {}
+)";
+
 constexpr const char* kWalk = R"(
 walk: {commands: [{stand: {duration_s: 6}}]}
 camera: {}
@@ -77,6 +83,37 @@ TEST_F(SlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice)
   EXPECT_EQ(again.err.find("slurm job"), std::string::npos) << "submitted again: " << again.err;
   EXPECT_EQ(text_of("here/scores.csv"), text_of("there/scores.csv"));
   EXPECT_FALSE(fs::exists(folder_ / "there/slurm"));
+}
+
+TEST_F(SlurmTest, ATuningFromTheCacheEndsAsItDoesHereAlsoTakenUpByTheSameCommand) {
+  write("steps.yaml", kSteps);
+  write("spec.yaml",
+        "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
+        "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3}]\n"
+        "trials: 21\npopulation: 20\npolish: 0\nprofiles: false\n");
+  const Ran here = gaitslam("tune spec.yaml --jobs 2 --out here");
+  ASSERT_EQ(here.exit_code, 0) << here.err;
+  shell(GAITSLAM_PROGRAM
+        " tune spec.yaml --out there --backend slurm & tune=$!; until ls there/parts/*.log; do sleep 0.1; "
+        "done; "
+        "kill -9 $tune; wait $tune");
+  const Ran there = gaitslam("tune spec.yaml --out there --backend slurm --jobs 3");
+  EXPECT_EQ(there.exit_code, 0) << there.err;
+  EXPECT_EQ(shell("for file in best.yaml tune.json history.csv; do cmp here/$file there/$file || exit; done")
+                .exit_code,
+            0);
+  EXPECT_FALSE(fs::exists(folder_ / "there/slurm"));
+}
+
+TEST_F(SlurmTest, WhyAHeldJobWaitsIsSaidOnce) {
+  const Ran ran = shell(
+      "timeout -s INT 15 " GAITSLAM_PROGRAM
+      " record walk.yaml --seeds 1,2 --backend slurm & record=$!; "
+      "until squeue -h -o %A | grep .; do sleep 0.1; done; scontrol hold \"$(squeue -h -o %A | head -n1)\"; "
+      "wait $record");
+  EXPECT_THAT(ran.err, HasSubstr("waits: JobHeld"));
+  EXPECT_EQ(ran.err.find("waits:"), ran.err.rfind("waits:")) << ran.err;
+  EXPECT_NE(shell("squeue -h").out, "") << "it stays in the queue";
 }
 
 TEST_F(SlurmTest, RecordingsAndASuiteAreMadeThere) {

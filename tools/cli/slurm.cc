@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <set>
 #include <sstream>
 
 #include "sim/stream/durable_file.h"
@@ -104,6 +105,20 @@ std::string shell_lines(const CommandLines& lines) {
   return text;
 }
 
+/// Slurm's reason why no element of a job runs, of lines "STATE REASON"; none where one runs, or where the
+/// reason is that others come first.
+std::string waits_for(const std::string& queue) {
+  static const std::set<std::string> kPassing{"None", "Priority", "Resources", "BeginTime",
+                                              "JobArrayTaskLimit"};
+  std::istringstream lines(queue);
+  std::string reason;
+  for (std::string state, why; lines >> state && std::getline(lines >> std::ws, why);) {
+    if (state != "PENDING") return "";
+    if (!kPassing.contains(why)) reason = why;
+  }
+  return reason;
+}
+
 /// One array's folder and what is known of it.
 class Array {
  public:
@@ -118,12 +133,20 @@ class Array {
     sim::stream::write_durably(folder_ / "element.sh", kElement);
   }
 
-  /// Of an earlier command that was killed, if it is still in the queue.
-  bool is_in_queue() const {
+  /// Also of an earlier command that was killed. Says once why Slurm lets it wait, where that does not end by
+  /// itself.
+  bool is_in_queue() {
     const std::string job = text_of(folder_ / "job");
     if (job.empty()) return false;
-    const Printed queue = shell("squeue -h -j " + shell_word(job) + " -o %T");
-    return queue.status == 0 && !queue.text.empty();
+    const Printed queue = shell("squeue -h -j " + shell_word(job) + " -o '%T %r'");
+    if (queue.status != 0 || queue.text.empty()) return false;
+    if (const std::string reason = waits_for(queue.text); !reason.empty() && said_.insert(reason).second)
+      std::cerr << fmt::format(
+          "slurm: job {} waits: {} (squeue -j {}); interrupted by Ctrl-C it stays in the queue, the same "
+          "command "
+          "takes it up\n",
+          job, reason, job);
+    return true;
   }
 
   void submit() const {
@@ -192,13 +215,14 @@ class Array {
   const Backend& backend_;
   std::size_t count_, each_ = 1;
   fs::path folder_;
+  std::set<std::string> said_;
 };
 
 }  // namespace
 
 std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
                                 const ShowPart& show) {
-  const Array array(command_lines, backend);
+  Array array(command_lines, backend);
   for (int submission = 0; array.ended() < array.size() && submission < kSubmissions; ++submission) {
     if (!array.is_in_queue()) array.submit();
     while (array.is_in_queue()) {

@@ -1,5 +1,5 @@
-// The hidden command that runs the tasks of one file, for sweeps: a trial that crashes is tried once more,
-// then logged as crashed, and the others go on.
+// The hidden command that runs the tasks of one file, for sweeps and tunings: a trial that crashes is tried
+// once more, then logged as crashed, and the others go on.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -54,7 +54,7 @@ class Runner {
   tune::TrialRecord run(const tune::Task& task) {
     const bench::ReadScenario read = bench::read_scenario_text(task.scenario, "task.yaml");
     try {
-      const tune::Recording& loaded = recording(read);
+      const tune::Recording& loaded = recording(task, read);
       return tune::run_task(task.key, read, loaded, walk_);
     } catch (const sim::stream::FileError&) {
       throw;  // a full disk, say: of the machine, not of the trial
@@ -64,16 +64,24 @@ class Runner {
   }
 
  private:
-  const tune::Recording& recording(const bench::ReadScenario& read) {
-    const std::string name = recordings_.key(read.scenario) + tune::errors_of(read.scenario);
+  const tune::Recording& recording(const tune::Task& task, const bench::ReadScenario& read) {
+    const std::string name =
+        (task.recording.empty() ? recordings_.key(read.scenario) : task.recording.string()) +
+        tune::errors_of(read.scenario);
     if (name == loaded_) return *recording_;
     loaded_.clear();
     recording_.reset();
-    const auto cached = recordings_.get(read, [](double) {});
-    recording_ = tune::load(cached.folder, read.scenario);
-    walk_ = bench::read_walk_end(cached.folder);
+    if (task.recording.empty())
+      load(recordings_.get(read, [](double) {}).folder, read);
+    else
+      load(task.recording, read);
     loaded_ = name;
     return *recording_;
+  }
+
+  void load(const fs::path& folder, const bench::ReadScenario& read) {
+    recording_ = tune::load(folder, read.scenario);
+    walk_ = bench::read_walk_end(folder);
   }
 
   Recordings recordings_;

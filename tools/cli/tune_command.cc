@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
@@ -12,23 +13,30 @@
 #include "sim/tune/tuning.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/out_folder.h"
+#include "tools/cli/recordings.h"
+#include "tools/cli/trial_parts.h"
 #include "tools/cli/version.h"
 
 namespace cli {
 namespace {
+
+namespace tune = sim::tune;
 
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam tune scenarios/tuning/circles.yaml --jobs 2
   gaitslam run scenarios/tangent_circle.yaml --with results/tune-circles/best.yaml
 Results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished trial), history.csv, tune.json, report.html and
-best.yaml. The same command again goes on where a killed one was, to the same answer.
+best.yaml. The same command again goes on where a killed one was, to the same answer. Recordings that the spec names by
+scenario and seeds come from the cache, and are made there first. On Slurm each generation of CMA-ES is a job array;
+the other optimisers and the polish submit one a setting.
 Exit code: 0 tuned, 1 worse than the start on the hold-out recordings (no best.yaml), 2 usage or configuration.)";
 
 struct Request {
   std::string spec;
   std::optional<std::string> out;
-  int jobs = 1;
+  fs::path models = GAITSLAM_MODELS;
+  Backend backend;
 };
 
 /// One line on the terminal: stage, best so far, settings a minute, time left; silent where there is none.
@@ -37,7 +45,7 @@ class Progress {
   ~Progress() {
     if (drawn_) std::fputs("\r\033[K", stderr);
   }
-  void show(const sim::tune::Standing& standing) {
+  void show(const tune::Standing& standing) {
     using std::chrono::duration;
     if (isatty(STDERR_FILENO) != 1) return;
     if (standing.tried <= 1) begin_ = std::chrono::steady_clock::now();
@@ -63,17 +71,58 @@ class Progress {
   bool drawn_ = false;
 };
 
-int tune(const Request& request) {
-  const sim::tune::Spec spec = sim::tune::read_spec(request.spec);
+/// The recordings that the spec takes from the cache, made where they are missing; in use while this lives.
+std::vector<tune::CachedRecording> take_from_cache(tune::Spec& spec, const fs::path& models,
+                                                   const Backend& backend) {
+  std::vector<tune::Footage*> cached;
+  std::vector<bench::Scenario> scenarios;
+  for (auto* side : {&spec.training, &spec.holdout})
+    for (tune::Footage& footage : *side)
+      for (const std::uint64_t seed : footage.seeds) {
+        cached.push_back(&footage);
+        scenarios.push_back(scenario_of(footage, seed).scenario);
+        scenarios.back().seed = seed;
+      }
+  std::vector<tune::CachedRecording> all;
+  if (scenarios.empty()) return all;
+  const Recordings recordings(models);
+  const std::vector<Ended> ended = recordings.make(scenarios, backend);
+  for (std::size_t i = 0; i < scenarios.size(); ++i) {
+    auto found = recordings.find(scenarios[i]);
+    if (!found)
+      throw UsageError(fmt::format("{} seed {} could not be recorded: {}", scenarios[i].name,
+                                   scenarios[i].seed, ended[i].complaint));
+    cached[i]->folders.push_back(found->folder);
+    all.push_back(std::move(*found));
+  }
+  return all;
+}
+
+/// On a cluster: trials as elements of job arrays.
+tune::RunTasks elsewhere(const Request& request, const fs::path& out, const Backend& backend) {
+  if (!backend.slurm()) return {};
+  return [&request, out, backend](const std::vector<tune::Task>& tasks, tune::TrialLog& log) {
+    run_parts(tasks, log,
+              {out / "parts", tune::log_purpose(program_identity()), request.models, "tune " + request.spec},
+              backend);
+  };
+}
+
+int tune_by(const Request& request) {
+  tune::Spec spec = tune::read_spec(request.spec);
   const fs::path out = request.out ? fs::path(*request.out) : fs::path("results") / ("tune-" + spec.name);
   check_out_folder(out, request.out.has_value(), true);
   const NewFolders made_for_this(out);
-  sim::tune::Answer answer;
+  Backend backend = request.backend;
+  backend.spool = out / "slurm";
+  const auto in_use = take_from_cache(spec, request.models, backend);
+  tune::Answer answer;
   {
     Progress progress;
-    answer = sim::tune::tune(spec, out, request.jobs, fmt::format("{} {}", kVersion, kRevision),
-                             [&](const sim::tune::Standing& standing) { progress.show(standing); });
+    answer = tune::tune(spec, out, {std::max(backend.jobs, 1), elsewhere(request, out, backend)},
+                        program_identity(), [&](const tune::Standing& standing) { progress.show(standing); });
   }
+  fs::remove_all(backend.spool);
   sim::stream::write_durably(out / "report.html", sim::report::tune_page(out));
   std::cout << answer.text << "results in " << out.string() << '\n';
   if (!answer.accepted)
@@ -88,10 +137,11 @@ void add_tune(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("tune", "Look for the noise parameters that make the filter truthful");
   command->add_option("spec", request->spec, "the tuning's YAML file")->required();
-  command->add_option("--jobs", request->jobs, "threads")->check(CLI::Range(1, 1024))->capture_default_str();
+  add_backend_options(*command, request->backend);
+  command->add_option("--models", request->models, "folder of the robot's and room's models");
   command->add_option("--out", request->out, "folder for the results");
   command->footer(kExamples);
-  command->callback([request, &exit_code] { exit_code = tune(*request); });
+  command->callback([request, &exit_code] { exit_code = tune_by(*request); });
 }
 
 }  // namespace cli

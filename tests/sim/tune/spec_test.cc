@@ -109,6 +109,25 @@ TEST_F(SpecFile, MayTakeAllButTheWalkFromAnotherScenario) {
   EXPECT_THAT(complaint(gyro + sides), HasSubstr("spec.yaml:2:12: walk.commands: is "));
 }
 
+TEST_F(SpecFile, MayNameScenariosWhoseRecordingsTheCacheHas) {
+  const std::string gyro = "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\n";
+  std::ofstream(folder_ / "walk.yaml")
+      << "seed: 7\nwalk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {gyro.sigma_rad_s: 0.05}\n";
+  const Spec spec = read(gyro +
+                         "training: [{scenario: walk.yaml, seeds: 2..4, set: [slam.height.sigma_m=0.1]}]\n"
+                         "holdout: [{scenario: walk.yaml}]\n");
+  EXPECT_EQ(spec.training[0].seeds, (std::vector<std::uint64_t>{2, 3, 4}));
+  EXPECT_TRUE(spec.training[0].folders.empty());
+  EXPECT_EQ(spec.holdout[0].seeds, std::vector<std::uint64_t>{7});
+  EXPECT_EQ(spec.parameters[0].start, 0.05);
+  const bench::Scenario third = scenario_of(spec.training[0], 3).scenario;
+  EXPECT_EQ(third.seed, 3U);
+  EXPECT_EQ(third.slam->height.sigma_m, 0.1);
+  EXPECT_THAT(complaint(gyro + "training: [{seeds: 1..2}]\n"),
+              HasSubstr("spec.yaml:2:12: training: expected a scenario"));
+  EXPECT_THROW(read(gyro + "training: [{scenario: none.yaml}]\n"), bench::ConfigError);
+}
+
 TEST(Parameter, GoesFromLowToHighByItsLogarithmOrLinearly) {
   const Parameter log{"k", {}, 0.001, 0.1, 0.01, true}, linear{"k", {}, -1, 3, 0, false};
   EXPECT_NEAR(log.at(0.5), 0.01, 1e-16);

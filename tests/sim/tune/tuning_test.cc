@@ -48,7 +48,7 @@ class Tunings : public testing::Test {
     return read_spec(folder_ / "spec.yaml");
   }
   static Answer tuned(const Spec& spec, const std::string& out, int jobs) {
-    return tune(spec, folder_ / out, jobs, "test", [](const Standing&) {});
+    return tune(spec, folder_ / out, {jobs}, "test", [](const Standing&) {});
   }
   /// Tunes in a process that is killed after so many milliseconds; whether it was done before.
   static bool killed_after(int milliseconds, const Spec& spec, const std::string& out) {
@@ -97,6 +97,23 @@ TEST_F(Tunings, KilledAtRandomMomentsLoseNoFinishedTrialAndEndAlike) {
   EXPECT_GE(kills, 3);  // else the moments say nothing
   EXPECT_EQ(tests::differences(answer_of("whole"), answer_of("killed")), std::vector<std::string>{});
   EXPECT_EQ(finished("whole"), finished("killed"));
+}
+
+// Elsewhere: the tasks alone, each recording read anew, as a process on another machine does.
+TEST_F(Tunings, GiveTheSameAnswerWhereTrialsRunElsewhereAGenerationAtOnce) {
+  tuned(spec(), "in threads", 2);
+  std::size_t most = 0;
+  const RunTasks elsewhere = [&](const std::vector<Task>& tasks, TrialLog& log) {
+    most = std::max(most, tasks.size());
+    for (const Task& task : tasks) {
+      const auto scenario = bench::read_scenario_text(task.scenario, "task.yaml");
+      log.add(run_task(task.key, scenario, load(task.recording, scenario.scenario),
+                       bench::read_walk_end(task.recording)));
+    }
+  };
+  tune(spec(), folder_ / "elsewhere", {1, elsewhere}, "test", [](const Standing&) {});
+  EXPECT_EQ(tests::differences(answer_of("in threads"), answer_of("elsewhere")), std::vector<std::string>{});
+  EXPECT_GE(most, 15U) << "a generation is five settings of three runs";
 }
 
 TEST_F(Tunings, GiveUpHopelessSettingsAfterTheFirstRunsAndTakeNoneOfThemForTheBest) {
