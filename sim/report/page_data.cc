@@ -1,6 +1,7 @@
 #include "sim/report/page_data.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -89,6 +90,17 @@ ordered_json run_data(const RunData& run) {
   return json;
 }
 
+/// "tangent_circle, seed 1", or "tangent_circle, hall: 6 runs".
+std::string title(const std::vector<RunData>& runs) {
+  if (runs.size() == 1) return runs[0].label;
+  std::vector<std::string> scenarios;
+  for (const RunData& run : runs)
+    if (const std::string name = run.score.value("scenario", "?");
+        std::find(scenarios.begin(), scenarios.end(), name) == scenarios.end())
+      scenarios.push_back(name);
+  return fmt::format("{}: {} runs", fmt::join(scenarios, ", "), runs.size());
+}
+
 std::string subtitle(const RunData& run) {
   return fmt::format("{} {}, revision {}", run.about.value("program", "gaitslam"),
                      run.about.value("version", "?"), run.about.value("revision", "?"));
@@ -124,7 +136,7 @@ ordered_json to_json(const Figure& figure) {
 }
 
 ordered_json page_data(const std::vector<RunData>& runs) {
-  ordered_json json{{"title", runs.size() == 1 ? runs[0].label : fmt::format("{} runs", runs.size())},
+  ordered_json json{{"title", title(runs)},
                     {"subtitle", subtitle(runs[0])},
                     {"definitions", definitions()},
                     {"figures", all(batch_figures(runs))},

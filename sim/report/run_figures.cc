@@ -288,7 +288,8 @@ std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
   Figure walks{"walks", "Where the walks led: truth of every run", "x [m]", "y [m]"};
   walks.equal_axes = true;
   for (const RunData& run : runs) {
-    walks.lines.push_back(line("", Role::truth, run.waist_truth.x, run.waist_truth.y));
+    const bool first = walks.lines.empty();  // one name for all
+    walks.lines.push_back(line(first ? "truth" : "", Role::truth, run.waist_truth.x, run.waist_truth.y));
     if (!run.errors) continue;
     for (std::size_t i = 0; i < run.errors->t.size(); ++i)
       at[run.errors->t[i]].push_back(kMm * run.errors->distance[i]);

@@ -59,6 +59,7 @@ TEST_F(ReportTest, SeveralRunsAreComparedOnOnePage) {
   ASSERT_EQ(gaitslam("report two --out two.html").exit_code, 0);
   expect_all_drawn("two.html", 13);
   EXPECT_THAT(text_of("two.html"), HasSubstr("error_over_seeds"));
+  EXPECT_THAT(text_of("two.html"), HasSubstr(R"("title":"walk: 2 runs")"));
   EXPECT_THAT(text_of("two.html"), HasSubstr("within the 95 % band: position "));
 }
 
@@ -73,7 +74,7 @@ TEST_F(ReportTest, AWalkWithoutFilterHasAReportToo) {
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   walk("--seeds 1..3 --out many");
   ASSERT_EQ(gaitslam("report many --out many.html").exit_code, 0);
-  const Ran ran = shell("timeout 100 node " GAITSLAM_USE_REPORT " many.html profile");
+  const Ran ran = shell("timeout 300 node " GAITSLAM_USE_REPORT " many.html profile");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto found = nlohmann::json::parse(ran.out);
   EXPECT_GT(found["keyboard"]["expected"].size(), 50u);

@@ -76,10 +76,10 @@ async function walkThrough(browser) {
 // The first metric of several runs, as a number.
 async function sort(browser) {
   const column = () => browser.value(
-    `[...document.querySelectorAll('#runs .scroll tbody tr')].map((row) => +row.children[2].textContent)`);
+    `[...document.querySelectorAll('#runs .scroll tbody tr')].map((row) => +row.children[3].textContent)`);
   const enter = () => browser.press('Enter', 13);
   const before = await column();
-  await browser.value(`document.querySelectorAll('#runs .scroll th button')[2].focus()`);
+  await browser.value(`document.querySelectorAll('#runs .scroll th button')[3].focus()`);
   await enter();
   const after_enter = await column();
   await enter();

@@ -18,8 +18,9 @@ function cards(run) {
   return element('div', {class: 'cards'}, shown.map((name) => {
     const {value, unit} = run.score.metrics[name];
     const [factor, text] = unit === 'm' ? [1000, 'mm'] : [1, unit === '1' ? '' : unit];
+    const expected = name.startsWith('nees') ? ' (3 expected)' : '';
     return element('div', {class: 'card'}, element('b', {}, `${number(+(factor * value).toPrecision(4))} ${text}`),
-      element('span', {class: 'soft'}, name.replace(/_(m|deg)$/, '')));
+      element('span', {class: 'soft'}, name.replace(/_(m|deg)$/, '') + expected));
   }));
 }
 
@@ -82,9 +83,10 @@ function sections(run) {
 
 function comparison(runs) {
   const names = Object.keys(runs[0].score.metrics).filter((name) => runs.some((run) => run.score.metrics[name]?.value !== null));
-  const columns = [{title: 'run', text: true, value: (run) => run.label}, {title: 'ending', text: true, value: (run) => run.score.ending},
+  const columns = [{title: 'run', text: true, value: (run) => run.label}, {title: 'verdict', text: true, value: (run) => run.verdict},
+    {title: 'ending', text: true, value: (run) => run.score.ending},
     ...names.map((name) => ({title: name.replaceAll('_', ' '), value: (run) => run.score.metrics[name]?.value ?? null}))];
-  return section('runs', `${runs.length} runs`, sortableTable(columns, runs), paperTables(columns, runs), figures(data.figures));
+  return section('runs', 'Run by run', sortableTable(columns, runs), paperTables(columns, runs), figures(data.figures));
 }
 
 function themeButton() {

@@ -56,6 +56,7 @@ function overlays(figure) {
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = color('soft');
     ctx.setLineDash([6, 5]);
+    ctx.textAlign = 'left';
     const stroke = (x0, y0, x1, y1) => { ctx.beginPath(); ctx.moveTo(x0, y0); ctx.lineTo(x1, y1); ctx.stroke(); };
     for (const {y} of figure.levels) {
       const at = plot.valToPos(y, 'y', true);
@@ -75,6 +76,14 @@ function axis(label) {
     ticks: {stroke: () => color('edge')}, size: label === undefined ? 40 : 56};
 }
 
+/// Nine lines a decade would be darker than what is drawn over them.
+function valueAxis(figure) {
+  const all = axis(figure.y_label);
+  if (!figure.logarithmic) return all;
+  const filter = (_, values) => values.map((v) => (Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-6 ? v : null));
+  return {...all, grid: {...all.grid, filter}, ticks: {...all.ticks, filter}};
+}
+
 function positive(figure, data) {
   if (!figure.logarithmic) return data;
   return data.map((column, i) => (i === 0 ? column : column.map((v) => (v > 0 ? v : null))));
@@ -85,7 +94,7 @@ function plot(figure, holder) {
   const options = {
     ...size(), series: series(figure), bands: bands(figure), plugins: [overlays(figure)],
     cursor: isTime(figure) ? {sync: {key: 'time'}} : {}, scales: {x: {time: false}, y: {distr: figure.logarithmic ? 3 : 1}},
-    axes: [{...axis(figure.x_label), size: 40}, axis(figure.y_label)], legend: {live: true},
+    axes: [{...axis(figure.x_label), size: 40}, valueAxis(figure)], legend: {live: true},
   };
   const chart = new uPlot(options, positive(figure, joined(figure)), holder);
   new ResizeObserver(() => chart.setSize(size())).observe(holder);
