@@ -50,10 +50,10 @@ RobotMatrix start_covariance(const RobotVector& x, const Options& options) {
   P.diagonal().segment<3>(kAccelerometerBias).setConstant(square(options.accelerometer.sigma_bias_m_s2));
   P.diagonal().segment<3>(kSlip).setConstant(square(options.plan_velocity.sigma_slip_m_s));
   P.diagonal().segment<2>(kStride).setConstant(square(options.plan_velocity.sigma_stride));
-  const double sway = options.plan_velocity.sigma_sway_m_s;
-  P.diagonal().segment<3>(kSwayVelocity).setConstant(square(sway));
-  P.diagonal().segment<3>(kSway).setConstant(
-      square(sway * options.plan_velocity.sway_period_s / (2 * std::numbers::pi)));
+  const Eigen::Vector3d sway = sway_sigma(options.plan_velocity);
+  P.diagonal().segment<3>(kSwayVelocity) = sway.cwiseAbs2();
+  P.diagonal().segment<3>(kSway) =
+      (sway * options.plan_velocity.sway_period_s / (2 * std::numbers::pi)).cwiseAbs2();
   return P;
 }
 
@@ -369,6 +369,9 @@ void Filter::Workings::choose() {
   if (!options.vision.consensus) return;
   sharpen(strict, matches, options.vision.gate_sigma_px / options.vision.sigma_px);
   keep = consensus.largest(strict, kGate2);
+  glance.searched = candidates.size();
+  glance.accepted = keep.size();
+  if (blind(glance)) keep.clear();  // so few agree by chance
 }
 
 /// Updates with the matches that agree, and counts searches and successes.
@@ -386,6 +389,7 @@ void Filter::Workings::update_with_matches() {
     select(joint, keep, agreed);
     report.update = nis_of(agreed);
     update(agreed, "vision");
+    for (const std::size_t i : keep) map.seen_anew(candidates[whose[i]].index, camera, options, kalman);
   }
   for (std::size_t i = 0; i < candidates.size(); ++i)
     report.searched.push_back(

@@ -13,9 +13,10 @@ namespace slam {
 namespace {
 
 constexpr int kTries = 5;
-constexpr double kApart = 20;      // px between a new landmark and the others
-constexpr double kFewInView = 12;  // landmarks, up to which a box has a quarter of the image's sides
-constexpr double kSigmas = 3;      // around a known landmark's pixel
+constexpr double kApart = 20;          // px between a new landmark and the others
+constexpr double kFewInView = 12;      // landmarks, up to which a box has a quarter of the image's sides
+constexpr double kSigmas = 3;          // around a known landmark's pixel
+constexpr double kChangedView = 0.02;  // way over distance; less is swaying, which comes back
 
 /// A box at a random place that leaves room for the patch; small enough that `visible` of them may lie apart.
 cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) {
@@ -67,6 +68,22 @@ void Map::count(std::size_t index, bool success) {
   if (success) ++landmarks_[index].successes;
 }
 
+void Map::seen_anew(std::size_t index, const Camera& camera, const Options& options, Kalman& kalman) {
+  Landmark& landmark = landmarks_[index];
+  const State& state = kalman.state();
+  const double distance =
+      (position(landmark.kind, state.storage_x.segment(landmark.at, landmark.size())) - state.position())
+          .norm();
+  const double change = (state.position() - landmark.p_WC_counted).norm() / distance;
+  if (change < kChangedView) return;
+  landmark.p_WC_counted = state.position();
+  const double angle = options.vision.sigma_view_px / camera.intrinsics().fu_px * std::sqrt(change);
+  if (std::holds_alternative<Point>(landmark.kind))
+    kalman.blur(landmark.at, angle * angle * distance * distance * Eigen::Matrix3d::Identity());
+  else  // azimuth and elevation of the ray
+    kalman.blur(landmark.at + 3, angle * angle * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
+}
+
 int Map::begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,
                      Kalman& kalman) {
   const std::size_t before = landmarks_.size();
@@ -75,6 +92,7 @@ int Map::begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const 
     landmark.kind = Point{};
     landmark.at = kalman.append_known(p_W, options.known_landmarks.sigma_m);
     landmark.X_WC_first = kalman.state().X_WC();
+    landmark.p_WC_counted = landmark.X_WC_first.translation();
     landmark.begun = t;
     const auto expected = predict(kalman, landmark, landmark.kind, camera, options.vision.sigma_px);
     const auto pixel = expected ? seen_corner(image, *expected) : std::nullopt;
@@ -113,6 +131,7 @@ void Map::add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const
   landmark.id = next_id_++;
   landmark.patch = cut_patch(image, pixel);
   landmark.X_WC_first = kalman.state().X_WC();
+  landmark.p_WC_counted = landmark.X_WC_first.translation();
   landmark.begun = t;
   landmark.pixel_first = pixel.cast<double>();
   const double sigma = camera.sigma(pixel.cast<double>(), options.vision.sigma_px);

@@ -22,6 +22,10 @@ class Map {
   /// Counts one search for a landmark, and whether it was accepted.
   void count(std::size_t index, bool success);
 
+  /// Makes a landmark that was just measured less certain by what the change of view since it was last
+  /// counted may have moved its patch's apparent centre: sigma_view_px.
+  void seen_anew(std::size_t index, const Camera& camera, const Options& options, Kalman& kalman);
+
   /// Begins the landmarks known beforehand: each at the corner of the image nearest to where it should be
   /// seen, within 3 sigma. Returns how many were seen.
   int begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,

@@ -33,13 +33,14 @@ void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& pr
   Eigen::Matrix2d F;  // of (u, d)
   F << keep, -spring, dt * keep, 1 - dt * spring;
   const Eigen::Vector2d G(1, dt);
-  const Eigen::Matrix2d Q = square(options.sigma_sway_m_s) * (1 - keep * keep) * G * G.transpose();
+  const Eigen::Matrix2d Q = (1 - keep * keep) * G * G.transpose();
+  const Eigen::Vector3d sigma = sway_sigma(options);
   for (int axis = 0; axis < 3; ++axis) {
     const std::array at{kSwayVelocity + axis, kSway + axis};
     const Eigen::Vector2d before = prediction.x(at);
     prediction.x(at) = F * before;
     prediction.F(at, at) = F;
-    prediction.Q(at, at) = Q;
+    prediction.Q(at, at) = square(sigma(axis)) * Q;
   }
 }
 
@@ -75,6 +76,10 @@ void add_impulse(const RobotVector& x, const Impulse& impulse, double dt, Predic
 }
 
 }  // namespace
+
+Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options) {
+  return options.sigma_sway_m_s * Eigen::Vector3d(1, options.sway_up, options.sway_ahead);
+}
 
 Prediction predict_motion(const RobotVector& x, double dt, const std::optional<Impulse>& impulse,
                           const Options& options) {

@@ -15,6 +15,9 @@ struct Prediction {
   RobotMatrix F, Q;
 };
 
+/// Standard deviation of the unknown swaying's velocity along the axes of C, m/s.
+Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options);
+
 /// r⁺ = r + (v+V)Δt, q⁺ = q × q((ω+Ω)Δt), v⁺ = v+V, ω⁺ = ω+Ω with zero-mean impulses V = aΔt, Ω = αΔt
 /// (Davison et al. 2007, eq. (1)-(5)); so v⁺ and ω⁺ are exactly the mean velocity and rate over the interval.
 /// With an impulse from the accelerometer V = R(q)(impulse − bias·duration) + g·duration + noise, far

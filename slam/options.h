@@ -54,7 +54,7 @@ enum class FirstSight { inverse_depth, particles };
 
 struct Options {
   struct Start {  ///< uncertainty of the first pose: covers the robot's settling on its feet
-    double sigma_position_m = 0.002, sigma_orientation_rad = 0.002, sigma_velocity_m_s = 0.05,
+    double sigma_position_m = 0.001, sigma_orientation_rad = 0.002, sigma_velocity_m_s = 0.05,
            sigma_rate_rad_s = 0.05;
   } start;
   struct Motion {  ///< constant-velocity model: standard deviation of the unknown accelerations
@@ -73,26 +73,28 @@ struct Options {
     double sigma_bias_m_s2 =
         0.015;  ///< of the bias at the start; the mounting's error of 1.5 mrad looks alike
     double sigma_bias_walk_m_s3 = 0.01;  ///< growth of its standard deviation in 1 s
-    double sigma_frame_m_s2 = 0.05;  ///< what each frame adds: the head does not move quite as the chest does
+    double sigma_frame_m_s2 = 0.1;  ///< what each frame adds: the head does not move quite as the chest does
   } accelerometer;
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
-    double sigma_m_s = 0.008;  ///< of single frames, swaying apart
+    double sigma_m_s = 0.01;  ///< of single frames, swaying apart
     bool pivots_on_foot =
         true;  ///< turning unknown to the plan is about the support foot (robot's axes only)
     double standing_factor = 1;        ///< of sigma_m_s while the plan stands still
     double double_support_factor = 1;  ///< likewise while it has both feet on the ground
     double landing_factor = 1;         ///< likewise for landing_s after it has set a foot down
     double landing_s = 0.1;
-    double sigma_per_turn_m = 0;   ///< added for each rad/s that it turns
-    double sigma_slip_m_s = 0;     ///< of the slowly changing part of the plan's error; 0 = there is none
-    double slip_time_s = 10;       ///< how long that part lasts
-    double sigma_stride = 0.01;    ///< part by which its strides are wrong for long; 0 = they are not
-    double stride_time_s = 30;     ///< how long
-    double sigma_sway_m_s = 0.04;  ///< of swaying that the plan does not know of; 0 = there is none
-    double sway_period_s = 1.6;    ///< of that swaying: two steps
-    double sway_time_s = 1;        ///< how long it goes on undisturbed
+    double sigma_per_turn_m = 0;  ///< added for each rad/s that it turns
+    double sigma_slip_m_s = 0;    ///< of the slowly changing part of the plan's error; 0 = there is none
+    double slip_time_s = 10;      ///< how long that part lasts
+    double sigma_stride =
+        0.01;                   ///< part by which its strides are wrong for long, in length and aside; 0: not
+    double stride_time_s = 30;  ///< how long
+    double sigma_sway_m_s = 0.03;  ///< of swaying aside that the plan does not know of; 0 = there is none
+    double sway_ahead = 0.6, sway_up = 0.15;  ///< parts of that: of swaying ahead, and up
+    double sway_period_s = 1.6;               ///< of that swaying: two steps
+    double sway_time_s = 1;                   ///< how long it goes on undisturbed
   } plan_velocity;
   struct Height {
     bool enabled = true;
@@ -109,8 +111,11 @@ struct Options {
   struct Vision {
     bool enabled = true;
     /// At the image's centre; grows linearly to twice that at the corner. Above the scatter of single
-    /// matches, because a landmark's errors last over many frames.
-    double sigma_px = 0.5;
+    /// matches, because their errors last over some frames.
+    double sigma_px = 0.25;
+    /// What a patch takes for its centre changes with the view: by so much (1 sigma) after the camera has
+    /// moved by the landmark's distance, its square in proportion to the way; 0 = it does not.
+    double sigma_view_px = 0.3;
     double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
     int visible_landmarks = 12;   ///< how many to keep in view
     int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones

@@ -21,6 +21,15 @@ void add_pivoting(const RobotVector& x, const PlannedStride& stride, Measurement
   m.H_robot.middleCols(kRate, 3) = -R_WC.transpose() * level * R_WC * cross_matrix(stride.p_CF);
 }
 
+/// What strides longer by a part, and turned by an angle about the vertical (minus y of C), add to the
+/// planned velocity, in C: ∂v/∂kStride.
+Eigen::Matrix<double, 3, 2> stride_errors(const Eigen::Vector3d& steady_C) {
+  Eigen::Matrix<double, 3, 2> errors;
+  errors.col(0) << steady_C.x(), 0, steady_C.z();
+  errors.col(1) << -steady_C.z(), 0, steady_C.x();
+  return errors;
+}
+
 }  // namespace
 
 PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
@@ -57,11 +66,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
   const Eigen::Vector3d v = x.segment<3>(kVelocity);
-  Eigen::Matrix<double, 3, 2> strides =
-      Eigen::Matrix<double, 3,
-                    2>::Zero();  // what the two parts of kStride make of the planned velocity, in C
-  strides(0, 0) = stride.steady_C.x();
-  strides(2, 1) = stride.steady_C.z();
+  const Eigen::Matrix<double, 3, 2> strides = stride_errors(stride.steady_C);
   const Eigen::Vector3d slip =
       x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity) + strides * x.segment<2>(kStride);
   Measurement m(3);

@@ -44,7 +44,7 @@ double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options);
 /// tilts on the compliance of its ankles) is about the support foot, so that the camera moves by the level
 /// part of p_CF × (ω − ω_plan) besides. Its height is left out: the next foot finds the same floor, so that
 /// what the tilting of one step after another would add up to does not. `slip` is all that the plan's
-/// velocity has too much: kSlip, kSwayVelocity, and the parts kStride of its steady velocity.
+/// velocity has too much: kSlip, kSwayVelocity, and what kStride makes of its steady velocity.
 Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
                              const Options::PlanVelocity& options);
 

@@ -18,7 +18,8 @@ inline constexpr int kSlip = 16;               ///< planned minus true velocity,
 inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
 inline constexpr int kSwayVelocity = 22;       ///< of swaying, planned minus true, m/s, axes C
 inline constexpr int kSway = 25;               ///< how far that has come, m, axes C
-inline constexpr int kStride = 28;  ///< planned strides are longer by this part: aside (x of C), ahead (z)
+inline constexpr int kStride =
+    28;  ///< planned strides are longer by this part, and turned aside by this angle
 inline constexpr int kRobot = 30;
 
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;

@@ -295,11 +295,15 @@ void add_slam(Keys& keys) {
                      "slowly changing error of the planned velocity; 0: there is none"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, plan_velocity.slip_time_s), {0.001, 1e6}, "how long that error lasts"));
-  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_stride), kSpread,
-                     "part by which planned strides are wrong for long, ahead and aside; 0: they are not"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, plan_velocity.sigma_stride), kSpread,
+          "part by which planned strides are wrong for long, in length and aside; 0: they are not"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.stride_time_s), kTime, "how long that is"));
   keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sigma_sway_m_s), kSpread,
-                     "velocity of swaying that the plan does not know of"));
+                     "velocity of swaying aside that the plan does not know of"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, plan_velocity.sway_ahead), {0, 10}, "part of that: of swaying ahead"));
+  keys.push_back(key(GAITSLAM_KEY(slam, plan_velocity.sway_up), {0, 10}, "likewise up"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, plan_velocity.sway_period_s), kTime, "of that swaying: that of two steps"));
   keys.push_back(
@@ -314,6 +318,9 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, vision.enabled), kAny, "use the camera"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.sigma_px), {0.01, 100},
                      "image noise at the centre; twice that at the corner"));
+  keys.push_back(
+      key(GAITSLAM_KEY(slam, vision.sigma_view_px), {0, 100},
+          "change of what a patch takes for its centre, once the camera has moved by its distance"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.gate_sigma_px), {0.01, 100},
                      "scatter of a single right match, by which wrong ones are told"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.visible_landmarks), {1, 1000}, "landmarks to keep in view"));

@@ -74,7 +74,8 @@ TEST(Map, BeginsAsManyLandmarksAsWantedApartFromEachOtherAndFromThoseTaken) {
   for (std::size_t i = 0; i < 8; ++i) pixels.push_back(b.pixel(i));
   const int more = b.map.begin(blocks(5), Stamp(8), pixels, 4, b.camera, b.options, b.kalman);
   ASSERT_EQ(pixels.size(), b.map.landmarks().size());
-  for (std::size_t i = 8; i < pixels.size(); ++i) EXPECT_LT((pixels[i] - b.pixel(i)).norm(), 1e-9);  // rounding
+  for (std::size_t i = 8; i < pixels.size(); ++i)
+    EXPECT_LT((pixels[i] - b.pixel(i)).norm(), 1e-9);  // rounding
   EXPECT_LE(more, 4);
   for (std::size_t i = 0; i < pixels.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) EXPECT_GE((pixels[i] - pixels[j]).norm(), 20 - 1e-9) << i << ' ' << j;
@@ -153,6 +154,63 @@ TEST(Map, AConvertedLandmarkIsPredictedAtTheSamePixelWithTheSameCovariance) {
     EXPECT_LT((after[i].pixel - before[i].pixel).norm(), 1e-9);
     EXPECT_LT((after[i].S - before[i].S).norm(), 1e-3 * before[i].S.norm());  // heading constrained anew
   }
+}
+
+/// The camera's covariance, and that of landmark i alone.
+Eigen::MatrixXd covariance_of(const Begun& begun, std::size_t i) {
+  const Landmark& landmark = begun.map.landmarks()[i];
+  const int at = landmark.at, size = landmark.size();
+  return begun.kalman.state().P().block(at, at, size, size);
+}
+
+/// Puts the camera elsewhere, nothing else being touched.
+void move(Kalman& kalman, const Eigen::Vector3d& by) {
+  RobotVector x = kalman.state().storage_x.head<kRobot>();
+  x.segment<3>(kPosition) += by;
+  kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
+}
+
+TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedAndNotAfterSwaying) {
+  Begun begun(1);
+  begun.options.vision.sigma_view_px = 0.5;
+  const Landmark& landmark = begun.map.landmarks()[0];
+  const double distance =
+      (position(landmark.kind, Parameters(begun.parameters(0))) - begun.kalman.state().position()).norm();
+  const Eigen::MatrixXd before = covariance_of(begun, 0);
+  const Eigen::Vector3d aside(0, 0.01 * distance, 0);
+  move(begun.kalman, aside);
+  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
+  move(begun.kalman, -aside);
+  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
+  EXPECT_EQ(covariance_of(begun, 0), before);
+  move(begun.kalman, Eigen::Vector3d(0, 0.04 * distance, 0));
+  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
+  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);  // once for the same view
+  Eigen::MatrixXd more = covariance_of(begun, 0) - before;
+  const double angle = 0.5 / begun.camera.intrinsics().fu_px;
+  EXPECT_NEAR(more(3, 3), 0.04 * angle * angle, 0.002 * angle * angle);  // the distance is another now
+  EXPECT_NEAR(more(4, 4), more(3, 3), 1e-15);
+  more(3, 3) = more(4, 4) = 0;
+  EXPECT_LT(more.norm(), 1e-15);
+}
+
+TEST(Map, APointIsLessCertainAlikeInSpace) {
+  Begun begun(1);
+  begun.options.vision.sigma_view_px = 0.5;
+  begun.know_depth(0, 0.5);
+  begun.map.convert(1e9, begun.kalman);
+  ASSERT_EQ(begun.map.landmarks()[0].size(), Point::kSize);
+  const Eigen::MatrixXd before = covariance_of(begun, 0);
+  move(begun.kalman, Eigen::Vector3d(0.2, 0, 0));
+  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
+  const Eigen::MatrixXd more = covariance_of(begun, 0) - before;
+  EXPECT_LT((more - more(0, 0) * Eigen::Matrix3d::Identity()).norm(), 1e-12 * more(0, 0) + 1e-18);
+  const double distance =
+      (Eigen::Vector3d(begun.kalman.state().storage_x.segment<3>(begun.map.landmarks()[0].at)) -
+       begun.kalman.state().position())
+          .norm();
+  const double sigma = 0.5 / begun.camera.intrinsics().fu_px * distance;
+  EXPECT_NEAR(more(0, 0), sigma * sigma * 0.2 / distance, 1e-3 * more(0, 0));
 }
 
 }  // namespace

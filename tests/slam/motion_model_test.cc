@@ -151,6 +151,18 @@ TEST(MotionModel, SwayingStaysWithinItsSigmaAndItsSumDoesNotDriftAway) {
   EXPECT_LT((later - P).norm(), 1e-9 * P.norm());  // no part of it grows with time
 }
 
+TEST(MotionModel, UnknownSwayingIsSmallerAheadAndUp) {
+  Options options = paper();
+  options.plan_velocity.sigma_sway_m_s = 0.03;
+  options.plan_velocity.sway_ahead = 0.5;
+  options.plan_velocity.sway_up = 0.1;
+  EXPECT_LT((sway_sigma(options.plan_velocity) - Eigen::Vector3d(0.03, 0.003, 0.015)).norm(), 1e-17);
+  const Eigen::Vector3d Q =
+      predict_motion(generic_state(), kFrame, std::nullopt, options).Q.diagonal().segment<3>(kSwayVelocity);
+  EXPECT_NEAR(Q(1) / Q(0), 0.01, 1e-12);
+  EXPECT_NEAR(Q(2) / Q(0), 0.25, 1e-12);
+}
+
 TEST(MotionModel, SlipAndWrongStridesFadeButTheirVarianceInTheLongRunIsTheOneGiven) {
   Options options;
   options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_stride = 0.05;

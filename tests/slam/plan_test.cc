@@ -134,12 +134,13 @@ TEST(Plan, SlipAndSwayingArePlannedMinusTrueVelocity) {
   EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
 }
 
-TEST(Plan, StridesTooLongByAPartMakeThePlannedVelocityTooFastByIt) {
+TEST(Plan, StridesTooLongAndTurnedMakeThePlannedVelocityTooFastAndTurned) {
   RobotVector x = RobotVector::Zero();
   x.segment<4>(kOrientation) = generic_state().segment<4>(kOrientation);
   x.segment<2>(kStride) << 0.02, 0.05;
   const Eigen::Vector3d planned_C(0.2, 0.03, -0.1);
-  const Eigen::Vector3d true_C = planned_C - Eigen::Vector3d(0.004, 0, -0.005);
+  // 2 % of it, and 0.05 of it turned aside
+  const Eigen::Vector3d true_C = planned_C - Eigen::Vector3d(0.004 + 0.005, 0, -0.002 + 0.01);
   const Eigen::Matrix3d R_WC = rotation_matrix(x.segment<4>(kOrientation));
   x.segment<3>(kVelocity) = R_WC * true_C;
   Options::PlanVelocity options;

@@ -74,7 +74,7 @@ const synthetic::Recording& walk() {
   return recording;
 }
 
-/// Walks `until` the frame, all being well; then sees another place and nothing else for 1 s.
+/// Walks `until` the frame, all being well; then sees another place for 1 s and has its gyro alone.
 Filter lost_filter(int until, const Options::Tracking& tracking) {
   Options options;
   options.tracking = tracking;
@@ -83,7 +83,7 @@ Filter lost_filter(int until, const Options::Tracking& tracking) {
     Observation o = walk().observation(k);
     if (k >= until) {
       cv::flip(o.image, o.image, -1);
-      o.gyro.clear(), o.accelerometer.clear(), o.plan.reset();
+      o.accelerometer.clear(), o.plan.reset();
     }
     filter.step(o);
   }
@@ -99,8 +99,10 @@ TEST(Relocalisation, AFilterCarriedOffIsFoundAgainWhereItTrulyIs) {
   int after = 0;
   for (int k = 20; k < 45; ++k) {  // put down where it was at frame 20, by now 0.2 m away and turned
     Observation o = walk().observation(k);
-    o.t = lost_at + walk().walk().stamp(k - 19);
-    o.gyro.clear(), o.accelerometer.clear(), o.plan.reset();
+    const Stamp later = lost_at + walk().walk().stamp(k - 19) - o.t;
+    o.t += later;
+    for (InertialSample& sample : o.gyro) sample.begin += later, sample.end += later;
+    o.accelerometer.clear(), o.plan.reset();
     const FrameReport& report = filter.step(o);
     ASSERT_NE(report.health, Health::diverged) << report.cause;
     found = found || report.relocalised;
