@@ -67,6 +67,13 @@ const char* kind_name(const LandmarkKind& kind) {
   return kNames[kind.index()];
 }
 
+/// Area of the box around where they are expected, part of the image's.
+double spread(const std::vector<Candidate>& candidates, const CameraIntrinsics& camera) {
+  Eigen::AlignedBox2d box;
+  for (const Candidate& candidate : candidates) box.extend(candidate.pixel);
+  return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
+}
+
 /// σ of the image's grey values, every fourth row looked at.
 double contrast(const cv::Mat& image) {
   std::int64_t sum = 0, square = 0, count = 0;
@@ -369,9 +376,6 @@ void Filter::Workings::choose() {
   if (!options.vision.consensus) return;
   sharpen(strict, matches, options.vision.gate_sigma_px / options.vision.sigma_px);
   keep = consensus.largest(strict, kGate2);
-  glance.searched = candidates.size();
-  glance.accepted = keep.size();
-  if (blind(glance)) keep.clear();  // so few agree by chance
 }
 
 /// Updates with the matches that agree, and counts searches and successes.
@@ -397,6 +401,7 @@ void Filter::Workings::update_with_matches() {
   report.accepted = static_cast<int>(report.matched.size());
   glance.searched = candidates.size();
   glance.accepted = report.matched.size();
+  glance.spread = spread(candidates, calibration.camera);
   if (blind(glance)) return;  // the image or the pose is at fault, not the landmarks
   for (std::size_t i = 0; i < candidates.size(); ++i) map.count(candidates[i].index, success[i] != 0);
 }

@@ -6,12 +6,13 @@ namespace slam {
 namespace {
 
 constexpr double kFewFound = 0.2;          // of the landmarks searched for
+constexpr double kAllOver = 0.4;           // part of the image
 constexpr std::size_t kEnoughToJudge = 5;  // landmarks searched for
 
 }  // namespace
 
 bool blind(const Glance& glance) {
-  return glance.searched >= kEnoughToJudge &&
+  return glance.searched >= kEnoughToJudge && glance.spread > kAllOver &&
          static_cast<double>(glance.accepted) < kFewFound * static_cast<double>(glance.searched);
 }
 

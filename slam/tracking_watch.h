@@ -16,9 +16,10 @@ struct Glance {
   double dt_s = 0;
   std::size_t searched = 0, accepted = 0;  ///< landmarks
   std::optional<double> vision_nis, height_nis;
+  double spread = 1;  ///< part of the image that those searched for span
 };
 
-/// Almost nothing found of what is looked for.
+/// Almost nothing found of what is looked for, all over the image: less is something in front of the rest.
 bool blind(const Glance& glance);
 
 class TrackingWatch {

@@ -53,6 +53,13 @@ TEST(TrackingWatch, IsLostAfterTheGivenTimeOfBlindnessAndOneGoodFrameForgivesIt)
   EXPECT_FALSE(watch.in_doubt());
 }
 
+TEST(TrackingWatch, DoesNotDoubtItselfWhereAPartOfTheImageIsHidden) {
+  TrackingWatch watch{Options::Tracking{}};
+  const Glance hidden{0.5, 12, 1, {}, {}, 0.3};
+  for (int k = 0; k < 20; ++k) EXPECT_EQ(watch.judge(hidden), "") << k;
+  EXPECT_FALSE(watch.in_doubt());
+}
+
 TEST(TrackingWatch, IsLostWhenMatchesStayFurtherOffThanTheFilterBelieves) {
   TrackingWatch watch{Options::Tracking{}};
   Glance glance{0.03, 12, 10, 1.0, std::nullopt};
