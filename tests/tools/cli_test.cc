@@ -81,7 +81,7 @@ TEST_F(Cli, OverridesThatAreWrongAreRefused) {
 TEST_F(Cli, ResultsThatAreNotThereAreRefusedByReplay) {
   expect_refused("replay no-such-folder", "no-such-folder: no such result folder");
   std::filesystem::create_directories(folder_ / "empty");
-  expect_refused("replay empty", "empty/scenario.yaml: cannot be read: No such file or directory");
+  expect_refused("replay empty", "empty: expected a result folder (with scenario.yaml and recording/)");
 }
 
 TEST_F(Cli, ReplayDoesNotPretendToChangeWhatIsRecorded) {

@@ -68,7 +68,8 @@ TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
   scenarios(kStand);
   ::setenv("GAITSLAM_CACHE", (folder_ / "cache").c_str(), 1);
   ASSERT_EQ(reproduce().exit_code, 0);
-  ASSERT_EQ(reproduce("--cached --out cached").exit_code, 0);
+  const Ran cached = reproduce("--cached --out cached");
+  ASSERT_EQ(cached.exit_code, 0) << cached.out << cached.err;
   EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
   const std::string recordings = gaitslam("cache list").out;
   EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";

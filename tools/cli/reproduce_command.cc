@@ -65,8 +65,10 @@ bool is_done(const fs::path& result, const fs::path& recorded, bench::Scenario s
   if (!fs::exists(result / "score.json") || !is_by_this_program(result, made)) return false;
   scenario.seed = seed;
   if (text_of(result / "scenario.yaml") != bench::to_yaml(scenario)) return false;
-  return recorded.empty() ||
-         about(recorded).value("recording_xxh3_128", "") == made.value("recording_xxh3_128", "?");
+  if (recorded.empty()) return true;
+  const nlohmann::json walked = about(recorded);  // none where the walk itself is still to come
+  return walked.is_object() &&
+         walked.value("recording_xxh3_128", "") == made.value("recording_xxh3_128", "?");
 }
 
 /// One experiment and where its results are.
