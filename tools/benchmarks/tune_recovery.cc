@@ -155,7 +155,7 @@ tune::Spec spec_of(const Planted& planted, const std::vector<fs::path>& folders,
   spec.training[0].folders = {folders.begin(), folders.end() - 1};
   spec.holdout[0].folders = {folders.back()};
   spec.objectives = {objective};
-  spec.trials = trials, spec.polish = trials / 3, spec.population = 8;
+  spec.trials = trials, spec.polish = trials / 4, spec.population = 24;
   return spec;
 }
 
@@ -207,7 +207,7 @@ int main(int argc, char** argv) {
   }
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 8 << 20);
   cv::setNumThreads(1);
-  const int trials = argc > 2 ? std::atoi(argv[2]) : 120, count = argc > 3 ? std::atoi(argv[3]) : 5;
+  const int trials = argc > 2 ? std::atoi(argv[2]) : 240, count = argc > 3 ? std::atoi(argv[3]) : 5;
   const std::vector<cv::Mat> pictures = render(synthetic::Room(), walk());
   for (const tune::Objective objective : {tune::Objective::innovation_nll, tune::Objective::pose_nll})
     for (const Planted& planted :
