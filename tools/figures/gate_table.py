@@ -26,6 +26,7 @@ PLANTED = [
     ("gyro noise x 5", ["errors.gyro.sigma_rad_s=0.05"]),
     ("images one frame late", ["errors.image.latency_s=0.033"]),
     ("plan 2 % too large", ["errors.faults=[{plan_scaled: {from_s: 0, duration_s: 1000, factor: 1.02}}]"]),
+    ("plan 4 % too large", ["errors.faults=[{plan_scaled: {from_s: 0, duration_s: 1000, factor: 1.04}}]"]),
     ("image noise taken for half, which halves the search ellipses", ["slam.vision.sigma_px=0.125"]),
     ("image noise taken for a fifth: ellipses below the scatter of matches", ["slam.vision.sigma_px=0.05"]),
     ("matches refused from 0.3 of their usual scatter on", ["slam.vision.gate_sigma_px=0.045"]),
