@@ -170,7 +170,8 @@ TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {
 // The hold-out run has a gyro a hundred times as noisy as training: what fits there is worse here.
 TEST_F(Tunings, WorseOnHoldoutAreRefused) {
   Spec wrong = spec();
-  wrong.holdout[0].set.push_back("errors.gyro.sigma_rad_s=1");
+  wrong.holdout[0].set.push_back(
+      "errors.gyro.sigma_rad_s=0.1");  // what the start expects, and training has not
   wrong.parameters.resize(1);
   const Answer answer = tuned(wrong, "worse", 2);
   EXPECT_FALSE(answer.accepted);
