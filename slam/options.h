@@ -115,7 +115,7 @@ struct Options {
     double sigma_px = 0.25;
     /// What a patch takes for its centre changes with the view: by so much (1 sigma) after the camera has
     /// moved by the landmark's distance, its square in proportion to the way; 0 = it does not.
-    double sigma_view_px = 0.3;
+    double sigma_view_px = 0.4;
     double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
     int visible_landmarks = 12;   ///< how many to keep in view
     int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones
