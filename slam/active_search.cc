@@ -26,8 +26,9 @@ std::optional<Candidate> predict(const Kalman& kalman, const Landmark& landmark,
   const Direction d = direction(kind, y, state.position(), state.orientation());
   const auto projection = camera.project(d.h_C);
   if (!projection || !camera.inside(projection->pixel, kBorder)) return std::nullopt;
-  const auto change =
-      view_change(camera, landmark.X_WC_first, state.X_WC(), position(kind, y), projection->pixel);
+  const Eigen::Vector3d p_W = position(kind, y);
+  const auto change = view_change(camera, landmark.X_WC_first, state.X_WC(), p_W,
+                                  surface_normal(landmark.X_WC_first, p_W, landmark.tilt), projection->pixel);
   if (!change || !(change->determinant() > 0.25 && change->determinant() < 4)) return std::nullopt;
 
   Measurement m(2);

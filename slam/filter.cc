@@ -137,7 +137,8 @@ struct Filter::Workings {
   void begin_known(const Observation& o);
   void measure_vision(const Observation& o);
   void begin_report(Stamp t);
-  void update_with_matches();
+  void update_with_matches(const cv::Mat& image);
+  void learn_surface(const cv::Mat& image);
   void choose();
   Nis nis_of(const Joint& joined);
   void add_line_pixels();
@@ -350,7 +351,7 @@ void Filter::Workings::measure_vision(const Observation& o) {
       whose.push_back(i);
     }
   report.measured = static_cast<int>(matches.size());
-  update_with_matches();
+  update_with_matches(o.image);
   manage_map(o);
 }
 
@@ -378,8 +379,16 @@ void Filter::Workings::choose() {
   keep = consensus.largest(strict, kGate2);
 }
 
+/// Of one match a frame, in turn.
+void Filter::Workings::learn_surface(const cv::Mat& image) {
+  if (!options.vision.warped_patches || !options.vision.estimate_normals) return;
+  const std::size_t i = keep[static_cast<std::size_t>(frames) % keep.size()];
+  const Candidate& found = candidates[whose[i]];
+  map.learn_surface(found.index, image, found.pixel + matches[i].innovation, camera, kalman.state());
+}
+
 /// Updates with the matches that agree, and counts searches and successes.
-void Filter::Workings::update_with_matches() {
+void Filter::Workings::update_with_matches(const cv::Mat& image) {
   choose();
   success.assign(candidates.size(), 0);
   for (const std::size_t i : keep) {
@@ -393,6 +402,7 @@ void Filter::Workings::update_with_matches() {
     select(joint, keep, agreed);
     report.update = nis_of(agreed);
     update(agreed, "vision");
+    learn_surface(image);
     for (const std::size_t i : keep) map.seen_anew(candidates[whose[i]].index, camera, options, kalman);
   }
   for (std::size_t i = 0; i < candidates.size(); ++i)

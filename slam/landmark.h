@@ -25,7 +25,8 @@ struct Landmark {
   int at = 0;  ///< where its parameters begin in the state
   SourcePatch patch;
   Eigen::Isometry3d X_WC_first =
-      Eigen::Isometry3d::Identity();  ///< camera pose that saw it first, as believed then
+      Eigen::Isometry3d::Identity();               ///< camera pose that saw it first, as believed then
+  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  ///< of its surface: see surface_normal
   Eigen::Vector3d p_WC_counted = Eigen::Vector3d::Zero();  ///< till where sigma_view_px has been reckoned
   Stamp begun{0};
   Eigen::Vector2d pixel_first = Eigen::Vector2d::Zero();  ///< where it was first seen

@@ -8,6 +8,7 @@
 #include "slam/active_search.h"
 #include "slam/corner_detector.h"
 #include "slam/line_search.h"
+#include "slam/surface.h"
 
 namespace slam {
 namespace {
@@ -84,6 +85,11 @@ void Map::seen_anew(std::size_t index, const Camera& camera, const Options& opti
     kalman.blur(landmark.at + 3, angle * angle * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
 }
 
+void Map::learn_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
+                        const Camera& camera, const State& state) {
+  landmarks_[index].tilt = better_tilt(image, landmarks_[index], pixel, camera, state);
+}
+
 int Map::begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,
                      Kalman& kalman) {
   const std::size_t before = landmarks_.size();
@@ -134,7 +140,7 @@ void Map::add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const
   landmark.p_WC_counted = landmark.X_WC_first.translation();
   landmark.begun = t;
   landmark.pixel_first = pixel.cast<double>();
-  const double sigma = camera.sigma(pixel.cast<double>(), options.vision.sigma_px);
+  const double sigma = camera.sigma(pixel.cast<double>(), options.vision.sigma_first_px);
   const RobotVector x = kalman.state().storage_x.head<kRobot>();
   if (options.depth.first_sight == FirstSight::particles) {
     landmark.kind = SemiInfiniteLine{flat_prior(options.depth.particles)};

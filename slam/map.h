@@ -26,6 +26,10 @@ class Map {
   /// counted may have moved its patch's apparent centre: sigma_view_px.
   void seen_anew(std::size_t index, const Camera& camera, const Options& options, Kalman& kalman);
 
+  /// Turns the surface of a landmark that was just found at `pixel` if its template fits better then.
+  void learn_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
+                     const Camera& camera, const State& state);
+
   /// Begins the landmarks known beforehand: each at the corner of the image nearest to where it should be
   /// seen, within 3 sigma. Returns how many were seen.
   int begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,

@@ -89,7 +89,7 @@ struct Options {
     double sigma_slip_m_s = 0;    ///< of the slowly changing part of the plan's error; 0 = there is none
     double slip_time_s = 10;      ///< how long that part lasts
     double sigma_stride =
-        0.01;                   ///< part by which its strides are wrong for long, in length and aside; 0: not
+        0.008;                  ///< part by which its strides are wrong for long, in length and aside; 0: not
     double stride_time_s = 30;  ///< how long
     double sigma_sway_m_s = 0.03;  ///< of swaying aside that the plan does not know of; 0 = there is none
     double sway_ahead = 0.6, sway_up = 0.15;  ///< parts of that: of swaying ahead, and up
@@ -113,9 +113,12 @@ struct Options {
     /// At the image's centre; grows linearly to twice that at the corner. Above the scatter of single
     /// matches, because their errors last over some frames.
     double sigma_px = 0.25;
+    /// Likewise of the pixel of the first sight: the template cut out there is what the landmark is, so that
+    /// only what interpolation does to it is left.
+    double sigma_first_px = 0.06;
     /// What a patch takes for its centre changes with the view: by so much (1 sigma) after the camera has
     /// moved by the landmark's distance, its square in proportion to the way; 0 = it does not.
-    double sigma_view_px = 0.4;
+    double sigma_view_px = 0.35;
     double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
     int visible_landmarks = 12;   ///< how many to keep in view
     int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones
@@ -123,8 +126,10 @@ struct Options {
     double corner_threshold =
         20000;                   ///< smaller eigenvalue of the 11x11 gradient moments, grey levels squared
     bool warped_patches = true;  ///< as the predicted view should show them; else as first seen
-    bool sub_pixel = true;       ///< matches refined below the pixel
-    bool consensus = true;       ///< only matches that agree among themselves are used
+    bool estimate_normals =
+        true;               ///< of the landmarks' surfaces, for warping; else they face the first sight
+    bool sub_pixel = true;  ///< matches refined below the pixel
+    bool consensus = true;  ///< only matches that agree among themselves are used
   } vision;
   struct Tracking {
     double lost_after_s = 2;   ///< of images in which almost nothing is found

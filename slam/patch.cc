@@ -66,18 +66,25 @@ SourcePatch cut_patch_between(const cv::Mat& image, const Eigen::Vector2d& pixel
   return patch;
 }
 
+Eigen::Vector3d surface_normal(const Eigen::Isometry3d& X_WC_first, const Eigen::Vector3d& p_W,
+                               const Eigen::Vector2d& tilt) {
+  const Eigen::Vector3d facing = (X_WC_first.translation() - p_W).normalized();
+  const Eigen::Vector3d turned = X_WC_first.linear().leftCols<2>() * tilt;
+  return (facing + turned - facing.dot(turned) * facing).normalized();
+}
+
 std::optional<Eigen::Matrix2d> view_change(const Camera& camera, const Eigen::Isometry3d& X_WC_first,
                                            const Eigen::Isometry3d& X_WC_now, const Eigen::Vector3d& p_W,
+                                           const Eigen::Vector3d& normal_W,
                                            const Eigen::Vector2d& pixel_now) {
   const auto ray = camera.unproject(pixel_now);
   if (!ray) return std::nullopt;
   const Eigen::Matrix3d& R_now = X_WC_now.linear();
-  const Eigen::Vector3d normal = (X_WC_first.translation() - p_W).normalized();
   const Eigen::Vector3d line = R_now * ray->h, to_point = p_W - X_WC_now.translation();
-  const double facing = normal.dot(line);
+  const double facing = normal_W.dot(line);
   if (!(-facing > kSteepest * line.norm())) return std::nullopt;
   const Eigen::Matrix3d on_surface =
-      normal.dot(to_point) / facing * (Eigen::Matrix3d::Identity() - line * normal.transpose() / facing);
+      normal_W.dot(to_point) / facing * (Eigen::Matrix3d::Identity() - line * normal_W.transpose() / facing);
   const auto first = camera.project(X_WC_first.inverse() * p_W);
   if (!first) return std::nullopt;
   return Eigen::Matrix2d(first->J * X_WC_first.linear().transpose() * on_surface * R_now * ray->J);

@@ -34,12 +34,17 @@ SourcePatch cut_patch(const cv::Mat& image, const Eigen::Vector2i& pixel);
 /// Likewise around a place between pixels, interpolated.
 SourcePatch cut_patch_between(const cv::Mat& image, const Eigen::Vector2d& pixel);
 
+/// Unit normal in W of the surface at p_W: towards the camera that saw it first, but for its tilt, the
+/// tangents of the angles by which it is turned to that camera's right and down.
+Eigen::Vector3d surface_normal(const Eigen::Isometry3d& X_WC_first, const Eigen::Vector3d& p_W,
+                               const Eigen::Vector2d& tilt);
+
 /// How pixels around `pixel_now` of the present view lie around the first sight's pixel, to first order, when
-/// the surface at p_W faces the camera that saw it first: ∂pixel_first/∂pixel_now. Nothing where the surface
-/// is seen too obliquely (over 65°) or outside a view.
+/// the surface at p_W is a plane of that normal: ∂pixel_first/∂pixel_now. Nothing where the surface is seen
+/// too obliquely (over 65°) or outside a view.
 std::optional<Eigen::Matrix2d> view_change(const Camera& camera, const Eigen::Isometry3d& X_WC_first,
                                            const Eigen::Isometry3d& X_WC_now, const Eigen::Vector3d& p_W,
-                                           const Eigen::Vector2d& pixel_now);
+                                           const Eigen::Vector3d& normal_W, const Eigen::Vector2d& pixel_now);
 
 /// The template that the patch makes under the view change A; nothing where A reaches outside the patch or
 /// the template is flat.

@@ -318,6 +318,8 @@ void add_slam(Keys& keys) {
   keys.push_back(key(GAITSLAM_KEY(slam, vision.enabled), kAny, "use the camera"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.sigma_px), {0.01, 100},
                      "image noise at the centre; twice that at the corner"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.sigma_first_px), {0.001, 100},
+                     "likewise of the pixel where a landmark was first seen"));
   keys.push_back(
       key(GAITSLAM_KEY(slam, vision.sigma_view_px), {0, 100},
           "change of what a patch takes for its centre, once the camera has moved by its distance"));
@@ -332,6 +334,8 @@ void add_slam(Keys& keys) {
                      "smaller eigenvalue of the gradient moments that makes a corner"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.warped_patches), kAny,
                      "templates as the predicted view should show them; else as first seen"));
+  keys.push_back(key(GAITSLAM_KEY(slam, vision.estimate_normals), kAny,
+                     "learn which way landmarks' surfaces are turned; else they face their first sight"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.sub_pixel), kAny, "matches are refined below the pixel"));
   keys.push_back(key(GAITSLAM_KEY(slam, vision.consensus), kAny,
                      "only matches that agree among themselves are used (1-point RANSAC)"));

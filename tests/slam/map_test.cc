@@ -134,6 +134,22 @@ TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
   for (std::size_t i = 1; i < 4; ++i) EXPECT_LT((b.pixel(i) - before[i + 1]).norm(), 1e-9) << i;
 }
 
+TEST(Map, TheDirectionOfANewLandmarkIsAsCertainAsItsFirstSight) {
+  const Begun begun(1);
+  const Eigen::MatrixXd P = begun.kalman.state().P();
+  const int at = begun.map.landmarks()[0].at;
+  Options rough;
+  rough.vision.sigma_first_px = 1;
+  Map map(1);
+  Kalman kalman = looking_ahead();
+  std::vector<Eigen::Vector2d> taken;
+  map.begin(blocks(5), Stamp(7), taken, 1, begun.camera, rough, kalman);
+  const double more = kalman.state().P()(at + 4, at + 4) - P(at + 4, at + 4);
+  const double sigma = begun.camera.sigma(begun.pixel(0), 1) / begun.camera.intrinsics().fu_px;
+  EXPECT_GT(more, 0.2 * sigma * sigma);
+  EXPECT_LT(more, 1.5 * sigma * sigma);
+}
+
 TEST(Map, AnUncertainDepthIsNotConverted) {
   Begun b(3);
   b.map.convert(0.1, b.kalman);

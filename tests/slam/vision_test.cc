@@ -113,9 +113,9 @@ TEST(Patch, ViewChangeIsTheDerivativeThroughTheSurface) {
   now.translation() = Eigen::Vector3d(-0.5, 0.1, 0.4);
   const Eigen::Vector3d p(0.6, -0.3, 3);
   const Eigen::Vector2d pixel = camera.project(now.inverse() * p)->pixel;
-  const auto A = view_change(camera, first, now, p, pixel);
+  const Eigen::Vector3d normal = surface_normal(first, p, {0.7, -0.4});
+  const auto A = view_change(camera, first, now, p, normal, pixel);
   ASSERT_TRUE(A);
-  const Eigen::Vector3d normal = -p.normalized();
   const auto through =
       [&](const Eigen::Vector2d& u) -> Eigen::Vector2d {  // pixel now -> surface -> pixel first
     const Eigen::Vector3d line = now.linear() * camera.unproject(u)->h;
@@ -128,6 +128,17 @@ TEST(Patch, ViewChangeIsTheDerivativeThroughTheSurface) {
   }
 }
 
+TEST(Patch, ASurfaceIsTurnedByTheAnglesOfItsTilt) {
+  Eigen::Isometry3d first = Eigen::Isometry3d::Identity();
+  first.translation() = Eigen::Vector3d(1, 2, 3);
+  const Eigen::Vector3d p(1, 2, 7);
+  EXPECT_LT((surface_normal(first, p, {0, 0}) - Eigen::Vector3d(0, 0, -1)).norm(), 1e-12);
+  const Eigen::Vector3d right = surface_normal(first, p, {std::tan(0.5), 0});
+  EXPECT_LT((right - Eigen::Vector3d(std::sin(0.5), 0, -std::cos(0.5))).norm(), 1e-12);
+  const Eigen::Vector3d down = surface_normal(first, p, {0, std::tan(0.5)});
+  EXPECT_LT((down - Eigen::Vector3d(0, std::sin(0.5), -std::cos(0.5))).norm(), 1e-12);
+}
+
 TEST(Patch, SurfacesSeenTooObliquelyAreNotMatched) {
   const Camera camera(CameraIntrinsics{});
   Eigen::Isometry3d now = Eigen::Isometry3d::Identity();
@@ -136,7 +147,8 @@ TEST(Patch, SurfacesSeenTooObliquelyAreNotMatched) {
   const Eigen::Vector3d p(0, 0, 3);
   const auto seen = camera.project(now.inverse() * p);
   ASSERT_TRUE(seen);
-  EXPECT_FALSE(view_change(camera, Eigen::Isometry3d::Identity(), now, p, seen->pixel));
+  const Eigen::Isometry3d first = Eigen::Isometry3d::Identity();
+  EXPECT_FALSE(view_change(camera, first, now, p, surface_normal(first, p, {0, 0}), seen->pixel));
 }
 
 TEST(CornerDetector, FindsOpenCvsStrongestCorner) {

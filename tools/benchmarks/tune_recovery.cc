@@ -135,7 +135,7 @@ tune::Spec spec_of(const Planted& planted, const std::vector<fs::path>& folders,
                      about("slam.vision.sigma_px", planted.pixel_px, 0.2),
                      about("slam.plan_velocity.sigma_m_s", planted.plan_m_s, 5),
                      {"slam.motion.sigma_angular_acceleration_rad_s2", {}, 0.01, 10, 6, true}};
-  spec.parameters[1].also = {"slam.vision.gate_sigma_px"};
+  spec.parameters[1].also = {"slam.vision.gate_sigma_px", "slam.vision.sigma_first_px"};  // shaken, too
   tune::Footage footage;
   footage.set = {fmt::format("errors.gyro.sigma_rad_s={}", planted.gyro_rad_s),
                  fmt::format("errors.plan.velocity_sigma_m_s={}", planted.plan_m_s * std::sqrt(1.5)),
@@ -143,6 +143,7 @@ tune::Spec spec_of(const Planted& planted, const std::vector<fs::path>& folders,
                  "errors.image.shot_sigma_grey=0",
                  "slam.plan_velocity.sigma_sway_m_s=0",
                  "slam.plan_velocity.sigma_stride=0",
+                 "slam.vision.sigma_view_px=0",
                  "slam.plan_velocity.pivots_on_foot=false",
                  "slam.accelerometer.sigma_bias_m_s2=0",
                  "slam.accelerometer.sigma_bias_walk_m_s3=0",
