@@ -114,11 +114,11 @@ struct Options {
     /// matches, because their errors last over some frames.
     double sigma_px = 0.25;
     /// Likewise of the pixel of the first sight: the template cut out there is what the landmark is, so that
-    /// only what interpolation does to it is left.
-    double sigma_first_px = 0.06;
+    /// only what later matches have in common against it is left.
+    double sigma_first_px = 0.12;
     /// What a patch takes for its centre changes with the view: by so much (1 sigma) after the camera has
     /// moved by the landmark's distance, its square in proportion to the way; 0 = it does not.
-    double sigma_view_px = 0.35;
+    double sigma_view_px = 0.25;
     double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
     int visible_landmarks = 12;   ///< how many to keep in view
     int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones
