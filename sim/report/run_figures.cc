@@ -16,8 +16,7 @@ namespace sim::report {
 namespace {
 
 constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
-constexpr int kHalfSecond = 15;   // frames
-constexpr double kSettled_s = 5;  // the start is known by decree
+constexpr int kHalfSecond = 15;  // frames
 constexpr const char* kTime = "time [s]";
 
 Column scaled(Column values, double factor) {
@@ -238,7 +237,8 @@ Line mean_line(const std::string& name, Role role, const Moments& moments) {
 
 std::string share_text(const Moments& moments) {
   std::vector<Column> settled;
-  for (auto at = moments.lower_bound(kSettled_s); at != moments.end(); ++at) settled.push_back(at->second);
+  for (auto at = moments.lower_bound(score::kSettled_s); at != moments.end(); ++at)
+    settled.push_back(at->second);
   const auto share = score::share_in_band(settled, 3);
   return share ? fmt::format("{:.0f} % (below it {:.0f} %)", 100 * share->inside, 100 * share->below)
                : "none";
@@ -251,7 +251,7 @@ Figure nees_over_seeds(const std::vector<RunData>& runs) {
       "nees_over_seeds",
       fmt::format("Normalised error squared, mean over seeds (3 expected). Frames after {:.0f} s that are "
                   "within the 95 % band: position {}, orientation {}",
-                  kSettled_s, share_text(position), share_text(orientation)),
+                  score::kSettled_s, share_text(position), share_text(orientation)),
       kTime, "mean NEES"};
   f.logarithmic = true;
   f.lines = {mean_line("position", Role::first, position),

@@ -7,6 +7,8 @@
 
 namespace sim::score {
 
+inline constexpr double kSettled_s = 5;  ///< moments before are not judged: the start is known by decree
+
 /// mean: over all moments; inside, below: in what part of them the mean over the runs is in its 95 % band, or
 /// below it.
 struct BandShare {

@@ -1,7 +1,19 @@
 // The hash of the sources that shape recordings, as the build takes it: which changes make recordings stale.
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
 #include "tests/tools/command_line.h"
 
 namespace {
+
+std::string source_text(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(GAITSLAM_SOURCE_DIR "/" + file).rdbuf();
+  EXPECT_FALSE(text.str().empty()) << file;
+  return text.str();
+}
 
 class RecordingSources : public tests::CommandLine {
  protected:
@@ -42,6 +54,22 @@ TEST_F(RecordingSources, AreNotThoseOfFilterScoresAndPages) {
   for (const char* file :
        {"README.md", "slam/filter.cc", "sim/bench/verdict.cc", "sim/stream/image_errors.cc"})
     EXPECT_FALSE(is_shaped_by(file)) << file;
+}
+
+TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) {
+  const std::set<std::string> others{"sim/bench/evidence.h",    "sim/bench/result.h",
+                                     "sim/bench/scenario.h",    "sim/stream/durable_file.h",
+                                     "sim/stream/file_error.h", "sim/stream/motion_clock.h"};
+  const std::string list = source_text("tools/cli/recording_sources.cmake");
+  const std::regex ours("#include \"(sim/(?:bench|stream)/(\\w+)\\.h)\"");
+  for (const char* file : {"sim/bench/run.cc", "sim/bench/run.h", "sim/bench/draw.cc",
+                           "sim/bench/planned_camera.cc", "sim/stream/recording_writer.cc"}) {
+    const std::string text = source_text(file);
+    for (std::sregex_iterator i(text.begin(), text.end(), ours), end; i != end; ++i)
+      EXPECT_TRUE(std::regex_search(list, std::regex("\\b" + (*i)[2].str() + "\\b")) ||
+                  others.contains((*i)[1]))
+          << (*i)[1] << " is included by " << file << ": does it shape what is recorded?";
+  }
 }
 
 TEST_F(RecordingSources, OneThatIsGoneIsAnErrorOfTheBuild) {

@@ -21,7 +21,7 @@ namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kSettled_s = 5, kWindow_s = 4;
+constexpr double kWindow_s = 4;
 constexpr std::array kAxes{"ahead", "left", "up", "roll", "pitch", "yaw"};
 
 /// One frame of one seed: errors and standard deviations along kAxes (position m, then orientation rad),
@@ -65,10 +65,10 @@ double mean_of(const std::vector<Frame>& seeds, const auto& value) {
   return sum / static_cast<double>(seeds.size());
 }
 
-/// Of the frames after kSettled_s.
+/// Of the frames after sim::score::kSettled_s.
 sim::score::BandShare share(const Frames& frames, const auto& nees) {
   std::vector<std::vector<double>> moments;
-  for (auto at = frames.lower_bound(kSettled_s); at != frames.end(); ++at) {
+  for (auto at = frames.lower_bound(sim::score::kSettled_s); at != frames.end(); ++at) {
     moments.emplace_back();
     for (const Frame& f : at->second) moments.back().push_back(nees(f));
   }
