@@ -80,11 +80,8 @@ double part(const ordered_json& p, double value) {
 }
 
 Figure parallel_figure(const Tuning& t) {
-  std::string axes;
-  for (std::size_t k = 0; k < t.keys.size(); ++k)
-    axes += fmt::format("{}{}: {}", k ? "   " : "", k, t.keys[k]);
-  Figure f{"parallel", "Settings side by side: the best tenth of them against the others", axes,
-           "place in its range"};
+  Figure f{"parallel", "Settings side by side: the best tenth of them against the others",
+           "parameter, by its row in the table above", "place in its range"};
   std::vector<std::size_t> order(t.value.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return t.value[a] > t.value[b]; });
@@ -93,7 +90,7 @@ Figure parallel_figure(const Tuning& t) {
     Line line{"", i < good ? Role::truth : Role::estimate, {}, {}};
     if (i + 1 == order.size()) line.name = "the best tenth";
     for (std::size_t k = 0; k < t.keys.size(); ++k) {
-      line.x.push_back(static_cast<double>(k));
+      line.x.push_back(static_cast<double>(k + 1));
       line.y.push_back(part(t.json["parameters"][k], t.at[k][order[i]]));
     }
     if (t.keys.size() == 1) line.dots = true;
@@ -266,7 +263,8 @@ std::string tune_page(const fs::path& folder) {
   html.append(page_style())
       .append(
           "\n.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));gap:14px}"
-          "figure{margin:0}svg{width:100%;height:auto}#parallel "
+          "figure{margin:0}.figures>figure:last-child:nth-child(odd){grid-column:auto}svg{width:100%;height:"
+          "auto}#parallel "
           ".line.truth{stroke-opacity:.2}</style>\n</head>\n<body>\n");
   html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
                       name, accepted ? "good" : "bad",
@@ -275,7 +273,8 @@ std::string tune_page(const fs::path& folder) {
   html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) +
           "<h2>Figures</h2>\n<div class='figures'>\n";
   for (const Figure& figure : figures(t))
-    html += fmt::format("<figure id='{}'>{}</figure>\n", figure.name, to_svg(figure, kWidth, kHeight));
+    html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", figure.name, figure.title,
+                        to_svg(figure, kWidth, kHeight));
   return html + "</div>\n</body>\n</html>\n";
 }
 
