@@ -262,16 +262,15 @@ std::string tune_page(const fs::path& folder) {
       name);
   html.append(page_style())
       .append(
-          "\n.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));gap:14px}"
-          "figure{margin:0}.figures>figure:last-child:nth-child(odd){grid-column:auto}svg{width:100%;height:"
-          "auto}#parallel "
+          "\n.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));gap:14px}"
+          "figure{margin:0}svg{width:100%;height:auto}#parallel "
           ".line.truth{stroke-opacity:.2}</style>\n</head>\n<body>\n");
   html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
                       name, accepted ? "good" : "bad",
                       accepted ? "better on hold-out runs" : "refused: worse on hold-out runs",
                       t.value.size(), fmt::join(t.objectives, " and "));
   html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) +
-          "<h2>Figures</h2>\n<div class='figures'>\n";
+          "<h2>Figures</h2>\n<div class='plots'>\n";
   for (const Figure& figure : figures(t))
     html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", figure.name, figure.title,
                         to_svg(figure, kWidth, kHeight));
