@@ -11,13 +11,13 @@ namespace {
 
 constexpr double kLongestGap_s = 0.001;
 
-/// Attitudes of the chest, relative to its attitude at the interval's beginning, as the gyro has it.
-class Turning {
+/// The orientation of the chest relative to that at the beginning of the interval, integrated from the gyro.
+class GyroIntegration {
  public:
-  Turning(const InertialInterval& interval, const Eigen::Vector3d& bias_G)
+  GyroIntegration(const InertialInterval& interval, const Eigen::Vector3d& bias_G)
       : interval_(interval), bias_G_(bias_G) {}
 
-  /// Times rise from call to call.
+  /// The times of successive calls must rise.
   const Eigen::Vector4d& until(Stamp t) {
     for (; next_ < interval_.gyro.size(); ++next_) {
       const InertialSample& sample = interval_.gyro[next_];
@@ -45,17 +45,17 @@ bool covered(const std::vector<InertialSample>& samples, Stamp from, Stamp to) {
   return sum > seconds(to - from) - kLongestGap_s;
 }
 
-/// ∫ weight · specific force over an interval, in the axes of the chest at its beginning; the weight rises
-/// from 0 to 1 or falls from 1 to 0. Also how far the chest turned, and Σ weight² dt².
-struct Weighted {
+/// ∫ weight · specific force dt over an interval, in the axes of the chest at its beginning, where the weight
+/// rises from 0 to 1 or falls from 1 to 0; and the rotation of the chest over the interval.
+struct WeightedIntegral {
   Eigen::Vector3d force_G = Eigen::Vector3d::Zero();
-  Eigen::Vector4d turned{1, 0, 0, 0};
-  double squares = 0;
+  Eigen::Vector4d rotation{1, 0, 0, 0};
+  double squares = 0;  ///< Σ weight² dt · kReadingPeriod_s
 };
 
-Weighted integrate(const InertialInterval& interval, const Eigen::Vector3d& bias_G, bool rising) {
-  Weighted sum;
-  Turning turning(interval, bias_G);
+WeightedIntegral integrate(const InertialInterval& interval, const Eigen::Vector3d& bias_G, bool rising) {
+  WeightedIntegral sum;
+  GyroIntegration orientation(interval, bias_G);
   const double duration = seconds(interval.to - interval.from);
   for (const InertialSample& sample : interval.accelerometer) {
     const Stamp begin = std::max(sample.begin, interval.from), end = std::min(sample.end, interval.to);
@@ -63,39 +63,41 @@ Weighted integrate(const InertialInterval& interval, const Eigen::Vector3d& bias
     const Stamp middle = begin + (end - begin) / 2;
     const double into = seconds(middle - interval.from) / duration;
     const double dt = seconds(end - begin), weight = rising ? into : 1 - into;
-    sum.force_G += weight * dt * (rotation_matrix(turning.until(middle)) * sample.value);
+    sum.force_G += weight * dt * (rotation_matrix(orientation.until(middle)) * sample.value);
     sum.squares += weight * weight * dt * kReadingPeriod_s;
   }
-  sum.turned = turning.until(interval.to);
+  sum.rotation = orientation.until(interval.to);
   return sum;
 }
 
 }  // namespace
 
-std::optional<Impulse> mean_velocity_change(const InertialInterval& earlier, const InertialInterval& later,
-                                            const Eigen::Isometry3d& X_CG, const Eigen::Vector3d& gyro_bias_C,
-                                            const Options& options) {
+std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earlier,
+                                                    const InertialInterval& later,
+                                                    const Eigen::Isometry3d& X_CG,
+                                                    const Eigen::Vector3d& gyro_bias_C,
+                                                    const Options& options) {
   for (const InertialInterval* i : {&earlier, &later})
     if (i->to <= i->from || !covered(i->accelerometer, i->from, i->to) || !covered(i->gyro, i->from, i->to))
       return std::nullopt;
   if (earlier.to != later.from) return std::nullopt;
   const Eigen::Matrix3d R_CG = X_CG.linear();
   const Eigen::Vector3d bias_G = R_CG.transpose() * gyro_bias_C;
-  const Weighted before = integrate(earlier, bias_G, true), after = integrate(later, bias_G, false);
-  const Eigen::Matrix3d back = rotation_matrix(before.turned).transpose(),
-                        ahead = rotation_matrix(after.turned);
+  const WeightedIntegral before = integrate(earlier, bias_G, true), after = integrate(later, bias_G, false);
+  const Eigen::Matrix3d back = rotation_matrix(before.rotation).transpose(),
+                        ahead = rotation_matrix(after.rotation);
 
   const double d0 = seconds(earlier.to - earlier.from), d1 = seconds(later.to - later.from);
   const Eigen::Vector3d lever_G = R_CG.transpose() * X_CG.translation();
   const Eigen::Vector3d swing_G = (ahead * lever_G - lever_G) / d1 - (lever_G - back * lever_G) / d0;
-  Impulse impulse;
-  impulse.impulse_C = R_CG * (back * before.force_G + after.force_G - swing_G);
-  impulse.duration_s = (d0 + d1) / 2;
+  VelocityIncrement increment;
+  increment.increment_C = R_CG * (back * before.force_G + after.force_G - swing_G);
+  increment.duration_s = (d0 + d1) / 2;
   const double rate_sigma = options.gyro.sigma_rad_s * std::sqrt(kReadingPeriod_s * (1 / d0 + 1 / d1));
   const double force = options.accelerometer.sigma_m_s2 * std::sqrt(before.squares + after.squares);
-  impulse.sigma_m_s = std::hypot(force, rate_sigma * lever_G.norm(),
-                                 options.accelerometer.sigma_frame_m_s2 * impulse.duration_s);
-  return impulse;
+  increment.sigma_m_s = std::hypot(force, rate_sigma * lever_G.norm(),
+                                   options.accelerometer.sigma_frame_m_s2 * increment.duration_s);
+  return increment;
 }
 
 }  // namespace slam

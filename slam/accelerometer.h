@@ -1,5 +1,5 @@
-// The accelerometer folded into the motion model: how the camera's mean velocity changes from one frame
-// interval to the next, from the specific forces of both.
+// The accelerometer as the input of the motion model: the change of the camera's mean velocity from one frame
+// interval to the next, integrated from the specific forces in both.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,12 +12,12 @@
 
 namespace slam {
 
-/// v̄⁺ − v̄ = R_WC impulse_C + duration g, where v̄ is the mean velocity over a frame interval, R_WC the
-/// attitude at the frame between the two intervals and g gravity. Standard deviation per axis, m/s.
-struct Impulse {
-  Eigen::Vector3d impulse_C;
+/// v̄⁺ − v̄ = R_WC increment_C + duration g, where v̄ is the mean velocity over a frame interval, R_WC the
+/// orientation at the frame between the two intervals and g gravity.
+struct VelocityIncrement {
+  Eigen::Vector3d increment_C;  ///< m/s
   double duration_s;
-  double sigma_m_s;
+  double sigma_m_s;  ///< per axis
 };
 
 /// Gyro and accelerometer readings of one frame interval (from, to].
@@ -26,12 +26,14 @@ struct InertialInterval {
   std::vector<InertialSample> gyro, accelerometer;
 };
 
-/// By parts, v̄⁺ − v̄ = ∫(t₊ − t) a dt/Δ₊ over the later interval + ∫(t − t₋) a dt/Δ over the earlier one, with
-/// a the acceleration of the chest, turned by the gyro into the axes of the camera at the frame between; what
-/// the lever from camera to chest does meanwhile is taken off. gyro_bias_C in the camera's axes. Nothing
-/// where readings are missing.
-std::optional<Impulse> mean_velocity_change(const InertialInterval& earlier, const InertialInterval& later,
-                                            const Eigen::Isometry3d& X_CG, const Eigen::Vector3d& gyro_bias_C,
-                                            const Options& options);
+/// Integration by parts gives v̄⁺ − v̄ = ∫(t₊ − t) a dt/Δ₊ over the later interval + ∫(t − t₋) a dt/Δ over the
+/// earlier one. Here a is the acceleration of the chest, rotated by the gyro into the axes of the camera at
+/// the frame between the intervals; the motion of the chest relative to the camera is subtracted.
+/// gyro_bias_C: rad/s in C. Nothing where readings are missing or the intervals do not adjoin.
+std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earlier,
+                                                    const InertialInterval& later,
+                                                    const Eigen::Isometry3d& X_CG,
+                                                    const Eigen::Vector3d& gyro_bias_C,
+                                                    const Options& options);
 
 }  // namespace slam

@@ -10,19 +10,14 @@ namespace {
 
 constexpr double kBorder = kPatchHalf + 2;  // px
 constexpr double kSigmas = 3;
-constexpr double kCoarse =
-    0.15;  // how much the correlation may lack before the match is refined below the pixel
-
-Parameters parameters(const State& state, const Landmark& landmark) {
-  return state.storage_x.segment(landmark.at, landmark.size());
-}
+constexpr double kRefinementGain = 0.15;  // correlation that the sub-pixel refinement may still add
 
 }  // namespace
 
-std::optional<Candidate> predict(const Kalman& kalman, const Landmark& landmark, const LandmarkKind& kind,
-                                 const Camera& camera, double sigma_px) {
+std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& landmark,
+                                          const LandmarkKind& kind, const Camera& camera, double sigma_px) {
   const State& state = kalman.state();
-  const Parameters y = parameters(state, landmark);
+  const Parameters y = landmark.parameters(state);
   const Direction d = direction(kind, y, state.position(), state.orientation());
   const auto projection = camera.project(d.h_C);
   if (!projection || !camera.inside(projection->pixel, kBorder)) return std::nullopt;
@@ -39,8 +34,7 @@ std::optional<Candidate> predict(const Kalman& kalman, const Landmark& landmark,
   const double sigma = camera.sigma(projection->pixel, sigma_px);
   m.R.diagonal().setConstant(sigma * sigma);
   kalman.constrain(m);
-  const Eigen::Matrix2d S = kalman.innovation_covariance(m);
-  return Candidate{0, projection->pixel, m, S, *change};
+  return Candidate{0, projection->pixel, m, innovation_covariance(state, m), *change};
 }
 
 void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, const Camera& camera,
@@ -48,7 +42,7 @@ void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, 
   candidates.clear();
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     if (std::holds_alternative<SemiInfiniteLine>(landmarks[i].kind)) continue;
-    auto candidate = predict(kalman, landmarks[i], landmarks[i].kind, camera, sigma_px);
+    auto candidate = predict_landmark(kalman, landmarks[i], landmarks[i].kind, camera, sigma_px);
     if (!candidate) continue;
     candidate->index = i;
     candidates.push_back(*candidate);
@@ -64,14 +58,14 @@ void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count
   candidates.resize(count, candidates.front());
 }
 
-std::optional<Measurement> find(const cv::Mat& image, const Landmark& landmark, const Candidate& candidate,
-                                const Options::Vision& options) {
+std::optional<Measurement> search_candidate(const cv::Mat& image, const Landmark& landmark,
+                                            const Candidate& candidate, const Options::Vision& options) {
   const auto patch =
       warp(landmark.patch,
            options.warped_patches ? candidate.view_change : Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
   if (!patch) return std::nullopt;
   auto match = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSigmas);
-  if (!match || match->correlation < options.minimum_correlation - (options.sub_pixel ? kCoarse : 0))
+  if (!match || match->correlation < options.minimum_correlation - (options.sub_pixel ? kRefinementGain : 0))
     return std::nullopt;
   if (options.sub_pixel) match = refine(image, *patch, match->pixel);
   if (!match || match->correlation < options.minimum_correlation) return std::nullopt;

@@ -1,4 +1,4 @@
-// From the map to the image: which landmarks should be in view, where, and where they were found.
+// Active search: which landmarks should be visible, where, and where they are found.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -11,8 +11,8 @@
 
 namespace slam {
 
-/// A landmark that should be in view: its predicted pixel, its linearised measurement (innovation still
-/// zero), the covariance of the innovation, and how the view has changed since its first sight.
+/// A landmark that should be visible: its predicted pixel, its linearised measurement (whose innovation is
+/// still zero), the innovation covariance S in px², and how the view has changed since it was first seen.
 struct Candidate {
   std::size_t index = 0;  ///< in the list of landmarks
   Eigen::Vector2d pixel;
@@ -21,13 +21,14 @@ struct Candidate {
   Eigen::Matrix2d view_change;
 };
 
-/// A landmark as it should be seen if it were of the given kind (of the same size as its own); index is left
-/// 0. Nothing where it is not to be seen: see predict_view.
-std::optional<Candidate> predict(const Kalman& kalman, const Landmark& landmark, const LandmarkKind& kind,
-                                 const Camera& camera, double sigma_px);
+/// Predicts a landmark as if it were of the given kind, which has as many parameters as its own. Nothing
+/// where it is not visible in the sense of predict_view. The index is 0.
+std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& landmark,
+                                          const LandmarkKind& kind, const Camera& camera, double sigma_px);
 
-/// What is predicted to be visible: in front, inside the image, at half to twice the first sight's size and
-/// not seen too obliquely. Landmarks that are still lines are left out. Fills `candidates`.
+/// Fills `candidates` with the landmarks that should be visible: in front of the camera, inside the image, at
+/// half to twice the size at which they were first seen, and not seen too obliquely. Landmarks that are still
+/// lines are left out.
 void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, const Camera& camera,
                   double sigma_px, std::vector<Candidate>& candidates);
 inline std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
@@ -37,12 +38,13 @@ inline std::vector<Candidate> predict_view(const Kalman& kalman, const std::vect
   return candidates;
 }
 
-/// Keeps the `count` candidates with the largest trace S: where measuring tells most (Davison et al. 2007).
+/// Keeps the `count` candidates with the largest trace of S, whose measurements are the most informative
+/// (Davison et al. 2007).
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count);
 
-/// Looks for a candidate inside its 3-sigma ellipse, refines the match below the pixel (where the options
-/// have it) and fills the innovation. Nothing where no place correlates well enough.
-std::optional<Measurement> find(const cv::Mat& image, const Landmark& landmark, const Candidate& candidate,
-                                const Options::Vision& options);
+/// Searches a candidate inside its 3-sigma ellipse, refines the match to sub-pixel accuracy (if the options
+/// say so) and fills the innovation. Nothing where no place correlates well enough.
+std::optional<Measurement> search_candidate(const cv::Mat& image, const Landmark& landmark,
+                                            const Candidate& candidate, const Options::Vision& options);
 
 }  // namespace slam

@@ -9,7 +9,7 @@
 namespace slam {
 namespace {
 
-constexpr double kNearest = 1e-6;  // of |h|: what lies in or behind the image plane has no projection
+constexpr double kLeastForward = 1e-6;  // of h.z()/|h|; points in or behind the image plane are not projected
 constexpr double kNarrowest_rad = 0.1;
 
 }  // namespace
@@ -31,22 +31,22 @@ Camera::Camera(const CameraIntrinsics& intrinsics)
 }
 
 std::optional<Projection> Camera::project(const Eigen::Vector3d& h) const {
-  if (!(h.z() > kNearest * h.norm())) return std::nullopt;
+  if (!(h.z() > kLeastForward * h.norm())) return std::nullopt;
   if (!(h.head<2>().norm() <= widest_ * h.z())) return std::nullopt;
   const Eigen::Vector2d u = focal_.cwiseProduct(h.head<2>()) / h.z();
   Matrix23d du_dh;
   du_dh << focal_.x() / h.z(), 0, -u.x() / h.z(), 0, focal_.y() / h.z(), -u.y() / h.z();
-  const Bent bent = distort(intrinsics_.lens, focal_, u);
-  return Projection{centre_ + bent.point, bent.J * du_dh};
+  const Distorted distorted = distort(intrinsics_.lens, focal_, u);
+  return Projection{centre_ + distorted.point, distorted.J * du_dh};
 }
 
 std::optional<Ray> Camera::unproject(const Eigen::Vector2d& pixel) const {
-  const auto straight = undistort(intrinsics_.lens, focal_, pixel - centre_);
-  if (!straight) return std::nullopt;
+  const auto undistorted = undistort(intrinsics_.lens, focal_, pixel - centre_);
+  if (!undistorted) return std::nullopt;
   Ray ray{Eigen::Vector3d::Ones(), Matrix32d::Zero()};
-  ray.h.head<2>() = straight->point.cwiseQuotient(focal_);
+  ray.h.head<2>() = undistorted->point.cwiseQuotient(focal_);
   if (!(ray.h.head<2>().norm() <= widest_)) return std::nullopt;
-  ray.J.topRows<2>() = focal_.cwiseInverse().asDiagonal() * straight->J;
+  ray.J.topRows<2>() = focal_.cwiseInverse().asDiagonal() * undistorted->J;
   return ray;
 }
 

@@ -1,16 +1,16 @@
-// What is believed of the depth of a landmark that is still a line (Davison 2003; Fig. 3 of the paper).
+// The depth distribution of a landmark that is still a line (Davison 2003; Stasse et al. 2006, Fig. 3).
 #pragma once
 
 #include <vector>
 
 namespace slam {
 
-/// One hypothesis of how far along the line the landmark is.
+/// One hypothesis of the landmark's distance along the line.
 struct DepthParticle {
   double depth_m, probability;
 };
 
-/// All hypotheses of one landmark; the probabilities' sum is 1.
+/// All hypotheses of one landmark; their probabilities sum to 1.
 struct DepthHypotheses {
   int landmark = 0;
   std::vector<DepthParticle> particles;

@@ -1,4 +1,4 @@
-// A landmark at first sight as the paper has it: a semi-infinite line, its depth told by particles (Fig. 3).
+// A new landmark as in the paper: a semi-infinite line whose depth is estimated by particles (Fig. 3).
 #pragma once
 
 #include <Eigen/Core>
@@ -11,34 +11,35 @@
 
 namespace slam {
 
-/// Davison 2003: y = (c₀, ĥ), the landmark somewhere at c₀ + λĥ, λ > 0; m and a unit vector, W.
+/// Davison 2003: the parameters y = (c₀, ĥ), in m and as a unit vector in W, describe the line c₀ + λĥ,
+/// λ > 0, on which the landmark lies.
 struct SemiInfiniteLine {
   static constexpr int kSize = 6;
   std::vector<DepthParticle> particles;
-  int attempts = 0;  ///< frames in which it was looked for
+  int attempts = 0;  ///< frames in which it was searched for
 };
 
 /// Mean and standard deviation of the depth, m.
-struct DepthBelief {
+struct DepthMoments {
   double mean_m, sigma_m;
 };
 
-/// All depths from nearest to furthest alike.
-std::vector<DepthParticle> flat_prior(const Options::Depth::Particles& options);
+/// Equal probability for all depths from nearest to furthest.
+std::vector<DepthParticle> uniform_prior(const Options::Depth::Particles& options);
 
-DepthBelief belief(const std::vector<DepthParticle>& particles);
+DepthMoments depth_moments(const std::vector<DepthParticle>& particles);
 
-/// p ← p · likelihood for each particle, then p < 0.05/N are dropped and the sum is made 1 (Davison et al.
-/// 2007). Empty where no particle is left with any probability.
-void reweigh(std::vector<DepthParticle>& particles, const std::vector<double>& likelihoods);
+/// Multiplies each probability by its likelihood, removes particles below 0.05/N and normalises the sum to 1
+/// (Davison et al. 2007). No particle is left where all likelihoods are 0.
+void reweight(std::vector<DepthParticle>& particles, const std::vector<double>& likelihoods);
 
-/// A new line along the line of sight `ray` whose pixel has standard deviation sigma_px.
-Beginning begin_line(const RobotVector& x, const Ray& ray, double sigma_px);
+/// The parameters of a new line along the ray of a pixel with standard deviation sigma_px.
+LandmarkInitialisation initialise_line(const RobotVector& x, const Ray& ray, double sigma_px);
 
-/// Whether the depth is known well enough for the line to become a point.
+/// True if the depth is known well enough for the line to become a point.
 bool converged(const SemiInfiniteLine& line, const Options::Depth::Particles& options);
 
-/// Whether too few depths are left, or it has been looked for too often.
-bool given_up(const SemiInfiniteLine& line, const Options::Depth::Particles& options);
+/// True if too few depths are left or the line has been searched for too often.
+bool has_failed(const SemiInfiniteLine& line, const Options::Depth::Particles& options);
 
 }  // namespace slam

@@ -10,10 +10,10 @@ namespace slam {
 namespace {
 
 constexpr int kWidest = 2 * kLargestSearch + 1;
-constexpr int kTogether = 16;  // neighbouring correlations, two vector registers of 8
+constexpr int kTogether = 16;  // neighbouring correlations computed at once, in two registers of 8
 using Lane = Eigen::Array<float, 8, 1>;
 
-/// Pixels of the image to search, ends included.
+/// The range of pixels to search; its ends belong to it.
 struct Box {
   int left, right, top, bottom;
 };
@@ -26,8 +26,7 @@ Box search_box(const cv::Mat& image, const Eigen::Vector2d& centre, const Eigen:
           std::min(image.rows - 1 - kPatchHalf, static_cast<int>(std::floor(centre.y() + reach.y())))};
 }
 
-/// Sums and sums of squares of the 11 pixels above and below, for each column around the box, moved down row
-/// by row.
+/// Sums and sums of squares of 11 pixels of each column around the box, updated as the search moves down.
 class ColumnSums {
  public:
   ColumnSums(const cv::Mat& image, const Box& box) : image_(image), left_(box.left - kPatchHalf) {
@@ -54,7 +53,7 @@ class ColumnSums {
   std::array<std::int32_t, kWidest + 2 * kPatchHalf> sum_{}, square_{};
 };
 
-/// The grey values that the templates in a box reach, with room to read a whole vector past the last one.
+/// The grey values that the templates in a box cover, padded so that a whole register can be read past them.
 class Window {
  public:
   Window(const cv::Mat& image, const Box& box) {
@@ -65,9 +64,9 @@ class Window {
     }
   }
 
-  /// 11x11 products of the template with the window, for kTogether places from (row, column) of the box on.
+  /// Correlates the template with the window at kTogether places from (top, column) of the box on.
   void products(const Template& patch, int top, int column, float* sums) const {
-    Lane a = Lane::Zero(), b = a, c = a, d = a;  // four sums, so that additions need not wait for each other
+    Lane a = Lane::Zero(), b = a, c = a, d = a;  // four independent sums hide the latency of additions
     for (int j = 0; j < kPatchSide; ++j) {
       const float* t = patch.grey.data() + j * kPatchSide;
       const float* g = row(top + j) + column;

@@ -1,4 +1,4 @@
-// Active search: the best match of a template inside the ellipse in which its landmark must be.
+// The best match of a template inside the ellipse in which its landmark must lie.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,9 +9,9 @@
 
 namespace slam {
 
-/// Searches the ellipse νᵀS⁻¹ν < sigmas² around `centre` (px), one correlation at each pixel, for the highest
-/// normalised cross-correlation. Half-axes are cut at kLargestSearch, so that the cost stays bounded however
-/// uncertain the landmark. Nothing where the ellipse holds no pixel whose patch lies in the image and is not
+/// Searches the ellipse νᵀS⁻¹ν < sigmas² around `centre` (px), pixel by pixel, for the highest normalised
+/// cross-correlation. The half-axes are cut at kLargestSearch, so that the cost is bounded however uncertain
+/// the landmark is. Nothing where the ellipse contains no pixel whose patch lies in the image and is not
 /// flat.
 std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
                                     const Eigen::Vector2d& centre, const Eigen::Matrix2d& S, double sigmas);

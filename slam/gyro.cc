@@ -6,7 +6,7 @@
 namespace slam {
 namespace {
 
-/// The paper's way: the rate at the frame is that of the last reading before it.
+/// As in the paper, the rate at the frame is the last reading before it.
 std::optional<MeanRate> last_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
                                   const Eigen::Matrix3d& R_CG, double sigma) {
   if (gyro.empty() || gyro.back().end <= from || gyro.back().end > to) return std::nullopt;
@@ -20,19 +20,19 @@ std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp
   if (options.gyro.readings == GyroReadings::last)
     return last_rate(gyro, from, to, R_CG, options.gyro.sigma_rad_s);
   const double dt = seconds(to - from);
-  Eigen::Vector4d turned(1, 0, 0, 0);
+  Eigen::Vector4d rotation(1, 0, 0, 0);
   double covered = 0;
   for (const InertialSample& sample : gyro) {
     const double part = seconds(std::min(sample.end, to) - std::max(sample.begin, from));
     if (part <= 0) continue;
-    turned = quaternion_product(turned, quaternion_exp(sample.value * part));
+    rotation = quaternion_product(rotation, quaternion_exp(sample.value * part));
     covered += part;
   }
   if (covered < 0.5 * dt) return std::nullopt;
   const double gap = std::max(0.0, dt - covered);
-  const double sigma_unseen = options.motion.sigma_angular_acceleration_rad_s2 * gap * gap / dt;
-  const double sigma_seen = options.gyro.sigma_rad_s * std::sqrt(kReadingPeriod_s / covered);
-  return MeanRate{R_CG * quaternion_log(turned) / covered, std::hypot(sigma_seen, sigma_unseen)};
+  const double sigma_gap = options.motion.sigma_angular_acceleration_rad_s2 * gap * gap / dt;
+  const double sigma_readings = options.gyro.sigma_rad_s * std::sqrt(kReadingPeriod_s / covered);
+  return MeanRate{R_CG * quaternion_log(rotation) / covered, std::hypot(sigma_readings, sigma_gap)};
 }
 
 Measurement measure_rate(const RobotVector& x, const MeanRate& rate) {

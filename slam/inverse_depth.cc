@@ -7,7 +7,7 @@
 namespace slam {
 namespace {
 
-constexpr double kFurthest = 0.01;  // 1/m, the inverse depth beyond which a position is not told apart
+constexpr double kLeastInverseDepth = 0.01;  // 1/m, of positions
 
 /// ∂(θ, φ)/∂h of θ = atan2(h_y, h_x), φ = atan2(h_z, √(h_x² + h_y²)).
 Matrix23d angles_jacobian(const Eigen::Vector3d& h) {
@@ -32,37 +32,37 @@ Matrix32d bearing_jacobian(double theta, double phi) {
   return J;
 }
 
-Beginning begin_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
-                              const Options::Depth& options) {
+LandmarkInitialisation initialise_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
+                                                const Options::Depth& options) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
   const Eigen::Vector3d h_W = R_WC * ray.h;
   const Matrix23d J_angles = angles_jacobian(h_W);
-  Beginning b{Vector6d::Zero(), Eigen::Matrix<double, 6, kRobot>::Zero(),
-              Eigen::Matrix<double, 6, 6>::Zero()};
-  b.y << x.segment<3>(kPosition), std::atan2(h_W.y(), h_W.x()), std::atan2(h_W.z(), h_W.head<2>().norm()),
-      options.inverse_1_m;
-  b.J_robot.block<3, 3>(0, kPosition).setIdentity();
-  b.J_robot.block<2, 4>(3, kOrientation) = J_angles * rotated_jacobian(q, ray.h);
+  LandmarkInitialisation landmark{Vector6d::Zero(), Eigen::Matrix<double, 6, kRobot>::Zero(),
+                                  Matrix6d::Zero()};
+  landmark.y << x.segment<3>(kPosition), std::atan2(h_W.y(), h_W.x()),
+      std::atan2(h_W.z(), h_W.head<2>().norm()), options.inverse_1_m;
+  landmark.J_robot.block<3, 3>(0, kPosition).setIdentity();
+  landmark.J_robot.block<2, 4>(3, kOrientation) = J_angles * rotated_jacobian(q, ray.h);
   const Eigen::Matrix2d J_pixel = J_angles * R_WC * ray.J;
-  b.noise.block<2, 2>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
-  b.noise(5, 5) = options.sigma_inverse_1_m * options.sigma_inverse_1_m;
-  return b;
+  landmark.noise.block<2, 2>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
+  landmark.noise(5, 5) = options.sigma_inverse_1_m * options.sigma_inverse_1_m;
+  return landmark;
 }
 
 Eigen::Vector3d inverse_depth_position(const Vector6d& y) {
-  return y.head<3>() + bearing(y(3), y(4)) / std::max(y(5), kFurthest);
+  return y.head<3>() + bearing(y(3), y(4)) / std::max(y(5), kLeastInverseDepth);
 }
 
 Matrix36d inverse_depth_position_jacobian(const Vector6d& y) {
-  const double rho = std::max(y(5), kFurthest);
+  const double rho = std::max(y(5), kLeastInverseDepth);
   Matrix36d J;
   J << Eigen::Matrix3d::Identity(), bearing_jacobian(y(3), y(4)) / rho, -bearing(y(3), y(4)) / (rho * rho);
   return J;
 }
 
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r) {
-  if (y(5) <= kFurthest) return std::numeric_limits<double>::infinity();
+  if (y(5) <= kLeastInverseDepth) return std::numeric_limits<double>::infinity();
   const Eigen::Vector3d p = inverse_depth_position(y);
   const Eigen::Vector3d from_now = p - r, from_anchor = p - y.head<3>();
   const double d1 = from_now.norm();

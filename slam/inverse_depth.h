@@ -1,4 +1,4 @@
-// Landmarks from their first sight, at any depth to infinity: anchor, bearing and inverse depth.
+// Landmarks by inverse depth: anchor, bearing and inverse depth describe a point at any depth up to infinity.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,30 +9,28 @@
 
 namespace slam {
 
-/// Civera, Davison, Montiel 2008: y = (c₀, θ, φ, ρ), the point c₀ + m(θ, φ)/ρ. Unlike theirs the angles are
-/// of world axes with z up, m = (cos φ cos θ, cos φ sin θ, sin φ), so that a level camera stays far from the
-/// pole at any heading.
+/// Civera, Davison, Montiel 2008: the parameters y = (c₀, θ, φ, ρ) describe the point c₀ + m(θ, φ)/ρ. Unlike
+/// theirs, the angles refer to world axes with z up, m = (cos φ cos θ, cos φ sin θ, sin φ), so that the pole
+/// is far from the image of a level camera at any heading.
 struct InverseDepth {
   static constexpr int kSize = 6;
 };
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
 /// m(θ, φ), a unit vector, and ∂m/∂(θ, φ).
 Eigen::Vector3d bearing(double theta, double phi);
 Matrix32d bearing_jacobian(double theta, double phi);
 
-/// A new landmark on the line of sight `ray` whose pixel has standard deviation sigma_px.
-Beginning begin_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
-                              const Options::Depth& options);
+/// The parameters of a new landmark on the ray of a pixel with standard deviation sigma_px.
+LandmarkInitialisation initialise_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
+                                                const Options::Depth& options);
 
-/// c₀ + m/ρ, ρ no smaller than 1/100 m, and its derivative.
+/// c₀ + m/ρ, where ρ is limited to at least 1/(100 m), and its derivative.
 Eigen::Vector3d inverse_depth_position(const Vector6d& y);
 Matrix36d inverse_depth_position_jacobian(const Vector6d& y);
 
-/// Linearity index L_d = 4 σ_d |cos α| / d₁ of Civera, Davison, Montiel 2007: below about 0.1 a point with a
-/// Gaussian says the same. sigma_rho is the standard deviation of ρ.
+/// The linearity index L_d = 4 σ_d |cos α| / d₁ of Civera, Davison, Montiel 2007. Below about 0.1, a point
+/// with Gaussian uncertainty describes the landmark as well. sigma_rho: standard deviation of ρ; r: position
+/// of the camera.
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r);
 
 }  // namespace slam

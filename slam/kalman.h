@@ -1,115 +1,68 @@
-// The extended Kalman filter's algebra: the only writer of the state's mean and covariance.
+// The extended Kalman filter: the only writer of the state's mean and covariance.
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
+#include "slam/measurement.h"
 #include "slam/state.h"
 
 namespace slam {
 
-/// A linearised measurement of at most 3 rows: z − h(x), ∂h/∂(robot), ∂h/∂(one landmark), noise.
-struct Measurement {
-  template <int Rows, int Columns>
-  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Rows, Columns>;
-
-  explicit Measurement(int row_count) : rows(row_count) {
-    innovation.setZero(rows);
-    H_robot.setZero(rows, kRobot);
-    R.setZero(rows, rows);
-  }
-
-  int rows;
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> innovation;
-  Small<3, kRobot> H_robot;
-  int landmark_at = 0;     ///< where the landmark's parameters begin in the state; unused without H_landmark
-  Small<3, 6> H_landmark;  ///< no columns where the measurement sees the robot alone
-  Small<3, 3> R;
-};
-
-/// Makes a work space of at least that many rows and columns, with room for more when it grows; what it held
-/// is lost.
-void make_room(Eigen::MatrixXd& storage, int rows, int columns);
-
-/// Several measurements of one instant, stacked: ν, PHᵀ and S = HPHᵀ + R. Storage grows ahead of need.
-struct Joint {
-  int size = 0, rows = 0;  ///< of the state, of the measurements
-  Eigen::VectorXd storage_innovation;
-  Eigen::MatrixXd storage_H_robot, storage_PHt, storage_S;
-  std::vector<int> first_row;  ///< of each measurement, and the end
-
-  auto innovation() { return storage_innovation.head(rows); }
-  auto innovation() const { return storage_innovation.head(rows); }
-  auto H_robot() { return storage_H_robot.topLeftCorner(rows, kRobot); }
-  auto PHt() { return storage_PHt.topLeftCorner(size, rows); }
-  auto PHt() const { return storage_PHt.topLeftCorner(size, rows); }
-  auto S() { return storage_S.topLeftCorner(rows, rows); }
-  auto S() const { return storage_S.topLeftCorner(rows, rows); }
-  void resize(int state_size, int row_count);
-};
-
-/// Where the next landmark's parameters come from: y = g(robot, z), ∂y/∂robot, and the noise's share J R Jᵀ.
-struct Beginning {
-  Eigen::Matrix<double, 6, 1> y;
+/// The parameters of a new landmark, y = g(robot, z): the mean y, ∂y/∂robot, and the covariance J R Jᵀ that
+/// the noise of the measurement z adds.
+struct LandmarkInitialisation {
+  Vector6d y;
   Eigen::Matrix<double, 6, kRobot> J_robot;
-  Eigen::Matrix<double, 6, 6> noise;
+  Matrix6d noise;
 };
 
 class Kalman {
  public:
-  Kalman(const RobotVector& x, const RobotMatrix& P, bool observability_constrained);
+  Kalman(const RobotState& initial, bool observability_constrained);
 
   const State& state() const { return state_; }
 
-  /// x ← f, P ← FPFᵀ + Q on the robot's part, and its correlations.
+  /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks follow.
   void predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q);
 
-  /// Takes out of H what would seem to measure the heading of the whole world, which nothing can
-  /// (Hesch et al. 2013: H' = H − HN(NᵀN)⁻¹Nᵀ); does nothing when the constraint is off.
+  /// Removes from H what would seem to observe the heading of the whole world, which is unobservable
+  /// (Hesch et al. 2013: H' = H − HN(NᵀN)⁻¹Nᵀ). Does nothing when the constraint is switched off.
   void constrain(Measurement& measurement) const;
 
-  /// S = HPHᵀ + R of one measurement.
-  Measurement::Small<3, 3> innovation_covariance(const Measurement& measurement) const;
-  /// νᵀS⁻¹ν of one measurement; infinite where S is not positive definite.
-  double nis(const Measurement& measurement) const;
-  /// ln |S| of one measurement; not a number where S is not positive definite.
-  double log_determinant(const Measurement& measurement) const;
+  /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalised. Returns false, and changes
+  /// nothing, where S is not positive definite or the innovation is not finite.
+  bool update(const StackedMeasurement& stacked);
 
-  /// Fills joint for all the measurements together.
-  void stack(const std::vector<Measurement>& measurements, Joint& joint) const;
-  /// Joint update with all of it, P ← P − WWᵀ, W = PHᵀL⁻ᵀ, S = LLᵀ; then q is normalised. False, and nothing
-  /// changes, where S is not positive definite.
-  bool update(const Joint& joint);
-
-  /// Adds a landmark's parameters at the end of the state; returns where they begin.
-  int append(const Beginning& beginning);
-  /// Replaces `before` parameters at `at` by the y.size() given, with y = g(parameters) and J =
+  /// Adds a landmark at the end of the state; returns the first index of its parameters.
+  int append(const LandmarkInitialisation& landmark);
+  /// Adds a point known with standard deviation sigma_m, uncorrelated with the robot; returns its first
+  /// index.
+  int append_point(const Eigen::Vector3d& p_W, double sigma_m);
+  /// Replaces `count` parameters from `at` on by the y.size() <= count given, y = g(parameters), with J =
   /// ∂g/∂parameters.
-  void replace(int at, int before, const Eigen::Ref<const Eigen::VectorXd>& y,
+  void replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>& y,
                const Eigen::Ref<const Eigen::MatrixXd>& J);
-  /// Makes three parameters at `at` less certain by Q.
-  void blur(int at, const Eigen::Matrix3d& Q);
-  /// Adds a point known to within sigma_m, whatever the robot believes; returns where it begins.
-  int append_known(const Eigen::Vector3d& p_W, double sigma_m);
-  /// Takes `count` parameters out of the state.
+  /// Removes `count` parameters from the state.
   void erase(int at, int count);
 
-  /// Puts the robot at x with covariance P, independent of all landmarks.
-  void restart(const RobotVector& x, const RobotMatrix& P);
+  /// Adds Q to the covariance of the three parameters from `at` on.
+  void inflate(int at, const Eigen::Matrix3d& Q);
 
-  /// Everything finite, no negative variance, and the first `count` parameters' covariance positive
-  /// semidefinite (scaled to unit variances, to 1e-9).
-  bool sound(int count);
+  /// Replaces the robot's mean and covariance and makes it independent of all landmarks.
+  void reset_robot(const RobotState& robot);
+
+  /// True if everything is finite, no variance is negative, and the covariance of the first `count`
+  /// parameters, scaled to unit variances, is positive semidefinite to 1e-9.
+  bool is_valid(int count);
 
  private:
   void reserve(int size);
-  void add_landmark_part(const Measurement& measurement, Eigen::Ref<Eigen::MatrixXd> PHt) const;
   void normalise_orientation();
 
   State state_;
   bool observability_constrained_;
-  Eigen::MatrixXd W_, L_, robot_columns_, scaled_;  // work space
-  Eigen::VectorXd white_;
+  Whitening whitening_;
+  Eigen::MatrixXd W_, robot_columns_, scaled_;  // work space
 };
 
 }  // namespace slam

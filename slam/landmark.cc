@@ -11,7 +11,7 @@ Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::
   if (std::holds_alternative<Point>(kind)) {
     d.J_y = R_CW;
   } else if (const auto* line = std::get_if<SemiInfiniteLine>(&kind)) {
-    const double depth = belief(line->particles).mean_m;
+    const double depth = depth_moments(line->particles).mean_m;
     d.J_y.resize(3, 6);
     d.J_y << R_CW, depth * R_CW;
     h_W += depth * y.segment<3>(3);
@@ -30,7 +30,7 @@ Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::
 Eigen::Vector3d position(const LandmarkKind& kind, const Parameters& y) {
   if (std::holds_alternative<Point>(kind)) return y;
   if (const auto* line = std::get_if<SemiInfiniteLine>(&kind))
-    return y.head<3>() + belief(line->particles).mean_m * y.segment<3>(3);
+    return y.head<3>() + depth_moments(line->particles).mean_m * y.segment<3>(3);
   return inverse_depth_position(y);
 }
 
@@ -39,10 +39,16 @@ Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> position_jacobian(const Landma
   if (std::holds_alternative<Point>(kind)) return Eigen::Matrix3d::Identity();
   if (const auto* line = std::get_if<SemiInfiniteLine>(&kind)) {
     Matrix36d J;
-    J << Eigen::Matrix3d::Identity(), belief(line->particles).mean_m * Eigen::Matrix3d::Identity();
+    J << Eigen::Matrix3d::Identity(), depth_moments(line->particles).mean_m * Eigen::Matrix3d::Identity();
     return J;
   }
   return inverse_depth_position_jacobian(y);
+}
+
+Eigen::Matrix3d position_covariance(const State& state, const Landmark& landmark) {
+  const int at = landmark.at, size = landmark.size();
+  const auto J = position_jacobian(landmark.kind, landmark.parameters(state));
+  return J * state.storage_P.block(at, at, size, size).selfadjointView<Eigen::Lower>() * J.transpose();
 }
 
 }  // namespace slam

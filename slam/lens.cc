@@ -5,47 +5,47 @@
 namespace slam {
 namespace {
 
-constexpr double kWidest = 1.5;  // rad: a line of sight is (x, y, 1)
+constexpr double kWidest = 1.5;  // rad; a ray (x, y, 1) cannot reach π/2
 constexpr int kIterations = 50;
-constexpr double kConverged = 1e-13;  // of lines of sight and angles, which are of order 1
+constexpr double kConverged = 1e-13;  // of rays and angles, which are of order 1
 
-// The models of the field work on n = (x/z, y/z): value g(n) and ∂g/∂n.
+// Brown's and the equidistant model map n = (x/z, y/z) to g(n), here with ∂g/∂n.
 
-Bent distort_normalised(const RadialTangential& k, const Eigen::Vector2d& n) {
+Distorted distort_normalised(const RadialTangential& k, const Eigen::Vector2d& n) {
   const double a = n.x(), b = n.y(), r2 = n.squaredNorm();
   const double radial = 1 + r2 * (k.k1 + r2 * k.k2), slope = 2 * (k.k1 + 2 * k.k2 * r2);
-  Bent bent{radial * n, {}};
-  bent.point +=
+  Distorted distorted{radial * n, {}};
+  distorted.point +=
       Eigen::Vector2d(2 * k.p1 * a * b + k.p2 * (r2 + 2 * a * a), k.p1 * (r2 + 2 * b * b) + 2 * k.p2 * a * b);
   const double across = slope * a * b + 2 * k.p1 * a + 2 * k.p2 * b;
-  bent.J << radial + slope * a * a + 2 * k.p1 * b + 6 * k.p2 * a, across, across,
+  distorted.J << radial + slope * a * a + 2 * k.p1 * b + 6 * k.p2 * a, across, across,
       radial + slope * b * b + 6 * k.p1 * b + 2 * k.p2 * a;
-  return bent;
+  return distorted;
 }
 
 // θ + k₁θ³ + k₂θ⁵ + k₃θ⁷ + k₄θ⁹ and its derivative.
-double bent_angle(const Equidistant& k, double a) {
+double distorted_angle(const Equidistant& k, double a) {
   const double a2 = a * a;
   return a * (1 + a2 * (k.k1 + a2 * (k.k2 + a2 * (k.k3 + a2 * k.k4))));
 }
-double bent_angle_slope(const Equidistant& k, double a) {
+double distorted_angle_slope(const Equidistant& k, double a) {
   const double a2 = a * a;
   return 1 + a2 * (3 * k.k1 + a2 * (5 * k.k2 + a2 * (7 * k.k3 + a2 * 9 * k.k4)));
 }
 
-Bent distort_normalised(const Equidistant& k, const Eigen::Vector2d& n) {
+Distorted distort_normalised(const Equidistant& k, const Eigen::Vector2d& n) {
   const double r = n.norm();
   if (r < 1e-8) return {n, Eigen::Matrix2d::Identity()};
-  const double angle = std::atan(r), scale = bent_angle(k, angle) / r;
-  const double slope = (bent_angle_slope(k, angle) / (1 + r * r) - scale) / r;
+  const double angle = std::atan(r), scale = distorted_angle(k, angle) / r;
+  const double slope = (distorted_angle_slope(k, angle) / (1 + r * r) - scale) / r;
   return {scale * n, scale * Eigen::Matrix2d::Identity() + slope / r * n * n.transpose()};
 }
 
 std::optional<Eigen::Vector2d> undistort_normalised(const RadialTangential& k, const Eigen::Vector2d& m) {
   Eigen::Vector2d n = m;
   for (int i = 0; i < kIterations; ++i) {
-    const Bent bent = distort_normalised(k, n);
-    const Eigen::Vector2d step = bent.J.inverse() * (m - bent.point);
+    const Distorted distorted = distort_normalised(k, n);
+    const Eigen::Vector2d step = distorted.J.inverse() * (m - distorted.point);
     n += step;
     if (step.norm() < kConverged * (1 + n.norm())) return n;
   }
@@ -53,46 +53,49 @@ std::optional<Eigen::Vector2d> undistort_normalised(const RadialTangential& k, c
 }
 
 std::optional<Eigen::Vector2d> undistort_normalised(const Equidistant& k, const Eigen::Vector2d& m) {
-  const double bent = m.norm();
-  if (bent < 1e-8) return m;
-  double angle = bent;
+  const double distorted = m.norm();
+  if (distorted < 1e-8) return m;
+  double angle = distorted;
   for (int i = 0; i < kIterations; ++i) {
-    const double step = (bent - bent_angle(k, angle)) / bent_angle_slope(k, angle);
+    const double step = (distorted - distorted_angle(k, angle)) / distorted_angle_slope(k, angle);
     angle += step;
     if (std::abs(step) < kConverged)
-      return angle > 0 && angle < kWidest ? std::optional<Eigen::Vector2d>(std::tan(angle) / bent * m)
+      return angle > 0 && angle < kWidest ? std::optional<Eigen::Vector2d>(std::tan(angle) / distorted * m)
                                           : std::nullopt;
   }
   return std::nullopt;
 }
 
 template <typename Model>
-Bent distort_px(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
-  const Bent bent = distort_normalised(k, u_c.cwiseQuotient(focal));
-  return {focal.cwiseProduct(bent.point), focal.asDiagonal() * bent.J * focal.cwiseInverse().asDiagonal()};
+Distorted distort_px(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
+  const Distorted distorted = distort_normalised(k, u_c.cwiseQuotient(focal));
+  return {focal.cwiseProduct(distorted.point),
+          focal.asDiagonal() * distorted.J * focal.cwiseInverse().asDiagonal()};
 }
 
 template <typename Model>
-std::optional<Bent> undistort_px(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {
+std::optional<Distorted> undistort_px(const Model& k, const Eigen::Vector2d& focal,
+                                      const Eigen::Vector2d& d) {
   const auto n = undistort_normalised(k, d.cwiseQuotient(focal));
   if (!n) return std::nullopt;
   const Eigen::Vector2d u_c = focal.cwiseProduct(*n);
-  return Bent{u_c, distort_px(k, focal, u_c).J.inverse()};
+  return Distorted{u_c, distort_px(k, focal, u_c).J.inverse()};
 }
 
-// u_d = u_c/√(1 + 2K₁|u_c|²), in px as its parameter is.
-Bent distort_px(const OneParameterRadial& k, const Eigen::Vector2d&, const Eigen::Vector2d& u) {
+// u_d = u_c/√(1 + 2K₁|u_c|²), in px as K₁ refers to px.
+Distorted distort_px(const OneParameterRadial& k, const Eigen::Vector2d&, const Eigen::Vector2d& u) {
   const double f = 1 + 2 * k.k1_px2 * u.squaredNorm();
   const double root = std::sqrt(f);
   return {u / root, Eigen::Matrix2d::Identity() / root - 2 * k.k1_px2 / (f * root) * u * u.transpose()};
 }
 
-std::optional<Bent> undistort_px(const OneParameterRadial& k, const Eigen::Vector2d&,
-                                 const Eigen::Vector2d& d) {
+std::optional<Distorted> undistort_px(const OneParameterRadial& k, const Eigen::Vector2d&,
+                                      const Eigen::Vector2d& d) {
   const double g = 1 - 2 * k.k1_px2 * d.squaredNorm();
   if (!(g > 1e-3)) return std::nullopt;
   const double root = std::sqrt(g);
-  return Bent{d / root, Eigen::Matrix2d::Identity() / root + 2 * k.k1_px2 / (g * root) * d * d.transpose()};
+  return Distorted{d / root,
+                   Eigen::Matrix2d::Identity() / root + 2 * k.k1_px2 / (g * root) * d * d.transpose()};
 }
 
 double radial_slope(const OneParameterRadial&, double) { return 1; }
@@ -100,15 +103,15 @@ double radial_slope(const RadialTangential& k, double angle) {
   const double r2 = std::tan(angle) * std::tan(angle);
   return 1 + r2 * (3 * k.k1 + r2 * 5 * k.k2);
 }
-double radial_slope(const Equidistant& k, double angle) { return bent_angle_slope(k, angle); }
+double radial_slope(const Equidistant& k, double angle) { return distorted_angle_slope(k, angle); }
 
 }  // namespace
 
-Bent distort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
+Distorted distort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
   return std::visit([&](const auto& k) { return distort_px(k, focal, u_c); }, lens);
 }
 
-std::optional<Bent> undistort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {
+std::optional<Distorted> undistort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {
   return std::visit([&](const auto& k) { return undistort_px(k, focal, d); }, lens);
 }
 

@@ -1,5 +1,4 @@
-// How a lens bends what a pinhole would see: the models the filter's camera knows, each way with its
-// Jacobian.
+// Lens distortion: the models of the filter's camera in both directions, with Jacobians.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,22 +8,23 @@
 
 namespace slam {
 
-/// An image point, px from the principal point, and its derivative by the point it was made from.
-struct Bent {
+/// An image point in px from the principal point, and its derivative with respect to the point that it was
+/// computed from.
+struct Distorted {
   Eigen::Vector2d point;
   Eigen::Matrix2d J;
 };
 
-/// Where the lens puts what the pinhole of these focal lengths has at u_c = (fu x/z, fv y/z). Everywhere
-/// defined; one to one within widest_angle() alone.
-Bent distort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c);
+/// The distorted image point of what a pinhole camera with these focal lengths sees at u_c = (fu x/z, fv
+/// y/z). Defined everywhere, but one-to-one within widest_angle() only.
+Distorted distort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c);
 
-/// The inverse of distort; nothing where no line of sight is found to give the point d. One that is found
-/// beyond widest_angle() means nothing.
-std::optional<Bent> undistort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& d);
+/// The inverse of distort. Nothing where no ray is found for the point d; a result beyond widest_angle() is
+/// meaningless.
+std::optional<Distorted> undistort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& d);
 
-/// Up to this angle from the axis (rad, at most 1.5) a point further out is also seen further out: beyond it
-/// the polynomials of the models fold back and mean nothing.
+/// The angle from the axis, at most 1.5 rad, up to which the image radius increases with the angle. Beyond it
+/// the polynomials of the models fold back and are meaningless.
 double widest_angle(const Lens& lens);
 
 }  // namespace slam

@@ -17,17 +17,17 @@ double likelihood(const Measurement& m, const Eigen::Matrix2d& S) {
 
 }  // namespace
 
-void search_along(const cv::Mat& image, const Kalman& kalman, const Camera& camera, const Options& options,
-                  Landmark& landmark) {
+void search_line(const cv::Mat& image, const Kalman& kalman, const Camera& camera,
+                 const Options::Vision& options, Landmark& landmark) {
   auto& line = std::get<SemiInfiniteLine>(landmark.kind);
   std::vector<double> likelihoods;
   for (const DepthParticle& particle : line.particles) {
-    const SemiInfiniteLine there{{{particle.depth_m, 1}}};
-    const auto candidate = predict(kalman, landmark, there, camera, options.vision.sigma_px);
-    const auto match = candidate ? find(image, landmark, *candidate, options.vision) : std::nullopt;
+    const SemiInfiniteLine at_this_depth{{{particle.depth_m, 1}}};
+    const auto candidate = predict_landmark(kalman, landmark, at_this_depth, camera, options.sigma_px);
+    const auto match = candidate ? search_candidate(image, landmark, *candidate, options) : std::nullopt;
     likelihoods.push_back(match ? likelihood(*match, candidate->S) : 0);
   }
-  reweigh(line.particles, likelihoods);
+  reweight(line.particles, likelihoods);
   ++line.attempts;
 }
 

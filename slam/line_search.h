@@ -1,5 +1,5 @@
-// From a landmark's line to the image: each depth's ellipse is searched, and found or not makes the depth
-// likelier or less likely (Fig. 3(b) and (c) of Stasse et al. 2006).
+// The search for a landmark that is still a line: a match, or its absence, at each of its depths changes the
+// probabilities of the depths (Stasse et al. 2006, Fig. 3(b) and (c)).
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -11,9 +11,10 @@
 
 namespace slam {
 
-/// Looks for a line's landmark at each of its depths and reweighs them by |S|^(-1/2) exp(−νᵀS⁻¹ν/2); a depth
-/// without a match goes. `landmark` is a SemiInfiniteLine; the state is only read.
-void search_along(const cv::Mat& image, const Kalman& kalman, const Camera& camera, const Options& options,
-                  Landmark& landmark);
+/// Searches the image for the landmark, which is a SemiInfiniteLine, at each of its depths and multiplies
+/// their probabilities by |S|^(-1/2) exp(−νᵀS⁻¹ν/2); depths without a match are removed. The state is only
+/// read.
+void search_line(const cv::Mat& image, const Kalman& kalman, const Camera& camera,
+                 const Options::Vision& options, Landmark& landmark);
 
 }  // namespace slam

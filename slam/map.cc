@@ -1,198 +1,168 @@
 #include "slam/map.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <utility>
 
-#include "slam/active_search.h"
 #include "slam/corner_detector.h"
+#include "slam/landmark_initialisation.h"
 #include "slam/line_search.h"
 #include "slam/surface.h"
 
 namespace slam {
 namespace {
 
-constexpr int kTries = 5;
-constexpr double kApart = 20;          // px between a new landmark and the others
-constexpr double kFewInView = 12;      // landmarks, up to which a box has a quarter of the image's sides
-constexpr double kSigmas = 3;          // around a known landmark's pixel
-constexpr double kChangedView = 0.02;  // way over distance; less is swaying, which comes back
+constexpr std::size_t kRoom = 256;         // landmarks before the list takes memory anew
+constexpr int kProposals = 5;              // corners tried for each landmark wanted
+constexpr int kInitialisedPerFrame = 3;    // landmarks, once the map is not empty
+constexpr double kLeastViewChange = 0.02;  // motion over distance; swaying moves less, and comes back
 
-/// A box at a random place that leaves room for the patch; small enough that `visible` of them may lie apart.
-cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) {
-  const int margin = kSourceHalf + 1;
-  const double side = std::min(1.0, std::sqrt(kFewInView / visible)) / 4;  // of the image's
-  const int width = static_cast<int>(side * image.cols), height = static_cast<int>(side * image.rows);
-  const auto below = [&random](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
-  const int x = margin + below(image.cols - 2 * margin - width + 1);
-  const int y = margin + below(image.rows - 2 * margin - height + 1);
-  return {x, y, width, height};
+const char* kind_name(const LandmarkKind& kind) {
+  constexpr std::array kNames{"point", "inverse_depth", "line"};
+  return kNames[kind.index()];
 }
 
-bool holds_any(const cv::Rect& box, const std::vector<Eigen::Vector2d>& pixels) {
-  return std::any_of(pixels.begin(), pixels.end(),
-                     [&](const Eigen::Vector2d& p) { return box.contains(cv::Point2d(p.x(), p.y())); });
-}
-
-bool far_from_all(const Eigen::Vector2i& pixel, const std::vector<Eigen::Vector2d>& taken, double apart) {
-  return std::all_of(taken.begin(), taken.end(),
-                     [&](const Eigen::Vector2d& p) { return (p - pixel.cast<double>()).norm() >= apart; });
-}
-
-/// The corner that a known landmark makes in the image, below the pixel: the one that the grey values around
-/// the expected place point to, if it lies within 3 sigma.
-std::optional<Eigen::Vector2d> seen_corner(const cv::Mat& image, const Candidate& expected) {
-  const cv::Point2f start(cv::Point2d(expected.pixel.x(), expected.pixel.y()));
-  std::vector<cv::Point2f> at{start};
-  const cv::TermCriteria enough(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
-  cv::cornerSubPix(image, at, {kPatchHalf, kPatchHalf}, {-1, -1}, enough);
-  const Eigen::Vector2d corner(at[0].x, at[0].y), moved = corner - expected.pixel;
-  if (at[0] == start || !(moved.dot(expected.S.llt().solve(moved)) < kSigmas * kSigmas)) return std::nullopt;
-  return corner;
-}
+bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
 
 double inverse_depth_sigma(const State& state, const Landmark& landmark) {
   return std::sqrt(std::max(0.0, state.storage_P(landmark.at + 5, landmark.at + 5)));
 }
 
-/// An inverse depth surely negative: nothing that a camera in front of it could have seen.
-bool behind(const State& state, const Landmark& landmark) {
+/// True if the landmark lies behind the camera that first saw it, by 3 sigma of its inverse depth.
+bool surely_behind(const State& state, const Landmark& landmark) {
   return std::holds_alternative<InverseDepth>(landmark.kind) &&
          state.storage_x(landmark.at + 5) + 3 * inverse_depth_sigma(state, landmark) < 0;
 }
 
 }  // namespace
 
-void Map::count(std::size_t index, bool success) {
+Map::Map(const Options& options, const Camera& camera, std::uint64_t seed)
+    : options_(options), camera_(camera), random_(seed) {
+  landmarks_.reserve(kRoom);
+}
+
+std::vector<MapPoint> Map::points(const State& state) const {
+  std::vector<MapPoint> points;
+  for (const Landmark& landmark : landmarks_)
+    points.push_back(
+        {landmark.id, kind_name(landmark.kind), position(landmark.kind, landmark.parameters(state)),
+         position_covariance(state, landmark), landmark.initialised, landmark.attempts, landmark.successes});
+  return points;
+}
+
+void Map::add(Landmark landmark) {
+  landmark.id = next_id_++;
+  landmarks_.push_back(std::move(landmark));
+}
+
+/// How many landmarks to initialise in this frame.
+int Map::number_wanted(std::size_t visible, const State& state) const {
+  const int missing = options_.vision.visible_landmarks - static_cast<int>(visible);
+  const Options::Depth::Particles& particles = options_.depth.particles;
+  if (options_.depth.first_sight == FirstSight::inverse_depth)
+    return landmarks_.empty() ? missing : std::min(missing, kInitialisedPerFrame);
+  if (state.velocity().norm() < particles.minimum_speed_m_s) return 0;
+  const auto lines = std::count_if(landmarks_.begin(), landmarks_.end(), is_line);
+  return std::min(missing, particles.at_once - static_cast<int>(lines));
+}
+
+void Map::initialise(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible,
+                     Kalman& kalman) {
+  const State& state = kalman.state();
+  const int wanted = number_wanted(visible.size(), state);
+  occupied_ = visible;
+  for (const Landmark& landmark : landmarks_) {
+    if (!is_line(landmark)) continue;
+    const Parameters y = landmark.parameters(state);
+    const Direction d = direction(landmark.kind, y, state.position(), state.orientation());
+    if (const auto mean = camera_.project(d.h_C)) occupied_.push_back(mean->pixel);
+  }
+  int added = 0;
+  for (int proposals = 0; added < wanted && proposals < kProposals * wanted; ++proposals) {
+    const auto corner = propose_corner(image, occupied_, options_.vision, random_);
+    if (!corner) continue;
+    occupied_.push_back(corner->cast<double>());
+    auto landmark = initialise_landmark(image, t, *corner, camera_, options_, kalman);
+    if (!landmark) continue;
+    add(std::move(*landmark));
+    ++added;
+  }
+}
+
+bool Map::initialise_known(const cv::Mat& image, Stamp t, Kalman& kalman) {
+  bool all_seen = true;
+  if (std::exchange(known_initialised_, true)) return all_seen;
+  for (const Eigen::Vector3d& p_W : options_.known_landmarks.at_m) {
+    auto landmark = initialise_known_landmark(image, t, p_W, camera_, options_, kalman);
+    all_seen = all_seen && landmark;
+    if (landmark) add(std::move(*landmark));
+  }
+  return all_seen;
+}
+
+void Map::record_search(std::size_t index, bool success) {
   ++landmarks_[index].attempts;
   if (success) ++landmarks_[index].successes;
 }
 
-void Map::seen_anew(std::size_t index, const Camera& camera, const Options& options, Kalman& kalman) {
+void Map::inflate_for_view_change(std::size_t index, Kalman& kalman) {
   Landmark& landmark = landmarks_[index];
   const State& state = kalman.state();
-  const double distance =
-      (position(landmark.kind, state.storage_x.segment(landmark.at, landmark.size())) - state.position())
-          .norm();
-  const double change = (state.position() - landmark.p_WC_counted).norm() / distance;
-  if (change < kChangedView) return;
-  landmark.p_WC_counted = state.position();
-  const double angle = options.vision.sigma_view_px / camera.intrinsics().fu_px * std::sqrt(change);
+  const double distance = (position(landmark.kind, landmark.parameters(state)) - state.position()).norm();
+  const double change = (state.position() - landmark.p_WC_inflated).norm() / distance;
+  if (change < kLeastViewChange) return;
+  landmark.p_WC_inflated = state.position();
+  const double angle = options_.vision.sigma_view_px / camera_.intrinsics().fu_px * std::sqrt(change);
   if (std::holds_alternative<Point>(landmark.kind))
-    kalman.blur(landmark.at, angle * angle * distance * distance * Eigen::Matrix3d::Identity());
+    kalman.inflate(landmark.at, angle * angle * distance * distance * Eigen::Matrix3d::Identity());
   else  // azimuth and elevation of the ray
-    kalman.blur(landmark.at + 3, angle * angle * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
+    kalman.inflate(landmark.at + 3, angle * angle * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
 }
 
-void Map::learn_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
-                        const Camera& camera, const State& state) {
-  landmarks_[index].tilt = better_tilt(image, landmarks_[index], pixel, camera, state);
+void Map::refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
+                         const State& state) {
+  if (!options_.vision.warped_patches || !options_.vision.estimate_normals) return;
+  landmarks_[index].tilt = refined_tilt(image, landmarks_[index], pixel, camera_, state);
 }
 
-int Map::begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,
-                     Kalman& kalman) {
-  const std::size_t before = landmarks_.size();
-  for (const Eigen::Vector3d& p_W : options.known_landmarks.at_m) {
-    Landmark landmark;
-    landmark.kind = Point{};
-    landmark.at = kalman.append_known(p_W, options.known_landmarks.sigma_m);
-    landmark.X_WC_first = kalman.state().X_WC();
-    landmark.p_WC_counted = landmark.X_WC_first.translation();
-    landmark.begun = t;
-    const auto expected = predict(kalman, landmark, landmark.kind, camera, options.vision.sigma_px);
-    const auto pixel = expected ? seen_corner(image, *expected) : std::nullopt;
-    if (!pixel || !camera.inside(*pixel, kSourceHalf + 1)) {
-      kalman.erase(landmark.at, Point::kSize);
-      continue;
-    }
-    landmark.patch = cut_patch_between(image, *pixel);
-    landmark.pixel_first = *pixel;
-    landmark.id = next_id_++;
-    landmarks_.push_back(landmark);
-  }
-  return static_cast<int>(landmarks_.size() - before);
-}
-
-int Map::begin(const cv::Mat& image, Stamp t, std::vector<Eigen::Vector2d>& taken, int wanted,
-               const Camera& camera, const Options& options, Kalman& kalman) {
-  const std::size_t before = landmarks_.size();
-  const auto begun = [&] { return static_cast<int>(landmarks_.size() - before); };
-  for (int tries = 0; begun() < wanted && tries < kTries * wanted; ++tries) {
-    const cv::Rect box = random_box(image, options.vision.visible_landmarks, random_);
-    if (holds_any(box, taken)) continue;
-    const auto corner = strongest_corner(image, box, options.vision.corner_threshold);
-    if (!corner || !far_from_all(corner->pixel, taken, std::min<double>(kApart, box.height))) continue;
-    add(image, t, corner->pixel, camera, options, kalman);
-    taken.push_back(corner->pixel.cast<double>());
-  }
-  return begun();
-}
-
-void Map::add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const Camera& camera,
-              const Options& options, Kalman& kalman) {
-  const auto ray = camera.unproject(pixel.cast<double>());
-  if (!ray) return;
-  Landmark landmark;
-  landmark.id = next_id_++;
-  landmark.patch = cut_patch(image, pixel);
-  landmark.X_WC_first = kalman.state().X_WC();
-  landmark.p_WC_counted = landmark.X_WC_first.translation();
-  landmark.begun = t;
-  landmark.pixel_first = pixel.cast<double>();
-  const double sigma = camera.sigma(pixel.cast<double>(), options.vision.sigma_first_px);
-  const RobotVector x = kalman.state().storage_x.head<kRobot>();
-  if (options.depth.first_sight == FirstSight::particles) {
-    landmark.kind = SemiInfiniteLine{flat_prior(options.depth.particles)};
-    landmark.at = kalman.append(begin_line(x, *ray, sigma));
-  } else {
-    landmark.at = kalman.append(begin_inverse_depth(x, *ray, sigma, options.depth));
-  }
-  landmarks_.push_back(landmark);
-}
-
-void Map::convert(double linearity, Kalman& kalman) {
-  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    Landmark& landmark = landmarks_[i];
+void Map::convert_to_points(Kalman& kalman) {
+  if (!(options_.depth.linearity > 0)) return;
+  for (Landmark& landmark : landmarks_) {
     const State& state = kalman.state();
     if (!std::holds_alternative<InverseDepth>(landmark.kind)) continue;
     const Vector6d y = state.storage_x.segment<6>(landmark.at);
-    if (!(linearity_index(y, inverse_depth_sigma(state, landmark), state.position()) < linearity)) continue;
+    const double index = linearity_index(y, inverse_depth_sigma(state, landmark), state.position());
+    if (!(index < options_.depth.linearity)) continue;
     make_point(landmark, inverse_depth_position(y), inverse_depth_position_jacobian(y), kalman);
   }
 }
 
 void Map::make_point(Landmark& landmark, const Eigen::Vector3d& p_W,
                      const Eigen::Ref<const Eigen::MatrixXd>& J, Kalman& kalman) {
-  const int before = landmark.size();
-  kalman.replace(landmark.at, before, p_W, J);
+  const int size = landmark.size();
+  kalman.replace(landmark.at, size, p_W, J);
   landmark.kind = Point{};
   for (Landmark& later : landmarks_)
-    if (later.at > landmark.at) later.at -= before - Point::kSize;
+    if (later.at > landmark.at) later.at -= size - Point::kSize;
 }
 
-int Map::lines() const {
-  return static_cast<int>(std::count_if(landmarks_.begin(), landmarks_.end(), [](const Landmark& landmark) {
-    return std::holds_alternative<SemiInfiniteLine>(landmark.kind);
-  }));
-}
-
-void Map::follow_lines(const cv::Mat& image, const Camera& camera, const Options& options, Kalman& kalman,
-                       std::vector<int>& deleted, std::vector<DepthHypotheses>& lines) {
+void Map::search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& deleted,
+                       std::vector<DepthHypotheses>& lines) {
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
     Landmark& landmark = landmarks_[i];
-    if (!std::holds_alternative<SemiInfiniteLine>(landmark.kind)) continue;
-    search_along(image, kalman, camera, options, landmark);
+    if (!is_line(landmark)) continue;
+    search_line(image, kalman, camera_, options_.vision, landmark);
     const auto line = std::get<SemiInfiniteLine>(landmark.kind);
     lines.push_back({landmark.id, line.particles});
-    if (given_up(line, options.depth.particles)) {
+    if (has_failed(line, options_.depth.particles)) {
       deleted.push_back(landmark.id);
       erase(i, kalman);
-    } else if (converged(line, options.depth.particles)) {
-      const Parameters y = kalman.state().storage_x.segment<6>(landmark.at);
-      const double sigma = belief(line.particles).sigma_m;
+    } else if (converged(line, options_.depth.particles)) {
+      const Parameters y = landmark.parameters(kalman.state());
+      const double sigma = depth_moments(line.particles).sigma_m;
       make_point(landmark, position(line, y), position_jacobian(line, y), kalman);
-      kalman.blur(landmark.at, sigma * sigma * y.segment<3>(3) * y.segment<3>(3).transpose());
+      kalman.inflate(landmark.at, sigma * sigma * y.segment<3>(3) * y.segment<3>(3).transpose());
     }
   }
 }
@@ -201,7 +171,7 @@ void Map::prune(Kalman& kalman, std::vector<int>& deleted) {
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
     const Landmark& landmark = landmarks_[i];
     const bool unreliable = landmark.attempts >= 10 && 2 * landmark.successes < landmark.attempts;
-    if (!unreliable && !behind(kalman.state(), landmark)) continue;
+    if (!unreliable && !surely_behind(kalman.state(), landmark)) continue;
     deleted.push_back(landmark.id);
     erase(i, kalman);
   }

@@ -1,4 +1,4 @@
-// The map's upkeep: landmarks begun, turned into points, deleted.
+// The map: the list of landmarks and its management (Stasse et al. 2006, section III-A).
 #pragma once
 
 #include <cstdint>
@@ -7,63 +7,66 @@
 #include <vector>
 
 #include "slam/camera.h"
+#include "slam/frame_report.h"
 #include "slam/kalman.h"
 #include "slam/landmark.h"
 #include "slam/options.h"
 
 namespace slam {
 
+/// All methods that take a Kalman filter need the one whose state holds the landmarks' parameters.
 class Map {
  public:
-  explicit Map(std::uint64_t seed) : random_(seed) { landmarks_.reserve(256); }  // growing takes memory
+  Map(const Options& options, const Camera& camera, std::uint64_t seed);
 
   const std::vector<Landmark>& landmarks() const { return landmarks_; }
+  std::vector<MapPoint> points(const State& state) const;
 
-  /// Counts one search for a landmark, and whether it was accepted.
-  void count(std::size_t index, bool success);
+  /// Initialises landmarks at corners away from the visible landmarks, given by their predicted pixels, until
+  /// as many are visible as the options want. New landmarks are at the end of landmarks().
+  void initialise(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible, Kalman& kalman);
 
-  /// Makes a landmark that was just measured less certain by what the change of view since it was last
-  /// counted may have moved its patch's apparent centre: sigma_view_px.
-  void seen_anew(std::size_t index, const Camera& camera, const Options& options, Kalman& kalman);
+  /// Initialises, in the first image, the landmarks whose positions the options give. Returns false where one
+  /// of them is not seen.
+  bool initialise_known(const cv::Mat& image, Stamp t, Kalman& kalman);
 
-  /// Turns the surface of a landmark that was just found at `pixel` if its template fits better then.
-  void learn_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
-                     const Camera& camera, const State& state);
+  /// Counts one search for a landmark, and whether its match was accepted.
+  void record_search(std::size_t index, bool success);
 
-  /// Begins the landmarks known beforehand: each at the corner of the image nearest to where it should be
-  /// seen, within 3 sigma. Returns how many were seen.
-  int begin_known(const cv::Mat& image, Stamp t, const Camera& camera, const Options& options,
-                  Kalman& kalman);
+  /// Inflates the covariance of a landmark that was just measured by what the change of view since it was
+  /// last inflated may have moved the apparent centre of its patch (sigma_view_px).
+  void inflate_for_view_change(std::size_t index, Kalman& kalman);
 
-  /// Begins at most `wanted` landmarks at corners away from the pixels `taken`, which theirs join; returns
-  /// how many. New ones are at the end of landmarks().
-  int begin(const cv::Mat& image, Stamp t, std::vector<Eigen::Vector2d>& taken, int wanted,
-            const Camera& camera, const Options& options, Kalman& kalman);
+  /// Improves the surface normal of a landmark that was just found at `pixel`, if the options say so.
+  void refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
+                      const State& state);
 
-  /// Turns inverse depths that have become nearly Gaussian in space into points.
-  void convert(double linearity, Kalman& kalman);
+  /// Converts landmarks from inverse depth to points once their linearity index allows it.
+  void convert_to_points(Kalman& kalman);
 
-  /// Looks for the landmarks that are still lines; those with a sharp depth become points, those with none
-  /// are deleted. Their ids join `deleted`; what came to be believed of each depth joins `lines`.
-  void follow_lines(const cv::Mat& image, const Camera& camera, const Options& options, Kalman& kalman,
-                    std::vector<int>& deleted, std::vector<DepthHypotheses>& lines);
-  /// How many landmarks are still lines.
-  int lines() const;
+  /// Searches for the landmarks that are still lines. Those of sharp depth become points; those that failed
+  /// are deleted, and their ids are appended to `deleted`. The depths of all are appended to `lines`.
+  void search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& deleted,
+                    std::vector<DepthHypotheses>& lines);
 
-  /// Deletes what was searched for at least 10 times and found less than every second time (Davison et al.
-  /// 2007), or has come to lie behind its own first sight; their ids join `deleted`.
+  /// Deletes landmarks that were searched for at least 10 times and found less than every second time
+  /// (Davison et al. 2007), or whose inverse depth is surely negative. Their ids are appended to `deleted`.
   void prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:
-  void add(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel, const Camera& camera,
-           const Options& options, Kalman& kalman);
+  int number_wanted(std::size_t visible, const State& state) const;
+  void add(Landmark landmark);
   void make_point(Landmark& landmark, const Eigen::Vector3d& p_W, const Eigen::Ref<const Eigen::MatrixXd>& J,
                   Kalman& kalman);
   void erase(std::size_t index, Kalman& kalman);
 
+  Options options_;
+  Camera camera_;
   std::vector<Landmark> landmarks_;
   int next_id_ = 0;
   std::mt19937_64 random_;
+  bool known_initialised_ = false;
+  std::vector<Eigen::Vector2d> occupied_;  // work space, kept so that initialise takes no heap memory
 };
 
 }  // namespace slam

@@ -8,11 +8,11 @@
 namespace slam {
 namespace {
 
-const Eigen::Vector3d kGravity(0, 0, -9.81);  // m/s², W
+const Eigen::Vector3d kGravity_W(0, 0, -kGravity);  // m/s²
 
 double square(double a) { return a * a; }
 
-/// Q = G diag(σ_V², σ_Ω²) Gᵀ: the impulses reach velocity, rate and, through them, the pose.
+/// Q = G diag(σ_V², σ_Ω²) Gᵀ, where G maps the impulses to velocity, rate and pose.
 RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V, double sigma_W) {
   Eigen::Matrix<double, kRobot, 6> G = Eigen::Matrix<double, kRobot, 6>::Zero();
   G.block<3, 3>(kPosition, 0) = dt * Eigen::Matrix3d::Identity();
@@ -25,18 +25,18 @@ RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V
   return G * variance.asDiagonal() * G.transpose();
 }
 
-/// Swaying unknown to the plan: a damped oscillation d of the camera about where the plan has it, kept up by
-/// noise. u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺; u stays within its σ, d within about σ/ω.
+/// Unplanned swaying is a damped oscillation of the displacement d from the planned position, driven by
+/// noise: u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺. The standard deviation of u is σ, that of d about σ/ω.
 void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& prediction) {
-  const double keep = std::exp(-dt / options.sway_time_s);
+  const double decay = std::exp(-dt / options.sway_time_s);
   const double spring = square(2 * std::numbers::pi / options.sway_period_s) * dt;
   Eigen::Matrix2d F;  // of (u, d)
-  F << keep, -spring, dt * keep, 1 - dt * spring;
+  F << decay, -spring, dt * decay, 1 - dt * spring;
   const Eigen::Vector2d G(1, dt);
-  const Eigen::Matrix2d Q = (1 - keep * keep) * G * G.transpose();
+  const Eigen::Matrix2d Q = (1 - decay * decay) * G * G.transpose();
   const Eigen::Vector3d sigma = sway_sigma(options);
   for (int axis = 0; axis < 3; ++axis) {
-    const std::array at{kSwayVelocity + axis, kSway + axis};
+    const std::array at{kSwayVelocity + axis, kSwayPosition + axis};
     const Eigen::Vector2d before = prediction.x(at);
     prediction.x(at) = F * before;
     prediction.F(at, at) = F;
@@ -44,34 +44,35 @@ void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& pr
   }
 }
 
-/// What the slowly changing errors of gyro and plan add to F and Q.
+/// Predicts the slowly changing errors of gyro, accelerometer and plan.
 void add_sensor_errors(double dt, const Options& options, Prediction& prediction) {
-  const auto fade = [&](int at, int count, double sigma, double time_s) {  // Gauss-Markov process
-    const double keep = std::exp(-dt / time_s);
-    prediction.x.segment(at, count) *= keep;
-    prediction.F.block(at, at, count, count).diagonal().setConstant(keep);
-    prediction.Q.block(at, at, count, count).diagonal().setConstant(square(sigma) * (1 - keep * keep));
+  const auto gauss_markov = [&](int at, int count, double sigma, double time_s) {
+    const double decay = std::exp(-dt / time_s);
+    prediction.x.segment(at, count) *= decay;
+    prediction.F.block(at, at, count, count).diagonal().setConstant(decay);
+    prediction.Q.block(at, at, count, count).diagonal().setConstant(square(sigma) * (1 - decay * decay));
   };
-  fade(kSlip, 3, options.plan_velocity.sigma_slip_m_s, options.plan_velocity.slip_time_s);
-  fade(kStride, 2, options.plan_velocity.sigma_stride, options.plan_velocity.stride_time_s);
-  const auto grow = [&](int at, double variance) {
+  gauss_markov(kSlip, 3, options.plan_velocity.sigma_slip_m_s, options.plan_velocity.slip_time_s);
+  gauss_markov(kStrideError, 2, options.plan_velocity.sigma_stride, options.plan_velocity.stride_time_s);
+  const auto random_walk = [&](int at, double variance) {
     prediction.Q.block<3, 3>(at, at).diagonal().setConstant(variance);
   };
-  grow(kGyroBias, square(options.gyro.sigma_bias_walk_rad_s2) * dt);
-  grow(kAccelerometerBias, square(options.accelerometer.sigma_bias_walk_m_s3) * dt);
+  random_walk(kGyroBias, square(options.gyro.sigma_bias_walk_rad_s2) * dt);
+  random_walk(kAccelerometerBias, square(options.accelerometer.sigma_bias_walk_m_s3) * dt);
 }
 
-/// V as the accelerometer has it, into the mean and F; position and velocity feel it alike.
-void add_impulse(const RobotVector& x, const Impulse& impulse, double dt, Prediction& prediction) {
+/// Adds the accelerometer's velocity increment to the mean of velocity and position, and to F.
+void add_increment(const RobotVector& x, const VelocityIncrement& increment, double dt,
+                   Prediction& prediction) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
-  const Eigen::Vector3d V_C = impulse.impulse_C - impulse.duration_s * x.segment<3>(kAccelerometerBias);
+  const Eigen::Vector3d V_C = increment.increment_C - increment.duration_s * x.segment<3>(kAccelerometerBias);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
-  const Eigen::Vector3d V = R_WC * V_C + impulse.duration_s * kGravity;
+  const Eigen::Vector3d V = R_WC * V_C + increment.duration_s * kGravity_W;
   const Matrix34d dV_dq = rotated_jacobian(q, V_C);
   for (const auto& [row, factor] : {std::pair{kPosition, dt}, std::pair{kVelocity, 1.0}}) {
     prediction.x.segment<3>(row) += factor * V;
     prediction.F.block<3, 4>(row, kOrientation) = factor * dV_dq;
-    prediction.F.block<3, 3>(row, kAccelerometerBias) = -factor * impulse.duration_s * R_WC;
+    prediction.F.block<3, 3>(row, kAccelerometerBias) = -factor * increment.duration_s * R_WC;
   }
 }
 
@@ -81,13 +82,13 @@ Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options) {
   return options.sigma_sway_m_s * Eigen::Vector3d(1, options.sway_up, options.sway_ahead);
 }
 
-Prediction predict_motion(const RobotVector& x, double dt, const std::optional<Impulse>& impulse,
+Prediction predict_motion(const RobotVector& x, double dt, const std::optional<VelocityIncrement>& increment,
                           const Options& options) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Vector3d turn = x.segment<3>(kRate) * dt;
   const Eigen::Vector4d dq = quaternion_exp(turn);
   const Matrix43d dq_dw = left_matrix(q) * quaternion_exp_jacobian(turn) * dt;
-  const double sigma_V = impulse ? impulse->sigma_m_s : options.motion.sigma_acceleration_m_s2 * dt;
+  const double sigma_V = increment ? increment->sigma_m_s : options.motion.sigma_acceleration_m_s2 * dt;
   const double sigma_W = options.motion.sigma_angular_acceleration_rad_s2 * dt;
 
   Prediction prediction{x, RobotMatrix::Identity(), impulse_covariance(dq_dw, dt, sigma_V, sigma_W)};
@@ -96,7 +97,7 @@ Prediction predict_motion(const RobotVector& x, double dt, const std::optional<I
   prediction.F.block<3, 3>(kPosition, kVelocity) = dt * Eigen::Matrix3d::Identity();
   prediction.F.block<4, 4>(kOrientation, kOrientation) = right_matrix(dq);
   prediction.F.block<4, 3>(kOrientation, kRate) = dq_dw;
-  if (impulse) add_impulse(x, *impulse, dt, prediction);
+  if (increment) add_increment(x, *increment, dt, prediction);
   add_sensor_errors(dt, options, prediction);
   add_swaying(dt, options.plan_velocity, prediction);
   return prediction;

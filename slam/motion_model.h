@@ -1,4 +1,4 @@
-// How the camera moves between frames: MonoSLAM's constant velocity, driven by unknown accelerations.
+// The motion model: MonoSLAM's constant velocity model, driven by unknown or measured accelerations.
 #pragma once
 
 #include <optional>
@@ -9,21 +9,21 @@
 
 namespace slam {
 
-/// f(x), ∂f/∂x and the covariance that the unknown impulses add.
+/// The predicted mean f(x), F = ∂f/∂x and the process noise covariance Q.
 struct Prediction {
   RobotVector x;
   RobotMatrix F, Q;
 };
 
-/// Standard deviation of the unknown swaying's velocity along the axes of C, m/s.
+/// Standard deviation of the velocity of unplanned swaying along the axes of C, m/s.
 Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options);
 
 /// r⁺ = r + (v+V)Δt, q⁺ = q × q((ω+Ω)Δt), v⁺ = v+V, ω⁺ = ω+Ω with zero-mean impulses V = aΔt, Ω = αΔt
-/// (Davison et al. 2007, eq. (1)-(5)); so v⁺ and ω⁺ are exactly the mean velocity and rate over the interval.
-/// With an impulse from the accelerometer V = R(q)(impulse − bias·duration) + g·duration + noise, far
-/// smaller, takes the place of aΔt. Biases are random walks, slip a Gauss-Markov process, sway a
-/// noise-driven damped oscillation. dt_s > 0.
-Prediction predict_motion(const RobotVector& x, double dt_s, const std::optional<Impulse>& impulse,
-                          const Options& options);
+/// (Davison et al. 2007, eq. (1)-(5)), so that v⁺ and ω⁺ are exactly the mean velocity and rate over the
+/// interval. With the accelerometer's velocity increment, V = R(q)(increment − bias·duration) + g·duration
+/// plus a far smaller noise. Biases are random walks, slip and stride error are Gauss-Markov processes, and
+/// swaying is a damped oscillation driven by noise. dt_s > 0.
+Prediction predict_motion(const RobotVector& x, double dt_s,
+                          const std::optional<VelocityIncrement>& increment, const Options& options);
 
 }  // namespace slam

@@ -1,7 +1,10 @@
-// What can be set in the filter, with its defaults; the scenario's keys slam.* are these, name for name.
+// What can be set in the filter, with defaults, ranges and meanings; the scenario's keys slam.* are these.
+// `keys` tells a visitor with number, choice, value and part the name, range and meaning of each option.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -44,122 +47,341 @@ struct Calibration {
 /// Where the velocity that the plan gives is trusted: along the robot's own axes, or along the plan's world
 /// axes.
 enum class VelocityAxes { robot, plan };
+inline constexpr std::array<std::string_view, 2> kVelocityAxes{"robot", "plan"};
 
 /// Which gyro readings of a frame interval are used: all of them, or the last alone, as the paper's.
 enum class GyroReadings { all, last };
+inline constexpr std::array<std::string_view, 2> kGyroReadings{"all", "last"};
 
 /// How a landmark is in the state from its first sight on: by inverse depth, or as a semi-infinite line with
 /// depth particles that becomes a point later, as the paper's.
 enum class FirstSight { inverse_depth, particles };
+inline constexpr std::array<std::string_view, 2> kFirstSights{"inverse_depth", "particles"};
 
 struct Options {
-  struct Start {  ///< uncertainty of the first pose: covers the robot's settling on its feet
+  struct Start {  ///< covers the robot's settling on its feet
     double sigma_position_m = 0.001, sigma_orientation_rad = 0.002, sigma_velocity_m_s = 0.05,
            sigma_rate_rad_s = 0.05;
+
+    static void keys(auto&& key) {
+      key.number("sigma_position_m", &Start::sigma_position_m, 1e-9, 1e6,
+                 "standard deviation of the first position");
+      key.number("sigma_orientation_rad", &Start::sigma_orientation_rad, 1e-9, 1e6,
+                 "standard deviation of the first orientation");
+      key.number("sigma_velocity_m_s", &Start::sigma_velocity_m_s, 1e-9, 1e6,
+                 "standard deviation of the first velocity");
+      key.number("sigma_rate_rad_s", &Start::sigma_rate_rad_s, 1e-9, 1e6,
+                 "standard deviation of the first angular velocity");
+    }
   } start;
-  struct Motion {  ///< constant-velocity model: standard deviation of the unknown accelerations
+
+  struct Motion {  ///< constant-velocity model
     double sigma_acceleration_m_s2 = 4.0, sigma_angular_acceleration_rad_s2 = 6.0;
+
+    static void keys(auto&& key) {
+      key.number("sigma_acceleration_m_s2", &Motion::sigma_acceleration_m_s2, 1e-9, 1e6,
+                 "standard deviation of the camera's unknown acceleration");
+      key.number("sigma_angular_acceleration_rad_s2", &Motion::sigma_angular_acceleration_rad_s2, 1e-9, 1e6,
+                 "standard deviation of the camera's unknown angular acceleration");
+    }
   } motion;
+
   struct Gyro {
     bool enabled = true;
     GyroReadings readings = GyroReadings::all;
-    double sigma_rad_s = 0.01;          ///< per 200 Hz sample
-    double sigma_bias_rad_s = 0;        ///< of the bias at the start; 0 = there is none
-    double sigma_bias_walk_rad_s2 = 0;  ///< growth of its standard deviation in 1 s
+    double sigma_rad_s = 0.01;
+    double sigma_bias_rad_s = 0;
+    double sigma_bias_walk_rad_s2 = 0;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &Gyro::enabled, "whether the filter uses the gyro");
+      key.choice(
+          "readings", &Gyro::readings, kGyroReadings,
+          "gyro readings of a frame interval that the filter uses: all of them, or the last one alone");
+      key.number("sigma_rad_s", &Gyro::sigma_rad_s, 1e-9, 1e6,
+                 "standard deviation that the filter assumes for a 200 Hz gyro reading");
+      key.number("sigma_bias_rad_s", &Gyro::sigma_bias_rad_s, 0, 1e3,
+                 "standard deviation of the gyro's bias at the start; 0: the filter assumes no bias");
+      key.number(
+          "sigma_bias_walk_rad_s2", &Gyro::sigma_bias_walk_rad_s2, 0, 1e3,
+          "random walk that the filter assumes for the gyro's bias: growth of its standard deviation in 1 s");
+    }
   } gyro;
+
+  /// The bias covers the mounting's error of 1.5 mrad too, which looks alike.
   struct Accelerometer {
     bool enabled = true;
-    double sigma_m_s2 = 0.05;  ///< per 200 Hz sample
-    double sigma_bias_m_s2 =
-        0.015;  ///< of the bias at the start; the mounting's error of 1.5 mrad looks alike
-    double sigma_bias_walk_m_s3 = 0.01;  ///< growth of its standard deviation in 1 s
-    double sigma_frame_m_s2 = 0.1;  ///< what each frame adds: the head does not move quite as the chest does
+    double sigma_m_s2 = 0.05;
+    double sigma_bias_m_s2 = 0.015;
+    double sigma_bias_walk_m_s3 = 0.01;
+    double sigma_frame_m_s2 = 0.1;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &Accelerometer::enabled, "whether the motion model uses the accelerometer");
+      key.number("sigma_m_s2", &Accelerometer::sigma_m_s2, 1e-9, 1e6,
+                 "standard deviation that the filter assumes for a 200 Hz accelerometer reading");
+      key.number(
+          "sigma_bias_m_s2", &Accelerometer::sigma_bias_m_s2, 0, 1e3,
+          "standard deviation of the accelerometer's bias at the start; 0: the filter assumes no bias");
+      key.number("sigma_bias_walk_m_s3", &Accelerometer::sigma_bias_walk_m_s3, 0, 1e3,
+                 "random walk that the filter assumes for the accelerometer's bias: growth of its standard "
+                 "deviation in "
+                 "1 s");
+      key.number(
+          "sigma_frame_m_s2", &Accelerometer::sigma_frame_m_s2, 0, 1e3,
+          "standard deviation of the difference, in each frame interval, between the head's acceleration and "
+          "the chest's");
+    }
   } accelerometer;
+
   struct PlanVelocity {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
-    double sigma_m_s = 0.01;  ///< of single frames, swaying apart
-    bool pivots_on_foot =
-        true;  ///< turning unknown to the plan is about the support foot (robot's axes only)
-    double standing_factor = 1;        ///< of sigma_m_s while the plan stands still
-    double double_support_factor = 1;  ///< likewise while it has both feet on the ground
-    double landing_factor = 1;         ///< likewise for landing_s after it has set a foot down
+    bool pivots_on_foot = true;
+    double sigma_m_s = 0.01;
+    double standing_factor = 1;
+    double double_support_factor = 1;
+    double landing_factor = 1;
     double landing_s = 0.1;
-    double sigma_per_turn_m = 0;  ///< added for each rad/s that it turns
-    double sigma_slip_m_s = 0;    ///< of the slowly changing part of the plan's error; 0 = there is none
-    double slip_time_s = 10;      ///< how long that part lasts
-    double sigma_stride =
-        0.008;                  ///< part by which its strides are wrong for long, in length and aside; 0: not
-    double stride_time_s = 30;  ///< how long
-    double sigma_sway_m_s = 0.03;  ///< of swaying aside that the plan does not know of; 0 = there is none
-    double sway_ahead = 0.6, sway_up = 0.15;  ///< parts of that: of swaying ahead, and up
-    double sway_period_s = 1.6;               ///< of that swaying: two steps
-    double sway_time_s = 1;                   ///< how long it goes on undisturbed
+    double sigma_per_turn_m = 0;
+    double sigma_slip_m_s = 0;
+    double slip_time_s = 10;
+    double sigma_stride = 0.008;
+    double stride_time_s = 30;
+    double sigma_sway_m_s = 0.03;
+    double sway_ahead = 0.6, sway_up = 0.15;
+    double sway_period_s = 1.6;
+    double sway_time_s = 1;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &PlanVelocity::enabled, "whether the filter uses the planned velocity");
+      key.choice(
+          "axes", &PlanVelocity::axes, kVelocityAxes,
+          "axes along which the planned velocity is used: the robot's own or those of the plan's world");
+      key.value(
+          "pivots_on_foot", &PlanVelocity::pivots_on_foot,
+          "whether rotation unknown to the plan is about the support foot (with the robot's axes only)");
+      key.number("sigma_m_s", &PlanVelocity::sigma_m_s, 1e-9, 1e6,
+                 "standard deviation that the filter assumes for the planned velocity of a frame");
+      key.number("standing_factor", &PlanVelocity::standing_factor, 1e-3, 1e3,
+                 "factor on plan_velocity.sigma_m_s while the plan stands still");
+      key.number("double_support_factor", &PlanVelocity::double_support_factor, 1e-3, 1e3,
+                 "factor on plan_velocity.sigma_m_s while the plan has both feet on the ground");
+      key.number("landing_factor", &PlanVelocity::landing_factor, 1e-3, 1e3,
+                 "factor on plan_velocity.sigma_m_s just after the plan has set a foot down");
+      key.number("landing_s", &PlanVelocity::landing_s, 0, 10,
+                 "time after a landing for which landing_factor holds");
+      key.number("sigma_per_turn_m", &PlanVelocity::sigma_per_turn_m, 0, 1e3,
+                 "increase of plan_velocity.sigma_m_s for each rad/s of the planned rotation");
+      key.number(
+          "sigma_slip_m_s", &PlanVelocity::sigma_slip_m_s, 0, 1e3,
+          "standard deviation of a slowly changing error of the planned velocity (slip); 0: there is none");
+      key.number("slip_time_s", &PlanVelocity::slip_time_s, 0.001, 1e6,
+                 "correlation time of the slowly changing error of the planned velocity");
+      key.number(
+          "sigma_stride", &PlanVelocity::sigma_stride, 0, 1e3,
+          "standard deviation of a lasting error of the planned strides, relative, in length and sideways; "
+          "0: there is none");
+      key.number("stride_time_s", &PlanVelocity::stride_time_s, 1e-3, 1e6,
+                 "correlation time of the lasting error of the planned strides");
+      key.number("sigma_sway_m_s", &PlanVelocity::sigma_sway_m_s, 0, 1e3,
+                 "standard deviation of the lateral sway velocity that is not in the plan; 0: there is none");
+      key.number("sway_ahead", &PlanVelocity::sway_ahead, 0, 10,
+                 "sway velocity in the direction of walking, relative to the lateral one");
+      key.number("sway_up", &PlanVelocity::sway_up, 0, 10,
+                 "vertical sway velocity, relative to the lateral one");
+      key.number("sway_period_s", &PlanVelocity::sway_period_s, 1e-3, 1e6,
+                 "period of the sway, which is the time of two steps");
+      key.number("sway_time_s", &PlanVelocity::sway_time_s, 1e-3, 1e6,
+                 "correlation time of the sway's amplitude and phase");
+    }
   } plan_velocity;
+
   struct Height {
     bool enabled = true;
     double sigma_m = 0.03;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &Height::enabled, "whether the filter uses the planned height");
+      key.number("sigma_m", &Height::sigma_m, 1e-9, 1e6,
+                 "standard deviation that the filter assumes for the planned height");
+    }
   } height;
+
   struct PlanOrientation {  ///< drifts as the feet slip, hence off
     bool enabled = false;
     double sigma_rad = 0.005;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &PlanOrientation::enabled, "whether the filter uses the planned orientation");
+      key.number("sigma_rad", &PlanOrientation::sigma_rad, 1e-9, 1e6,
+                 "standard deviation that the filter assumes for the planned orientation");
+    }
   } plan_orientation;
-  struct PlanPosition {  ///< likewise
+
+  struct PlanPosition {  ///< drifts as the feet slip, hence off
     bool enabled = false;
     double sigma_m = 0.02;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &PlanPosition::enabled, "whether the filter uses the planned position");
+      key.number("sigma_m", &PlanPosition::sigma_m, 1e-9, 1e6,
+                 "standard deviation that the filter assumes for the planned position");
+    }
   } plan_position;
+
+  /// Image noise grows linearly from the centre to twice that at the corner; sigma_px is above the scatter of
+  /// single matches, because their errors last over some frames. sigma_first_px: the template cut out at the
+  /// first sight is what the landmark is, so that only what later matches have in common against it is left.
+  /// sigma_view_px: the square grows in proportion to the way. corner_threshold: of the 11x11 gradient
+  /// moments, grey levels squared.
   struct Vision {
     bool enabled = true;
-    /// At the image's centre; grows linearly to twice that at the corner. Above the scatter of single
-    /// matches, because their errors last over some frames.
     double sigma_px = 0.25;
-    /// Likewise of the pixel of the first sight: the template cut out there is what the landmark is, so that
-    /// only what later matches have in common against it is left.
     double sigma_first_px = 0.12;
-    /// What a patch takes for its centre changes with the view: by so much (1 sigma) after the camera has
-    /// moved by the landmark's distance, its square in proportion to the way; 0 = it does not.
     double sigma_view_px = 0.25;
-    double gate_sigma_px = 0.15;  ///< scatter of a single right match, likewise: wrong ones are told by it
-    int visible_landmarks = 12;   ///< how many to keep in view
-    int measured_landmarks = 12;  ///< how many of them to measure in a frame, the least certain ones
+    double gate_sigma_px = 0.15;
+    int visible_landmarks = 12;
+    int measured_landmarks = 12;
     double minimum_correlation = 0.8;
-    double corner_threshold =
-        20000;                   ///< smaller eigenvalue of the 11x11 gradient moments, grey levels squared
-    bool warped_patches = true;  ///< as the predicted view should show them; else as first seen
-    bool estimate_normals =
-        true;               ///< of the landmarks' surfaces, for warping; else they face the first sight
-    bool sub_pixel = true;  ///< matches refined below the pixel
-    bool consensus = true;  ///< only matches that agree among themselves are used
+    double corner_threshold = 20000;
+    bool warped_patches = true;
+    bool estimate_normals = true;
+    bool sub_pixel = true;
+    bool consensus = true;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &Vision::enabled, "whether the filter uses the camera");
+      key.number("sigma_px", &Vision::sigma_px, 0.01, 100,
+                 "standard deviation of a match at the image's centre; twice that at the corner");
+      key.number("sigma_first_px", &Vision::sigma_first_px, 0.001, 100,
+                 "standard deviation of the pixel at which a landmark was first seen, at the image's centre");
+      key.number(
+          "sigma_view_px", &Vision::sigma_view_px, 0, 100,
+          "standard deviation of the shift of a patch's apparent centre once the camera has moved by the "
+          "landmark's distance");
+      key.number("gate_sigma_px", &Vision::gate_sigma_px, 0.01, 100,
+                 "standard deviation of a single correct match, by which wrong matches are gated");
+      key.number("visible_landmarks", &Vision::visible_landmarks, 1, 1000,
+                 "number of landmarks to keep in view");
+      key.number("measured_landmarks", &Vision::measured_landmarks, 1, 1000,
+                 "number of landmarks to measure in a frame, the least certain of those in view");
+      key.number("minimum_correlation", &Vision::minimum_correlation, -1, 1,
+                 "least normalised correlation of a match");
+      key.number("corner_threshold", &Vision::corner_threshold, 0, 1e9,
+                 "least smaller eigenvalue of the gradient moments of a corner");
+      key.value("warped_patches", &Vision::warped_patches,
+                "whether templates are warped to the predicted view; otherwise they stay as first seen");
+      key.value(
+          "estimate_normals", &Vision::estimate_normals,
+          "whether the normals of the landmarks' surfaces are estimated; otherwise they face the first view");
+      key.value("sub_pixel", &Vision::sub_pixel, "whether matches are refined below the pixel");
+      key.value("consensus", &Vision::consensus, "whether only consistent matches are used (1-point RANSAC)");
+    }
   } vision;
+
   struct Tracking {
-    double lost_after_s = 2;   ///< of images in which almost nothing is found
-    double vision_bound = 3;   ///< mean NIS of 15 frames' matches per degree of freedom; beyond, it is lost
-    double height_bound = 10;  ///< likewise of the planned height
-    bool relocalise = true;    ///< when lost, the map is looked for in the whole image; else it is the end
-    double give_up_s = 10;     ///< of images in which it was not found
+    double lost_after_s = 2;
+    double vision_bound = 3;
+    double height_bound = 10;
+    bool relocalise = true;
+    double give_up_s = 10;
+
+    static void keys(auto&& key) {
+      key.number("lost_after_s", &Tracking::lost_after_s, 1e-3, 1e6,
+                 "time with almost no landmark found after which tracking is lost");
+      key.number("vision_bound", &Tracking::vision_bound, 1e-3, 1e9,
+                 "mean NIS of 15 frames' matches, per degree of freedom, above which tracking is lost");
+      key.number("height_bound", &Tracking::height_bound, 1e-3, 1e9,
+                 "mean NIS of 15 frames' planned heights above which tracking is lost");
+      key.value("relocalise", &Tracking::relocalise,
+                "whether a lost filter searches the whole image for its map; otherwise it has diverged");
+      key.number("give_up_s", &Tracking::give_up_s, 1e-3, 1e6,
+                 "time of searching for the map without success after which the filter has diverged");
+    }
   } tracking;
-  struct Depth {  ///< of a landmark at first sight
+
+  struct Depth {
     FirstSight first_sight = FirstSight::inverse_depth;
     double inverse_1_m = 0.3, sigma_inverse_1_m = 0.3;
-    double linearity = 0.25;  ///< a landmark becomes a point below this linearity index; 0 = never
+    double linearity = 0.25;
+
     struct Particles {  ///< Davison et al. 2007 have 100 from 0.5 to 5 m, for things near a hand-held camera
       int count = 100;
       double nearest_m = 0.5, furthest_m = 12;
-      double converged = 0.3;  ///< it becomes a point when the depth's deviation is this part of its mean
-      int fewest = 20;         ///< particles, below which the line is given up
-      int attempts = 10;       ///< frames, after which it is given up
-      int at_once = 1;         ///< lines in the map
-      double minimum_speed_m_s = 0.05;  ///< slower than this no line is begun
+      double converged = 0.3;
+      int fewest = 20;
+      int attempts = 10;
+      int at_once = 1;
+      double minimum_speed_m_s = 0.05;
+
+      static void keys(auto&& key) {
+        key.number("count", &Particles::count, 2, 10000,
+                   "number of depth particles along a new landmark's ray");
+        key.number("nearest_m", &Particles::nearest_m, 0.01, 1000, "depth of the nearest particle");
+        key.number("furthest_m", &Particles::furthest_m, 0.02, 1000, "depth of the furthest particle");
+        key.number(
+            "converged", &Particles::converged, 0.001, 1,
+            "standard deviation of the depth, relative to its mean, below which a ray becomes a point");
+        key.number("fewest", &Particles::fewest, 1, 10000,
+                   "number of particles below which a ray is discarded");
+        key.number("attempts", &Particles::attempts, 1, 100000,
+                   "number of frames after which a ray is discarded");
+        key.number("at_once", &Particles::at_once, 1, 1000, "greatest number of rays in the map at a time");
+        key.number("minimum_speed_m_s", &Particles::minimum_speed_m_s, 0, 1e3,
+                   "camera speed below which no ray is initialised");
+      }
     } particles;
+
+    static void keys(auto&& key) {
+      key.choice("first_sight", &Depth::first_sight, kFirstSights,
+                 "initialisation of a landmark: by inverse depth, or as a ray with depth particles");
+      key.number("inverse_1_m", &Depth::inverse_1_m, 1e-6, 100, "inverse depth of a new landmark");
+      key.number("sigma_inverse_1_m", &Depth::sigma_inverse_1_m, 1e-6, 100,
+                 "standard deviation of a new landmark's inverse depth");
+      key.number("linearity", &Depth::linearity, 0, 10,
+                 "linearity index below which an inverse-depth landmark becomes a point; 0: it never does");
+      key.part("particles", &Depth::particles);
+    }
   } depth;
+
   struct KnownLandmarks {  ///< corners looked for in the first image, and points of the map from then on
     std::vector<Eigen::Vector3d> at_m;  ///< in W
     double sigma_m = 0.005;
+
+    static void keys(auto&& key) {
+      key.number("at_m", &KnownLandmarks::at_m, -1000, 1000,
+                 "world positions of corners known beforehand, which are searched for in the first image");
+      key.number("sigma_m", &KnownLandmarks::sigma_m, 1e-6, 10,
+                 "standard deviation of the positions of the known landmarks");
+    }
   } known_landmarks;
+
   struct Consistency {
-    bool observability_constrained =
-        true;  ///< no measurement may seem to tell the heading of the whole world
+    bool observability_constrained = true;
+
+    static void keys(auto&& key) {
+      key.value(
+          "observability_constrained", &Consistency::observability_constrained,
+          "whether updates are kept from adding false information about the heading, which is unobservable");
+    }
   } consistency;
+
+  static void keys(auto&& key) {
+    key.part("start", &Options::start);
+    key.part("motion", &Options::motion);
+    key.part("gyro", &Options::gyro);
+    key.part("accelerometer", &Options::accelerometer);
+    key.part("plan_velocity", &Options::plan_velocity);
+    key.part("height", &Options::height);
+    key.part("plan_orientation", &Options::plan_orientation);
+    key.part("plan_position", &Options::plan_position);
+    key.part("vision", &Options::vision);
+    key.part("tracking", &Options::tracking);
+    key.part("depth", &Options::depth);
+    key.part("known_landmarks", &Options::known_landmarks);
+    key.part("consistency", &Options::consistency);
+  }
 };
 
 }  // namespace slam

@@ -7,14 +7,14 @@
 namespace slam {
 namespace {
 
-constexpr double kSteepest = 0.42;  // cos 65°
+constexpr double kObliqueCosine = 0.42;  // cos 65°
 constexpr int kIterations = 8;
-constexpr double kConverged = 0.01;  // px
-constexpr double kFurthest = 1.5;    // px
+constexpr double kConverged = 0.01;    // px
+constexpr double kLargestShift = 1.5;  // px
 
 using Grey = Eigen::Matrix<float, Template::kPixels, 1>;
 
-/// Bilinear value of a source patch at an offset from its centre; both neighbours inside.
+/// Bilinear interpolation of a source patch at an offset from its centre.
 float sample(const SourcePatch& patch, double x, double y) {
   const double u = x + kSourceHalf, v = y + kSourceHalf;
   const int column = static_cast<int>(u), row = static_cast<int>(v);
@@ -23,7 +23,7 @@ float sample(const SourcePatch& patch, double x, double y) {
   return (1 - b) * ((1 - a) * g[0] + a * g[1]) + b * ((1 - a) * g[kSourceSide] + a * g[kSourceSide + 1]);
 }
 
-/// The 11x11 grey values around a sub-pixel place, well inside the image.
+/// The 11x11 grey values around a sub-pixel place inside the image, by bilinear interpolation.
 Grey sample(const cv::Mat& image, const Eigen::Vector2d& centre) {
   const double left = centre.x() - kPatchHalf, top = centre.y() - kPatchHalf;
   const int column = static_cast<int>(std::floor(left)), row = static_cast<int>(std::floor(top));
@@ -39,7 +39,7 @@ Grey sample(const cv::Mat& image, const Eigen::Vector2d& centre) {
   return grey;
 }
 
-/// To zero mean and unit length; false where the patch is flat.
+/// Normalises to zero mean and unit norm; false where the patch is flat.
 bool normalise(Grey& grey, float* length = nullptr) {
   grey.array() -= grey.mean();
   const float norm = grey.norm();
@@ -82,7 +82,7 @@ std::optional<Eigen::Matrix2d> view_change(const Camera& camera, const Eigen::Is
   const Eigen::Matrix3d& R_now = X_WC_now.linear();
   const Eigen::Vector3d line = R_now * ray->h, to_point = p_W - X_WC_now.translation();
   const double facing = normal_W.dot(line);
-  if (!(-facing > kSteepest * line.norm())) return std::nullopt;
+  if (!(-facing > kObliqueCosine * line.norm())) return std::nullopt;
   const Eigen::Matrix3d on_surface =
       normal_W.dot(to_point) / facing * (Eigen::Matrix3d::Identity() - line * normal_W.transpose() / facing);
   const auto first = camera.project(X_WC_first.inverse() * p_W);
@@ -93,7 +93,7 @@ std::optional<Eigen::Matrix2d> view_change(const Camera& camera, const Eigen::Is
 std::optional<Template> warp(const SourcePatch& patch, const Eigen::Matrix2d& A) {
   const double reach = (kPatchHalf + 1) * A.cwiseAbs().rowwise().sum().maxCoeff();
   if (!(reach < kSourceHalf) || !(A.determinant() > 0.1)) return std::nullopt;
-  constexpr int kSide = kPatchSide + 2;  // one more on each side, for the gradient
+  constexpr int kSide = kPatchSide + 2;  // with a border of one pixel for the gradient
   std::array<float, kSide * kSide> wide;
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i) {
@@ -129,7 +129,7 @@ std::optional<Match> refine(const cv::Mat& image, const Template& patch, const E
     match.correlation = grey.dot(patch.grey);
     const Eigen::Vector2f step = inverse * (patch.gradient.transpose() * (patch.grey - grey));
     match.pixel += step.cast<double>();
-    if (!((match.pixel - start).norm() < kFurthest)) return std::nullopt;
+    if (!((match.pixel - start).norm() < kLargestShift)) return std::nullopt;
     if (step.norm() < kConverged) break;
   }
   return match;

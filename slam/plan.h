@@ -1,63 +1,78 @@
-// What the walking pattern generator says, as measurements: velocity of the camera, and its height.
+// The walking plan as measurements: velocity, height, orientation and position of the camera.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 
-#include "slam/kalman.h"
+#include "slam/measurement.h"
 #include "slam/observation.h"
 #include "slam/options.h"
 
 namespace slam {
 
-/// How the plan has the camera move between two frames.
-struct PlannedStride {
-  Eigen::Vector3d velocity;  ///< mean, m/s
+/// The planned motion of the camera over one frame interval.
+struct PlannedVelocity {
+  Eigen::Vector3d velocity;  ///< mean, m/s, along the axes of C at the end or along the plan's world axes
   Eigen::Vector3d rate;      ///< mean angular velocity, rad/s in C
-  Eigen::Vector3d p_CF;      ///< mean place of the support foot, m in C
-  /// Without the swaying of single steps, along the camera's own axes, m/s: what kStride is a part of.
+  Eigen::Vector3d p_CF;      ///< mean position of the support foot, m in C
+  /// Planned velocity, m/s in C, to which the stride error is relative: without the swaying of single steps.
   Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
+  double sigma_m_s = 0;  ///< standard deviation of the velocity's error per axis
 };
 
-/// Planned mean velocity between two planned poses dt_s apart: along the camera's own axes at the later one,
-/// or along the plan's world axes. m/s.
-PlannedStride planned_stride(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
-                             VelocityAxes axes);
+/// The mean velocity between two planned poses dt_s apart. steady_C is the velocity of this interval alone;
+/// sigma_m_s is left 0.
+PlannedVelocity planned_velocity(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
+                                 VelocityAxes axes);
 
-/// What the plan is doing, as far as its error depends on it.
+/// The phase of the gait, as far as the error of the plan depends on it.
 struct Gait {
-  bool standing = false, both_feet = false;
-  double since_landing_s = 1e9;  ///< since it set a foot down
+  bool standing = false, double_support = false;
+  double since_landing_s = 1e9;  ///< time since a foot was set down
   double turning_rad_s = 0;
-  Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();  ///< planned velocity, its swaying averaged out, m/s
+  Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();  ///< low-pass filtered planned velocity, m/s in C
 };
 
-/// What the plan does over a stride of dt_s that ended now; before: what it did till then.
-Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const PlannedStride& stride,
-                  const Gait& till_then, double dt_s);
+/// The gait after a frame interval of dt_s that ends now; `previous` is the gait before it.
+Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const PlannedVelocity& planned,
+                  const Gait& previous, double dt_s);
 
-/// Standard deviation of the planned velocity's error: feet slip while turning and landing, and hardly while
-/// standing. m/s per axis.
+/// Standard deviation of the planned velocity's error, m/s per axis: feet slip while the robot turns and
+/// lands, and hardly while it stands.
 double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options);
 
-/// h = R(q)ᵀ v + slip in the robot's axes, h = v + R(q) slip in the plan's (Stasse et al. 2006, section
-/// III-C). In the robot's axes, and going beyond the paper: turning that the plan does not know of (the robot
-/// tilts on the compliance of its ankles) is about the support foot, so that the camera moves by the level
-/// part of p_CF × (ω − ω_plan) besides. Its height is left out: the next foot finds the same floor, so that
-/// what the tilting of one step after another would add up to does not. `slip` is all that the plan's
-/// velocity has too much: kSlip, kSwayVelocity, and what kStride makes of its steady velocity.
-Measurement measure_velocity(const RobotVector& x, const PlannedStride& stride,
+/// Follows the plan from frame to frame.
+class PlanHistory {
+ public:
+  /// The planned motion since the previous frame, dt_s ago, with steady_C and sigma_m_s by the gait. Nothing
+  /// where this frame or the previous one has no plan.
+  std::optional<PlannedVelocity> advance(const std::optional<PlannedMotion>& plan, double dt_s,
+                                         const Options::PlanVelocity& options);
+
+ private:
+  std::optional<PlannedMotion> previous_;
+  Gait gait_;
+};
+
+/// The measurement h = R(q)ᵀ v + e in the robot's axes, or h = v + R(q) e in the plan's (Stasse et al. 2006,
+/// section IV-B). The error e is the sum of kSlip, kSwayVelocity and the stride error times the steady
+/// velocity. Beyond the paper, rotation unknown to the plan, as the robot tilts on its compliant ankles, is
+/// taken to be about the support foot (robot's axes only): the camera also moves by the horizontal part of
+/// p_CF × (ω − ω_plan). The vertical part is left out because the next foot lands on the same floor, so that
+/// it must not accumulate from step to step.
+Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
                              const Options::PlanVelocity& options);
 
-/// h = 2 vec(q_planned⁻¹ × q), the small turn from the planned orientation to the believed one, 0 as measured
-/// (Stasse et al. 2006, section IV-B). rad in C.
+/// The measurement of h = 2 vec(q_planned⁻¹ × q), the small rotation from the planned to the estimated
+/// orientation, as 0 (Stasse et al. 2006, section IV-B). rad in C.
 Measurement measure_orientation(const RobotVector& x, const Eigen::Matrix3d& R_PC,
                                 const Options::PlanOrientation& options);
 
-/// h = r: planned position of the camera, m (Stasse et al. 2006, section IV-B).
+/// The measurement h = r of the camera's planned position, m (Stasse et al. 2006, section IV-B).
 Measurement measure_position(const RobotVector& x, const Eigen::Vector3d& p_PC,
                              const Options::PlanPosition& options);
 
-/// h = r_z: planned height of the camera above the ground, m (Stasse et al. 2006, section III-C).
+/// The measurement h = r_z of the camera's planned height, m (Stasse et al. 2006, section IV-B).
 Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options);
 
 }  // namespace slam

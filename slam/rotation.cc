@@ -6,7 +6,7 @@
 namespace slam {
 namespace {
 
-constexpr double kSmall = 1e-5;  // rad: below, the series' next term is under 1e-17
+constexpr double kSmall = 1e-5;  // rad; the next term of the series is then below 1e-17
 
 /// sin(n/2)/n and cos(n/2).
 struct HalfAngle {

@@ -1,5 +1,4 @@
-// Quaternions as four numbers (w, x, y, z) in the state vector: products, exponential and the derivatives an
-// EKF needs.
+// Quaternions as vectors (w, x, y, z): products, exponential, logarithm and their derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +13,7 @@ Eigen::Vector4d quaternion_exp(const Eigen::Vector3d& theta);
 /// ∂ quaternion_exp / ∂θ; finite at θ = 0.
 Matrix43d quaternion_exp_jacobian(const Eigen::Vector3d& theta);
 
-/// Rotation vector (rad, |θ| <= π) of a unit quaternion; q and −q give the same.
+/// Rotation vector (rad, |θ| <= π) of a unit quaternion; equal for q and −q.
 Eigen::Vector3d quaternion_log(const Eigen::Vector4d& q);
 
 /// Hamilton product a × b.
@@ -24,7 +23,7 @@ Eigen::Matrix4d left_matrix(const Eigen::Vector4d& a);
 /// ∂(a × b)/∂a.
 Eigen::Matrix4d right_matrix(const Eigen::Vector4d& b);
 
-/// R(q), quadratic in q: a rotation where |q| = 1.
+/// R(q), which is quadratic in q and a rotation matrix if |q| = 1.
 Eigen::Matrix3d rotation_matrix(const Eigen::Vector4d& q);
 /// ∂(R(q) a)/∂q.
 Matrix34d rotated_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d& a);
@@ -34,7 +33,7 @@ Matrix34d rotated_back_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d&
 /// ∂(q/|q|)/∂q = (I − q̂q̂ᵀ)/|q|.
 Eigen::Matrix4d normalised_jacobian(const Eigen::Vector4d& q);
 
-/// [a]ₓ, so that [a]ₓ b = a × b.
+/// The matrix [a]ₓ with [a]ₓ b = a × b.
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& a);
 
 }  // namespace slam

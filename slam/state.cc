@@ -19,4 +19,6 @@ RobotVector robot_null_yaw(const RobotVector& x) {
   return n;
 }
 
+Matrix43d small_rotation_jacobian(const Eigen::Vector4d& q) { return left_matrix(q).rightCols<3>() / 2; }
+
 }  // namespace slam

@@ -1,4 +1,4 @@
-// What the filter believes: layout of the state vector, its mean and its covariance.
+// The state of the filter: the layout of the state vector, its mean and its covariance.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,55 +7,66 @@
 
 namespace slam {
 
-// Where each part of the robot's state begins; the landmarks' parameters follow at kRobot.
-inline constexpr int kPosition = 0;            ///< r, p_WC in m
+// The first index of each part of the robot's state; the landmarks' parameters follow from kRobot on.
+inline constexpr int kPosition = 0;            ///< r = p_WC, m
 inline constexpr int kOrientation = 3;         ///< q_WC as (w, x, y, z)
 inline constexpr int kVelocity = 7;            ///< mean velocity over the last frame interval, m/s in W
 inline constexpr int kRate = 10;               ///< mean w_WC_C over the last frame interval, rad/s
-inline constexpr int kCamera = 13;             ///< MonoSLAM's camera state ends here
+inline constexpr int kCamera = 13;             ///< size of MonoSLAM's camera state, which ends here
 inline constexpr int kGyroBias = 13;           ///< rad/s, axes C
 inline constexpr int kSlip = 16;               ///< planned minus true velocity, m/s, axes C
 inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
-inline constexpr int kSwayVelocity = 22;       ///< of swaying, planned minus true, m/s, axes C
-inline constexpr int kSway = 25;               ///< how far that has come, m, axes C
-inline constexpr int kStride =
-    28;  ///< planned strides are longer by this part, and turned aside by this angle
+inline constexpr int kSwayVelocity = 22;  ///< velocity of unplanned swaying, planned minus true, m/s in C
+inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying, m in C
+inline constexpr int kStrideError = 28;   ///< relative error of the strides' length, and their angle, rad
 inline constexpr int kRobot = 30;
 
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
 using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-/// A landmark's part of the state vector, and a derivative of it, without the heap.
+/// The parameters of one landmark, and their derivatives, of a size that needs no heap memory.
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 using ParameterJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
-/// Mean and covariance. Storage grows ahead of need; the first size rows and columns are in use, and of the
-/// covariance only the lower triangle: what lies above the diagonal means nothing.
-/// null_yaw is the direction in which the whole world may turn about the vertical without any measurement
-/// noticing.
+/// Mean and covariance of the robot alone.
+struct RobotState {
+  RobotVector x;
+  RobotMatrix P;
+};
+
+/// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
+/// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; what the
+/// storage holds above the diagonal is undefined. null_yaw is the direction of the state in which the whole
+/// world turns about the vertical, which no measurement can observe.
 struct State {
   int size = kRobot;
   Eigen::VectorXd storage_x = Eigen::VectorXd::Zero(kRobot), storage_null = Eigen::VectorXd::Zero(kRobot);
   Eigen::MatrixXd storage_P = Eigen::MatrixXd::Zero(kRobot, kRobot);
 
   auto x() const { return storage_x.head(size); }
-  /// The whole covariance, both triangles.
+  /// The whole symmetric covariance.
   Eigen::MatrixXd P() const { return storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>(); }
-  /// The covariance of Count parameters from `at` on, both triangles.
+  /// The symmetric covariance of the Count parameters from index `at` on.
   template <int Count>
   Eigen::Matrix<double, Count, Count> marginal(int at) const {
     return storage_P.block<Count, Count>(at, at).template selfadjointView<Eigen::Lower>();
   }
   auto null_yaw() const { return storage_null.head(size); }
 
+  RobotVector robot() const { return storage_x.head<kRobot>(); }
   Eigen::Vector3d position() const { return storage_x.segment<3>(kPosition); }
   Eigen::Vector4d orientation() const { return storage_x.segment<4>(kOrientation); }
   Eigen::Vector3d velocity() const { return storage_x.segment<3>(kVelocity); }
-  Eigen::Vector3d rate() const { return storage_x.segment<3>(kRate); }
   Eigen::Isometry3d X_WC() const;
 };
 
-/// The robot's part of the unobservable turn about the vertical, at the given mean.
+/// The robot's part of null_yaw at the mean x.
 RobotVector robot_null_yaw(const RobotVector& x);
+
+/// ∂(q × Exp(θ))/∂θ at θ = 0: how the quaternion changes with a small rotation about the axes of C.
+Matrix43d small_rotation_jacobian(const Eigen::Vector4d& q);
 
 }  // namespace slam

@@ -5,32 +5,54 @@
 namespace slam {
 namespace {
 
-constexpr double kFewFound = 0.2;          // of the landmarks searched for
-constexpr double kAllOver = 0.4;           // part of the image
-constexpr std::size_t kEnoughToJudge = 5;  // landmarks searched for
+constexpr double kLeastFound = 0.2;        // fraction of the landmarks searched for
+constexpr double kLeastCoverage = 0.4;     // fraction of the image
+constexpr std::size_t kLeastSearched = 5;  // landmarks
 
 }  // namespace
 
-bool blind(const Glance& glance) {
-  return glance.searched >= kEnoughToJudge && glance.spread > kAllOver &&
-         static_cast<double>(glance.accepted) < kFewFound * static_cast<double>(glance.searched);
+bool matching_failed(const TrackingStatistics& s) {
+  return s.searched >= kLeastSearched && s.coverage > kLeastCoverage &&
+         static_cast<double>(s.accepted) < kLeastFound * static_cast<double>(s.searched);
 }
 
-/// Whether the window is full and its mean, with the value taken in, is beyond the bound.
-bool TrackingWatch::Mean::beyond(const std::optional<double>& value, double bound) {
+/// Takes in a value, if there is one; true if the window is full and its mean exceeds the bound.
+bool TrackingWatch::MovingMean::exceeds(const std::optional<double>& value, double bound) {
   if (!value) return false;
   values[count++ % kWindow] = *value;
   return count >= kWindow && std::accumulate(values.begin(), values.end(), 0.0) > bound * kWindow;
 }
 
-std::string TrackingWatch::judge(const Glance& glance) {
-  blind_s_ = blind(glance) ? blind_s_ + glance.dt_s : 0;
-  const bool vision = vision_.beyond(glance.vision_nis, options_.vision_bound);
-  const bool height = height_.beyond(glance.height_nis, options_.height_bound);
-  if (blind_s_ > options_.lost_after_s) return "almost no landmark found";
+/// Why tracking is lost with this frame; empty if it is not.
+std::string TrackingWatch::loss(const TrackingStatistics& s) {
+  failing_s_ = matching_failed(s) ? failing_s_ + s.dt_s : 0;
+  const bool vision = vision_.exceeds(s.vision_nis, options_.vision_bound);
+  const bool height = height_.exceeds(s.height_nis, options_.height_bound);
+  if (failing_s_ > options_.lost_after_s) return "almost no landmark found";
   if (vision) return "matches are further from where they should be than the filter believes possible";
   if (height) return "the height is further from the planned one than the filter believes possible";
   return "";
+}
+
+void TrackingWatch::judge(const TrackingStatistics& statistics) {
+  if (health_ != Health::ok) return;
+  const std::string why = loss(statistics);
+  if (why.empty()) return;
+  if (!options_.relocalise) return diverge("tracking lost: " + why);
+  health_ = Health::lost;
+  cause_ = "tracking lost: " + why;
+  lost_s_ = 0;
+}
+
+void TrackingWatch::diverge(const std::string& cause) {
+  if (health_ == Health::diverged) return;
+  health_ = Health::diverged;
+  cause_ = cause;
+}
+
+void TrackingWatch::relocalisation_failed(double dt_s) {
+  lost_s_ += dt_s;
+  if (lost_s_ > options_.give_up_s) diverge(cause_ + ", and the map was not found again");
 }
 
 }  // namespace slam

@@ -8,12 +8,13 @@
 namespace walking {
 namespace {
 
-constexpr double kReturn = 0.5;    // s, in which the arms come back to half-sitting
-constexpr double kFurthest = 0.7;  // rad from half-sitting; HRP-2's shoulder reaches 45 degrees further back
+constexpr double kReturnTime = 0.5;  // s, time constant of the arms' return to half-sitting
+constexpr double kLargestSwing =
+    0.7;  // rad from half-sitting; HRP-2's shoulder reaches 45 degrees further back
 
 constexpr std::array kShoulders{hrp2::kRightArm, hrp2::kLeftArm};
 
-Arms swung_by(const Eigen::Vector2d& angles) {
+Arms arms_swung_by(const Eigen::Vector2d& angles) {
   Arms arms;
   arms.right.shoulder_pitch += angles(0);
   arms.left.shoulder_pitch += angles(1);
@@ -35,15 +36,15 @@ Eigen::Vector2d ArmMomentum::yaw_momentum_of_shoulders(const BodyPose& pose) con
 
 Arms ArmMomentum::operator()(const Reference& reference) {
   Reference now = reference;
-  now.arms = last_.arms = swung_by(swung_);
-  if (std::exchange(begun_, true)) {
+  now.arms = last_.arms = arms_swung_by(swing_);
+  if (std::exchange(started_, true)) {
     const BodyMotion motion = motion_between(pose_of(last_), pose_of(now));
     const Eigen::Vector2d A = yaw_momentum_of_shoulders(motion.pose);
-    const Eigen::Vector2d rate = -A * (model_(motion).angular.z() / A.squaredNorm()) - swung_ / kReturn;
-    swung_ = (swung_ + kPeriod * rate).cwiseMax(-kFurthest).cwiseMin(kFurthest);
+    const Eigen::Vector2d rate = -A * (model_(motion).angular.z() / A.squaredNorm()) - swing_ / kReturnTime;
+    swing_ = (swing_ + kPeriod * rate).cwiseMax(-kLargestSwing).cwiseMin(kLargestSwing);
   }
   last_ = reference;
-  return swung_by(swung_);
+  return arms_swung_by(swing_);
 }
 
 }  // namespace walking

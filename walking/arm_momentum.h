@@ -1,4 +1,4 @@
-// The arms take up the yaw momentum of the rest of the body: resolved momentum control of the yaw.
+// The arms compensate the yaw momentum of the rest of the body: resolved momentum control of the yaw.
 #pragma once
 
 #include <utility>
@@ -10,8 +10,8 @@ namespace walking {
 /// Turns the shoulder pitches so that the angular momentum about the vertical through the centre of mass
 /// stays that of arms on their way back to half-sitting (Kajita et al. 2003, "Resolved momentum control",
 /// with the row L_z selected and the shoulder pitches free; chest and head keep still for camera and IMU).
-/// Momentum that alternates from step to step cancels; of that of a steady turn the arms take up none in the
-/// long run.
+/// Momentum that alternates from step to step cancels; that of a steady turn is not compensated in the long
+/// run.
 class ArmMomentum {
  public:
   explicit ArmMomentum(WholeBody model) : model_(std::move(model)) {}
@@ -24,8 +24,8 @@ class ArmMomentum {
 
   WholeBody model_;
   Reference last_;
-  Eigen::Vector2d swung_ = Eigen::Vector2d::Zero();  // right and left shoulder from half-sitting, rad
-  bool begun_ = false;
+  Eigen::Vector2d swing_ = Eigen::Vector2d::Zero();  // right and left shoulder from half-sitting, rad
+  bool started_ = false;
 };
 
 }  // namespace walking

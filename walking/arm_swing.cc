@@ -9,10 +9,11 @@
 namespace walking {
 namespace {
 
-constexpr double kSegment = 0.25;  // m, upper arm and forearm
+constexpr double kSegment = hrp2::kUpperArm;
 
-/// Hand below the shoulder in half-sitting, m: shoulder pitch 15 degrees, elbow -30 degrees.
-double hand_below_shoulder() { return 2 * kSegment * std::cos(15 * std::numbers::pi / 180); }
+/// Distance of the hand below the shoulder in half-sitting, m: the forearm points as far ahead of the
+/// vertical as the upper arm points back.
+double hand_below_shoulder() { return 2 * kSegment * std::cos(ArmAngles{}.shoulder_pitch); }
 
 /// Half of what the straight arm reaches ahead at that height, for a foot 0.2 m away.
 double gain() {
@@ -27,9 +28,9 @@ double foot_ahead(const Eigen::Isometry3d& X_PB, const Eigen::Isometry3d& X_PS) 
 
 ArmAngles arm_swing(double foot_ahead_m) {
   const double x = -gain() * foot_ahead_m, z = hand_below_shoulder();
-  const double reach = std::min(std::hypot(x, z), 2 * kSegment);
-  const double elbow = std::acos(1 - reach * reach / (2 * kSegment * kSegment)) - std::numbers::pi;
-  const double at_shoulder = std::asin(kSegment * std::sin(std::numbers::pi + elbow) / reach);
+  const double distance = std::min(std::hypot(x, z), 2 * kSegment);
+  const double elbow = std::acos(1 - distance * distance / (2 * kSegment * kSegment)) - std::numbers::pi;
+  const double at_shoulder = std::asin(kSegment * std::sin(std::numbers::pi + elbow) / distance);
   return {at_shoulder - std::atan2(x, z), elbow};
 }
 

@@ -10,7 +10,7 @@ namespace walking {
 /// "arm motion heuristic"; gain and geometry of the JRL pattern generator). Half-sitting for 0.
 ArmAngles arm_swing(double foot_ahead_m);
 
-/// Both arms as the feet of `reference` ask for.
+/// Both arms for the feet of `reference`.
 Arms arm_swing(const Reference& reference);
 
 }  // namespace walking

@@ -1,5 +1,4 @@
-// Which way is up, from gyro and accelerometer alone: the complementary filter of Mahony et al. 2008 on the
-// vertical.
+// The vertical estimated from gyro and accelerometer: the complementary filter of Mahony et al. 2008.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,12 +7,22 @@ namespace walking {
 
 /// Gains of the attitude filter.
 struct AttitudeOptions {
-  bool enabled = true;  ///< false: who asks takes the body to be upright
-  double accelerometer_gain_per_s = 0.15;  ///< how fast the gyro's drift is pulled back to the felt vertical
-  double bias_gain_per_s2 = 0.004;         ///< how fast a gyro bias is learnt
+  bool enabled = true;
+  double accelerometer_gain_per_s = 0.15;
+  double bias_gain_per_s2 = 0.004;
+
+  static void keys(auto&& key) {
+    key.value("enabled", &AttitudeOptions::enabled,
+              "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise it counts "
+              "as upright");
+    key.number("accelerometer_gain_per_s", &AttitudeOptions::accelerometer_gain_per_s, 0, 1e6,
+               "rate at which the estimated vertical is corrected towards the accelerometer's");
+    key.number("bias_gain_per_s2", &AttitudeOptions::bias_gain_per_s2, 0, 1e6,
+               "gain with which the attitude filter estimates the gyro's bias");
+  }
 };
 
-/// Tracks the vertical in the axes of the IMU. Heading stays unknown, as it must without a compass.
+/// Tracks the vertical in the axes of the IMU. The heading is not observable.
 class Attitude {
  public:
   /// Begins with `up`, the vertical in the IMU's axes (need not be unit).
@@ -27,9 +36,8 @@ class Attitude {
               const Eigen::Vector3d& motion, double dt);
 
   const Eigen::Vector3d& up() const { return up_; }  ///< unit vector, IMU axes
-  const Eigen::Vector3d& bias() const {
-    return bias_;
-  }  ///< of the gyro, rad/s; its vertical part is not observed
+  /// Of the gyro, rad/s; its vertical part is not observable.
+  const Eigen::Vector3d& bias() const { return bias_; }
 
  private:
   AttitudeOptions options_;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "walking/hrp2.h"
+#include "walking/range_check.h"
 
 namespace walking {
 namespace {
@@ -37,8 +38,8 @@ std::vector<Footstep> steps_of(const Stand&, double) { return {}; }
 /// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
 /// the foot spacing, so that the feet never cross and the lateral distance is never below the spacing.
 std::vector<Footstep> steps_of(const Straight& straight, double step) {
+  check_ranges(straight, Straight::kName);
   const double distance = std::hypot(straight.forward_m, straight.left_m);
-  require(std::isfinite(distance), "straight: forward_m and left_m must be finite");
   require(distance > 0, "straight: forward_m and left_m are both zero; use stand");
   const Side lead = straight.left_m > 0 ? Side::left : Side::right;
   std::vector<double> s = progress(distance, step);
@@ -54,16 +55,15 @@ std::vector<Footstep> steps_of(const Straight& straight, double step) {
   return steps;
 }
 
-void check_arc(const char* name, double radius_m, double angle_rad, double least_radius_m) {
-  require(std::isfinite(radius_m) && radius_m > least_radius_m,
-          std::string(name) + ": radius_m must be more than " + std::to_string(least_radius_m));
-  require(std::isfinite(angle_rad) && angle_rad != 0,
-          std::string(name) + ": the angle must be finite and not zero");
+template <class Arc>
+void check(const Arc& arc) {
+  check_ranges(arc, Arc::kName);
+  require(arc.angle_rad != 0, std::string(Arc::kName) + ".angle_deg must not be zero");
 }
 
 /// Feet alternate on two circles, the outer foot first.
 std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
-  check_arc("tangent_arc", arc.radius_m, arc.angle_rad, hrp2::kFootSpacing);
+  check(arc);
   const double turn = std::copysign(1.0, arc.angle_rad);
   const Eigen::Vector2d circle_centre(0, turn * arc.radius_m);
   std::vector<double> angles = progress(std::abs(arc.angle_rad), step / arc.radius_m);
@@ -81,7 +81,7 @@ std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
 /// Facing the centre, radius_m ahead: the foot on the side of travel goes to its place in the turned stance,
 /// the other closes. Turning left, the robot moves to its right.
 std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
-  check_arc("perpendicular_arc", arc.radius_m, arc.angle_rad, hrp2::kFootSpacing);
+  check(arc);
   const double turn = std::copysign(1.0, arc.angle_rad);
   const Eigen::Vector2d circle_centre(arc.radius_m, 0);
   const Side lead = turn > 0 ? Side::right : Side::left;
@@ -112,6 +112,7 @@ std::vector<Footstep> steps_of(const Steps& steps, double) {
   Stance stance = feet_together({});
   std::vector<Footstep> landings;
   for (const Step& step : steps.list) {
+    check_ranges(step, Steps::kName);
     const Side side = side_of(step);
     require(step.left_m != 0 && (landings.empty() || landings.back().side != side),
             "steps: left_m of step " + std::to_string(landings.size() + 1) +

@@ -1,18 +1,18 @@
-// Joint angles that put waist and soles where they shall be: HRP-2's offset legs in closed form.
+// The joint angles of a posture: HRP-2's offset legs in closed form.
 #pragma once
 
 #include <Eigen/Geometry>
 
 #include "walking/plan.h"
-#include "walking/stabilizer.h"
 
 namespace walking {
 
 /// A leg's joint angles, rad: hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll.
 struct LegSolution {
   Eigen::Matrix<double, 6, 1> q;
-  bool reached =
-      true;  ///< false: too far, too close or the hip below the sole; the leg goes there as far as it can
+  /// False if the ankle is too far or too close or the hip is below the sole; the leg then goes as far as it
+  /// can.
+  bool reached = true;
 };
 
 /// `X_BA`: the ankle (axes of the sole) in the waist. Knee bent forwards. Closed form after Kajita's leg,

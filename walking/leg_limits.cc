@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::array kJointNames{"hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"};
 
-std::optional<std::string> leg_prevents(Side side, const Eigen::Matrix<double, 6, 1>& q, bool reached) {
+std::optional<std::string> obstacle_of(Side side, const Eigen::Matrix<double, 6, 1>& q, bool reached) {
   const std::string leg = side == Side::left ? "left" : "right";
   if (!reached) return "the " + leg + " foot is out of the leg's reach";
   const LegLimits limits = leg_limits(side);
@@ -37,9 +37,9 @@ LegLimits leg_limits(Side side) {
   return left;
 }
 
-std::optional<std::string> legs_prevent(const BodySolution& body) {
-  auto obstacle = leg_prevents(Side::right, body.q.segment<6>(0), body.right_reached);
-  if (!obstacle) obstacle = leg_prevents(Side::left, body.q.segment<6>(6), body.left_reached);
+std::optional<std::string> leg_obstacle(const BodySolution& body) {
+  auto obstacle = obstacle_of(Side::right, body.q.segment<6>(0), body.right_reached);
+  if (!obstacle) obstacle = obstacle_of(Side::left, body.q.segment<6>(6), body.left_reached);
   return obstacle;
 }
 

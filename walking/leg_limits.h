@@ -1,4 +1,4 @@
-// How far HRP-2's leg joints turn: what a plan must stay within.
+// The ranges of HRP-2's leg joints, within which a plan must stay.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,8 @@ struct LegLimits {
 /// Of the stack-of-tasks model of HRP-2; the left leg mirrors the right one.
 LegLimits leg_limits(Side side);
 
-/// What keeps the legs from taking this posture, in words ("the left leg is too short"); nothing if they can.
-std::optional<std::string> legs_prevent(const BodySolution& body);
+/// Why the legs cannot take this posture, in words ("the left foot is out of the leg's reach"); nothing if
+/// they can.
+std::optional<std::string> leg_obstacle(const BodySolution& body);
 
 }  // namespace walking

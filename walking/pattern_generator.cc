@@ -24,7 +24,7 @@ namespace {
 /// Feet together under the half-sitting robot whose waist is above P's origin.
 const FootPose kStart{{hrp2::kAnkleX, 0}, 0};
 
-/// The ZMP shall be where the centre of mass of the half-sitting robot is: 4 mm ahead of the ankle. (The
+/// The ZMP is put where the centre of mass of the half-sitting robot is, 4 mm ahead of the ankle. (The
 /// original's default is the ankle itself; this way the walk starts and ends in half-sitting exactly.)
 const Eigen::Vector2d kZmpInFoot{hrp2::kComInWaist.x() - hrp2::kAnkleX, 0};
 
@@ -36,11 +36,11 @@ Reference at_rest(Reference reference) {
   return reference;
 }
 
-/// Walks the whole plan in thought. Throws std::invalid_argument where the legs cannot follow.
-void require_legs_to_follow(PatternGenerator plan) {
+/// Plays the whole plan. Throws std::invalid_argument where it is beyond the legs.
+void require_feasible_legs(PatternGenerator plan) {
   for (std::size_t k = 0; k < plan.ticks(); ++k) {
     const Reference r = plan.next();
-    const auto obstacle = legs_prevent(inverse_kinematics(posture_of(r)));
+    const auto obstacle = leg_obstacle(inverse_kinematics(posture_of(r)));
     if (!obstacle) continue;
     throw std::invalid_argument("walk.commands[" + std::to_string(r.command) + "]: at " +
                                 std::to_string(r.t_s) + " s " + *obstacle + "; shorten walk.step_length_m");
@@ -57,9 +57,9 @@ class FirstStage {
         zmp_reference_(timeline_),
         window_(static_cast<int>(gains.preview.size())),
         control_(cart, gains, hrp2::kComInWaist.head<2>()) {
-    for (; !window_.full(); ++seen_) window_.push(zmp_reference_.smoothed(seen_));
+    for (; !window_.full(); ++pushed_) window_.push(zmp_reference_.smoothed(pushed_));
   }
-  FirstStage(const FirstStage&) = delete;  // zmp_reference_ looks at timeline_
+  FirstStage(const FirstStage&) = delete;  // zmp_reference_ refers to timeline_
 
   std::size_t ticks() const { return timeline_.ticks(); }
   Reference next();
@@ -73,7 +73,7 @@ class FirstStage {
   ZmpReference zmp_reference_;
   PreviewWindow window_;  // the smoothed reference
   PreviewControl control_;
-  std::ptrdiff_t tick_ = 0, seen_ = 0;
+  std::ptrdiff_t tick_ = 0, pushed_ = 0;
 };
 
 Reference FirstStage::next() {
@@ -93,7 +93,7 @@ Reference FirstStage::next() {
   place_waist(phase, elapsed, reference);
   control_.advance(window_);
   window_.pop();
-  window_.push(zmp_reference_.smoothed(seen_++));
+  window_.push(zmp_reference_.smoothed(pushed_++));
   ++tick_;
   return reference;
 }
@@ -154,7 +154,7 @@ PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& 
   const CartTable cart(options.com_height_m);
   const PreviewGains gains = preview_gains(cart, static_cast<int>(std::lround(options.preview_s / kPeriod)));
   const auto start = [&] { return std::make_unique<State>(options, timeline, cart, gains, model); };
-  require_legs_to_follow(PatternGenerator(start()));
+  require_feasible_legs(PatternGenerator(start()));
   state_ = start();
 }
 PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -14,8 +14,8 @@ class PatternGenerator {
  public:
   /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
   /// of range, a foot out of reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
-  /// The second preview stage and arms that take up yaw momentum need a model of the whole body: without one
-  /// the plan is the cart-table's, its arms still.
+  /// The second preview stage and arms that compensate yaw momentum need a model of the whole body; without
+  /// one the plan is the cart-table's, with still arms.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
   ~PatternGenerator();
   PatternGenerator(PatternGenerator&&) noexcept;
@@ -28,7 +28,7 @@ class PatternGenerator {
 
  private:
   struct State;
-  explicit PatternGenerator(std::unique_ptr<State> state);  // no questions about the legs
+  explicit PatternGenerator(std::unique_ptr<State> state);  // without the check of the legs
   std::unique_ptr<State> state_;
 };
 

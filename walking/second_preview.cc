@@ -17,15 +17,16 @@ void SecondPreview::push(const Reference& planned) {
   const BodyPose pose = pose_of(planned);
   if (planned_.empty()) pose_ = pose;
   const BodyMomentum momentum = model_(motion_between(pose_, pose));
-  if (!planned_.empty()) learn_error(planned_.back().zmp_reference - multibody_zmp(momentum_, momentum));
+  if (!planned_.empty()) push_error(planned_.back().zmp_reference - multibody_zmp(momentum_, momentum));
   pose_ = pose;
   momentum_ = momentum;
   planned_.push_back(planned);
 }
 
-/// What the model's mass is off the plan's while standing comes in slowly: the walk starts in half-sitting.
-void SecondPreview::learn_error(const Eigen::Vector2d& error) {
-  const double share = quintic_blend(std::min(1.0, static_cast<double>(known_++) / horizon_));
+/// The constant error of standing, by which the model's centre of mass is off the plan's, is faded in over a
+/// preview, so that the walk starts in half-sitting.
+void SecondPreview::push_error(const Eigen::Vector2d& error) {
+  const double share = quintic_blend(std::min(1.0, static_cast<double>(errors_pushed_++) / horizon_));
   errors_.push(share * error);
 }
 

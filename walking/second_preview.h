@@ -26,7 +26,7 @@ class SecondPreview {
   Reference pop();
 
  private:
-  void learn_error(const Eigen::Vector2d& error);
+  void push_error(const Eigen::Vector2d& error);
 
   WholeBody model_;
   int horizon_;
@@ -35,7 +35,7 @@ class SecondPreview {
   std::deque<Reference> planned_;  // pushed and not popped
   BodyPose pose_;                  // of the last pushed
   BodyMomentum momentum_;          // half a tick before it
-  int known_ = 0;                  // ticks whose error has been computed
+  int errors_pushed_ = 0;
 };
 
 /// `reference` with the waist and the centre of mass in it moved by `state` (rows: position, velocity,

@@ -1,8 +1,10 @@
-// Keeps the robot on its feet from what its own sensors say: attitude, ankle forces, encoders. No true pose
-// comes here.
+// The stabiliser: corrects the planned posture by the readings of IMU, ankle force sensors and encoders. It
+// never sees a true pose.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
+#include <string_view>
 
 #include "walking/attitude.h"
 #include "walking/plan.h"
@@ -15,31 +17,25 @@ struct Wrench {
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
 };
 
-/// What the robot's own sensors say at a tick.
-struct Felt {
+/// The readings of the robot's own sensors at a tick.
+struct SensorReadings {
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();  ///< rad/s, chest IMU axes, mean over the last 5 ms
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  ///< m/s², specific force, chest IMU axes
   Wrench left, right;
   JointVector q = JointVector::Zero();  ///< encoders, rad
 };
 
-/// Where the stabiliser wants waist and soles, in P, and the plan's arms, for the inverse kinematics.
-struct Posture {
-  Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity(), X_PL = Eigen::Isometry3d::Identity(),
-                    X_PR = Eigen::Isometry3d::Identity();
-  Arms arms;
-};
-
-/// The plan's own posture, uncorrected.
-inline Posture posture_of(const Reference& reference) {
-  return {reference.X_PB, reference.X_PL, reference.X_PR, reference.arms};
-}
-
 enum class TrackingLaw { capture_point, delayed_zmp };
+inline constexpr std::array<std::string_view, 2> kTrackingLaws{"capture_point", "delayed_zmp"};
 
-/// The scenario's keys stabilizer.*, name for name. Each block can be switched off.
+/// The scenario's keys stabilizer.*. Each block can be switched off.
 struct StabilizerOptions {
   bool enabled = true;
+
+  /// White noise of the 200 Hz readings that the stabiliser is given, whatever errors.* says of those that
+  /// the filter is given: one recorded walk serves replays with any sensor errors.
+  double gyro_sigma_rad_s = 0.01, accelerometer_sigma_m_s2 = 0.05;
+
   AttitudeOptions attitude;
 
   /// The error of the capture point asks for a ZMP that drives it back (Caron et al. 2019, section III), or
@@ -47,72 +43,161 @@ struct StabilizerOptions {
   struct Tracking {
     bool enabled = true;
     TrackingLaw law = TrackingLaw::capture_point;
-    double gain_per_s = 3.0;  ///< how fast the error of the capture point shall decay
+    double gain_per_s = 3.0;
+    double velocity_cutoff_hz = 6.0;
+    double sole_margin_m = 0.01;
     struct DelayedZmp {
-      double lag_s = 0.04;  ///< with which the ZMP follows the one asked for
+      double lag_s = 0.04;
       double fast_pole_per_s = 13, slow_pole_per_s = 4;
+
+      static void keys(auto&& key) {
+        key.number("lag_s", &DelayedZmp::lag_s, 1e-3, 1e6,
+                   "time constant with which the ZMP follows the desired one in the delayed_zmp law");
+        key.number("fast_pole_per_s", &DelayedZmp::fast_pole_per_s, 0, 1e6,
+                   "faster of the two decay rates that the delayed_zmp law gives to errors");
+        key.number("slow_pole_per_s", &DelayedZmp::slow_pole_per_s, 0, 1e6,
+                   "slower of the two decay rates that the delayed_zmp law gives to errors");
+      }
     } delayed_zmp;
-    double velocity_cutoff_hz = 6.0;  ///< low pass on the velocity error of the centre of mass
-    double sole_margin_m = 0.01;      ///< the pressure asked for stays this far inside a sole
+
+    static void keys(auto&& key) {
+      key.value("enabled", &Tracking::enabled, "whether errors of the centre of mass are fed back");
+      key.choice(
+          "law", &Tracking::law, kTrackingLaws,
+          "feedback law: of the capture point, or of the centre of mass, its velocity and a delayed ZMP");
+      key.number("gain_per_s", &Tracking::gain_per_s, 0, 1e6,
+                 "rate at which the error of the capture point decays");
+      key.number("velocity_cutoff_hz", &Tracking::velocity_cutoff_hz, 0.01, 100,
+                 "cut-off frequency of the low-pass filter on the velocity error of the centre of mass");
+      key.number("sole_margin_m", &Tracking::sole_margin_m, 0, 0.1,
+                 "least distance of the desired ZMP from the edge of the soles");
+      key.part("delayed_zmp", &Tracking::delayed_zmp);
+    }
   } tracking;
 
-  /// While both feet stand they share the load as the ZMP asked for divides the way between them (Kajita et
-  /// al. 2010, section III-C); switched off, each is to carry half.
+  /// While both feet stand they share the load as the desired ZMP divides the way between them (Kajita et al.
+  /// 2010, section III-C); switched off, each is to carry half.
   struct Distribution {
     bool enabled = true;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &Distribution::enabled,
+                "whether the feet share the load according to the desired ZMP; otherwise each carries half");
+    }
   } distribution;
 
-  /// Ankles give way to the torque they feel beyond what is asked for (Kajita et al. 2010, eqs. (14)-(17)).
+  /// Ankles yield to the measured torque beyond the desired one (Kajita et al. 2010, eqs. (14)-(17)).
   struct AnkleAdmittance {
     bool enabled = true;
     double gain_rad_s_per_nm = 0.08;
     double leak_s = 1.5;
     double limit_rad = 0.17;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &AnkleAdmittance::enabled,
+                "whether the ankles yield to the measured torque (admittance)");
+      key.number("gain_rad_s_per_nm", &AnkleAdmittance::gain_rad_s_per_nm, 0, 1e6,
+                 "angular velocity of an ankle for each N·m of torque beyond the desired one");
+      key.number("leak_s", &AnkleAdmittance::leak_s, 1e-3, 1e6,
+                 "time constant with which the ankle correction decays");
+      key.number("limit_rad", &AnkleAdmittance::limit_rad, 0, 1, "largest ankle correction");
+    }
   } ankle_admittance;
 
-  /// The foot that carries too little reaches down, the other up (Kajita et al. 2010, eq. (18)).
+  /// The foot that carries too little is lowered, the other one raised (Kajita et al. 2010, eq. (18)).
   struct ForceDifference {
     bool enabled = true;
     double gain_m_s_per_n = 1e-5;
-    double leak_s = 1.5;  ///< while both feet are planned to stand
+    double leak_s = 1.5;
     double leak_in_swing_s = 0.08;
     double limit_m = 0.025;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &ForceDifference::enabled,
+                "whether the foot that carries too little is lowered and the other one raised");
+      key.number("gain_m_s_per_n", &ForceDifference::gain_m_s_per_n, 0, 1e6,
+                 "velocity of a foot for each N of missing vertical force");
+      key.number("leak_s", &ForceDifference::leak_s, 1e-3, 1e6,
+                 "time constant with which the foot height correction decays while both feet stand");
+      key.number("leak_in_swing_s", &ForceDifference::leak_in_swing_s, 1e-3, 1e6,
+                 "time constant with which the foot height correction decays while one foot swings");
+      key.number("limit_m", &ForceDifference::limit_m, 0, 0.2, "largest foot height correction");
+    }
   } force_difference;
 
   /// A leg is made longer by what its planned load compresses it, so that the other foot lands when it
-  /// should.
+  /// should. The stiffness is that of servos and ankle bush together.
   struct LegCompliance {
     bool enabled = true;
-    double stiffness_n_m = 120e3;  ///< of a leg from waist to ground, vertically: servos and ankle bush
+    double stiffness_n_m = 120e3;
     double lag_s = 0.03;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &LegCompliance::enabled,
+                "whether a leg is lengthened by the compression under its planned load");
+      key.number("stiffness_n_m", &LegCompliance::stiffness_n_m, 1e3, 1e9,
+                 "vertical stiffness of a leg from waist to ground");
+      key.number("lag_s", &LegCompliance::lag_s, 0, 1, "time constant with which a leg is compressed");
+    }
   } leg_compliance;
 
-  /// The waist is turned against its felt tilt (Kajita et al. 2010, eqs. (1)-(2)).
+  /// The waist is turned against its estimated tilt (Kajita et al. 2010, eqs. (1)-(2)).
   struct BodyAttitude {
     bool enabled = true;
     double gain_per_s = 2.0;
     double leak_s = 10.0;
     double limit_rad = 0.1;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &BodyAttitude::enabled, "whether the waist is turned against its estimated tilt");
+      key.number("gain_per_s", &BodyAttitude::gain_per_s, 0, 1e6,
+                 "rate at which the tilt of the waist is corrected");
+      key.number("leak_s", &BodyAttitude::leak_s, 1e-3, 1e6,
+                 "time constant with which the waist correction decays");
+      key.number("limit_rad", &BodyAttitude::limit_rad, 0, 1, "largest waist correction");
+    }
   } body_attitude;
+
+  static void keys(auto&& key) {
+    key.value("enabled", &StabilizerOptions::enabled,
+              "whether the plan is corrected by the robot's own sensor readings");
+    key.number("gyro_sigma_rad_s", &StabilizerOptions::gyro_sigma_rad_s, 0, 1e3,
+               "white noise of the 200 Hz gyro readings that the stabiliser is given");
+    key.number("accelerometer_sigma_m_s2", &StabilizerOptions::accelerometer_sigma_m_s2, 0, 1e3,
+               "white noise of the 200 Hz accelerometer readings that the stabiliser is given");
+    key.part("attitude", &StabilizerOptions::attitude);
+    key.part("tracking", &StabilizerOptions::tracking);
+    key.part("distribution", &StabilizerOptions::distribution);
+    key.part("ankle_admittance", &StabilizerOptions::ankle_admittance);
+    key.part("force_difference", &StabilizerOptions::force_difference);
+    key.part("leg_compliance", &StabilizerOptions::leg_compliance);
+    key.part("body_attitude", &StabilizerOptions::body_attitude);
+  }
 };
 
-/// p = p_ref + position e_x + velocity e_v + zmp e_p, the errors felt minus planned.
+/// p = p_ref + position e_x + velocity e_v + zmp e_p, the errors measured minus planned.
 struct DelayedZmpGains {
   double position = 0, velocity = 0, zmp = 0;
 };
 
-/// The gains that give a pendulum of frequency `omega` (1/s), whose ZMP follows the one asked for with a lag,
+/// The gains that give a pendulum of frequency `omega` (1/s), whose ZMP follows the desired one with a lag,
 /// the poles -fast, -slow and -omega (Kajita et al. 2010, eqs. (24)-(27)).
 DelayedZmpGains delayed_zmp_gains(double omega, const StabilizerOptions::Tracking::DelayedZmp& options);
 
-/// What the stabiliser believes and asks for: for logs and tests.
+/// Frequency of the pendulum whose length is the height of the centre of mass in half-sitting, 1/s.
+double pendulum_frequency();
+
+/// Estimates and set points of the stabiliser, for logs and tests.
 struct StabilizerState {
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero();       ///< roll, pitch of the waist, rad
-  Eigen::Vector2d com_error = Eigen::Vector2d::Zero();  ///< felt minus planned, m in P
+  Eigen::Vector2d com_error = Eigen::Vector2d::Zero();  ///< measured minus planned, m in P
   Eigen::Vector2d com_velocity_error = Eigen::Vector2d::Zero();
-  Eigen::Vector2d zmp_asked = Eigen::Vector2d::Zero();  ///< m in P
-  Eigen::Vector2d zmp_felt =
-      Eigen::Vector2d::Zero();  ///< m in P; the one asked for while neither foot feels the ground
+  Eigen::Vector2d zmp_desired = Eigen::Vector2d::Zero();  ///< m in P
+  /// m in P; the desired one while neither foot is in contact.
+  Eigen::Vector2d zmp_measured = Eigen::Vector2d::Zero();
+
+  /// Error of the capture point c + v/omega, m in P.
+  Eigen::Vector2d capture_point_error() const;
 };
 
 /// One step every kPeriod, from the first tick of the walk on.
@@ -120,38 +205,42 @@ class Stabilizer {
  public:
   explicit Stabilizer(const StabilizerOptions& options = {});
 
-  /// The plan of this tick, corrected by what was felt at it.
-  Posture step(const Reference& reference, const Felt& felt);
+  /// The posture of this tick: the plan corrected by the readings.
+  Posture step(const Reference& reference, const SensorReadings& readings);
 
   const StabilizerState& state() const { return state_; }
 
  private:
-  struct Load {
-    double left = 0, right = 0;  // N, vertical
+  /// Vertical forces that the feet are to carry, N.
+  struct Loads {
+    double left = 0, right = 0;
   };
 
-  void estimate_tilt(const Reference& reference, const Felt& felt);
-  void estimate_com(const Reference& reference, const Felt& felt);
-  void estimate_zmp(const Reference& reference, const Felt& felt);
-  void ask_for_zmp(const Reference& reference);
-  Load share(const Reference& reference) const;
-  void give_way_at_ankles(const Reference& reference, const Felt& felt, const Load& load);
-  void balance_forces(const Reference& reference, const Felt& felt, const Load& load);
-  void carry(const Load& load);
-  void right_the_body();
+  void estimate_tilt(const Reference& reference, const SensorReadings& readings);
+  void estimate_com(const Reference& reference, const SensorReadings& readings);
+  void estimate_zmp(const Reference& reference, const SensorReadings& readings);
+  void track_com(const Reference& reference);
+  Loads distribute_load(const Reference& reference) const;
+  void ankle_admittance(const Reference& reference, const SensorReadings& readings, const Loads& loads);
+  Eigen::Vector2d desired_ankle_torque(const Eigen::Isometry3d& X_PS, const Eigen::Vector2d& shift,
+                                       double load) const;
+  void control_force_difference(const Reference& reference, const SensorReadings& readings,
+                                const Loads& loads);
+  void compensate_leg_compliance(const Loads& loads);
+  void control_trunk_attitude();
   Posture corrected(const Reference& reference) const;
 
   StabilizerOptions options_;
   Attitude attitude_;
   StabilizerState state_;
-  bool begun_ = false;
+  bool started_ = false;
   Eigen::Vector2d left_error_ = Eigen::Vector2d::Zero(),
                   right_error_ = Eigen::Vector2d::Zero();  // of the CoM over each sole
   Eigen::Vector2d left_ankle_ = Eigen::Vector2d::Zero(),
                   right_ankle_ = Eigen::Vector2d::Zero();  // roll, pitch, rad
   Eigen::Vector2d compression_ = Eigen::Vector2d::Zero();  // of left and right leg, m
-  double reach_ = 0;                                       // of the left foot down and the right one up, m
-  Eigen::Vector2d body_ = Eigen::Vector2d::Zero();         // roll, pitch of the waist, rad
+  double foot_difference_ = 0;                             // left foot lowered against the right one, m
+  Eigen::Vector2d trunk_ = Eigen::Vector2d::Zero();        // roll, pitch of the waist, rad
 };
 
 }  // namespace walking

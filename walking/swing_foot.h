@@ -1,4 +1,4 @@
-// The path of the foot in the air: off and onto the ground vertically, at rest at both ends.
+// The path of the swing foot: vertical take-off and landing, at rest at both ends.
 #pragma once
 
 #include <Eigen/Geometry>

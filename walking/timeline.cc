@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "walking/zmp_reference.h"
+#include "walking/range_check.h"
 
 namespace walking {
 namespace {
@@ -14,28 +14,13 @@ constexpr double kFinalStanding = 2.0;  // s: the centre of mass comes to rest a
 
 int ticks_of(double seconds) { return static_cast<int>(std::lround(seconds / kPeriod)); }
 
-void require(bool holds, const std::string& complaint) {
-  if (!holds) throw std::invalid_argument(complaint);
-}
-
-void check(const char* name, double value, double least, double most) {
-  require(std::isfinite(value) && value >= least && value <= most,
-          std::string("walk.") + name + ": " + std::to_string(value) + " is not between " +
-              std::to_string(least) + " and " + std::to_string(most));
-}
-
 void check(const WalkOptions& options) {
-  check("single_support_s", options.single_support_s, 0.1, 10);
-  check("double_support_s", options.double_support_s, kPeriod, 10);
-  check("step_height_m", options.step_height_m, 0, 0.3);
-  check("step_length_m", options.step_length_m, 0.001, 1);
-  check("preview_s", options.preview_s, kPeriod, 10);
-  check("com_height_m", options.com_height_m, 0.1, 10);
-  require(!options.commands.empty(), "walk.commands: there is none");
+  check_ranges(options, "walk");
+  if (options.commands.empty()) throw std::invalid_argument("walk.commands: there is none");
 }
 
 int ticks_of(const Stand& stand) {
-  require(stand.duration_s >= 0 && stand.duration_s <= 1e5, "stand: duration_s must be between 0 and 100000");
+  check_ranges(stand, Stand::kName);
   return ticks_of(stand.duration_s);
 }
 

@@ -8,7 +8,11 @@
 
 namespace walking {
 
-/// A stretch of the walk in which the same feet carry the robot.
+/// Width of the window that smooths the ZMP reference (zmp_reference.h), 50 ms. The walk begins with as much
+/// standing as the preview and this window take together.
+inline constexpr int kSmoothingTicks = 10;
+
+/// A part of the walk with the same support.
 struct Phase {
   int command = 0;  ///< index into WalkOptions::commands
   Support support = Support::both;
@@ -26,7 +30,7 @@ struct Phase {
 /// the last step.
 class Timeline {
  public:
-  /// Feet together around `start`, in P. `zmp_in_foot`: where under a supporting sole the ZMP shall be, in
+  /// Feet together around `start`, in P. `zmp_in_foot`: the place of the ZMP under a support sole, in
   /// its axes, m. Throws std::invalid_argument naming the option when the commands cannot be carried out.
   Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot);
 

@@ -1,4 +1,5 @@
-// The plan's own model of the whole robot: motion in, momentum out. Who has a multibody model supplies it.
+// The plan's own model of the whole robot, from motion to momentum. Whoever has a multibody model supplies
+// it.
 #pragma once
 
 #include <Eigen/Geometry>

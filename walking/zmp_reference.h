@@ -1,4 +1,4 @@
-// Where the zero moment point shall be at every tick: under the carrying foot, smoothed over 50 ms.
+// The reference of the zero moment point at every tick: under the support foot, smoothed over 50 ms.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,6 @@
 
 namespace walking {
 
-inline constexpr int kSmoothingTicks = 10;   ///< width of the smoothing window, 50 ms
 inline constexpr int kSmoothingAdvance = 2;  ///< ticks the window looks ahead
 
 /// w_i proportional to sin²(pi i / 10), sum 1: the smoothing of Kajita's and the JRL's pattern generators.

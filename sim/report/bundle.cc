@@ -1,5 +1,5 @@
-// The bundle made from web/ lies in the program as it is.
-#include "sim/report/page.h"
+// Embeds the files that esbuild makes from web/.
+#include "sim/report/bundle.h"
 
 #define GAITSLAM_EMBED(name, file)                                                          \
   asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \

@@ -6,6 +6,7 @@
 
 #include "sim/report/axis.h"
 #include "sim/report/figure.h"
+#include "sim/report/html.h"
 
 namespace sim::report {
 namespace {
@@ -31,14 +32,6 @@ std::string style() {
     css += ".fill." + name + "{" + colour("fill", name, kColours[i]) + "}";
   }
   return css + "</style>";
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '\'' ? "&#39;" : std::string(1, c);
-  }
-  return out;
 }
 
 struct Axes {

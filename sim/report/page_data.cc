@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/bench/scenario_keys.h"
 #include "sim/report/pictures.h"
 #include "sim/report/run_figures.h"
 #include "sim/report/scene_data.h"
+#include "sim/scenario/keys.h"
+#include "sim/scenario/scenario.h"
 #include "sim/score/evaluate.h"
 
 namespace sim::report {
@@ -43,7 +44,7 @@ struct Verdict {
   std::string text;
 };
 
-Verdict verdict_of(const RunData& run, const bench::Scenario& scenario) {
+Verdict verdict_of(const RunData& run, const scenario::Scenario& scenario) {
   const std::string ending = run.score.value("ending", "?");
   const auto& allowed = scenario.limits.ending;
   if (std::find(allowed.begin(), allowed.end(), ending) == allowed.end()) return {3, ending};
@@ -52,14 +53,14 @@ Verdict verdict_of(const RunData& run, const bench::Scenario& scenario) {
   return {0, "passed"};
 }
 
-ordered_json configuration(const RunData& run, const bench::Scenario& scenario) {
+ordered_json configuration(const RunData& run, const scenario::Scenario& scenario) {
   ordered_json rows = ordered_json::array();
   const ordered_json origins = run.about.value("set_by", ordered_json::object());
-  for (const auto& key : bench::scenario_keys()) {
-    if (!bench::has_section(scenario, key.name)) continue;
+  for (const auto& key : scenario::scenario_keys()) {
+    if (!scenario::has_section(scenario, key.name)) continue;
     rows.push_back({{"key", key.name},
                     {"value", key.print(scenario)},
-                    {"unit", bench::unit_of(key.name)},
+                    {"unit", scenario::unit_of(key.name)},
                     {"origin", origins.value(key.name, "default")}});
   }
   return rows;
@@ -72,7 +73,7 @@ ordered_json all(const std::vector<Figure>& figures) {
 }
 
 ordered_json run_data(const RunData& run) {
-  const bench::Scenario scenario = bench::read_scenario(run.folder / "scenario.yaml").scenario;
+  const scenario::Scenario scenario = scenario::read_scenario(run.folder / "scenario.yaml").scenario;
   const Verdict verdict = verdict_of(run, scenario);
   ordered_json json{{"label", run.label},
                     {"verdict", verdict.text},

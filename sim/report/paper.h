@@ -1,49 +1,39 @@
-// The paper's experiments: what it reports of each, and what the bench's runs of it say.
+// The experiments of the paper, and the runs of this bench that repeat them.
 #pragma once
 
 #include <map>
 #include <string>
 #include <vector>
 
-#include "sim/report/figure.h"
 #include "sim/report/run_data.h"
 
 namespace sim::report {
 
-/// Runs by experiment's name, as paper_experiments() has it.
-using PaperRuns = std::map<std::string, std::vector<RunData>>;
-
-/// One experiment: a scenario walked, or the filter of a scenario on the recordings of another experiment's
-/// walks. The scenario's file is <name>.yaml.
+/// One experiment: walks of a scenario, or the filter of a scenario on the recordings of another experiment.
+/// The file of the scenario is <name>.yaml.
 struct PaperExperiment {
   std::string name;
-  std::string recordings;  ///< experiment whose recordings are replayed; empty: it walks itself
-  double cost_s;           ///< CPU of a seed, about: for the time that is left
+  std::string recordings;  ///< experiment whose recordings are replayed; empty: it simulates its walks
+  double cost_s;           ///< approximate CPU time of a seed, for the estimate of the time left
 };
 
-/// In an order in which recordings are there before they are replayed.
+/// All experiments, ordered so that recordings exist before they are replayed.
 const std::vector<PaperExperiment>& paper_experiments();
 
-/// How a row came out. A row of which nothing was run has none.
-enum class Agreement { none, agrees, better, differs };
+/// Runs by the name of their experiment.
+using PaperRuns = std::map<std::string, std::vector<RunData>>;
+/// The runs of an experiment; empty if there are none.
+const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment);
 
-/// A line of the table: what the paper says (with its section), and what came out here.
+/// How a row compares with the paper; none: nothing was run.
+enum class Agreement { none, agrees, better, differs };
+/// "", "agrees", "better" or "differs".
+std::string agreement_text(Agreement agreement);
+
+/// A row of the table: what is compared (with the section of the paper), and both results.
 struct PaperRow {
   std::string what, paper, bench;
   Agreement agreement = Agreement::none;
 };
-
-/// The table, row by row; an experiment that is missing says so.
-std::vector<PaperRow> paper_rows(const PaperRuns& runs);
-
-/// The paper's figures 1, 3, 4, 6, 7 and 8 remade, each from the first seed that shows it. Throws
-/// stream::FileError when a table that a run left is broken.
-std::vector<Figure> paper_figures(const PaperRuns& runs);
-
-/// The whole page: a table and pictures, nothing that runs.
-std::string paper_page(const PaperRuns& runs, const std::string& revision);
-
-/// "agrees", "better", "differs", or nothing.
-std::string agreement_text(Agreement agreement);
 
 }  // namespace sim::report

@@ -9,7 +9,7 @@ namespace sim::report {
 
 /// Of the landmarks in a depths.csv whose depth became known (standard deviation below 0.3 of it), the one
 /// that took most images: its hypotheses after the first image, after thirds of them and after the last.
-/// Without lines when there is none. Throws stream::FileError when the file is broken.
+/// Without lines when there is none. Throws files::FileError when the file is broken.
 Figure depths_figure(const std::filesystem::path& depths_csv);
 
 }  // namespace sim::report

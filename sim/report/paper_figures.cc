@@ -1,29 +1,25 @@
+#include "sim/report/paper_figures.h"
+
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "sim/report/paper.h"
 #include "sim/report/paper_depths.h"
 #include "sim/report/paper_height.h"
+#include "sim/report/run_figures.h"
 
 namespace sim::report {
 namespace {
 
 constexpr double kMm = 1e3;
 
-const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment) {
-  static const std::vector<RunData> none;
-  const auto found = all.find(experiment);
-  return found == all.end() ? none : found->second;
-}
-
 const RunData* first(const PaperRuns& all, const std::string& experiment) {
   const auto& runs = runs_of(all, experiment);
   return runs.empty() ? nullptr : &runs.front();
 }
 
-// The first that closed its loop, else the first.
+// The first run that closed its loop, or the first run.
 const RunData* first_closed(const PaperRuns& all, const std::string& experiment) {
   const auto& runs = runs_of(all, experiment);
   const auto closed = std::find_if(runs.begin(), runs.end(),
@@ -31,24 +27,10 @@ const RunData* first_closed(const PaperRuns& all, const std::string& experiment)
   return closed != runs.end() ? &*closed : first(all, experiment);
 }
 
-Figure from_above(const std::string& name, const std::string& title, const RunData& run) {
-  Figure f{name, fmt::format("{} (seed {})", title, run.score.value("seed", 0ULL)), "x [m]", "y [m]"};
-  f.equal_axes = true;
-  return f;
-}
-
-Figure waist(const RunData& run, const std::string& name, const std::string& title) {
-  Figure f = from_above(name, title, run);
-  f.lines = {{"plan", Role::plan, run.waist_plan.x, run.waist_plan.y},
-             {"walked", Role::truth, run.waist_truth.x, run.waist_truth.y}};
-  return f;
-}
-
-Figure slam(const RunData& run, const std::string& name, const std::string& title) {
-  Figure f = from_above(name, title, run);
-  f.lines = {{"plan", Role::plan, run.plan.x, run.plan.y}, {"truth", Role::truth, run.truth.x, run.truth.y}};
-  if (run.estimate) f.lines.push_back({"SLAM", Role::estimate, run.estimate->x, run.estimate->y});
-  return f;
+Figure renamed(Figure figure, const std::string& name, const std::string& title, const RunData& run) {
+  figure.name = name;
+  figure.title = fmt::format("{} (seed {})", title, run.score.value("seed", 0ULL));
+  return figure;
 }
 
 Figure uncertainty(const RunData& run) {
@@ -68,32 +50,28 @@ Figure uncertainty(const RunData& run) {
   return f;
 }
 
-Figure height(const RunData& run) {
-  Figure f{"figure_8", "Figure 8: height of the camera in experiment 1, the paper's filter", "time [s]",
-           "z [m]"};
-  f.lines = {{"plan", Role::plan, run.plan.t, run.plan.z}, {"truth", Role::truth, run.truth.t, run.truth.z}};
-  if (run.estimate) f.lines.push_back({"SLAM", Role::estimate, run.estimate->t, run.estimate->z});
-  return f;
-}
-
 void add_walks(std::vector<Figure>& figures, const PaperRuns& all) {
   if (const RunData* run = first(all, "tangent_quadrant"))
-    figures.push_back(waist(*run, "figure_1", "Figure 1: waist, planned and walked, a tangent quadrant"));
+    figures.push_back(renamed(waist_from_above(*run), "figure_1",
+                              "Figure 1: waist, planned and walked, a tangent quadrant", *run));
   if (const RunData* run = first(all, "perpendicular_circle_trial1"))
-    figures.push_back(waist(*run, "figure_1_circle", "Figure 1 too: facing the centre, first trial"));
+    figures.push_back(renamed(waist_from_above(*run), "figure_1_circle",
+                              "Figure 1: waist, planned and walked, facing the centre, first trial", *run));
 }
 
 void add_slam(std::vector<Figure>& figures, const PaperRuns& all) {
   if (const RunData* run = first_closed(all, "tangent_circle_paper"))
-    figures.push_back(
-        slam(*run, "figure_6_paper", "Figure 6: plan and SLAM, experiment 1, the paper's filter"));
+    figures.push_back(renamed(camera_from_above(*run), "figure_6_paper",
+                              "Figure 6: plan and SLAM, experiment 1, the paper's filter", *run));
   if (const RunData* run = first(all, "tangent_circle"))
-    figures.push_back(slam(*run, "figure_6", "Figure 6: the same walk, this bench's filter"));
-  if (const RunData* run = first_closed(all, "perpendicular_circle_paper"))
     figures.push_back(
-        slam(*run, "figure_7_paper", "Figure 7: plan and SLAM, experiment 2, the paper's filter"));
+        renamed(camera_from_above(*run), "figure_6", "Figure 6: the same walk, this bench's filter", *run));
+  if (const RunData* run = first_closed(all, "perpendicular_circle_paper"))
+    figures.push_back(renamed(camera_from_above(*run), "figure_7_paper",
+                              "Figure 7: plan and SLAM, experiment 2, the paper's filter", *run));
   if (const RunData* run = first(all, "perpendicular_circle"))
-    figures.push_back(slam(*run, "figure_7", "Figure 7: experiment 2, this bench's filter"));
+    figures.push_back(
+        renamed(camera_from_above(*run), "figure_7", "Figure 7: experiment 2, this bench's filter", *run));
 }
 
 }  // namespace
@@ -107,7 +85,9 @@ std::vector<Figure> paper_figures(const PaperRuns& all) {
   const RunData* known = first_closed(all, "vision_gyro_known_landmarks");
   if (known && known->errors) figures.push_back(uncertainty(*known));
   add_slam(figures, all);
-  if (paper) figures.push_back(height(*paper));
+  if (paper)
+    figures.push_back(renamed(camera_height(*paper), "figure_8",
+                              "Figure 8: height of the camera in experiment 1, the paper's filter", *paper));
   figures.push_back(impact_figure(runs_of(all, "tangent_circle_paper")));
   std::erase_if(figures, [](const Figure& figure) { return figure.lines.empty(); });
   return figures;

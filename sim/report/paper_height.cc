@@ -48,7 +48,7 @@ Column shortly_after(const Column& t, const Column& impacts) {
   return flags;
 }
 
-// What changed in a step: in the 0.1 s after its impact, and in the rest.
+// Changes of the height in the 0.1 s after the impact of a step, and in the rest of the step.
 struct Step {
   Column after, rest;
 };
@@ -89,7 +89,7 @@ struct Bins {
   }
 };
 
-// What the runs of one filter say of a height.
+// The links found in the runs of one filter.
 struct Verdicts {
   Column correlations, ratios;
   int linked = 0;
@@ -153,7 +153,8 @@ PaperRow impact_row(const std::vector<RunData>& runs, const std::string& filter)
 }
 
 Figure impact_figure(const std::vector<RunData>& runs) {
-  Figure f{"figure_8_impacts", "Figure 8, asked further: change of height by the time since a foot came down",
+  Figure f{"figure_8_impacts",
+           "Figure 8, continued: change of height by the time since a foot touched the ground",
            "time since a foot touched the ground [s]", "mean |change in a frame| [mm]"};
   Bins truth, estimate, error;
   bool any = false;

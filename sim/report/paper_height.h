@@ -1,9 +1,10 @@
-// Whether the estimated height jumps when feet hit the ground: the paper saw no link and could not say.
+// Whether the estimated height changes more after a foot touches the ground, which the paper leaves open.
 #pragma once
 
 #include <optional>
 #include <vector>
 
+#include "sim/report/figure.h"
 #include "sim/report/paper.h"
 
 namespace sim::report {
@@ -17,10 +18,10 @@ struct ImpactLink {
 /// t, z: a height over time; impacts: s, rising. Nothing for fewer than 100 frames or 5 steps.
 std::optional<ImpactLink> impact_link(const Column& t, const Column& z, const Column& impacts);
 
-/// When feet touched the ground, s, rising: by the run's feet.csv; empty without.
+/// Times at which feet touched the ground (s, rising), from the feet.csv of the run; empty without that file.
 Column impacts(const RunData& run);
 
-/// The line of the table.
+/// The row of the table about this question.
 PaperRow impact_row(const std::vector<RunData>& runs, const std::string& filter);
 
 /// Mean |change of the height in a frame| by the time since a foot touched the ground: of the estimate, of

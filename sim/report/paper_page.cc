@@ -1,7 +1,11 @@
+#include "sim/report/paper_page.h"
+
 #include <fmt/core.h>
 
-#include "sim/report/page.h"
-#include "sim/report/paper.h"
+#include "sim/report/figure.h"
+#include "sim/report/html.h"
+#include "sim/report/paper_figures.h"
+#include "sim/report/paper_rows.h"
 #include "sim/report/pictures.h"
 
 namespace sim::report {
@@ -9,12 +13,6 @@ namespace {
 
 constexpr int kPictures = 4;
 constexpr double kWidth = 720, kHeight = 320, kEqualHeight = 560;  // px of a figure
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
-}
 
 const char* mark(Agreement agreement) {
   constexpr const char* kClasses[] = {"soft", "good", "good", "bad"};
@@ -39,7 +37,7 @@ std::string differences(const std::vector<PaperRow>& rows) {
     if (row.agreement == Agreement::differs)
       items += fmt::format("<li>{}. Paper: {}. Here: {}.</li>\n", escaped(row.what), escaped(row.paper),
                            escaped(row.bench));
-  return items.empty() ? "<p>Nowhere.</p>\n" : "<ul>\n" + items + "</ul>\n";
+  return items.empty() ? "<p>No row differs.</p>\n" : "<ul>\n" + items + "</ul>\n";
 }
 
 std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
@@ -55,24 +53,29 @@ std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
 }
 
 std::string head(const std::string& revision) {
-  return fmt::format(
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>GaitSLAM: the paper "
-      "reproduced</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{}</style>\n</head>\n<body>\n"
-      "<h1>The paper reproduced</h1>\n<p class=\"soft\">Stasse, Davison, Sellaouti, Yokoi: Real-time 3D SLAM "
-      "for Humanoid Robot considering Pattern Generator Information, IROS 2006. GaitSLAM, revision {}.</p>\n",
-      page_style(), escaped(revision));
+  return html_head("The paper reproduced", "") +
+         fmt::format(
+             "<h1>The paper reproduced</h1>\n<p class=\"soft\">Stasse, Davison, Sellaouti, Yokoi: Real-time "
+             "3D "
+             "SLAM for Humanoid Robot considering Pattern Generator Information, IROS 2006. GaitSLAM, "
+             "revision "
+             "{}.</p>\n",
+             escaped(revision));
 }
 
 constexpr const char* kHowToRead =
-    "<p class=\"soft\">The paper's filter: the filter with the paper's measurements, Davison's lines with "
-    "depth "
-    "particles and raw patches, as in scenarios/*_paper.yaml. This bench's filter: the default. Drift: true "
-    "minus planned waist at the end, mean and standard deviation over seeds; the paper gives sizes without "
-    "signs, so sizes are compared, and agree within a factor of two or where both are below 10 mm or 1°. All "
-    "else: median over seeds, least and greatest. A loop is closed when three landmarks of the circle's "
-    "first "
-    "quarter are found again in its last. ATE: root mean square position error after SE(3) alignment.</p>\n";
+    "<p class=\"soft\">The paper's filter is the filter with the measurements of the paper, Davison's depth "
+    "particles and raw patches, as in scenarios/*_paper.yaml. This bench's filter is the default one. The "
+    "drift is "
+    "the true minus the planned pose of the waist at the end, as mean and standard deviation over seeds. The "
+    "paper "
+    "gives magnitudes without signs, so magnitudes are compared: they agree within a factor of two, or where "
+    "both "
+    "are below 10 mm or 1°. All other results are the median over seeds, with minimum and maximum. A loop is "
+    "closed "
+    "when three landmarks of the first quarter of the circle are recognised in its last quarter. ATE is the "
+    "root "
+    "mean square position error after SE(3) alignment.</p>\n";
 
 // Figures 3 (a, d) and 4: what the paper's filter looks for in its images.
 std::string head_views(const PaperRuns& runs) {
@@ -83,9 +86,8 @@ std::string head_views(const PaperRuns& runs) {
     html += fmt::format("<figure>{}<span class=\"soft\">{} s</span></figure>\n", picture.svg, picture.t);
   if (html.empty()) return "";
   return "<h2>Figures 3 and 4: patches and search ellipses</h2>\n<p class=\"soft\">Experiment 1, the paper's "
-         "filter. Ellipses: where landmarks were looked for (3 sigma); green with their 11 x 11 patches "
-         "where the "
-         "match was used, yellow where not.</p>\n<div class=\"strip\">\n" +
+         "filter. Ellipses are the search regions of landmarks (3 sigma), green with the matched 11 x 11 "
+         "patch where the match was used, yellow otherwise.</p>\n<div class=\"strip\">\n" +
          html + "</div>\n";
 }
 
@@ -94,14 +96,14 @@ std::string head_views(const PaperRuns& runs) {
 std::string paper_page(const PaperRuns& runs, const std::string& revision) {
   const std::vector<PaperRow> rows = paper_rows(runs);
   std::string html = head(revision) + summary(runs, rows);
-  html += "<h2>Paper and bench side by side</h2>\n" + table(rows) + kHowToRead;
+  html += "<h2>Paper and bench compared</h2>\n" + table(rows) + kHowToRead;
   html += "<h2>Where they differ</h2>\n" + differences(rows);
-  html += "<h2>The paper's figures remade</h2>\n<div class=\"figures\">\n";
+  html += "<h2>The figures of the paper reproduced</h2>\n<div class=\"figures\">\n";
   for (const Figure& figure : paper_figures(runs))
     html += fmt::format("<figure><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.title),
                         to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
   html += "</div>\n" + head_views(runs);
-  return html + "</body>\n</html>\n";
+  return html + kHtmlEnd;
 }
 
 }  // namespace sim::report

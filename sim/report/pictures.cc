@@ -5,24 +5,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 
-#include "sim/stream/file_error.h"
+#include "sim/files/text.h"
 
 namespace sim::report {
-namespace {
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (bytes.empty()) throw stream::FileError(file, "cannot be read");
-  return bytes;
-}
-
-}  // namespace
-
 std::string base64(std::string_view bytes) {
   constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
@@ -115,8 +102,8 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   for (int k = 0; k < count && !t.empty(); ++k) {
     const std::size_t i = k * (t.size() - 1) / std::max(1, count - 1);
     const double since_start = t[i] - t[0], shown = std::round(10 * since_start) / 10;
-    all.push_back(
-        {shown, picture(bytes_of(camera / "data" / names[i]), shown, sought ? sought->at(since_start) : "")});
+    all.push_back({shown, picture(files::read_text(camera / "data" / names[i]), shown,
+                                  sought ? sought->at(since_start) : "")});
   }
   return all;
 }

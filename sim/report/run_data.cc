@@ -3,12 +3,11 @@
 #include <fmt/core.h>
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
+#include "sim/files/file_error.h"
+#include "sim/files/text.h"
+#include "sim/files/tum.h"
 #include "sim/score/consistency.h"
-#include "sim/stream/file_error.h"
-#include "sim/stream/tum.h"
 
 namespace sim::report {
 namespace {
@@ -16,25 +15,17 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw stream::FileError(file, "cannot be read");
-  return text.str();
-}
-
 ordered_json read_json(const fs::path& file) {
-  ordered_json json = ordered_json::parse(read_text(file), nullptr, false);
-  if (!json.is_object()) throw stream::FileError(file, "expected a JSON object");
+  ordered_json json = ordered_json::parse(files::read_text(file), nullptr, false);
+  if (!json.is_object()) throw files::FileError(file, "expected a JSON object");
   return json;
 }
 
 double seconds(std::chrono::nanoseconds t) { return 1e-9 * static_cast<double>(t.count()); }
 
-Path path_of(const std::vector<stream::TumRow>& rows) {
+Path path_of(const std::vector<files::TumRow>& rows) {
   Path path;
-  for (const stream::TumRow& row : rows) {
+  for (const files::TumRow& row : rows) {
     path.t.push_back(seconds(row.t));
     path.x.push_back(row.X.translation().x());
     path.y.push_back(row.X.translation().y());
@@ -44,11 +35,11 @@ Path path_of(const std::vector<stream::TumRow>& rows) {
   return path;
 }
 
-Path read_path(const fs::path& file) { return path_of(stream::read_tum(file)); }
+Path read_path(const fs::path& file) { return path_of(files::read_tum(file)); }
 
-score::Trajectory trajectory(const std::vector<stream::TumRow>& rows) {
+score::Trajectory trajectory(const std::vector<files::TumRow>& rows) {
   score::Trajectory all;
-  for (const stream::TumRow& row : rows) all.push_back({row.t, row.X});
+  for (const files::TumRow& row : rows) all.push_back({row.t, row.X});
   return all;
 }
 
@@ -75,13 +66,13 @@ void add(Errors& errors, const score::PosePair& pair, const score::Matrix6d& cov
   errors.nees_orientation.push_back(nees ? nees->orientation : NAN);
 }
 
-Errors errors_of(const std::vector<stream::TumRow>& truth, const std::vector<stream::TumRow>& estimate,
+Errors errors_of(const std::vector<files::TumRow>& truth, const std::vector<files::TumRow>& estimate,
                  const fs::path& file) {
   Errors errors;
   std::size_t row = 0;
   for (const score::PosePair& pair : score::pair_by_stamp(trajectory(truth), trajectory(estimate))) {
     while (estimate[row].t != pair.t) ++row;
-    if (!estimate[row].covariance) throw stream::FileError(file, "expected 20 columns");
+    if (!estimate[row].covariance) throw files::FileError(file, "expected 20 columns");
     add(errors, pair, *estimate[row].covariance);
   }
   return errors;
@@ -101,23 +92,23 @@ std::optional<double> RunData::metric(const std::string& name) const {
 }
 
 RunData read_run(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw stream::FileError(folder, "no such result folder");
+  if (!fs::is_directory(folder)) throw files::FileError(folder, "no such result folder");
   RunData run;
   run.folder = folder;
   run.recording = folder / "recording";
   run.score = read_json(folder / "score.json");
   run.about = read_json(folder / "about.json");
   run.timing = read_json(folder / "timing.json");
-  if (!run.score.contains("metrics")) throw stream::FileError(folder / "score.json", "expected metrics");
-  run.scenario_yaml = read_text(folder / "scenario.yaml");
+  if (!run.score.contains("metrics")) throw files::FileError(folder / "score.json", "expected metrics");
+  run.scenario_yaml = files::read_text(folder / "scenario.yaml");
   run.label = fmt::format("{}, seed {}", run.score.value("scenario", "?"), run.score.value("seed", 0ULL));
-  const auto truth = stream::read_tum(folder / "truth.tum");
+  const auto truth = files::read_tum(folder / "truth.tum");
   run.truth = path_of(truth);
   run.plan = read_path(folder / "plan.tum");
   run.waist_truth = read_path(folder / "waist_truth.tum");
   run.waist_plan = read_path(folder / "waist_plan.tum");
   if (const fs::path file = folder / "estimate_cov.txt"; fs::exists(file)) {
-    const auto estimate = stream::read_tum(file);
+    const auto estimate = files::read_tum(file);
     run.estimate = path_of(estimate);
     run.errors = errors_of(truth, estimate, file);
   }

@@ -47,7 +47,7 @@ struct RunData {
   std::optional<double> metric(const std::string& name) const;
 };
 
-/// Throws stream::FileError: no result folder, or a file of it is missing or broken.
+/// Throws files::FileError: no result folder, or a file of it is missing or broken.
 RunData read_run(const std::filesystem::path& result_folder);
 
 }  // namespace sim::report

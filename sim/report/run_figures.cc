@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -10,6 +11,7 @@
 
 #include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
+#include "sim/score/run.h"
 #include "sim/score/statistics.h"
 
 namespace sim::report {
@@ -25,31 +27,6 @@ Column scaled(Column values, double factor) {
 }
 
 Line line(const std::string& name, Role role, const Column& x, const Column& y) { return {name, role, x, y}; }
-
-Figure from_above(const RunData& run) {
-  Figure f{"from_above", "Camera from above", "x [m]", "y [m]"};
-  f.equal_axes = true;
-  f.lines.push_back(line("plan", Role::plan, run.plan.x, run.plan.y));
-  f.lines.push_back(line("truth", Role::truth, run.truth.x, run.truth.y));
-  if (run.estimate) f.lines.push_back(line("estimate", Role::estimate, run.estimate->x, run.estimate->y));
-  return f;
-}
-
-Figure waist_from_above(const RunData& run) {
-  Figure f{"waist_from_above", "Waist from above: planned and walked", "x [m]", "y [m]"};
-  f.equal_axes = true;
-  f.lines.push_back(line("plan", Role::plan, run.waist_plan.x, run.waist_plan.y));
-  f.lines.push_back(line("truth", Role::truth, run.waist_truth.x, run.waist_truth.y));
-  return f;
-}
-
-Figure height(const RunData& run) {
-  Figure f{"height", "Camera height", kTime, "z [m]"};
-  f.lines.push_back(line("plan", Role::plan, run.plan.t, run.plan.z));
-  f.lines.push_back(line("truth", Role::truth, run.truth.t, run.truth.z));
-  if (run.estimate) f.lines.push_back(line("estimate", Role::estimate, run.estimate->t, run.estimate->z));
-  return f;
-}
 
 Figure error(const std::string& name, const std::string& title, const std::string& unit, const Column& t,
              const Column& value, const Column& sigma, double factor) {
@@ -111,14 +88,13 @@ Figure nis(const Table& frames) {
            kTime, "NIS / dof"};
   f.logarithmic = true;
   const Column t = frames.seconds("timestamp");
-  const std::vector<std::pair<std::string, Role>> sensors{{"vision", Role::estimate},
-                                                          {"gyro", Role::first},
-                                                          {"plan_velocity", Role::plan},
-                                                          {"height", Role::second}};
-  for (const auto& [sensor, role] : sensors) {
+  constexpr std::array kRoles{Role::estimate, Role::first, Role::plan, Role::second};
+  static_assert(kRoles.size() == score::kSensors.size());
+  for (std::size_t i = 0; i < kRoles.size(); ++i) {
+    const std::string sensor(score::kSensors[i]);
     if (!frames.has("nis_" + sensor)) continue;
-    std::string name = sensor == "plan_velocity" ? "planned velocity" : sensor;
-    f.lines.push_back(line(name, role, t, ratio(frames, sensor)));
+    const std::string name = sensor == "plan_velocity" ? "planned velocity" : sensor;
+    f.lines.push_back(line(name, kRoles[i], t, ratio(frames, sensor)));
   }
   const double rows = 3.0 * (2 * kHalfSecond + 1);  // of a sensor with three of them
   f.levels = {{"expected", 1},
@@ -200,9 +176,9 @@ std::optional<Figure> closure(const RunData& run) {
 }
 
 Figure error_over_seeds(const std::map<double, Column>& at) {
-  Figure f{"error_over_seeds", "Position error over seeds: least, median, greatest", kTime, "mm"};
+  Figure f{"error_over_seeds", "Position error over seeds: minimum, median and maximum", kTime, "mm"};
   Line median = line("median", Role::estimate, {}, {});
-  Envelope spread{"least to greatest", Role::estimate, {}, {}, {}};
+  Envelope spread{"minimum to maximum", Role::estimate, {}, {}, {}};
   for (const auto& [t, values] : at) {
     median.x.push_back(t), spread.x.push_back(t);
     median.y.push_back(score::quantile(values, 0.5));
@@ -265,8 +241,33 @@ Figure nees_over_seeds(const std::vector<RunData>& runs) {
 
 }  // namespace
 
+Figure camera_from_above(const RunData& run) {
+  Figure f{"from_above", "Camera from above", "x [m]", "y [m]"};
+  f.equal_axes = true;
+  f.lines.push_back(line("plan", Role::plan, run.plan.x, run.plan.y));
+  f.lines.push_back(line("truth", Role::truth, run.truth.x, run.truth.y));
+  if (run.estimate) f.lines.push_back(line("estimate", Role::estimate, run.estimate->x, run.estimate->y));
+  return f;
+}
+
+Figure waist_from_above(const RunData& run) {
+  Figure f{"waist_from_above", "Waist from above: planned and walked", "x [m]", "y [m]"};
+  f.equal_axes = true;
+  f.lines.push_back(line("plan", Role::plan, run.waist_plan.x, run.waist_plan.y));
+  f.lines.push_back(line("truth", Role::truth, run.waist_truth.x, run.waist_truth.y));
+  return f;
+}
+
+Figure camera_height(const RunData& run) {
+  Figure f{"height", "Camera height", kTime, "z [m]"};
+  f.lines.push_back(line("plan", Role::plan, run.plan.t, run.plan.z));
+  f.lines.push_back(line("truth", Role::truth, run.truth.t, run.truth.z));
+  if (run.estimate) f.lines.push_back(line("estimate", Role::estimate, run.estimate->t, run.estimate->z));
+  return f;
+}
+
 std::vector<Figure> run_figures(const RunData& run) {
-  std::vector<Figure> figures{from_above(run), waist_from_above(run), height(run)};
+  std::vector<Figure> figures{camera_from_above(run), waist_from_above(run), camera_height(run)};
   if (run.errors) {
     add_errors(figures, *run.errors);
     figures.push_back(nees(*run.errors));

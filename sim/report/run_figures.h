@@ -8,12 +8,18 @@
 
 namespace sim::report {
 
-/// Those for which the run left something to show.
+/// Planned, true and estimated path of the camera, from above.
+Figure camera_from_above(const RunData& run);
+/// Planned and true path of the waist, from above.
+Figure waist_from_above(const RunData& run);
+/// Planned, true and estimated height of the camera.
+Figure camera_height(const RunData& run);
+
+/// All figures for which the run left data.
 std::vector<Figure> run_figures(const RunData& run);
 
-/// Position error over time: median, least and greatest over runs that were scored; their mean normalised
-/// error squared with its band; and where the walks led.
-/// Empty for fewer than two runs.
+/// Position error over time (median, minimum and maximum over the runs), mean NEES with its band, and the
+/// paths of all runs. Empty for fewer than two runs.
 std::vector<Figure> batch_figures(const std::vector<RunData>& runs);
 
 }  // namespace sim::report

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "sim/stream/tum.h"
+#include "sim/files/tum.h"
 
 namespace sim::report {
 namespace {
@@ -80,7 +80,7 @@ ordered_json maps(const RunData& run) {
 
 ordered_json poses(const std::filesystem::path& file) {
   ordered_json json = ordered_json::array();
-  const auto rows = stream::read_tum(file);
+  const auto rows = files::read_tum(file);
   for (std::size_t i = 0; i < rows.size(); i += kEvery) {
     const Eigen::Quaterniond q(rows[i].X.linear());
     const double t = 1e-9 * static_cast<double>(rows[i].t.count());

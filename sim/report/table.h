@@ -12,12 +12,12 @@ namespace sim::report {
 /// Titles lose their unit ("p_W_x [m]" is p_W_x) and the first one its '#'.
 class Table {
  public:
-  /// Throws stream::FileError: cannot be read, a row with another number of fields than the header.
+  /// Throws files::FileError: cannot be read, a row with another number of fields than the header.
   explicit Table(const std::filesystem::path& file);
 
   std::size_t rows() const { return rows_; }
   bool has(std::string_view column) const { return columns_.contains(column); }
-  /// As text. Throws stream::FileError if there is no such column.
+  /// As text. Throws files::FileError if there is no such column.
   const std::vector<std::string>& text(std::string_view column) const;
   /// As numbers; not a number where a field holds none.
   std::vector<double> numbers(std::string_view column) const;

@@ -4,16 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 
-#include "sim/report/page.h"
+#include "sim/files/text.h"
+#include "sim/report/figure.h"
+#include "sim/report/html.h"
 #include "sim/report/table.h"
 #include "sim/score/consistency.h"
 #include "sim/score/statistics.h"
-#include "sim/stream/file_error.h"
 
 namespace sim::report {
 namespace {
@@ -21,33 +21,32 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-/// The two files as read. value: of the first objective, for each setting.
+/// tune.json and history.csv as read.
 struct Tuning {
   ordered_json json;
-  std::vector<std::string> keys, objectives;
-  std::vector<std::vector<double>> at;  ///< of each key, for each setting
-  std::vector<double> value, second, complete;
+  std::string objective;
+  std::vector<std::string> keys;
+  std::vector<std::vector<double>> at;  ///< values of each key, one for each setting
+  std::vector<double> value, complete;  ///< of each setting: its loss, and 1 where it was not aborted
 };
 
 Tuning read_tuning(const fs::path& folder) {
   const fs::path file = folder / "tune.json";
-  std::ifstream in(file);
   Tuning tuning;
-  tuning.json = ordered_json::parse(in, nullptr, false);
+  tuning.json = ordered_json::parse(files::read_text(file), nullptr, false);
   if (!tuning.json.is_object() || !tuning.json.contains("parameters"))
-    throw stream::FileError(file, "expected JSON of a tuning");
+    throw files::FileError(file, "expected JSON of a tuning");
   const Table history(folder / "history.csv");
   for (const auto& p : tuning.json["parameters"]) tuning.keys.push_back(p["key"]);
-  for (const auto& o : tuning.json["objectives"]) tuning.objectives.push_back(o);
+  tuning.objective = tuning.json["objective"];
   for (const std::string& key : tuning.keys) tuning.at.push_back(history.numbers(key));
-  tuning.value = history.numbers(tuning.objectives.front());
-  if (tuning.objectives.size() > 1) tuning.second = history.numbers(tuning.objectives[1]);
+  tuning.value = history.numbers(tuning.objective);
   tuning.complete = history.numbers("complete");
   return tuning;
 }
 
-/// A value beyond which settings are not shown: those far off would hide what matters.
-double shown_up_to(const Tuning& t) {
+/// The largest loss that figures show, so that outliers do not compress the scale.
+double largest_shown(const Tuning& t) {
   std::vector<double> sorted = t.value;
   std::sort(sorted.begin(), sorted.end());
   const double least = sorted.front(), middle = sorted[sorted.size() / 2], start = t.value.front();
@@ -55,9 +54,9 @@ double shown_up_to(const Tuning& t) {
 }
 
 Figure history_figure(const Tuning& t) {
-  Figure f{"history", "The search: each setting, and the best so far", "setting", t.objectives.front()};
-  const double most = shown_up_to(t), none = std::nan("");
-  Line tried{"setting", Role::truth, {}, {}, true}, ended{"given up", Role::third, {}, {}, true},
+  Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
+  const double most = largest_shown(t), none = std::nan("");
+  Line tried{"setting", Role::truth, {}, {}, true}, ended{"aborted", Role::third, {}, {}, true},
       best{"best so far", Role::estimate, {}, {}};
   double least = INFINITY;
   for (std::size_t i = 0; i < t.value.size(); ++i) {
@@ -80,8 +79,8 @@ double part(const ordered_json& p, double value) {
 }
 
 Figure parallel_figure(const Tuning& t) {
-  Figure f{"parallel", "Settings side by side: the best tenth of them against the others",
-           "parameter, by its row in the table above", "place in its range"};
+  Figure f{"parallel", "Parallel coordinates: the best tenth of the settings and the others",
+           "parameter, by its row in the table above", "position in its range"};
   std::vector<std::size_t> order(t.value.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return t.value[a] > t.value[b]; });
@@ -106,9 +105,9 @@ std::string label(const ordered_json& p) {
 
 Figure slice_figure(const Tuning& t, std::size_t k) {
   const ordered_json& p = t.json["parameters"][k];
-  Figure f{"slice_" + t.keys[k], "All settings over " + t.keys[k], label(p), t.objectives.front()};
+  Figure f{"slice_" + t.keys[k], "Losses over " + t.keys[k], label(p), t.objective};
   f.logarithmic_x = logarithmic(p);
-  const double most = shown_up_to(t);
+  const double most = largest_shown(t);
   Line dots{"", Role::truth, {}, {}, true};
   for (std::size_t i = 0; i < t.value.size(); ++i)
     if (t.value[i] <= most) dots.x.push_back(t.at[k][i]), dots.y.push_back(t.value[i]);
@@ -123,11 +122,12 @@ Figure slice_figure(const Tuning& t, std::size_t k) {
 Figure profile_figure(const ordered_json& profile, const ordered_json& p) {
   const std::string key = profile["key"];
   Figure f{"profile_" + key,
-           "Profile of " + key + (profile["identifiable"].get<bool>() ? "" : ": not identifiable here"),
-           label(p), "rise over the least"};
+           "Profile of " + key +
+               (profile["identifiable"].get<bool>() ? "" : ": not identifiable from these recordings"),
+           label(p), "rise above the least loss"};
   f.logarithmic_x = logarithmic(p);
   const std::vector<double> at = profile["at"], rises = profile["rises"];
-  f.lines.push_back({"the others following", Role::estimate, at, rises});
+  f.lines.push_back({"the others at their best", Role::estimate, at, rises});
   f.lines.push_back({"", Role::estimate, at, rises, true});
   if (profile["threshold"].is_number()) f.levels.push_back({"95 % interval ends", profile["threshold"]});
   for (const char* end : {"low", "high"})
@@ -164,27 +164,14 @@ Figure nees_figure(const std::string& part, const ordered_json& holdout) {
   return f;
 }
 
-Figure front_figure(const Tuning& t) {
-  Figure f{"front", "Front of the two objectives", t.objectives[0], t.objectives[1]};
-  Line all{"setting", Role::truth, {}, {}, true}, front{"front", Role::estimate, {}, {}};
-  const double most = shown_up_to(t);
-  for (std::size_t i = 0; i < t.value.size(); ++i)
-    if (t.value[i] <= most) all.x.push_back(t.value[i]), all.y.push_back(t.second[i]);
-  for (const auto& point : t.json["front"]) front.x.push_back(point[0]), front.y.push_back(point[1]);
-  f.lines = {all, front};
-  return f;
-}
-
 std::vector<Figure> figures(const Tuning& t) {
   std::vector<Figure> all{history_figure(t)};
-  if (t.objectives.size() > 1) all.push_back(front_figure(t));
   all.push_back(parallel_figure(t));
   for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k));
   for (std::size_t k = 0; k < t.json["profiles"].size(); ++k)
     all.push_back(profile_figure(t.json["profiles"][k], t.json["parameters"][k]));
-  const std::string& objective = t.objectives.front();
-  all.push_back(runs_figure("training", "Training runs, before and after", t.json["training"], objective));
-  all.push_back(runs_figure("holdout", "Hold-out runs, before and after", t.json["holdout"], objective));
+  all.push_back(runs_figure("training", "Training runs, before and after", t.json["training"], t.objective));
+  all.push_back(runs_figure("holdout", "Hold-out runs, before and after", t.json["holdout"], t.objective));
   for (const char* part : {"position", "orientation"}) all.push_back(nees_figure(part, t.json["holdout"]));
   return all;
 }
@@ -210,8 +197,9 @@ std::string parameters_table(const Tuning& t) {
       const auto end = [&](const char* which) {
         return profile[which].is_number() ? number(profile[which]) : "?";
       };
-      interval = fmt::format("{} to {}{}", end("low"), end("high"),
-                             profile["identifiable"].get<bool>() ? "" : " (not identifiable here)");
+      interval =
+          fmt::format("{} to {}{}", end("low"), end("high"),
+                      profile["identifiable"].get<bool>() ? "" : " (not identifiable from these recordings)");
     }
     html += row({label(p), number(p["from"]) + " to " + number(p["to"]), number(p["start"]),
                  number(p["best"]), interval},
@@ -241,40 +229,34 @@ std::string sides_table(const Tuning& t) {
   const score::Band band = score::mean_band(3, runs);
   return html +
          fmt::format(
-             "</table>\n<p class='soft'>Position and orientation NEES of {} runs: 3 is expected; the mean of "
-             "that many independent ones lies in {:.2f} to {:.2f} with 95 % confidence.</p>\n",
+             "</table>\n<p class='soft'>The expected NEES of position and orientation is 3. The mean of {} "
+             "independent runs lies between {:.2f} and {:.2f} with 95 % confidence.</p>\n",
              runs, band.low, band.high);
 }
 
 }  // namespace
-
-std::vector<Figure> tune_figures(const fs::path& folder) { return figures(read_tuning(folder)); }
 
 std::string tune_page(const fs::path& folder) {
   constexpr double kWidth = 760, kHeight = 300;
   const Tuning t = read_tuning(folder);
   const bool accepted = t.json["accepted"];
   const std::string name = t.json["name"];
-  std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>GaitSLAM: tuning {}"
-      "</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n",
-      name);
-  html.append(page_style())
-      .append(
-          "\n.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));gap:14px}"
-          "figure{margin:0}svg{width:100%;height:auto}#parallel "
-          ".line.truth{stroke-opacity:.2}</style>\n</head>\n<body>\n");
+  std::string html =
+      html_head("tuning " + name,
+                "\n.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));"
+                "gap:14px}figure{margin:0}svg{width:100%;height:auto}"
+                "#parallel .line.truth{stroke-opacity:.2}",
+                "light");
   html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
                       name, accepted ? "good" : "bad",
                       accepted ? "better on hold-out runs" : "refused: worse on hold-out runs",
-                      t.value.size(), fmt::join(t.objectives, " and "));
+                      t.value.size(), t.objective);
   html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) +
           "<h2>Figures</h2>\n<div class='plots'>\n";
   for (const Figure& figure : figures(t))
     html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", figure.name, figure.title,
                         to_svg(figure, kWidth, kHeight));
-  return html + "</div>\n</body>\n</html>\n";
+  return html + "</div>\n" + kHtmlEnd;
 }
 
 }  // namespace sim::report

@@ -30,8 +30,9 @@ Moments moments(const std::vector<PosePair>& pairs) {
   return m;
 }
 
-// Below this a moment (m²) is rounding: 1e-12 of the spread, or distances of 1e-10 of that from the origin.
-double nothing(const Moments& m) {
+// A moment (m²) not above this is a rounding error: 1e-12 of the spread, or distances of 1e-10 of that from
+// the origin.
+double rounding_error(const Moments& m) {
   return 1e-12 * std::sqrt(m.square_true * m.square_estimate) +
          1e-20 * m.mean_true.norm() * m.mean_estimate.norm();
 }
@@ -47,8 +48,8 @@ Similarity align_origin(const PosePair& first) {
 
 std::variant<Similarity, NoAlignment> align_yaw(const Moments& m) {
   const double sine = m.cross(1, 0) - m.cross(0, 1), cosine = m.cross(0, 0) + m.cross(1, 1);
-  if (!(std::hypot(sine, cosine) > nothing(m)))
-    return NoAlignment{"the positions do not spread horizontally: no turn about z is nearest"};
+  if (!(std::hypot(sine, cosine) > rounding_error(m)))
+    return NoAlignment{"the positions do not spread horizontally: the rotation about z is not determined"};
   return about_means(
       m, Eigen::AngleAxisd(std::atan2(sine, cosine), Eigen::Vector3d::UnitZ()).toRotationMatrix(), 1);
 }
@@ -57,9 +58,9 @@ std::variant<Similarity, NoAlignment> align_yaw(const Moments& m) {
 std::variant<Similarity, NoAlignment> align_umeyama(const Moments& m, bool with_scale) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d D = svd.singularValues();
-  if (!(D(0) > nothing(m))) return NoAlignment{"the positions are all in one point"};
-  if (!(D(1) > nothing(m)))
-    return NoAlignment{"the positions are on one line: the turn about it is not determined"};
+  if (!(D(0) > rounding_error(m))) return NoAlignment{"the positions are all in one point"};
+  if (!(D(1) > rounding_error(m)))
+    return NoAlignment{"the positions are on one line: the rotation about it is not determined"};
   Eigen::Vector3d S = Eigen::Vector3d::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) S(2) = -1;
   const Eigen::Matrix3d R = svd.matrixU() * S.asDiagonal() * svd.matrixV().transpose();

@@ -1,4 +1,4 @@
-// The transformation that brings an estimated trajectory nearest to the true one, in the ways the field uses.
+// Alignment of an estimated trajectory with the true one.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,9 +10,10 @@
 
 namespace sim::score {
 
-/// none: as they are · origin: first pose onto first pose · yaw_position: turn about z and shift, least
-/// squares of positions · se3: turn and shift, likewise · sim3: with a scale besides (Umeyama 1991) · scale:
-/// a scale alone.
+/// none: no alignment · origin: first pose onto first pose · yaw_position: rotation about z and translation
+/// by least squares of positions · se3: rotation and translation by least squares of positions · sim3:
+/// rotation, translation and scale by least squares of positions (Umeyama 1991) · scale: the scale of sim3
+/// alone.
 enum class Alignment { none, origin, yaw_position, se3, sim3, scale };
 
 /// p -> scale R p + translation; orientations are turned by R.

@@ -8,7 +8,7 @@
 namespace sim::score {
 
 std::optional<BandShare> share_in_band(const std::vector<std::vector<double>>& moments, int dof) {
-  std::map<std::size_t, Band> bands;  // by the number of runs: a quantile is dear
+  std::map<std::size_t, Band> bands;  // by the number of runs, since a quantile is slow to compute
   std::vector<double> means;
   double inside = 0, below = 0;
   for (const std::vector<double>& squares : moments) {

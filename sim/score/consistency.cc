@@ -1,37 +1,13 @@
 #include "sim/score/consistency.h"
 
 #include <Eigen/Cholesky>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
 #include "sim/score/statistics.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::score {
-namespace {
-
-// Regularised lower incomplete gamma function P(a, x): series for x < a + 1, else Lentz's continued fraction
-// of 1 − P (Abramowitz & Stegun 6.5.29, 6.5.31).
-double lower_gamma(double a, double x) {
-  if (x <= 0) return 0;
-  const double scale = std::exp(a * std::log(x) - x - std::lgamma(a));
-  if (x < a + 1) {
-    double term = 1 / a, sum = term;
-    for (double k = a + 1; term > sum * 1e-17; ++k) sum += term *= x / k;
-    return scale * sum;
-  }
-  double b = x + 1 - a, c = 1e300, d = 1 / b, fraction = d;
-  for (int i = 1; i < 10000; ++i) {
-    const double an = -i * (i - a);
-    b += 2;
-    d = 1 / (an * d + b);
-    c = b + an / c;
-    fraction *= c * d;
-    if (std::abs(c * d - 1) < 1e-16) break;
-  }
-  return 1 - scale * fraction;
-}
-
-}  // namespace
 
 std::optional<double> normalised_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
   const Eigen::LLT<Eigen::Matrix3d> llt(covariance);
@@ -49,16 +25,8 @@ std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eige
   return PoseNees{*orientation, *position};
 }
 
-double chi_square_cdf(double x, double dof) { return lower_gamma(dof / 2, x / 2); }
-
 double chi_square_quantile(double p, double dof) {
-  double low = 0, high = dof + 10;
-  while (chi_square_cdf(high, dof) < p) high *= 2;
-  while (high - low > 1e-13 * high) {
-    const double middle = (low + high) / 2;
-    (chi_square_cdf(middle, dof) < p ? low : high) = middle;
-  }
-  return (low + high) / 2;
+  return boost::math::quantile(boost::math::chi_squared(dof), p);
 }
 
 Band mean_band(int dof, int count, double confidence) {

@@ -1,14 +1,16 @@
-// Whether an estimate is as sure as it should be: normalised errors and the bands of the chi-square
-// distribution.
+// Consistency of an estimate: normalised errors squared (NEES, NIS) and confidence intervals of the
+// chi-square distribution.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
+#include "sim/files/tum.h"
+
 namespace sim::score {
 
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using files::Matrix6d;
 
 /// Normalised estimation error squared, 3 degrees of freedom each: 3 is expected (Bar-Shalom et al. 2001,
 /// sec. 5.4).
@@ -25,13 +27,10 @@ std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eige
 /// errorᵀ covariance⁻¹ error; nothing when the covariance is not positive definite.
 std::optional<double> normalised_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 
-/// P(chi² <= x) with `dof` > 0 degrees of freedom.
-double chi_square_cdf(double x, double dof);
-/// The x of which chi_square_cdf(x, dof) = p, p in (0, 1), to 1e-12 relative.
+/// The x that a chi-square of `dof` > 0 degrees of freedom does not exceed with probability p in (0, 1).
 double chi_square_quantile(double p, double dof);
 
-/// Where the mean of `count` independent normalised squares of `dof` degrees of freedom lies with this
-/// confidence.
+/// The confidence interval of the mean of `count` independent normalised squares of `dof` degrees of freedom.
 struct Band {
   double low = 0, high = 0;
 };

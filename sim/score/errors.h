@@ -11,10 +11,11 @@ namespace sim::score {
 std::vector<double> position_errors(const std::vector<PosePair>& pairs);
 /// The angle of R_estimateᵀ R_true of each pair, rad.
 std::vector<double> orientation_errors(const std::vector<PosePair>& pairs);
-/// The turn about W's z that takes the estimated orientation nearest to the true one, rad, left positive.
+/// The rotation about W's z that brings the estimated orientation nearest to the true one, rad, left
+/// positive.
 double yaw_error(const PosePair& pair);
 
-/// A list of errors in the numbers that the field quotes, named as evo names them (std: of n, not n − 1).
+/// Statistics of a list of errors, named as evo names them (std: of n, not n − 1).
 struct ErrorStatistics {
   std::size_t n = 0;
   double rmse = 0, mean = 0, median = 0, std = 0, min = 0, max = 0, p95 = 0, p99 = 0, sse = 0;
@@ -25,8 +26,7 @@ ErrorStatistics describe(const std::vector<double>& errors);
 /// Greatest minus least height (z), m; 0 for none.
 double height_range(const Trajectory& trajectory);
 
-/// How far the robot is from where its plan has it, in axes of the plan's first pose: x ahead, y left (m),
-/// yaw (rad).
+/// The drift of the robot from its plan in axes of the plan's first pose: x forward, y left (m), yaw (rad).
 struct Drift {
   double x = 0, y = 0, yaw = 0;
 };

@@ -38,9 +38,10 @@ struct Stance {
   std::size_t carries = 0, carried = 0;  // first and past the last sample with its share of the weight
 };
 
-class Account {
+class DriftDecomposition {
  public:
-  Account(const std::vector<FeetSample>& samples, const Planar& waist_truth, const Planar& waist_plan)
+  DriftDecomposition(const std::vector<FeetSample>& samples, const Planar& waist_truth,
+                     const Planar& waist_plan)
       : samples_(samples), waist_truth_(waist_truth), waist_plan_(waist_plan) {}
 
   std::vector<FootRow> rows();
@@ -61,7 +62,7 @@ class Account {
   void add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end);
   void add_jumps();
 
-  // The way of the robot hangs on one stance after the other: on each from sample `from` on.
+  // One stance after the other carries the motion of the robot, each from sample `from` on.
   struct Anchor {
     Stance stance;
     std::size_t from = 0;
@@ -74,7 +75,7 @@ class Account {
 };
 
 /// Past the last sample of the contact that sample i is in.
-std::size_t Account::leaves(Foot foot, std::size_t i) const {
+std::size_t DriftDecomposition::leaves(Foot foot, std::size_t i) const {
   std::size_t end = i + 1;
   for (std::size_t k = end; k < samples_.size() && samples_[k].t - samples_[end - 1].t <= kBounce; ++k) {
     if (touches(foot, k)) end = k + 1;
@@ -83,7 +84,7 @@ std::size_t Account::leaves(Foot foot, std::size_t i) const {
 }
 
 /// The contact as a stance; none for a foot that scuffs the ground in mid-swing.
-std::optional<Stance> Account::stance(Foot foot, std::size_t begin, std::size_t end) const {
+std::optional<Stance> DriftDecomposition::stance(Foot foot, std::size_t begin, std::size_t end) const {
   Stance found{foot, begin, end, {}, end, end};
   bool planned = false;
   for (std::size_t i = begin; i < end; ++i) {
@@ -99,7 +100,7 @@ std::optional<Stance> Account::stance(Foot foot, std::size_t begin, std::size_t 
   return found;
 }
 
-std::vector<Stance> Account::stances(Foot foot) const {
+std::vector<Stance> DriftDecomposition::stances(Foot foot) const {
   std::vector<Stance> all;
   for (std::size_t i = 0; i < samples_.size();) {
     if (i != 0 && !touches(foot, i)) {
@@ -113,8 +114,8 @@ std::vector<Stance> Account::stances(Foot foot) const {
   return all;
 }
 
-/// Between two landings the way hangs on the foot that does not land next: it stands all the time.
-void Account::find_anchors(const std::vector<Stance>& landings) {
+/// Between two landings the foot that does not land next stands all the time: it carries the motion.
+void DriftDecomposition::find_anchors(const std::vector<Stance>& landings) {
   for (std::size_t k = 0; k < landings.size(); ++k) {
     const bool last = k + 1 == landings.size();
     const bool begins = landings[k].begin == 0;
@@ -128,7 +129,7 @@ void Account::find_anchors(const std::vector<Stance>& landings) {
   }
 }
 
-void Account::add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end) {
+void DriftDecomposition::add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end) {
   if (begin >= end) return;
   const std::size_t last = std::min(end, samples_.size() - 1);
   FootRow row{samples_[begin].t, samples_[last].t, stance.foot, phase, {}, {}, {}};
@@ -143,14 +144,14 @@ void Account::add(const Stance& stance, FootPhase phase, std::size_t begin, std:
   rows_.push_back(row);
 }
 
-void Account::add_stance(const Stance& stance) {
+void DriftDecomposition::add_stance(const Stance& stance) {
   add(stance, FootPhase::landing, stance.begin, stance.carries);
   add(stance, FootPhase::support, stance.carries, stance.carried);
   add(stance, FootPhase::lift_off, std::max(stance.carries, stance.carried), stance.end);
 }
 
 /// What does not happen while a foot stands: the start, each putting down, and the body over the last foot.
-void Account::add_jumps() {
+void DriftDecomposition::add_jumps() {
   if (anchors_.empty()) return;
   const auto jump = [&](FootPhase phase, Foot foot, std::size_t at, const Planar& drift,
                         const Planar& moved) {
@@ -169,7 +170,7 @@ void Account::add_jumps() {
   jump(FootPhase::body, anchors_.back().stance.foot, samples_.size() - 1, body, body);
 }
 
-std::vector<FootRow> Account::rows() {
+std::vector<FootRow> DriftDecomposition::rows() {
   std::vector<Stance> all = stances(Foot::left);
   const std::vector<Stance> right = stances(Foot::right);
   all.insert(all.end(), right.begin(), right.end());
@@ -189,9 +190,9 @@ Planar planar(const Eigen::Isometry3d& X) {
   return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
 }
 
-std::vector<FootRow> account(const std::vector<FeetSample>& samples, const Planar& waist_truth,
-                             const Planar& waist_plan) {
-  return Account(samples, waist_truth, waist_plan).rows();
+std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Planar& waist_truth,
+                                     const Planar& waist_plan) {
+  return DriftDecomposition(samples, waist_truth, waist_plan).rows();
 }
 
 FootTotal total(const std::vector<FootRow>& rows, FootPhase phase) {

@@ -1,5 +1,5 @@
-// Where a walk's drift comes from: each foot's motion on the ground and each landing beside its place, so
-// that all contributions add up to the drift of the waist.
+// The drift of a walk from its plan decomposed into contributions: each foot's motion on the ground and each
+// landing beside its planned place. They add up to the drift of the waist.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -26,8 +26,8 @@ enum class Foot { left, right };
 struct FootSample {
   Planar truth, plan;
   bool planned_down = true;  ///< by the plan the foot stands
-  double load = 0;           ///< vertical force, of the robot's weight
-  Planar creep;              ///< what the contact model gave way below the friction cone
+  double load = 0;           ///< vertical force as a fraction of the robot's weight
+  Planar creep;              ///< slip below the friction cone, an artefact of the contact model
 };
 /// Both feet at one instant.
 struct FeetSample {
@@ -35,7 +35,7 @@ struct FeetSample {
   std::array<FootSample, 2> feet;  ///< left, right
 };
 
-/// What a row of the account is about.
+/// What a contribution comes from.
 enum class FootPhase {
   start,     ///< the robot begins beside the plan's start
   put_down,  ///< the foot first touches the ground beside its planned place, as seen from the other foot
@@ -47,10 +47,10 @@ enum class FootPhase {
 inline constexpr std::array<std::string_view, 6> kFootPhases{"start",   "put_down", "landing",
                                                              "support", "lift_off", "body"};
 
-/// One row. moved: of the point of the sole below the ankle, end minus begin, axes of W; of put_down: true
-/// minus planned place as seen from the other foot; of start and body as drift. drift: its share in the
-/// waist's drift at the end, axes of W: all rows' shares add up to it. A foot that moves while the robot's
-/// way hangs on the other one has no share.
+/// One contribution. moved: motion of the point of the sole below the ankle, end minus begin, axes of W; of
+/// put_down: true minus planned place as seen from the other foot; of start and body: as drift. drift: share
+/// in the waist's drift at the end, axes of W; all shares add up to it. A foot that moves while the other one
+/// carries the motion of the robot has no share.
 struct FootRow {
   Stamp begin{0}, end{0};
   Foot foot = Foot::left;
@@ -58,12 +58,13 @@ struct FootRow {
   Planar moved, creep, drift;
 };
 
-/// The account of a whole walk. Samples in order of time, at least one; waist_plan, waist_truth: at the last.
-std::vector<FootRow> account(const std::vector<FeetSample>& samples, const Planar& waist_truth,
-                             const Planar& waist_plan);
+/// The contributions of a whole walk in order of time. Samples in order of time, at least one; waist_plan,
+/// waist_truth: at the last.
+std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Planar& waist_truth,
+                                     const Planar& waist_plan);
 
-/// Lengths (m) and sizes of turns (rad) of `moved` and `creep` summed over the rows of a phase, and the sum
-/// of the shares in the drift.
+/// Lengths (m) and magnitudes of rotations (rad) of `moved` and `creep` summed over the rows of a phase, and
+/// the sum of the shares in the drift.
 struct FootTotal {
   double moved = 0, turned = 0, creep = 0, creep_turn = 0;
   Planar drift;

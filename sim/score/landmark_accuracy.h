@@ -1,4 +1,4 @@
-// How well the map's landmarks lie on the surfaces of the room.
+// Errors of the map's landmarks against the surfaces of the room.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,15 +8,15 @@
 
 namespace sim::score {
 
-/// A landmark as the filter has it at the end.
+/// A landmark of the filter's final map.
 struct MappedPoint {
   int id = 0;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
 };
 
-/// Against the surface point at which the ray through the landmark's first pixel, from the true camera, meets
-/// the room.
+/// A landmark's error against the surface point at which the ray through its first pixel, from the true
+/// camera, meets the room.
 struct LandmarkError {
   int id = 0;
   double distance = 0;         ///< m

@@ -57,8 +57,6 @@ std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Tra
   return pose->X.translation() + *distance * direction;
 }
 
-double total_turn(const Trajectory& plan_waist) { return plan_waist.empty() ? 0 : turns(plan_waist).back(); }
-
 std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist) {
   const std::vector<double> turned = turns(plan_waist);
   if (turned.empty() || std::abs(turned.back()) < 350 * std::numbers::pi / 180) return std::nullopt;

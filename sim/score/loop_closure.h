@@ -1,5 +1,5 @@
-// Whether the loop was closed: landmarks from the beginning that were lost from view and found again where
-// they truly are.
+// Loop closure: landmarks of the beginning that left the field of view and were found again where they truly
+// are.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -18,14 +18,14 @@ struct StampedPixel {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
-/// A landmark from its begin on.
+/// A landmark from its initialisation on.
 struct LandmarkHistory {
   int id = 0;
   StampedPixel begun;
   std::vector<StampedPixel> accepted;  ///< matches that entered an update, in order of time
 };
 
-/// The camera as it truly is.
+/// The true camera.
 struct TrueCamera {
   /// The pixel of a point in W; nothing when it is behind the camera or outside the image.
   std::function<std::optional<Eigen::Vector2d>(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W)>
@@ -34,8 +34,8 @@ struct TrueCamera {
   std::function<Eigen::Vector3d(const Eigen::Vector2d& pixel)> bearing;
 };
 
-/// The point of the room at which the ray through a pixel, from where the camera truly was then, first meets
-/// a surface.
+/// The point of the room at which the ray through a pixel, from the true camera at that time, first meets a
+/// surface.
 std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
                                              const std::vector<Surface>& surfaces, const TrueCamera& camera);
 
@@ -44,12 +44,11 @@ struct TurnMarks {
   Stamp quarter{0}, three_quarters{0};
 };
 
-/// The plan's total turn about z from its first to its last pose, rad, whole turns counted, left positive.
-double total_turn(const Trajectory& plan_waist);
-/// Nothing unless the plan turns by at least 350° in all.
+/// Nothing unless the plan turns by at least 350° about z from its first to its last pose, whole turns
+/// counted.
 std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 
-/// What makes a landmark count as found again.
+/// The conditions for a landmark to count as found again.
 struct LoopRule {
   Stamp out_of_view = std::chrono::seconds(5);
   double tolerance_px = 3;

@@ -122,14 +122,4 @@ Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const 
   return truth.inverse() * from.X_estimate.inverse() * to.X_estimate;
 }
 
-std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,
-                                           const std::vector<Span>& over) {
-  std::vector<RelativeError> errors;
-  for (const Span& span : over) {
-    const Eigen::Isometry3d E = relative_difference(pairs, span);
-    errors.push_back({E.translation().norm(), rotation_vector(E.linear()).norm()});
-  }
-  return errors;
-}
-
 }  // namespace sim::score

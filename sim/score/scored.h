@@ -1,17 +1,15 @@
-// A run with what several metrics need of it, worked out once.
+// A run with the quantities that several metrics need, computed once.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/score/evaluate.h"
-#include "sim/score/loop_closure.h"
-#include "sim/score/trajectory.h"
+#include "sim/score/run.h"
 
 namespace sim::score {
 
-/// What is scored of a run: the frames from the first planned motion on.
+/// A run from the first planned motion on. The run must outlive it.
 struct Scored {
   explicit Scored(const Run& run);
 

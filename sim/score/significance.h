@@ -1,4 +1,4 @@
-// Whether a difference between two sets of runs is more than chance.
+// Significance of a difference between two sets of runs.
 #pragma once
 
 #include <optional>
@@ -18,18 +18,12 @@ double wilcoxon_signed_rank(const std::vector<double>& differences);
 /// and continuity beyond. 1 when one set is empty. All values finite.
 double rank_sum(const std::vector<double>& a, const std::vector<double>& b);
 
-/// Between which of the values the median lies that they are a sample of, with at least 95 % confidence
-/// whatever their distribution (order statistics); nothing for fewer than 6.
+/// Confidence interval of at least 95 % for the median of the distribution of which the values are a sample,
+/// whatever that distribution is (order statistics); nothing for fewer than 6 values.
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values);
 
 /// p-values adjusted for being several (Holm 1979), in the order given: each may be compared with the level
 /// itself.
 std::vector<double> holm(const std::vector<double>& p_values);
-
-/// Where the rate lies of which `successes` of `n` > 0 trials succeeded, with this confidence (Wilson 1927).
-struct RateInterval {
-  double low = 0, high = 1;
-};
-RateInterval wilson_interval(int successes, int n, double confidence = 0.95);
 
 }  // namespace sim::score

@@ -38,13 +38,23 @@ double quantile(std::vector<double> values, double p) {
   return (1 - part) * values[below] + part * values[above];
 }
 
+double loss(double value, Worst worst) {
+  switch (worst) {
+    case Worst::largest:
+      return value;
+    case Worst::smallest:
+      return -value;
+    case Worst::largest_magnitude:
+      return std::abs(value);
+  }
+  return value;
+}
+
 Summary summarise(const std::vector<double>& values, Worst worst) {
   if (values.empty()) return {};
-  const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
-  Summary summary{values.size(), median(values), mean(values), standard_deviation(values), *greatest};
-  if (worst == Worst::smallest) summary.worst = *least;
-  if (worst == Worst::largest_magnitude && std::abs(*least) > std::abs(*greatest)) summary.worst = *least;
-  return summary;
+  const auto [minimum, maximum] = std::minmax_element(values.begin(), values.end());
+  return {values.size(), median(values), mean(values), standard_deviation(values),
+          loss(*minimum, worst) > loss(*maximum, worst) ? *minimum : *maximum};
 }
 
 }  // namespace sim::score

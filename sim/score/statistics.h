@@ -1,4 +1,4 @@
-// Numbers about lists of numbers. All take at least one value unless they say otherwise.
+// Statistics of lists of numbers. All take at least one value unless they say otherwise.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,14 @@ double root_mean_square(const std::vector<double>& values);
 double median(std::vector<double> values);
 /// Of a sample (n − 1); 0 for a single value.
 double standard_deviation(const std::vector<double>& values);
-/// p in [0, 1]: linear between order statistics, p = 0 the least, p = 1 the greatest (Hyndman & Fan 1996,
+/// p in [0, 1]: linear between order statistics, p = 0 the minimum, p = 1 the maximum (Hyndman & Fan 1996,
 /// type 7).
 double quantile(std::vector<double> values, double p);
 
 /// Which of several values of a metric is the worst.
 enum class Worst { largest, smallest, largest_magnitude };
+/// A number that grows as the value becomes worse.
+double loss(double value, Worst worst);
 
 /// A metric over the seeds in which it is defined. Without any: n = 0 and the rest meaningless.
 struct Summary {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -10,7 +11,7 @@ namespace sim::score {
 
 using Stamp = std::chrono::nanoseconds;
 
-/// A pose at a time; its frames are said by the variable that holds it.
+/// A pose at a time; the variable that holds it names the frames.
 struct StampedPose {
   Stamp t{0};
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -19,7 +20,7 @@ struct StampedPose {
 /// In order of time, no stamp twice.
 using Trajectory = std::vector<StampedPose>;
 
-/// What is true (or the reference) and what is believed of one pose at one time, both in the same world.
+/// The true (or reference) and the estimated pose at one time, both in the same world.
 struct PosePair {
   Stamp t{0};
   Eigen::Isometry3d X_true = Eigen::Isometry3d::Identity();
@@ -45,10 +46,12 @@ std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp
 /// Sum of the distances between successive positions, m.
 double path_length(const Trajectory& trajectory);
 
+inline constexpr double kDegree = std::numbers::pi / 180;  ///< rad
+
 /// Rotation vector (rad) of a rotation matrix, its length in [0, π].
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R);
 
-/// The angle (rad, in (−π, π]) of the turn about z that comes nearest to R in the Frobenius norm.
+/// The angle (rad, in (−π, π]) of the rotation about z that is nearest to R in the Frobenius norm.
 double yaw(const Eigen::Matrix3d& R);
 
 }  // namespace sim::score

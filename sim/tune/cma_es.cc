@@ -8,11 +8,8 @@
 namespace sim::tune {
 namespace {
 
-// Back into [0, 1] as a mirror at each end would have it.
-double mirrored(double x) {
-  const double turned = std::abs(std::remainder(x, 2));
-  return std::min(turned, 1.0);
-}
+// Reflects into [0, 1] at both ends.
+double reflected(double x) { return std::min(std::abs(std::remainder(x, 2)), 1.0); }
 
 }  // namespace
 
@@ -43,7 +40,7 @@ Eigen::VectorXd CmaEs::sample() {
   Eigen::VectorXd z(n_);
   for (double& value : z) value = random_.normal();
   const Eigen::VectorXd x = mean_ + sigma_ * (B_ * D_.cwiseProduct(z));
-  return x.unaryExpr([](double value) { return mirrored(value); });
+  return x.unaryExpr([](double value) { return reflected(value); });
 }
 
 std::vector<std::vector<double>> CmaEs::ask() {

@@ -1,25 +1,26 @@
-// CMA-ES: a search that learns which way the settings are stretched (Hansen 2016, "The CMA Evolution
-// Strategy: A Tutorial").
+// CMA-ES, covariance matrix adaptation evolution strategy (Hansen 2016, "The CMA Evolution Strategy: A
+// Tutorial").
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
-#include "sim/stream/random.h"
+#include "sim/sensor_errors/random.h"
 
 namespace sim::tune {
 
-/// Looks for the least value in the unit cube. Asked for a generation, told its values, asked again.
-/// pagmo's own would mix two layouts of Eigen's memory: Debian builds it without AVX.
+/// Minimises a function on the unit cube: ask() for a generation, tell() its values, ask() again. Written
+/// here because pagmo's, in Debian's package, is built without AVX: its Eigen matrices have another
+/// alignment.
 class CmaEs {
  public:
-  /// start: of the mean; step: standard deviation of the first generation; count >= 4: of a generation.
+  /// start: mean of the first generation; step: its standard deviation; count >= 4: size of a generation.
   CmaEs(const std::vector<double>& start, double step, int count, std::uint64_t seed);
 
-  /// A generation; what falls outside the cube is mirrored at its faces.
+  /// The next generation. Points outside the cube are reflected at its faces.
   std::vector<std::vector<double>> ask();
-  /// Values of the generation that was asked for last.
+  /// The values of the last generation, in its order.
   void tell(const std::vector<double>& values);
 
  private:
@@ -32,7 +33,7 @@ class CmaEs {
   double sigma_;
   Eigen::VectorXd mean_, p_sigma_, p_c_, D_;  // C = B D² Bᵀ
   Eigen::MatrixXd C_, B_, asked_;             // a column for each that was asked for
-  stream::Random random_;
+  sensor_errors::Random random_;
 };
 
 }  // namespace sim::tune

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -14,8 +15,8 @@
 namespace sim::tune {
 namespace {
 
-constexpr int kOutward = 4;  // further points on a side, where the rise is not yet enough
-constexpr double kNarrowest = 0.01, kWidest = 0.25;  // step, of the range
+constexpr int kMostOutward = 4;  // further points on a side, where the rise is not yet above the threshold
+constexpr double kLeastStep = 0.01, kMostStep = 0.25;  // of the range
 
 Eigen::Index coefficients(Eigen::Index n) { return 1 + n + n * (n + 1) / 2; }
 
@@ -32,63 +33,62 @@ Eigen::VectorXd monomials(const Eigen::VectorXd& x) {
 
 // The candidates nearest to the best in value, enough for a quadratic that is not forced through noise.
 std::optional<Quadratic> quadratic_near(const Study& study, const Candidate& best) {
-  const auto n = static_cast<Eigen::Index>(best.parts.size());
+  const auto n = static_cast<Eigen::Index>(best.point.size());
   std::vector<const Candidate*> near;
   for (const Candidate& c : study.candidates())
     if (c.complete()) near.push_back(&c);
-  std::stable_sort(near.begin(), near.end(),
-                   [](const auto* a, const auto* b) { return a->values[0] < b->values[0]; });
+  std::stable_sort(near.begin(), near.end(), [](const auto* a, const auto* b) { return a->loss < b->loss; });
   near.resize(std::min(near.size(), static_cast<std::size_t>(3 * coefficients(n))));
   Eigen::MatrixXd points(static_cast<Eigen::Index>(near.size()), n);
   Eigen::VectorXd values(points.rows());
   for (Eigen::Index k = 0; k < points.rows(); ++k) {
     const Candidate& c = *near[static_cast<std::size_t>(k)];
-    points.row(k) = (Eigen::Map<const Eigen::VectorXd>(c.parts.data(), n) -
-                     Eigen::Map<const Eigen::VectorXd>(best.parts.data(), n))
+    points.row(k) = (Eigen::Map<const Eigen::VectorXd>(c.point.data(), n) -
+                     Eigen::Map<const Eigen::VectorXd>(best.point.data(), n))
                         .transpose();
-    values(k) = c.values[0];
+    values(k) = c.loss;
   }
   return fit_quadratic(points, values);
 }
 
-// One line through the space of settings, looked at where it needs be.
+// Losses along one line through the best setting.
 class Line {
  public:
   Line(Study& study, const std::vector<double>& best, Eigen::VectorXd direction, int i)
       : study_(study), best_(best), direction_(std::move(direction)), i_(i) {}
 
-  /// The setting a step along the line; nothing where parameter i would leave its range.
+  /// The setting at `step` along the line; nothing where parameter i would leave its range.
   std::optional<std::vector<double>> at(double step) const {
-    const double part = best_[static_cast<std::size_t>(i_)] + step;
-    if (part < 0 || part > 1) return std::nullopt;
-    std::vector<double> parts = best_;
-    for (std::size_t k = 0; k < parts.size(); ++k)
-      parts[k] = std::clamp(parts[k] + step * direction_(static_cast<Eigen::Index>(k)), 0.0, 1.0);
-    return parts;
+    const double coordinate = best_[static_cast<std::size_t>(i_)] + step;
+    if (coordinate < 0 || coordinate > 1) return std::nullopt;
+    std::vector<double> coordinates = best_;
+    for (std::size_t k = 0; k < coordinates.size(); ++k)
+      coordinates[k] = std::clamp(coordinates[k] + step * direction_(static_cast<Eigen::Index>(k)), 0.0, 1.0);
+    return coordinates;
   }
 
   /// False where parameter i would leave its range.
-  bool look(double step) {
+  bool evaluate(double step) {
     const auto setting = at(step);
     if (!setting) return false;
     const Candidate& tried = study_.evaluate("profile", *setting);
     std::vector<double> values;
     for (const TrialRecord* record : tried.records)
-      values.push_back(value_of(*record, study_.spec().objectives[0]));
+      values.push_back(loss_of(*record, study_.spec().objective));
     points_[best_[static_cast<std::size_t>(i_)] + step] = values;
     return true;
   }
 
-  std::vector<double> parts() const {
+  std::vector<double> coordinates() const {
     std::vector<double> all;
-    for (const auto& [part, values] : points_) all.push_back(part);
+    for (const auto& [coordinate, values] : points_) all.push_back(coordinate);
     return all;
   }
   Eigen::MatrixXd values() const {  // run x point
     Eigen::MatrixXd all(static_cast<Eigen::Index>(points_.begin()->second.size()),
                         static_cast<Eigen::Index>(points_.size()));
     Eigen::Index column = 0;
-    for (const auto& [part, values] : points_)
+    for (const auto& [coordinate, values] : points_)
       all.col(column++) = Eigen::Map<const Eigen::VectorXd>(values.data(), all.rows());
     return all;
   }
@@ -102,55 +102,57 @@ class Line {
 };
 
 void fill(Profile& profile, const Line& line, const Parameter& parameter) {
-  const std::vector<double> parts = line.parts();
+  const std::vector<double> coordinates = line.coordinates();
   profile.values = line.values();
   profile.at.clear();
-  for (const double part : parts) profile.at.push_back(parameter.at(part));
+  for (const double coordinate : coordinates) profile.at.push_back(parameter.value_at(coordinate));
   const Eigen::VectorXd mean = profile.values.colwise().mean();
   profile.rises.assign(mean.begin(), mean.end());
   const auto least = std::min_element(profile.rises.begin(), profile.rises.end());
-  const double floor = *least, best_part = parts[static_cast<std::size_t>(least - profile.rises.begin())];
+  const double floor = *least,
+               best_coordinate = coordinates[static_cast<std::size_t>(least - profile.rises.begin())];
   for (double& rise : profile.rises) rise -= floor;
-  profile.threshold =
-      rise_at_95(parts, profile.values, best_part).value_or(std::numeric_limits<double>::infinity());
+  profile.threshold = rise_at_95(coordinates, profile.values, best_coordinate)
+                          .value_or(std::numeric_limits<double>::infinity());
   find_interval(profile);
 }
 
-/// A line through the best setting along parameter i, and the step that should tell its rise.
-struct Course {
+/// A line through the best setting along parameter i, and the step over which the loss should rise.
+struct Direction {
   Line line;
   double step = 0.05;
 };
 
-Course course_along(Study& study, const std::vector<double>& best, const std::optional<Quadratic>& about,
-                    int i) {
+Direction direction_along(Study& study, const std::vector<double>& best,
+                          const std::optional<Quadratic>& about, int i) {
   if (!about) return {{study, best, Eigen::VectorXd::Unit(static_cast<Eigen::Index>(best.size()), i), i}};
   const Eigen::VectorXd direction = following(about->hessian, i);
-  Course course{{study, best, direction, i}};
+  Direction along{{study, best, direction, i}};
   const double curvature = direction.dot(about->hessian * direction);
-  if (curvature > 0) course.step = std::clamp(std::sqrt(0.2 / curvature), kNarrowest, kWidest / 2);
-  return course;
+  if (curvature > 0) along.step = std::clamp(std::sqrt(0.2 / curvature), kLeastStep, kMostStep / 2);
+  return along;
 }
 
-constexpr std::array kFirstLooks{0.0, -0.5, 0.5, -1.0, 1.0, -2.0, 2.0};  // steps
+constexpr std::array kFirstSteps{0.0, -0.5, 0.5, -1.0, 1.0, -2.0, 2.0};
 
-std::vector<std::vector<double>> first_settings(const std::vector<Course>& courses) {
+std::vector<std::vector<double>> first_settings(const std::vector<Direction>& directions) {
   std::vector<std::vector<double>> all;
-  for (const Course& course : courses)
-    for (const double k : kFirstLooks)
-      if (auto setting = course.line.at(k * course.step)) all.push_back(std::move(*setting));
+  for (const Direction& along : directions)
+    for (const double k : kFirstSteps)
+      if (auto setting = along.line.at(k * along.step)) all.push_back(std::move(*setting));
   return all;
 }
 
-Profile profile_along(Course& course, const Parameter& parameter) {
-  Line& line = course.line;
-  for (const double k : kFirstLooks) line.look(k * course.step);
+Profile profile_along(Direction& along, const Parameter& parameter) {
+  Line& line = along.line;
+  for (const double k : kFirstSteps) line.evaluate(k * along.step);
   Profile profile{parameter.key, {}, {}, {}, 0, {}, {}};
   fill(profile, line, parameter);
-  double outward = 2 * course.step;
-  for (int k = 0; k < kOutward && !(profile.low && profile.high); ++k) {
-    outward = std::min(2 * outward, outward + kWidest);
-    const bool below = !profile.low && line.look(-outward), above = !profile.high && line.look(outward);
+  double outward = 2 * along.step;
+  for (int k = 0; k < kMostOutward && !(profile.low && profile.high); ++k) {
+    outward = std::min(2 * outward, outward + kMostStep);
+    const bool below = !profile.low && line.evaluate(-outward),
+               above = !profile.high && line.evaluate(outward);
     if (!below && !above) break;
     fill(profile, line, parameter);
   }
@@ -188,31 +190,21 @@ Eigen::VectorXd following(const Eigen::MatrixXd& hessian, int i) {
   return direction;
 }
 
-double t_quantile_95(int dof) {
-  // Abramowitz & Stegun, table 26.10; beyond it eq. 26.7.5's first terms.
-  constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
-  if (dof <= 10) return kTable[dof - 1];
-  constexpr double z = 1.959964;
-  const double n = dof, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
-  return z + (z3 + z) / (4 * n) + (5 * z5 + 16 * z3 + 3 * z) / (96 * n * n) +
-         (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * n * n * n);
-}
-
-std::optional<double> rise_at_95(const std::vector<double>& parts, const Eigen::MatrixXd& values,
-                                 double best_part) {
+std::optional<double> rise_at_95(const std::vector<double>& coordinates, const Eigen::MatrixXd& values,
+                                 double best_coordinate) {
   const Eigen::Index runs = values.rows();
   if (runs < 2) return std::nullopt;
-  // The five points about the least: a parabola of each run.
-  std::vector<Eigen::Index> near(parts.size());
+  // A parabola of each run through the five points nearest to the least.
+  std::vector<Eigen::Index> near(coordinates.size());
   std::iota(near.begin(), near.end(), Eigen::Index{0});
   std::stable_sort(near.begin(), near.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return std::abs(parts[static_cast<std::size_t>(a)] - best_part) <
-           std::abs(parts[static_cast<std::size_t>(b)] - best_part);
+    return std::abs(coordinates[static_cast<std::size_t>(a)] - best_coordinate) <
+           std::abs(coordinates[static_cast<std::size_t>(b)] - best_coordinate);
   });
   near.resize(std::min<std::size_t>(near.size(), 5));
   Eigen::MatrixXd points(static_cast<Eigen::Index>(near.size()), 1);
   for (Eigen::Index k = 0; k < points.rows(); ++k)
-    points(k, 0) = parts[static_cast<std::size_t>(near[static_cast<std::size_t>(k)])] - best_part;
+    points(k, 0) = coordinates[static_cast<std::size_t>(near[static_cast<std::size_t>(k)])] - best_coordinate;
   std::vector<double> slopes;
   double curvature = 0;
   for (Eigen::Index run = 0; run < runs; ++run) {
@@ -222,7 +214,8 @@ std::optional<double> rise_at_95(const std::vector<double>& parts, const Eigen::
     curvature += parabola->hessian(0, 0) / static_cast<double>(runs);
   }
   if (!(curvature > 0)) return std::nullopt;
-  const double sd = score::standard_deviation(slopes), t = t_quantile_95(static_cast<int>(runs) - 1);
+  const double sd = score::standard_deviation(slopes);
+  const double t = boost::math::quantile(boost::math::students_t(static_cast<double>(runs - 1)), 0.975);
   return sd * sd / curvature * t * t / (2 * static_cast<double>(runs));
 }
 
@@ -231,8 +224,8 @@ void find_interval(Profile& profile) {
   const auto least = std::min_element(rises.begin(), rises.end()) - rises.begin();
   profile.low.reset(), profile.high.reset();
   const auto crossing = [&](std::size_t inside, std::size_t outside) {
-    const double part = (profile.threshold - rises[inside]) / (rises[outside] - rises[inside]);
-    return at[inside] + part * (at[outside] - at[inside]);
+    const double fraction = (profile.threshold - rises[inside]) / (rises[outside] - rises[inside]);
+    return at[inside] + fraction * (at[outside] - at[inside]);
   };
   for (auto i = static_cast<std::size_t>(least); i-- > 0 && !profile.low;)
     if (rises[i] > profile.threshold) profile.low = crossing(i + 1, i);
@@ -243,13 +236,13 @@ void find_interval(Profile& profile) {
 std::vector<Profile> profiles(Study& study) {
   const Candidate best = study.best();
   const auto about = quadratic_near(study, best);
-  std::vector<Course> courses;
-  for (std::size_t i = 0; i < best.parts.size(); ++i)
-    courses.push_back(course_along(study, best.parts, about, static_cast<int>(i)));
-  study.expect(first_settings(courses));
+  std::vector<Direction> directions;
+  for (std::size_t i = 0; i < best.point.size(); ++i)
+    directions.push_back(direction_along(study, best.point, about, static_cast<int>(i)));
+  study.prefetch(first_settings(directions));
   std::vector<Profile> all;
-  for (std::size_t i = 0; i < courses.size(); ++i)
-    all.push_back(profile_along(courses[i], study.spec().parameters[i]));
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    all.push_back(profile_along(directions[i], study.spec().parameters[i]));
   return all;
 }
 

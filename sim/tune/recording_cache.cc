@@ -12,21 +12,21 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
-#include "sim/stream/csv.h"
-#include "sim/stream/durable_file.h"
-#include "sim/stream/manifest.h"
+#include "sim/files/csv.h"
+#include "sim/files/durable_file.h"
+#include "sim/files/text.h"
+#include "sim/recording/manifest.h"
 
 namespace sim::tune {
 namespace {
 
 namespace fs = std::filesystem;
+using files::FileError;
 using nlohmann::json;
-using stream::FileError;
 
 std::optional<std::string> environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -51,39 +51,37 @@ std::uintmax_t size_of(const fs::path& folder) {
 }
 
 constexpr std::size_t kKeyLetters = 32;
-constexpr int kAttempts = 5;  // of getting hold of a recording that others keep removing
+constexpr int kAttempts = 5;  // to get a recording that other processes keep removing
 
 json read_json(const fs::path& file) {
-  std::ifstream in(file);
-  if (!in) throw FileError(file, "is missing");
-  json read = json::parse(in, nullptr, false);
+  json read = json::parse(files::read_text(file), nullptr, false);
   if (!read.is_object()) throw FileError(file, "expected JSON");
   return read;
 }
 
-/// The file that a lock is on is still the one of that name.
+/// Whether the locked file still has that name.
 bool is_current(int fd, const fs::path& file) {
   struct stat locked {
   }, named{};
   return ::fstat(fd, &locked) == 0 && ::stat(file.c_str(), &named) == 0 && locked.st_ino == named.st_ino;
 }
 
-/// The files of a recording, as its manifest has them: hash, size, path.
+/// The files that the manifest of a recording lists.
 std::vector<std::string> listed(const fs::path& recording) {
   std::vector<std::string> files;
-  stream::CsvReader rows(recording / "manifest.csv", {"#xxh3_128,bytes,path"});
+  files::CsvReader rows(recording / "manifest.csv", {"#xxh3_128,bytes,path"});
   while (rows.next()) files.emplace_back(rows.text(2));
   return files;
 }
 
-/// What killed processes of this machine left half-made: a new one of the same name takes it away.
+/// Removes what killed processes of this machine left unfinished: a new folder of the same name does that.
 void remove_orphans(const fs::path& folder) {
   std::error_code none;
   std::set<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder, none))
     if (const std::string name = entry.path().filename(); name.find(".partial-") == kKeyLetters + 1)
       names.insert(name.substr(1, kKeyLetters));
-  for (const std::string& name : names) stream::DurableFolder(folder / name, stream::Existing::replace);
+  for (const std::string& name : names) files::DurableFolder(folder / name, files::Existing::replace);
 }
 
 bool is_key(const std::string& name) {
@@ -108,7 +106,7 @@ CachePlace cache_place() {
     place.folder = fs::path(*home) / ".cache/gaitslam";
   else
     throw std::invalid_argument(
-        "there is no place for recordings: GAITSLAM_CACHE, XDG_CACHE_HOME and HOME are unset");
+        "there is no folder for recordings: GAITSLAM_CACHE, XDG_CACHE_HOME and HOME are not set");
   place.folder = fs::absolute(place.folder);
   if (const auto gigabytes = environment("GAITSLAM_CACHE_GB"))
     place.most_bytes = bytes_of_gigabytes(*gigabytes);
@@ -121,7 +119,7 @@ FileLock::~FileLock() {
 
 fs::path RecordingCache::lock_file(const std::string& key) const { return place_.folder / (key + ".lock"); }
 
-// Whoever removes an entry removes its lock file too: a lock on a file that is no more counts for nothing.
+// An entry is removed together with its lock file, so that a lock on a removed file is void.
 std::optional<FileLock> RecordingCache::lock(const std::string& key, int operation) const {
   const fs::path file = lock_file(key);
   for (;;) {
@@ -139,10 +137,10 @@ bool RecordingCache::is_whole(const std::string& key, const Say& say) const {
   const fs::path entry = place_.folder / key;
   if (!fs::exists(entry)) return false;
   try {
-    const stream::Manifest manifest(entry / "result/recording");
+    const recording::Manifest manifest(entry / "result/recording");
     for (const std::string& file : listed(entry / "result/recording")) manifest.check(file);
     if (read_json(entry / "entry.json").value("recording", "") == manifest.hash()) return true;
-    say(fmt::format("{}: another recording than was put there", entry.string()));
+    say(fmt::format("{}: holds another recording than was stored", entry.string()));
   } catch (const FileError& damage) {
     say(damage.what());
   }
@@ -150,19 +148,16 @@ bool RecordingCache::is_whole(const std::string& key, const Say& say) const {
 }
 
 void RecordingCache::make_entry(const std::string& key, const Make& make) const {
-  stream::DurableFolder folder(place_.folder / key, stream::Existing::replace);
+  files::DurableFolder folder(place_.folder / key, files::Existing::replace);
   const fs::path result = folder.path() / "result";
   make(result);
   const json about = read_json(result / "about.json");
   const json entry{{"format_version", 1},
-                   {"recording", stream::Manifest(result / "recording").hash()},
+                   {"recording", recording::Manifest(result / "recording").hash()},
                    {"scenario", about.value("scenario", "")},
                    {"seed", about.value("seed", std::uint64_t{0})},
                    {"bytes", size_of(folder.path())}};
-  std::ofstream out(folder.path() / "entry.json");
-  out << entry.dump(2) << '\n';
-  out.close();
-  if (!out) throw FileError(folder.path() / "entry.json", "cannot be written");
+  files::write_text(folder.path() / "entry.json", entry.dump(2) + "\n");
   folder.commit();
 }
 
@@ -191,7 +186,7 @@ CachedRecording RecordingCache::get(const std::string& key, const Make& make, co
     make_entry(key, make);
     made = true;
   }
-  throw FileError(place_.folder / key, "was made and is not there whole: removed or damaged by others");
+  throw FileError(place_.folder / key, "was made, but was removed or damaged by others");
 }
 
 RecordingCache::Entry RecordingCache::read_entry(const std::string& key) const {
@@ -219,7 +214,7 @@ std::vector<RecordingCache::Entry> RecordingCache::list() const {
 bool RecordingCache::remove_if_unused(const std::string& key) const {
   const std::optional<FileLock> alone = lock(key, LOCK_EX | LOCK_NB);
   if (!alone) return false;
-  // Out of sight in one step, then taken apart: what is cut short half-way is no entry.
+  // Renamed atomically before it is removed, so that no entry is ever incomplete.
   const fs::path aside = place_.folder / fmt::format(".{}.removed", key);
   std::error_code ignored;
   fs::remove_all(aside, ignored);

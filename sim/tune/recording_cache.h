@@ -1,5 +1,5 @@
-// The cache of recordings: each made once, used by every run, sweep and tuning that needs it, on a known
-// place of a limited size.
+// The cache of recordings: each is made once and used by every run, sweep and tuning that needs it. Its
+// folder has a limited size.
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,21 @@
 #include <string>
 #include <vector>
 
-#include "sim/stream/file_error.h"
+#include "sim/files/file_error.h"
 
 namespace sim::tune {
 
-/// Where the cache lies and how large it may grow.
+/// The folder of the cache and the size that it is kept to.
 struct CachePlace {
   std::filesystem::path folder;
   std::uintmax_t most_bytes = 20'000'000'000;
 };
 
-/// $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam; $GAITSLAM_CACHE_GB. Throws
-/// std::invalid_argument when that is no size, or there is no home.
+/// The folder is $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam; the size is
+/// $GAITSLAM_CACHE_GB. Throws std::invalid_argument when that is no size, or none of the folders is set.
 CachePlace cache_place();
 
-/// An open lock file; the lock goes with it.
+/// An open lock file; closing it releases the lock.
 class FileLock {
  public:
   explicit FileLock(int fd) : fd_(fd) {}
@@ -36,30 +36,31 @@ class FileLock {
   int fd_;
 };
 
-/// A recording in use: as long as it lives nobody removes it.
+/// A recording in use: no process removes it while this object lives.
 struct CachedRecording {
   /// A result folder of the walk without a filter: recording/, about.json, scenario.yaml.
   std::filesystem::path folder;
-  bool made = false;  ///< just now
+  bool made = false;  ///< by the call that returned it
   FileLock lock;
 };
 
-/// Folders <key>/ below the cache's own, each there whole or not at all. Several processes may use it.
+/// Holds each recording in a folder <key>/ that appears whole or not at all. Several processes may use one
+/// cache at the same time.
 class RecordingCache {
  public:
   /// Makes a complete result folder at the path it is given, which is not there yet.
   using Make = std::function<void(const std::filesystem::path&)>;
-  /// Is told what is found damaged.
+  /// Called with a description of each damaged file.
   using Say = std::function<void(const std::string&)>;
 
   explicit RecordingCache(CachePlace place) : place_(std::move(place)) {}
 
-  /// The recording of that key, every byte checked; nothing if there is none or it is damaged.
+  /// The recording of that key, every byte of it checked; nothing if it is absent or damaged.
   std::optional<CachedRecording> find(const std::string& key, const Say& say) const;
 
-  /// Likewise, made if it is not there or damaged; while another process makes it, waits for that. Afterwards
-  /// the least recently used are removed until the cache keeps to its size. Throws FileError, and what `make`
-  /// throws.
+  /// The recording of that key, made first if it is absent or damaged; while another process makes it, waits
+  /// for that. After making one, removes the least recently used until the cache keeps to its size. Throws
+  /// FileError, and what `make` throws.
   CachedRecording get(const std::string& key, const Make& make, const Say& say) const;
 
   struct Entry {
@@ -73,10 +74,10 @@ class RecordingCache {
   std::vector<Entry> list() const;
 
   struct Cleaned {
-    std::size_t removed = 0, in_use = 0;  ///< entries; in_use: would have been removed
+    std::size_t removed = 0, in_use = 0;  ///< entries; in_use: kept only because they are in use
     std::uintmax_t bytes = 0;             ///< removed
   };
-  /// Removes the least recently used entries until all take at most so much; never one in use.
+  /// Removes the least recently used entries, never one in use, until the others take at most that much.
   Cleaned clean(std::uintmax_t most_bytes) const;
 
   const CachePlace& place() const { return place_; }

@@ -3,21 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <vector>
 
-#include "sim/bench/recording_keys.h"
-#include "sim/bench/scenario_keys.h"
-#include "sim/stream/file_error.h"
-#include "sim/stream/manifest.h"
+#include "sim/files/file_error.h"
+#include "sim/files/hashed_file.h"
+#include "sim/files/text.h"
+#include "sim/scenario/keys.h"
 
 namespace sim::tune {
 namespace {
 
 namespace fs = std::filesystem;
 
-void add_part(stream::Hash& hash, std::string_view part) {
+void add_part(files::Hash& hash, std::string_view part) {
   hash.add(fmt::format("{}:", part.size()));
   hash.add(part);
 }
@@ -27,41 +25,46 @@ std::vector<fs::path> files_below(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder, fault))
     if (entry.is_regular_file() && entry.path().extension() != ".md") files.push_back(entry.path());
-  if (fault || files.empty()) throw stream::FileError(folder, "has no models");
+  if (fault || files.empty()) throw files::FileError(folder, "has no models");
   std::sort(files.begin(), files.end());
   return files;
-}
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw stream::FileError(file, "cannot be read");
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
 
 std::string models_hash(const fs::path& models) {
-  stream::Hash hash;
+  files::Hash hash;
   for (const fs::path& file : files_below(models)) {
     add_part(hash, file.lexically_relative(models).generic_string());
-    add_part(hash, text_of(file));
+    add_part(hash, files::read_text(file));
   }
   return hash.hex();
 }
 
-std::string recording_key(const bench::Scenario& scenario, const std::string& models_hash,
+std::string recording_key(const scenario::Scenario& scenario, const std::string& models_hash,
                           const std::string& program) {
-  stream::Hash hash;
+  files::Hash hash;
   add_part(hash, "recording 1");
   add_part(hash, program);
   add_part(hash, models_hash);
   add_part(hash, fmt::format("seed {}", scenario.seed));
-  for (const auto& key : bench::scenario_keys()) {
-    if (!bench::shapes_recording(key.name) || !bench::has_section(scenario, key.name)) continue;
+  for (const auto& key : scenario::scenario_keys()) {
+    if (!scenario::shapes_recording(key.name) || !scenario::has_section(scenario, key.name)) continue;
     add_part(hash, key.name);
     add_part(hash, key.print(scenario));
   }
   return hash.hex();
+}
+
+std::optional<RecordingDifference> first_difference(const scenario::Scenario& recorded,
+                                                    const scenario::Scenario& scenario) {
+  for (const auto& key : scenario::scenario_keys()) {
+    if (!scenario::shapes_recording(key.name) || !scenario::has_section(recorded, key.name)) continue;
+    const std::string there = key.print(recorded),
+                      now = scenario::has_section(scenario, key.name) ? key.print(scenario) : "left out";
+    if (there != now) return RecordingDifference{key.name, there, now};
+  }
+  return std::nullopt;
 }
 
 }  // namespace sim::tune

@@ -1,10 +1,11 @@
-// The name of a recording in the cache: a hash of all that shapes it.
+// What shapes a recording: its name in the cache is a hash of that, and a replay cannot change it.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
-#include "sim/bench/scenario.h"
+#include "sim/scenario/scenario.h"
 
 namespace sim::tune {
 
@@ -12,10 +13,20 @@ namespace sim::tune {
 std::string models_hash(const std::filesystem::path& models);
 
 /// A hash (32 hexadecimal digits) of the scenario's keys that shape recordings
-/// (bench::shapes_recording), its seed, whether it has a camera, the models and the program. Sensor
+/// (scenario::shapes_recording), its seed, whether it has a camera, the models and the program. Sensor
 /// errors, filter, limits and name are not in it. program: what tells the programs apart that may record
 /// other bits.
-std::string recording_key(const bench::Scenario& scenario, const std::string& models_hash,
+std::string recording_key(const scenario::Scenario& scenario, const std::string& models_hash,
                           const std::string& program);
+
+/// A key that shapes recordings and differs, with its value in the recording and now ("left out" where the
+/// scenario does not have that section).
+struct RecordingDifference {
+  std::string key, recorded, now;
+};
+/// The first key of the recorded scenario that shapes recordings and has another value in `scenario`: a
+/// replay cannot change it.
+std::optional<RecordingDifference> first_difference(const scenario::Scenario& recorded,
+                                                    const scenario::Scenario& scenario);
 
 }  // namespace sim::tune

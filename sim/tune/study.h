@@ -1,5 +1,5 @@
-// Settings tried on recordings: every run of the filter once, remembered on the disk, alike for any number of
-// threads.
+// Settings tried on recordings: each trial runs once and is logged on the disk, and the results do not depend
+// on the number of threads.
 #pragma once
 
 #include <functional>
@@ -14,99 +14,102 @@
 
 namespace sim::tune {
 
-/// What a run that failed counts in an objective: worse than any success, the worse the earlier it failed.
-double failure_value(double lasted_fraction);
-/// What a run counts: its term, or the value of its failure.
-double value_of(const TrialRecord& record, Objective objective);
+/// The loss of a trial: its objective term. A trial that failed loses more than any that succeeded, and the
+/// more the earlier it failed.
+double loss_of(const TrialRecord& record, Objective objective);
+/// The mean loss over the records.
+double mean_loss(const std::vector<const TrialRecord*>& records, Objective objective);
 
-/// A setting that was tried. `parts` as of Parameter.
+/// A setting that was tried, as a point of the unit cube (see Parameter).
 struct Candidate {
   std::string origin;  ///< "start", "global", "polish" or "profile"
-  std::vector<double> parts;
-  std::vector<const TrialRecord*> records;  ///< of each run; nullptr where it was given up before
-  std::vector<double> values;               ///< of each objective; for one given up an estimate
+  std::vector<double> point;
+  std::vector<const TrialRecord*> records;  ///< of each recording; nullptr where the setting was aborted
+  double loss = 0;                          ///< mean over all recordings; an estimate if it was aborted
   bool complete() const;
 };
 
-/// Runs all tasks, on a cluster say, and adds their records to the log.
+/// Runs all tasks (on a cluster, for example) and adds their records to the log.
 using RunTasks = std::function<void(const std::vector<Task>&, TrialLog&)>;
 
-/// Where trials run: in so many threads of this process, or elsewhere.
-struct Where {
-  int jobs = 1;
-  RunTasks elsewhere{};
+/// How trials run: in that many threads of this process, or by `remote` where that is set.
+struct Execution {
+  int threads = 1;
+  RunTasks remote{};
 };
 
-/// The recordings of one side (training or hold-out): in memory, unless trials run elsewhere.
+/// The recordings of training or of the hold-out: in memory, unless trials run remotely.
 class Runs {
  public:
   /// keep_ideal: parameters change the sensor errors, which are then drawn for each trial.
-  Runs(const std::vector<Footage>& footage, bool keep_ideal, const Where& where);
+  Runs(const std::vector<RecordingSet>& sets, bool keep_ideal, const Execution& execution);
 
   std::size_t size() const { return runs_.size(); }
-  /// Which runs are tried first: one of each entry of the spec.
+  /// 0, 1, ..., size() - 1.
+  std::vector<std::size_t> all() const;
+  /// Which recordings are tried first: one of each set.
   const std::vector<std::size_t>& first() const { return first_; }
   /// "tangent_circle/seed-1"
   const std::string& name(std::size_t run) const { return runs_[run].name; }
 
-  /// The records of those runs (in that order) with these values, from the log where it has them.
-  std::vector<const TrialRecord*> try_on(const std::vector<std::size_t>& which,
-                                         const std::vector<Parameter>& parameters,
-                                         const std::vector<double>& parts, TrialLog& log) const;
+  /// The records of a setting on those recordings, in that order; taken from the log where it has them.
+  std::vector<const TrialRecord*> evaluate(const std::vector<std::size_t>& which,
+                                           const std::vector<Parameter>& parameters,
+                                           const std::vector<double>& point, TrialLog& log) const;
 
-  /// Where trials run elsewhere, all of these settings are tried on all runs at once: what try_on() will be
-  /// asked for.
-  void expect(const std::vector<std::vector<double>>& settings, const std::vector<Parameter>& parameters,
-              TrialLog& log) const;
+  /// Where trials run remotely, tries all of these settings on all recordings at once, so that evaluate()
+  /// finds them in the log.
+  void prefetch(const std::vector<std::vector<double>>& points, const std::vector<Parameter>& parameters,
+                TrialLog& log) const;
 
  private:
   struct Run {
     std::filesystem::path folder;
     std::string name;
-    bench::ReadScenario scenario;
-    Recording recording;  ///< elsewhere: name and hash alone
+    scenario::ReadScenario scenario;
+    Recording recording;  ///< name and hash alone where trials run remotely
   };
-  Task task(const Run& run, const std::vector<Parameter>& parameters, const std::vector<double>& parts) const;
-  void run_elsewhere(std::vector<Task> tasks, TrialLog& log) const;
+  Task task(const Run& run, const std::vector<Parameter>& parameters, const std::vector<double>& point) const;
+  void run_remotely(std::vector<Task> tasks, TrialLog& log) const;
 
-  Where where_;
+  Execution execution_;
   std::vector<Run> runs_;
   std::vector<std::size_t> first_;
 };
 
-/// All that is tried in a tuning, one setting after another: what is tried next depends on no thread.
+/// All settings that a tuning tries, one after another.
 class Study {
  public:
-  /// told: called after each setting.
-  Study(const Spec& spec, const Runs& runs, TrialLog& log, std::function<void(const Candidate&)> told);
+  enum class Abort { never, hopeless };
 
-  /// evaluate() will be asked for these: where trials run elsewhere, they run at once.
-  void expect(const std::vector<std::vector<double>>& settings) {
-    runs_.expect(settings, spec_.parameters, log_);
+  /// on_candidate: called after each setting.
+  Study(const Spec& spec, const Runs& runs, TrialLog& log,
+        std::function<void(const Candidate&)> on_candidate);
+
+  /// Runs::prefetch() of settings that evaluate() will be asked for.
+  void prefetch(const std::vector<std::vector<double>>& points) {
+    runs_.prefetch(points, spec_.parameters, log_);
   }
 
-  /// Tries a setting on all runs. hopeless_ends: one whose first runs are beyond the upper quartile of what
-  /// the last settings had there is given up, and valued by how those went on.
-  const Candidate& evaluate(const std::string& origin, const std::vector<double>& parts,
-                            bool hopeless_ends = false);
+  /// Tries a setting on all recordings. Abort::hopeless: a setting whose loss on the first recordings is
+  /// above the upper quartile of recent settings is aborted there, and its loss on the others estimated by
+  /// their median.
+  const Candidate& evaluate(const std::string& origin, const std::vector<double>& point,
+                            Abort abort = Abort::never);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
-  /// The complete candidate with the least first objective; there is one.
+  /// The complete candidate with the least loss. There must be one.
   const Candidate& best() const;
   const Spec& spec() const { return spec_; }
 
  private:
-  std::optional<std::vector<double>> value_if_hopeless(const Candidate& begun) const;
+  std::optional<double> loss_if_hopeless(const Candidate& begun) const;
 
   const Spec& spec_;
   const Runs& runs_;
   TrialLog& log_;
-  std::function<void(const Candidate&)> told_;
+  std::function<void(const Candidate&)> on_candidate_;
   std::vector<Candidate> candidates_;
 };
-
-/// The mean over those runs of what each counts.
-double mean_value(const std::vector<const TrialRecord*>& records, const std::vector<std::size_t>& runs,
-                  Objective objective);
 
 }  // namespace sim::tune

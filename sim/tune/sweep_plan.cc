@@ -4,17 +4,17 @@
 
 #include <algorithm>
 
-#include "sim/bench/scenario_keys.h"
+#include "sim/scenario/keys.h"
 
 namespace sim::tune {
 namespace {
 
 constexpr std::size_t kMostTrials = 1'000'000;
 
-void apply(const Setting& setting, bench::ReadScenario& read) {
-  if (!bench::has_section(read.scenario, setting.key))
-    bench::fail(setting.at, setting.key, fmt::format("{} has no such section", read.scenario.name));
-  bench::find_key(setting.key)->read(setting.value, read.scenario);
+void apply(const Setting& setting, scenario::ReadScenario& read) {
+  if (!scenario::has_section(read.scenario, setting.key))
+    scenario::fail(setting.at, setting.key, fmt::format("{} has no such section", read.scenario.name));
+  scenario::find_key(setting.key)->read(setting.value, read.scenario);
   read.origin[setting.key] = fmt::format("{}:{}", setting.value.origin.file, setting.value.origin.line);
 }
 
@@ -30,9 +30,9 @@ std::string on_one_line(const std::string& text) {
   return line;
 }
 
-std::vector<std::string> printed(const std::vector<std::string>& keys, const bench::Scenario& scenario) {
+std::vector<std::string> printed(const std::vector<std::string>& keys, const scenario::Scenario& scenario) {
   std::vector<std::string> values;
-  for (const std::string& key : keys) values.push_back(on_one_line(bench::find_key(key)->print(scenario)));
+  for (const std::string& key : keys) values.push_back(on_one_line(scenario::find_key(key)->print(scenario)));
   return values;
 }
 
@@ -55,35 +55,35 @@ std::vector<const Point*> points_of(const SweepSpec& spec, std::size_t combinati
   return points;
 }
 
-void require_different_names(const std::vector<bench::ReadScenario>& scenarios, const SweepSpec& spec) {
+void require_different_names(const std::vector<scenario::ReadScenario>& scenarios, const SweepSpec& spec) {
   for (std::size_t i = 0; i < scenarios.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (scenarios[i].scenario.name == scenarios[k].scenario.name)
-        throw bench::ConfigError(fmt::format("{}: is called '{}' as {} is; a sweep needs names that differ",
-                                             spec.scenarios[i].string(), scenarios[i].scenario.name,
-                                             spec.scenarios[k].string()));
+        throw scenario::ConfigError(
+            fmt::format("{}: is called '{}' as {} is; a sweep needs names that differ",
+                        spec.scenarios[i].string(), scenarios[i].scenario.name, spec.scenarios[k].string()));
 }
 
 }  // namespace
 
-bench::ReadScenario SweepPlan::scenario(std::size_t trial) const {
-  bench::ReadScenario read = configurations[trial / seeds.size()].read;
+scenario::ReadScenario SweepPlan::scenario(std::size_t trial) const {
+  scenario::ReadScenario read = configurations[trial / seeds.size()].read;
   read.scenario.seed = seeds[trial % seeds.size()];
   return read;
 }
 
 SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& seeds,
-                     const bench::Changes& changes) {
+                     const scenario::Changes& changes) {
   SweepPlan plan{spec.name, {}, {}, seeds};
   for (const Axis& axis : spec.axes)
     for (const Setting& setting : axis.front()) plan.keys.push_back(setting.key);
   const std::size_t n = combinations(spec);
   if (n * spec.scenarios.size() * seeds.size() > kMostTrials)
-    throw bench::ConfigError(fmt::format("{}: is a sweep of more than {} trials", spec.name, kMostTrials));
-  std::vector<bench::ReadScenario> scenarios;
-  for (const auto& file : spec.scenarios) scenarios.push_back(bench::read_scenario(file, changes));
+    throw scenario::ConfigError(fmt::format("{}: is a sweep of more than {} trials", spec.name, kMostTrials));
+  std::vector<scenario::ReadScenario> scenarios;
+  for (const auto& file : spec.scenarios) scenarios.push_back(scenario::read_scenario(file, changes));
   require_different_names(scenarios, spec);
-  for (const bench::ReadScenario& scenario : scenarios)
+  for (const scenario::ReadScenario& scenario : scenarios)
     for (std::size_t i = 0; i < n; ++i) {
       Configuration configuration{scenario, {}};
       for (const Point* point : points_of(spec, i))

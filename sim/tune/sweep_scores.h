@@ -1,4 +1,4 @@
-// What came of a sweep: one line for each trial, in the plan's order, and a table for people.
+// The results of a sweep: one line for each trial, in the order of the plan, and a table of medians.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace sim::tune {
 
-/// The record of the plan's i-th trial; nullptr: it has none.
+/// Returns the record of the i-th trial of the plan, or nullptr if it has none.
 using RecordOf = std::function<const TrialRecord*(std::size_t)>;
 
 /// One line for each trial that has a record, after a line of titles (RFC 4180).

@@ -1,41 +1,44 @@
-// What a sweep is to try: scenarios, seeds, and the values of keys, from a file and from the command line.
+// What a sweep tries: scenarios, seeds, and values of keys, from a file and from the command line.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "sim/bench/scenario_yaml.h"
+#include "sim/scenario/yaml.h"
 
 namespace sim::tune {
 
 /// A key given a value.
 struct Setting {
   std::string key;
-  bench::Yaml at, value;  ///< where the key stands, and its value
+  scenario::Yaml at, value;  ///< the nodes of the key and of its value
 };
-/// Settings that go together, and alternatives to each other.
+/// Settings that are made together.
 using Point = std::vector<Setting>;
+/// Points that are alternatives to each other.
 using Axis = std::vector<Point>;
 
-/// A sweep tries every combination of one point of each axis, on every scenario and every seed.
+/// A sweep tries every combination of one point of each axis on every scenario and every seed.
 struct SweepSpec {
   std::string name;  ///< the file's stem
   std::vector<std::filesystem::path> scenarios;
-  bench::Yaml seeds;  ///< as users type them, "1..5"; empty: not said
+  std::vector<std::uint64_t> seeds;  ///< empty: not given
   std::vector<Axis> axes;
 };
 
-/// How distributions (uniform(a, b), loguniform(a, b)) of the command line are sampled.
+/// How the distributions uniform(a, b) and loguniform(a, b) are sampled.
 struct Sampling {
   int points = 16;
   std::string method = "sobol";  ///< or "random"
   std::uint64_t seed = 0;
 };
 
-/// A spec's file (keys scenario or scenarios, seeds, grid, zip, sample), or a scenario's, which is then the
-/// only one; and arguments KEY=VALUES, zip(KEY=VALUES, KEY=VALUES). Throws ConfigError at the first thing
-/// that is not as it should be; values are not tried yet.
+/// Reads a sweep's file (keys scenario or scenarios, seeds, grid, zip, sample) or a scenario's file, which is
+/// then the only scenario; and the arguments KEY=VALUES and zip(KEY=VALUES, KEY=VALUES), whose distributions
+/// are sampled as `sampling` says. Throws ConfigError at the first fault; whether a key accepts its values is
+/// checked by plan_sweep.
 SweepSpec read_sweep(const std::filesystem::path& file, const std::vector<std::string>& arguments,
                      const Sampling& sampling);
 

@@ -5,16 +5,16 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "sim/bench/evidence.h"
-#include "sim/stream/durable_file.h"
-#include "sim/stream/file_error.h"
+#include "sim/files/durable_file.h"
+#include "sim/files/file_error.h"
+#include "sim/result/score_input.h"
 
 namespace sim::tune {
 namespace {
 
 using nlohmann::json;
 
-/// Terms that are no metrics, by name.
+/// The objective terms that are not metrics, by name.
 std::map<std::string, double> terms_by_name(const Terms& terms) {
   return {{"pose_nll", terms.pose_nll},
           {"innovation_nll", terms.innovation_nll},
@@ -22,10 +22,10 @@ std::map<std::string, double> terms_by_name(const Terms& terms) {
           {"nis_consistency", terms.nis_consistency}};
 }
 
-score::Metrics of_walk_alone(const Recording& recording, const bench::ReadScenario& scenario) {
-  const bench::Remains remains{scenario,     recording.walk_ending, "", recording.setup, recording.truth,
-                               std::nullopt, recording.hash};
-  return score::evaluate(bench::evidence(remains));
+score::Metrics of_walk_alone(const Recording& recording, const scenario::ReadScenario& scenario) {
+  const result::RunRecord record{scenario,     recording.walk_ending, "", recording.setup, recording.truth,
+                                 std::nullopt, recording.hash};
+  return score::evaluate(result::score_input(record));
 }
 
 }  // namespace
@@ -36,19 +36,19 @@ void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
     text +=
         json{{"key", task.key}, {"scenario", task.scenario}, {"recording", task.recording.string()}}.dump() +
         "\n";
-  stream::write_durably(file, text);
+  files::write_durably(file, text);
 }
 
 TaskFile read_tasks(const std::filesystem::path& file) {
   std::ifstream in(file);
   TaskFile tasks;
-  if (!std::getline(in, tasks.purpose)) throw stream::FileError(file, "cannot be read");
+  if (!std::getline(in, tasks.purpose)) throw files::FileError(file, "cannot be read");
   for (std::string line; std::getline(in, line);) {
     try {
       const json task = json::parse(line);
       tasks.tasks.push_back({task.at("key"), task.at("scenario"), task.at("recording").get<std::string>()});
     } catch (const json::exception&) {
-      throw stream::FileError(file, fmt::format("line {} is no task", tasks.tasks.size() + 2));
+      throw files::FileError(file, fmt::format("line {} is no task", tasks.tasks.size() + 2));
     }
   }
   return tasks;
@@ -61,8 +61,8 @@ std::vector<std::string> value_names() {
   return names;
 }
 
-TrialRecord run_task(const std::string& key, const bench::ReadScenario& scenario, const Recording& recording,
-                     const bench::WalkEnd& walk) {
+TrialRecord run_task(const std::string& key, const scenario::ReadScenario& scenario,
+                     const Recording& recording, const replay::WalkEnd& walk) {
   TrialRecord record{key, scenario.scenario.seed, walk.ending, walk.cause, {}};
   if (walk.ending == "failed") return record;
   Trial trial;

@@ -1,4 +1,4 @@
-// A trial as it is handed to the process that runs it, and what becomes of it.
+// A trial as a task for the process that runs it, and its record.
 #pragma once
 
 #include <filesystem>
@@ -7,15 +7,15 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/bench/replay.h"
-#include "sim/bench/scenario.h"
+#include "sim/replay/replay.h"
+#include "sim/scenario/scenario.h"
 #include "sim/tune/trial.h"
 #include "sim/tune/trial_log.h"
 
 namespace sim::tune {
 
-/// key: of the trial, for the log. scenario: the whole of it as YAML, seed included. recording: the result
-/// folder that has it; empty: the cache has it.
+/// key: identifies the trial in the log. scenario: all of it as YAML, seed included. recording: the result
+/// folder that holds the recording; empty: it is in the cache.
 struct Task {
   std::string key, scenario;
   std::filesystem::path recording{};
@@ -35,7 +35,7 @@ std::vector<std::string> value_names();
 /// Runs one trial on a recording of a walk that ended so; without a filter it scores the walk alone. A
 /// recording of a walk whose simulation failed is not tried. The values are metrics, terms of objectives and
 /// lasted_fraction by their names.
-TrialRecord run_task(const std::string& key, const bench::ReadScenario& scenario, const Recording& recording,
-                     const bench::WalkEnd& walk);
+TrialRecord run_task(const std::string& key, const scenario::ReadScenario& scenario,
+                     const Recording& recording, const replay::WalkEnd& walk);
 
 }  // namespace sim::tune

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace sim::tune {
 namespace {
@@ -23,18 +25,18 @@ std::optional<double> mean_pose_nll(const score::Scored& scored) {
   return sum / static_cast<double>(scored.pairs.size());
 }
 
-double mean_innovation_nll(const bench::Tracked& tracked, double image_px2) {
+double mean_innovation_nll(const tracking::Tracked& tracked, double image_px2) {
   double sum = 0;
-  for (const bench::TrackedFrame& frame : tracked.frames) sum += innovation_nll(frame.report, image_px2);
+  for (const tracking::TrackedFrame& frame : tracked.frames) sum += innovation_nll(frame.report, image_px2);
   return sum / static_cast<double>(tracked.frames.size());
 }
 
 // The sum of what is said of each part, of those that have values.
-double sum_of_consistencies(const score::Metrics& metrics, std::initializer_list<const char*> parts,
+double sum_of_consistencies(const score::Metrics& metrics, const std::vector<std::string>& parts,
                             const std::string& mean, const std::string& variance, double expected_mean,
                             double expected_variance) {
   double sum = 0;
-  for (const std::string part : parts) {
+  for (const std::string& part : parts) {
     const auto& m = metrics.at(part + mean).value;
     const auto& v = metrics.at(part + variance).value;
     if (m && v) sum += consistency(*m, expected_mean, *v, expected_variance);
@@ -69,7 +71,7 @@ double consistency(double mean, double expected_mean, double variance, double ex
   return std::abs(std::log(mean / expected_mean)) + std::abs(std::log(variance / expected_variance));
 }
 
-std::optional<Terms> terms(const score::Scored& scored, const bench::Tracked& tracked,
+std::optional<Terms> terms(const score::Scored& scored, const tracking::Tracked& tracked,
                            const score::Metrics& metrics, const slam::CameraIntrinsics& camera) {
   const auto rmse = metrics.at("rmse_m").value;
   if (!scored.no_estimate.empty() || !rmse) return std::nullopt;
@@ -80,8 +82,9 @@ std::optional<Terms> terms(const score::Scored& scored, const bench::Tracked& tr
   terms.innovation_nll = mean_innovation_nll(tracked, 1.0 * camera.width_px * camera.height_px);
   terms.consistency =
       sum_of_consistencies(metrics, {"nees_position", "nees_orientation"}, "_mean", "_variance", 3, 6);
-  terms.nis_consistency = sum_of_consistencies(
-      metrics, {"nis_vision", "nis_gyro", "nis_plan_velocity", "nis_height"}, "_mean", "_variance", 1, 1);
+  std::vector<std::string> nis;
+  for (const std::string_view sensor : score::kSensors) nis.push_back("nis_" + std::string(sensor));
+  terms.nis_consistency = sum_of_consistencies(metrics, nis, "_mean", "_variance", 1, 1);
   terms.rmse_m = *rmse;
   return terms;
 }

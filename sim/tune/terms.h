@@ -1,11 +1,11 @@
-// What tells how good a setting of the filter is: the terms that objectives are made of.
+// The terms that rate a setting of the filter, from which a tuning chooses its objective.
 #pragma once
 
 #include <optional>
 
-#include "sim/bench/tracking.h"
 #include "sim/score/evaluate.h"
 #include "sim/score/scored.h"
+#include "sim/tracking/tracking.h"
 
 namespace sim::tune {
 
@@ -38,7 +38,7 @@ double consistency(double mean, double expected_mean, double variance, double ex
 
 /// Of a run whose filter did not fail; nothing where a covariance is not positive definite or a metric has
 /// no value.
-std::optional<Terms> terms(const score::Scored& scored, const bench::Tracked& tracked,
+std::optional<Terms> terms(const score::Scored& scored, const tracking::Tracked& tracked,
                            const score::Metrics& metrics, const slam::CameraIntrinsics& camera);
 
 }  // namespace sim::tune

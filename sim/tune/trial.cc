@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "sim/bench/evidence.h"
-#include "sim/bench/scenario_keys.h"
-#include "sim/stream/manifest.h"
+#include "sim/files/text.h"
+#include "sim/recording/manifest.h"
+#include "sim/result/score_input.h"
+#include "sim/scenario/keys.h"
 #include "sim/tune/terms.h"
 
 namespace sim::tune {
@@ -17,10 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string walk_ending(const fs::path& about) {
-  std::ifstream in(about);
-  const auto json = nlohmann::json::parse(in, nullptr, false);
+  const auto json = nlohmann::json::parse(files::read_text(about), nullptr, false);
   if (!json.is_object() || !json.contains("walk_ending") || !json["walk_ending"].is_string())
-    throw stream::FileError(about, "expected JSON with walk_ending");
+    throw files::FileError(about, "expected JSON with walk_ending");
   return json["walk_ending"];
 }
 
@@ -29,7 +28,7 @@ std::string name_of(const fs::path& result_folder) {
   return (folder.parent_path().filename() / folder.filename()).string();
 }
 
-// Keeps the observation, its image as a view: a view has no counter that threads would share.
+// Keeps the observation with a view of its image: a view has no reference counter that threads would share.
 void keep(slam::Observation observation, Recording& recording) {
   if (!observation.image.empty()) {
     recording.pictures.push_back(observation.image);
@@ -39,12 +38,12 @@ void keep(slam::Observation observation, Recording& recording) {
   recording.observations.push_back(std::move(observation));
 }
 
-Recording load(const fs::path& folder, stream::SensorErrors* errors) {
+Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
   Recording recording;
   recording.name = name_of(folder);
-  recording.scenario = bench::read_scenario(folder / "scenario.yaml");
+  recording.scenario = scenario::read_scenario(folder / "scenario.yaml");
   recording.walk_ending = walk_ending(folder / "about.json");
-  stream::RecordingReader reader(folder / "recording");
+  recording::RecordingReader reader(folder / "recording");
   recording.setup = reader.setup();
   recording.hash = reader.hash();
   while (auto ideal = reader.next()) {
@@ -54,15 +53,15 @@ Recording load(const fs::path& folder, stream::SensorErrors* errors) {
       for (slam::Observation& arrived : errors->take(std::move(*ideal))) keep(std::move(arrived), recording);
   }
   if (errors)
-    for (slam::Observation& arrived : errors->rest()) keep(std::move(arrived), recording);
-  recording.truth = stream::read_truth(folder / "recording");
+    for (slam::Observation& arrived : errors->flush()) keep(std::move(arrived), recording);
+  recording.truth = recording::read_truth(folder / "recording");
   return recording;
 }
 
-bench::Tracked track(const Recording& recording, const bench::Scenario& scenario) {
+tracking::Tracked track(const Recording& recording, const scenario::Scenario& scenario) {
   if (!recording.errors.empty() && recording.errors != errors_of(scenario))
-    throw std::logic_error("the recording has other sensor errors in it than the trial asks for");
-  bench::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
+    throw std::logic_error("the recording contains other sensor errors than the trial asks for");
+  tracking::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
   for (const slam::Observation& observation : recording.observations) {
     if (recording.errors.empty())
       tracking.take(observation);
@@ -72,8 +71,8 @@ bench::Tracked track(const Recording& recording, const bench::Scenario& scenario
   return tracking.finish();
 }
 
-// When the filter went wrong for good, as part of the recording.
-double lasted_fraction(const Recording& recording, const bench::Tracked& tracked) {
+// The fraction of the recording until the filter diverged.
+double lasted_fraction(const Recording& recording, const tracking::Tracked& tracked) {
   if (!tracked.diverged()) return 1;
   const auto losses = tracked.losses();
   const double end_s = slam::seconds(recording.observations.back().t);
@@ -88,9 +87,9 @@ std::size_t Recording::bytes() const {
   return sum;
 }
 
-std::string errors_of(const bench::Scenario& scenario) {
+std::string errors_of(const scenario::Scenario& scenario) {
   std::string text = fmt::format("seed: {}\n", scenario.seed);
-  for (const auto& key : bench::scenario_keys())
+  for (const auto& key : scenario::scenario_keys())
     if (key.name.starts_with("errors.")) text += key.name + ": " + key.print(scenario) + "\n";
   return text;
 }
@@ -98,29 +97,29 @@ std::string errors_of(const bench::Scenario& scenario) {
 Recording load_identity(const fs::path& result_folder) {
   Recording recording;
   recording.name = name_of(result_folder);
-  recording.hash = stream::Manifest(result_folder / "recording").hash();
+  recording.hash = recording::Manifest(result_folder / "recording").hash();
   return recording;
 }
 
 Recording load(const fs::path& result_folder) { return load(result_folder, nullptr); }
 
-Recording load(const fs::path& result_folder, const bench::Scenario& scenario) {
-  stream::SensorErrors errors(scenario.errors, scenario.seed);
+Recording load(const fs::path& result_folder, const scenario::Scenario& scenario) {
+  sensor_errors::SensorErrors errors(scenario.errors, scenario.seed);
   Recording recording = load(result_folder, &errors);
   recording.errors = errors_of(scenario);
   return recording;
 }
 
-Trial run_trial(const Recording& recording, const bench::ReadScenario& scenario) {
-  bench::Remains remains{scenario,        recording.walk_ending, "",
-                         recording.setup, recording.truth,       track(recording, scenario.scenario),
-                         recording.hash};
-  const bench::Outcome outcome = bench::ending_of(remains);
-  const score::Run run = bench::evidence(remains);
+Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario) {
+  result::RunRecord record{scenario,        recording.walk_ending, "",
+                           recording.setup, recording.truth,       track(recording, scenario.scenario),
+                           recording.hash};
+  const result::Ending outcome = result::ending_of(record);
+  const score::Run run = result::score_input(record);
   const score::Scored scored(run);
   Trial trial{outcome.ending, outcome.cause, score::evaluate(scored), std::nullopt, 1};
-  trial.lasted_fraction = lasted_fraction(recording, *remains.tracked);
-  trial.terms = terms(scored, *remains.tracked, trial.metrics, recording.setup.calibration.camera);
+  trial.lasted_fraction = lasted_fraction(recording, *record.tracked);
+  trial.terms = terms(scored, *record.tracked, trial.metrics, recording.setup.calibration.camera);
   return trial;
 }
 

@@ -1,4 +1,4 @@
-// A recording held in memory, and a trial of the filter on it: what tuning and sweeps do thousands of times.
+// A recording in memory, and a trial of the filter on it, as tunings and sweeps run them by the thousand.
 #pragma once
 
 #include <filesystem>
@@ -6,25 +6,25 @@
 #include <string>
 #include <vector>
 
-#include "sim/bench/scenario.h"
+#include "sim/recording/recording.h"
+#include "sim/scenario/scenario.h"
 #include "sim/score/evaluate.h"
-#include "sim/stream/recording.h"
 #include "sim/tune/terms.h"
 
 namespace sim::tune {
 
-/// A recording read once, for any number of threads to try filters on: nothing of it changes.
+/// A recording that is read once and that any number of threads may use at the same time.
 struct Recording {
-  std::string name;               ///< "tangent_circle/seed-1"
-  bench::ReadScenario scenario;   ///< as it was walked
-  std::string walk_ending, hash;  ///< how the walk ended; of the recording's files
-  stream::RecordingSetup setup;
+  std::string name;                 ///< "tangent_circle/seed-1"
+  scenario::ReadScenario scenario;  ///< of the walk
+  std::string walk_ending, hash;    ///< how the walk ended; of the recording's files
+  recording::RecordingSetup setup;
   /// In the order of arrival; images are views of `pictures`, which share no counter among threads.
   std::vector<slam::Observation> observations;
   std::vector<cv::Mat> pictures;
-  /// The sensor errors that the observations have in them already; empty: those of ideal sensors.
+  /// The sensor errors that the observations contain; empty: the observations are those of ideal sensors.
   std::string errors;
-  stream::Truth truth;  ///< for the score alone
+  recording::Truth truth;  ///< for the score alone
 
   std::size_t bytes() const;  ///< of the pictures
 };
@@ -32,26 +32,26 @@ struct Recording {
 /// Reads a result folder's recording, images decoded. Throws FileError and ConfigError as replay does.
 Recording load(const std::filesystem::path& result_folder);
 
-/// Likewise, with the sensor errors of `scenario` (errors.*, seed) applied once for all trials that share
-/// them.
-Recording load(const std::filesystem::path& result_folder, const bench::Scenario& scenario);
+/// Reads the recording and applies the sensor errors of `scenario` (errors.*, seed), once for all trials that
+/// share them.
+Recording load(const std::filesystem::path& result_folder, const scenario::Scenario& scenario);
 
-/// Its name and hash alone.
+/// Reads the name and the hash of the recording alone.
 Recording load_identity(const std::filesystem::path& result_folder);
 
-/// What shapes the sensor errors, as text: the keys errors.* and the seed.
-std::string errors_of(const bench::Scenario& scenario);
+/// The keys errors.* and the seed, which determine the sensor errors, as text.
+std::string errors_of(const scenario::Scenario& scenario);
 
 /// One run of the filter.
 struct Trial {
   std::string ending, cause;   ///< as a result folder's
   score::Metrics metrics;      ///< as a result folder's, bit for bit
   std::optional<Terms> terms;  ///< absent where the filter failed
-  double lasted_fraction = 1;  ///< of the recording until it failed
+  double lasted_fraction = 1;  ///< fraction of the recording until the filter failed
 };
 
-/// Sensor errors, filter and score of `scenario` on the recording, from memory. The scenario must have a slam
-/// section; where the recording has errors in it already, its own must be the same (std::logic_error).
-Trial run_trial(const Recording& recording, const bench::ReadScenario& scenario);
+/// Applies the sensor errors of `scenario`, runs its filter and scores it. The scenario must have a slam
+/// section, and the same sensor errors as the recording if that contains errors (else std::logic_error).
+Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario);
 
 }  // namespace sim::tune

@@ -8,18 +8,17 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "sim/stream/manifest.h"
+#include "sim/files/hashed_file.h"
+#include "sim/files/text.h"
 
 namespace sim::tune {
 namespace {
 
 namespace fs = std::filesystem;
+using files::FileError;
 using nlohmann::json;
-using stream::FileError;
 
 constexpr int kAttempts = 20;
 constexpr useconds_t kPauseUs = 100'000;
@@ -38,12 +37,7 @@ double number(const json& value) {
   throw FileError(file, what + ": " + std::strerror(errno));
 }
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// A log's text, understood: its records, and how many bytes of it are whole lines.
+/// The records of a log, and how many bytes of its text are whole lines.
 struct Parsed {
   std::map<std::string, TrialRecord> records;
   std::size_t whole_bytes = 0;
@@ -63,7 +57,7 @@ Parsed parse(const fs::path& file, std::string_view text, std::string_view purpo
     } else if (auto record = from_line(line)) {
       parsed.records.emplace(record->key, std::move(*record));
     } else if (rest.empty()) {
-      return parsed;  // torn by a loss of power: its place is on the disk, its content is not
+      return parsed;  // torn by a loss of power: the file has its length but not its content
     } else {
       throw FileError(
           file,
@@ -96,7 +90,7 @@ std::optional<TrialRecord> from_line(std::string_view line) {
 }
 
 std::string trial_key(std::initializer_list<std::string_view> parts) {
-  stream::Hash hash;
+  files::Hash hash;
   for (const std::string_view part : parts) {
     hash.add(fmt::format("{}:", part.size()));
     hash.add(part);
@@ -110,7 +104,7 @@ TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
   try {
     for (int attempt = 0; ::flock(fd_, LOCK_EX | LOCK_NB) != 0; ++attempt) {
       if (attempt == kAttempts) throw FileError(file_, "is being written by another process");
-      ::usleep(kPauseUs);  // one that was killed may be about to end
+      ::usleep(kPauseUs);  // a process that was killed may be about to end
     }
     read(purpose);
   } catch (...) {
@@ -122,7 +116,7 @@ TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
 TrialLog::~TrialLog() { ::close(fd_); }
 
 void TrialLog::read(std::string_view purpose) {
-  Parsed parsed = parse(file_, text_of(file_), purpose);
+  Parsed parsed = parse(file_, files::read_text(file_), purpose);
   records_ = std::move(parsed.records);
   if (::ftruncate(fd_, static_cast<off_t>(parsed.whole_bytes)) != 0) fail(file_, "cannot be written");
   if (parsed.whole_bytes == 0) append(purpose);
@@ -158,8 +152,7 @@ void TrialLog::add(const TrialRecord& record) {
 }
 
 std::map<std::string, TrialRecord> read_trial_log(const fs::path& file, std::string_view purpose) {
-  if (!fs::exists(file)) throw FileError(file, "cannot be read: there is no such file");
-  return parse(file, text_of(file), purpose).records;
+  return parse(file, files::read_text(file), purpose).records;
 }
 
 }  // namespace sim::tune

@@ -1,5 +1,5 @@
-// The log of finished trials: each is on the disk before the next begins, so that a killed sweep or tuning
-// goes on where it was.
+// The log of finished trials: each is on the disk before the next begins, so that a sweep or tuning that was
+// killed continues where it stopped.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,18 @@
 #include <string>
 #include <string_view>
 
-#include "sim/stream/file_error.h"
+#include "sim/files/file_error.h"
 
 namespace sim::tune {
 
-/// What came of one trial. Values have the digits that bring the same bits back; infinite and NaN too.
+/// The result of one trial. Values are written so that the same bits are read back, infinity and NaN
+/// included.
 struct TrialRecord {
   std::string key;  ///< of all that the trial depends on: a hash, see trial_key()
   std::uint64_t seed = 0;
-  std::string ending;                    ///< one of bench::kEndings, or "crashed", "not begun"
-  std::string cause;                     ///< of a failure, in words
-  std::map<std::string, double> values;  ///< metrics, objective terms: what has no value is left out
+  std::string ending;                    ///< of a result folder, or "crashed", "not begun"
+  std::string cause;                     ///< of a failure, as a sentence
+  std::map<std::string, double> values;  ///< metrics and objective terms that have a value
   bool operator==(const TrialRecord&) const = default;
 };
 

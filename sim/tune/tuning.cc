@@ -7,13 +7,12 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 
-#include "sim/bench/scenario_keys.h"
-#include "sim/stream/durable_file.h"
-#include "sim/tune/optimise.h"
+#include "sim/files/durable_file.h"
+#include "sim/scenario/keys.h"
 #include "sim/tune/profile.h"
+#include "sim/tune/search.h"
 
 namespace sim::tune {
 namespace {
@@ -22,26 +21,16 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 using Records = std::vector<const TrialRecord*>;
 
-/// What is shown of start and best, side by side.
+/// Metrics of which tune.json has the values at the start and at the best setting.
 constexpr std::array kCompared{"ate_se3_rmse_m",         "rmse_m",          "nees_position_mean",
                                "nees_orientation_mean",  "nis_vision_mean", "nis_gyro_mean",
                                "nis_plan_velocity_mean", "nis_height_mean"};
 
-/// One side, training or hold-out: every run with the values of the start and with the best ones.
-struct Side {
+/// The records of training or hold-out recordings with the start and with the best setting.
+struct StartAndBest {
   std::vector<std::string> runs;
   Records start, best;
 };
-
-std::vector<std::size_t> all_of(std::size_t count) {
-  std::vector<std::size_t> all(count);
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  return all;
-}
-
-double mean(const Records& records, Objective objective) {
-  return mean_value(records, all_of(records.size()), objective);
-}
 
 bool errors_are_tuned(const Spec& spec) {
   return std::any_of(spec.parameters.begin(), spec.parameters.end(), [](const Parameter& p) {
@@ -51,34 +40,34 @@ bool errors_are_tuned(const Spec& spec) {
   });
 }
 
-Side side_of(const Runs& runs, const Spec& spec, const std::vector<double>& start,
-             const std::vector<double>& best, TrialLog& log) {
-  Side side;
-  runs.expect({start, best}, spec.parameters, log);
-  for (std::size_t i = 0; i < runs.size(); ++i) side.runs.push_back(runs.name(i));
-  side.start = runs.try_on(all_of(runs.size()), spec.parameters, start, log);
-  side.best = runs.try_on(all_of(runs.size()), spec.parameters, best, log);
-  return side;
+StartAndBest compare(const Runs& runs, const Spec& spec, const std::vector<double>& start,
+                     const std::vector<double>& best, TrialLog& log) {
+  StartAndBest both;
+  runs.prefetch({start, best}, spec.parameters, log);
+  for (std::size_t i = 0; i < runs.size(); ++i) both.runs.push_back(runs.name(i));
+  both.start = runs.evaluate(runs.all(), spec.parameters, start, log);
+  both.best = runs.evaluate(runs.all(), spec.parameters, best, log);
+  return both;
+}
+
+ordered_json number_or_null(const std::optional<double>& value) {
+  return value ? ordered_json(*value) : ordered_json(nullptr);
 }
 
 ordered_json column(const Records& records,
                     const std::function<std::optional<double>(const TrialRecord&)>& of) {
   ordered_json all = ordered_json::array();
-  for (const TrialRecord* record : records) {
-    const auto value = of(*record);
-    all.push_back(value ? ordered_json(*value) : ordered_json(nullptr));
-  }
+  for (const TrialRecord* record : records) all.push_back(number_or_null(of(*record)));
   return all;
 }
 
-ordered_json to_json(const Side& side, const Spec& spec) {
-  ordered_json json{{"runs", side.runs}};
+ordered_json to_json(const StartAndBest& both, const Spec& spec) {
+  ordered_json json{{"runs", both.runs}};
   const auto add = [&](const std::string& name, const auto& of) {
-    json["values"][name] = {{"start", column(side.start, of)}, {"best", column(side.best, of)}};
+    json["values"][name] = {{"start", column(both.start, of)}, {"best", column(both.best, of)}};
   };
-  for (const Objective objective : spec.objectives)
-    add(std::string(name(objective)),
-        [&](const TrialRecord& r) -> std::optional<double> { return value_of(r, objective); });
+  add(std::string(name(spec.objective)),
+      [&](const TrialRecord& r) -> std::optional<double> { return loss_of(r, spec.objective); });
   for (const std::string metric : kCompared)
     add(metric, [&](const TrialRecord& r) -> std::optional<double> {
       const auto found = r.values.find(metric);
@@ -88,15 +77,12 @@ ordered_json to_json(const Side& side, const Spec& spec) {
 }
 
 ordered_json to_json(const Profile& profile) {
-  const auto end = [](const std::optional<double>& value) {
-    return value ? ordered_json(*value) : ordered_json(nullptr);
-  };
   return {{"key", profile.key},
           {"at", profile.at},
           {"rises", profile.rises},
           {"threshold", std::isfinite(profile.threshold) ? ordered_json(profile.threshold) : ordered_json()},
-          {"low", end(profile.low)},
-          {"high", end(profile.high)},
+          {"low", number_or_null(profile.low)},
+          {"high", number_or_null(profile.high)},
           {"identifiable", profile.identifiable()}};
 }
 
@@ -106,12 +92,12 @@ ordered_json parameters_json(const Spec& spec, const std::vector<double>& best) 
     const Parameter& p = spec.parameters[i];
     all.push_back({{"key", p.key},
                    {"also", p.also},
-                   {"unit", bench::unit_of(p.key)},
+                   {"unit", scenario::unit_of(p.key)},
                    {"from", p.low},
                    {"to", p.high},
                    {"scale", p.logarithmic ? "log" : "linear"},
-                   {"start", p.at(p.part_of(p.start))},
-                   {"best", p.at(best[i])}});
+                   {"start", p.value_at(p.coordinate_of(p.start))},
+                   {"best", p.value_at(best[i])}});
   }
   return all;
 }
@@ -120,158 +106,140 @@ std::string history(const Study& study) {
   const Spec& spec = study.spec();
   std::string csv = "#setting,origin,complete";
   for (const Parameter& p : spec.parameters) csv += "," + p.key;
-  for (const Objective objective : spec.objectives) csv += fmt::format(",{}", name(objective));
-  csv += '\n';
+  csv += fmt::format(",{}\n", name(spec.objective));
   int n = 0;
   for (const Candidate& c : study.candidates()) {
     csv += fmt::format("{},{},{}", n++, c.origin, c.complete() ? 1 : 0);
-    for (std::size_t i = 0; i < c.parts.size(); ++i)
-      csv += fmt::format(",{}", spec.parameters[i].at(c.parts[i]));
-    for (const double value : c.values) csv += fmt::format(",{}", value);
-    csv += '\n';
+    for (std::size_t i = 0; i < c.point.size(); ++i)
+      csv += fmt::format(",{}", spec.parameters[i].value_at(c.point[i]));
+    csv += fmt::format(",{}\n", c.loss);
   }
   return csv;
 }
 
-/// Worse than the start on recordings that the search has not seen: in the objective, or in both.
-bool worse(const Side& holdout, const Spec& spec) {
-  return std::all_of(spec.objectives.begin(), spec.objectives.end(), [&](Objective objective) {
-    return mean(holdout.best, objective) > mean(holdout.start, objective);
-  });
-}
-
-std::string overlay(const Spec& spec, const std::vector<double>& best, const Side& holdout) {
-  std::string yaml = fmt::format("# Tuned by {}. On {} hold-out runs:\n", spec.name, holdout.runs.size());
-  for (const Objective objective : spec.objectives)
-    yaml += fmt::format("#   {} {:.6g} -> {:.6g} (less is better)\n", name(objective),
-                        mean(holdout.start, objective), mean(holdout.best, objective));
+std::string overlay(const Spec& spec, const std::vector<double>& best, const StartAndBest& holdout) {
+  std::string yaml =
+      fmt::format("# Tuned by {}. On {} hold-out runs:\n#   {} {:.6g} -> {:.6g} (less is better)\n",
+                  spec.name, holdout.runs.size(), name(spec.objective),
+                  mean_loss(holdout.start, spec.objective), mean_loss(holdout.best, spec.objective));
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Parameter& p = spec.parameters[i];
-    yaml += fmt::format("{}: {}\n", p.key, p.at(best[i]));
-    for (const std::string& also : p.also) yaml += fmt::format("{}: {}\n", also, p.at(best[i]));
+    yaml += fmt::format("{}: {}\n", p.key, p.value_at(best[i]));
+    for (const std::string& also : p.also) yaml += fmt::format("{}: {}\n", also, p.value_at(best[i]));
   }
   return yaml;
 }
 
-std::string interval_text(const Profile* profile) {
-  if (!profile) return "";
-  if (profile->identifiable()) return fmt::format("  95 %: {:.4g} to {:.4g}", *profile->low, *profile->high);
-  return fmt::format("  not identifiable here: {} bounded {}",
-                     profile->low || profile->high ? "not" : "neither",
-                     profile->low    ? "above"
-                     : profile->high ? "below"
-                                     : "below nor above");
+std::string interval_text(const Profile& profile) {
+  if (profile.identifiable())
+    return fmt::format("  95 % interval: {:.4g} to {:.4g}", *profile.low, *profile.high);
+  const char* const open = profile.low ? "above" : profile.high ? "below" : "below or above";
+  return fmt::format("  not identifiable from these recordings: not bounded {}", open);
 }
 
-std::string answer_text(const Spec& spec, const std::vector<double>& best,
-                        const std::vector<Profile>& profiles, const Side& training, const Side& holdout) {
+std::string result_text(const Spec& spec, const std::vector<double>& best,
+                        const std::vector<Profile>& profiles, const StartAndBest& training,
+                        const StartAndBest& holdout) {
   std::string text;
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Parameter& p = spec.parameters[i];
-    text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}{}\n", p.key, p.start, p.at(best[i]),
-                        interval_text(i < profiles.size() ? &profiles[i] : nullptr));
+    text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}{}\n", p.key, p.start, p.value_at(best[i]),
+                        i < profiles.size() ? interval_text(profiles[i]) : "");
   }
-  for (const auto& [what, side] : {std::pair{"training", &training}, std::pair{"hold-out", &holdout}})
-    for (const Objective objective : spec.objectives)
-      text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}  mean of {} runs, less is better\n",
-                          fmt::format("{} on {}", name(objective), what), mean(side->start, objective),
-                          mean(side->best, objective), side->runs.size());
+  for (const auto& [what, both] : {std::pair{"training", &training}, std::pair{"hold-out", &holdout}})
+    text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}  mean of {} runs, less is better\n",
+                        fmt::format("{} on {}", name(spec.objective), what),
+                        mean_loss(both->start, spec.objective), mean_loss(both->best, spec.objective),
+                        both->runs.size());
   return text;
 }
 
-/// What is left when the search is done and its recordings are put away.
+/// What is left of the search once its recordings are released.
 struct Found {
   std::vector<double> start, best;
   std::vector<Profile> profiles;
-  Side training;
-  ordered_json front = ordered_json::array();
+  StartAndBest training;
   std::string history;
 };
 
-ordered_json front_json(const Study& study) {
-  ordered_json all = ordered_json::array();
-  for (const Candidate* c : pareto_front(study.candidates())) all.push_back(c->values);
-  return all;
-}
-
-/// Whether the profiles passed a place that is better than where they began by more than the recordings leave
-/// open.
-bool passed_better(double before, double after, const std::vector<Profile>& profiles) {
-  constexpr double kPart = 0.1;  // of the rise at the nearest end of a 95 % interval
+/// Whether the profiles found a loss that is lower than before by more than the recordings leave uncertain.
+bool found_better(double before, double after, const std::vector<Profile>& profiles) {
+  constexpr double kPart = 0.1;  // of the smallest rise at the end of a 95 % interval
   double least = std::numeric_limits<double>::infinity();
   for (const Profile& profile : profiles) least = std::min(least, profile.threshold);
   return before - after > kPart * least;
 }
 
-/// A profile that passes a better place than the best is where another polish begins.
-std::vector<Profile> profiles_of_the_best(Study& study, Standing& standing) {
+/// The profiles about the best setting. Where they find a better one, the search polishes from there and
+/// profiles again.
+std::vector<Profile> profiles_of_the_best(Study& study, Progress& progress) {
   const Spec& spec = study.spec();
   const auto begin = [&](const char* stage, int settings) {
-    standing = {stage, standing.tried, standing.tried + settings, standing.best};
+    progress = {stage, progress.tried, progress.tried + settings, progress.best};
   };
   for (int restart = 0;; ++restart) {
     begin("profiles", 8 * static_cast<int>(spec.parameters.size()));
-    const double before = study.best().values[0];
+    const double before = study.best().loss;
     std::vector<Profile> found = profiles(study);
-    if (restart == spec.restarts || spec.polish == 0 || !passed_better(before, study.best().values[0], found))
+    if (restart == spec.restarts || spec.polish == 0 || !found_better(before, study.best().loss, found))
       return found;
     begin("polish", spec.polish);
     polish(study, spec.polish);
   }
 }
 
-Found find(const Spec& spec, TrialLog& log, const Where& where,
-           const std::function<void(const Standing&)>& told) {
-  const Runs runs(spec.training, errors_are_tuned(spec), where);
-  Standing standing{"search", 0, spec.trials, 0};
+Found find(const Spec& spec, TrialLog& log, const Execution& execution,
+           const std::function<void(const Progress&)>& on_progress) {
+  const Runs runs(spec.training, errors_are_tuned(spec), execution);
+  Progress progress{"search", 0, spec.trials, 0};
   Study study(spec, runs, log, [&](const Candidate& c) {
-    if (c.complete() && (standing.tried == 0 || c.values[0] < standing.best)) standing.best = c.values[0];
-    ++standing.tried;
-    told(standing);
+    if (c.complete() && (progress.tried == 0 || c.loss < progress.best)) progress.best = c.loss;
+    ++progress.tried;
+    on_progress(progress);
   });
   search(study);
-  const bool front = spec.objectives.size() == 2;
   Found found;
-  found.start = study.candidates().front().parts;
-  if (front) found.front = front_json(study);
-  if (spec.profiles && !front) found.profiles = profiles_of_the_best(study, standing);
-  found.best = front ? compromise(pareto_front(study.candidates())).parts : study.best().parts;
-  found.training = side_of(runs, spec, found.start, found.best, log);
+  found.start = study.candidates().front().point;
+  if (spec.profiles) found.profiles = profiles_of_the_best(study, progress);
+  found.best = study.best().point;
+  found.training = compare(runs, spec, found.start, found.best, log);
   found.history = history(study);
   return found;
+}
+
+std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& holdout, bool accepted) {
+  ordered_json json{{"format_version", 2},
+                    {"name", spec.name},
+                    {"objective", name(spec.objective)},
+                    {"accepted", accepted},
+                    {"parameters", parameters_json(spec, found.best)},
+                    {"training", to_json(found.training, spec)},
+                    {"holdout", to_json(holdout, spec)},
+                    {"profiles", ordered_json::array()}};
+  for (const Profile& profile : found.profiles) json["profiles"].push_back(to_json(profile));
+  return json.dump(2) + "\n";
 }
 
 }  // namespace
 
 std::string log_purpose(const std::string& program) { return "gaitslam tune, " + program; }
 
-Answer tune(const Spec& spec, const fs::path& out, const Where& where, const std::string& program,
-            const std::function<void(const Standing&)>& told) {
+TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execution,
+                  const std::string& program, const std::function<void(const Progress&)>& on_progress) {
   fs::create_directories(out);
   TrialLog log(out / "trials.jsonl", log_purpose(program));
-  const Found found = find(spec, log, where, told);
-  told({"hold-out", 0, 0, 0});
-  const Runs unseen(spec.holdout, errors_are_tuned(spec), where);
-  const Side holdout = side_of(unseen, spec, found.start, found.best, log);
-  Answer answer{!worse(holdout, spec),
-                answer_text(spec, found.best, found.profiles, found.training, holdout)};
-
-  ordered_json json{{"format_version", 1}, {"name", spec.name}};
-  for (const Objective objective : spec.objectives) json["objectives"].push_back(name(objective));
-  json["accepted"] = answer.accepted;
-  json["parameters"] = parameters_json(spec, found.best);
-  json["training"] = to_json(found.training, spec);
-  json["holdout"] = to_json(holdout, spec);
-  json["profiles"] = ordered_json::array();
-  for (const Profile& profile : found.profiles) json["profiles"].push_back(to_json(profile));
-  json["front"] = found.front;
-  stream::write_durably(out / "history.csv", found.history);
-  stream::write_durably(out / "tune.json", json.dump(2) + "\n");
-  if (answer.accepted)
-    stream::write_durably(out / "best.yaml", overlay(spec, found.best, holdout));
+  const Found found = find(spec, log, execution, on_progress);
+  on_progress({"hold-out", 0, 0, 0});
+  const Runs unseen(spec.holdout, errors_are_tuned(spec), execution);
+  const StartAndBest holdout = compare(unseen, spec, found.start, found.best, log);
+  const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
+  files::write_durably(out / "history.csv", found.history);
+  files::write_durably(out / "tune.json", tune_json(spec, found, holdout, accepted));
+  if (accepted)
+    files::write_durably(out / "best.yaml", overlay(spec, found.best, holdout));
   else
     fs::remove(out / "best.yaml");
-  return answer;
+  return {accepted, result_text(spec, found.best, found.profiles, found.training, holdout)};
 }
 
 }  // namespace sim::tune

@@ -1,4 +1,4 @@
-// A tuning from its spec to its answer: search, profiles, the test on hold-out recordings, all left in a
+// A tuning from its spec to its result: search, profiles, the test on hold-out recordings, all written to a
 // folder.
 #pragma once
 
@@ -11,25 +11,25 @@
 
 namespace sim::tune {
 
-/// How far a tuning is: settings tried of how many (as far as is known), the best objective so far.
-struct Standing {
-  std::string stage;  ///< "search", "profiles", "polish", "hold-out"
+/// How far a tuning is: settings tried, of how many (0: not known), and the least loss so far.
+struct Progress {
+  std::string stage;  ///< "search", "profiles", "polish" or "hold-out"
   int tried = 0, of = 0;
   double best = 0;
 };
 
-/// What came of it. accepted: on the hold-out recordings the tuned setting is no worse than the start.
-struct Answer {
+/// accepted: on the hold-out recordings the tuned setting is no worse than the start.
+struct TuningResult {
   bool accepted = false;
-  std::string text;  ///< for the terminal
+  std::string text;  ///< a summary for the terminal
 };
 
-/// Tunes, and leaves in `out`: trials.jsonl (the log, from the first trial on), then history.csv, tune.json
-/// and, if accepted, best.yaml. Begun again with the same spec it goes on from the log, to the same answer
-/// bit for bit wherever its trials run. program: its version, in the log's first line. Throws as TrialLog,
-/// load and write_durably do.
-Answer tune(const Spec& spec, const std::filesystem::path& out, const Where& where,
-            const std::string& program, const std::function<void(const Standing&)>& told);
+/// Tunes, and writes to `out`: trials.jsonl (the log, from the first trial on), then history.csv, tune.json
+/// and, if accepted, best.yaml. Started again with the same spec it continues from the log; the result is the
+/// same bit for bit, whatever `execution`. program: its version, for the first line of the log. Throws as
+/// TrialLog, load and write_durably do.
+TuningResult tune(const Spec& spec, const std::filesystem::path& out, const Execution& execution,
+                  const std::string& program, const std::function<void(const Progress&)>& on_progress);
 
 /// The first line of such a log.
 std::string log_purpose(const std::string& program);

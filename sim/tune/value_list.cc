@@ -10,7 +10,7 @@
 namespace sim::tune {
 namespace {
 
-using bench::Yaml;
+using scenario::Yaml;
 
 constexpr std::size_t kMostValues = 100'000;
 constexpr std::array<std::string_view, 5> kFunctions{"range", "linspace", "logspace", "uniform",
@@ -25,13 +25,13 @@ double argument_of(const Yaml& node, const std::string& function, std::string_vi
   double value = 0;
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (fault != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
-    bench::fail(node, "", fmt::format("{}(...): '{}' is no number", function, text));
+    scenario::fail(node, "", fmt::format("{}(...): '{}' is no number", function, text));
   return value;
 }
 
 void require_arguments(const Yaml& node, const Call& call, std::size_t n, std::string_view example) {
   if (call.arguments.size() != n)
-    bench::fail(
+    scenario::fail(
         node, "",
         fmt::format("{}(...): has {} numbers, expected {}", call.name, call.arguments.size(), example));
 }
@@ -41,9 +41,9 @@ std::vector<Yaml> range(const Yaml& node, const Call& call) {
   const double first = call.arguments[0], last = call.arguments[1], step = call.arguments[2];
   const double steps = std::floor((last - first) / step + 1e-9);  // a last one that rounding misses is meant
   if (!(steps >= 0) || step == 0)
-    bench::fail(node, "", fmt::format("range(...): no step of {} leads from {} to {}", step, first, last));
+    scenario::fail(node, "", fmt::format("range(...): no step of {} leads from {} to {}", step, first, last));
   if (steps >= static_cast<double>(kMostValues))
-    bench::fail(node, "", fmt::format("range(...): more than {} values", kMostValues));
+    scenario::fail(node, "", fmt::format("range(...): more than {} values", kMostValues));
   std::vector<Yaml> values;
   for (int i = 0; i <= static_cast<int>(steps); ++i)
     values.push_back(number_node(first + i * step, node.origin));
@@ -56,11 +56,11 @@ std::vector<Yaml> spaced(const Yaml& node, const Call& call) {
   double first = call.arguments[0], last = call.arguments[1];
   const double n = call.arguments[2];
   if (n != std::floor(n) || n < 2 || n > static_cast<double>(kMostValues))
-    bench::fail(
+    scenario::fail(
         node, "",
         fmt::format("{}(...): {} values, expected a whole number from 2 to {}", call.name, n, kMostValues));
   if (even_factor && !(first > 0 && last > 0))
-    bench::fail(
+    scenario::fail(
         node, "",
         fmt::format("logspace({}, {}, {}): expected bounds above 0, not their exponents", first, last, n));
   if (even_factor) first = std::log10(first), last = std::log10(last);
@@ -74,7 +74,7 @@ std::vector<Yaml> spaced(const Yaml& node, const Call& call) {
 
 }  // namespace
 
-Yaml number_node(double value, const bench::Origin& origin) {
+Yaml number_node(double value, const scenario::Origin& origin) {
   Yaml node;
   node.kind = Yaml::Kind::scalar;
   node.text = fmt::format("{:.12g}", value);
@@ -113,12 +113,12 @@ std::optional<Call> call_of(const Yaml& scalar) {
   if (open == text.npos) return std::nullopt;
   Call call{std::string(trimmed(text.substr(0, open))), {}};
   if (std::find(kFunctions.begin(), kFunctions.end(), call.name) == kFunctions.end())
-    bench::fail(
+    scenario::fail(
         scalar, "",
-        fmt::format("unknown function '{}'{}", call.name, bench::did_you_mean(call.name, kFunctions)));
+        fmt::format("unknown function '{}'{}", call.name, scenario::did_you_mean(call.name, kFunctions)));
   if (!text.ends_with(')'))
-    bench::fail(scalar, "",
-                fmt::format("'{}' has no ')'; in YAML's braces and brackets put it in quotes", text));
+    scenario::fail(scalar, "",
+                   fmt::format("'{}' has no ')'; in YAML's braces and brackets put it in quotes", text));
   for (const Piece& piece : split_at_commas(text.substr(open + 1, text.size() - open - 2)))
     call.arguments.push_back(argument_of(scalar, call.name, trimmed(piece.text)));
   return call;
@@ -129,7 +129,7 @@ std::vector<Yaml> values_of(const Yaml& item) {
   if (!call) return {item};
   if (call->name == "range") return range(item, *call);
   if (call->name == "linspace" || call->name == "logspace") return spaced(item, *call);
-  bench::fail(
+  scenario::fail(
       item, "",
       fmt::format("{}(...) is for samples, expected values, range, linspace or logspace", call->name));
 }

@@ -26,8 +26,8 @@ void prepare_renderer() {
   setenv("GALLIVM_PERF", "rho_approx", 1);
 }
 
-// A shallow copy with the quality this bench wants: flat faces are lit by directional lights, so one quad is
-// enough; round shapes of few stacks save a tenth of a frame (cylinders need one, leaves are thin).
+// A shallow copy with the rendering quality that is needed: flat faces are lit by directional lights, so one
+// quad is enough; round shapes of few stacks save a tenth of a frame (cylinders need one, leaves are thin).
 mjModel with_buffer(const mjModel& model, int width, int height, int samples) {
   mjModel copy = model;
   copy.vis.global.offwidth = width;

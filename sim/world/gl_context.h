@@ -28,7 +28,7 @@ class GlContext {
     void operator()(OSMesaContext context) const { OSMesaDestroyContext(context); }
   };
   std::unique_ptr<osmesa_context, Destroy> context_;
-  std::vector<unsigned char> window_;  ///< OSMesa wants a window; nothing is ever drawn in it
+  std::vector<unsigned char> window_;  ///< OSMesa needs a window buffer; nothing is ever drawn in it
   mjrContext mjr_{};
 };
 

@@ -1,4 +1,4 @@
-// The floor as the soles meet it: its friction and its height at each point.
+// The floor: its friction and its height at each point.
 #pragma once
 
 #include <Eigen/Core>

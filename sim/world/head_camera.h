@@ -1,4 +1,4 @@
-// The robot's eye: 8-bit grey frames of the room, through a real lens.
+// The head camera: 8-bit grey frames of the room through the lens of a real camera.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -38,7 +38,7 @@ class HeadCamera {
   /// `plant`.
   cv::Mat render(const mjData& plant);
 
-  /// Time after a frame's stamp by which it has been seen: 0 for a shutter that takes no time.
+  /// Time from a frame's stamp to the end of its exposure: 0 for a shutter that takes no time.
   std::chrono::milliseconds lead() const { return shutter_.lead(); }
   /// Frame stamped t, through the shutter: of a robot that moved as `motion` says from t - lead() to t +
   /// lead(), while the room's lamps were on or off.

@@ -10,7 +10,8 @@ ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen
   }
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(from.R_WG.transpose() * to.R_WG).normalized());
   reading.gyro = turn.axis() * (turn.angle() / dt);
-  const Eigen::Matrix3d R_WG = from.R_WG * Eigen::AngleAxisd(turn.angle() / 2, turn.axis());  // amid
+  const Eigen::Matrix3d R_WG =
+      from.R_WG * Eigen::AngleAxisd(turn.angle() / 2, turn.axis());  // in the middle of the interval
   reading.specific_force = R_WG.transpose() * ((to.v_WG - from.v_WG) / dt - gravity);
   return reading;
 }

@@ -23,7 +23,7 @@ struct ImuReading {
 /// The reading whose integration leads exactly from one state to the next, as of an IMU that compensates
 /// within itself for turning while it is being accelerated: gyro = Log(R_0ᵀ R_1)/dt, specific force =
 /// R_½ᵀ ((v_1 − v_0)/dt − g), R_½ = R_0 Exp(½ Log(R_0ᵀ R_1)). Empty interval: the reading is zero.
-/// gravity: m/s² in W, (0, 0, −9.81).
+/// gravity: m/s² in W.
 ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen::Vector3d& gravity);
 
 }  // namespace sim::world

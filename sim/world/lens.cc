@@ -8,7 +8,7 @@
 namespace sim::world {
 namespace {
 
-constexpr int kMargin = 3;          // px of the source around a sample: bilinear, after smoothing
+constexpr int kMargin = 3;           // px of the source around a sample: bilinear, after smoothing
 constexpr double kSmoothing = 0.55;  // px of the source: standard deviation that removes the stairs of edges
 
 struct Bounds {
@@ -43,7 +43,7 @@ Pinhole covering(const CameraModel& camera, double density) {
 
 // Strips along the four sides of the source that no pixel samples: the corners of the image reach far out,
 // the middles of its sides do not.
-std::vector<cv::Rect> unsampled(const cv::Mat2f& bottom_up_map, const Pinhole& source) {
+std::vector<cv::Rect> unsampled_strips(const cv::Mat2f& bottom_up_map, const Pinhole& source) {
   constexpr int strips = 5;
   const int w = source.width_px, h = source.height_px;
   std::array<int, strips> left, right, top, bottom;
@@ -59,17 +59,17 @@ std::vector<cv::Rect> unsampled(const cv::Mat2f& bottom_up_map, const Pinhole& s
       left[strip] = std::min(left[strip], x - kMargin), right[strip] = std::max(right[strip], x + kMargin);
     }
   }
-  std::vector<cv::Rect> unseen;
+  std::vector<cv::Rect> unsampled;
   for (int strip = 0; strip < strips; ++strip) {
     const cv::Range columns((strip * w + strips - 1) / strips, ((strip + 1) * w + strips - 1) / strips);
     const cv::Range rows((strip * h + strips - 1) / strips, ((strip + 1) * h + strips - 1) / strips);
-    unseen.push_back({columns.start, 0, columns.size(), top[strip]});
-    unseen.push_back({columns.start, bottom[strip] + 1, columns.size(), h - bottom[strip] - 1});
-    unseen.push_back({0, rows.start, left[strip], rows.size()});
-    unseen.push_back({right[strip] + 1, rows.start, w - right[strip] - 1, rows.size()});
+    unsampled.push_back({columns.start, 0, columns.size(), top[strip]});
+    unsampled.push_back({columns.start, bottom[strip] + 1, columns.size(), h - bottom[strip] - 1});
+    unsampled.push_back({0, rows.start, left[strip], rows.size()});
+    unsampled.push_back({right[strip] + 1, rows.start, w - right[strip] - 1, rows.size()});
   }
-  std::erase_if(unseen, [](const cv::Rect& strip) { return strip.width <= 0 || strip.height <= 0; });
-  return unseen;
+  std::erase_if(unsampled, [](const cv::Rect& strip) { return strip.width <= 0 || strip.height <= 0; });
+  return unsampled;
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ LensWarp::LensWarp(const CameraModel& camera, double density)
       map(v, u) = cv::Vec2f(float(pixel.x()), float(source_.height_px - 1 - pixel.y()));
     }
   cv::convertMaps(map, cv::noArray(), map_, fraction_, CV_16SC2);
-  source_.unseen = unsampled(map, source_);
+  source_.unsampled = unsampled_strips(map, source_);
 }
 
 Eigen::Vector2d LensWarp::source_pixel(int u, int v) const {

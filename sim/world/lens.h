@@ -33,8 +33,8 @@ CameraModel camera_model(const CameraOptions& options);
 struct Pinhole {
   int width_px, height_px;
   double focal_px;
-  double left, top;              ///< x/z and y/z at the picture's upper left edge
-  std::vector<cv::Rect> unseen;  ///< parts of the picture that nobody will look at: need not be drawn
+  double left, top;                 ///< x/z and y/z at the picture's upper left edge
+  std::vector<cv::Rect> unsampled;  ///< parts of the picture that no pixel of the image samples
 };
 
 /// Warps the renderer's pinhole picture through the camera's lens.

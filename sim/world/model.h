@@ -20,7 +20,11 @@ struct FreeData {
 using Model = std::unique_ptr<mjModel_, FreeModel>;
 using Data = std::unique_ptr<mjData_, FreeData>;
 
-/// What of the models' shapes is kept: all that can be seen, or only what can be touched (faster to step).
+/// The room of the physics. The furnished room is for the head camera alone: its geoms touch nothing, yet
+/// would cost time at each step.
+inline constexpr char kPhysicalRoom[] = "floor";
+
+/// Which of the models' shapes are kept: all that can be seen, or only what can be touched (faster to step).
 enum class Shapes { all, colliding };
 
 /// models/<robot>.xml and models/<room>.xml, compiled as one model; paths inside both are relative to that

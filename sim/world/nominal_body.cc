@@ -13,7 +13,8 @@ namespace {
 class NominalBody {
  public:
   NominalBody(const std::string& robot, const std::filesystem::path& models)
-      : model_(load_model(robot, "floor", models, Shapes::colliding)), data_(mj_makeData(model_.get())) {
+      : model_(load_model(robot, kPhysicalRoom, models, Shapes::colliding)),
+        data_(mj_makeData(model_.get())) {
     for (int joint = 0; joint < walking::kJoints; ++joint) {
       // The actuators are in the order of JointVector.
       const int id = model_->actuator_trnid[2 * joint];

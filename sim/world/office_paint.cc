@@ -10,7 +10,7 @@
 namespace sim::world {
 namespace {
 
-using Painter = Canvas (*)(Commission&);
+using Painter = Canvas (*)(PaintRequest&);
 
 const std::map<std::string, Painter, std::less<>> kPainters{
     {"carpet", paint_carpet},         {"ceiling", paint_ceiling},
@@ -33,8 +33,8 @@ cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed) {
   const auto painter = kPainters.find(name.substr(0, end));
   if (painter == kPainters.end()) return {};
   const int number = end < name.size() ? std::atoi(std::string(name.substr(end + 1)).c_str()) : 0;
-  Commission commission{paint_stream(seed, name), number};
-  return painter->second(commission).image();
+  PaintRequest request{paint_stream(seed, name), number};
+  return painter->second(request).image();
 }
 
 }  // namespace sim::world

@@ -1,10 +1,12 @@
 // What can be set in the simulated world and its camera: plain numbers, the only header of sim/world that
-// sim/bench sees.
+// sim/scenario sees.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sim::world {
@@ -12,54 +14,139 @@ namespace sim::world {
 /// Sliding friction between sole and floor: calibrated, see models/README.md.
 inline constexpr double kFloorFriction = 0.15;
 
-/// A push against the waist: an even horizontal force of so long a time.
+/// A push against the waist: a constant horizontal force of a given duration.
 struct Push {
-  double time_s = 0;         ///< when it begins
-  double impulse_ns = 0;     ///< N s
-  double direction_rad = 0;  ///< in which it goes, by the waist's heading: 0 ahead, left positive
+  static constexpr const char* kName = "push";
+  double time_s = 0;
+  double impulse_ns = 0;  ///< N s
+  double direction_rad = 0;
   double duration_s = 0.1;
+
+  static void keys(auto&& key) {
+    key.number("time_s", &Push::time_s, 0, 1e6, "time at which the push begins");
+    key.number("impulse_ns", &Push::impulse_ns, -1e4, 1e4,
+               "impulse of the constant horizontal force on the waist");
+    key.degrees("direction_deg", &Push::direction_rad, -36000, 36000,
+                "direction of the force, by the waist's heading: 0 is ahead, 90 to the left");
+    key.number("duration_s", &Push::duration_s, 0.001, 100, "duration of the force");
+  }
 };
 
 /// A rectangle of the floor, in W, with a friction of its own.
 struct FloorPatch {
+  static constexpr const char* kName = "patch";
   double x_min_m = 0, x_max_m = 0, y_min_m = 0, y_max_m = 0;
   double friction = kFloorFriction;
+
+  static void keys(auto&& key) {
+    key.number("x_min_m", &FloorPatch::x_min_m, -1e4, 1e4, "least x of the rectangle in the world");
+    key.number("x_max_m", &FloorPatch::x_max_m, -1e4, 1e4, "greatest x of the rectangle in the world");
+    key.number("y_min_m", &FloorPatch::y_min_m, -1e4, 1e4, "least y of the rectangle in the world");
+    key.number("y_max_m", &FloorPatch::y_max_m, -1e4, 1e4, "greatest y of the rectangle in the world");
+    key.number("friction", &FloorPatch::friction, 0.01, 5,
+               "sliding friction of sole on floor in the rectangle");
+  }
+
+  /// What no single key can know; empty when nothing is wrong.
+  std::string_view problem() const {
+    if (x_min_m >= x_max_m) return "is empty, expected x_min_m below x_max_m";
+    if (y_min_m >= y_max_m) return "is empty, expected y_min_m below y_max_m";
+    return "";
+  }
 };
 
-/// The scenario's keys world.*.
+/// The scenario's keys world.*. Where floor patches overlap the last one counts. The variation from seed to
+/// seed is drawn from named streams.
 struct WorldOptions {
-  std::string robot = "hrp2";   ///< models/<robot>.xml
-  std::string room = "office";  ///< models/<room>.xml: what the head camera sees
-  std::uint64_t seed = 1;       ///< of what is painted on the room's surfaces
-  struct LightsOff {            ///< a while without the room's lamps; windows and screens shine on
-    double from_s = 0, duration_s = 0;
-    double left_fraction = 0.15;  ///< of the light that surfaces get
-  } lights_off;
-  double floor_friction = kFloorFriction;  ///< sliding friction between sole and floor
-  std::vector<FloorPatch> floor_patches;   ///< where the friction is another; of several, the last one
+  std::string robot = "hrp2";
+  std::string room = "office";
+  std::uint64_t seed = 1;
+  double floor_friction = kFloorFriction;
+  std::vector<FloorPatch> floor_patches;
   std::vector<Push> pushes;
-  struct Variation {                  ///< standard deviations from seed to seed, drawn from named streams
-    double friction = 0.01;           ///< of floor_friction
-    double joint_offset_rad = 0.001;  ///< of each joint's zero
-    double mass_fraction = 0.005;     ///< of each link's mass, relative
-    double com_m = 0.001;             ///< of each link's centre of mass, along each axis
-    double posture_rad = 0.001;       ///< of each joint's angle at the start
-    double servo_fraction = 0.02;     ///< of each servo's gain, relative
-    double floor_height_m = 0.001;    ///< of the floor's height, in waves of 1 to 4 m
+
+  struct LightsOff {
+    double from_s = 0, duration_s = 0;
+    double left_fraction = 0.15;
+
+    static void keys(auto&& key) {
+      key.number("from_s", &LightsOff::from_s, 0, 1e6, "time at which the room's lamps are switched off");
+      key.number("duration_s", &LightsOff::duration_s, 0, 1e6,
+                 "time for which the room's lamps stay off; 0: they stay on");
+      key.number("left_fraction", &LightsOff::left_fraction, 0, 1,
+                 "part of their light that surfaces still get while the lamps are off; windows and screens "
+                 "shine on");
+    }
+  } lights_off;
+
+  struct Variation {
+    double friction = 0.01;
+    double joint_offset_rad = 0.001;
+    double mass_fraction = 0.005;
+    double com_m = 0.001;
+    double posture_rad = 0.001;
+    double servo_fraction = 0.02;
+    double floor_height_m = 0.001;
+
+    static void keys(auto&& key) {
+      key.number("friction", &Variation::friction, 0, 1e3, "standard deviation of floor_friction over seeds");
+      key.number("joint_offset_rad", &Variation::joint_offset_rad, 0, 0.1,
+                 "standard deviation of each joint's zero over seeds");
+      key.number("mass_fraction", &Variation::mass_fraction, 0, 0.2,
+                 "standard deviation of each link's mass over seeds, relative");
+      key.number("com_m", &Variation::com_m, 0, 0.1,
+                 "standard deviation of each link's centre of mass over seeds, along each axis");
+      key.number("posture_rad", &Variation::posture_rad, 0, 0.1,
+                 "standard deviation of each joint's angle at the start over seeds");
+      key.number("servo_fraction", &Variation::servo_fraction, 0, 0.2,
+                 "standard deviation of each servo's gain over seeds, relative");
+      key.number("floor_height_m", &Variation::floor_height_m, 0, 0.01,
+                 "standard deviation of the floor's height, in waves of 1 to 4 m");
+    }
   } variation;
+
+  static void keys(auto&& key) {
+    key.value("robot", &WorldOptions::robot, "model of the robot, models/<robot>.xml");
+    key.value("room", &WorldOptions::room, "model of the room that the head camera sees, models/<room>.xml");
+    key.value("seed", &WorldOptions::seed, "seed of the patterns painted on the room's surfaces");
+    key.number("floor_friction", &WorldOptions::floor_friction, 0.01, 5, "sliding friction of sole on floor");
+    key.value("floor_patches", &WorldOptions::floor_patches,
+              "rectangles of the floor with a friction of their own");
+    key.value("pushes", &WorldOptions::pushes, "pushes against the waist");
+    key.part("lights_off", &WorldOptions::lights_off);
+    key.part("variation", &WorldOptions::variation);
+  }
 };
 
 enum class Lens { wide, pinhole };
+inline constexpr std::array<std::string_view, 2> kLenses{"wide", "pinhole"};
 
-/// The scenario's keys camera.*.
+/// The scenario's keys camera.*. The wide lens is the paper's camera.
 struct CameraOptions {
   int width_px = 320, height_px = 240;
   double rate_hz = 30;
-  Lens lens = Lens::wide;  ///< the paper's camera (about 91.6° across), or an ideal pinhole of 90° across
-  int samples = 0;  ///< multisamples of the renderer: 4, or 0 for a denser picture smoothed (twice as fast)
-  double exposure_s = 0;  ///< how long each row gathers light (motion blur)
-  double readout_s = 0;   ///< from the first row's exposure to the last row's (rolling shutter)
-  int subframes = 8;      ///< pictures drawn for a frame when exposure_s or readout_s is not 0
+  Lens lens = Lens::wide;
+  int samples = 0;
+  double exposure_s = 0;
+  double readout_s = 0;
+  int subframes = 8;
+
+  static void keys(auto&& key) {
+    key.number("width_px", &CameraOptions::width_px, 32, 4096, "width of the image");
+    key.number("height_px", &CameraOptions::height_px, 32, 4096, "height of the image");
+    key.number("rate_hz", &CameraOptions::rate_hz, 0.1, 1000, "frames per second of simulated time");
+    key.choice("lens", &CameraOptions::lens, kLenses,
+               "lens: wide (one-parameter radial, 91.6 deg across) or pinhole (ideal, 90 deg across)");
+    key.number(
+        "samples", &CameraOptions::samples, 0, 16,
+        "multisamples of the renderer; 0: a denser picture is smoothed instead, which is twice as fast");
+    key.number("exposure_s", &CameraOptions::exposure_s, 0, 0.1,
+               "exposure time of each row, which causes motion blur");
+    key.number("readout_s", &CameraOptions::readout_s, 0, 0.1,
+               "time from the first row's exposure to the last row's (rolling shutter)");
+    key.number("subframes", &CameraOptions::subframes, 2, 64,
+               "pictures rendered for each frame when exposure_s or readout_s is not 0");
+  }
 };
 
 /// A wave of the floor's height: amplitude_m cos(k_1_m . (x, y) + phase_rad).

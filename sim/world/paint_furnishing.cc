@@ -93,54 +93,55 @@ void paint_sheet(Canvas& canvas, cv::Point2d at, double askew, cv::RNG& random) 
 
 }  // namespace
 
-Canvas paint_books(Commission& c) {
+Canvas paint_books(PaintRequest& request) {
   Canvas shelf(1.0, 2.0, 0.0025, {46, 40, 36});
   constexpr int rows = 5;
   for (int row = 0; row < rows; ++row) {
     const double floor = 2.0 * (row + 1) / rows - 0.02, room = 2.0 / rows - 0.04;
     shelf.gradient({0, floor - room - 0.02, 1.0, room}, {28, 25, 23}, {62, 54, 48});
-    paint_row(shelf, floor, room, c.random);
+    paint_row(shelf, floor, room, request.random);
   }
-  shelf.grain(c.random, 0.04, 0.006);
+  shelf.grain(request.random, 0.04, 0.006);
   return shelf;
 }
 
-Canvas paint_desk(Commission& c) {
+Canvas paint_desk(PaintRequest& request) {
   Canvas desk(1.6, 0.8, 0.0025, {186, 150, 108});
-  wood(desk, shade({190, 156, 114}, c.random.uniform(0.85, 1.1)), c.random);
-  paint_keyboard(desk, c.random.uniform(0.4, 0.7), 0.55);
-  for (int sheet = c.random.uniform(3, 7); sheet > 0; --sheet)
-    paint_sheet(desk, {c.random.uniform(0.05, 1.3), c.random.uniform(0.05, 0.45)}, 0.5, c.random);
-  const Colour folder = any_colour(c.random);
-  desk.fill({c.random.uniform(0.05, 1.3), 0.12, 0.24, 0.32}, folder);
+  wood(desk, shade({190, 156, 114}, request.random.uniform(0.85, 1.1)), request.random);
+  paint_keyboard(desk, request.random.uniform(0.4, 0.7), 0.55);
+  for (int sheet = request.random.uniform(3, 7); sheet > 0; --sheet)
+    paint_sheet(desk, {request.random.uniform(0.05, 1.3), request.random.uniform(0.05, 0.45)}, 0.5,
+                request.random);
+  const Colour folder = any_colour(request.random);
+  desk.fill({request.random.uniform(0.05, 1.3), 0.12, 0.24, 0.32}, folder);
   desk.frame(desk.all(), 0.008, {96, 74, 52});
-  desk.grain(c.random, 0.03, 0.008);
+  desk.grain(request.random, 0.03, 0.008);
   return desk;
 }
 
-Canvas paint_screen(Commission& c) {
+Canvas paint_screen(PaintRequest& request) {
   Canvas screen(0.54, 0.32, 0.0015, {22, 22, 24});
-  const bool dark = c.number % 2;
+  const bool dark = request.number % 2;
   const Box shown = screen.all().inset(0.012);
   const Colour paper = dark ? Colour(38, 42, 54) : Colour(236, 238, 240), ink = contrast(paper);
   screen.fill(shown, paper);
   screen.fill({shown.x, shown.y, shown.width, 0.014}, {70, 110, 170});
   screen.fill({shown.x, shown.y + 0.014, 0.09, shown.height - 0.014}, shade(paper, 0.85));
   for (double y = 0.045; y < 0.29; y += 0.0085) {
-    const double indent = 0.12 + 0.014 * c.random.uniform(0, 4);
-    screen.fill({0.02, y, c.random.uniform(0.02, 0.07), 0.004}, shade(ink, 0.8));
-    if (c.random.uniform(0, 6)) paint_code(screen, {indent, y}, c.random);
+    const double indent = 0.12 + 0.014 * request.random.uniform(0, 4);
+    screen.fill({0.02, y, request.random.uniform(0.02, 0.07), 0.004}, shade(ink, 0.8));
+    if (request.random.uniform(0, 6)) paint_code(screen, {indent, y}, request.random);
   }
   const Box plot{0.38, 0.06, 0.13, 0.1};
   screen.fill(plot, {250, 250, 250});
   for (int bar = 0; bar < 8; ++bar) {
-    const double h = c.random.uniform(0.02, 0.09);
-    screen.fill({plot.x + 0.008 + bar * 0.015, plot.y + 0.095 - h, 0.01, h}, any_colour(c.random));
+    const double h = request.random.uniform(0.02, 0.09);
+    screen.fill({plot.x + 0.008 + bar * 0.015, plot.y + 0.095 - h, 0.01, h}, any_colour(request.random));
   }
   return screen;
 }
 
-Canvas paint_drawers(Commission&) {
+Canvas paint_drawers(PaintRequest&) {
   Canvas front(0.42, 0.58, 0.003, {182, 184, 188});
   for (int drawer = 0; drawer < 3; ++drawer) {
     const Box box{0.01, 0.015 + 0.188 * drawer, 0.40, 0.178};
@@ -151,9 +152,9 @@ Canvas paint_drawers(Commission&) {
   return front;
 }
 
-Canvas paint_cabinet(Commission& c) {
+Canvas paint_cabinet(PaintRequest& request) {
   Canvas front(1.2, 0.8, 0.003, {170, 150, 124});
-  wood(front, c.number % 2 ? Colour(176, 146, 108) : Colour(150, 154, 160), c.random);
+  wood(front, request.number % 2 ? Colour(176, 146, 108) : Colour(150, 154, 160), request.random);
   for (double x : {0.0, 0.6}) {
     front.frame({x + 0.008, 0.008, 0.584, 0.784}, 0.008, {84, 72, 58});
     front.fill({x == 0.0 ? 0.53 : 0.65, 0.28, 0.02, 0.16}, {60, 60, 62});
@@ -163,13 +164,13 @@ Canvas paint_cabinet(Commission& c) {
   return front;
 }
 
-Canvas paint_fabric(Commission& c) {
-  Canvas panel(1.6, 1.4, 0.004, any_colour(c.random) * 0.4 + Colour(80, 84, 92));
-  panel.grain(c.random, 0.08, 0.008);
-  for (int note = c.random.uniform(5, 9); note > 0; --note) {
-    const cv::Point2d at{c.random.uniform(0.08, 1.3), c.random.uniform(0.08, 0.75)};
+Canvas paint_fabric(PaintRequest& request) {
+  Canvas panel(1.6, 1.4, 0.004, any_colour(request.random) * 0.4 + Colour(80, 84, 92));
+  panel.grain(request.random, 0.08, 0.008);
+  for (int note = request.random.uniform(5, 9); note > 0; --note) {
+    const cv::Point2d at{request.random.uniform(0.08, 1.3), request.random.uniform(0.08, 0.75)};
     if (note % 2)
-      paint_sheet(panel, at, 0.12, c.random);
+      paint_sheet(panel, at, 0.12, request.random);
     else
       panel.fill({at.x, at.y, 0.09, 0.09}, {236, 214, 96});
   }
@@ -177,14 +178,14 @@ Canvas paint_fabric(Commission& c) {
   return panel;
 }
 
-Canvas paint_carton(Commission& c) {
+Canvas paint_carton(PaintRequest& request) {
   Canvas side(0.5, 0.4, 0.003, {176, 138, 92});
-  side.grain(c.random, 0.05, 0.02);
+  side.grain(request.random, 0.05, 0.02);
   side.fill({0, 0.17, 0.5, 0.05}, {200, 176, 128});
   side.fill({0.3, 0.04, 0.15, 0.1}, {238, 238, 232});
   for (int bar = 0; bar < 14; ++bar)
-    side.fill({0.31 + bar * 0.009, 0.09, c.random.uniform(0.003, 0.007), 0.04}, {30, 30, 30});
-  side.text(c.number % 2 ? "FRAGILE" : "PAPER A4", {0.04, 0.33}, 0.05, 0.008, {120, 30, 26});
+    side.fill({0.31 + bar * 0.009, 0.09, request.random.uniform(0.003, 0.007), 0.04}, {30, 30, 30});
+  side.text(request.number % 2 ? "FRAGILE" : "PAPER A4", {0.04, 0.33}, 0.05, 0.008, {120, 30, 26});
   side.frame(side.all(), 0.006, {120, 92, 60});
   return side;
 }

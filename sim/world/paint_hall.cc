@@ -57,22 +57,22 @@ void paint_locker(Canvas& row, const Box& door, int number, cv::RNG& random) {
 
 }  // namespace
 
-Canvas paint_vinyl(Commission& c) {
-  const bool near = c.number == 2;  // where the robot walks: sharper
+Canvas paint_vinyl(PaintRequest& request) {
+  const bool near = request.number == 2;  // where the robot walks: sharper
   Canvas floor = near ? Canvas(6.0, 4.8, 0.002, {}) : Canvas(25, 11, 0.007, {});
-  near ? lay_tiles(floor, 0, 0, c.random) : lay_tiles(floor, 0.5, 0.1, c.random);
-  for (int scuffs = near ? 60 : 400; scuffs > 0; --scuffs) scuff(floor, c.random);
+  near ? lay_tiles(floor, 0, 0, request.random) : lay_tiles(floor, 0.5, 0.1, request.random);
+  for (int scuffs = near ? 60 : 400; scuffs > 0; --scuffs) scuff(floor, request.random);
   if (near) mark_start(floor, {2.1, 2.55});
-  floor.grain(c.random, 0.02, 0.5);
-  floor.grain(c.random, 0.03, 0.012);
+  floor.grain(request.random, 0.02, 0.5);
+  floor.grain(request.random, 0.03, 0.012);
   return floor;
 }
 
-Canvas paint_hall_ceiling(Commission& c) {
+Canvas paint_hall_ceiling(PaintRequest& request) {
   Canvas module(2.4, 3.6, 0.003, {206, 206, 202});
   for (int hole = 0; hole < 1100; ++hole)
-    module.fill({c.random.uniform(0.0, 2.4), c.random.uniform(0.0, 3.6), 0.012, 0.012},
-                tone({160, 160, 156}, c.random, 0.15));
+    module.fill({request.random.uniform(0.0, 2.4), request.random.uniform(0.0, 3.6), 0.012, 0.012},
+                tone({160, 160, 156}, request.random, 0.15));
   for (double x = 0; x <= 2.4; x += kTile) module.fill({x - 0.012, 0, 0.024, 3.6}, {150, 150, 150});
   for (double y = 0; y <= 3.6; y += kTile) module.fill({0, y - 0.012, 2.4, 0.024}, {150, 150, 150});
   const Box lamp{kTile, 2 * kTile, 2 * kTile, kTile};
@@ -86,18 +86,18 @@ Canvas paint_hall_ceiling(Commission& c) {
   return module;
 }
 
-Canvas paint_lockers(Commission& c) {
-  Canvas row(1.2, 1.8, 0.003, c.number % 2 ? Colour(120, 138, 158) : Colour(142, 148, 152));
+Canvas paint_lockers(PaintRequest& request) {
+  Canvas row(1.2, 1.8, 0.003, request.number % 2 ? Colour(120, 138, 158) : Colour(142, 148, 152));
   for (int door = 0; door < 4; ++door)
-    paint_locker(row, {0.3 * door, 0.0, 0.3, 1.8}, 10 * c.number + door + 1, c.random);
-  row.grain(c.random, 0.015, 0.2);
+    paint_locker(row, {0.3 * door, 0.0, 0.3, 1.8}, 10 * request.number + door + 1, request.random);
+  row.grain(request.random, 0.015, 0.2);
   return row;
 }
 
-Canvas paint_shutter(Commission& c) {
+Canvas paint_shutter(PaintRequest& request) {
   Canvas shutter(3.0, 2.6, 0.004, {168, 172, 174});
   for (double y = 0; y < 2.6; y += 0.1) {
-    const double bright = 1 + c.random.uniform(-0.03, 0.03);
+    const double bright = 1 + request.random.uniform(-0.03, 0.03);
     shutter.gradient({0, y, 3.0, 0.1}, shade({188, 192, 194}, bright), shade({140, 144, 148}, bright));
     shutter.fill({0, y, 3.0, 0.008}, {96, 98, 102});
   }

@@ -54,39 +54,40 @@ void paint_trees(Canvas& view, cv::RNG& random) {
 
 }  // namespace
 
-Canvas paint_carpet(Commission& c) {
-  const bool far = c.number == 2;
+Canvas paint_carpet(PaintRequest& request) {
+  const bool far = request.number == 2;
   const double floor = far ? kHallLong : kLong;
   Canvas carpet(floor, kShort, far ? 0.006 : 0.002, {104, 108, 116});
   constexpr double tile = 0.5;
   for (double y = 0; y < kShort; y += tile)
     for (double x = 0; x <= floor; x += tile) {  // the last tile is outside, but its numbers are drawn
-      const bool accent = c.random.uniform(0.0, 1.0) < 0.12;
+      const bool accent = request.random.uniform(0.0, 1.0) < 0.12;
       const Colour colour = accent ? Colour(150, 132, 96) : Colour(104, 108, 116);
       const Box box{x, y, tile, tile};
-      carpet.fill(box, brightness(colour, c.random, 0.24));
-      const int stripes = c.random.uniform(3, 7);
+      carpet.fill(box, brightness(colour, request.random, 0.24));
+      const int stripes = request.random.uniform(3, 7);
       for (int stripe = 0; stripe < stripes; ++stripe) {
-        const double at = c.random.uniform(0.02, 0.44), wide = c.random.uniform(0.01, 0.05);
-        const double from = c.random.uniform(0.0, 0.3), length = c.random.uniform(0.15, 0.5 - from);
-        const Colour tone = brightness(colour, c.random, 0.6);
-        if (c.random.uniform(0, 2))
+        const double at = request.random.uniform(0.02, 0.44), wide = request.random.uniform(0.01, 0.05);
+        const double from = request.random.uniform(0.0, 0.3),
+                     length = request.random.uniform(0.15, 0.5 - from);
+        const Colour tone = brightness(colour, request.random, 0.6);
+        if (request.random.uniform(0, 2))
           carpet.fill({x + at, y + from, wide, length}, tone);
         else
           carpet.fill({x + from, y + at, length, wide}, tone);
       }
       carpet.frame(box, 0.004, {74, 77, 84});
     }
-  carpet.grain(c.random, 0.05, 0.3);
-  carpet.grain(c.random, 0.12, 0.009);
+  carpet.grain(request.random, 0.05, 0.3);
+  carpet.grain(request.random, 0.12, 0.009);
   return carpet;
 }
 
-Canvas paint_ceiling(Commission& c) {
+Canvas paint_ceiling(PaintRequest& request) {
   Canvas ceiling(kLong, kShort, 0.005, {206, 206, 202});
   for (int hole = 0; hole < 9000; ++hole) {
-    const Box dot{c.random.uniform(0.0, kLong), c.random.uniform(0.0, kShort), 0.012, 0.012};
-    ceiling.fill(dot, brightness({160, 160, 156}, c.random, 0.15));
+    const Box dot{request.random.uniform(0.0, kLong), request.random.uniform(0.0, kShort), 0.012, 0.012};
+    ceiling.fill(dot, brightness({160, 160, 156}, request.random, 0.15));
   }
   constexpr double tile = 0.6, edge_x = 0.1, edge_y = 0.2;
   for (double x = edge_x; x < kLong; x += tile) ceiling.fill({x - 0.012, 0, 0.024, kShort}, {150, 150, 150});
@@ -105,39 +106,40 @@ Canvas paint_ceiling(Commission& c) {
   return ceiling;
 }
 
-Canvas paint_long_wall(Commission& c) {
-  Canvas wall(kLong, kHigh, 0.005, c.number == 1 ? Colour(214, 212, 204) : Colour(206, 204, 190));
-  finish_wall(wall, c.random);
+Canvas paint_long_wall(PaintRequest& request) {
+  Canvas wall(kLong, kHigh, 0.005, request.number == 1 ? Colour(214, 212, 204) : Colour(206, 204, 190));
+  finish_wall(wall, request.random);
   return wall;
 }
 
-Canvas paint_short_wall(Commission& c) {
-  Canvas wall(kShort, kHigh, 0.005, c.number == 1 ? Colour(196, 200, 206) : Colour(212, 206, 194));
-  finish_wall(wall, c.random);
+Canvas paint_short_wall(PaintRequest& request) {
+  Canvas wall(kShort, kHigh, 0.005, request.number == 1 ? Colour(196, 200, 206) : Colour(212, 206, 194));
+  finish_wall(wall, request.random);
   return wall;
 }
 
-Canvas paint_hall_wall(Commission& c) {
+Canvas paint_hall_wall(PaintRequest& request) {
   static const Colour kColours[] = {{208, 206, 200}, {214, 212, 204}, {190, 196, 198}, {206, 202, 192}};
-  Canvas wall(c.number <= 2 ? kHallLong : kHallAcross, kHigh, 0.005, kColours[(c.number + 3) % 4]);
-  finish_wall(wall, c.random);
+  Canvas wall(request.number <= 2 ? kHallLong : kHallAcross, kHigh, 0.005,
+              kColours[(request.number + 3) % 4]);
+  finish_wall(wall, request.random);
   return wall;
 }
 
-Canvas paint_window(Commission& c) {
+Canvas paint_window(PaintRequest& request) {
   Canvas view(2.2, 1.6, 0.004, {180, 205, 235});
   view.gradient(view.all(), {150, 190, 238}, {226, 234, 240});
   for (int cloud = 0; cloud < 40; ++cloud) {
-    const Box wisp{c.random.uniform(-0.3, 2.2), c.random.uniform(-0.1, 0.6), c.random.uniform(0.1, 0.4),
-                   0.04};
-    view.light(wisp, 0.06, c.random.uniform(1.0, 1.14));
+    const Box wisp{request.random.uniform(-0.3, 2.2), request.random.uniform(-0.1, 0.6),
+                   request.random.uniform(0.1, 0.4), 0.04};
+    view.light(wisp, 0.06, request.random.uniform(1.0, 1.14));
   }
   for (double x = -0.1; x < 2.2;) {
-    const double width = c.random.uniform(0.25, 0.6), top = c.random.uniform(0.35, 1.0);
-    paint_building(view, {x, top, width, 1.6 - top}, c.random);
-    x += width + c.random.uniform(-0.02, 0.15);
+    const double width = request.random.uniform(0.25, 0.6), top = request.random.uniform(0.35, 1.0);
+    paint_building(view, {x, top, width, 1.6 - top}, request.random);
+    x += width + request.random.uniform(-0.02, 0.15);
   }
-  paint_trees(view, c.random);
+  paint_trees(view, request.random);
   view.frame(view.all(), 0.06, {236, 236, 232});
   view.frame(view.all().inset(0.055), 0.012, {120, 122, 124});
   view.fill({1.065, 0, 0.07, 1.6}, {236, 236, 232});
@@ -147,12 +149,12 @@ Canvas paint_window(Commission& c) {
   return view;
 }
 
-Canvas paint_door(Commission& c) {
-  Canvas door(0.95, 2.1, 0.0035, c.number == 1 ? Colour(150, 112, 74) : Colour(120, 132, 142));
-  door.grain(c.random, 0.05, 0.02);
-  for (int vein = 0; c.number == 1 && vein < 60; ++vein) {
-    const double x = c.random.uniform(0.0, 0.95), end = x + c.random.uniform(-0.03, 0.03);
-    door.line({x, 0}, {end, 2.1}, 0.004, brightness({140, 102, 66}, c.random, 0.15));
+Canvas paint_door(PaintRequest& request) {
+  Canvas door(0.95, 2.1, 0.0035, request.number == 1 ? Colour(150, 112, 74) : Colour(120, 132, 142));
+  door.grain(request.random, 0.05, 0.02);
+  for (int vein = 0; request.number == 1 && vein < 60; ++vein) {
+    const double x = request.random.uniform(0.0, 0.95), end = x + request.random.uniform(-0.03, 0.03);
+    door.line({x, 0}, {end, 2.1}, 0.004, brightness({140, 102, 66}, request.random, 0.15));
   }
   door.frame(door.all(), 0.06, {205, 202, 196});
   door.frame(door.all().inset(0.058), 0.01, {70, 60, 50});
@@ -163,29 +165,29 @@ Canvas paint_door(Commission& c) {
   door.fill({0.11, 1.06, 0.15, 0.028}, {90, 90, 94});
   const Box sign{0.24, 0.5, 0.24, 0.16};
   door.fill(sign, {240, 240, 236});
-  door.text(c.number == 1 ? "2.17" : "EXIT", {0.26, 0.59}, 0.06, 0.009, {30, 60, 120});
+  door.text(request.number == 1 ? "2.17" : "EXIT", {0.26, 0.59}, 0.06, 0.009, {30, 60, 120});
   door.fill({0.26, 0.615, 0.2, 0.012}, {120, 120, 120});
   return door;
 }
 
-Canvas paint_rug(Commission& c) {
+Canvas paint_rug(PaintRequest& request) {
   Canvas rug(2.4, 1.7, 0.005, {128, 52, 44});
   for (int ring = 0; ring < 6; ++ring)
     rug.frame(rug.all().inset(0.05 + 0.07 * ring), 0.03,
-              brightness(ring % 2 ? Colour(196, 170, 120) : Colour(46, 50, 78), c.random, 0.2));
+              brightness(ring % 2 ? Colour(196, 170, 120) : Colour(46, 50, 78), request.random, 0.2));
   for (int column = 0; column < 5; ++column)
     for (int row = 0; row < 2; ++row) {
       const cv::Point2d at{0.62 + 0.29 * column, 0.68 + 0.34 * row};
       rug.polygon({at - cv::Point2d(0.11, 0), at - cv::Point2d(0, 0.13), at + cv::Point2d(0.11, 0),
                    at + cv::Point2d(0, 0.13)},
-                  brightness({210, 184, 132}, c.random, 0.25));
+                  brightness({210, 184, 132}, request.random, 0.25));
       rug.disc(at, 0.045, {52, 40, 60});
     }
-  rug.grain(c.random, 0.10, 0.01);
+  rug.grain(request.random, 0.10, 0.01);
   return rug;
 }
 
-Canvas paint_radiator(Commission&) {
+Canvas paint_radiator(PaintRequest&) {
   Canvas radiator(1.8, 0.6, 0.004, {228, 228, 224});
   for (double x = 0.03; x < 1.77; x += 0.06) {
     radiator.fill({x, 0.04, 0.018, 0.52}, {150, 150, 148});

@@ -11,7 +11,7 @@ namespace sim::world {
 namespace {
 
 constexpr float kNear = 0.05f, kFar = 40.0f;
-constexpr int kSpareGeoms = 200;  // beyond the model's own: screens before what nobody looks at
+constexpr int kSpareGeoms = 200;  // beyond the model's own: screens over the unsampled parts of the picture
 
 // Planes through the camera's centre along the four sides of the view: normals in the camera's frame,
 // pointing inside.
@@ -23,7 +23,7 @@ std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
 }
 
 // Half the extent of a geom along a direction of its own frame; never less than the true one.
-float reach(const mjvGeom& geom, const Eigen::Vector3f& direction) {
+float half_extent(const mjvGeom& geom, const Eigen::Vector3f& direction) {
   Eigen::Vector3f half(geom.size[0], geom.size[1], geom.size[2]);
   if (geom.type == mjGEOM_PLANE) half.z() = 0;
   if (geom.type == mjGEOM_CAPSULE) half.z() += half.x();
@@ -45,12 +45,12 @@ bool in_view(const mjvGeom& geom, const Placement& placed, const std::array<Eige
   if (geom.type == mjGEOM_PLANE && placed.position.dot(placed.axes.col(2)) > 0)
     return false;  // seen from behind
   return std::all_of(sides.begin(), sides.end(), [&](const Eigen::Vector3f& side) {
-    return placed.position.dot(side) + reach(geom, placed.axes.transpose() * side) > 0;
+    return placed.position.dot(side) + half_extent(geom, placed.axes.transpose() * side) > 0;
   });
 }
 
 float farthest_depth(const mjvGeom& geom, const Placement& placed) {
-  return placed.position.z() + reach(geom, placed.axes.row(2).transpose());
+  return placed.position.z() + half_extent(geom, placed.axes.row(2).transpose());
 }
 
 // A black screen before the camera that fills a rectangle of the picture.
@@ -105,13 +105,13 @@ void Scene::place_camera(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) 
   scene_.camera[0] = scene_.camera[1] = camera;
 }
 
-void Scene::hide_unseen(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
-  for (const cv::Rect& area : pinhole.unseen) scene_.geoms[scene_.ngeom++] = screen(area, X_WC, pinhole);
+void Scene::cover_unsampled(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
+  for (const cv::Rect& area : pinhole.unsampled) scene_.geoms[scene_.ngeom++] = screen(area, X_WC, pinhole);
 }
 
 // What is outside the view is dropped, the rest drawn from near to far so that hidden surfaces cost no
 // texturing.
-void Scene::keep_what_is_in_view(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
+void Scene::cull_and_sort(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
   const auto sides = view_sides(pinhole);
   const Eigen::Isometry3f X_CW = X_WC.inverse().cast<float>();
   mjvGeom* const end = scene_.geoms + scene_.ngeom;
@@ -141,8 +141,8 @@ cv::Mat3b Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, const P
   mjv_updateScene(&model_, const_cast<mjData*>(&data), &option, nullptr, &unused, mjCAT_ALL, &scene_);
   if (light != 1) dim(light);
   place_camera(X_WC, pinhole);
-  hide_unseen(X_WC, pinhole);
-  keep_what_is_in_view(X_WC, pinhole);
+  cover_unsampled(X_WC, pinhole);
+  cull_and_sort(X_WC, pinhole);
   const mjrRect viewport{0, 0, pinhole.width_px, pinhole.height_px};
   mjr_render(viewport, &scene_, &gl_.mjr());
   cv::Mat3b picture(pinhole.height_px, pinhole.width_px);

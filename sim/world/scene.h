@@ -31,8 +31,8 @@ class Scene {
  private:
   void dim(float light);
   void place_camera(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
-  void hide_unseen(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
-  void keep_what_is_in_view(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
+  void cover_unsampled(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
+  void cull_and_sort(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole);
 
   const mjModel& model_;
   GlContext gl_;

@@ -1,4 +1,4 @@
-// Soft shadows where furniture stands on the floor or hangs on a wall, baked into the pictures of these
+// Soft shadows where furniture stands on the floor or hangs on a wall, baked into the textures of these
 // surfaces.
 #pragma once
 

@@ -57,7 +57,7 @@ cv::Mat1b Shutter::expose(const std::vector<cv::Mat>& pictures) const {
   return frame;
 }
 
-void RecentMotion::see(std::chrono::nanoseconds t, const mjModel& model, const mjData& data) {
+void RecentMotion::add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data) {
   const double t_s = 1e-9 * double(t.count());
   poses_.push_back({t_s, Eigen::Map<const Eigen::VectorXd>(data.qpos, model.nq)});
   while (poses_.size() > 2 && poses_[1].t_s < t_s - 1e-9 * double(kept_.count())) poses_.pop_front();

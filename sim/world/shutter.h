@@ -1,4 +1,4 @@
-// The shutter of the simulated camera: which moments each row of a frame sees, and the robot's poses at them.
+// The shutter of the simulated camera: the exposure of each row of a frame, and the robot's poses during it.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -13,7 +13,7 @@
 
 namespace sim::world {
 
-/// Row v of H of a frame stamped t sees from t + readout ((v + 1/2) / H - 1/2) - exposure/2 on for the
+/// Row v of H of a frame stamped t is exposed from t + readout ((v + 1/2) / H - 1/2) - exposure/2 on for the
 /// exposure: the stamp is the middle of the middle row's exposure. Pictures are drawn at evenly spaced
 /// moments, light between two of them being interpolated.
 class Shutter {
@@ -22,7 +22,7 @@ class Shutter {
 
   /// When pictures are to be drawn, s from the stamp; one, at 0, for a shutter that takes no time.
   const std::vector<double>& moments() const { return moments_; }
-  /// Time after the stamp by which the frame has been seen, in whole milliseconds.
+  /// Time from the stamp to the end of the exposure, in whole milliseconds.
   std::chrono::milliseconds lead() const;
   /// The share of each moment's picture (rows) in each image row (columns); each column sums to 1.
   const cv::Mat1f& shares() const { return shares_; }
@@ -39,10 +39,10 @@ class RecentMotion {
  public:
   explicit RecentMotion(std::chrono::nanoseconds kept) : kept_(kept) {}
 
-  /// Positions at a later moment than all before.
-  void see(std::chrono::nanoseconds t, const mjModel& model, const mjData& data);
-  /// Positions at a moment (s), between two that were seen each joint moved evenly; the first or the last
-  /// that is still known for a moment outside. Needs one that was seen.
+  /// Adds positions at a later moment than all before.
+  void add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data);
+  /// Positions at a moment (s), interpolated between the nearest two; outside them the first or the last that
+  /// is still kept. Needs at least one.
   Eigen::VectorXd at(double t_s, const mjModel& model) const;
 
  private:

@@ -23,13 +23,13 @@ struct Friction {
 };
 
 Friction friction(const mjData& d, const mjContact& contact, double sign) {
-  Friction felt{horizontal(contact.pos), Eigen::Vector2d::Zero()};
+  Friction result{horizontal(contact.pos), Eigen::Vector2d::Zero()};
   for (int i = 1; i < contact.dim; ++i) {
     const int row = contact.efc_address + i;
     const double velocity = -d.efc_R[row] * d.efc_force[row] / d.efc_KBIP[4 * row + 1];
-    felt.creep_velocity += sign * velocity * horizontal(contact.frame + 3 * i);
+    result.creep_velocity += sign * velocity * horizontal(contact.frame + 3 * i);
   }
-  return felt;
+  return result;
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ Soles::Soles(mjModel& model, double friction, std::vector<FloorPatch> patches, s
   for (const Pad& pad : pads_) model.geom_friction[3 * pad.geom] = friction_;
 }
 
-void Soles::meet_floor(mjModel& model, const mjData& data) const {
+void Soles::apply_floor(mjModel& model, const mjData& data) const {
   if (patches_.empty() && waves_.empty()) return;
   for (const Pad& pad : pads_) {
     const Eigen::Vector2d place = horizontal(data.geom_xpos + 3 * pad.geom);
@@ -57,41 +57,41 @@ void Soles::meet_floor(mjModel& model, const mjData& data) const {
   }
 }
 
-double Soles::lowest(const mjModel& model, const mjData& data) const {
+double Soles::lowest_pad(const mjModel& model, const mjData& data) const {
   double lowest = std::numeric_limits<double>::infinity();
   for (const Pad& pad : pads_)
     lowest = std::min(lowest, data.geom_xpos[3 * pad.geom + 2] - model.geom_size[3 * pad.geom]);
   return lowest;
 }
 
-void Soles::feel(const mjModel& model, const mjData& data) {
-  for (std::size_t foot = 0; foot < 2; ++foot) feel(model, data, foot);
+void Soles::add_contact_forces(const mjModel& model, const mjData& data) {
+  for (std::size_t foot = 0; foot < 2; ++foot) add_contact_forces(model, data, foot);
   ++steps_;
 }
 
-void Soles::feel(const mjModel& model, const mjData& data, std::size_t foot) {
-  std::array<Friction, 16> felt;
+void Soles::add_contact_forces(const mjModel& model, const mjData& data, std::size_t foot) {
+  std::array<Friction, 16> pads;
   std::size_t n = 0;
-  for (const mjContact* c = data.contact; c < data.contact + data.ncon && n < felt.size(); ++c) {
+  for (const mjContact* c = data.contact; c < data.contact + data.ncon && n < pads.size(); ++c) {
     const auto touches = [&](const Pad& pad) {
       return pad.foot == static_cast<int>(foot) && (pad.geom == c->geom1 || pad.geom == c->geom2);
     };
     const auto pad = std::find_if(pads_.begin(), pads_.end(), touches);
     if (pad == pads_.end() || c->efc_address < 0) continue;
     sum_[foot].load += data.efc_force[c->efc_address];
-    felt[n++] = friction(data, *c, pad->geom == c->geom2 ? 1 : -1);
+    pads[n++] = friction(data, *c, pad->geom == c->geom2 ? 1 : -1);
   }
   if (n == 0) return;
-  // The rigid motion nearest to what the pads do.
+  // The rigid motion nearest to the motion of the pads.
   const double dt = model.opt.timestep, count = static_cast<double>(n);
   Eigen::Vector2d centre = Eigen::Vector2d::Zero(), mean = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < n; ++i) {
-    centre += felt[i].place / count;
-    mean += felt[i].creep_velocity / count;
+    centre += pads[i].place / count;
+    mean += pads[i].creep_velocity / count;
   }
   double turn = 0, spread = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector2d r = felt[i].place - centre, v = felt[i].creep_velocity;
+    const Eigen::Vector2d r = pads[i].place - centre, v = pads[i].creep_velocity;
     turn += r.x() * v.y() - r.y() * v.x();
     spread += r.squaredNorm();
   }

@@ -1,4 +1,5 @@
-// The pads under the soles: the only things that touch the floor, and what the floor does to them.
+// The pads under the soles, which alone are in contact with the floor: its friction, its height, load and
+// creep.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +13,8 @@ struct mjData_;
 
 namespace sim::world {
 
-/// What the floor did to one foot over an interval. Creep: the motion that MuJoCo's softened friction lets
-/// pass below the friction cone, where a real sole would stick; a slide beyond the cone is not in it.
+/// Load and creep of one foot over an interval. Creep is the motion below the friction cone that MuJoCo's
+/// softened friction allows and a real sole would not show; sliding beyond the cone is not part of it.
 struct SoleContact {
   double load = 0;                                  ///< N, mean vertical force
   Eigen::Vector2d creep = Eigen::Vector2d::Zero();  ///< m in W, of the mean of the pads in contact
@@ -29,13 +30,13 @@ class Soles {
 
   /// Gives each pad the friction and the height of the floor below it: the floor of the simulator is a plane,
   /// a pad over a bump is longer by its height. The bumps' slopes (below 1 %) are neglected.
-  void meet_floor(mjModel_& model, const mjData_& data) const;
+  void apply_floor(mjModel_& model, const mjData_& data) const;
 
-  /// How high the lowest pad is above the plane, m.
-  double lowest(const mjModel_& model, const mjData_& data) const;
+  /// Height of the lowest pad above the plane, m.
+  double lowest_pad(const mjModel_& model, const mjData_& data) const;
 
-  /// Adds up what the forces of this step did; to be called when they have been computed.
-  void feel(const mjModel_& model, const mjData_& data);
+  /// Adds load and creep of this step; call it once the step's contact forces have been computed.
+  void add_contact_forces(const mjModel_& model, const mjData_& data);
 
   /// Since the last call: of the left sole, then of the right one.
   std::array<SoleContact, 2> since_last();
@@ -45,7 +46,7 @@ class Soles {
     int geom = 0, foot = 0;  // foot: 0 left, 1 right
     double z = 0;            // in the sole, on an even floor
   };
-  void feel(const mjModel_& model, const mjData_& data, std::size_t foot);
+  void add_contact_forces(const mjModel_& model, const mjData_& data, std::size_t foot);
 
   std::vector<Pad> pads_;
   double friction_;

@@ -1,4 +1,4 @@
-// The room as plain shapes, for those who ask where a ray meets it without a simulator.
+// The room as primitive shapes, so that a ray can be cast at it without the simulator.
 #pragma once
 
 #include <mujoco/mujoco.h>

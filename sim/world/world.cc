@@ -11,9 +11,6 @@
 namespace sim::world {
 namespace {
 
-// The furnished room is for the head camera alone: its geoms touch nothing, yet would cost each step time.
-constexpr char kPhysicalRoom[] = "floor";
-
 constexpr std::chrono::milliseconds kStep{1};
 constexpr double kFallenHeight = 0.45;                // m, of the waist; half-sitting is 0.649
 constexpr double kFallenTilt = std::numbers::pi / 4;  // of the waist's axis from the vertical
@@ -73,7 +70,7 @@ World::World(const WorldOptions& options, const Draw& draw, const walking::Joint
   place(draw.posture_rad.size() == 0 ? q : walking::JointVector(q + draw.posture_rad), X_WB);
   command(q, walking::JointVector::Zero());
   mj_forward(model_.get(), data_.get());
-  felt_from_ = recorded_from_ = imu_state();
+  last_read_ = last_recorded_ = imu_state();
 }
 
 void World::find_ids() {
@@ -142,9 +139,9 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   }
   for (int pass = 0; pass < 2; ++pass) {  // where the pads are decides how long they are
     mj_kinematics(model_.get(), data_.get());
-    soles_.meet_floor(*model_, *data_);
+    soles_.apply_floor(*model_, *data_);
   }
-  base[2] -= soles_.lowest(*model_, *data_);
+  base[2] -= soles_.lowest_pad(*model_, *data_);
 }
 
 void World::command(const walking::JointVector& q, const walking::JointVector& dq) {
@@ -163,8 +160,8 @@ const Status& World::step() {
   }
   push();
   mj_step2(model_.get(), data_.get());
-  soles_.feel(*model_, *data_);
-  soles_.meet_floor(*model_, *data_);
+  soles_.add_contact_forces(*model_, *data_);
+  soles_.apply_floor(*model_, *data_);
   mj_step1(model_.get(), data_.get());
   time_ += kStep;
   status_ = check();
@@ -223,25 +220,25 @@ walking::Wrench World::wrench(int sole_body, int force, int torque) const {
   return wrench;
 }
 
-walking::Felt World::felt() {
+walking::SensorReadings World::sensor_readings() {
   const ImuState now = imu_state();
-  const ImuReading reading = reading_between(felt_from_, now, vector(model_->opt.gravity));
-  felt_from_ = now;
-  walking::Felt felt;
-  felt.gyro = reading.gyro;
-  felt.accelerometer = reading.specific_force;
-  felt.left = wrench(model_->site_bodyid[ids_.left_sole], ids_.left_force, ids_.left_torque);
-  felt.right = wrench(model_->site_bodyid[ids_.right_sole], ids_.right_force, ids_.right_torque);
+  const ImuReading reading = reading_between(last_read_, now, vector(model_->opt.gravity));
+  last_read_ = now;
+  walking::SensorReadings readings;
+  readings.gyro = reading.gyro;
+  readings.accelerometer = reading.specific_force;
+  readings.left = wrench(model_->site_bodyid[ids_.left_sole], ids_.left_force, ids_.left_torque);
+  readings.right = wrench(model_->site_bodyid[ids_.right_sole], ids_.right_force, ids_.right_torque);
   for (int joint = 0; joint < walking::kJoints; ++joint) {
-    felt.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
+    readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
   }
-  return felt;
+  return readings;
 }
 
 ImuReading World::imu_since_last() {
   const ImuState now = imu_state();
-  const ImuReading reading = reading_between(recorded_from_, now, vector(model_->opt.gravity));
-  recorded_from_ = now;
+  const ImuReading reading = reading_between(last_recorded_, now, vector(model_->opt.gravity));
+  last_recorded_ = now;
   return reading;
 }
 

@@ -1,5 +1,4 @@
-// The physics: the robot in its room, moved by its joint servos alone, with what its sensors feel and where
-// it truly is.
+// The physics: the robot in its room, moved by its joint servos alone, its sensor readings and its true pose.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -46,13 +45,13 @@ class World {
   const Status& status() const { return status_; }
   std::chrono::nanoseconds time() const { return time_; }
 
-  /// What the stabiliser feels, gyro and accelerometer as means since the last call of felt().
-  walking::Felt felt();
+  /// Readings for the stabiliser, gyro and accelerometer as means since the last call (or the start).
+  walking::SensorReadings sensor_readings();
 
   /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
   ImuReading imu_since_last();
 
-  /// What the floor did to the left and the right sole since the last call (or the start).
+  /// Load and creep of the left and the right sole since the last call (or the start).
   std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
 
   /// True poses in W. Ground truth: for the score alone, never for filter, stabiliser or plan.
@@ -95,7 +94,7 @@ class World {
   walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's
   std::chrono::nanoseconds time_{0};
   Status status_;
-  ImuState felt_from_, recorded_from_;
+  ImuState last_read_, last_recorded_;  // at the last call of sensor_readings() and imu_since_last()
 };
 
 }  // namespace sim::world

@@ -1,4 +1,4 @@
-"""Reads exported folders with numpy and Python's own csv and zlib, and compares them with what was to be in them.
+"""Reads exported folders with numpy and Python's own csv and zlib, and compares them with the expected contents.
 python3 read_exports.py FORMAT FOLDER EXPECTED"""
 
 import csv
@@ -121,13 +121,6 @@ def orbslam3(folder, expected):
     if expected.pinhole:
         assert focal(folder / "settings.yaml") == pinhole_focal(folder / "mav0/cam0/sensor.yaml")
     expected.check_tum(folder / "groundtruth.tum", expected.truth)
-
-
-def kalibr(folder, expected):
-    expected.check_images(folder / "cam0", folder / "camchain-imucam.yaml")
-    rows = table(folder / "imu0.csv")
-    assert rows[0] == "timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z".split(",")
-    expected.check_imu(rows[1:])
 
 
 def undistorted(expected, stamp, f):

@@ -1,4 +1,4 @@
-// Reads an exported MCAP file with the readers of its own community and compares it with what was to be in it.
+// Reads an exported MCAP file with the readers of the MCAP project and compares it with the expected contents.
 // node read_mcap.cjs NODE_MODULES FILE IMAGE_TOPIC INFO_TOPIC IMU_TOPIC EXPECTED
 "use strict";
 const fs = require("fs");

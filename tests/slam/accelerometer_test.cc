@@ -14,36 +14,37 @@ synthetic::Walk noise_free() {
   return walk;
 }
 
-TEST(Accelerometer, ImpulseIsTheChangeOfTheCamerasMeanVelocity) {
+TEST(Accelerometer, IncrementIsTheChangeOfTheCamerasMeanVelocity) {
   const synthetic::Walk walk = noise_free();
   const synthetic::Recording recording(walk);
   for (int frame = 60; frame < 140; frame += 7) {
     const Observation o = recording.observation(frame), next = recording.observation(frame + 1);
     const InertialInterval earlier{walk.stamp(frame - 1), o.t, o.gyro, o.accelerometer};
     const InertialInterval later{o.t, next.t, next.gyro, next.accelerometer};
-    const auto impulse = mean_velocity_change(earlier, later, synthetic::calibration().X_CG,
-                                              Eigen::Vector3d::Zero(), Options{});
-    ASSERT_TRUE(impulse);
+    const auto increment =
+        velocity_increment(earlier, later, synthetic::calibration().X_CG, Eigen::Vector3d::Zero(), Options{});
+    ASSERT_TRUE(increment);
     const Eigen::Isometry3d X0 = walk.X_WC(seconds(earlier.from)), X1 = walk.X_WC(seconds(o.t)),
                             X2 = walk.X_WC(seconds(next.t));
     const Eigen::Vector3d change = (X2.translation() - X1.translation()) / seconds(next.t - o.t) -
                                    (X1.translation() - X0.translation()) / seconds(o.t - earlier.from);
-    const Eigen::Vector3d felt =
-        X1.linear() * impulse->impulse_C + impulse->duration_s * Eigen::Vector3d(0, 0, -9.81);
-    EXPECT_NEAR((felt - change).norm(), 0, 3e-5);  // m/s: acceleration taken as constant over 5 ms readings
+    const Eigen::Vector3d measured =
+        X1.linear() * increment->increment_C + increment->duration_s * Eigen::Vector3d(0, 0, -9.81);
+    EXPECT_NEAR((measured - change).norm(), 0,
+                3e-5);  // m/s: acceleration taken as constant over 5 ms readings
   }
 }
 
-TEST(Accelerometer, SaysNothingWhenReadingsAreMissing) {
+TEST(Accelerometer, GivesNothingWhenReadingsAreMissing) {
   const synthetic::Walk walk = noise_free();
   const synthetic::Recording recording(walk);
   const Observation o = recording.observation(10), next = recording.observation(11);
   const InertialInterval whole{walk.stamp(9), o.t, o.gyro, o.accelerometer};
   InertialInterval holed{o.t, next.t, next.gyro, next.accelerometer};
   const auto X_CG = synthetic::calibration().X_CG;
-  EXPECT_TRUE(mean_velocity_change(whole, holed, X_CG, Eigen::Vector3d::Zero(), Options{}));
+  EXPECT_TRUE(velocity_increment(whole, holed, X_CG, Eigen::Vector3d::Zero(), Options{}));
   holed.accelerometer.erase(holed.accelerometer.begin() + 2);
-  EXPECT_FALSE(mean_velocity_change(whole, holed, X_CG, Eigen::Vector3d::Zero(), Options{}));
+  EXPECT_FALSE(velocity_increment(whole, holed, X_CG, Eigen::Vector3d::Zero(), Options{}));
 }
 
 TEST(Gyro, TurnsTheCameraOfAWalkExactlyAsItTurned) {

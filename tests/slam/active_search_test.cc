@@ -5,29 +5,25 @@
 #include <cmath>
 #include <memory>
 #include <opencv2/imgproc.hpp>
-#include <random>
+
+#include "tests/slam/test_scenes.h"
 
 namespace slam {
 namespace {
 
 /// Smoothed noise: no two places alike.
 cv::Mat picture() {
-  cv::Mat image(240, 320, CV_8UC1), smooth;
-  std::mt19937_64 random(3);
-  for (int row = 0; row < 240; ++row)
-    for (int column = 0; column < 320; ++column)
-      image.ptr<uchar>(row)[column] = static_cast<uchar>(random() % 256);
-  cv::GaussianBlur(image, smooth, cv::Size(0, 0), 2);
+  cv::Mat smooth;
+  cv::GaussianBlur(random_blocks(320, 1, 3), smooth, cv::Size(0, 0), 2);
   cv::normalize(smooth, smooth, 0, 255, cv::NORM_MINMAX);
   return smooth;
 }
 
-/// A camera that looks along +x, its landmark 4 m away at `pixel`, and how the camera was believed to be
-/// turned about the vertical when the search begins.
+/// A camera that looks along +x, its landmark 4 m away at `pixel`, and the estimated rotation of the camera
+/// about the vertical when the search begins.
 struct Scene {
   explicit Scene(const Eigen::Vector2i& pixel, double turned = 0, double sigma_turn = 0.01) {
-    RobotVector x = RobotVector::Zero();
-    x.segment<4>(kOrientation) << 0.5, -0.5, 0.5, -0.5;
+    RobotVector x = looking_ahead({0, 0, 0});
     const Eigen::Vector4d q_first = x.segment<4>(kOrientation);
     Landmark landmark;
     landmark.X_WC_first.linear() = rotation_matrix(q_first);
@@ -35,17 +31,17 @@ struct Scene {
     landmark.kind = InverseDepth{};
     x.segment<4>(kOrientation) = quaternion_product(quaternion_exp({0, 0, turned}), q_first);
     RobotMatrix P = RobotMatrix::Zero();
-    const Matrix43d dq = left_matrix(x.segment<4>(kOrientation)).rightCols<3>() / 2;
+    const Matrix43d dq = small_rotation_jacobian(x.segment<4>(kOrientation));
     P.block<4, 4>(kOrientation, kOrientation) = sigma_turn * sigma_turn * dq * dq.transpose();
-    kalman = std::make_unique<Kalman>(x, P, false);
+    kalman = std::make_unique<Kalman>(RobotState{x, P}, false);
     const auto ray = camera.unproject(pixel.cast<double>());
     RobotVector x_first = x;
     x_first.segment<4>(kOrientation) = q_first;
     Options::Depth depth;
     depth.inverse_1_m = 0.25;
-    Beginning beginning = begin_inverse_depth(x_first, *ray, 0.1, depth);
-    beginning.J_robot.setZero();  // known from before, whatever the present pose
-    landmark.at = kalman->append(beginning);
+    LandmarkInitialisation initial = initialise_inverse_depth(x_first, *ray, 0.1, depth);
+    initial.J_robot.setZero();  // independent of the present pose
+    landmark.at = kalman->append(initial);
     landmarks = {landmark};
   }
   std::vector<Candidate> view() const { return predict_view(*kalman, landmarks, camera, 1); }
@@ -73,29 +69,29 @@ TEST(ActiveSearch, InnovationCovarianceIsThatOfPoseLandmarkAndPixel) {
   EXPECT_NEAR(view[0].S(1, 1), std::pow(195 * sigma_turn, 2) + 0.01 + 1, 0.01 * view[0].S(1, 1));
 }
 
-TEST(ActiveSearch, FindsTheLandmarkThatAWrongPoseMisplaced) {
+TEST(ActiveSearch, FindsALandmarkThatAWrongPosePredictsElsewhere) {
   const Scene scene({170, 120}, 0.025);  // 5 px away
   const auto view = scene.view();
   ASSERT_EQ(view.size(), 1u);
   EXPECT_GT((view[0].pixel - Eigen::Vector2d(170, 120)).norm(), 4);
-  const auto found = find(scene.image, scene.landmarks[0], view[0], Options::Vision{});
+  const auto found = search_candidate(scene.image, scene.landmarks[0], view[0], Options::Vision{});
   ASSERT_TRUE(found);
   const Eigen::Vector2d at = view[0].pixel + Eigen::Vector2d(found->innovation);
   EXPECT_LT((at - Eigen::Vector2d(170, 120)).norm(), 0.1);  // px, what the slight warp displaces
 }
 
-TEST(ActiveSearch, DoesNotLookBeyondThreeSigma) {
+TEST(ActiveSearch, DoesNotSearchBeyondThreeSigma) {
   const Scene scene({170, 120}, 0.06, 0.003);  // 12 px away, 3σ of 1.1 px twice
   const auto view = scene.view();
   ASSERT_EQ(view.size(), 1u);
-  EXPECT_FALSE(find(scene.image, scene.landmarks[0], view[0], Options::Vision{}));
+  EXPECT_FALSE(search_candidate(scene.image, scene.landmarks[0], view[0], Options::Vision{}));
 }
 
 TEST(ActiveSearch, FindsNothingWhereTheLandmarkHasGone) {
   const Scene scene({170, 120});
   cv::Mat other;
   cv::flip(scene.image, other, -1);
-  EXPECT_FALSE(find(other, scene.landmarks[0], scene.view()[0], Options::Vision{}));
+  EXPECT_FALSE(search_candidate(other, scene.landmarks[0], scene.view()[0], Options::Vision{}));
 }
 
 TEST(ActiveSearch, PredictsNothingThatIsBehindOrOutsideOrTooNearTheBorder) {
@@ -105,7 +101,7 @@ TEST(ActiveSearch, PredictsNothingThatIsBehindOrOutsideOrTooNearTheBorder) {
   EXPECT_TRUE(Scene({20, 120}, -0.12).view().empty());  // within 7 px of the border
 }
 
-TEST(ActiveSearch, KeepsThoseWhoseInnovationsAreMostUncertainFirst) {
+TEST(ActiveSearch, KeepsTheMostUncertainInnovationsInFallingOrder) {
   const Scene scene({170, 120});
   std::vector<Candidate> candidates(5, scene.view()[0]);
   for (std::size_t i = 0; i < 5; ++i) {

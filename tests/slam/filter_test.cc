@@ -1,4 +1,3 @@
-// The whole filter: what it refuses, what it survives, and short walks through the synthetic room.
 #include "slam/filter.h"
 
 #include <gtest/gtest.h>
@@ -13,9 +12,7 @@
 namespace slam {
 namespace {
 
-using synthetic::Path;
-
-/// A quarter of a minute's fraction that still holds a few steps and some turning; rendered once per process.
+/// A walk of a few steps and some turning, rendered once per process.
 const synthetic::Recording& short_walk() {
   static const synthetic::Recording recording = [] {
     synthetic::Walk walk;
@@ -26,8 +23,8 @@ const synthetic::Recording& short_walk() {
   return recording;
 }
 
-Filter filter_at_start(const Options& options) {
-  return {options, synthetic::calibration(), short_walk().walk().X_WC(0), 1};
+Filter filter_at_start(const Options& options, std::uint64_t seed = 1) {
+  return {options, synthetic::calibration(), short_walk().walk().X_WC(0), seed};
 }
 
 struct Errors {
@@ -72,14 +69,14 @@ TEST(Filter, FollowsAShortWalkWithinItsOwnUncertainty) {
   EXPECT_GT(e.accepted, 5 * short_walk().walk().frames());
 }
 
-TEST(Filter, WithoutThePlanOrTheAccelerometerThereIsNoScaleAndTheWalkIsFollowedWorse) {
+TEST(Filter, WithoutPlanAndAccelerometerThereIsNoScaleAndTheWalkIsFollowedWorse) {
   Options vision_alone;
   vision_alone.gyro.enabled = vision_alone.accelerometer.enabled = false;
   vision_alone.plan_velocity.enabled = vision_alone.height.enabled = false;
   EXPECT_GT(walk(vision_alone).rms_m, 3 * walk(Options{}).rms_m);
 }
 
-TEST(Filter, WithoutVisionItKnowsThatItDriftsMore) {
+TEST(Filter, WithoutVisionItsUncertaintyIsLarger) {
   Options blind;
   blind.vision.enabled = false;
   const Errors e = walk(blind);
@@ -157,21 +154,47 @@ TEST(Filter, RefusesMalformedObservationsAndIsLeftBitIdentical) {
   EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed));
 }
 
-TEST(Filter, ADarkImageIsReportedAndCostsNoLandmark) {
-  Filter filter = filter_at_start(Options{});
-  const synthetic::Recording& recording = short_walk();
-  for (int k = 0; k < 30; ++k) filter.step(recording.observation(k));
-  const std::size_t landmarks = filter.map().size();
-  for (int k = 30; k < 60; ++k) {
-    Observation o = recording.observation(k);
-    o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(3));
-    EXPECT_NE(filter.step(o).refused, "");
-  }
-  EXPECT_EQ(filter.map().size(), landmarks);
-  EXPECT_GT(filter.step(recording.observation(60)).accepted, 5);
+TEST(Filter, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {
+  Filter a = filter_at_start({}, 3), b = filter_at_start({}, 3), c = filter_at_start({}, 4);
+  for (int k = 0; k < 30; ++k)
+    for (Filter* filter : {&a, &b, &c}) filter->step(short_walk().observation(k));
+  EXPECT_EQ(fingerprint(a), fingerprint(b));
+  EXPECT_NE(fingerprint(a), fingerprint(c));
 }
 
-TEST(Filter, SaysThatTrackingIsLostWhenItSeesAnotherRoom) {
+TEST(Filter, FlatAndFrozenImagesAreNamedAndCostNoLandmark) {
+  const synthetic::Recording& recording = short_walk();
+  for (const double grey : {-1.0, 0.0, 3.0, 255.0}) {  // -1: the last image again
+    Filter filter = filter_at_start(Options{});
+    Observation o;
+    for (int k = 0; k < 30; ++k) filter.step(o = recording.observation(k));
+    const cv::Mat image = grey < 0 ? o.image : cv::Mat(240, 320, CV_8UC1, cv::Scalar(grey));
+    const std::size_t landmarks = filter.map().size();
+    for (int k = 30; k < 45; ++k) {
+      o = recording.observation(k);
+      o.image = image;
+      EXPECT_EQ(filter.step(o).refused, grey < 0 ? "the image is the last one again" : "the image is flat");
+    }
+    EXPECT_EQ(filter.map().size(), landmarks);
+    EXPECT_GT(filter.step(recording.observation(45)).accepted, 5);
+  }
+}
+
+TEST(Filter, WithoutImagesPlanAndSensorsTheUncertaintyGrowsFromFrameToFrame) {
+  Filter filter = filter_at_start(Options{});
+  double before = 0;
+  for (int k = 0; k < 60; ++k) {
+    Observation o = short_walk().observation(k);
+    if (k >= 30) o = {o.t, {}, {}, {}, {}};
+    EXPECT_EQ(filter.step(o).health, Health::ok);
+    const double trace = filter.estimate().covariance.trace();
+    EXPECT_TRUE(k < 30 || trace > before) << k;
+    before = trace;
+  }
+  EXPECT_TRUE(filter.estimate().X_WC.matrix().allFinite());
+}
+
+TEST(Filter, TrackingIsLostWhenItSeesAnotherRoom) {
   const synthetic::Recording& recording = short_walk();
   Filter filter = filter_at_start(Options{});
   Health health = Health::ok;
@@ -195,8 +218,8 @@ TEST(Filter, LandmarksAreMappedWhereTheyWereSeenWithinTheirUncertainty) {
   std::map<int, Eigen::Vector3d> seen;
   for (int k = 0; k < recording.walk().frames(); ++k) {
     const Eigen::Isometry3d X_WC = recording.walk().X_WC(seconds(recording.walk().stamp(k)));
-    for (const Sighting& begun : filter.step(recording.observation(k)).begun)
-      seen[begun.landmark] = room.hit(X_WC.translation(), X_WC.linear() * camera.unproject(begun.pixel)->h);
+    for (const Sighting& first : filter.step(recording.observation(k)).initialised)
+      seen[first.landmark] = room.hit(X_WC.translation(), X_WC.linear() * camera.unproject(first.pixel)->h);
   }
   int within = 0, measured = 0;
   for (const MapPoint& p : filter.map()) {
@@ -208,6 +231,36 @@ TEST(Filter, LandmarksAreMappedWhereTheyWereSeenWithinTheirUncertainty) {
   EXPECT_GE(measured, 5);
   EXPECT_GE(within,
             0.7 * measured);  // depths begin far from Gaussian; some corners lie on edges of furniture
+}
+
+/// Position NEES after standing still, from a start that is off by what the options say it may be.
+double nees_after_standing(std::uint64_t seed) {
+  synthetic::Recording noisy = short_walk();
+  noisy.reseed(seed);
+  synthetic::Normal normal(seed);
+  Options options;
+  options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;  // it stands still
+  // wide enough to be most of the error: the room's images are better than vision.sigma_px says
+  options.start.sigma_position_m = options.start.sigma_orientation_rad = 0.01;
+  Eigen::Isometry3d start = noisy.walk().X_WC(0);
+  const Eigen::Vector3d turn =
+      options.start.sigma_orientation_rad * Eigen::Vector3d(normal(), normal(), normal());
+  start.linear() = start.linear() * Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  start.translation() += options.start.sigma_position_m * Eigen::Vector3d(normal(), normal(), normal());
+  Filter f(options, synthetic::calibration(), start, seed);
+  for (int k = 0; k < 12; ++k) f.step(noisy.observation(k));
+  const Eigen::Vector3d error = noisy.walk().X_WC(0).translation() - f.estimate().X_WC.translation();
+  return error.dot(f.estimate().covariance.bottomRightCorner<3, 3>().llt().solve(error));
+}
+
+TEST(Filter, ErrorsOverManyStartsAreAsLargeAsTheFilterSays) {
+  constexpr int kRuns = 30;
+  double mean = 0;
+  for (int seed = 1; seed <= kRuns; ++seed)
+    mean += nees_after_standing(static_cast<std::uint64_t>(seed)) / kRuns;
+  // chi-square of 3 x 30: 99.9 % of such means lie between 1.74 and 4.69 where the filter is right
+  EXPECT_GT(mean, 1.74);
+  EXPECT_LT(mean, 4.69);
 }
 
 TEST(Filter, TheHeadingsUncertaintyNeverFallsBelowWhatItWasAtTheStart) {

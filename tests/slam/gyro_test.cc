@@ -62,7 +62,7 @@ TEST(Gyro, MeanRateIsInTheCamerasAxes) {
   EXPECT_LT((rate->w_C - R_CG * kRateVector).norm(), 1e-13);
 }
 
-TEST(Gyro, SaysNothingWhereLessThanHalfTheIntervalIsCovered) {
+TEST(Gyro, GivesNothingWhereLessThanHalfTheIntervalIsCovered) {
   const auto of = [](milliseconds covered) {
     return mean_rate(readings(milliseconds(0), covered, kRateVector), milliseconds(0), milliseconds(40),
                      kSame, Options());
@@ -91,7 +91,7 @@ TEST(Gyro, MeasurementsJacobianIsItsDerivative) {
   EXPECT_EQ(m.R, 0.0004 * Eigen::Matrix3d::Identity());
 }
 
-TEST(Gyro, InnovationIsWhatRateAndBiasLeave) {
+TEST(Gyro, InnovationIsTheReadingWithoutRateAndBias) {
   RobotVector x = RobotVector::Zero();
   x.segment<3>(kRate) << 0.1, 0.2, 0.3;
   x.segment<3>(kGyroBias) << 0.01, 0.02, 0.03;

@@ -35,39 +35,41 @@ TEST(InverseDepth, BearingIsOfUnitLengthAndItsJacobianIsItsDerivative) {
   }
 }
 
-TEST(InverseDepth, BeginsOnTheLineOfSightAtTheDepthOfTheOptions) {
+TEST(InverseDepth, IsInitialisedOnTheRayAtTheDepthOfTheOptions) {
   const Camera camera{CameraIntrinsics{}};
   const auto ray = camera.unproject({50, 200});
   Options::Depth options;
   options.inverse_1_m = 0.2;
   const RobotVector x = generic_state();
-  const Beginning b = begin_inverse_depth(x, *ray, 1, options);
+  const LandmarkInitialisation b = initialise_inverse_depth(x, *ray, 1, options);
   const Eigen::Vector3d along = rotation_matrix(x.segment<4>(kOrientation)) * ray->h.normalized();
   EXPECT_LT((inverse_depth_position(b.y) - x.head<3>() - 5 * along).norm(), 1e-13);
 }
 
-TEST(InverseDepth, JacobianOfTheBeginningIsItsDerivative) {
+TEST(InverseDepth, JacobianOfTheInitialisationIsItsDerivative) {
   const Camera camera{CameraIntrinsics{}};
   const auto ray = camera.unproject({50, 200});
-  const auto begun = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-    return begin_inverse_depth(x, *ray, 1, {}).y;
+  const auto initialised = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return initialise_inverse_depth(x, *ray, 1, {}).y;
   };
   const RobotVector x = generic_state();
-  EXPECT_LT((begin_inverse_depth(x, *ray, 1, {}).J_robot - numerical_jacobian(begun, x)).norm(), kCentral);
+  EXPECT_LT((initialise_inverse_depth(x, *ray, 1, {}).J_robot - numerical_jacobian(initialised, x)).norm(),
+            kCentral);
 }
 
-TEST(InverseDepth, NoiseOfTheBeginningIsThatOfPixelAndDepth) {
+TEST(InverseDepth, NoiseOfTheInitialisationIsThatOfPixelAndDepth) {
   const Camera camera{CameraIntrinsics{}};
   const Eigen::Vector2d pixel(50, 200);
   Options::Depth options;
   options.sigma_inverse_1_m = 0.4;
-  const auto begun = [&](const Eigen::VectorXd& p) -> Eigen::VectorXd {
-    return begin_inverse_depth(generic_state(), *camera.unproject(p), 1, options).y;
+  const auto initialised = [&](const Eigen::VectorXd& p) -> Eigen::VectorXd {
+    return initialise_inverse_depth(generic_state(), *camera.unproject(p), 1, options).y;
   };
-  const Eigen::MatrixXd J = numerical_jacobian(begun, pixel, 1e-4);
+  const Eigen::MatrixXd J = numerical_jacobian(initialised, pixel, 1e-4);
   Eigen::MatrixXd expected = 1.5 * 1.5 * J * J.transpose();
   expected(5, 5) += 0.16;
-  const Beginning b = begin_inverse_depth(generic_state(), *camera.unproject(pixel), 1.5, options);
+  const LandmarkInitialisation b =
+      initialise_inverse_depth(generic_state(), *camera.unproject(pixel), 1.5, options);
   EXPECT_LT((b.noise - expected).norm(), 1e-11);  // slopes 5e-3 rad/px
 }
 

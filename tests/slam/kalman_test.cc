@@ -6,58 +6,10 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "tests/slam/synthetic_room.h"
+#include "tests/slam/random_filter.h"
 
 namespace slam {
 namespace {
-
-using synthetic::Normal;
-
-Eigen::MatrixXd random_matrix(int rows, int columns, Normal& normal) {
-  Eigen::MatrixXd A(rows, columns);
-  for (Eigen::Index i = 0; i < A.size(); ++i) A(i) = normal();
-  return A;
-}
-
-RobotVector random_mean(Normal& normal) {
-  RobotVector x = random_matrix(kRobot, 1, normal);
-  x.segment<4>(kOrientation).normalize();
-  return x;
-}
-
-RobotMatrix random_covariance(Normal& normal) {
-  const RobotMatrix A = random_matrix(kRobot, kRobot, normal), P = 0.01 * A * A.transpose();
-  return (P + P.transpose()) / 2;  // symmetric to the last bit
-}
-
-Beginning random_beginning(Normal& normal) {
-  const Eigen::MatrixXd A = random_matrix(6, 6, normal);
-  return {random_matrix(6, 1, normal), random_matrix(6, kRobot, normal), 0.01 * A * A.transpose()};
-}
-
-/// A robot and `landmarks` landmarks of 6 parameters, all correlated.
-Kalman random_filter(int landmarks, bool constrained, Normal& normal) {
-  Kalman kalman(random_mean(normal), random_covariance(normal), constrained);
-  for (int i = 0; i < landmarks; ++i) kalman.append(random_beginning(normal));
-  return kalman;
-}
-
-Measurement random_measurement(int rows, int landmark_at, double sigma, Normal& normal) {
-  Measurement m(rows);
-  m.innovation = 0.1 * random_matrix(rows, 1, normal);
-  m.H_robot = random_matrix(rows, kRobot, normal);
-  if (landmark_at > 0) m.H_landmark = random_matrix(rows, 6, normal);
-  m.landmark_at = landmark_at;
-  m.R.diagonal().setConstant(sigma * sigma);
-  return m;
-}
-
-Eigen::MatrixXd dense_H(const Measurement& m, int size) {
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m.rows, size);
-  H.leftCols<kRobot>() = m.H_robot;
-  if (m.H_landmark.cols() > 0) H.middleCols(m.landmark_at, m.H_landmark.cols()) += m.H_landmark;
-  return H;
-}
 
 double smallest_eigenvalue(const Eigen::MatrixXd& A) {
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
@@ -80,34 +32,24 @@ TEST(Kalman, PredictionIsTheDenseOne) {
   EXPECT_EQ(kalman.state().x().tail(18), landmarks);
 }
 
+/// Updates with the measurements stacked.
+bool update(Kalman& kalman, const std::vector<Measurement>& measurements) {
+  StackedMeasurement stacked;
+  stack(kalman.state(), measurements, stacked);
+  return kalman.update(stacked);
+}
+
 TEST(Kalman, BlockUpdateIsTheTextbookOneWithTheQuaternionNormalised) {
   Normal normal(2);
   Kalman kalman = random_filter(3, false, normal);
-  const Eigen::MatrixXd P = kalman.state().P();
-  const Eigen::VectorXd x = kalman.state().x();
-  const int size = static_cast<int>(P.rows());
-  const std::vector<Measurement> measurements{random_measurement(3, 0, 0.1, normal),
-                                              random_measurement(2, kRobot + 6, 0.3, normal),
-                                              random_measurement(1, 0, 0.2, normal)};
-  Eigen::MatrixXd H(6, size), R = Eigen::MatrixXd::Zero(6, 6);
-  Eigen::VectorXd nu(6);
-  for (int row = 0; const Measurement& m : measurements) {
-    H.middleRows(row, m.rows) = dense_H(m, size);
-    R.block(row, row, m.rows, m.rows) = m.R;
-    nu.segment(row, m.rows) = m.innovation;
-    row += m.rows;
-  }
-  const Eigen::MatrixXd S = H * P * H.transpose() + R, K = P * H.transpose() * S.inverse();
-  Eigen::VectorXd x_after = x + K * nu;
-  Eigen::MatrixXd N = Eigen::MatrixXd::Identity(size, size);
+  const DenseStack dense(kalman.state(), normal);
+  const Eigen::MatrixXd P = kalman.state().P(), K = dense.PHt * dense.S.inverse();
+  Eigen::VectorXd x_after = kalman.state().x() + K * dense.nu;
+  Eigen::MatrixXd N = Eigen::MatrixXd::Identity(P.rows(), P.rows());
   N.block<4, 4>(kOrientation, kOrientation) = normalised_jacobian(x_after.segment<4>(kOrientation));
   x_after.segment<4>(kOrientation).normalize();
-  const Eigen::MatrixXd P_after = N * (P - K * S * K.transpose()) * N.transpose();
-
-  Joint joint;
-  kalman.stack(measurements, joint);
-  EXPECT_LT((joint.S() - S).norm(), 1e-13 * S.norm());
-  ASSERT_TRUE(kalman.update(joint));
+  const Eigen::MatrixXd P_after = N * (P - K * dense.S * K.transpose()) * N.transpose();
+  ASSERT_TRUE(update(kalman, dense.measurements));
   EXPECT_LT((kalman.state().x() - x_after).norm(), 1e-10);  // condition of S about 1e4
   EXPECT_LT((kalman.state().P() - P_after).norm(), 1e-10);
 }
@@ -120,8 +62,8 @@ Kalman linear_filter(Normal& normal) {
   P.middleCols<4>(kOrientation).setZero();
   RobotVector x = random_mean(normal);
   x.segment<4>(kOrientation) << 1, 0, 0, 0;
-  Kalman kalman(x, P, false);
-  for (int i = 0; i < 3; ++i) kalman.append(random_beginning(normal));
+  Kalman kalman({x, P}, false);
+  for (int i = 0; i < 3; ++i) kalman.append(random_landmark(normal));
   return kalman;
 }
 
@@ -133,13 +75,10 @@ TEST(Kalman, BlockUpdateEqualsSequentialUpdatesForLinearMeasurements) {
   std::vector<Measurement> measurements;
   for (int i = 0; i < 8; ++i)
     measurements.push_back(random_measurement(2, i % 4 == 3 ? 0 : kRobot + 6 * (i % 4), 0.1, normal));
-  Joint joint;
-  block.stack(measurements, joint);
-  ASSERT_TRUE(block.update(joint));
+  ASSERT_TRUE(update(block, measurements));
   for (Measurement m : measurements) {
     m.innovation -= dense_H(m, sequential.state().size) * (sequential.state().x() - x0);
-    sequential.stack({m}, joint);
-    ASSERT_TRUE(sequential.update(joint));
+    ASSERT_TRUE(update(sequential, {m}));
   }
   EXPECT_LT((block.state().x() - sequential.state().x()).norm(), 1e-10);  // condition of S about 1e4
   EXPECT_LT((block.state().P() - sequential.state().P()).norm(), 1e-10);
@@ -150,9 +89,8 @@ TEST(Kalman, AnUpdateNeverAddsUncertainty) {
   for (int trial = 0; trial < 20; ++trial) {
     Kalman kalman = linear_filter(normal);
     const Eigen::MatrixXd before = kalman.state().P();
-    Joint joint;
-    kalman.stack({random_measurement(3, kRobot, 0.1, normal), random_measurement(2, 0, 1, normal)}, joint);
-    ASSERT_TRUE(kalman.update(joint));
+    ASSERT_TRUE(
+        update(kalman, {random_measurement(3, kRobot, 0.1, normal), random_measurement(2, 0, 1, normal)}));
     EXPECT_GT(smallest_eigenvalue(before - kalman.state().P()), -1e-14 * before.norm());  // rounding
     EXPECT_LT(kalman.state().P().trace(), before.trace());
   }
@@ -162,16 +100,14 @@ TEST(Kalman, CovarianceStaysPositiveThroughManyUpdatesAndPredictions) {
   for (const double sigma : {1.0, 1e-2, 1e-5}) {
     Normal normal(5);
     Kalman kalman = random_filter(6, true, normal);
-    Joint joint;
     for (int i = 0; i < 1800; ++i) {
       RobotVector f = kalman.state().x().head<kRobot>();
       kalman.predict(f, RobotMatrix::Identity(), 1e-6 * RobotMatrix::Identity());
       Measurement m = random_measurement(2, kRobot + 6 * (i % 6), sigma, normal);
       m.innovation *= sigma;
       kalman.constrain(m);
-      kalman.stack({m}, joint);
-      ASSERT_TRUE(kalman.update(joint)) << i;
-      ASSERT_TRUE(kalman.sound(kalman.state().size)) << i;
+      ASSERT_TRUE(update(kalman, {m})) << i;
+      ASSERT_TRUE(kalman.is_valid(kalman.state().size)) << i;
     }
     const Eigen::MatrixXd P = kalman.state().P();
     // A quaternion's length has no uncertainty, so that P is only semi-definite: 0 but for rounding.
@@ -183,46 +119,31 @@ TEST(Kalman, CovarianceStaysPositiveThroughManyUpdatesAndPredictions) {
 TEST(Kalman, UncertaintyOfTheQuaternionsLengthIsGoneAfterAnUpdate) {
   Normal normal(6);
   Kalman kalman = random_filter(2, false, normal);
-  Joint joint;
-  kalman.stack({random_measurement(2, kRobot, 0.1, normal)}, joint);
-  ASSERT_TRUE(kalman.update(joint));
+  ASSERT_TRUE(update(kalman, {random_measurement(2, kRobot, 0.1, normal)}));
   const Eigen::MatrixXd P = kalman.state().P();
   EXPECT_LT((P.middleCols<4>(kOrientation) * kalman.state().orientation()).norm(), 1e-14 * P.norm());
 }
 
-TEST(Kalman, RefusesAnInnovationCovarianceThatIsNotPositiveAndChangesNothing) {
+TEST(Kalman, RefusesAnIndefiniteInnovationCovarianceAndANanInnovationAndChangesNothing) {
   Normal normal(7);
   Kalman kalman = random_filter(2, true, normal);
   const Eigen::MatrixXd P = kalman.state().P();
   const Eigen::VectorXd x = kalman.state().x();
-  Joint joint;
-  kalman.stack({random_measurement(2, kRobot, 0.1, normal)}, joint);
-  Joint indefinite = joint, nan = joint;
-  indefinite.S()(0, 0) = -1;
-  nan.innovation()(1) = std::nan("");
-  EXPECT_FALSE(kalman.update(indefinite));
-  EXPECT_FALSE(kalman.update(nan));
+  Measurement indefinite = random_measurement(2, kRobot, 0.1, normal), nan = indefinite;
+  indefinite.R(0, 0) = -1e9;
+  nan.innovation(1) = std::nan("");
+  EXPECT_FALSE(update(kalman, {indefinite}));
+  EXPECT_FALSE(update(kalman, {nan}));
   EXPECT_EQ(kalman.state().x(), x);
   EXPECT_EQ(kalman.state().P(), P);
 }
 
-TEST(Kalman, NisIsTheSquaredInnovationInUnitsOfItsCovariance) {
-  Normal normal(8);
-  const Kalman kalman = random_filter(2, false, normal);
-  const Measurement m = random_measurement(3, kRobot + 6, 0.1, normal);
-  const Eigen::MatrixXd H = dense_H(m, kalman.state().size);
-  const Eigen::MatrixXd S = H * kalman.state().P() * H.transpose() + Eigen::MatrixXd(m.R);
-  const Eigen::VectorXd nu = m.innovation;
-  EXPECT_LT((kalman.innovation_covariance(m) - S).norm(), 1e-13 * S.norm());
-  EXPECT_NEAR(kalman.nis(m), nu.dot(S.inverse() * nu), 1e-10);
-}
-
-TEST(Kalman, ALandmarkAddedIsAsUncertainAndCorrelatedAsItsBeginningSays) {
+TEST(Kalman, ALandmarkAddedIsAsUncertainAndCorrelatedAsItsInitialisationSays) {
   Normal normal(9);
   Kalman kalman = random_filter(2, false, normal);
   const Eigen::MatrixXd P = kalman.state().P();
   const Eigen::VectorXd x = kalman.state().x();
-  const Beginning b = random_beginning(normal);
+  const LandmarkInitialisation b = random_landmark(normal);
   const int at = kalman.append(b), size = static_cast<int>(P.rows());
   ASSERT_EQ(at, size);
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(size + 6, size);
@@ -233,6 +154,42 @@ TEST(Kalman, ALandmarkAddedIsAsUncertainAndCorrelatedAsItsBeginningSays) {
   EXPECT_LT((kalman.state().P() - expected).norm(), 1e-13 * expected.norm());
   EXPECT_EQ(kalman.state().x().head(size), x);
   EXPECT_EQ(kalman.state().x().tail<6>(), b.y);
+}
+
+TEST(Kalman, AKnownPointIsAsUncertainAsToldAndUncorrelated) {
+  Normal normal(16);
+  Kalman kalman = random_filter(1, true, normal);
+  const Eigen::MatrixXd P = kalman.state().P();
+  const int at = kalman.append_point({1, 2, 3}, 0.1);
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(P.rows() + 3, P.rows() + 3);
+  expected.topLeftCorner(P.rows(), P.rows()) = P;
+  expected.bottomRightCorner<3, 3>().diagonal().setConstant(0.1 * 0.1);
+  EXPECT_EQ(at, P.rows());
+  EXPECT_EQ(kalman.state().P(), expected);
+  EXPECT_EQ(kalman.state().x().tail<3>(), Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(Kalman, ResettingTheRobotMakesItIndependentAndLeavesTheLandmarks) {
+  Normal normal(17);
+  Kalman kalman = random_filter(2, true, normal);
+  const Eigen::MatrixXd P = kalman.state().P();
+  const RobotState robot{random_mean(normal), random_covariance(normal)};
+  kalman.reset_robot(robot);
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(P.rows(), P.rows());
+  expected.topLeftCorner<kRobot, kRobot>() = robot.P;
+  expected.bottomRightCorner<12, 12>() = P.bottomRightCorner<12, 12>();
+  EXPECT_EQ(kalman.state().P(), expected);
+  EXPECT_EQ(kalman.state().robot(), robot.x);
+}
+
+TEST(Kalman, AStateWithANanOrAnIndefiniteCovarianceIsNotValid) {
+  Normal normal(18);
+  Kalman kalman = random_filter(1, true, normal);
+  EXPECT_TRUE(kalman.is_valid(kalman.state().size));
+  kalman.inflate(kRobot, -1e6 * Eigen::Matrix3d::Ones());
+  EXPECT_FALSE(kalman.is_valid(kalman.state().size));
+  Kalman nan({RobotVector::Constant(std::nan("")), RobotMatrix::Identity()}, true);
+  EXPECT_FALSE(nan.is_valid(kRobot));
 }
 
 TEST(Kalman, ALandmarkErasedLeavesAllTheOthersBitForBit) {
@@ -270,7 +227,7 @@ TEST(Kalman, ALandmarkReplacedKeepsItsCovarianceThroughTheJacobianAndTheOthersAs
   EXPECT_LT((kalman.state().null_yaw() - T * null).norm(), 1e-13);
 }
 
-TEST(Kalman, ConstrainedMeasurementsSayNothingOnTheWorldsHeading) {
+TEST(Kalman, ConstrainedMeasurementsDoNotObserveTheWorldsHeading) {
   Normal normal(12);
   const Kalman kalman = random_filter(3, true, normal);
   for (const int at : {0, kRobot, kRobot + 12}) {
@@ -280,7 +237,7 @@ TEST(Kalman, ConstrainedMeasurementsSayNothingOnTheWorldsHeading) {
   }
 }
 
-TEST(Kalman, ConstrainingLeavesAloneWhatHoldsAlreadyAndWhatIsSwitchedOff) {
+TEST(Kalman, ConstrainingTwiceIsConstrainingOnceAndWithoutTheConstraintNothingChanges) {
   Normal normal(13);
   const Kalman free = random_filter(1, false, normal), constrained = random_filter(1, true, normal);
   Measurement m = random_measurement(2, kRobot, 0.1, normal);
@@ -294,7 +251,7 @@ TEST(Kalman, ConstrainingLeavesAloneWhatHoldsAlreadyAndWhatIsSwitchedOff) {
   EXPECT_GT((once.H_robot - given.H_robot).norm(), 0.01);
 }
 
-TEST(Kalman, ConstrainingKeepsWhatTranslationsMean) {
+TEST(Kalman, AConstrainedMeasurementOfDifferencesOfPositionsStaysOne) {
   Normal normal(14);
   const Kalman kalman = random_filter(1, true, normal);
   Measurement m = random_measurement(2, kRobot, 0.1, normal);

@@ -5,101 +5,167 @@
 #include <set>
 
 #include "slam/active_search.h"
-#include "tests/slam/synthetic_room.h"
+#include "tests/slam/test_scenes.h"
 
 namespace slam {
 namespace {
 
-/// Blurred-looking noise of 8 px blocks: corners everywhere.
-cv::Mat blocks(std::uint64_t seed) {
-  cv::Mat image(240, 320, CV_8UC1);
-  std::mt19937_64 random(seed);
-  for (int row = 0; row < 240; row += 8)
-    for (int column = 0; column < 320; column += 8)
-      image(cv::Rect(column, row, 8, 8)).setTo(cv::Scalar(static_cast<double>(random() % 256)));
-  return image;
+Options options_for(int landmarks) {
+  Options options;
+  options.vision.visible_landmarks = landmarks;
+  options.vision.sigma_view_px = 0.5;
+  return options;
 }
 
-Kalman looking_ahead() {
-  RobotVector x = RobotVector::Zero();
-  x.segment<3>(kPosition) << 0.3, -0.2, 1.4;
-  x.segment<4>(kOrientation) << 0.5, -0.5, 0.5, -0.5;  // z ahead along +x
-  return Kalman(x, 1e-4 * RobotMatrix::Identity(), true);
-}
-
-/// A map of `wanted` new landmarks.
-struct Begun {
-  explicit Begun(int wanted, std::uint64_t seed = 1) : map(seed) {
-    std::vector<Eigen::Vector2d> taken;
-    begun = map.begin(blocks(5), Stamp(7), taken, wanted, camera, options, kalman);
+/// A map of `count` new landmarks.
+struct Initialised {
+  explicit Initialised(int count, std::uint64_t seed = 1) : Initialised(options_for(count), seed) {}
+  explicit Initialised(const Options& options, std::uint64_t seed = 1)
+      : camera(CameraIntrinsics{}), map(options, camera, seed) {
+    map.initialise(image, Stamp(7), {}, kalman);
   }
   std::vector<int> pruned() {
     std::vector<int> deleted;
     map.prune(kalman, deleted);
     return deleted;
   }
-  Options options;
-  Camera camera{CameraIntrinsics{}};
-  Kalman kalman = looking_ahead();
+  cv::Mat image = random_blocks(320, 8, 5);
+  Camera camera;
+  Kalman kalman{{looking_ahead({0.3, -0.2, 1.4}), 1e-4 * RobotMatrix::Identity()}, true};
   Map map;
-  int begun = 0;
 
+  std::size_t size() const { return map.landmarks().size(); }
   Vector6d parameters(std::size_t i) const {
     return kalman.state().storage_x.segment<6>(map.landmarks()[i].at);
+  }
+  Eigen::MatrixXd covariance(std::size_t i) const {
+    const Landmark& landmark = map.landmarks()[i];
+    return kalman.state().P().block(landmark.at, landmark.at, landmark.size(), landmark.size());
+  }
+  double distance(std::size_t i) const {
+    const Landmark& landmark = map.landmarks()[i];
+    return (position(landmark.kind, landmark.parameters(kalman.state())) - kalman.state().position()).norm();
   }
   Eigen::Vector2d pixel(std::size_t i) const {
     const State& s = kalman.state();
     const Landmark& landmark = map.landmarks()[i];
-    const Parameters y = s.storage_x.segment(landmark.at, landmark.size());
-    return camera.project(direction(landmark.kind, y, s.position(), s.orientation()).h_C)->pixel;
+    const Direction d = direction(landmark.kind, landmark.parameters(s), s.position(), s.orientation());
+    return camera.project(d.h_C)->pixel;
   }
-  /// Makes the inverse depth of a landmark well known, as many sights from many places would.
+  std::vector<Eigen::Vector2d> pixels() const {
+    std::vector<Eigen::Vector2d> all;
+    for (std::size_t i = 0; i < size(); ++i) all.push_back(pixel(i));
+    return all;
+  }
+  /// Makes the inverse depth of a landmark well known, as many views from many places would.
   void know_depth(std::size_t i, double value) {
     Measurement m(1);
     m.H_landmark = Eigen::RowVectorXd::Unit(6, 5);
     m.landmark_at = map.landmarks()[i].at;
     m.R(0, 0) = 1e-8;
     m.innovation(0) = value - parameters(i)(5);
-    Joint joint;
-    kalman.stack({m}, joint);
-    ASSERT_TRUE(kalman.update(joint));
+    StackedMeasurement stacked;
+    stack(kalman.state(), {m}, stacked);
+    ASSERT_TRUE(kalman.update(stacked));
+  }
+  /// Moves the camera; nothing else changes.
+  void move(const Eigen::Vector3d& by) {
+    RobotVector x = kalman.state().robot();
+    x.segment<3>(kPosition) += by;
+    kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
   }
 };
 
-TEST(Map, BeginsAsManyLandmarksAsWantedApartFromEachOtherAndFromThoseTaken) {
-  Begun b(8);
-  ASSERT_EQ(b.begun, 8);
+TEST(Map, InitialisesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleOnes) {
+  Initialised b(8);
+  ASSERT_EQ(b.size(), 8u);
   ASSERT_EQ(b.kalman.state().size, kRobot + 48);
-  std::vector<Eigen::Vector2d> pixels;
-  for (std::size_t i = 0; i < 8; ++i) pixels.push_back(b.pixel(i));
-  const int more = b.map.begin(blocks(5), Stamp(8), pixels, 4, b.camera, b.options, b.kalman);
-  ASSERT_EQ(pixels.size(), b.map.landmarks().size());
-  for (std::size_t i = 8; i < pixels.size(); ++i)
-    EXPECT_LT((pixels[i] - b.pixel(i)).norm(), 1e-9);  // rounding
-  EXPECT_LE(more, 4);
-  for (std::size_t i = 0; i < pixels.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) EXPECT_GE((pixels[i] - pixels[j]).norm(), 20 - 1e-9) << i << ' ' << j;
+  b.map.initialise(b.image, Stamp(8), b.pixels(), b.kalman);
+  EXPECT_EQ(b.size(), 8u);  // none is missing
+  const std::vector<Eigen::Vector2d> two{b.pixel(0), b.pixel(1)};
+  b.map.initialise(b.image, Stamp(8), two, b.kalman);
+  EXPECT_EQ(b.size(), 11u);  // three a frame
+  const std::vector<Eigen::Vector2d> all = b.pixels();
+  const auto expect_apart = [&](std::size_t i, std::size_t j) {
+    EXPECT_GE((all[i] - all[j]).norm(), 20 - 1e-9) << i << ' ' << j;
+  };
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t j = 0; j < i; ++j) expect_apart(i, j);
+  for (std::size_t i = 8; i < 11; ++i)
+    for (const std::size_t j : {0, 1}) expect_apart(i, j);
 }
 
-TEST(Map, BeginsNothingInAnImageWithoutCorners) {
-  Begun b(0);
-  const cv::Mat grey(240, 320, CV_8UC1, cv::Scalar(128));
-  std::vector<Eigen::Vector2d> taken;
-  EXPECT_EQ(b.map.begin(grey, Stamp(1), taken, 5, b.camera, b.options, b.kalman), 0);
+TEST(Map, InitialisesNothingInAnImageWithoutCorners) {
+  Initialised b(0);
+  Map map(Options{}, b.camera, 1);
+  map.initialise(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), Stamp(1), {}, b.kalman);
+  EXPECT_TRUE(map.landmarks().empty());
   EXPECT_EQ(b.kalman.state().size, kRobot);
 }
 
+TEST(Map, LinesAreInitialisedOneAtATimeAndOnlyWhileTheCameraMoves) {
+  Options options;
+  options.depth.first_sight = FirstSight::particles;
+  Initialised b(options);
+  EXPECT_EQ(b.size(), 0u);
+  RobotVector x = b.kalman.state().robot();
+  x(kVelocity) = 0.2;
+  b.kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
+  for (int k = 0; k < 2; ++k) b.map.initialise(b.image, Stamp(8), {}, b.kalman);
+  EXPECT_EQ(b.size(), 1u);
+}
+
+TEST(Map, ALineWithoutMatchesIsDeletedAndItsDepthsAreReported) {
+  Options options;
+  options.depth.first_sight = FirstSight::particles;
+  options.depth.particles.minimum_speed_m_s = -1;
+  Initialised b(options);
+  ASSERT_EQ(b.size(), 1u);
+  std::vector<int> deleted;
+  std::vector<DepthHypotheses> lines;
+  b.map.search_lines(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)), b.kalman, deleted, lines);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_TRUE(lines[0].particles.empty());
+  EXPECT_EQ(deleted, std::vector<int>{0});
+  EXPECT_EQ(b.kalman.state().size, kRobot);
+}
+
+TEST(Map, KnownLandmarksAreInitialisedOnceAndOneThatIsNotSeenIsReported) {
+  Options options = options_for(0);
+  options.known_landmarks.at_m = {{-5, 0, 1.4}};  // behind the camera
+  Initialised b(options);
+  EXPECT_FALSE(b.map.initialise_known(b.image, Stamp(7), b.kalman));
+  EXPECT_TRUE(b.map.initialise_known(b.image, Stamp(8), b.kalman));
+  EXPECT_EQ(b.size(), 0u);
+}
+
+TEST(Map, ItsPointsAreTheLandmarksWithPositionCovarianceAndCounts) {
+  Initialised b(2);
+  b.know_depth(1, 0.25);
+  b.map.record_search(1, true);
+  b.map.record_search(1, false);
+  const std::vector<MapPoint> points = b.map.points(b.kalman.state());
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[1].id, 1);
+  EXPECT_EQ(points[1].kind, "inverse_depth");
+  EXPECT_NEAR((points[1].p_W - b.kalman.state().position()).norm(), 4, 1e-3);
+  EXPECT_EQ(points[1].covariance, position_covariance(b.kalman.state(), b.map.landmarks()[1]));
+  EXPECT_EQ(points[1].initialised, Stamp(7));
+  EXPECT_EQ(points[1].attempts, 2);
+  EXPECT_EQ(points[1].successes, 1);
+}
+
 TEST(Map, IsTheSameFromTheSameSeedAndAnotherFromAnother) {
-  const Begun a(6, 1), same(6, 1), other(6, 2);
+  const Initialised a(6, 1), same(6, 1), other(6, 2);
   EXPECT_EQ(a.kalman.state().x(), same.kalman.state().x());
   EXPECT_EQ(a.kalman.state().P(), same.kalman.state().P());
   EXPECT_NE(a.parameters(0), other.parameters(0));
 }
 
 TEST(Map, DeletesWhatWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse) {
-  Begun b(4);
+  Initialised b(4);
   const auto search = [&](std::size_t i, int attempts, int successes) {
-    for (int k = 0; k < attempts; ++k) b.map.count(i, k < successes);
+    for (int k = 0; k < attempts; ++k) b.map.record_search(i, k < successes);
   };
   search(0, 9, 0);   // not yet searched for often enough
   search(1, 10, 5);  // just good enough
@@ -112,56 +178,40 @@ TEST(Map, DeletesWhatWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse)
 }
 
 TEST(Map, DeletesALandmarkThatIsSurelyBehindItsFirstSight) {
-  Begun b(3);
+  Initialised b(3);
   b.know_depth(1, -0.01);
   const int behind = b.map.landmarks()[1].id;
   EXPECT_EQ(b.pruned(), std::vector<int>{behind});
 }
 
 TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
-  Begun b(5);
+  Initialised b(5);
   for (const std::size_t i : {1u, 3u}) b.know_depth(i, 0.25);
   std::vector<Eigen::Vector2d> before;
   for (std::size_t i = 0; i < 5; ++i) before.push_back(b.pixel(i));
-  b.map.convert(0.1, b.kalman);
+  b.map.convert_to_points(b.kalman);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(std::holds_alternative<Point>(b.map.landmarks()[i].kind), i == 1 || i == 3) << i;
     EXPECT_LT((b.pixel(i) - before[i]).norm(), 1e-9) << i;
   }
-  for (int k = 0; k < 10; ++k) b.map.count(1, false);
+  for (int k = 0; k < 10; ++k) b.map.record_search(1, false);
   ASSERT_EQ(b.pruned().size(), 1u);
   EXPECT_EQ(b.kalman.state().size, kRobot + 6 + 6 + 3 + 6);
   for (std::size_t i = 1; i < 4; ++i) EXPECT_LT((b.pixel(i) - before[i + 1]).norm(), 1e-9) << i;
 }
 
-TEST(Map, TheDirectionOfANewLandmarkIsAsCertainAsItsFirstSight) {
-  const Begun begun(1);
-  const Eigen::MatrixXd P = begun.kalman.state().P();
-  const int at = begun.map.landmarks()[0].at;
-  Options rough;
-  rough.vision.sigma_first_px = 1;
-  Map map(1);
-  Kalman kalman = looking_ahead();
-  std::vector<Eigen::Vector2d> taken;
-  map.begin(blocks(5), Stamp(7), taken, 1, begun.camera, rough, kalman);
-  const double more = kalman.state().P()(at + 4, at + 4) - P(at + 4, at + 4);
-  const double sigma = begun.camera.sigma(begun.pixel(0), 1) / begun.camera.intrinsics().fu_px;
-  EXPECT_GT(more, 0.2 * sigma * sigma);
-  EXPECT_LT(more, 1.5 * sigma * sigma);
-}
-
 TEST(Map, AnUncertainDepthIsNotConverted) {
-  Begun b(3);
-  b.map.convert(0.1, b.kalman);
+  Initialised b(3);
+  b.map.convert_to_points(b.kalman);
   for (const Landmark& landmark : b.map.landmarks())
     EXPECT_TRUE(std::holds_alternative<InverseDepth>(landmark.kind));
 }
 
 TEST(Map, AConvertedLandmarkIsPredictedAtTheSamePixelWithTheSameCovariance) {
-  Begun b(3);
+  Initialised b(3);
   for (std::size_t i = 0; i < 3; ++i) b.know_depth(i, 0.25);
   const auto before = predict_view(b.kalman, b.map.landmarks(), b.camera, 1);
-  b.map.convert(0.1, b.kalman);
+  b.map.convert_to_points(b.kalman);
   const auto after = predict_view(b.kalman, b.map.landmarks(), b.camera, 1);
   ASSERT_EQ(before.size(), 3u);
   ASSERT_EQ(after.size(), 3u);
@@ -172,61 +222,39 @@ TEST(Map, AConvertedLandmarkIsPredictedAtTheSamePixelWithTheSameCovariance) {
   }
 }
 
-/// The camera's covariance, and that of landmark i alone.
-Eigen::MatrixXd covariance_of(const Begun& begun, std::size_t i) {
-  const Landmark& landmark = begun.map.landmarks()[i];
-  const int at = landmark.at, size = landmark.size();
-  return begun.kalman.state().P().block(at, at, size, size);
-}
-
-/// Puts the camera elsewhere, nothing else being touched.
-void move(Kalman& kalman, const Eigen::Vector3d& by) {
-  RobotVector x = kalman.state().storage_x.head<kRobot>();
-  x.segment<3>(kPosition) += by;
-  kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
-}
-
 TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedAndNotAfterSwaying) {
-  Begun begun(1);
-  begun.options.vision.sigma_view_px = 0.5;
-  const Landmark& landmark = begun.map.landmarks()[0];
-  const double distance =
-      (position(landmark.kind, Parameters(begun.parameters(0))) - begun.kalman.state().position()).norm();
-  const Eigen::MatrixXd before = covariance_of(begun, 0);
+  Initialised b(1);
+  const Eigen::MatrixXd before = b.covariance(0);
+  const double distance = b.distance(0);
   const Eigen::Vector3d aside(0, 0.01 * distance, 0);
-  move(begun.kalman, aside);
-  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
-  move(begun.kalman, -aside);
-  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
-  EXPECT_EQ(covariance_of(begun, 0), before);
-  move(begun.kalman, Eigen::Vector3d(0, 0.04 * distance, 0));
-  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
-  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);  // once for the same view
-  Eigen::MatrixXd more = covariance_of(begun, 0) - before;
-  const double angle = 0.5 / begun.camera.intrinsics().fu_px;
-  EXPECT_NEAR(more(3, 3), 0.04 * angle * angle, 0.002 * angle * angle);  // the distance is another now
+  b.move(aside);
+  b.map.inflate_for_view_change(0, b.kalman);
+  b.move(-aside);
+  b.map.inflate_for_view_change(0, b.kalman);
+  EXPECT_EQ(b.covariance(0), before);
+  b.move(Eigen::Vector3d(0, 0.04 * distance, 0));
+  b.map.inflate_for_view_change(0, b.kalman);
+  b.map.inflate_for_view_change(0, b.kalman);  // once for the same view
+  Eigen::MatrixXd more = b.covariance(0) - before;
+  const double angle = 0.5 / b.camera.intrinsics().fu_px;
+  EXPECT_NEAR(more(3, 3), 0.04 * angle * angle, 0.002 * angle * angle);  // the distance has changed as well
   EXPECT_NEAR(more(4, 4), more(3, 3), 1e-15);
   more(3, 3) = more(4, 4) = 0;
   EXPECT_LT(more.norm(), 1e-15);
 }
 
-TEST(Map, APointIsLessCertainAlikeInSpace) {
-  Begun begun(1);
-  begun.options.vision.sigma_view_px = 0.5;
-  begun.know_depth(0, 0.5);
-  begun.map.convert(1e9, begun.kalman);
-  ASSERT_EQ(begun.map.landmarks()[0].size(), Point::kSize);
-  const Eigen::MatrixXd before = covariance_of(begun, 0);
-  move(begun.kalman, Eigen::Vector3d(0.2, 0, 0));
-  begun.map.seen_anew(0, begun.camera, begun.options, begun.kalman);
-  const Eigen::MatrixXd more = covariance_of(begun, 0) - before;
+TEST(Map, APointIsInflatedIsotropically) {
+  Initialised b(1);
+  b.know_depth(0, 0.5);
+  b.map.convert_to_points(b.kalman);
+  ASSERT_EQ(b.map.landmarks()[0].size(), Point::kSize);
+  const Eigen::MatrixXd before = b.covariance(0);
+  b.move(Eigen::Vector3d(0.2, 0, 0));
+  b.map.inflate_for_view_change(0, b.kalman);
+  const Eigen::MatrixXd more = b.covariance(0) - before;
   EXPECT_LT((more - more(0, 0) * Eigen::Matrix3d::Identity()).norm(), 1e-12 * more(0, 0) + 1e-18);
-  const double distance =
-      (Eigen::Vector3d(begun.kalman.state().storage_x.segment<3>(begun.map.landmarks()[0].at)) -
-       begun.kalman.state().position())
-          .norm();
-  const double sigma = 0.5 / begun.camera.intrinsics().fu_px * distance;
-  EXPECT_NEAR(more(0, 0), sigma * sigma * 0.2 / distance, 1e-3 * more(0, 0));
+  const double sigma = 0.5 / b.camera.intrinsics().fu_px * b.distance(0);
+  EXPECT_NEAR(more(0, 0), sigma * sigma * 0.2 / b.distance(0), 1e-3 * more(0, 0));
 }
 
 }  // namespace

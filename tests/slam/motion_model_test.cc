@@ -53,16 +53,18 @@ TEST(MotionModel, AddsTheReferenceNoise) {
   EXPECT_LT((Q - Q.transpose()).norm(), 1e-18);  // products in another order round differently
 }
 
-TEST(MotionModel, JacobianIsTheDerivativeWithAndWithoutTheAccelerometer) {
-  const Impulse impulse{{0.02, -0.33, 0.05}, kFrame, 0.001};
-  for (const auto& felt : {std::optional<Impulse>{}, std::optional<Impulse>{impulse}}) {
-    const auto f = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-      return predict_motion(x, kFrame, felt, paper()).x;
-    };
-    const auto numeric = tests::numerical_jacobian(f, generic_state());
-    const RobotMatrix F = predict_motion(generic_state(), kFrame, felt, paper()).F;
-    EXPECT_NEAR((F - numeric).norm(), 0, 1e-8);  // central differences of 1e-6
-  }
+TEST(MotionModel, JacobianIsTheDerivativeWithAndWithoutTheAccelerometerAtAnyRate) {
+  const VelocityIncrement measured{{0.02, -0.33, 0.05}, kFrame, 0.001};
+  for (const auto& increment : {std::optional<VelocityIncrement>{}, std::optional{measured}})
+    for (const double turning : {1.0, 1e-6, 0.0}) {
+      RobotVector x = generic_state();
+      x.segment<3>(kRate) *= turning;
+      const auto f = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+        return predict_motion(at, kFrame, increment, paper()).x;
+      };
+      const RobotMatrix F = predict_motion(x, kFrame, increment, paper()).F;
+      EXPECT_LT((F - tests::numerical_jacobian(f, x)).norm(), 1e-8);  // central differences of 1e-6
+    }
 }
 
 TEST(MotionModel, StaysFiniteWhenTheCameraDoesNotTurnAtAll) {
@@ -75,7 +77,8 @@ TEST(MotionModel, StaysFiniteWhenTheCameraDoesNotTurnAtAll) {
 
 TEST(MotionModel, VelocityAndRateAfterwardsAreTheMeansOverTheInterval) {
   const RobotVector x = reference_state();
-  const RobotVector y = predict_motion(x, kFrame, Impulse{{0.1, 0.2, 0.3}, kFrame, 0.01}, paper()).x;
+  const RobotVector y =
+      predict_motion(x, kFrame, VelocityIncrement{{0.1, 0.2, 0.3}, kFrame, 0.01}, paper()).x;
   const Eigen::Vector3d moved = y.segment<3>(kPosition) - x.segment<3>(kPosition);
   EXPECT_NEAR((moved / kFrame - y.segment<3>(kVelocity)).norm(), 0, 1e-13);
   Eigen::Vector4d back = x.segment<4>(kOrientation);
@@ -85,7 +88,7 @@ TEST(MotionModel, VelocityAndRateAfterwardsAreTheMeansOverTheInterval) {
               1e-9);  // the reference q has 10 digits
 }
 
-TEST(MotionModel, NoiseIsWhatTheImpulsesDerivativesMakeOfIt) {
+TEST(MotionModel, NoiseIsThatOfTheImpulsesThroughTheirDerivatives) {
   for (const double turning : {1.0, 0.0}) {
     RobotVector x = generic_state();
     x.segment<3>(kRate) *= turning;
@@ -104,43 +107,40 @@ TEST(MotionModel, NoiseIsWhatTheImpulsesDerivativesMakeOfIt) {
   }
 }
 
-TEST(MotionModel, JacobianIsTheDerivativeAtSmallAndZeroRates) {
-  for (const double turning : {1e-6, 0.0}) {
-    RobotVector x = generic_state();
-    x.segment<3>(kRate) *= turning;
-    const auto f = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
-      return predict_motion(at, kFrame, std::nullopt, paper()).x;
-    };
-    const RobotMatrix F = predict_motion(x, kFrame, std::nullopt, paper()).F;
-    EXPECT_LT((F - tests::numerical_jacobian(f, x)).norm(), 1e-8);
-  }
-}
-
 TEST(MotionModel, AccelerometerAtRestCancelsGravity) {
   RobotVector x = RobotVector::Zero();
   x.segment<4>(kOrientation) = Eigen::Vector4d(0.9, 0.1, -0.2, 0.3).normalized();
   const Eigen::Matrix3d R_WC = rotation_matrix(x.segment<4>(kOrientation));
-  const Impulse at_rest{R_WC.transpose() * Eigen::Vector3d(0, 0, 9.81) * kFrame, kFrame, 0.01};
+  const VelocityIncrement at_rest{R_WC.transpose() * Eigen::Vector3d(0, 0, 9.81) * kFrame, kFrame, 0.01};
   EXPECT_LT((predict_motion(x, kFrame, at_rest, paper()).x - x).norm(), 1e-15);
 }
 
-TEST(MotionModel, AccelerometerBiasIsTakenOffTheImpulse) {
+TEST(MotionModel, AccelerometerBiasIsSubtractedFromTheIncrement) {
   RobotVector biased = generic_state();
   const Eigen::Vector3d bias(0.5, 0.2, -0.1);
   biased.segment<3>(kAccelerometerBias) += bias;
-  const Impulse felt{{0.02, -0.33, 0.05}, kFrame, 0.001};
-  const Impulse more{felt.impulse_C + kFrame * bias, kFrame, 0.001};
-  const RobotVector a = predict_motion(generic_state(), kFrame, felt, paper()).x;
+  const VelocityIncrement measured{{0.02, -0.33, 0.05}, kFrame, 0.001};
+  const VelocityIncrement more{measured.increment_C + kFrame * bias, kFrame, 0.001};
+  const RobotVector a = predict_motion(generic_state(), kFrame, measured, paper()).x;
   const RobotVector b = predict_motion(biased, kFrame, more, paper()).x;
   EXPECT_LT((a - b).head<kCamera>().norm(), 1e-15);
 }
 
-TEST(MotionModel, SwayingStaysWithinItsSigmaAndItsSumDoesNotDriftAway) {
+TEST(MotionModel, DoesNotDependOnTheSignOfTheQuaternion) {
+  RobotVector flipped = generic_state();
+  flipped.segment<4>(kOrientation) *= -1;
+  const VelocityIncrement increment{{0.02, -0.33, 0.05}, kFrame, 0.001};
+  RobotVector x = predict_motion(flipped, kFrame, increment, Options()).x;
+  x.segment<4>(kOrientation) *= -1;
+  EXPECT_EQ(x, predict_motion(generic_state(), kFrame, increment, Options()).x);
+}
+
+TEST(MotionModel, SwayingIsStationaryWithTheStandardDeviationOfTheOptions) {
   Options options = paper();
   options.plan_velocity.sigma_sway_m_s = 0.03;
   const double omega = 6.2831853 / options.plan_velocity.sway_period_s;
   const Prediction p = predict_motion(generic_state(), kFrame, std::nullopt, options);
-  const std::array at{kSwayVelocity, kSway};
+  const std::array at{kSwayVelocity, kSwayPosition};
   const Eigen::Matrix2d F = p.F(at, at), Q = p.Q(at, at);
   Eigen::Matrix2d P = Eigen::Matrix2d::Zero();
   for (int k = 0; k < 30 * 60; ++k) P = F * P * F.transpose() + Q;
@@ -151,7 +151,7 @@ TEST(MotionModel, SwayingStaysWithinItsSigmaAndItsSumDoesNotDriftAway) {
   EXPECT_LT((later - P).norm(), 1e-9 * P.norm());  // no part of it grows with time
 }
 
-TEST(MotionModel, UnknownSwayingIsSmallerAheadAndUp) {
+TEST(MotionModel, UnplannedSwayingIsSmallerAheadAndUp) {
   Options options = paper();
   options.plan_velocity.sigma_sway_m_s = 0.03;
   options.plan_velocity.sway_ahead = 0.5;
@@ -163,14 +163,14 @@ TEST(MotionModel, UnknownSwayingIsSmallerAheadAndUp) {
   EXPECT_NEAR(Q(2) / Q(0), 0.25, 1e-12);
 }
 
-TEST(MotionModel, SlipAndWrongStridesFadeButTheirVarianceInTheLongRunIsTheOneGiven) {
+TEST(MotionModel, SlipAndStrideErrorDecayToTheVarianceOfTheOptions) {
   Options options;
   options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_stride = 0.05;
   options.plan_velocity.slip_time_s = options.plan_velocity.stride_time_s = 2;
   const Prediction p = predict_motion(generic_state(), kFrame, std::nullopt, options);
-  for (const int at : {kSlip, kStride + 1}) {
+  for (const int at : {kSlip, kStrideError + 1}) {
     EXPECT_NEAR(p.x(at), generic_state()(at) * std::exp(-kFrame / 2), 1e-15);
-    const double variance = 0.05 * 0.05;  // a fixed point of variance <- keep² variance + noise
+    const double variance = 0.05 * 0.05;  // a fixed point of variance <- decay² variance + noise
     EXPECT_NEAR(p.F(at, at) * p.F(at, at) * variance + p.Q(at, at), variance, 1e-17);
   }
 }

@@ -17,12 +17,12 @@ RobotVector generic_state() {
   return x;
 }
 
-const PlannedStride kOneStride{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}, {0.15, 0.05, 0.2}};
+const PlannedVelocity kPlanned{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}, {0.15, 0.05, 0.2}};
 
 Eigen::MatrixXd numerical_H(const RobotVector& x, const Options::PlanVelocity& options) {
   return -tests::numerical_jacobian(
       [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
-        return measure_velocity(at, kOneStride, options).innovation;
+        return measure_velocity(at, kPlanned, options).innovation;
       },
       x);
 }
@@ -40,20 +40,20 @@ TEST(Plan, VelocityJacobiansAreDerivativesInAllAxes) {
     for (const bool pivots : {true, false}) {
       options.axes = axes;
       options.pivots_on_foot = pivots;
-      const Measurement m = measure_velocity(generic_state(), kOneStride, options);
+      const Measurement m = measure_velocity(generic_state(), kPlanned, options);
       EXPECT_LT((m.H_robot - numerical_H(generic_state(), options)).norm(), kCentral) << pivots;
     }
 }
 
 TEST(Plan, VelocityNoiseIsTheOneGiven) {
   Options::PlanVelocity options;
-  options.sigma_m_s = 0.2;
-  EXPECT_LT(
-      (measure_velocity(generic_state(), kOneStride, options).R - 0.04 * Eigen::Matrix3d::Identity()).norm(),
-      1e-16);
+  PlannedVelocity planned = kPlanned;
+  planned.sigma_m_s = 0.2;
+  const auto R = measure_velocity(generic_state(), planned, options).R;
+  EXPECT_LT((R - 0.04 * Eigen::Matrix3d::Identity()).norm(), 1e-16);
 }
 
-TEST(Plan, VelocityInTheRobotsAxesDoesNotFeelTheHeading) {
+TEST(Plan, VelocityInTheRobotsAxesDoesNotDependOnTheHeading) {
   RobotVector x = generic_state();
   const Eigen::Vector4d turn = quaternion_exp({0, 0, 1.3});
   RobotVector turned = x;
@@ -61,32 +61,39 @@ TEST(Plan, VelocityInTheRobotsAxesDoesNotFeelTheHeading) {
   turned.segment<3>(kVelocity) = rotation_matrix(turn) * x.segment<3>(kVelocity);
   Options::PlanVelocity options;
   const auto innovation = [&](const RobotVector& at) {
-    return Eigen::Vector3d(measure_velocity(at, kOneStride, options).innovation);
+    return Eigen::Vector3d(measure_velocity(at, kPlanned, options).innovation);
   };
   EXPECT_LT((innovation(x) - innovation(turned)).norm(), 1e-14);
   options.axes = VelocityAxes::plan;
   EXPECT_GT((innovation(x) - innovation(turned)).norm(), 0.1);
 }
 
-TEST(Plan, StrideIsTheMeanMotionBetweenTwoPlannedPoses) {
+TEST(Plan, VelocityDoesNotDependOnTheSignOfTheQuaternion) {
+  RobotVector flipped = generic_state();
+  flipped.segment<4>(kOrientation) *= -1;
+  EXPECT_EQ(Eigen::Vector3d(measure_velocity(flipped, kPlanned, {}).innovation),
+            Eigen::Vector3d(measure_velocity(generic_state(), kPlanned, {}).innovation));
+}
+
+TEST(Plan, VelocityIsTheMeanBetweenTwoPlannedPoses) {
   PlannedMotion before, now;
   before.X_PC = pose(0.4, {0, 0, 1}, {1, 2, 1.4});
   now.X_PC = before.X_PC * pose(0.02, {1, 2, 3}, Eigen::Vector3d::Zero());
   now.X_PC.translation() += Eigen::Vector3d(0.03, -0.01, 0.005);
   before.p_CF = {0, 1.4, 0};
   now.p_CF = {0.02, 1.4, 0.04};
-  const PlannedStride world = planned_stride(before, now, 0.1, VelocityAxes::plan);
-  const PlannedStride robot = planned_stride(before, now, 0.1, VelocityAxes::robot);
+  const PlannedVelocity world = planned_velocity(before, now, 0.1, VelocityAxes::plan);
+  const PlannedVelocity robot = planned_velocity(before, now, 0.1, VelocityAxes::robot);
   EXPECT_LT((world.velocity - Eigen::Vector3d(0.3, -0.1, 0.05)).norm(), 1e-14);
   EXPECT_LT((now.X_PC.linear() * robot.velocity - world.velocity).norm(), 1e-14);
   EXPECT_LT((robot.rate - 0.2 * Eigen::Vector3d(1, 2, 3).normalized()).norm(), 1e-13);
   EXPECT_LT((robot.p_CF - Eigen::Vector3d(0.01, 1.4, 0.02)).norm(), 1e-15);
 }
 
-TEST(Plan, AStandingPlanHasNoStride) {
+TEST(Plan, AStandingPlanHasNoVelocity) {
   PlannedMotion standing;
   standing.X_PC = pose(0.4, {0, 0, 1}, {1, 2, 1.4});
-  const PlannedStride stride = planned_stride(standing, standing, 0.1, VelocityAxes::robot);
+  const PlannedVelocity stride = planned_velocity(standing, standing, 0.1, VelocityAxes::robot);
   EXPECT_LT(stride.velocity.norm(), 1e-15);
   EXPECT_LT(stride.rate.norm(),
             1e-7);  // the angle of a rotation matrix that is the identity but for rounding
@@ -111,7 +118,7 @@ TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraAsTheModelSaysButForItsHeight) 
   x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
   x.segment<3>(kVelocity) = (later.translation() - earlier.translation()) / 2e-6;
   x.segment<3>(kRate) = now.linear().transpose() * w_W;
-  const PlannedStride standing{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), now.inverse() * foot_W};
+  const PlannedVelocity standing{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), now.inverse() * foot_W};
   Options::PlanVelocity options;
   const Eigen::Vector3d left =
       now.linear() * Eigen::Vector3d(measure_velocity(x, standing, options).innovation);
@@ -129,15 +136,15 @@ TEST(Plan, SlipAndSwayingArePlannedMinusTrueVelocity) {
   options.pivots_on_foot = false;
   const Eigen::Vector3d v_C =
       rotation_matrix(x.segment<4>(kOrientation)).transpose() * x.segment<3>(kVelocity);
-  const PlannedStride stride{v_C + x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity), Eigen::Vector3d::Zero(),
-                             Eigen::Vector3d::Zero()};
+  const PlannedVelocity stride{v_C + x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity),
+                               Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
 }
 
 TEST(Plan, StridesTooLongAndTurnedMakeThePlannedVelocityTooFastAndTurned) {
   RobotVector x = RobotVector::Zero();
   x.segment<4>(kOrientation) = generic_state().segment<4>(kOrientation);
-  x.segment<2>(kStride) << 0.02, 0.05;
+  x.segment<2>(kStrideError) << 0.02, 0.05;
   const Eigen::Vector3d planned_C(0.2, 0.03, -0.1);
   // 2 % of it, and 0.05 of it turned aside
   const Eigen::Vector3d true_C = planned_C - Eigen::Vector3d(0.004 + 0.005, 0, -0.002 + 0.01);
@@ -145,11 +152,27 @@ TEST(Plan, StridesTooLongAndTurnedMakeThePlannedVelocityTooFastAndTurned) {
   x.segment<3>(kVelocity) = R_WC * true_C;
   Options::PlanVelocity options;
   options.pivots_on_foot = false;
-  PlannedStride stride{planned_C, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), planned_C};
+  PlannedVelocity stride{planned_C, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), planned_C};
   EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
   options.axes = VelocityAxes::plan;
   stride.velocity = R_WC * planned_C;
   EXPECT_LT(measure_velocity(x, stride, options).innovation.norm(), 1e-15);
+}
+
+TEST(Plan, HistoryGivesTheVelocityWithSteadyPartAndSigmaWhereTwoFramesInARowHaveAPlan) {
+  Options::PlanVelocity options;
+  options.double_support_factor = 3;
+  PlannedMotion before, now;
+  now.X_PC.translation().x() = 0.03;
+  PlanHistory history;
+  EXPECT_FALSE(history.advance(before, 0, options));
+  const auto planned = history.advance(now, 0.1, options);
+  ASSERT_TRUE(planned);
+  EXPECT_NEAR(planned->velocity.x(), 0.3, 1e-15);
+  EXPECT_NEAR(planned->steady_C.x(), 0.3 * (1 - std::exp(-0.1 / 1.6)), 1e-15);  // low-pass over two steps
+  EXPECT_EQ(planned->sigma_m_s, 3 * options.sigma_m_s);
+  EXPECT_FALSE(history.advance(std::nullopt, 0.1, options));
+  EXPECT_FALSE(history.advance(now, 0.1, options));
 }
 
 TEST(Plan, HeightIsThatOfTheCameraAlone) {
@@ -198,7 +221,7 @@ TEST(Plan, ItsErrorIsExpectedToBeSmallStandingAndLargeWhileLandingAndTurning) {
   PlannedMotion left, right;
   left.support = Support::left;
   right.support = Support::right;
-  const PlannedStride still{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, ahead{{0.2, 0, 0}, {0, 0.5, 0}, {0, 0, 0}};
+  const PlannedVelocity still{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, ahead{{0.2, 0, 0}, {0, 0.5, 0}, {0, 0, 0}};
   const Gait standing = planned_gait(left, left, still, {}, 0.03);
   EXPECT_TRUE(standing.standing);
   EXPECT_EQ(velocity_sigma(standing, options), 0.5 * options.sigma_m_s);
@@ -216,7 +239,7 @@ TEST(Plan, ASwayingWalksSteadyVelocityIsItsMean) {
   constexpr double kDt_s = 0.02;
   for (int k = 0; k < 400; ++k) {  // 8 s, swaying in 1.6 s by four times the mean velocity
     now.X_PC.translation().x() += kDt_s * (0.05 + 0.2 * std::sin(6.2831853 * k / 80));
-    gait = planned_gait(before, now, planned_stride(before, now, kDt_s, VelocityAxes::robot), gait, kDt_s);
+    gait = planned_gait(before, now, planned_velocity(before, now, kDt_s, VelocityAxes::robot), gait, kDt_s);
     before = now;
   }
   EXPECT_NEAR(gait.steady_C.x(), 0.05, 0.2 / 6.28 + 0.001);  // a first-order mean leaves 1/2π of the swaying

@@ -1,12 +1,10 @@
-// Lost and found: the geometry of two bearings, what counts as lost, and a filter carried off and put down
-// again.
 #include "slam/relocalisation.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 
-#include "slam/tracking_watch.h"
+#include "slam/filter.h"
 #include "tests/slam/synthetic_room.h"
 
 namespace slam {
@@ -20,13 +18,13 @@ Eigen::Isometry3d pose(double yaw, double tilt, const Eigen::Vector3d& at) {
   return X;
 }
 
-Bearing seen(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W) {
+BearingObservation seen(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W) {
   return {p_W, (X_WC.inverse() * p_W).normalized()};
 }
 
-TEST(PosesFromTwo, HoldTheTruePoseWhateverTheHeadingTheyStartFrom) {
+TEST(PosesFromTwo, ContainTheTruePoseWhateverTheHeadingOfTheGuess) {
   const Eigen::Isometry3d X_WC = pose(2.2, 0.3, {0.4, -0.7, 1.4});
-  const Bearing a = seen(X_WC, {3, 1, 2}), b = seen(X_WC, {-1, 4, 0.5});
+  const BearingObservation a = seen(X_WC, {3, 1, 2}), b = seen(X_WC, {-1, 4, 0.5});
   for (const double guess : {-2.0, 0.0, 0.3, 3.0}) {
     const auto poses =
         poses_from_two(a, b, Eigen::Matrix3d(pose(guess, 0.3, Eigen::Vector3d::Zero()).linear()));
@@ -37,37 +35,28 @@ TEST(PosesFromTwo, HoldTheTruePoseWhateverTheHeadingTheyStartFrom) {
   }
 }
 
-TEST(PosesFromTwo, AreNoneWhereTheBearingsCannotMeet) {
-  const Bearing a{{0, 0, 5}, {1, 0, 0}}, b{{0, 0, -5}, {0, 1, 0}};  // level lines, 10 m apart in height
+TEST(PosesFromTwo, AreNoneWhereTheRaysCannotMeet) {
+  const BearingObservation a{{0, 0, 5}, {1, 0, 0}},
+      b{{0, 0, -5}, {0, 1, 0}};  // level lines, 10 m apart in height
   EXPECT_TRUE(poses_from_two(a, b, Eigen::Matrix3d::Identity()).empty());
 }
 
-TEST(TrackingWatch, IsLostAfterTheGivenTimeOfBlindnessAndOneGoodFrameForgivesIt) {
-  TrackingWatch watch{Options::Tracking{}};
-  const Glance nothing{0.5, 12, 1, std::nullopt, std::nullopt},
-      plenty{0.5, 12, 10, std::nullopt, std::nullopt};
-  for (int k = 0; k < 4; ++k) EXPECT_EQ(watch.judge(nothing), "") << k;
-  EXPECT_NE(watch.judge(nothing), "");
-  EXPECT_TRUE(watch.in_doubt());
-  EXPECT_EQ(watch.judge(plenty), "");
-  EXPECT_FALSE(watch.in_doubt());
-}
-
-TEST(TrackingWatch, DoesNotDoubtItselfWhereAPartOfTheImageIsHidden) {
-  TrackingWatch watch{Options::Tracking{}};
-  const Glance hidden{0.5, 12, 1, {}, {}, 0.3};
-  for (int k = 0; k < 20; ++k) EXPECT_EQ(watch.judge(hidden), "") << k;
-  EXPECT_FALSE(watch.in_doubt());
-}
-
-TEST(TrackingWatch, IsLostWhenMatchesStayFurtherOffThanTheFilterBelieves) {
-  TrackingWatch watch{Options::Tracking{}};
-  Glance glance{0.03, 12, 10, 1.0, std::nullopt};
-  for (int k = 0; k < 100; ++k) EXPECT_EQ(watch.judge(glance), "");
-  glance.vision_nis = 20;
-  EXPECT_EQ(watch.judge(glance), "");  // once is nothing
-  for (int k = 0; k < 15; ++k) watch.judge(glance);
-  EXPECT_NE(watch.judge(glance), "");
+TEST(Relocalisation, TheRobotsStateHasThePoseFoundTheVelocitiesOfAWalkAndItsOldBiases) {
+  State before;
+  before.storage_x = RobotVector::LinSpaced(0.1, 3.0);
+  before.storage_P = RobotMatrix::Identity() * 0.5;
+  const Relocation found{pose(0.4, 0.2, {1, 2, 3}), 0.01 * Matrix6d::Identity()};
+  const RobotState after = relocalised_state(found, before);
+  EXPECT_EQ(after.x.head<3>(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_LT((rotation_matrix(after.x.segment<4>(kOrientation)) - found.X_WC.linear()).norm(), 1e-15);
+  EXPECT_EQ((after.x.segment<6>(kVelocity).norm()), 0);
+  EXPECT_EQ(after.x.tail<kRobot - kCamera>(), before.robot().tail<kRobot - kCamera>());
+  EXPECT_NEAR(after.P(0, 0), 0.01, 1e-16);
+  EXPECT_NEAR((after.P.block<4, 4>(kOrientation, kOrientation).trace()), 3 * 0.01 / 4, 1e-16);
+  EXPECT_NEAR(after.P(kVelocity, kVelocity), 0.3 * 0.3, 1e-16);
+  EXPECT_EQ((after.P.bottomRightCorner<kRobot - kCamera, kRobot - kCamera>()),
+            (before.storage_P.bottomRightCorner<kRobot - kCamera, kRobot - kCamera>()));
+  EXPECT_EQ((after.P.bottomLeftCorner<kRobot - kCamera, kCamera>().norm()), 0);
 }
 
 const synthetic::Recording& walk() {
@@ -97,7 +86,7 @@ Filter lost_filter(int until, const Options::Tracking& tracking) {
   return filter;
 }
 
-TEST(Relocalisation, AFilterCarriedOffIsFoundAgainWhereItTrulyIs) {
+TEST(Relocalisation, AFilterThatWasCarriedAwayFindsItsTruePose) {
   Options::Tracking tracking;
   tracking.lost_after_s = 0.5;
   Filter filter = lost_filter(45, tracking);
@@ -125,7 +114,7 @@ TEST(Relocalisation, AFilterCarriedOffIsFoundAgainWhereItTrulyIs) {
   EXPECT_GT(after, 5);
 }
 
-TEST(Relocalisation, AFilterThatNeverFindsItsMapAgainSaysThatItHasDiverged) {
+TEST(Relocalisation, AFilterThatDoesNotRecogniseItsMapDiverges) {
   Options::Tracking tracking;
   tracking.lost_after_s = tracking.give_up_s = 0.3;
   Filter filter = lost_filter(40, tracking);
@@ -134,7 +123,7 @@ TEST(Relocalisation, AFilterThatNeverFindsItsMapAgainSaysThatItHasDiverged) {
   EXPECT_NE(filter.step(o).cause.find("tracking lost"), std::string::npos);
 }
 
-TEST(Relocalisation, WithoutItALossIsTheEnd) {
+TEST(Relocalisation, WithoutItALossIsADivergence) {
   Options::Tracking tracking;
   tracking.lost_after_s = 0.3;
   tracking.relocalise = false;

@@ -47,7 +47,7 @@ struct Sight {
     const cv::Mat image = room.render(camera, X_WC, 2);
     const Eigen::Vector2d pixel = camera.project(X_WC.inverse() * p_W)->pixel;
     for (int i = 0; i < times; ++i)
-      landmark.tilt = better_tilt(image, landmark, pixel, camera, state(X_WC, p_W));
+      landmark.tilt = refined_tilt(image, landmark, pixel, camera, state(X_WC, p_W));
   }
   Eigen::Vector3d normal() const { return surface_normal(landmark.X_WC_first, p_W, landmark.tilt); }
 
@@ -61,17 +61,17 @@ double degrees_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::acos(a.dot(b)) * 180 / std::numbers::pi;
 }
 
-TEST(Surface, OfAWallFirstSeenAskewIsLearnedFromOtherViews) {
+TEST(Surface, TheNormalOfAWallFirstSeenObliquelyIsEstimatedFromOtherViews) {
   Sight sight(level(1.0, 1.2, 0.0), cv::Rect(215, 40, 85, 70));
   ASSERT_NEAR(sight.p_W.x(), 3.6, 1e-3);  // on the wall ahead, to the right
   const Eigen::Vector3d wall(-1, 0, 0);
   const double before = degrees_between(sight.normal(), wall);
   ASSERT_GT(before, 25);
   for (const double aside : {0.4, 0.8, 1.2}) sight.look(level(1.0, 1.2 - aside, 0.0), 8);
-  EXPECT_LT(degrees_between(sight.normal(), wall), before / 3);  // not 0: tilt is taken for rare
+  EXPECT_LT(degrees_between(sight.normal(), wall), before / 3);  // not 0: the prior prefers small tilts
 }
 
-TEST(Surface, StaysWhereItIsRightAndWhereTheViewHasNotChanged) {
+TEST(Surface, ARightNormalAndOneWhoseViewHasNotChangedStay) {
   Sight facing(level(1.0, 1.2, 0.0), cv::Rect(140, 100, 40, 40));
   ASSERT_NEAR(facing.p_W.x(), 3.6, 1e-3);
   for (const double aside : {0.4, 0.8, 1.2}) facing.look(level(1.0, 1.2 - aside, 0.0), 8);

@@ -173,17 +173,15 @@ Eigen::Isometry3d Walk::X_WC(double t) const {
   // speed grows over the first step: phase' = ease
   const double phase =
       walked < step_s ? step_s * (ramp * ramp * ramp - ramp * ramp * ramp * ramp / 2) : walked - step_s / 2;
-  const double angle = path == Path::standing ? 0 : 2 * std::numbers::pi * turns * phase / (end - step_s / 2);
+  const double angle = 2 * std::numbers::pi * turns * phase / (end - step_s / 2);
   const double wave = std::numbers::pi * walked / step_s;
-  const double swing = path == Path::standing ? 0 : ease;
   const Eigen::Matrix3d R_WB = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const Eigen::Vector3d centre =
-      path == Path::perpendicular ? Eigen::Vector3d(radius_m, 0, 0) : Eigen::Vector3d(0, radius_m, 0);
+  const Eigen::Vector3d centre(0, radius_m, 0);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() = heading(angle);
   X.translation() = centre - R_WB * centre + Eigen::Vector3d(0, 0, 1.4) +
-                    R_WB * Eigen::Vector3d(0, swing * sway_m * std::sin(wave), 0) +
-                    Eigen::Vector3d(0, 0, swing * bounce_m * std::sin(2 * wave));
+                    R_WB * Eigen::Vector3d(0, ease * sway_m * std::sin(wave), 0) +
+                    Eigen::Vector3d(0, 0, ease * bounce_m * std::sin(2 * wave));
   return X;
 }
 

@@ -1,5 +1,4 @@
-// A textured 7 x 11 x 3 m room with furniture, ray-cast through the filter's lens, and walks along the
-// paper's circles.
+// A textured 7 x 11 x 3 m room with furniture, ray-cast through the filter's lens, and walks along a circle.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -48,11 +47,8 @@ class Room {
   std::vector<std::vector<cv::Mat>> textures_;  // [surface][level], one texel 1 cm · 2^level
 };
 
-enum class Path { tangent, perpendicular, standing };
-
-/// A walk and what the sensors say about it.
+/// A walk along a circle, always looking along its tangent, and what the sensors measure of it.
 struct Walk {
-  Path path = Path::tangent;
   double radius_m = 0.75, duration_s = 28, stand_s = 0.5;
   double turns = 1;  ///< of the circle, walked in duration_s
   double sway_m = 0.03, bounce_m = 0.01, step_s = 0.8;

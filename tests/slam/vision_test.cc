@@ -1,218 +1,90 @@
-// Patches, search, corners and consensus: each against a slower or independent computation.
+#include "slam/vision.h"
+
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-#include <opencv2/imgproc.hpp>
-#include <random>
-
-#include "slam/consensus.h"
 #include "slam/corner_detector.h"
-#include "slam/ellipse_search.h"
-#include "slam/patch.h"
+#include "slam/landmark_initialisation.h"
+#include "tests/slam/test_scenes.h"
 
 namespace slam {
 namespace {
 
-/// Smooth noise whose value is known everywhere, so that it can be drawn shifted below the pixel.
-cv::Mat pattern(double dx, double dy) {
-  cv::Mat image(120, 160, CV_8UC1);
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u) {
-      const double x = u - dx, y = v - dy;
-      image.ptr<uchar>(v)[u] = static_cast<uchar>(
-          std::lround(127 + 40 * std::sin(0.31 * x + 0.17 * y) + 35 * std::sin(0.23 * y - 0.38 * x + 1) +
-                      30 * std::cos(0.045 * x * std::sin(0.05 * y) + 0.41 * y)));
+/// A camera that looks along +x, and landmarks initialised at corners of its image.
+struct Scene {
+  Scene() {
+    std::mt19937_64 random(1);
+    std::vector<Eigen::Vector2d> occupied;
+    while (landmarks.size() < 8) {
+      const auto corner = propose_corner(image, occupied, options.vision, random);
+      if (!corner) continue;
+      occupied.push_back(corner->cast<double>());
+      landmarks.push_back(*initialise_landmark(image, Stamp(0), *corner, camera, options, kalman));
     }
-  return image;
-}
-
-Template template_at(const cv::Mat& image, const Eigen::Vector2i& pixel) {
-  return warp(cut_patch(image, pixel), Eigen::Matrix2d::Identity()).value();
-}
-
-double correlation(const cv::Mat& a, const Eigen::Vector2i& p, const cv::Mat& b, const Eigen::Vector2i& q) {
-  cv::Mat result;
-  const auto box = [](const Eigen::Vector2i& c) { return cv::Rect(c.x() - 5, c.y() - 5, 11, 11); };
-  cv::matchTemplate(b(box(q)), a(box(p)), result, cv::TM_CCOEFF_NORMED);
-  return result.at<float>(0, 0);
-}
-
-TEST(EllipseSearch, FindsWhatTheSearchOfEveryPixelWithOpenCvFinds) {
-  const cv::Mat first = pattern(0, 0), now = pattern(3, -2);
-  const Eigen::Vector2i at(70, 60);
-  const Eigen::Vector2d centre(71.3, 59.6);
-  Eigen::Matrix2d S;
-  S << 4, 1.5, 1.5, 3;
-  const auto found = search_ellipse(now, template_at(first, at), centre, S, 3);
-  ASSERT_TRUE(found);
-  double best = -1;
-  Eigen::Vector2i where(0, 0);
-  for (int v = 20; v < 100; ++v)
-    for (int u = 20; u < 140; ++u) {
-      const Eigen::Vector2d nu = Eigen::Vector2d(u, v) - centre;
-      if (nu.dot(S.inverse() * nu) > 9) continue;
-      const double c = correlation(first, at, now, {u, v});
-      if (c > best) best = c, where = {u, v};
-    }
-  EXPECT_EQ(found->pixel, where.cast<double>());
-  EXPECT_NEAR(found->correlation, best, 1e-5);  // single precision
-}
-
-TEST(EllipseSearch, LooksNowhereOutsideTheEllipse) {
-  const cv::Mat image = pattern(0, 0);
-  const auto found =
-      search_ellipse(image, template_at(image, {70, 60}), {80, 60}, Eigen::Matrix2d::Identity(), 3);
-  ASSERT_TRUE(found);
-  EXPECT_LE((found->pixel - Eigen::Vector2d(80, 60)).norm(), 3);
-}
-
-TEST(EllipseSearch, StaysInsideTheImageAndItsCostBounded) {
-  const cv::Mat image = pattern(0, 0);
-  const Template t = template_at(image, {70, 60});
-  EXPECT_TRUE(search_ellipse(image, t, {4, 4}, 1e6 * Eigen::Matrix2d::Identity(), 3));
-  EXPECT_FALSE(search_ellipse(image, t, {-60, 60}, Eigen::Matrix2d::Identity(), 3));
-}
-
-TEST(EllipseSearch, FindsNothingInAFlatImage) {
-  const cv::Mat flat(120, 160, CV_8UC1, cv::Scalar(90));
-  EXPECT_FALSE(
-      search_ellipse(flat, template_at(pattern(0, 0), {70, 60}), {70, 60}, Eigen::Matrix2d::Identity(), 3));
-}
-
-TEST(Patch, RefinesToAFewHundredthsOfAPixel) {
-  const Template t = template_at(pattern(0, 0), {70, 60});
-  for (const double shift : {0.1, 0.35, 0.5, 0.8}) {
-    const auto match = refine(pattern(shift, -shift / 2), t, {70, 60});
-    ASSERT_TRUE(match);
-    EXPECT_NEAR(match->pixel.x(), 70 + shift, 0.03);  // grey values are whole numbers, samples bilinear
-    EXPECT_NEAR(match->pixel.y(), 60 - shift / 2, 0.03);
-    EXPECT_GT(match->correlation, 0.99);
+    // since then the camera has rotated by an unknown angle of 0.01 rad (1 sigma)
+    RobotMatrix Q = RobotMatrix::Zero();
+    const Matrix43d dq = small_rotation_jacobian(kalman.state().orientation());
+    Q.block<4, 4>(kOrientation, kOrientation) = 1e-4 * dq * dq.transpose();
+    kalman.predict(kalman.state().robot(), RobotMatrix::Identity(), Q);
   }
-}
+  const VisionResult& update(const cv::Mat& now) { return vision.update(now, landmarks, kalman); }
 
-TEST(Patch, BrightnessAndContrastDoNotMatter) {
-  const Template t = template_at(pattern(0, 0), {70, 60});
-  cv::Mat dim;
-  pattern(0.4, 0).convertTo(dim, CV_8U, 0.5, 20);
-  const auto match = refine(dim, t, {70, 60});
-  ASSERT_TRUE(match);
-  EXPECT_NEAR(match->pixel.x(), 70.4, 0.05);  // half the grey levels are left
-}
+  Options options;
+  Camera camera{CameraIntrinsics{}};
+  cv::Mat image = random_blocks(320, 8, 5);
+  Kalman kalman{{looking_ahead(), 1e-8 * RobotMatrix::Identity()}, false};
+  std::vector<Landmark> landmarks;
+  Vision vision{options.vision, camera};
+};
 
-TEST(Patch, FlatPatchesMakeNoTemplate) {
-  const cv::Mat flat(120, 160, CV_8UC1, cv::Scalar(90));
-  EXPECT_FALSE(warp(cut_patch(flat, {70, 60}), Eigen::Matrix2d::Identity()));
-}
-
-TEST(Patch, ViewChangeIsTheDerivativeThroughTheSurface) {
-  const Camera camera(CameraIntrinsics{});
-  Eigen::Isometry3d first = Eigen::Isometry3d::Identity(), now = first;
-  now.linear() =
-      (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
-  now.translation() = Eigen::Vector3d(-0.5, 0.1, 0.4);
-  const Eigen::Vector3d p(0.6, -0.3, 3);
-  const Eigen::Vector2d pixel = camera.project(now.inverse() * p)->pixel;
-  const Eigen::Vector3d normal = surface_normal(first, p, {0.7, -0.4});
-  const auto A = view_change(camera, first, now, p, normal, pixel);
-  ASSERT_TRUE(A);
-  const auto through =
-      [&](const Eigen::Vector2d& u) -> Eigen::Vector2d {  // pixel now -> surface -> pixel first
-    const Eigen::Vector3d line = now.linear() * camera.unproject(u)->h;
-    const double s = normal.dot(p - now.translation()) / normal.dot(line);
-    return camera.project(first.inverse() * (now.translation() + s * line))->pixel;
-  };
-  for (int i = 0; i < 2; ++i) {
-    const Eigen::Vector2d e = 1e-4 * Eigen::Vector2d::Unit(i);
-    EXPECT_NEAR((A->col(i) - (through(pixel + e) - through(pixel - e)) / 2e-4).norm(), 0, 1e-6);
+TEST(Vision, FindsTheLandmarksOfAnUnchangedViewAndReducesTheUncertainty) {
+  Scene scene;
+  const double before = scene.kalman.state().marginal<4>(kOrientation).trace();
+  const VisionResult& result = scene.update(scene.image);
+  EXPECT_EQ(result.visible.size(), 8u);
+  ASSERT_EQ(result.searched.size(), 8u);
+  EXPECT_EQ(result.matches, 8);
+  EXPECT_EQ(result.inliers.size(), 8u);
+  EXPECT_TRUE(result.updated);
+  EXPECT_GT(result.coverage, 0.3);
+  ASSERT_TRUE(result.nis && result.update_nis);
+  EXPECT_EQ(result.nis->dof, 16);
+  EXPECT_GT(result.nis->value, result.update_nis->value);  // the gate assumes less noise than the update
+  for (const SearchedLandmark& s : result.searched) {
+    ASSERT_TRUE(s.match && s.inlier);
+    EXPECT_LT((*s.match - scene.landmarks[s.index].pixel_first).norm(), 0.05);
   }
+  EXPECT_LT(scene.kalman.state().marginal<4>(kOrientation).trace(), 0.1 * before);
 }
 
-TEST(Patch, ASurfaceIsTurnedByTheAnglesOfItsTilt) {
-  Eigen::Isometry3d first = Eigen::Isometry3d::Identity();
-  first.translation() = Eigen::Vector3d(1, 2, 3);
-  const Eigen::Vector3d p(1, 2, 7);
-  EXPECT_LT((surface_normal(first, p, {0, 0}) - Eigen::Vector3d(0, 0, -1)).norm(), 1e-12);
-  const Eigen::Vector3d right = surface_normal(first, p, {std::tan(0.5), 0});
-  EXPECT_LT((right - Eigen::Vector3d(std::sin(0.5), 0, -std::cos(0.5))).norm(), 1e-12);
-  const Eigen::Vector3d down = surface_normal(first, p, {0, std::tan(0.5)});
-  EXPECT_LT((down - Eigen::Vector3d(0, std::sin(0.5), -std::cos(0.5))).norm(), 1e-12);
+TEST(Vision, AMatchThatContradictsTheOthersIsNoInlier) {
+  Scene scene;
+  const Eigen::Vector2i at = scene.landmarks[3].pixel_first.cast<int>();
+  const auto around = [&](int shift) { return cv::Rect(at.x() - 9 + shift, at.y() - 9, 18, 18); };
+  cv::Mat changed = scene.image.clone();
+  scene.image(around(0)).copyTo(changed(around(4)));
+  const VisionResult& result = scene.update(changed);
+  for (const SearchedLandmark& s : result.searched) EXPECT_EQ(s.inlier, s.index != 3) << s.index;
+  EXPECT_EQ(result.matches, 8);
+  EXPECT_EQ(result.inliers.size(), 7u);
 }
 
-TEST(Patch, SurfacesSeenTooObliquelyAreNotMatched) {
-  const Camera camera(CameraIntrinsics{});
-  Eigen::Isometry3d now = Eigen::Isometry3d::Identity();
-  now.linear() = Eigen::AngleAxisd(-1.4, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  now.translation() = Eigen::Vector3d(3, 0, 3.2);
-  const Eigen::Vector3d p(0, 0, 3);
-  const auto seen = camera.project(now.inverse() * p);
-  ASSERT_TRUE(seen);
-  const Eigen::Isometry3d first = Eigen::Isometry3d::Identity();
-  EXPECT_FALSE(view_change(camera, first, now, p, surface_normal(first, p, {0, 0}), seen->pixel));
+TEST(Vision, MeasuresAtMostAsManyLandmarksAsTheOptionsSay) {
+  Scene scene;
+  scene.options.vision.measured_landmarks = 3;
+  Vision vision(scene.options.vision, scene.camera);
+  const VisionResult& result = vision.update(scene.image, scene.landmarks, scene.kalman);
+  EXPECT_EQ(result.visible.size(), 8u);
+  EXPECT_EQ(result.searched.size(), 3u);
 }
 
-TEST(CornerDetector, FindsOpenCvsStrongestCorner) {
-  const cv::Mat image = pattern(0, 0);
-  const cv::Rect region(30, 25, 80, 60);
-  const auto corner = strongest_corner(image, region, 1000);
-  ASSERT_TRUE(corner);
-  double best = -1;
-  Eigen::Vector2i where(0, 0);
-  for (int v = region.y; v < region.y + region.height; ++v)
-    for (int u = region.x; u < region.x + region.width; ++u) {
-      Eigen::Matrix2d M = Eigen::Matrix2d::Zero();
-      for (int j = -5; j <= 5; ++j)
-        for (int i = -5; i <= 5; ++i) {
-          const auto g = [&](int a, int b) {
-            return static_cast<double>(image.at<uchar>(v + j + b, u + i + a));
-          };
-          const Eigen::Vector2d d((g(1, 0) - g(-1, 0)) / 2, (g(0, 1) - g(0, -1)) / 2);
-          M += d * d.transpose();
-        }
-      const double strength = M.selfadjointView<Eigen::Lower>().eigenvalues()(0);
-      if (strength > best) best = strength, where = {u, v};
-    }
-  EXPECT_EQ(corner->pixel, where);
-  EXPECT_NEAR(corner->strength, best, 1e-9 * best);
-}
-
-TEST(CornerDetector, FindsNothingInAFlatRegion) {
-  EXPECT_FALSE(strongest_corner(cv::Mat(120, 160, CV_8UC1, cv::Scalar(90)), {0, 0, 160, 120}, 1));
-}
-
-/// `good` matches that a common shift of the robot explains, then `bad` ones elsewhere.
-Joint matches(int good, int bad) {
-  std::mt19937_64 random(7);
-  const auto noise = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
-  const int count = good + bad;
-  Joint joint;
-  joint.resize(kRobot, 2 * count);
-  joint.PHt().setZero();
-  for (int i = 0; i <= count; ++i) joint.first_row.push_back(2 * i);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) joint.S().block<2, 2>(2 * i, 2 * j) = 25 * Eigen::Matrix2d::Identity();
-    joint.S().block<2, 2>(2 * i, 2 * i) += 0.04 * Eigen::Matrix2d::Identity();
-    joint.innovation().segment<2>(2 * i) = Eigen::Vector2d(6, -4) + 0.1 * Eigen::Vector2d(noise(), noise());
-    if (i >= good) joint.innovation().segment<2>(2 * i) = 8 * Eigen::Vector2d(noise(), noise());
-  }
-  return joint;
-}
-
-TEST(Consensus, KeepsTheMatchesThatOneMotionExplainsAndDropsTheRest) {
-  Consensus consensus;
-  const auto kept = consensus.largest(matches(8, 5), 9.21);
-  EXPECT_EQ(kept, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
-}
-
-TEST(Consensus, OfNoMatchesIsEmpty) { EXPECT_TRUE(Consensus().largest(matches(0, 0), 9.21).empty()); }
-
-TEST(Consensus, SelectionKeepsRowsTogether) {
-  const Joint joint = matches(3, 0);
-  Joint selected;
-  select(joint, {0, 2}, selected);
-  EXPECT_EQ(selected.first_row, (std::vector<int>{0, 2, 4}));
-  EXPECT_EQ(selected.innovation().tail<2>(), joint.innovation().tail<2>());
-  EXPECT_EQ((selected.S().block<2, 2>(0, 2)), (joint.S().block<2, 2>(0, 4)));
+TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {
+  Scene scene;
+  const Eigen::MatrixXd P = scene.kalman.state().P();
+  const VisionResult& result = scene.update(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
+  EXPECT_EQ(result.searched.size(), 8u);
+  EXPECT_EQ(result.matches, 0);
+  EXPECT_FALSE(result.updated || result.nis || result.update_nis);
+  EXPECT_EQ(scene.kalman.state().P(), P);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // crash.
 #include <gmock/gmock.h>
 
-#include "tests/sim/bench/result_folder.h"
+#include "tests/sim/result/result_folder.h"
 #include "tests/tools/command_line.h"
 
 namespace {
@@ -12,12 +12,8 @@ using testing::IsEmpty;
 using tests::differences;
 using tests::Ran;
 
-constexpr const char* kWalk = R"(
-walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
-camera: {}
-slam: {}
-limits: {path_length_m.worst: {at_least: 0.01}}
-)";
+const std::string kWalk =
+    std::string(tests::kShortWalk) + "limits: {path_length_m.worst: {at_least: 0.01}}\n";
 
 class BatchTest : public tests::CommandLine {
  protected:
@@ -65,7 +61,7 @@ TEST_F(BatchTest, TheScoreIsWhatNumpyMakesOfTheResultsFiles) {
 
 TEST_F(BatchTest, ARecordingIsReplayedWithAnotherScenarioOfTheSameWalk) {
   ASSERT_EQ(gaitslam("run walk.yaml").exit_code, 0);
-  write("loud.yaml", std::string(kWalk) + "errors: {gyro: {sigma_rad_s: 0.1}}\nname: walk\n");
+  write("loud.yaml", kWalk + "errors: {gyro: {sigma_rad_s: 0.1}}\nname: walk\n");
   EXPECT_EQ(gaitslam("replay results/walk/seed-1 --scenario walk.yaml --out same").exit_code, 0);
   EXPECT_EQ(gaitslam("replay results/walk/seed-1 --scenario loud.yaml --out loud").exit_code, 0);
   EXPECT_EQ(gaitslam("compare results/walk same").out.find("SAME"), std::string::npos);

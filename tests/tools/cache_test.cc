@@ -2,9 +2,7 @@
 // as without.
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-
-#include "tests/sim/bench/result_folder.h"
+#include "tests/sim/result/result_folder.h"
 #include "tests/tools/command_line.h"
 
 namespace {
@@ -21,14 +19,9 @@ camera: {}
 slam: {}
 )";
 
-class CacheTest : public tests::CommandLine {
+class CacheTest : public tests::CommandLineWithCache {
  protected:
-  CacheTest() {
-    write("walk.yaml", kWalk);
-    ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1);
-  }
-  ~CacheTest() override { ::unsetenv("GAITSLAM_CACHE"); }
-
+  CacheTest() { write("walk.yaml", kWalk); }
   std::string list() const { return gaitslam("cache list").out; }
 };
 
@@ -120,7 +113,7 @@ TEST_F(CacheTest, ATuningMakesTheRecordingsThatItNeedsAndFindsThemAgain) {
   EXPECT_EQ(gaitslam("tune spec.yaml --out none --models nowhere").exit_code, 2);
 }
 
-TEST_F(CacheTest, ASuiteIsHeldAgainstItsBaselineFromTheCache) {
+TEST_F(CacheTest, ASuiteIsComparedWithItsBaselineFromTheCache) {
   write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../walk.yaml}]\n");
   const Ran made = gaitslam("baseline update suites/ci.yaml --reason first --jobs 2");
   ASSERT_EQ(made.exit_code, 0) << made.err;

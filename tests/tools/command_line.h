@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -19,7 +20,14 @@ struct Ran {
   std::string out, err;
 };
 
-/// A test with an empty folder that is its working directory's stand-in, gone afterwards.
+/// A scenario that takes a second: one step with camera and filter.
+inline constexpr const char* kShortWalk = R"(
+walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
+camera: {}
+slam: {}
+)";
+
+/// A test with a temporary folder of its own, in which its commands run.
 class CommandLine : public testing::Test {
  protected:
   CommandLine() { std::filesystem::create_directories(folder_); }
@@ -32,9 +40,7 @@ class CommandLine : public testing::Test {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text_of(".out"),
             text_of(".err")};
   }
-  Ran gaitslam(const std::string& arguments) const {
-    return shell(std::string(GAITSLAM_PROGRAM) + " " + arguments);
-  }
+  Ran gaitslam(const std::string& arguments) const { return shell(GAITSLAM_PROGRAM " " + arguments); }
 
   void write(const std::string& name, const std::string& text) const {
     std::filesystem::create_directories((folder_ / name).parent_path());
@@ -44,7 +50,24 @@ class CommandLine : public testing::Test {
     std::ifstream in(folder_ / name);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  /// What is in the folder besides the files of this class.
+  /// The complaint of a command that must be refused: exit code 2, one line, and nothing printed.
+  std::string refusal(const std::string& arguments) const {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << arguments << ": " << ran.err;
+    EXPECT_EQ(ran.out, "") << arguments;
+    return ran.err;
+  }
+
+  /// The command is refused with this complaint and leaves nothing behind.
+  void expect_refused(const std::string& arguments, const std::string& complaint) const {
+    const std::size_t before = entries();
+    const std::string said = refusal(arguments);
+    EXPECT_NE(said.find(complaint), said.npos) << arguments << ": " << said;
+    EXPECT_EQ(entries(), before) << arguments;
+  }
+
+  /// Number of files and folders that the commands left.
   std::size_t entries() const {
     std::size_t n = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
@@ -57,6 +80,13 @@ class CommandLine : public testing::Test {
       std::filesystem::temp_directory_path() /
       ("gaitslam test " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + " " +
        std::to_string(getpid()));
+};
+
+/// A test whose commands keep recordings in a cache of its own.
+class CommandLineWithCache : public CommandLine {
+ protected:
+  CommandLineWithCache() { ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1); }
+  ~CommandLineWithCache() override { ::unsetenv("GAITSLAM_CACHE"); }
 };
 
 }  // namespace tests

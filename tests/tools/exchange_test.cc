@@ -72,7 +72,7 @@ TEST_F(Exchange, AFolderWithoutAPlanRunsOnVisionAndGyroAndIsScoredUpToScale) {
   EXPECT_LT(metric("back", "ate_sim3_rmse_m")["value"].get<double>(), 0.05);
   EXPECT_THAT(replayed.out, HasSubstr("\n  ate_sim3_rmse_m  "));
   EXPECT_TRUE(metric("back", "rmse_m")["value"].is_null());
-  EXPECT_THAT(metric("back", "rmse_m")["reason"].get<std::string>(), HasSubstr("do not tell the scale"));
+  EXPECT_THAT(metric("back", "rmse_m")["reason"].get<std::string>(), HasSubstr("do not determine the scale"));
 }
 
 TEST_F(Exchange, AFolderWithoutTruthGivesAnEstimateAndSaysWhyThereIsNoScore) {
@@ -101,12 +101,12 @@ TEST_F(Exchange, AFolderOfNeitherKindIsOneLine) {
 
 TEST_F(Exchange, WhatAnExportCannotDoIsOneLine) {
   EXPECT_EQ(gaitslam("export r/seed-1 --format rosbag").err,
-            "gaitslam: --format: expected one of euroc, tum, kitti, mcap, orbslam3, openvins, kalibr, not "
+            "gaitslam: --format: expected one of euroc, tum, kitti, mcap, orbslam3, openvins, not "
             "'rosbag'\n");
   EXPECT_EQ(gaitslam("export r --format mcap").err,
             "gaitslam: r: has no recording/: expected the folder of a run\n");
   EXPECT_EQ(gaitslam("export r/seed-1 --format mcap --out e").err,
-            "gaitslam: e: exists already; --force replaces what a run writes there\n");
+            "gaitslam: e: exists already; --force replaces what the command writes there\n");
 }
 
 TEST_F(Exchange, AVideoHasAPictureForEachFrame) {

@@ -44,13 +44,6 @@ class Regress : public tests::CommandLine {
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
     EXPECT_THAT(ran.out, AllOf(HasSubstr("NEW"), HasSubstr("written to baselines/ci.json")));
   }
-  void expect_refused(const std::string& arguments, const std::string& complaint) const {
-    const Ran ran = gaitslam(arguments);
-    EXPECT_EQ(ran.exit_code, 2) << arguments;
-    EXPECT_THAT(ran.err, HasSubstr(complaint));
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
-    EXPECT_EQ(ran.out, "");
-  }
 };
 
 TEST_F(Regress, AnUnchangedRerunIsIdentical) {
@@ -59,7 +52,7 @@ TEST_F(Regress, AnUnchangedRerunIsIdentical) {
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_THAT(ran.out, ContainsRegex("rmse_m +0.11 +0.11 +0 % +- +-  IDENTICAL"));
   EXPECT_THAT(ran.out, HasSubstr("0 of 4 rows failed"));
-  EXPECT_THAT(ran.out, HasSubstr("recordings the same"));
+  EXPECT_THAT(ran.out, HasSubstr("the same recordings"));
 }
 
 TEST_F(Regress, AWorseOneFailsWithACommandToRunItAgain) {
@@ -104,7 +97,7 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
   expect_refused("regress suites/ci.yaml --results none", "there is no result of seed 1");
   expect_refused("regress suites/ci.yaml --results old --seeds 1..4", "has no seed 4 of walk");
   expect_refused("regress suites/ci.yaml --results old seed=3",
-                 "seed=3: a suite has names and seeds of its own");
+                 "seed=3: a suite has its own names and seeds");
   expect_refused("regress suites/ci.yaml --results old slam.vision.sigma_px=3",
                  "was made with another configuration");
   expect_refused("regress suites/ci.yaml --recordings old", "there is no recording of seed 1");
@@ -124,7 +117,7 @@ TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated)
   expect_refused(
       "regress suites/ci.yaml --results old",
       "walk has another configuration than the baseline baselines/ci.json: walk.step_height_m: not set -> "
-      "0.05; 'gaitslam baseline update' takes it in");
+      "0.05; run 'gaitslam baseline update' to store it");
   write_results("new", 2);
   const std::string update = "baseline update suites/ci.yaml --results new --reason 'lower steps'";
   const Ran dry = gaitslam(update + " --dry-run");
@@ -142,7 +135,7 @@ TEST_F(Regress, ABaselineKeepsAllLimits) {
   write_results("new", 20);
   const Ran ran = gaitslam("baseline update suites/ci.yaml --results new --reason 'worse'");
   EXPECT_EQ(ran.exit_code, 1);
-  EXPECT_THAT(ran.err, HasSubstr("a baseline keeps all limits"));
+  EXPECT_THAT(ran.err, HasSubstr("because a result misses a limit"));
   EXPECT_EQ(text_of("baselines/ci.json"), before);
 }
 
@@ -158,14 +151,14 @@ TEST_F(Regress, ComparePairsBySeed) {
   EXPECT_THAT(gaitslam("compare a/walk/seed-1 a/walk/seed-1").out, HasSubstr("1 seeds paired"));
   write_results("c", 2, 8, 100);
   EXPECT_THAT(gaitslam("compare a c").out,
-              AllOf(HasSubstr("no seed in common"), ContainsRegex("rmse_m .* FAIL")));
+              AllOf(HasSubstr("no seeds in common"), ContainsRegex("rmse_m .* FAIL")));
 }
 
 TEST_F(Regress, CompareRefusesWhatAreNoResults) {
   write_results("a", 1);
-  expect_refused("compare a none", "none: no such folder of results");
+  expect_refused("compare a none", "none: is no folder of results");
   write("empty/x", "");
-  expect_refused("compare a empty", "empty: has no result in it");
+  expect_refused("compare a empty", "empty: contains no result, expected seed-<n>/score.json");
   expect_refused("compare a a --gate rmse=1%", "unknown metric; did you mean 'rmse_m'?");
   expect_refused("compare a a --gate rmse_m", "--gate rmse_m: expected a tolerance");
   write("a/walk/seed-1/score.json", "{");

@@ -25,13 +25,12 @@ slam: {}
 
 const std::string kTool = "'" GAITSLAM_SOURCE_DIR "/tools/slurm_local.sh' ";
 
-class SlurmTest : public tests::CommandLine {
+class SlurmTest : public tests::CommandLineWithCache {
  protected:
   void SetUp() override {
     if (shell("command -v slurmctld munged").exit_code != 0)
       GTEST_SKIP() << "slurmctld or munged is not installed";
     if (getuid() != 0) GTEST_SKIP() << "tools/slurm_local.sh needs root";
-    ::setenv("GAITSLAM_CACHE", (folder_ / "cache").c_str(), 1);
     ::setenv("GAITSLAM_SLURM_PORT", std::to_string(20000 + 5 * (getpid() % 2000)).c_str(),
              1);  // one cluster a test
     const Ran started = shell(kTool + "start " + cluster_);
@@ -42,7 +41,7 @@ class SlurmTest : public tests::CommandLine {
   void TearDown() override {
     shell(kTool + "stop " + cluster_);
     fs::remove_all(cluster_);
-    ::unsetenv("GAITSLAM_CACHE"), ::unsetenv("SLURM_CONF");
+    ::unsetenv("SLURM_CONF");
   }
   const std::string cluster_ =
       fs::temp_directory_path() / ("gaitslam-slurm-test-" + std::to_string(getpid()));

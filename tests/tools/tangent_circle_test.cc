@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/sim/bench/result_folder.h"
+#include "tests/sim/result/result_folder.h"
 
 namespace {
 

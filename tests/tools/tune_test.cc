@@ -68,19 +68,12 @@ TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {
 
 TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {
   write_spec();
-  const auto refused = [&](const std::string& arguments, const std::string& complaint) {
-    const Ran ran = gaitslam(arguments);
-    EXPECT_EQ(ran.exit_code, 2) << arguments;
-    EXPECT_THAT(ran.err, HasSubstr(complaint));
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "results"));
-  };
-  refused("tune spec.yaml", "spec.yaml:2:25: recordings: walks/seed-1 has no finished recording");
-  refused("tune none.yaml", "none.yaml: cannot be read");
-  refused("tune", "spec is required");
+  expect_refused("tune spec.yaml", "spec.yaml:2:25: recordings: walks/seed-1 has no finished recording");
+  expect_refused("tune none.yaml", "none.yaml: cannot be read");
+  expect_refused("tune", "spec is required");
   write("bad.yaml", "parameters:\n  slam.gyro.sigma_rads: {from: 1, to: 2}\n");
-  refused("tune bad.yaml",
-          "bad.yaml:2:3: slam.gyro.sigma_rads: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");
+  expect_refused("tune bad.yaml",
+                 "bad.yaml:2:3: slam.gyro.sigma_rads: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/walking/standing.h"
 #include "walking/hrp2.h"
 #include "walking/pattern_generator.h"
 
@@ -23,12 +24,7 @@ BodyMomentum flywheel(const BodyMotion& motion) {
 }
 
 Reference turned(double yaw) {
-  Reference reference;
-  reference.X_PB =
-      Eigen::Translation3d(0, 0, hrp2::kWaistHeight) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-  reference.X_PL = reference.X_PB * Eigen::Translation3d(hrp2::kAnkleX, 0.095, -hrp2::kWaistHeight);
-  reference.X_PR = reference.X_PB * Eigen::Translation3d(hrp2::kAnkleX, -0.095, -hrp2::kWaistHeight);
-  return reference;
+  return moved(Eigen::Isometry3d(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())), standing());
 }
 
 double shoulder(const ArmAngles& arm) { return arm.shoulder_pitch - ArmAngles{}.shoulder_pitch; }
@@ -42,7 +38,7 @@ TEST(ArmMomentum, StandingRobotKeepsHalfSitting) {
   }
 }
 
-TEST(ArmMomentum, ArmsTakeUpATurnInEqualParts) {
+TEST(ArmMomentum, ArmsCompensateATurnInEqualParts) {
   ArmMomentum arms(flywheel);
   arms(turned(0));
   const double turn = 0.001;

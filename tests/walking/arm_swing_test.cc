@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/walking/standing.h"
 #include "walking/hrp2.h"
 #include "walking/inverse_kinematics.h"
 
@@ -35,14 +36,6 @@ TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
   }
 }
 
-Reference standing() {
-  Reference reference;
-  reference.X_PB.translation() << 0, 0, hrp2::kWaistHeight;
-  reference.X_PL.translation() << hrp2::kAnkleX, 0.095, 0;
-  reference.X_PR.translation() << hrp2::kAnkleX, -0.095, 0;
-  return reference;
-}
-
 JointVector swinging(Reference reference) {
   reference.arms = arm_swing(reference);
   return inverse_kinematics(posture_of(reference)).q;
@@ -56,9 +49,9 @@ TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxes) {
   Reference stride = standing();
   stride.X_PL.translation().x() += 0.15;
   stride.X_PR.translation().x() -= 0.15;
-  const Eigen::Isometry3d turned(Eigen::Translation3d(3, 1, 0) *
-                                 Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ()));
-  for (auto* X : {&stride.X_PB, &stride.X_PL, &stride.X_PR}) *X = turned * *X;
+  stride =
+      moved(Eigen::Isometry3d(Eigen::Translation3d(3, 1, 0) * Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ())),
+            stride);
   const JointVector still = inverse_kinematics(posture_of(stride)).q, swung = swinging(stride);
   EXPECT_NEAR(swung(23) / kDegree, 18.48963, kPrinted);  // left shoulder
   EXPECT_NEAR(swung(16) / kDegree, 10.43198, kPrinted);  // right shoulder

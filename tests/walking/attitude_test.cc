@@ -55,15 +55,15 @@ TEST(Attitude, LearnsAConstantBiasOfTheGyroButNotAboutTheVertical) {
   EXPECT_LT(angle_between(attitude.up(), kUp), 1e-3);
 }
 
-TEST(Attitude, IsNotTiltedByAnAccelerationItKnowsOf) {
-  Attitude knowing(kUp), unknowing(kUp);
+TEST(Attitude, IsNotTiltedByAnAccelerationItIsGiven) {
+  Attitude with_motion(kUp), without_motion(kUp);
   const Vector3d acceleration(1.0, 0.5, 0);
   for (int k = 0; k < 200; ++k) {
-    knowing.update(kStill, kGravity * kUp + acceleration, acceleration, kPeriod);
-    unknowing.update(kStill, kGravity * kUp + acceleration, kStill, kPeriod);
+    with_motion.update(kStill, kGravity * kUp + acceleration, acceleration, kPeriod);
+    without_motion.update(kStill, kGravity * kUp + acceleration, kStill, kPeriod);
   }
-  EXPECT_LT(angle_between(knowing.up(), kUp), 1e-12);
-  EXPECT_GT(angle_between(unknowing.up(), kUp), 0.01);
+  EXPECT_LT(angle_between(with_motion.up(), kUp), 1e-12);
+  EXPECT_GT(angle_between(without_motion.up(), kUp), 0.01);
 }
 
 }  // namespace

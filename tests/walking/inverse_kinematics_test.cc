@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/walking/standing.h"
 #include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
 #include "walking/leg_limits.h"
@@ -18,14 +19,6 @@ constexpr double kPrinted = 1e-10;  // the reference values are printed with ten
 
 Eigen::Isometry3d ankle_in_waist(Side side, const Vector6& q) {
   return sole_in_waist(side, q) * Eigen::Translation3d(0, 0, hrp2::kAnkleHeight);
-}
-
-Posture half_sitting_posture() {
-  Posture posture;
-  posture.X_PB.translation() << 0, 0, hrp2::kWaistHeight;
-  posture.X_PL.translation() << hrp2::kAnkleX, hrp2::kFootSpacing / 2, 0;
-  posture.X_PR.translation() << hrp2::kAnkleX, -hrp2::kFootSpacing / 2, 0;
-  return posture;
 }
 
 /// Uniform within the limits, the knee bent enough to keep clear of the stretched leg's singularity, the sole
@@ -75,7 +68,7 @@ TEST(InverseKinematics, RightLegMirrorsTheLeft) {
 }
 
 TEST(InverseKinematics, HalfSittingFeetGiveTheHalfSittingJoints) {
-  const BodySolution body = inverse_kinematics(half_sitting_posture());
+  const BodySolution body = inverse_kinematics(posture_of(standing()));
   EXPECT_TRUE(body.left_reached && body.right_reached);
   EXPECT_LT((body.q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
 }
@@ -102,7 +95,7 @@ TEST(InverseKinematics, JointsOfThousandsOfPosesAreRecovered) {
 }
 
 TEST(InverseKinematics, LegTooShortIsReportedAndPointsAtTheFoot) {
-  Posture posture = half_sitting_posture();
+  Posture posture = posture_of(standing());
   posture.X_PL.translation() += Eigen::Vector3d(0.6, 0, -0.1);
   const BodySolution body = inverse_kinematics(posture);
   EXPECT_FALSE(body.left_reached);
@@ -134,20 +127,20 @@ TEST(InverseKinematics, FootInTheHipIsReportedAndFinite) {
 }
 
 TEST(LegLimits, HalfSittingIsWithinThem) {
-  EXPECT_FALSE(legs_prevent({hrp2::half_sitting(), true, true}).has_value());
+  EXPECT_FALSE(leg_obstacle({hrp2::half_sitting(), true, true}).has_value());
 }
 
 TEST(LegLimits, TheJointThatGoesTooFarIsNamed) {
   BodySolution body{hrp2::half_sitting(), true, true};
   body.q(1) = -0.7;
-  EXPECT_NE(legs_prevent(body).value().find("right hip roll"), std::string::npos);
+  EXPECT_NE(leg_obstacle(body).value().find("right hip roll"), std::string::npos);
   body = {hrp2::half_sitting(), true, true};
   body.q(6) = -0.6;  // the left leg turns inwards 30 degrees at most
-  EXPECT_NE(legs_prevent(body).value().find("left hip yaw"), std::string::npos);
+  EXPECT_NE(leg_obstacle(body).value().find("left hip yaw"), std::string::npos);
 }
 
 TEST(LegLimits, FootOutOfReachIsNamed) {
-  EXPECT_NE(legs_prevent({hrp2::half_sitting(), false, true}).value().find("left foot"), std::string::npos);
+  EXPECT_NE(leg_obstacle({hrp2::half_sitting(), false, true}).value().find("left foot"), std::string::npos);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/walking/smooth_walk.h"
 #include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
 #include "walking/leg_limits.h"
@@ -49,12 +50,14 @@ BodyMomentum momentum_of(const Masses& masses, const BodyMotion& motion) {
 }
 
 /// All mass at the plan's centre of mass: the cart-table itself.
-std::vector<PointMass> one_mass(const BodyPose& pose) { return {{56.9, pose.X_PB * hrp2::kComInWaist}}; }
+std::vector<PointMass> one_mass(const BodyPose& pose) {
+  return {{hrp2::kMass, pose.X_PB * hrp2::kComInWaist}};
+}
 
 /// A heavy trunk and legs of 8.16 kg, each half at its ankle and half between hip and ankle; together where
 /// the robot's centre of mass is in half-sitting.
 std::vector<PointMass> trunk_and_legs(const BodyPose& pose) {
-  constexpr double kTotal = 56.87, kLeg = 8.16;
+  constexpr double kTotal = hrp2::kMass, kLeg = 8.16;
   const auto leg = [](Side side, const Eigen::Matrix<double, 6, 1>& q) {
     const Eigen::Vector3d ankle = sole_in_waist(side, q) * Eigen::Vector3d(0, 0, hrp2::kAnkleHeight);
     const Eigen::Vector3d hip(0, side == Side::left ? hrp2::kHipY : -hrp2::kHipY, 0);
@@ -84,12 +87,6 @@ WalkOptions short_walk() {
 WalkOptions with_second_preview(WalkOptions options = short_walk()) {
   options.second_preview = true;
   return options;
-}
-
-std::vector<Reference> planned(PatternGenerator generator) {
-  std::vector<Reference> walk;
-  for (std::size_t k = 0; k < generator.ticks(); ++k) walk.push_back(generator.next());
-  return walk;
 }
 
 /// ZMP of `model` when it moves as planned, at ticks 1 ... n - 2.
@@ -127,8 +124,8 @@ TEST(MotionBetween, LeadsFromOnePoseToTheOther) {
   after.X_PB.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * before.X_PB.linear();
   after.X_PB.translation() << 1.01, 2, 2.98;
   after.q.setConstant(0.1);
-  const BodyMotion motion = motion_between(before, after, 0.005);
-  EXPECT_LT((motion.w * 0.005 - turn).norm(), 1e-14);
+  const BodyMotion motion = motion_between(before, after, kPeriod);
+  EXPECT_LT((motion.w * kPeriod - turn).norm(), 1e-14);
   EXPECT_LT((motion.v - Eigen::Vector3d(2, 0, -4)).norm(), 1e-12);
   EXPECT_LT((motion.dq.array() - 20).abs().maxCoeff(), 1e-12);
   EXPECT_LT((motion.pose.q.array() - 0.05).abs().maxCoeff(), 1e-15);
@@ -145,7 +142,7 @@ TEST(MultibodyZmp, OfABodyAtRestIsBelowItsCentreOfMass) {
 
 TEST(MultibodyZmp, OfOneMassIsTheCartTables) {
   const WalkOptions options = short_walk();
-  const auto walk = planned(PatternGenerator(options));
+  const auto walk = planned(options);
   const auto zmp = played(walk, model_of(one_mass));
   for (std::size_t i = 0; i < zmp.size(); ++i) {
     // Differences see the acceleration's mean over two ticks, the cart-table that at the tick.
@@ -163,14 +160,14 @@ TEST(MultibodyZmp, TurningUpperBodyShowsAsMoment) {
   before.mass = after.mass = 50;
   before.com << 0, 0, 0.8;
   after.com = before.com;
-  after.angular << 0, 50 * kGravity * 0.005 * 0.02,
+  after.angular << 0, 50 * kGravity * kPeriod * 0.02,
       0;  // the moment that 2 cm of ZMP behind the mass would cause
   EXPECT_LT((multibody_zmp(before, after) - Eigen::Vector2d(-0.02, 0)).norm(), 1e-14);
 }
 
 TEST(SecondPreview, LeavesTheCartTableAsItIs) {
   WalkOptions options = short_walk();
-  const auto first = planned(PatternGenerator(options));
+  const auto first = planned(options);
   const auto second = planned(PatternGenerator(with_second_preview(options), model_of(one_mass)));
   ASSERT_EQ(first.size(), second.size());
   double moved = 0;
@@ -183,14 +180,14 @@ TEST(SecondPreview, LeavesTheCartTableAsItIs) {
 
 TEST(SecondPreview, MakesTheWholeBodysZmpFollowTheReference) {
   const WholeBody model = model_of(trunk_and_legs);
-  const Error without = zmp_error(planned(PatternGenerator(short_walk())), model);
+  const Error without = zmp_error(planned(short_walk()), model);
   const Error with = zmp_error(planned(PatternGenerator(with_second_preview(), model)), model);
   EXPECT_LT(with.rms, without.rms / 5);  // 13.2 mm and 1.8 mm
   EXPECT_LT(with.largest, 0.010);  // 28 mm and 8.5 mm: what preview control itself leaves of a smoothed step
 }
 
 TEST(SecondPreview, KeepsFeetHeadingAndTheWaistsPlaceUnderTheCentreOfMass) {
-  const auto first = planned(PatternGenerator(short_walk()));
+  const auto first = planned(short_walk());
   const auto second = planned(PatternGenerator(with_second_preview(), model_of(trunk_and_legs)));
   for (std::size_t k = 0; k < first.size(); ++k) {
     ASSERT_TRUE(first[k].X_PL.matrix() == second[k].X_PL.matrix());
@@ -213,7 +210,7 @@ TEST(SecondPreview, StartsInHalfSittingEvenIfTheModelsMassIsElsewhere) {
   const auto walk = planned(PatternGenerator(with_second_preview(), lopsided));
   EXPECT_LT((walk.front().com.head<2>() - hrp2::kComInWaist.head<2>()).norm(), 1e-15);
   EXPECT_LT(walk[1].com_acceleration.norm(), 0.1);  // m/s²; 0.56 if the offset came in at once
-  EXPECT_NEAR(walk.back().com.y() - planned(PatternGenerator(short_walk())).back().com.y(), -0.00155, 1e-4);
+  EXPECT_NEAR(walk.back().com.y() - planned(short_walk()).back().com.y(), -0.00155, 1e-4);
 }
 
 }  // namespace

@@ -12,11 +12,14 @@
 
 namespace walking {
 
-inline std::vector<Reference> planned(const WalkOptions& options) {
-  PatternGenerator generator(options);
+inline std::vector<Reference> planned(PatternGenerator generator) {
   std::vector<Reference> walk;
   for (std::size_t k = 0; k < generator.ticks(); ++k) walk.push_back(generator.next());
   return walk;
+}
+
+inline std::vector<Reference> planned(const WalkOptions& options) {
+  return planned(PatternGenerator(options));
 }
 
 inline double yaw_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }

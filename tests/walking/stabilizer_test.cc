@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "tests/walking/standing.h"
 #include "walking/hrp2.h"
 #include "walking/inverse_kinematics.h"
 
@@ -12,18 +13,7 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-constexpr double kWeight = 56.867992 * kGravity;
-
-/// Standing still in half-sitting, the ZMP under the centre of mass.
-Reference standing() {
-  Reference reference;
-  reference.com = hrp2::kComInWaist + Vector3d(0, 0, hrp2::kWaistHeight);
-  reference.zmp = reference.zmp_reference = reference.com.head<2>();
-  reference.X_PB.translation().z() = hrp2::kWaistHeight;
-  reference.X_PL.translation() << hrp2::kAnkleX, 0.095, 0;
-  reference.X_PR.translation() << hrp2::kAnkleX, -0.095, 0;
-  return reference;
-}
+constexpr double kWeight = hrp2::kMass * kGravity;
 
 Reference on_the_left_foot() {
   Reference reference = standing();
@@ -36,30 +26,37 @@ Reference on_the_left_foot() {
   return reference;
 }
 
-/// What a robot that does exactly as planned feels at rest, the left foot carrying `left` of its weight.
-Felt as_planned(const Reference& reference, double left) {
-  Felt felt;
-  felt.accelerometer = Vector3d(0, 0, kGravity);
-  felt.q = inverse_kinematics(posture_of(reference)).q;
+/// Readings of a robot at rest that does exactly as planned, the left foot carrying `left` of its weight.
+SensorReadings as_planned(const Reference& reference, double left) {
+  SensorReadings readings;
+  readings.accelerometer = Vector3d(0, 0, kGravity);
+  readings.q = inverse_kinematics(posture_of(reference)).q;
   const double ahead = reference.zmp.x() - hrp2::kAnkleX;
-  felt.left.force.z() = left * kWeight;
-  felt.right.force.z() = (1 - left) * kWeight;
-  felt.left.torque.y() = -ahead * felt.left.force.z();
-  felt.right.torque.y() = -ahead * felt.right.force.z();
-  return felt;
+  readings.left.force.z() = left * kWeight;
+  readings.right.force.z() = (1 - left) * kWeight;
+  readings.left.torque.y() = -ahead * readings.left.force.z();
+  readings.right.torque.y() = -ahead * readings.right.force.z();
+  return readings;
 }
 
-/// Only one block at work.
-StabilizerOptions nothing() {
+/// Readings of a standing robot that turns within the tick.
+SensorReadings turning(double roll, double pitch) {
+  SensorReadings readings = as_planned(standing(), 0.5);
+  readings.gyro << roll / kPeriod, pitch / kPeriod, 0;
+  return readings;
+}
+
+/// All blocks switched off but the estimators and the distribution of the load.
+StabilizerOptions estimators_alone() {
   StabilizerOptions options;
   options.tracking.enabled = options.ankle_admittance.enabled = options.force_difference.enabled =
       options.leg_compliance.enabled = options.body_attitude.enabled = false;
   return options;
 }
 
-Posture after(Stabilizer& stabilizer, const Reference& reference, const Felt& felt, int ticks) {
+Posture after(Stabilizer& stabilizer, const Reference& reference, const SensorReadings& readings, int ticks) {
   Posture posture;
-  for (int k = 0; k < ticks; ++k) posture = stabilizer.step(reference, felt);
+  for (int k = 0; k < ticks; ++k) posture = stabilizer.step(reference, readings);
   return posture;
 }
 
@@ -71,14 +68,14 @@ double distance(const Posture& a, const Posture& b) {
 double roll_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(2, 1), X.linear()(2, 2)); }
 double pitch_of(const Eigen::Isometry3d& X) { return std::asin(-X.linear()(2, 0)); }
 
-TEST(Stabilizer, LeavesThePlanAloneWhenAllIsFeltAsPlanned) {
+TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlanned) {
   StabilizerOptions options;
   options.leg_compliance.enabled = false;  // this one acts on the planned load alone
   for (const auto& [reference, left] : {std::pair{standing(), 0.5}, std::pair{on_the_left_foot(), 1.0}}) {
     Stabilizer stabilizer(options);
     const Posture posture = after(stabilizer, reference, as_planned(reference, left), 200);
     EXPECT_LT(distance(posture, posture_of(reference)), 1e-9);
-    EXPECT_LT((stabilizer.state().zmp_felt - reference.zmp).norm(), 1e-12);
+    EXPECT_LT((stabilizer.state().zmp_measured - reference.zmp).norm(), 1e-12);
     EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
   }
 }
@@ -87,15 +84,13 @@ TEST(Stabilizer, LeavesThePlanAloneWhenSwitchedOff) {
   StabilizerOptions options;
   options.enabled = false;
   Stabilizer stabilizer(options);
-  EXPECT_EQ(distance(after(stabilizer, standing(), Felt{}, 10), posture_of(standing())), 0);
+  EXPECT_EQ(distance(after(stabilizer, standing(), SensorReadings{}, 10), posture_of(standing())), 0);
 }
 
-TEST(Stabilizer, FeelsATiltAndWhereItPutsTheCentreOfMass) {
-  Stabilizer stabilizer(nothing());
+TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCentreOfMass) {
+  Stabilizer stabilizer(estimators_alone());
   const double pitch = 0.02;
-  Felt felt = as_planned(standing(), 0.5);
-  felt.gyro.y() = pitch / kPeriod;
-  stabilizer.step(standing(), felt);
+  stabilizer.step(standing(), turning(0, pitch));
   EXPECT_NEAR(stabilizer.state().tilt.y(), pitch, 1e-5);  // the accelerometer pulls back 0.15/s · 5 ms of it
   // The whole body turns about the ankles.
   const double height = standing().com.z() - hrp2::kAnkleHeight;
@@ -103,17 +98,14 @@ TEST(Stabilizer, FeelsATiltAndWhereItPutsTheCentreOfMass) {
   EXPECT_NEAR(stabilizer.state().com_error.y(), 0, 1e-9);
 }
 
-TEST(Stabilizer, AsksForAZmpFurtherOutThanTheCentreOfMassIs) {
-  StabilizerOptions options = nothing();
+TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCentreOfMassIs) {
+  StabilizerOptions options = estimators_alone();
   options.tracking.enabled = true;
   Stabilizer stabilizer(options);
-  Felt felt = as_planned(standing(), 0.5);
-  felt.gyro.y() = 0.02 / kPeriod;
-  stabilizer.step(standing(), felt);
-  felt.gyro.setZero();
-  after(stabilizer, standing(), felt, 100);
+  stabilizer.step(standing(), turning(0, 0.02));
+  after(stabilizer, standing(), as_planned(standing(), 0.5), 100);
   const double error = stabilizer.state().com_error.x();
-  EXPECT_GT(stabilizer.state().zmp_asked.x() - standing().zmp.x(), error);
+  EXPECT_GT(stabilizer.state().zmp_desired.x() - standing().zmp.x(), error);
 }
 
 TEST(DelayedZmpGains, AreThePublishedOnesOfHrp2) {
@@ -134,39 +126,36 @@ TEST(DelayedZmpGains, PutThePolesWhereTheyAreWanted) {
   }
 }
 
-TEST(Stabilizer, DelayedZmpLawAnswersCentreOfMassAndZmp) {
-  StabilizerOptions options = nothing();
+TEST(Stabilizer, DelayedZmpLawActsOnCentreOfMassAndZmp) {
+  StabilizerOptions options = estimators_alone();
   options.tracking.enabled = true;
   options.tracking.law = TrackingLaw::delayed_zmp;
   Stabilizer stabilizer(options);
-  Felt felt = as_planned(standing(), 0.5);
-  felt.gyro.y() = 0.02 / kPeriod;
-  felt.left.torque.y() -= 0.01 * kWeight;  // the pressure is 1 cm ahead of where it is planned
-  stabilizer.step(standing(), felt);
+  SensorReadings readings = turning(0, 0.02);
+  readings.left.torque.y() -= 0.01 * kWeight;  // the pressure is 1 cm ahead of where it is planned
+  stabilizer.step(standing(), readings);
   const StabilizerState& state = stabilizer.state();
-  const DelayedZmpGains c = delayed_zmp_gains(std::sqrt(kGravity / 0.808291), options.tracking.delayed_zmp);
-  EXPECT_NEAR(state.zmp_felt.x() - standing().zmp.x(), 0.01, 1e-12);
-  const Vector2d asked =
+  const DelayedZmpGains c = delayed_zmp_gains(pendulum_frequency(), options.tracking.delayed_zmp);
+  EXPECT_NEAR(state.zmp_measured.x() - standing().zmp.x(), 0.01, 1e-12);
+  const Vector2d desired =
       c.position * state.com_error + c.velocity * state.com_velocity_error + c.zmp * Vector2d(0.01, 0);
-  EXPECT_GT(asked.x(), 0.02);
-  EXPECT_LT((state.zmp_asked - standing().zmp - asked).norm(), 1e-12);
+  EXPECT_GT(desired.x(), 0.02);
+  EXPECT_LT((state.zmp_desired - standing().zmp - desired).norm(), 1e-12);
 }
 
 TEST(Stabilizer, WithoutAttitudeTheWaistCountsAsUpright) {
   StabilizerOptions options;
   options.attitude.enabled = false;
   Stabilizer stabilizer(options);
-  Felt felt = as_planned(standing(), 0.5);
-  felt.gyro.y() = 0.02 / kPeriod;
-  stabilizer.step(standing(), felt);
+  stabilizer.step(standing(), turning(0, 0.02));
   EXPECT_EQ(stabilizer.state().tilt.norm(), 0);
   EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
 }
 
-TEST(Stabilizer, FeetShareTheLoadByTheZmpAskedForUnlessDistributionIsOff) {
+TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
   Reference reference = standing();
   reference.zmp.y() = 0.04;  // on the way to the left foot
-  StabilizerOptions options = nothing();
+  StabilizerOptions options = estimators_alone();
   options.leg_compliance.enabled = true;
   for (const bool enabled : {true, false}) {
     options.distribution.enabled = enabled;
@@ -180,48 +169,45 @@ TEST(Stabilizer, FeetShareTheLoadByTheZmpAskedForUnlessDistributionIsOff) {
 }
 
 TEST(Stabilizer, SeesNoVelocityInAStepFromOneFootToTheOther) {
-  Stabilizer stabilizer(nothing());
+  Stabilizer stabilizer(estimators_alone());
   const Reference reference = standing();
-  Felt felt = as_planned(reference, 1.0);
-  felt.q[7] += 0.01;  // the left hip's encoder disagrees with the plan, the right one's does not
-  after(stabilizer, reference, felt, 100);
+  SensorReadings readings = as_planned(reference, 1.0);
+  readings.q[7] += 0.01;  // the left hip's encoder disagrees with the plan, the right one's does not
+  after(stabilizer, reference, readings, 100);
   const Vector2d on_left = stabilizer.state().com_error;
-  std::swap(felt.left, felt.right);
-  stabilizer.step(reference, felt);
+  std::swap(readings.left, readings.right);
+  stabilizer.step(reference, readings);
   EXPECT_GT((stabilizer.state().com_error - on_left).norm(), 1e-3);
   EXPECT_LT(stabilizer.state().com_velocity_error.norm(), 1e-9);
 }
 
 TEST(Stabilizer, TurnsTheWaistAgainstItsTiltAboutTheCentreOfMass) {
-  StabilizerOptions options = nothing();
+  StabilizerOptions options = estimators_alone();
   options.body_attitude.enabled = true;
   Stabilizer stabilizer(options);
-  Felt felt = as_planned(standing(), 0.5);
-  felt.gyro.x() = 0.02 / kPeriod;
-  stabilizer.step(standing(), felt);
-  felt.gyro.setZero();
-  const Posture posture = after(stabilizer, standing(), felt, 20);
+  stabilizer.step(standing(), turning(0.02, 0));
+  const Posture posture = after(stabilizer, standing(), as_planned(standing(), 0.5), 20);
   EXPECT_LT(roll_of(posture.X_PB), -1e-3);
   EXPECT_LT((posture.X_PB * hrp2::kComInWaist - standing().com).norm(), 1e-12);
 }
 
-TEST(Stabilizer, LetsTheAnklesGiveWayToTheTorqueTheyFeel) {
-  StabilizerOptions options = nothing();
+TEST(Stabilizer, TurnsTheAnklesWithTheMeasuredTorque) {
+  StabilizerOptions options = estimators_alone();
   options.ankle_admittance.enabled = true;
   Stabilizer stabilizer(options);
   const Reference reference = on_the_left_foot();
-  Felt felt = as_planned(reference, 1.0);
-  felt.left.torque.x() += 5;
-  felt.left.torque.y() += 3;
-  const Posture posture = after(stabilizer, reference, felt, 2);
+  SensorReadings readings = as_planned(reference, 1.0);
+  readings.left.torque.x() += 5;
+  readings.left.torque.y() += 3;
+  const Posture posture = after(stabilizer, reference, readings, 2);
   const double gain = options.ankle_admittance.gain_rad_s_per_nm;
   EXPECT_NEAR(roll_of(posture.X_PL), 2 * kPeriod * gain * 5, 1e-5);  // the leak takes 1/300 of the first tick
   EXPECT_NEAR(pitch_of(posture.X_PL), 2 * kPeriod * gain * 3, 1e-5);
   EXPECT_EQ(roll_of(posture.X_PR), 0);
 }
 
-TEST(Stabilizer, ReachesDownWithTheFootThatCarriesTooLittle) {
-  StabilizerOptions options = nothing();
+TEST(Stabilizer, LowersTheFootThatCarriesTooLittle) {
+  StabilizerOptions options = estimators_alone();
   options.force_difference.enabled = true;
   Stabilizer stabilizer(options);
   const Posture posture = after(stabilizer, standing(), as_planned(standing(), 0.3), 10);
@@ -230,7 +216,7 @@ TEST(Stabilizer, ReachesDownWithTheFootThatCarriesTooLittle) {
 }
 
 TEST(Stabilizer, MakesALegLongerByWhatItsLoadCompressesIt) {
-  StabilizerOptions options = nothing();
+  StabilizerOptions options = estimators_alone();
   options.leg_compliance.enabled = true;
   Stabilizer stabilizer(options);
   const Reference reference = on_the_left_foot();
@@ -239,14 +225,14 @@ TEST(Stabilizer, MakesALegLongerByWhatItsLoadCompressesIt) {
   EXPECT_EQ(posture.X_PR.translation(), reference.X_PR.translation());
 }
 
-TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverIsFelt) {
+TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverTheReadings) {
   StabilizerOptions options;
   Stabilizer stabilizer(options);
-  Felt felt = as_planned(standing(), 0.5);
-  felt.left.torque << 1e6, -1e6, 1e6;
-  felt.right.force.z() = -1e6;
-  felt.gyro << 50, -50, 50;
-  const Posture posture = after(stabilizer, standing(), felt, 400);
+  SensorReadings readings = as_planned(standing(), 0.5);
+  readings.left.torque << 1e6, -1e6, 1e6;
+  readings.right.force.z() = -1e6;
+  readings.gyro << 50, -50, 50;
+  const Posture posture = after(stabilizer, standing(), readings, 400);
   EXPECT_TRUE(posture.X_PB.matrix().allFinite() && posture.X_PL.matrix().allFinite() &&
               posture.X_PR.matrix().allFinite());
   EXPECT_LE(std::abs(roll_of(posture.X_PL)),

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/walking/smooth_walk.h"
 #include "walking/waist_yaw.h"
 
 namespace walking {
@@ -63,7 +64,7 @@ TEST(SwingFoot, StartsAndEndsExactlyAtItsPlaces) {
 TEST(SwingFoot, TurnsAboutTheVerticalOnly) {
   const FootPose from{{0, 0}, -0.1}, to{{0.2, 0}, 0.3};
   const auto X = swing_foot(from, to, 0.5, kHeight, SwingPolynomial::quintic);
-  EXPECT_NEAR(std::atan2(X.linear()(1, 0), X.linear()(0, 0)), 0.1, 1e-15);
+  EXPECT_NEAR(yaw_of(X), 0.1, 1e-15);
   EXPECT_EQ(X.linear().col(2), Eigen::Vector3d::UnitZ());
 }
 

@@ -1,5 +1,5 @@
-// Is the filter as wrong as it says? Settings of the filter tried on recorded walks: accuracy, NEES, and in
-// how many frames its mean over the seeds is inside the 95 % band; with --by-time also when and along which
+// Consistency of the filter: settings of it tried on recorded walks, with accuracy, NEES, and the share of
+// frames in which its mean over the seeds is inside the 95 % band; with --by-time also when and along which
 // axis it is not. Usage: consistency_table [--by-time] [--csv FILE] RESULTS FIRST..LAST ["name: key=value
 // ..."]... where RESULTS/seed-N are results with recordings. See Variant (recorded_walk.h) for what a setting
 // may be.
@@ -118,39 +118,40 @@ void write_csv(const std::string& file, const std::string& name, const Frames& f
     }
 }
 
-struct Asked {
+struct Arguments {
   bool by_time = false;
   std::string csv, results;
   int first = 0, last = 0;
   std::vector<Variant> variants;
 };
 
-Asked read_arguments(const std::vector<std::string>& words) {
-  Asked asked;
+Arguments read_arguments(const std::vector<std::string>& words) {
+  Arguments arguments;
   std::size_t i = 0;
   for (; i < words.size() && words[i].starts_with("--"); ++i) {
     if (words[i] == "--by-time")
-      asked.by_time = true;
+      arguments.by_time = true;
     else if (words[i] == "--csv" && i + 1 < words.size())
-      asked.csv = words[++i];
+      arguments.csv = words[++i];
     else
       throw std::invalid_argument("unknown option " + words[i]);
   }
-  if (words.size() < i + 2 || std::sscanf(words[i + 1].c_str(), "%d..%d", &asked.first, &asked.last) != 2)
+  if (words.size() < i + 2 ||
+      std::sscanf(words[i + 1].c_str(), "%d..%d", &arguments.first, &arguments.last) != 2)
     throw std::invalid_argument("expected [--by-time] RESULTS FIRST..LAST [\"name: key=value ...\"]...");
-  asked.results = words[i];
-  for (i += 2; i < words.size(); ++i) asked.variants.push_back(read_variant(words[i]));
-  if (asked.variants.empty()) asked.variants.push_back({"as recorded", {}, {}, {}});
-  return asked;
+  arguments.results = words[i];
+  for (i += 2; i < words.size(); ++i) arguments.variants.push_back(read_variant(words[i]));
+  if (arguments.variants.empty()) arguments.variants.push_back({"as recorded", {}, {}});
+  return arguments;
 }
 
 /// What the seeds of one variant gave.
-struct Gathered {
+struct Results {
   Frames frames;
   std::map<std::string, std::vector<double>> values;
 };
 
-void print(const Variant& variant, const Gathered& g, bool by_time) {
+void print(const Variant& variant, const Results& g, bool by_time) {
   const auto of = [&](const char* metric) {
     const auto found = g.values.find(metric);
     return found == g.values.end() ? std::nan("") : sim::score::median(found->second);
@@ -166,27 +167,27 @@ void print(const Variant& variant, const Gathered& g, bool by_time) {
   std::fflush(stdout);
 }
 
-void work(const Asked& asked) {
-  std::vector<Gathered> gathered(asked.variants.size());
-  for (int seed = asked.first; seed <= asked.last; ++seed) {
-    const RecordedWalk walk(std::filesystem::path(asked.results) / fmt::format("seed-{}", seed));
-    for (std::size_t v = 0; v < asked.variants.size(); ++v) {
-      const Trial trial = try_on(walk, asked.variants[v]);
-      add_frames(trial, gathered[v].frames);
+void work(const Arguments& arguments) {
+  std::vector<Results> results(arguments.variants.size());
+  for (int seed = arguments.first; seed <= arguments.last; ++seed) {
+    const RecordedWalk walk(std::filesystem::path(arguments.results) / fmt::format("seed-{}", seed));
+    for (std::size_t v = 0; v < arguments.variants.size(); ++v) {
+      const Trial trial = try_on(walk, arguments.variants[v]);
+      add_frames(trial, results[v].frames);
       for (const auto& [name, metric] : trial.metrics)
-        if (metric.value) gathered[v].values[name].push_back(*metric.value);
-      gathered[v].values["filter_ms"].push_back(trial.filter_ms);
+        if (metric.value) results[v].values[name].push_back(*metric.value);
+      results[v].values["filter_ms"].push_back(trial.filter_ms);
       if (trial.tracked.diverged())
-        fmt::print(stderr, "{}, seed {}: diverged: {}\n", asked.variants[v].name, seed,
+        fmt::print(stderr, "{}, seed {}: diverged: {}\n", arguments.variants[v].name, seed,
                    trial.tracked.cause());
     }
   }
   fmt::print("{:<28} {:>6} {:>6} {:>6} {:>5} {:>6} {:>5} | {:>6} {:>5} {:>5} | {:>6} {:>5} {:>5} | {:>5}\n",
              "", "ATE", "rmse", "end", "yaw", "scale%", "loop", "NEES p", "in %", "(low)", "NEES o", "in %",
              "(low)", "ms");
-  for (std::size_t v = 0; v < asked.variants.size(); ++v) {
-    print(asked.variants[v], gathered[v], asked.by_time);
-    if (!asked.csv.empty()) write_csv(asked.csv, asked.variants[v].name, gathered[v].frames);
+  for (std::size_t v = 0; v < arguments.variants.size(); ++v) {
+    print(arguments.variants[v], results[v], arguments.by_time);
+    if (!arguments.csv.empty()) write_csv(arguments.csv, arguments.variants[v].name, results[v].frames);
   }
 }
 

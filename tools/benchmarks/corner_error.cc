@@ -6,8 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "sim/score/surfaces.h"
-#include "sim/world/surfaces.h"
+#include "walking/hrp2.h"
 
 namespace sim::world {
 namespace {
@@ -16,13 +15,6 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int kHalfPatch = 5, kSearch = 3;
 constexpr double kSameMatch = 0.9;
-
-score::Surface scored(const RoomPrimitive& surface) {
-  using Kind = RoomPrimitive::Kind;
-  Vector3d size = surface.size;
-  if (surface.kind == Kind::cylinder || surface.kind == Kind::capsule) size = {size.x(), size.z(), 0};
-  return {static_cast<score::Surface::Kind>(surface.kind), surface.X_WS, size};  // both list the shapes alike
-}
 
 struct View {
   cv::Mat1b image;
@@ -110,8 +102,16 @@ CornerError summary(const std::vector<Vector2d>& errors) {
 
 }  // namespace
 
+score::Surface scored(const RoomPrimitive& surface) {
+  using Kind = RoomPrimitive::Kind;
+  Vector3d size = surface.size;
+  if (surface.kind == Kind::cylinder || surface.kind == Kind::capsule) size = {size.x(), size.z(), 0};
+  return {static_cast<score::Surface::Kind>(surface.kind), surface.X_WS, size};  // both list the shapes alike
+}
+
 void stand_on_circle(mjData& data, double yaw) {
-  data.qpos[0] = 1 + 0.75 * std::sin(yaw), data.qpos[1] = 0.25 - 0.75 * std::cos(yaw), data.qpos[2] = 0.6487;
+  data.qpos[0] = 1 + 0.75 * std::sin(yaw), data.qpos[1] = 0.25 - 0.75 * std::cos(yaw),
+  data.qpos[2] = walking::hrp2::kWaistHeight;
   data.qpos[3] = std::cos(yaw / 2), data.qpos[4] = data.qpos[5] = 0, data.qpos[6] = std::sin(yaw / 2);
 }
 

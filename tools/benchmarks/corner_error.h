@@ -1,10 +1,13 @@
-// How well the head camera's frames serve sub-pixel work: corners found again, against where truth puts them.
+// The accuracy of corners in the head camera's frames: where they are found again against where the true
+// surfaces put them.
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "sim/score/surfaces.h"
 #include "sim/world/head_camera.h"
+#include "sim/world/surfaces.h"
 
 namespace sim::world {
 
@@ -15,8 +18,11 @@ struct CornerError {
   Eigen::Vector2d mean_px{0, 0};
 };
 
-/// Stands the robot on the tangent circle (0.75 m about (1, 0.25)) after turning by `yaw`.
+/// Puts the robot on the tangent circle (0.75 m about (1, 0.25)) after a turn by `yaw`.
 void stand_on_circle(mjData& data, double yaw);
+
+/// A surface as the score's ray caster takes it.
+score::Surface scored(const RoomPrimitive& surface);
 
 /// Strong corners of a frame are searched in another, a little further on the circle, by correlation of 11x11
 /// patches, refined by a parabola, and compared with where the room's true surface puts them through the

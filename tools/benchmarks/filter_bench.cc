@@ -94,7 +94,7 @@ struct Scene {
       landmark.id = i;
       landmark.X_WC_first = X;
       landmark.patch = cut_patch(image, {100 + i % 100, 100});
-      landmark.at = kalman.append(begin_inverse_depth(x, *camera.unproject(pixel), 1, Options{}.depth));
+      landmark.at = kalman.append(initialise_inverse_depth(x, *camera.unproject(pixel), 1, Options{}.depth));
       const Vector6d y = kalman.state().storage_x.segment<6>(landmark.at);
       kalman.replace(landmark.at, 6, inverse_depth_position(y), inverse_depth_position_jacobian(y));
       landmark.kind = Point{};
@@ -110,7 +110,7 @@ struct Scene {
     const Eigen::Quaterniond q(start_pose().linear());
     x.segment<3>(kPosition) = start_pose().translation();
     x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
-    return Kalman(x, 1e-4 * RobotMatrix::Identity(), true);
+    return Kalman({x, 1e-4 * RobotMatrix::Identity()}, true);
   }
 
   inline static const Calibration calibration = synthetic::calibration();
@@ -140,10 +140,10 @@ BENCHMARK(Predict)->Arg(50)->Arg(100)->Arg(400);
 void Update(benchmark::State& state) {
   Scene scene(static_cast<int>(state.range(0)));
   const auto measurements = scene.matches(kMatches);
-  Joint joint;
+  StackedMeasurement stacked;
   for (auto _ : state) {
-    scene.kalman.stack(measurements, joint);
-    benchmark::DoNotOptimize(scene.kalman.update(joint));
+    stack(scene.kalman.state(), measurements, stacked);
+    benchmark::DoNotOptimize(scene.kalman.update(stacked));
   }
   const double n = scene.n(), m = 2 * kMatches;
   bound(state, n * n * m + 2 * n * kRobot * m + n * m * m, 8 * n * n / 2);

@@ -1,18 +1,15 @@
-// What the plans of scenarios ask of the whole body: error of its ZMP with and without the second preview
-// stage, and its yaw momentum with each motion of the arms. Nothing is simulated. Usage: plan_report
-// SCENARIO...
+// The plans of scenarios on the multibody model: error of its ZMP with and without the second preview stage,
+// and its yaw momentum with each motion of the arms. Nothing is simulated. Usage: plan_report SCENARIO...
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <vector>
 
-#include "sim/bench/scenario.h"
+#include "sim/scenario/scenario.h"
 #include "sim/world/nominal_body.h"
-#include "walking/pattern_generator.h"
+#include "tools/benchmarks/play_plan.h"
 
 namespace {
-
-using Eigen::Vector2d;
 
 struct Spread {
   double square = 0, largest = 0;
@@ -31,24 +28,16 @@ struct Report {
   Spread yaw_momentum, yaw_moment;  // about the centre of mass, kg m²/s and N·m
 };
 
-/// Plays the plan through the model: momenta half-way between ticks, ZMP and moments at the ticks.
 Report report(const walking::WalkOptions& options, const walking::WholeBody& body) {
-  walking::PatternGenerator plan(options, body);
   Report report;
-  walking::Reference before = plan.next(), now = plan.next();
-  walking::BodyMomentum first = body(walking::motion_between(pose_of(before), pose_of(now)));
-  for (std::size_t k = 2; k < plan.ticks(); ++k) {
-    const walking::Reference after = plan.next();
-    const walking::BodyMomentum second = body(walking::motion_between(pose_of(now), pose_of(after)));
-    const Vector2d error = now.zmp_reference - walking::multibody_zmp(first, second);
-    const Vector2d in_waist = now.X_PB.linear().topLeftCorner<2, 2>().transpose() * error;
-    report.zmp_ahead.add(in_waist.x());
-    report.zmp_aside.add(in_waist.y());
-    report.yaw_momentum.add(second.angular.z());
-    report.yaw_moment.add((second.angular.z() - first.angular.z()) / walking::kPeriod);
-    now = after;
-    first = second;
-  }
+  walking::play(walking::PatternGenerator(options, body), body,
+                [&](const auto& now, const auto& before, const auto& after) {
+                  const Eigen::Vector2d error = walking::zmp_error(now, before, after);
+                  report.zmp_ahead.add(error.x());
+                  report.zmp_aside.add(error.y());
+                  report.yaw_momentum.add(after.angular.z());
+                  report.yaw_moment.add(walking::yaw_moment(before, after));
+                });
   return report;
 }
 
@@ -60,7 +49,7 @@ void print(const char* arms, bool second_preview, const Report& r) {
 }
 
 void report(const char* file) {
-  const auto scenario = sim::bench::read_scenario(file).scenario;
+  const auto scenario = sim::scenario::read_scenario(file).scenario;
   const walking::WholeBody body = sim::world::nominal_body(scenario.world.robot, GAITSLAM_MODELS);
   std::printf("%s\n  arms      stages  ZMP error, mm: ahead, aside  yaw momentum, kg m²/s; moment, N·m\n",
               scenario.name.c_str());

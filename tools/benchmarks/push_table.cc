@@ -3,14 +3,11 @@
 #include <cstdio>
 #include <numbers>
 
-#include "sim/world/world.h"
-#include "walking/inverse_kinematics.h"
-#include "walking/pattern_generator.h"
-#include "walking/stabilizer.h"
+#include "sim/world/walking_robot.h"
 
 namespace {
 
-using sim::world::Condition, sim::world::Push;
+using sim::world::Push;
 
 constexpr double kLargest = 64, kResolution = 1;  // N s
 
@@ -26,24 +23,15 @@ bool survives(const Trial& trial, const Push& push) {
   walk.commands = trial.commands;
   walking::StabilizerOptions options;
   options.enabled = trial.stabilizer;
-  walking::PatternGenerator generator(walk);
-  walking::Stabilizer stabilizer(options);
-  walking::Reference reference = generator.next();
-  walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference)).q;
-  sim::world::WorldOptions world_options;
-  world_options.pushes = {push};
-  sim::world::World world(world_options, {}, q, reference.X_PB, GAITSLAM_MODELS);
-  for (std::size_t tick = 0; tick < generator.ticks() && world.status().condition == Condition::ok; ++tick) {
-    const walking::JointVector next = walking::inverse_kinematics(stabilizer.step(reference, world.felt())).q;
-    world.command(next, (next - q) / walking::kPeriod);
-    q = next;
-    for (int k = 0; k < 5; ++k) world.step();
-    reference = generator.next();
-  }
-  return world.status().condition == Condition::ok;
+  sim::world::WorldOptions world;
+  world.pushes = {push};
+  sim::world::WalkingRobot robot(walking::PatternGenerator(walk), options, world, {}, GAITSLAM_MODELS);
+  while (robot.walks()) robot.tick();
+  return robot.is_ok();
 }
 
-/// By halving: a push it survives, and one kResolution more that it does not.
+/// Bisection between a push that the robot survives and one that it does not, to kResolution. Negative if it
+/// falls without a push.
 double largest_survived(const Trial& trial, double direction) {
   const auto stands = [&](double impulse) {
     return survives(trial, {.time_s = trial.time_s, .impulse_ns = impulse, .direction_rad = direction});

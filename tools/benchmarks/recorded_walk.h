@@ -7,18 +7,18 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/bench/tracking.h"
+#include "sim/recording/recording.h"
 #include "sim/score/evaluate.h"
-#include "sim/stream/recording.h"
+#include "sim/tracking/tracking.h"
 
 /// One recording, decoded.
 struct RecordedWalk {
   explicit RecordedWalk(const std::filesystem::path& result_folder);
 
   std::filesystem::path folder;  ///< of the result whose recording it is
-  sim::stream::RecordingSetup setup;
+  sim::recording::RecordingSetup setup;
   std::vector<slam::Observation> observations;
-  sim::stream::Truth truth;
+  sim::recording::Truth truth;
 };
 
 /// A setting of the filter: changes "key=value" to the recording's own scenario, or to another one.
@@ -26,17 +26,14 @@ struct Variant {
   std::string name;
   std::vector<std::string> changes;
   std::string scenario;  ///< file; empty: the recording's own
-  /// What the plan is told of the truth before the filter sees it: "" nothing · "speed" its strides are as
-  /// long as the robot's are on average · "strides" it moves exactly as the robot does, turn by turn.
-  std::string truth;
 };
 
-/// Reads "name: [scenario=FILE] [truth=WHAT] [key=value]...". Throws std::invalid_argument.
+/// Reads "name: [scenario=FILE] [key=value]...". Throws std::invalid_argument.
 Variant read_variant(std::string_view line);
 
 /// A setting tried on one walk.
 struct Trial {
-  sim::bench::Tracked tracked;
+  sim::tracking::Tracked tracked;
   sim::score::Run run;
   sim::score::Metrics metrics;
   double filter_ms = 0;  ///< CPU, mean of a frame

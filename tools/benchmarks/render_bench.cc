@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <ctime>
 #include <numeric>
 #include <string>
 
 #include "sim/world/head_camera.h"
 #include "tools/benchmarks/corner_error.h"
+#include "tools/benchmarks/cpu_time.h"
 
 namespace {
 
@@ -19,12 +19,6 @@ using namespace sim::world;
 
 constexpr int kHeadings = 24, kRounds = 6;
 constexpr double kTurn = 0.04;  // rad along the circle, between two frames that are compared
-
-double cpu_ms() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return 1e3 * double(t.tv_sec) + 1e-6 * double(t.tv_nsec);
-}
 
 void frame(benchmark::State& state, const std::string& room, CameraOptions options,
            WorldOptions::LightsOff lights_off) {
@@ -39,7 +33,7 @@ void frame(benchmark::State& state, const std::string& room, CameraOptions optio
     RecentMotion motion(std::chrono::seconds(1));
     for (const int ms : {0, 100}) {
       stand_on_circle(*plant, yaw + 1e-3 * ms);
-      motion.see(std::chrono::milliseconds(ms), camera.model(), *plant);
+      motion.add(std::chrono::milliseconds(ms), camera.model(), *plant);
     }
     const double began_ms = cpu_ms();
     benchmark::DoNotOptimize(camera.render(motion, std::chrono::milliseconds(50), lights_off).data);

@@ -7,8 +7,8 @@
 #include <opencv2/core.hpp>
 #include <thread>
 
-#include "sim/bench/replay.h"
-#include "sim/bench/timing.h"
+#include "sim/replay/replay.h"
+#include "sim/result/timing.h"
 #include "sim/tune/trial.h"
 
 namespace {
@@ -26,9 +26,9 @@ struct Cost {
 };
 template <typename Work>
 Cost cost(const Work& work) {
-  const double cpu = bench::process_cpu_ms(), wall = wall_s();
+  const double cpu = result::process_cpu_ms(), wall = wall_s();
   work();
-  return {1e-3 * (bench::process_cpu_ms() - cpu), wall_s() - wall};
+  return {1e-3 * (result::process_cpu_ms() - cpu), wall_s() - wall};
 }
 
 void print(const char* what, Cost c, double simulated_s) {
@@ -45,7 +45,7 @@ double resident_mb() {
 }
 
 void measure(const fs::path& folder, int trials) {
-  const bench::ReadScenario scenario = bench::read_scenario(folder / "scenario.yaml");
+  const scenario::ReadScenario scenario = scenario::read_scenario(folder / "scenario.yaml");
   tune::Recording ideal, seen;
   const Cost loading = cost([&] { ideal = tune::load(folder); });
   const double walked_s = slam::seconds(ideal.observations.back().t);
@@ -71,8 +71,8 @@ void measure(const fs::path& folder, int trials) {
   fmt::print("memory during trials: {:.1f} MB\n", resident_mb());
   const fs::path out = fs::temp_directory_path() / "gaitslam tune_bench";
   print("replay from the disk, result written", cost([&] {
-          bench::replay(scenario, folder / "recording", {"completed", ""},
-                        {out, stream::Existing::replace, {}, "1", "bench", {}}, [](double) {});
+          replay::replay(scenario, folder / "recording", {"completed", ""},
+                         {out, files::Existing::replace, {}, "1", "bench", {}}, [](double) {});
         }),
         walked_s);
   fs::remove_all(out);

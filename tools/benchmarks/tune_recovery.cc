@@ -1,5 +1,5 @@
-// Whether tuning finds the sensors' noise again: walks in a synthetic room with planted noise, the filter
-// started a factor 5 off in everything, the noise found held against what was there.
+// Whether tuning recovers the noise of the sensors: walks in a synthetic room with known noise, a filter that
+// starts a factor 5 off in every parameter, and the noise found compared with the known one.
 #include <fmt/core.h>
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "sim/bench/tracking.h"
-#include "sim/stream/random.h"
+#include "sim/sensor_errors/random.h"
+#include "sim/tracking/tracking.h"
 #include "sim/tune/trial.h"
 #include "sim/tune/tuning.h"
 #include "tests/sim/tune/synthetic_result.h"
@@ -39,7 +39,8 @@ synthetic::Walk walk() {
 
 /// Shakes a picture as hot air does: every place by a shift of its own, of that standard deviation at the
 /// centre and twice that at the corners, anew in each picture, over about 40 pixels alike.
-cv::Mat shaken(const cv::Mat& picture, const slam::Camera& camera, double sigma_px, stream::Random& random) {
+cv::Mat shaken(const cv::Mat& picture, const slam::Camera& camera, double sigma_px,
+               sensor_errors::Random& random) {
   constexpr int kCell = 40;
   const cv::Size nodes(picture.cols / kCell + 3, picture.rows / kCell + 3);
   cv::Mat shift(nodes, CV_32FC2), fine;
@@ -67,7 +68,7 @@ std::vector<fs::path> recordings(const fs::path& folder, double sigma_px,
   for (int seed = 1; seed <= count; ++seed) {
     all.push_back(folder / fmt::format("shaken-{}-px", sigma_px) / fmt::format("seed-{}", seed));
     if (fs::exists(all.back() / "about.json")) continue;
-    stream::Random random(static_cast<std::uint64_t>(seed), "shaken");
+    sensor_errors::Random random(static_cast<std::uint64_t>(seed), "shaken");
     std::vector<cv::Mat> own;
     for (const cv::Mat& picture : pictures) own.push_back(shaken(picture, camera, sigma_px, random));
     tests::write_result(all.back(), walk(), own, fmt::format("seed: {}\n", seed));
@@ -77,18 +78,18 @@ std::vector<fs::path> recordings(const fs::path& folder, double sigma_px,
 
 /// Matches minus where their landmark truly was, each about the landmark's own mean (its template was cut out
 /// where the first picture was shaken to), by what the filter's model makes of the place in the image.
-double pixel_error(const tune::Recording& recording, const bench::Scenario& scenario) {
+double pixel_error(const tune::Recording& recording, const scenario::Scenario& scenario) {
   const synthetic::Room room;
   const slam::Camera camera(recording.setup.calibration.camera);
-  bench::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
+  tracking::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
   for (const slam::Observation& o : recording.observations) tracking.step(o);
-  const bench::Tracked tracked = tracking.finish();
+  const tracking::Tracked tracked = tracking.finish();
   std::map<int, Eigen::Vector3d> point;
   std::map<int, std::vector<std::pair<Eigen::Vector2d, double>>> errors;
   const auto X_WC = [&](slam::Stamp t) { return walk().X_WC(slam::seconds(t)); };
-  for (const bench::TrackedFrame& frame : tracked.frames) {
+  for (const tracking::TrackedFrame& frame : tracked.frames) {
     const Eigen::Isometry3d X = X_WC(frame.report.t);
-    for (const slam::Sighting& s : frame.report.begun)
+    for (const slam::Sighting& s : frame.report.initialised)
       point[s.landmark] = room.hit(X.translation(), X.linear() * camera.unproject(s.pixel)->h);
     for (const slam::Sighting& s : frame.report.matched)
       if (const auto there = camera.project(X.inverse() * point.at(s.landmark)))
@@ -136,26 +137,26 @@ tune::Spec spec_of(const Planted& planted, const std::vector<fs::path>& folders,
                      about("slam.plan_velocity.sigma_m_s", planted.plan_m_s, 5),
                      {"slam.motion.sigma_angular_acceleration_rad_s2", {}, 0.01, 10, 6, true}};
   spec.parameters[1].also = {"slam.vision.gate_sigma_px", "slam.vision.sigma_first_px"};  // shaken, too
-  tune::Footage footage;
-  footage.set = {fmt::format("errors.gyro.sigma_rad_s={}", planted.gyro_rad_s),
-                 fmt::format("errors.plan.velocity_sigma_m_s={}", planted.plan_m_s * std::sqrt(1.5)),
-                 "errors.image.read_sigma_grey=1",
-                 "errors.image.shot_sigma_grey=0",
-                 "slam.plan_velocity.sigma_sway_m_s=0",
-                 "slam.plan_velocity.sigma_stride=0",
-                 "slam.vision.sigma_view_px=0",
-                 "slam.plan_velocity.pivots_on_foot=false",
-                 "slam.accelerometer.sigma_bias_m_s2=0",
-                 "slam.accelerometer.sigma_bias_walk_m_s3=0",
-                 "slam.height.sigma_m=0.003",
-                 "slam.start.sigma_position_m=0.0005",  // where it starts is known exactly
-                 "slam.start.sigma_orientation_rad=0.0005",
-                 "slam.start.sigma_velocity_m_s=0.5",
-                 "slam.start.sigma_rate_rad_s=0.5"};
-  spec.training = spec.holdout = {footage};
+  tune::RecordingSet set;
+  set.set = {fmt::format("errors.gyro.sigma_rad_s={}", planted.gyro_rad_s),
+             fmt::format("errors.plan.velocity_sigma_m_s={}", planted.plan_m_s * std::sqrt(1.5)),
+             "errors.image.read_sigma_grey=1",
+             "errors.image.shot_sigma_grey=0",
+             "slam.plan_velocity.sigma_sway_m_s=0",
+             "slam.plan_velocity.sigma_stride=0",
+             "slam.vision.sigma_view_px=0",
+             "slam.plan_velocity.pivots_on_foot=false",
+             "slam.accelerometer.sigma_bias_m_s2=0",
+             "slam.accelerometer.sigma_bias_walk_m_s3=0",
+             "slam.height.sigma_m=0.003",
+             "slam.start.sigma_position_m=0.0005",  // where it starts is known exactly
+             "slam.start.sigma_orientation_rad=0.0005",
+             "slam.start.sigma_velocity_m_s=0.5",
+             "slam.start.sigma_rate_rad_s=0.5"};
+  spec.training = spec.holdout = {set};
   spec.training[0].folders = {folders.begin(), folders.end() - 1};
   spec.holdout[0].folders = {folders.back()};
-  spec.objectives = {objective};
+  spec.objective = objective;
   spec.trials = trials, spec.polish = trials / 4, spec.population = 24;
   return spec;
 }
@@ -170,19 +171,20 @@ void recover(const Planted& planted, const std::vector<fs::path>& folders, const
   const tune::Spec spec = spec_of(planted, folders, objective, trials);
   const fs::path own = out / fmt::format("{}-gyro-{}-pixel-{}-plan-{}", tune::name(objective),
                                          planted.gyro_rad_s, planted.pixel_px, planted.plan_m_s);
-  const auto answer = tune::tune(spec, own, {2}, "tune_recovery", [](const tune::Standing&) {});
+  const auto result = tune::tune(spec, own, {2}, "tune_recovery", [](const tune::Progress&) {});
   const nlohmann::json json = json_of(own / "tune.json");
-  bench::Changes changes{spec.training[0].set, {}, {}};
+  scenario::Changes changes{spec.training[0].set, {}, {}};
   for (const auto& p : json["parameters"]) {
     changes.overrides.push_back(fmt::format("{}={}", p["key"].get<std::string>(), p["best"].get<double>()));
     for (const auto& also : p["also"])
       changes.overrides.push_back(fmt::format("{}={}", also.get<std::string>(), p["best"].get<double>()));
   }
-  const bench::Scenario tuned = bench::read_scenario(folders.front() / "scenario.yaml", changes).scenario;
+  const scenario::Scenario tuned =
+      scenario::read_scenario(folders.front() / "scenario.yaml", changes).scenario;
   const tune::Recording recording = tune::load(folders.front(), tuned);
   const double present[] = {planted.gyro_rad_s, pixel_error(recording, tuned), plan_error(recording)};
-  fmt::print("{}", answer.text);
-  fmt::print("{}{}\n", tune::name(objective), answer.accepted ? "" : ", worse than the start on hold-out");
+  fmt::print("{}", result.text);
+  fmt::print("{}{}\n", tune::name(objective), result.accepted ? "" : ", worse than the start on hold-out");
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& p = json["parameters"][i];
     const auto& profile = json["profiles"][i];

@@ -1,9 +1,8 @@
 // Walks of a scenario without camera and filter: how far they drift from the plan, how well the robot keeps
 // its balance, and how fast plan, control and physics run, on CPU time of one core. Usage: walk_bench [--from
 // X_M,Y_M,HEADING_DEG] SCENARIO [LAST_SEED [KEY=VALUE]...]
-// --from: where on the floor the walk begins; the drift is told as seen from there.
+// --from: where on the floor the walk begins; the drift is given in the frame of that start.
 #include <mujoco/mujoco.h>
-#include <time.h>
 
 #include <array>
 #include <chrono>
@@ -13,34 +12,25 @@
 #include <exception>
 #include <numbers>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "sim/bench/draw.h"
-#include "sim/bench/scenario.h"
+#include "sim/live/draw.h"
+#include "sim/scenario/scenario.h"
 #include "sim/world/nominal_body.h"
-#include "sim/world/world.h"
-#include "walking/inverse_kinematics.h"
-#include "walking/pattern_generator.h"
-#include "walking/stabilizer.h"
+#include "sim/world/walking_robot.h"
+#include "tools/benchmarks/cpu_time.h"
 
 namespace {
 
-using sim::world::Condition;
-
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// Adds the CPU time that `work` takes to `total`.
+/// Adds the CPU time that `work` takes to `total`, s.
 template <typename Work>
 auto timed(double& total, const Work& work) {
-  const double begin = cpu_seconds();
+  const double begin_ms = cpu_ms();
   auto result = work();
-  total += cpu_seconds() - begin;
+  total += 1e-3 * (cpu_ms() - begin_ms);
   return result;
 }
 
@@ -55,19 +45,19 @@ mjtNum microseconds() {
       .count();
 }
 
-/// Sums over all ticks of all walks; tilt is true, the capture point's error is the one felt.
+/// Sums over all ticks of all walks; the tilt is true, the capture point's error is the stabiliser's
+/// estimate.
 struct Balance {
   int ticks = 0, fallen = 0;
   double tilt_squared = 0, largest_tilt = 0, capture_point_squared = 0;
 };
 
-void weigh(const sim::world::World& world, const walking::StabilizerState& felt, Balance& balance) {
-  constexpr double kOmega = 3.4838;  // 1/s, of the half-sitting robot's pendulum
-  const double tilt = std::acos(std::min(1.0, world.X_WB().linear()(2, 2)));
+void add(const sim::world::WalkingRobot& robot, Balance& balance) {
+  const double tilt = std::acos(std::min(1.0, robot.world().X_WB().linear()(2, 2)));
   ++balance.ticks;
   balance.tilt_squared += tilt * tilt;
   balance.largest_tilt = std::max(balance.largest_tilt, tilt);
-  balance.capture_point_squared += (felt.com_error + felt.com_velocity_error / kOmega).squaredNorm();
+  balance.capture_point_squared += robot.stabilizer().capture_point_error().squaredNorm();
 }
 
 double heading(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
@@ -85,37 +75,32 @@ Eigen::Isometry3d start(const char* text) {
 /// In x and y, mm, and in yaw, deg; as seen from the start.
 using Drift = Eigen::Array3d;
 
-Drift walk(const sim::bench::Scenario& scenario, std::uint64_t seed, const Eigen::Isometry3d& X_WP,
+Drift walk(const sim::scenario::Scenario& scenario, std::uint64_t seed, const Eigen::Isometry3d& X_WP,
            Profile& profile, Balance& balance) {
-  walking::PatternGenerator generator = timed(profile.plan, [&] {
+  walking::PatternGenerator plan = timed(profile.plan, [&] {
     return walking::PatternGenerator(scenario.walk,
                                      sim::world::nominal_body(scenario.world.robot, GAITSLAM_MODELS));
   });
-  walking::Stabilizer stabilizer(scenario.stabilizer);
-  walking::Reference reference = generator.next();
-  walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference)).q;
-  sim::world::World world(scenario.world, sim::bench::draw(seed, scenario.world), q, X_WP * reference.X_PB,
-                          GAITSLAM_MODELS);
-  for (std::size_t tick = 0; tick < generator.ticks() && world.status().condition == Condition::ok; ++tick) {
-    const walking::JointVector next = timed(profile.control, [&] {
-      return walking::inverse_kinematics(stabilizer.step(reference, world.felt())).q;
-    });
-    world.command(next, (next - q) / walking::kPeriod);
-    q = next;
+  sim::world::WalkingRobot robot(std::move(plan), scenario.stabilizer, scenario.world,
+                                 sim::live::draw(seed, scenario.world), GAITSLAM_MODELS, X_WP);
+  sim::world::World& world = robot.world();
+  while (robot.walks()) {
+    timed(profile.control, [&] { return robot.command(world.sensor_readings()), 0; });
     timed(profile.physics, [&] {
-      for (int k = 0; k < 5; ++k) world.step();
+      const auto end = world.time() + walking::kTick;
+      while (robot.is_ok() && world.time() < end) world.step();
       return 0;
     });
-    weigh(world, stabilizer.state(), balance);
-    reference = timed(profile.plan, [&] { return generator.next(); });
+    add(robot, balance);
+    timed(profile.plan, [&] { return robot.advance(), 0; });
     profile.simulated += walking::kPeriod;
   }
   for (int i = 0; i < mjNTIMER; ++i) profile.stage[i] += 1e-6 * world.data()->timer[i].duration;
-  const bool walked = world.status().condition == Condition::ok;
+  const bool walked = robot.is_ok();
   balance.fallen += walked ? 0 : 1;
-  const Eigen::Isometry3d X_PB = X_WP.inverse() * world.X_WB();
-  const Eigen::Vector3d drift = 1e3 * (X_PB.translation() - reference.X_PB.translation());
-  const double turn = std::remainder(heading(X_PB) - heading(reference.X_PB), 2 * std::numbers::pi);
+  const Eigen::Isometry3d X_PB = X_WP.inverse() * world.X_WB(), &planned = robot.reference().X_PB;
+  const Eigen::Vector3d drift = 1e3 * (X_PB.translation() - planned.translation());
+  const double turn = std::remainder(heading(X_PB) - heading(planned), 2 * std::numbers::pi);
   std::printf("seed %lu: %s, drift of the waist %.0f mm, %.0f mm, %.1f deg\n",
               static_cast<unsigned long>(seed), walked ? "walked" : world.status().cause.c_str(), drift.x(),
               drift.y(), turn * kDegrees);
@@ -143,7 +128,6 @@ void print(int walks, const Balance& balance, const Profile& profile) {
               100 * profile.physics / total);
   constexpr std::array<std::pair<const char*, int>, 6> kStages{{{"constraint solver", mjTIMER_CONSTRAINT},
                                                                 {"constraint Jacobian", mjTIMER_POS_MAKE},
-
                                                                 {"collision", mjTIMER_POS_COLLISION},
                                                                 {"kinematics", mjTIMER_POS_KINEMATICS},
                                                                 {"inertia", mjTIMER_POS_INERTIA},
@@ -170,7 +154,7 @@ int main(int count, char** arguments) try {
   const int walks = count > 2 ? std::atoi(arguments[2]) : 1;
   if (walks < 1) throw std::runtime_error("the last seed must be 1 or more");
   const std::vector<std::string> overrides(arguments + std::min(count, 3), arguments + count);
-  const auto scenario = sim::bench::read_scenario(arguments[1], {overrides, {"camera", "slam"}}).scenario;
+  const auto scenario = sim::scenario::read_scenario(arguments[1], {overrides, {"camera", "slam"}}).scenario;
   mjcb_time = microseconds;
   Profile profile;
   Balance balance;

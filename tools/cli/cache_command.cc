@@ -1,13 +1,13 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <optional>
 
 #include "sim/tune/recording_cache.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/trial_commands.h"
 
 namespace cli {
 namespace {
@@ -17,8 +17,8 @@ using sim::tune::RecordingCache;
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam cache list
-  gaitslam cache clean            # all recordings but those in use
-  gaitslam cache clean --to 5     # the least recently used, until 5 GB are left)";
+  gaitslam cache clean            # removes all recordings that are not in use
+  gaitslam cache clean --to 5     # removes the least recently used until 5 GB are left)";
 
 constexpr double kGigabyte = 1e9, kMegabyte = 1e6;
 
@@ -41,22 +41,23 @@ int list() {
 int clean(double gigabytes) {
   const RecordingCache cache(sim::tune::cache_place());
   const RecordingCache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(gigabytes * kGigabyte));
-  std::cout << fmt::format("{} recordings removed, {:.2f} GB; {} in use left\n", cleaned.removed,
-                           static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.in_use);
+  std::cout << fmt::format("{} recordings removed, {:.2f} GB; {} kept because they are in use\n",
+                           cleaned.removed, static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.in_use);
   return 0;
 }
 
 }  // namespace
 
 void add_cache(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("cache", "The recordings that are kept for replays");
+  CLI::App* command = app.add_subcommand("cache", "List or remove the recordings that are kept for replays");
   command->require_subcommand(1);
   command->footer(kExamples);
-  CLI::App* lister = command->add_subcommand("list", "What it has, the least recently used first");
+  CLI::App* lister = command->add_subcommand("list", "List the recordings, the least recently used first");
   lister->callback([&exit_code] { exit_code = list(); });
   auto gigabytes = std::make_shared<double>(0);
-  CLI::App* cleaner = command->add_subcommand("clean", "Remove recordings, never one in use");
-  cleaner->add_option("--to", *gigabytes, "until at most so many GB are left")->check(CLI::Range(0.0, 1e9));
+  CLI::App* cleaner = command->add_subcommand("clean", "Remove recordings that are not in use");
+  cleaner->add_option("--to", *gigabytes, "remove until at most this many GB are left")
+      ->check(CLI::Range(0.0, 1e9));
   cleaner->callback([gigabytes, &exit_code] { exit_code = clean(*gigabytes); });
 }
 

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
-#include "sim/bench/scenario.h"
-#include "sim/bench/scenario_yaml.h"
+#include "sim/scenario/scenario.h"
+#include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/live.h"
+#include "tools/cli/options.h"
 #include "walking/pattern_generator.h"
 
 namespace cli {
@@ -15,17 +17,17 @@ namespace {
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam check scenarios/*.yaml
-Exit code: 0 all are fine, 2 one is not.)";
+Exit codes: 0 all scenarios are valid; 2 one is not.)";
 
-/// Reads the file and plans its walk; prints what is wrong with it.
-bool is_fine(const std::string& file, const sim::bench::Changes& changes) {
+/// Reads the file and plans its walk; prints the first fault.
+bool is_valid(const std::string& file, const sim::scenario::Changes& changes) {
   try {
-    const auto read = sim::bench::read_scenario(file, changes);
+    const auto read = sim::scenario::read_scenario(file, changes);
     const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, GAITSLAM_MODELS));
-    std::cout << fmt::format("{}: fine, a walk of {:.2f} s\n", file,
+    std::cout << fmt::format("{}: valid, a walk of {:.2f} s\n", file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod);
     return true;
-  } catch (const sim::bench::ConfigError& e) {
+  } catch (const sim::scenario::ConfigError& e) {
     std::cerr << e.what() << '\n';
   } catch (const std::exception& e) {
     std::cerr << fmt::format("{}: the walk cannot be planned: {}\n", file, e.what());
@@ -37,14 +39,14 @@ bool is_fine(const std::string& file, const sim::bench::Changes& changes) {
 
 void add_check(CLI::App& app, int& exit_code) {
   auto files = std::make_shared<std::vector<std::string>>();
-  auto changes = std::make_shared<sim::bench::Changes>();
+  auto changes = std::make_shared<sim::scenario::Changes>();
   CLI::App* command =
-      app.add_subcommand("check", "Read scenarios strictly and plan their walks; simulate nothing");
+      app.add_subcommand("check", "Check scenarios: read them and plan their walks without simulating");
   command->add_option("scenarios", *files, "YAML files")->required();
-  add_with(command, *changes);
+  add_with(*command, *changes);
   command->footer(kExamples);
   command->callback([files, changes, &exit_code] {
-    for (const std::string& file : *files) exit_code = is_fine(file, *changes) ? exit_code : 2;
+    for (const std::string& file : *files) exit_code = is_valid(file, *changes) ? exit_code : 2;
   });
 }
 

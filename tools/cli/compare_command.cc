@@ -4,27 +4,30 @@
 #include <iostream>
 #include <memory>
 
-#include "sim/bench/result_set.h"
-#include "sim/bench/scenario_yaml.h"
-#include "sim/bench/verdict_reports.h"
+#include "sim/files/durable_file.h"
+#include "sim/regression/result_set.h"
+#include "sim/regression/verdict_reports.h"
+#include "sim/scenario/yaml.h"
 #include "sim/score/evaluate.h"
-#include "sim/stream/durable_file.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/shell.h"
 #include "tools/cli/suite_run.h"
+#include "tools/cli/usage_error.h"
 
 namespace cli {
 namespace {
 
-namespace bench = sim::bench;
+namespace regression = sim::regression;
+namespace scenario = sim::scenario;
 namespace fs = std::filesystem;
 
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam compare results/before results/after
   gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
-Each is a result folder, a folder of seed-<n>, or a folder of scenarios with these. Seeds in common are
-paired (signed rank test); without one in common the sets are compared by the rank sum test.
-Verdicts and exit code: as for regress.)";
+Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios that hold seed-<n>. Seeds that both
+have are paired and compared by the signed rank test; sets without a common seed by the rank sum test.
+The verdicts and exit codes are those of gaitslam regress.)";
 
 struct Request {
   fs::path before, after;
@@ -33,14 +36,14 @@ struct Request {
 };
 
 /// "rmse_m=10%" or "rmse_m=0.002"
-bench::Gate parse_gate(const std::string& text) {
+regression::Gate parse_gate(const std::string& text) {
   const std::size_t equals = std::min(text.find('='), text.size());
-  bench::Gate gate{text.substr(0, equals)};
+  regression::Gate gate{text.substr(0, equals)};
   if (!sim::score::find_metric(gate.metric)) {
     std::vector<std::string_view> names;
     for (const auto& metric : sim::score::metric_definitions()) names.push_back(metric.name);
     throw UsageError(
-        fmt::format("--gate {}: unknown metric{}", text, bench::did_you_mean(gate.metric, names)));
+        fmt::format("--gate {}: unknown metric{}", text, scenario::did_you_mean(gate.metric, names)));
   }
   const char *begin = text.data() + std::min(equals + 1, text.size()), *end = text.data() + text.size();
   const bool percent = end != begin && end[-1] == '%';
@@ -53,67 +56,71 @@ bench::Gate parse_gate(const std::string& text) {
   return gate;
 }
 
-std::vector<bench::Gate> gates_of(const Request& request) {
-  if (request.gates.empty()) return bench::default_gates();
-  if (request.gates.size() > bench::kMostGates)
-    throw UsageError(
-        fmt::format("--gate: given {} times, expected at most {}", request.gates.size(), bench::kMostGates));
-  std::vector<bench::Gate> gates;
+std::vector<regression::Gate> gates_of(const Request& request) {
+  if (request.gates.empty()) return regression::default_gates();
+  if (request.gates.size() > regression::kMostGates)
+    throw UsageError(fmt::format("--gate: given {} times, expected at most {}", request.gates.size(),
+                                 regression::kMostGates));
+  std::vector<regression::Gate> gates;
   for (const std::string& text : request.gates) gates.push_back(parse_gate(text));
   return gates;
 }
 
-const bench::ResultSet* find(const std::vector<bench::ResultSet>& sets, const std::string& name) {
-  for (const bench::ResultSet& set : sets)
+const regression::ResultSet* find(const std::vector<regression::ResultSet>& sets, const std::string& name) {
+  for (const regression::ResultSet& set : sets)
     if (set.results.name == name) return &set;
   return nullptr;
 }
 
-bench::ScenarioVerdict judge(const bench::ResultSet* before, const bench::ResultSet& now,
-                             const std::vector<bench::Gate>& gates) {
-  bench::ScenarioVerdict verdict =
-      before ? bench::compare(before->results, now.results, gates)
-             : bench::without_counterpart(now.results, gates, bench::Verdict::added);
-  verdict.limits = bench::judge_limits(now.scenario, now.results.seeds);
+regression::ScenarioVerdict judge(const regression::ResultSet* before, const regression::ResultSet& now,
+                                  const std::vector<regression::Gate>& gates) {
+  regression::ScenarioVerdict verdict =
+      before ? regression::compare(before->results, now.results, gates)
+             : regression::without_counterpart(now.results, gates, regression::Verdict::added);
+  verdict.limits = regression::judge_limits(now.scenario, now.results.seeds);
   return verdict;
 }
 
 int compare(const Request& request) {
   const auto gates = gates_of(request);
-  const auto before = bench::read_result_sets(request.before), now = bench::read_result_sets(request.after);
-  bench::Comparison comparison{
+  const auto before = regression::read_result_sets(request.before),
+             now = regression::read_result_sets(request.after);
+  regression::Comparison comparison{
       fmt::format("gaitslam compare: {} (baseline) and {} (now)", request.before.string(),
                   request.after.string()),
       {},
       [](const std::string& name) { return name; },
       [&](const std::string& name, std::uint64_t seed) {
-        const bench::ResultSet* set = find(now, name);
+        const regression::ResultSet* set = find(now, name);
         if (!set) return std::string();
         const fs::path one = set->folder / fmt::format("seed-{}", seed);
         return "tools/gaitslam run " +
                shell_word(((fs::exists(one) ? one : request.after) / "scenario.yaml").string());
       }};
   const bool one_of_each = before.size() == 1 && now.size() == 1;
-  for (const bench::ResultSet& set : now)
+  for (const regression::ResultSet& set : now)
     comparison.scenarios.push_back(
         judge(one_of_each ? &before.front() : find(before, set.results.name), set, gates));
-  for (const bench::ResultSet& set : before)
+  for (const regression::ResultSet& set : before)
     if (!one_of_each && !find(now, set.results.name))
-      comparison.scenarios.push_back(bench::without_counterpart(set.results, gates, bench::Verdict::missing));
-  std::cout << bench::verdict_table(comparison, colours());
-  if (request.json) sim::stream::write_durably(*request.json, bench::verdicts_json(comparison));
-  if (request.markdown) sim::stream::write_durably(*request.markdown, bench::markdown(comparison));
-  return bench::exit_code(comparison.scenarios);
+      comparison.scenarios.push_back(
+          regression::without_counterpart(set.results, gates, regression::Verdict::missing));
+  std::cout << regression::verdict_table(comparison, colours());
+  if (request.json) sim::files::write_durably(*request.json, regression::verdicts_json(comparison));
+  if (request.markdown) sim::files::write_durably(*request.markdown, regression::markdown(comparison));
+  return regression::exit_code(comparison.scenarios);
 }
 
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
-  CLI::App* command = app.add_subcommand("compare", "Hold one set of results against another");
-  command->add_option("before", request->before, "a folder of results")->required();
-  command->add_option("after", request->after, "another")->required();
-  command->add_option("--gate", request->gates, "a metric and its tolerance: rmse_m=10% or rmse_m=0.002")
+  CLI::App* command = app.add_subcommand("compare", "Compare two sets of results");
+  command->add_option("before", request->before, "the folder of results to compare with")->required();
+  command->add_option("after", request->after, "the folder of results to judge")->required();
+  command
+      ->add_option("--gate", request->gates,
+                   "a metric and its tolerance, as in rmse_m=10% or rmse_m=0.002; may be given several times")
       ->allow_extra_args(false);
   command->add_option("--json", request->json, "write the verdicts as JSON to a file");
   command->add_option("--markdown", request->markdown, "write a Markdown table to a file");

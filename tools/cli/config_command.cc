@@ -4,18 +4,17 @@
 #include <memory>
 #include <sstream>
 
-#include "sim/bench/scenario_commands.h"
-#include "sim/bench/scenario_disturbances.h"
-#include "sim/bench/scenario_faults.h"
-#include "sim/bench/scenario_keys.h"
-#include "sim/bench/scenario_limits.h"
+#include "sim/scenario/keys.h"
+#include "sim/scenario/limits.h"
+#include "sim/scenario/lists.h"
 #include "sim/score/evaluate.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/options.h"
 
 namespace cli {
 namespace {
 
-namespace bench = sim::bench;
+namespace scenario = sim::scenario;
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -25,7 +24,7 @@ Examples:
 
 struct Request {
   std::string scenario;
-  bench::Changes changes;
+  scenario::Changes changes;
   bool keys = false, yaml = false;
 };
 
@@ -34,7 +33,7 @@ void print_row(const std::string& key, const std::string& value, std::string_vie
   std::cout << fmt::format("{:<46} {:<12} {:<6} {:<10} {}\n", key, value, unit, standard, origin);
 }
 
-/// A list goes below its key, an item to a line.
+/// Prints a list below its key, one item to a line.
 void print_list(const std::string& key, const std::string& list, const std::string& origin) {
   print_row(key, "", "", "", origin);
   std::istringstream lines(list);
@@ -43,41 +42,45 @@ void print_list(const std::string& key, const std::string& list, const std::stri
   }
 }
 
-std::string origin_of(const bench::ReadScenario& read, const std::string& key) {
+std::string origin_of(const scenario::ReadScenario& read, const std::string& key) {
   const auto found = read.origin.find(key);
   return found == read.origin.end() ? "default" : found->second;
 }
 
-void print_values(const bench::ReadScenario& read) {
+void print_values(const scenario::ReadScenario& read) {
   print_row("key", "value", "unit", "default", "from");
-  for (const auto& key : bench::scenario_keys()) {
-    if (!bench::has_section(read.scenario, key.name)) continue;
+  for (const auto& key : scenario::scenario_keys()) {
+    if (!scenario::has_section(read.scenario, key.name)) continue;
     const std::string value = key.print(read.scenario), origin = origin_of(read, key.name);
     if (value.find('\n') != value.npos) {
       print_list(key.name, value, origin);
     } else {
-      print_row(key.name, value, bench::unit_of(key.name), key.print(bench::default_scenario()), origin);
+      print_row(key.name, value, scenario::unit_of(key.name), key.print(scenario::default_scenario()),
+                origin);
     }
   }
-  for (const bench::MetricLimit& limit : read.scenario.limits.metrics) {
-    const std::string key = fmt::format("limits.{}.{}", bench::subject(limit), bench::word(limit.bound));
+  for (const scenario::MetricLimit& limit : read.scenario.limits.metrics) {
+    const std::string key =
+        fmt::format("limits.{}.{}", scenario::subject(limit), scenario::word(limit.bound));
     print_row(key, fmt::format("{}", limit.value), sim::score::find_metric(limit.metric)->unit, "",
               origin_of(read, key));
   }
 }
 
 void print_keys() {
-  for (const auto& key : bench::scenario_keys()) {
-    const std::string standard = key.print(bench::default_scenario());
+  std::cout
+      << "base\n    another scenario file, relative to this one, or a list of them: what this one changes\n"
+         "    a file or a list of files\n";
+  for (const auto& key : scenario::scenario_keys()) {
+    const std::string standard = key.print(scenario::default_scenario());
     const std::string shown = standard.find('\n') == standard.npos ? "; default " + standard : "";
     std::cout << fmt::format("{}\n    {}\n    {}{}\n", key.name, key.doc, key.expected, shown);
   }
-  std::cout << "\nItems of walk.commands:\n" << bench::describe_commands();
-  std::cout << "\nItems of errors.faults:\n" << bench::describe_faults();
-  std::cout << "\nItems of world.pushes and world.floor_patches:\n" << bench::describe_disturbances();
+  std::cout << "\nItems of walk.commands:\n" << scenario::describe_commands();
+  std::cout << "\nItems of errors.faults:\n" << scenario::describe_faults();
+  std::cout << "\nItems of world.pushes and world.floor_patches:\n" << scenario::describe_disturbances();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
-               "limits.<metric>.median.at_most (or mean, "
-               "worst). Metrics:\n";
+               "limits.<metric>.median.at_most (or mean, worst). Metrics:\n";
   for (const auto& metric : sim::score::metric_definitions()) {
     std::cout << fmt::format("  {:<24} {:<4} {}\n", metric.name, metric.unit, metric.definition);
   }
@@ -86,8 +89,8 @@ void print_keys() {
 void config(const Request& request) {
   if (request.keys) return print_keys();
   if (request.scenario.empty()) throw UsageError("config: expected a scenario's YAML file, or --keys");
-  const bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
-  request.yaml ? void(std::cout << bench::to_yaml(read.scenario)) : print_values(read);
+  const scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
+  request.yaml ? void(std::cout << scenario::to_yaml(read.scenario)) : print_values(read);
 }
 
 }  // namespace
@@ -95,16 +98,10 @@ void config(const Request& request) {
 void add_config(CLI::App& app, int&) {
   auto request = std::make_shared<Request>();
   CLI::App* command =
-      app.add_subcommand("config", "Print every key as it will be used and where it came from");
-  command->add_option("scenario", request->scenario, "the scenario's YAML file");
-  command->add_option("changes", request->changes.overrides, "what to set otherwise")
-      ->option_text("key=value ...");
-  add_with(command, request->changes);
-  command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_flag("--keys", request->keys, "all keys there are, with range, default and meaning");
-  command->add_flag("--yaml", request->yaml, "the whole scenario as YAML");
+      app.add_subcommand("config", "Print the value of every key of a scenario and where it comes from");
+  add_scenario(*command, request->scenario, request->changes);
+  command->add_flag("--keys", request->keys, "list all keys with range, default and meaning");
+  command->add_flag("--yaml", request->yaml, "print the whole scenario as YAML");
   command->footer(kExamples);
   command->callback([request] { config(*request); });
 }

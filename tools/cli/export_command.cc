@@ -6,57 +6,54 @@
 #include <memory>
 #include <optional>
 
-#include "sim/bench/scenario.h"
-#include "sim/bench/scenario_yaml.h"
-#include "sim/stream/export.h"
+#include "sim/export/export.h"
+#include "sim/scenario/scenario.h"
+#include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 
 namespace cli {
 namespace {
 
-namespace bench = sim::bench;
-namespace fs = std::filesystem;
-namespace stream = sim::stream;
+namespace exports = sim::exports;
+namespace files = sim::files;
+namespace scenario = sim::scenario;
 
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format mcap
-  gaitslam export results/tangent_circle/seed-1 --format kalibr --undistort
-What is exported is what the filter saw, sensor noise included. The folder (RESULT/export/FORMAT unless --out
-names one) has a README.md with the command line of the program that it is for.)";
+  gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
+The export contains what the filter received, sensor errors included. Its folder, RESULT/export/FORMAT unless --out
+names another, has a README.md with the command line of the program that the format is for.)";
 
-struct Request {
+struct Request : OutRequest {
   fs::path result;
   std::string format;
-  std::optional<std::string> out;
-  bool undistort = false, force = false;
+  bool undistort = false;
 };
 
-stream::ExportFormat format_of(const std::string& name) {
-  const auto& names = stream::kExportFormats;
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end())
-    throw UsageError(fmt::format("--format: expected one of {}, not '{}'{}", fmt::join(names, ", "), name,
-                                 bench::did_you_mean(name, {names.begin(), names.end()})));
-  return static_cast<stream::ExportFormat>(found - names.begin());
+void check_format(const std::string& name) {
+  const std::vector<std::string>& names = exports::export_formats();
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    throw UsageError(
+        fmt::format("--format: expected one of {}, not '{}'{}", fmt::join(names, ", "), name,
+                    scenario::did_you_mean(name, std::vector<std::string_view>(names.begin(), names.end()))));
 }
 
 int export_result(const Request& request) {
-  const stream::ExportFormat format = format_of(request.format);
+  check_format(request.format);
   if (!fs::is_directory(request.result))
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
   if (!fs::is_directory(request.result / "recording"))
     throw UsageError(
         fmt::format("{}: has no recording/: expected the folder of a run", request.result.string()));
-  const bench::Scenario scenario = bench::read_scenario(request.result / "scenario.yaml").scenario;
-  const fs::path folder = request.out ? fs::path(*request.out) : request.result / "export" / request.format;
-  check_out_folder(folder, request.out.has_value(), request.force);
-  const NewFolders made_for_this(folder);
-  stream::export_run({request.result, scenario.name, scenario.seed, scenario.errors, request.undistort},
-                     format, folder, stream::Existing::replace);
-  std::cout << fmt::format("{0}/README.md says how {0} is used\n", folder.string());
+  const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
+  const OutFolder out(request, request.result / "export" / request.format);
+  exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, request.undistort},
+                      request.format, out.path(), files::Existing::replace);
+  std::cout << fmt::format("exported to {0}; how to use it is in {0}/README.md\n", out.path().string());
   return 0;
 }
 
@@ -66,16 +63,14 @@ void add_export(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
   CLI::App* command =
       app.add_subcommand("export", "Write a run in the format of another SLAM program or viewer");
-  command->add_option("result", request->result, "a result folder, as results/tangent_circle/seed-1")
-      ->required();
+  add_result(*command, request->result);
   command
       ->add_option("--format", request->format,
-                   fmt::format("one of {}", fmt::join(stream::kExportFormats, ", ")))
+                   fmt::format("one of {}", fmt::join(exports::export_formats(), ", ")))
       ->required();
-  command->add_option("--out", request->out, "folder to write");
+  add_out(*command, *request);
   command->add_flag("--undistort", request->undistort,
-                    "images as a pinhole would have seen them; tum and kitti always are");
-  command->add_flag("--force", request->force, "replace a folder that exists");
+                    "rectify images to a pinhole camera, as tum and kitti always do");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = export_result(*request); });
 }

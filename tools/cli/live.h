@@ -1,34 +1,33 @@
-// The simulator as the program sees it: there in the full build (live_world.cc), absent without
-// (live_none.cc).
+// The simulator as the program uses it: implemented by live_world.cc in the full build, by live_none.cc in a
+// build without the simulator.
 #pragma once
 
 #include <functional>
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "sim/bench/result.h"
-#include "sim/bench/scenario.h"
+#include "sim/result/result.h"
+#include "sim/scenario/scenario.h"
 #include "walking/whole_body.h"
 
 namespace cli {
 
-/// sim::bench::run, or UsageError in a build without the simulator.
-sim::bench::Outcome run_live(const sim::bench::ReadScenario& scenario, const sim::bench::ResultPlace& place,
-                             const sim::bench::Progress& progress);
+/// sim::live::run, or UsageError in a build without the simulator.
+sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
+                              const sim::result::ResultPlace& place, const sim::result::Progress& progress);
 
-/// Throws UsageError in a build without the simulator: asked before anything is begun.
+/// Throws UsageError in a build without the simulator. To be called before anything is started.
 void require_simulator();
 
-/// The plan's model of the scenario's robot, or none without the simulator. Throws std::runtime_error when it
-/// does not load.
-walking::WholeBody whole_body(const sim::bench::Scenario& scenario, const std::filesystem::path& models);
+/// The model of the scenario's robot for the plan; empty without the simulator. Throws std::runtime_error
+/// when it cannot be loaded.
+walking::WholeBody whole_body(const sim::scenario::Scenario& scenario, const std::filesystem::path& models);
 
-/// Draws the robot in its room at a time, its waist where it truly was and its joints as the encoders read
-/// them.
+/// Draws the robot in its room at a time, with its true waist pose and its measured joint angles.
 using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
-/// Empty without the simulator. To be asked in order of time, by the thread that made it.
+/// Empty without the simulator. To be called in order of time, by the thread that made it.
 /// `recording`: the folder; throws FileError of its encoders.
-RobotView robot_from_outside(const sim::bench::Scenario& scenario, const std::filesystem::path& recording,
+RobotView robot_from_outside(const sim::scenario::Scenario& scenario, const std::filesystem::path& recording,
                              const std::filesystem::path& models);
 
 /// MuJoCo's version, or "" without the simulator.

@@ -1,10 +1,10 @@
-#include "tools/cli/commands.h"
 #include "tools/cli/live.h"
+#include "tools/cli/usage_error.h"
 
 namespace cli {
 
-sim::bench::Outcome run_live(const sim::bench::ReadScenario&, const sim::bench::ResultPlace&,
-                             const sim::bench::Progress&) {
+sim::result::Outcome run_live(const sim::scenario::ReadScenario&, const sim::result::ResultPlace&,
+                              const sim::result::Progress&) {
   require_simulator();
   return {};
 }
@@ -13,9 +13,9 @@ void require_simulator() {
   throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF); replay, check and config work");
 }
 
-walking::WholeBody whole_body(const sim::bench::Scenario&, const std::filesystem::path&) { return {}; }
+walking::WholeBody whole_body(const sim::scenario::Scenario&, const std::filesystem::path&) { return {}; }
 
-RobotView robot_from_outside(const sim::bench::Scenario&, const std::filesystem::path&,
+RobotView robot_from_outside(const sim::scenario::Scenario&, const std::filesystem::path&,
                              const std::filesystem::path&) {
   return {};
 }

@@ -1,20 +1,22 @@
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <Eigen/Core>
 #include <algorithm>
 #include <iostream>
 #include <new>
 
-#include "sim/bench/scenario_yaml.h"
+#include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/trial_commands.h"
+#include "tools/cli/usage_error.h"
 #include "tools/cli/version.h"
 
 namespace {
 
 constexpr const char* kDescription =
-    "GaitSLAM: a simulated humanoid walks by preview control, a filter tracks its head camera, and truth "
-    "scores both.";
+    "GaitSLAM simulates a humanoid robot that walks by preview control, estimates the motion of its head "
+    "camera "
+    "with a SLAM filter, and scores the walk and the estimate against ground truth.";
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -25,14 +27,14 @@ Examples:
   gaitslam check scenarios/*.yaml
   gaitslam config scenarios/tangent_circle.yaml
   gaitslam COMMAND --help
-Exit code: 0 passed, 1 ran and missed a limit, 2 usage or configuration, 3 the run failed.)";
+Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed.)";
 
-int complain(const std::string& message, int exit_code) {
+int fail_with(const std::string& message, int exit_code) {
   std::cerr << message << '\n';
   return exit_code;
 }
 
-/// Throws UsageError for a first word that is no command, with the nearest one.
+/// Throws UsageError when the first word is no command; the message names the nearest one.
 void check_command_name(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> names;
@@ -42,7 +44,8 @@ void check_command_name(const CLI::App& app, int argc, char** argv) {
   }
   const std::vector<std::string_view> candidates(names.begin(), names.end());
   throw cli::UsageError(fmt::format("unknown command '{}', expected one of {}{}", argv[1],
-                                    fmt::join(names, ", "), sim::bench::did_you_mean(argv[1], candidates)));
+                                    fmt::join(names, ", "),
+                                    sim::scenario::did_you_mean(argv[1], candidates)));
 }
 
 int run_program(int argc, char** argv) {
@@ -74,7 +77,7 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& e) {
-    return complain(fmt::format("gaitslam: {} (gaitslam --help)", e.what()), 2);
+    return fail_with(fmt::format("gaitslam: {} (gaitslam --help)", e.what()), 2);
   }
   return exit_code;
 }
@@ -88,16 +91,16 @@ int main(int argc, char** argv) {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();
     return std::cout ? exit_code
-                     : complain("gaitslam: cannot write to standard output", std::max(exit_code, 2));
-  } catch (const sim::bench::ConfigError& e) {
-    return complain(e.what(), 2);
+                     : fail_with("gaitslam: cannot write to standard output", std::max(exit_code, 2));
+  } catch (const sim::scenario::ConfigError& e) {
+    return fail_with(e.what(), 2);
   } catch (const std::bad_alloc&) {
-    return complain("gaitslam: out of memory", 3);
+    return fail_with("gaitslam: out of memory", 3);
   } catch (const std::invalid_argument& e) {
-    return complain(fmt::format("gaitslam: {}", e.what()), 2);
+    return fail_with(fmt::format("gaitslam: {}", e.what()), 2);
   } catch (const std::runtime_error& e) {
-    return complain(fmt::format("gaitslam: {}", e.what()), 2);
+    return fail_with(fmt::format("gaitslam: {}", e.what()), 2);
   } catch (const std::exception& e) {
-    return complain(fmt::format("gaitslam: internal error: {}", e.what()), 3);
+    return fail_with(fmt::format("gaitslam: internal error: {}", e.what()), 3);
   }
 }

@@ -1,33 +1,43 @@
-// Where results go, and whether they can.
+// The folder that results are written to, and whether they can be.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 #include <string>
 
-#include "sim/bench/result.h"
+#include "sim/result/result.h"
 
 namespace cli {
 
-namespace bench = sim::bench;
 namespace fs = std::filesystem;
 
-/// Throws UsageError when nothing can be written below the folder (which need not exist yet), or when
-/// `asked_for` names a folder that has something in it and force is not given. Creates nothing.
-void check_out_folder(const std::filesystem::path& folder, bool asked_for, bool force);
+/// The options --out and --force.
+struct OutRequest {
+  std::optional<std::string> out;
+  bool force = false;
+};
+void add_out(CLI::App& command, OutRequest& request);
 
-/// Takes away again, at its end, those folders above a result that were made for it and stayed empty.
-class NewFolders {
+/// The folder that was asked for, or a standard one. At the end of its life it removes those folders above
+/// the results that did not exist before and are empty.
+class OutFolder {
  public:
-  explicit NewFolders(const std::filesystem::path& folder);
-  ~NewFolders();
-  NewFolders(const NewFolders&) = delete;
-  NewFolders& operator=(const NewFolders&) = delete;
+  /// Creates nothing. Throws UsageError when nothing can be written below the folder (which need not exist
+  /// yet), or when --out names a folder that is not empty and --force is not given. continues: a folder that
+  /// an earlier command has begun is accepted.
+  OutFolder(const OutRequest& request, const fs::path& standard, bool continues = false);
+  ~OutFolder();
+  OutFolder(const OutFolder&) = delete;
+  OutFolder& operator=(const OutFolder&) = delete;
+
+  const fs::path& path() const { return path_; }
 
  private:
-  std::filesystem::path folder_, existing_;
+  fs::path path_, existing_;
 };
 
-/// Prints the score of a result folder, and what went wrong; gives the exit code.
-int report(const bench::Outcome& outcome, const fs::path& result_folder);
+/// Prints the score of a result folder, and what went wrong; returns the exit code.
+int report(const sim::result::Outcome& outcome, const fs::path& result_folder);
 
 }  // namespace cli

@@ -4,12 +4,10 @@ file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/walking/*.cc ${SOURCE}/walking/*.h
   ${SOURCE}/sim/world/*.cc ${SOURCE}/sim/world/*.h)
 list(APPEND RECORDING_SOURCES
-  sim/stream/recording.h sim/stream/recording_format.h sim/stream/recording_writer.cc)
-foreach(PART draw planned_camera run scenario_commands scenario_disturbances self_check)
-  list(APPEND RECORDING_SOURCES sim/bench/${PART}.cc sim/bench/${PART}.h)
-endforeach()
-foreach(PART csv manifest plan_row random sensor_yaml)
-  list(APPEND RECORDING_SOURCES sim/stream/${PART}.cc sim/stream/${PART}.h)
+  sim/recording/recording.h sim/recording/recording_format.h sim/recording/recording_writer.cc)
+foreach(PART files/csv files/hashed_file recording/manifest recording/plan_row recording/sensor_yaml sensor_errors/random
+    live/checked_recording live/draw live/pending_frames live/planned_camera live/recorded live/run live/self_check scenario/lists)
+  list(APPEND RECORDING_SOURCES sim/${PART}.cc sim/${PART}.h)
 endforeach()
 list(SORT RECORDING_SOURCES)
 set(TEXT "")

@@ -2,21 +2,22 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <iostream>
 
+#include "sim/files/text.h"
 #include "sim/tune/recording_key.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
-#include "tools/cli/progress.h"
 #include "tools/cli/version.h"
 
 namespace cli {
 namespace {
 
 namespace fs = std::filesystem;
-namespace bench = sim::bench;
+namespace result = sim::result;
+namespace scenario = sim::scenario;
 
-void say_damage(const std::string& what) {
+void report_damage(const std::string& what) {
   std::cerr << fmt::format("gaitslam: damaged in the cache, not used: {}\n", what);
 }
 
@@ -28,26 +29,26 @@ Recordings::Recordings(fs::path models)
       program_(recording_identity()),
       cache_(sim::tune::cache_place()) {}
 
-std::string Recordings::key(const bench::Scenario& scenario) const {
+std::string Recordings::key(const scenario::Scenario& scenario) const {
   return sim::tune::recording_key(scenario, models_hash_, program_);
 }
 
-std::optional<sim::tune::CachedRecording> Recordings::find(const bench::Scenario& scenario) const {
-  return cache_.find(key(scenario), say_damage);
+std::optional<sim::tune::CachedRecording> Recordings::find(const scenario::Scenario& scenario) const {
+  return cache_.find(key(scenario), report_damage);
 }
 
-sim::tune::CachedRecording Recordings::get(const bench::ReadScenario& read,
-                                           const bench::Progress& progress) const {
+sim::tune::CachedRecording Recordings::get(const scenario::ReadScenario& read,
+                                           const result::Progress& progress) const {
   const auto walk = [&](const fs::path& folder) {
-    bench::ReadScenario without_filter = read;
+    scenario::ReadScenario without_filter = read;
     without_filter.scenario.slam.reset();
     run_live(without_filter,
-             {folder, sim::stream::Existing::refuse, models_, kVersion, kRevision, libraries()}, progress);
+             {folder, sim::files::Existing::refuse, models_, kVersion, kRevision, libraries()}, progress);
   };
-  return cache_.get(key(read.scenario), walk, say_damage);
+  return cache_.get(key(read.scenario), walk, report_damage);
 }
 
-std::vector<Ended> Recordings::make(const std::vector<bench::Scenario>& scenarios,
+std::vector<Ended> Recordings::make(const std::vector<scenario::Scenario>& scenarios,
                                     const Backend& backend) const {
   SharedFolder shared(backend);
   CommandLines lines;
@@ -55,7 +56,7 @@ std::vector<Ended> Recordings::make(const std::vector<bench::Scenario>& scenario
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
     if (find(scenarios[i])) continue;
     const fs::path frozen = shared / (key(scenarios[i]) + ".yaml");
-    std::ofstream(frozen) << bench::to_yaml(scenarios[i]);
+    sim::files::write_text(frozen, scenario::to_yaml(scenarios[i]));
     lines.push_back({"record", frozen.string(), "--models", fs::absolute(models_).string()});
     missing.push_back(i);
   }

@@ -1,24 +1,29 @@
 #include <fmt/format.h>
 
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "sim/bench/foreign_replay.h"
-#include "sim/bench/recording_keys.h"
-#include "sim/bench/replay.h"
-#include "sim/bench/scenario_keys.h"
-#include "sim/bench/scenario_yaml.h"
-#include "sim/stream/asl_folder.h"
-#include "tools/cli/batch.h"
+#include "sim/files/text.h"
+#include "sim/recording/asl_folder.h"
+#include "sim/replay/foreign_replay.h"
+#include "sim/replay/replay.h"
+#include "sim/scenario/keys.h"
+#include "sim/scenario/yaml.h"
+#include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/batch.h"
+#include "tools/cli/jobs/progress.h"
+#include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
-#include "tools/cli/progress.h"
 #include "tools/cli/version.h"
 
 namespace cli {
 namespace {
+
+namespace replay = sim::replay;
+namespace result = sim::result;
+namespace scenario = sim::scenario;
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -26,45 +31,36 @@ Examples:
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
   gaitslam replay MH_01_easy --out DIR                        # a EuRoC/ASL folder recorded elsewhere
-The results go to RESULT/replay, replacing earlier ones, or to DIR. Exit code: as for run.)";
+The results go to RESULT/replay, replacing earlier ones, or to DIR. The exit codes are those of gaitslam run.)";
 
-struct Request {
+struct Request : OutRequest {
   fs::path result;
-  std::optional<std::string> out, scenario;
-  bench::Changes changes;
-  bool force = false;
-  std::optional<pid_t> batch;
-  std::optional<fs::path> set_by;  ///< of a batch
+  std::optional<std::string> scenario;
+  scenario::Changes changes;
+  BatchMember batch;
 };
 
-/// What the recording has in it cannot be changed by replaying it.
-void require_replayable(const bench::ReadScenario& read) {
+/// Throws UsageError when the command line changes a key that shapes the recording.
+void require_replayable(const scenario::ReadScenario& read) {
   for (const auto& [key, origin] : read.origin) {
-    if (bench::shapes_recording(key) && origin.starts_with("argument")) {
+    if (scenario::shapes_recording(key) && origin.starts_with("argument")) {
       throw UsageError(
-          fmt::format("{}: shapes the recording, which replay does not change; run the scenario again", key));
+          fmt::format("{}: shapes the recording, which a replay cannot change; run the scenario again", key));
     }
   }
 }
 
-/// Another scenario may tell the filter other things, not the walk.
-void require_same_walk(const bench::Scenario& recorded, const bench::Scenario& scenario,
+void require_same_walk(const scenario::Scenario& recorded, const scenario::Scenario& scenario,
                        const std::string& file, const Request& request) {
-  for (const auto& key : bench::scenario_keys()) {
-    if (!bench::shapes_recording(key.name) || !bench::has_section(recorded, key.name)) continue;
-    const std::string there = key.print(recorded),
-                      here = bench::has_section(scenario, key.name) ? key.print(scenario) : "left out";
-    if (there != here)
-      throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file, key.name, there,
-                                   request.result.string(), here));
-  }
+  if (const auto other = sim::tune::first_difference(recorded, scenario))
+    throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file, other->key,
+                                 other->recorded, request.result.string(), other->now));
 }
 
-/// A result's scenario.yaml has every key: what the run did not set is at its default, and what it set was
-/// set where the run's about.json says.
-void keep_origin(bench::ReadScenario& read, const fs::path& result) {
-  std::ifstream in(result / "about.json");
-  const auto about = nlohmann::json::parse(in, nullptr, false);
+/// The scenario.yaml of a result lists every key, so that only its about.json says who set which.
+void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
+  if (!fs::exists(result / "about.json")) return;
+  const auto about = nlohmann::json::parse(sim::files::read_text(result / "about.json"), nullptr, false);
   if (!about.is_object() || !about.contains("set_by")) return;
   auto origin = about["set_by"].get<decltype(read.origin)>();
   for (const auto& [key, by] : read.origin)
@@ -72,7 +68,7 @@ void keep_origin(bench::ReadScenario& read, const fs::path& result) {
   read.origin = std::move(origin);
 }
 
-bench::ReadScenario read_request(const Request& request) {
+scenario::ReadScenario read_request(const Request& request) {
   const fs::path own = request.result / "scenario.yaml";
   if (!fs::exists(own))
     throw UsageError(
@@ -80,42 +76,41 @@ bench::ReadScenario read_request(const Request& request) {
                     "EuRoC/ASL layout (with mav0/)",
                     request.result.string()));
   const std::string file = request.scenario.value_or(own.string());
-  const bench::ReadScenario read = bench::read_scenario(file, request.changes);
+  const scenario::ReadScenario read = scenario::read_scenario(file, request.changes);
   const std::string& last = request.changes.with.empty() ? file : request.changes.with.back();
   if (last != own.string())
-    require_same_walk(bench::read_scenario(own).scenario, read.scenario, last, request);
+    require_same_walk(scenario::read_scenario(own).scenario, read.scenario, last, request);
   return read;
 }
 
-int replay(const Request& request) {
-  if (request.batch) die_with(*request.batch);
+int replay_result(const Request& request) {
+  if (request.batch.parent) die_with(*request.batch.parent);
   if (!fs::is_directory(request.result)) {
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
   }
-  const bool foreign = sim::stream::is_asl_folder(request.result);
-  if (foreign && request.scenario) throw UsageError("--scenario: expected a result folder to replay with it");
-  bench::ReadScenario read =
-      foreign ? bench::foreign_scenario(request.result, request.changes) : read_request(request);
+  const bool foreign = sim::recording::is_asl_folder(request.result);
+  if (foreign && request.scenario)
+    throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
+  scenario::ReadScenario read =
+      foreign ? replay::foreign_scenario(request.result, request.changes) : read_request(request);
   require_replayable(read);
-  if (request.set_by)
-    take_origin(read, *request.set_by);
+  if (request.batch.set_by)
+    take_origin(read, *request.batch.set_by);
   else if (!foreign && !request.scenario)
     keep_origin(read, request.result);
-  if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to replay");
-  const fs::path folder = request.out ? fs::path(*request.out) : request.result / "replay";
-  check_out_folder(folder, request.out.has_value(), request.force);
-  const NewFolders made_for_this(folder);
-  bench::Outcome outcome;
+  if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to run");
+  const OutFolder out(request, request.result / "replay");
+  result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());
-    const bench::ResultPlace place{folder,     sim::stream::Existing::replace, {}, kVersion, kRevision,
-                                   libraries()};
+    const result::ResultPlace place{out.path(), sim::files::Existing::replace, {}, kVersion, kRevision,
+                                    libraries()};
     const auto show = [&](double part) { progress.show(part); };
-    outcome = foreign ? bench::replay_foreign(read, request.result, place, show)
-                      : bench::replay(read, request.result / "recording",
-                                      bench::read_walk_end(request.result), place, show);
+    outcome = foreign ? replay::replay_foreign(read, request.result, place, show)
+                      : replay::replay(read, request.result / "recording",
+                                       replay::read_walk_end(request.result), place, show);
   }
-  return report(outcome, folder);
+  return report(outcome, out.path());
 }
 
 }  // namespace
@@ -123,23 +118,15 @@ int replay(const Request& request) {
 void add_replay(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
   CLI::App* command = app.add_subcommand("replay", "Run the filter again on the recording of a run");
-  command
-      ->add_option("result", request->result,
-                   "a result folder, as results/tangent_circle/seed-1, or one in the EuRoC/ASL layout")
-      ->required();
-  command
-      ->add_option("changes", request->changes.overrides,
-                   "what to set otherwise: errors.*, slam.*, limits.*, seed")
-      ->option_text("key=value ...");
-  add_with(command, request->changes);
+  add_result(*command, request->result, ", or a folder in the EuRoC/ASL layout");
+  add_overrides(*command, request->changes.overrides, "(errors.*, slam.*, limits.* and seed)");
+  add_with(*command, request->changes);
   command->add_option("--scenario", request->scenario,
-                      "what to set, from another scenario's file that walks the recorded walk");
-  command->add_option("--out", request->out, "folder for the results");
-  command->add_flag("--force", request->force, "replace a folder that exists");
-  command->add_option("--set-by", request->set_by)->group("");
-  command->add_option("--die-with-parent", request->batch)->group("");
+                      "replay with another scenario's file, which must describe the walk that was recorded");
+  add_out(*command, *request);
+  add_batch_member(*command, request->batch);
   command->footer(kExamples);
-  command->callback([request, &exit_code] { exit_code = replay(*request); });
+  command->callback([request, &exit_code] { exit_code = replay_result(*request); });
 }
 
 }  // namespace cli

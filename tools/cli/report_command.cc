@@ -1,16 +1,17 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 
+#include "sim/files/durable_file.h"
 #include "sim/report/page.h"
 #include "sim/report/run_figures.h"
-#include "sim/stream/durable_file.h"
-#include "tools/cli/child.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/child.h"
+#include "tools/cli/usage_error.h"
 
 namespace cli {
 namespace {
@@ -21,11 +22,11 @@ namespace report = sim::report;
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
-  gaitslam report results/tangent_circle --out report.html            # all its seeds
-  gaitslam report results/tangent_circle/seed-1 --plots svg,png --out figures   # still pictures in a folder
-The page needs no network and holds all it shows.)";
+  gaitslam report results/tangent_circle --out report.html            # all seeds of the folder
+  gaitslam report results/tangent_circle/seed-1 --plots svg,png --out figures   # pictures in a folder
+The page contains everything that it shows and needs no network.)";
 
-constexpr double kWidth = 720, kHeight = 300, kEqualHeight = 560;  // px of still pictures
+constexpr double kWidth = 720, kHeight = 300, kEqualHeight = 560;  // px of pictures
 
 struct Request {
   std::vector<std::string> results;
@@ -36,7 +37,7 @@ struct Request {
 
 bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
 
-/// The seeds of a folder of results, in numerical order.
+/// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
   std::vector<std::pair<std::uint64_t, fs::path>> seeds;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -63,22 +64,22 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   return all;
 }
 
-/// Pictures as files; PNG by librsvg's own program.
+/// Writes figures as files; rsvg-convert makes the PNG files.
 void write_plots(const std::vector<report::Figure>& figures, const fs::path& folder, const Request& request) {
   const auto wanted = [&](const char* format) {
     return std::find(request.plots.begin(), request.plots.end(), format) != request.plots.end();
   };
   for (const report::Figure& figure : figures) {
     const fs::path svg = folder / (figure.name + ".svg"), png = folder / (figure.name + ".png");
-    sim::stream::write_durably(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
+    sim::files::write_durably(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
     if (wanted("png")) run_child({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()});
     if (!wanted("svg")) fs::remove(svg);
   }
 }
 
 int make_plots(const std::vector<report::RunData>& runs, const Request& request) {
-  sim::stream::DurableFolder folder(
-      request.out, request.force ? sim::stream::Existing::replace : sim::stream::Existing::refuse);
+  sim::files::DurableFolder folder(
+      request.out, request.force ? sim::files::Existing::replace : sim::files::Existing::refuse);
   for (const report::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
@@ -94,7 +95,7 @@ int make_report(const Request& request) {
   std::vector<report::RunData> runs;
   for (const fs::path& folder : result_folders(request.results)) runs.push_back(report::read_run(folder));
   if (!request.plots.empty()) return make_plots(runs, request);
-  sim::stream::write_durably(request.out, report::page(runs));
+  sim::files::write_durably(request.out, report::page(runs));
   std::cout << "report in " << request.out << '\n';
   return 0;
 }
@@ -103,14 +104,14 @@ int make_report(const Request& request) {
 
 void add_report(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
-  CLI::App* command = app.add_subcommand("report", "Write one HTML page, or still pictures, on results");
+  CLI::App* command = app.add_subcommand("report", "Write an HTML page, or pictures, about results");
   command->add_option("results", request->results, "result folders, or folders that hold seed-<n>")
       ->required();
-  command->add_option("--out", request->out, "the HTML file; with --plots a folder")->required();
-  command->add_option("--plots", request->plots, "still pictures alone: svg, png or both")
+  command->add_option("--out", request->out, "the HTML file to write; with --plots a folder")->required();
+  command->add_option("--plots", request->plots, "write pictures instead of a page: svg, png or both")
       ->delimiter(',')
       ->check(CLI::IsMember({"svg", "png"}));
-  command->add_flag("--force", request->force, "replace a folder of pictures that exists");
+  command->add_flag("--force", request->force, "replace an existing folder of pictures");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = make_report(*request); });
 }

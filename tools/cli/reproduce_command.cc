@@ -2,34 +2,35 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "sim/bench/scenario_yaml.h"
-#include "sim/report/paper.h"
-#include "sim/stream/durable_file.h"
-#include "tools/cli/batch.h"
+#include "sim/files/durable_file.h"
+#include "sim/files/text.h"
+#include "sim/report/paper_page.h"
+#include "sim/report/paper_rows.h"
+#include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/batch.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
+#include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
-#include "tools/cli/progress.h"
-#include "tools/cli/seeds.h"
 #include "tools/cli/version.h"
 
 namespace cli {
 namespace {
 
 namespace report = sim::report;
+namespace scenario = sim::scenario;
 
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
   gaitslam reproduce --seeds 1..3 --out DIR
-Every result is kept in the folder. Run again by the same program, it goes on where it was stopped.)";
+Every result is kept in the folder. After an interruption the same program continues where it stopped.)";
 
 struct Request {
   std::string seeds = "1..10";
@@ -42,31 +43,29 @@ struct Request {
 
 fs::path seed_folder(const fs::path& root, std::uint64_t seed) { return root / fmt::format("seed-{}", seed); }
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 nlohmann::json about(const fs::path& result) {
-  return nlohmann::json::parse(text_of(result / "about.json"), nullptr, false);
+  const fs::path file = result / "about.json";
+  return fs::exists(file) ? nlohmann::json::parse(sim::files::read_text(file), nullptr, false)
+                          : nlohmann::json();
 }
 
-/// This program has made it: the revision says so, and of a program whose sources differ from their revision,
-/// the files' times.
+/// Whether this program made the result: by its revision, and where the sources differ from their revision
+/// also by the times of the files.
 bool is_by_this_program(const fs::path& result, const nlohmann::json& about) {
   if (!about.is_object() || about.value("revision", "") != kRevision) return false;
   const bool exact = !std::string(kRevision).ends_with("+") && kRevision != std::string("unknown");
   return exact || fs::last_write_time(result / "about.json") > fs::last_write_time("/proc/self/exe");
 }
 
-/// Of the very scenario and seed, and of the recording that is there now.
-bool is_done(const fs::path& result, const fs::path& recorded, bench::Scenario scenario, std::uint64_t seed) {
+/// Whether the result is of this program, scenario and seed, and of the recording that is there now.
+bool is_done(const fs::path& result, const fs::path& recorded, scenario::Scenario scenario,
+             std::uint64_t seed) {
   const nlohmann::json made = about(result);
   if (!fs::exists(result / "score.json") || !is_by_this_program(result, made)) return false;
   scenario.seed = seed;
-  if (text_of(result / "scenario.yaml") != bench::to_yaml(scenario)) return false;
+  if (sim::files::read_text(result / "scenario.yaml") != scenario::to_yaml(scenario)) return false;
   if (recorded.empty()) return true;
-  const nlohmann::json walked = about(recorded);  // none where the walk itself is still to come
+  const nlohmann::json walked = about(recorded);  // not an object before the walk was recorded
   return walked.is_object() &&
          walked.value("recording_xxh3_128", "") == made.value("recording_xxh3_128", "?");
 }
@@ -74,11 +73,11 @@ bool is_done(const fs::path& result, const fs::path& recorded, bench::Scenario s
 /// One experiment and where its results are.
 struct Experiment {
   report::PaperExperiment what;
-  bench::ReadScenario read;
-  fs::path root, recordings;  ///< recordings: empty where it walks itself
+  scenario::ReadScenario read;
+  fs::path root, recordings;  ///< recordings: empty where the experiment simulates its walks
 };
 
-/// Where the recordings are that an experiment is replayed from; empty where it walks itself.
+/// The folder of the recordings that an experiment replays; empty where it simulates its walks.
 fs::path recordings_of(const report::PaperExperiment& what, const Request& request) {
   const std::string& name = what.recordings.empty() ? what.name : what.recordings;
   if (request.recordings && fs::is_directory(*request.recordings / name)) return *request.recordings / name;
@@ -88,7 +87,7 @@ fs::path recordings_of(const report::PaperExperiment& what, const Request& reque
 std::vector<Experiment> plan(const Request& request) {
   std::vector<Experiment> all;
   for (const report::PaperExperiment& what : report::paper_experiments())
-    all.push_back({what, bench::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
+    all.push_back({what, scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
                    request.out / what.name, recordings_of(what, request)});
   return all;
 }
@@ -105,10 +104,10 @@ std::vector<std::uint64_t> still_to_run(const Experiment& experiment,
   return left;
 }
 
-/// How much of what was left to run is done, by what it costs.
-class Course {
+/// Draws which part of the remaining CPU time is done.
+class RemainingCost {
  public:
-  Course(const std::vector<Experiment>& experiments, const std::vector<std::uint64_t>& seeds) {
+  RemainingCost(const std::vector<Experiment>& experiments, const std::vector<std::uint64_t>& seeds) {
     for (const Experiment& experiment : experiments)
       total_s_ += experiment.what.cost_s * static_cast<double>(still_to_run(experiment, seeds).size());
   }
@@ -125,23 +124,23 @@ class Course {
   ProgressLine line_{"reproduce"};
 };
 
-/// Whether every seed left a result.
+/// Runs the seeds that have no result yet; returns whether every seed has one now.
 bool run_experiment(const Experiment& experiment, const Request& request,
-                    const std::vector<std::uint64_t>& seeds, Course& course) {
+                    const std::vector<std::uint64_t>& seeds, RemainingCost& cost) {
   Batch batch{still_to_run(experiment, seeds), experiment.root, request.models};
   batch.backend.jobs = request.jobs;
   batch.cached = request.cached && experiment.recordings.empty();
   if (!experiment.recordings.empty()) batch.recordings = experiment.recordings;
   batch.origin = experiment.read.origin;
   const std::size_t left = batch.seeds.size();
-  batch.progress = [&](double part) { course.show(experiment, left, part); };
+  batch.progress = [&](double part) { cost.show(experiment, left, part); };
   bool all_there = true;
   for (const SeedOutcome& outcome : run_batch(experiment.read.scenario, batch)) {
     if (fs::exists(seed_folder(experiment.root, outcome.seed) / "score.json")) continue;
     std::cerr << fmt::format("{} seed {}: {}", experiment.what.name, outcome.seed, outcome.complaint);
     all_there = false;
   }
-  course.finished(experiment, left);
+  cost.finished(experiment, left);
   return all_there;
 }
 
@@ -171,17 +170,16 @@ int reproduce(const Request& request) {
   require_simulator();
   const std::vector<std::uint64_t> seeds = parse_seeds(request.seeds);
   const std::vector<Experiment> experiments = plan(request);
-  check_out_folder(request.out, false, false);
-  const NewFolders made_for_this(request.out);
+  const OutFolder out({}, request.out);
   bool all_there = true;
   {
-    Course course(experiments, seeds);
+    RemainingCost cost(experiments, seeds);
     for (const Experiment& experiment : experiments)
-      all_there &= run_experiment(experiment, request, seeds, course);
+      all_there &= run_experiment(experiment, request, seeds, cost);
   }
   const report::PaperRuns runs = read_results(experiments, seeds);
   const fs::path page = request.out / "index.html";
-  sim::stream::write_durably(page, report::paper_page(runs, kRevision));
+  sim::files::write_durably(page, report::paper_page(runs, kRevision));
   print(report::paper_rows(runs));
   std::cout << "page in " << page.string() << '\n';
   return all_there ? 0 : 3;
@@ -192,18 +190,17 @@ int reproduce(const Request& request) {
 void add_reproduce(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
   CLI::App* command =
-      app.add_subcommand("reproduce", "Run the paper's experiments; its numbers and figures beside ours");
-  command->add_option("--seeds", request->seeds, "1..10 or 1,2,7")->capture_default_str();
-  command->add_option("--jobs", request->jobs, "processes at a time")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  command->add_flag("--cached", request->cached, "walk only what the cache of recordings does not have");
-  command->add_option("--out", request->out, "folder of the page and of all results")->capture_default_str();
+      app.add_subcommand("reproduce", "Run the experiments of the paper and compare numbers and figures");
+  command->add_option("--seeds", request->seeds, "seeds, as in 1..10 or 1,2,7")->capture_default_str();
+  add_jobs(*command, request->jobs);
+  command->add_flag("--cached", request->cached,
+                    "take walks from the cache of recordings; record those that are missing there first");
+  command->add_option("--out", request->out, "folder for the page and all results")->capture_default_str();
   command->add_option(
       "--recordings", request->recordings,
-      "replay the recordings in DIR/<scenario>/seed-<n> instead of walking, where there are any");
-  command->add_option("--models", request->models, "folder of the robot's and rooms' models");
-  command->add_option("--scenarios", request->scenarios, "folder of the experiments' scenarios");
+      "replay the recordings in DIR/<scenario>/seed-<n>, where they exist, instead of simulating");
+  add_models(*command, request->models);
+  command->add_option("--scenarios", request->scenarios, "folder of the scenarios of the experiments");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = reproduce(*request); });
 }

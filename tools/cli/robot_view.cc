@@ -5,8 +5,8 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "sim/stream/csv.h"
-#include "sim/stream/recording.h"
+#include "sim/files/csv.h"
+#include "sim/recording/recording.h"
 #include "sim/world/model.h"
 #include "sim/world/scene.h"
 #include "tools/cli/live.h"
@@ -32,7 +32,7 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
 
 class Drawing {
  public:
-  Drawing(const sim::bench::Scenario& scenario, const std::filesystem::path& recording,
+  Drawing(const sim::scenario::Scenario& scenario, const std::filesystem::path& recording,
           const std::filesystem::path& models)
       : model_(load_model(scenario.world.robot, scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
@@ -54,7 +54,7 @@ class Drawing {
 
  private:
   void pose(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
-    for (; more_ && encoders_.integer(0) <= sim::stream::written(t); more_ = encoders_.next())
+    for (; more_ && encoders_.integer(0) <= sim::recording::file_stamp(t); more_ = encoders_.next())
       for (int joint = 0; joint < walking::kJoints; ++joint)
         data_->qpos[position_of(joint)] = encoders_.number(1 + static_cast<std::size_t>(joint));
     const Eigen::Quaterniond turned(X_WB.linear());
@@ -70,13 +70,13 @@ class Drawing {
   Model model_;
   Data data_;
   Scene scene_;
-  sim::stream::CsvReader encoders_;
+  sim::files::CsvReader encoders_;
   bool more_;  ///< the reader stands on a row that is still to come
 };
 
 }  // namespace
 
-RobotView robot_from_outside(const sim::bench::Scenario& scenario, const std::filesystem::path& recording,
+RobotView robot_from_outside(const sim::scenario::Scenario& scenario, const std::filesystem::path& recording,
                              const std::filesystem::path& models) {
   const auto drawing = std::make_shared<Drawing>(scenario, recording, models);
   return [drawing](slam::Stamp t, const Eigen::Isometry3d& X_WB) { return drawing->draw(t, X_WB); };

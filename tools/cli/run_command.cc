@@ -7,20 +7,24 @@
 #include <memory>
 #include <optional>
 
-#include "sim/bench/replay.h"
-#include "sim/bench/scenario_yaml.h"
-#include "sim/bench/summary.h"
-#include "tools/cli/batch.h"
+#include "sim/replay/replay.h"
+#include "sim/result/summary.h"
+#include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/batch.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
+#include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
-#include "tools/cli/progress.h"
 #include "tools/cli/recordings.h"
-#include "tools/cli/seeds.h"
 #include "tools/cli/version.h"
 
 namespace cli {
 namespace {
+
+namespace replay = sim::replay;
+namespace result = sim::result;
+namespace scenario = sim::scenario;
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -28,41 +32,41 @@ Examples:
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
 Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>.
-Exit code: 0 passed, 1 missed a limit, 2 usage or configuration, 3 fell, diverged or crashed; of several seeds the worst.)";
+Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, diverged or crashed. Of several seeds
+the highest.)";
 
-struct Request {
+struct Request : OutRequest {
   std::string scenario;
-  std::optional<std::string> seeds, out;
-  bench::Changes changes;
+  std::optional<std::string> seeds;
+  scenario::Changes changes;
   fs::path models = GAITSLAM_MODELS;
   int jobs = 1;
-  bool force = false, cached = false;
-  std::optional<pid_t> batch;
-  std::optional<fs::path> set_by;  ///< of a batch
+  bool cached = false;
+  BatchMember batch;
 };
 
-/// The same bytes as run_live but for timing.*, from the recording in the cache.
-bench::Outcome run_cached(const bench::ReadScenario& read, const bench::ResultPlace& place,
-                          const bench::Progress& progress) {
+/// Replays the recording from the cache. Writes the bytes of run_live, timing.* excepted.
+result::Outcome run_cached(const scenario::ReadScenario& read, const result::ResultPlace& place,
+                           const result::Progress& progress) {
   const auto recording = Recordings(place.models).get(read, progress);
-  return bench::replay(read, recording.folder / "recording", bench::read_walk_end(recording.folder), place,
-                       progress, bench::Recorded::copied);
+  return replay::replay(read, recording.folder / "recording", replay::read_walk_end(recording.folder), place,
+                        progress, replay::Recorded::copied);
 }
 
-int run_one(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
+int run_one(const scenario::ReadScenario& read, const Request& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
-  bench::Outcome outcome;
+  result::Outcome outcome;
   {
     ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
-    const bench::ResultPlace place{
-        folder, sim::stream::Existing::replace, request.models, kVersion, kRevision, libraries()};
+    const result::ResultPlace place{
+        folder, sim::files::Existing::replace, request.models, kVersion, kRevision, libraries()};
     const auto show = [&](double part) { progress.show(part); };
     outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show);
   }
   return report(outcome, folder);
 }
 
-/// What several seeds say alike is said once.
+/// Prints once what several seeds complain of alike.
 void print_complaints(const std::vector<SeedOutcome>& outcomes) {
   std::map<std::string, std::vector<std::uint64_t>> seeds;
   for (const SeedOutcome& outcome : outcomes)
@@ -71,7 +75,7 @@ void print_complaints(const std::vector<SeedOutcome>& outcomes) {
     std::cerr << fmt::format("seed{} {}: {}", of.size() > 1 ? "s" : "", fmt::join(of, ", "), complaint);
 }
 
-int run_seeds(const bench::ReadScenario& read, const Request& request, const fs::path& root) {
+int run_seeds(const scenario::ReadScenario& read, const Request& request, const fs::path& root) {
   const bool seed_typed =
       std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
                   [](const std::string& argument) { return argument.starts_with("seed="); });
@@ -83,50 +87,39 @@ int run_seeds(const bench::ReadScenario& read, const Request& request, const fs:
                                                   read.origin,
                                                   request.cached,
                                                   {.jobs = request.jobs}});
-  std::vector<bench::SeedScore> scores;
+  std::vector<result::SeedScore> scores;
   for (const SeedOutcome& outcome : outcomes)
-    scores.push_back(bench::read_seed_score(root, outcome.seed, outcome.exit_code));
+    scores.push_back(result::read_seed_score(root, outcome.seed, outcome.exit_code));
   print_complaints(outcomes);
-  const bench::Summary summary = bench::summarize(read.scenario, scores);
-  bench::write_summary(root / "summary.json", summary);
-  std::cout << bench::summary_table(summary) << "results in " << root.string() << '\n';
-  return bench::exit_code(summary);
+  const result::Summary summary = result::summarize(read.scenario, scores);
+  result::write_summary(root / "summary.json", summary);
+  std::cout << result::summary_table(summary) << "results in " << root.string() << '\n';
+  return result::exit_code(summary);
 }
 
 int run(const Request& request) {
-  if (request.batch) die_with(*request.batch);
+  if (request.batch.parent) die_with(*request.batch.parent);
   require_simulator();
-  bench::ReadScenario read = bench::read_scenario(request.scenario, request.changes);
-  if (request.set_by) take_origin(read, *request.set_by);
-  const fs::path root = request.out ? fs::path(*request.out) : fs::path("results") / read.scenario.name;
-  check_out_folder(root, request.out.has_value(), request.force);
-  const NewFolders made_for_this(root);
-  return request.seeds ? run_seeds(read, request, root) : run_one(read, request, root);
+  scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
+  if (request.batch.set_by) take_origin(read, *request.batch.set_by);
+  const OutFolder out(request, fs::path("results") / read.scenario.name);
+  return request.seeds ? run_seeds(read, request, out.path()) : run_one(read, request, out.path());
 }
 
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
-  CLI::App* command = app.add_subcommand("run", "Walk a scenario, track it and score it");
-  command->add_option("scenario", request->scenario, "the scenario's YAML file")->required();
-  command->add_option("changes", request->changes.overrides, "what to set otherwise (gaitslam config --keys)")
-      ->option_text("key=value ...");
-  command->add_option("--seeds", request->seeds, "several seeds, each in its own process: 1..5 or 1,2,7");
-  command->add_option("--jobs", request->jobs, "processes at a time")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  add_with(command, request->changes);
-  command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_option("--out", request->out, "folder for the results");
-  command->add_option("--models", request->models, "folder of the robot's and room's models");
-  command->add_flag("--cached", request->cached,
-                    "replay the recording that the cache has of this walk; what it has not is put there");
-  command->add_flag("--force", request->force, "write into a folder that exists");
-  command->add_option("--set-by", request->set_by)->group("");
-  command->add_option("--die-with-parent", request->batch)->group("");
+  CLI::App* command = app.add_subcommand("run", "Simulate a walk, run the filter on it and score both");
+  add_scenario(*command, request->scenario, request->changes)->required();
+  add_seeds(*command, request->seeds);
+  add_jobs(*command, request->jobs);
+  add_out(*command, *request);
+  add_models(*command, request->models);
+  command->add_flag(
+      "--cached", request->cached,
+      "replay the recording of this walk from the cache; record it there first if it is missing");
+  add_batch_member(*command, request->batch);
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = run(*request); });
 }

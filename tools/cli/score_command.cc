@@ -1,18 +1,22 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <map>
 #include <memory>
 
-#include "sim/bench/evidence.h"
-#include "sim/bench/scenario.h"
-#include "sim/bench/trajectory_report.h"
+#include "sim/result/score_input.h"
+#include "sim/scenario/scenario.h"
+#include "sim/score/trajectory_print.h"
+#include "sim/score/trajectory_report.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/usage_error.h"
 
 namespace cli {
 namespace {
 
-namespace bench = sim::bench;
+namespace result = sim::result;
+namespace scenario = sim::scenario;
 namespace score = sim::score;
 namespace fs = std::filesystem;
 
@@ -20,21 +24,22 @@ constexpr const char* kExamples = R"(
 Examples:
   gaitslam score results/tangent_circle/seed-1
   gaitslam score truth.tum estimate.txt --align se3
-  gaitslam score truth.csv estimate.txt -as -r angle_deg --evo-zip ape.zip
+  gaitslam score truth.csv estimate.txt -as -r angle_deg
   gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --csv
   gaitslam score results/tangent_circle/seed-1 -d 2 -u step      # over two footsteps
-Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt), EuRoC csv, and result folders; stamps in
-seconds or nanoseconds. Words and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is taken
-without alignment. A result's own score.json begins with the first planned motion; this with the first pose.
-Exit code: 0, or 2 when there is nothing to compare: one line says why.)";
+Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders, with time
+stamps in seconds or nanoseconds. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
+computed without alignment. The score.json of a result begins with the first planned motion, this score with the
+first pose.
+Exit codes: 0 scored; 2 nothing can be compared, for the reason that is printed.)";
 
 struct Request {
   fs::path truth;
   std::optional<fs::path> estimate;
-  std::optional<std::string> align, evo_zip;
+  std::optional<std::string> align;
   std::string relation = "trans_part", unit = "f";
   std::optional<double> delta;
-  bench::TrajectoryOptions options;
+  score::TrajectoryOptions options;
   double delta_tolerance = 0.1;
   bool a = false, s = false, unit_typed = false, all_pairs = false, pairs_from_reference = false;
   bool json = false, csv = false, latex = false;
@@ -45,7 +50,7 @@ std::optional<score::Alignment> alignment(const Request& r) {
   if (r.a) return r.s ? score::Alignment::sim3 : score::Alignment::se3;
   if (r.s) return score::Alignment::scale;
   if (!r.align) return std::nullopt;
-  const auto named = bench::alignment_of(*r.align);
+  const auto named = score::alignment_of(*r.align);
   if (!named)
     throw UsageError(fmt::format("--align {}: expected none, origin, yaw, se3, sim3 or scale", *r.align));
   return named;
@@ -63,13 +68,13 @@ score::Relation relation(const std::string& name) {
   return found->second;
 }
 
-/// When the feet come down by the plan of the result whose trajectory is scored.
+/// Planned times at which a foot touches the ground, of the result whose trajectory is scored.
 std::vector<score::Stamp> footsteps(const fs::path& truth) {
   const fs::path scenario = (fs::is_directory(truth) ? truth : truth.parent_path()) / "scenario.yaml";
   if (!fs::exists(scenario))
     throw UsageError(
         fmt::format("-u step: footsteps are known of a result folder, and {} is not in one", truth.string()));
-  return bench::planned_times(bench::read_scenario(scenario).scenario.walk).footsteps;
+  return result::planned_times(scenario::read_scenario(scenario).scenario.walk).footsteps;
 }
 
 std::optional<score::Spans> spans(const Request& r) {
@@ -95,50 +100,57 @@ std::optional<score::Spans> spans(const Request& r) {
 }
 
 void print(const Request& request) {
-  bench::TrajectoryOptions options = request.options;
+  score::TrajectoryOptions options = request.options;
   options.alignment = alignment(request);
   options.relation = relation(request.relation);
   options.relative = spans(request);
   if (!request.estimate && !fs::is_directory(request.truth))
     throw UsageError(
         fmt::format("{}: expected an estimate beside it, or a result folder", request.truth.string()));
-  const auto report = bench::report_trajectories(
-      bench::trajectory_in(request.truth, true),
-      bench::trajectory_in(request.estimate.value_or(request.truth), false), options);
-  if (request.evo_zip) sim::stream::write_evo_zip(*request.evo_zip, bench::evo_result(report));
-  std::cout << (request.json    ? bench::trajectory_json(report)
-                : request.csv   ? bench::trajectory_csv(report)
-                : request.latex ? bench::trajectory_latex(report)
-                                : bench::trajectory_table(report));
+  const auto report = score::report_trajectories(
+      score::trajectory_in(request.truth, true),
+      score::trajectory_in(request.estimate.value_or(request.truth), false), options);
+  std::cout << (request.json    ? score::trajectory_json(report)
+                : request.csv   ? score::trajectory_csv(report)
+                : request.latex ? score::trajectory_latex(report)
+                                : score::trajectory_table(report));
 }
 
 void add_options(CLI::App& command, Request& r) {
-  command.add_option("truth", r.truth, "true trajectory, or a result folder")->required();
-  command.add_option("estimate", r.estimate, "estimated trajectory, or a result folder");
-  command.add_option("--align", r.align, "none, origin, yaw, se3, sim3 or scale; else all are shown");
-  command.add_flag("-a", r.a, "as --align se3; -as: sim3");
-  command.add_flag("-s", r.s, "as --align scale");
+  command.add_option("truth", r.truth, "the true trajectory, or a result folder")->required();
+  command.add_option("estimate", r.estimate, "the estimated trajectory, or a result folder");
+  command.add_option("--align", r.align,
+                     "none, origin, yaw, se3, sim3 or scale; without this option all are shown");
+  command.add_flag("-a", r.a, "the same as --align se3; -as means sim3");
+  command.add_flag("-s", r.s, "the same as --align scale");
   command.add_option("--n-to-align,--n_to_align", r.options.poses_to_align,
-                     "align by the first so many poses");
+                     "number of first poses to align by");
   command
       .add_option("-r,--pose-relation,--pose_relation", r.relation,
                   "trans_part, angle_deg, angle_rad, rot_part, full or point_distance")
       ->capture_default_str();
-  command.add_option("-d,--delta", r.delta, "score the motion over spans of this length");
+  command.add_option("-d,--delta", r.delta, "score the relative motion over spans of this length");
   command
       .add_option("-u,--delta-unit,--delta_unit", r.unit,
-                  "of -d: f (frames), m, s, d (degrees), r (radians), step (footsteps)")
+                  "unit of -d: f (frames), m, s, d (degrees), r (radians) or step (footsteps)")
       ->capture_default_str();
-  command.add_flag("--all-pairs,--all_pairs", r.all_pairs, "spans from each pose, not one after another");
-  command.add_option("--delta-tol,--delta_tol", r.delta_tolerance, "by which part of -d spans may be off")
+  command.add_flag("--all-pairs,--all_pairs", r.all_pairs,
+                   "begin a span at each pose instead of at the end of the one before");
+  command
+      .add_option("--delta-tol,--delta_tol", r.delta_tolerance,
+                  "tolerated deviation of a span, as a part of -d")
       ->capture_default_str();
   command.add_flag("--pairs-from-reference,--pairs_from_reference", r.pairs_from_reference,
-                   "measure -u m along the true path");
-  command.add_option("--t-max-diff,--t_max_diff", r.options.most_apart_s, "s between stamps of a pair")
+                   "measure spans of -u m along the true path");
+  command
+      .add_option("--t-max-diff,--t_max_diff", r.options.most_apart_s,
+                  "largest time between the stamps of a pair, in s")
       ->check(CLI::Range(0.0, 1e9))
       ->capture_default_str();
-  command.add_option("--t-offset,--t_offset", r.options.offset_s, "s added to the estimate's stamps");
-  command.add_flag("--interpolate", r.options.interpolate, "interpolate the truth at the estimate's stamps");
+  command.add_option("--t-offset,--t_offset", r.options.offset_s,
+                     "time added to the stamps of the estimate, in s");
+  command.add_flag("--interpolate", r.options.interpolate,
+                   "interpolate the true trajectory at the stamps of the estimate");
 }
 
 }  // namespace
@@ -150,7 +162,6 @@ void add_score(CLI::App& app, int& exit_code) {
   CLI::Option* json = command->add_flag("--json", request->json, "print JSON");
   CLI::Option* csv = command->add_flag("--csv", request->csv, "print CSV")->excludes(json);
   command->add_flag("--latex", request->latex, "print a LaTeX table")->excludes(json)->excludes(csv);
-  command->add_option("--evo-zip", request->evo_zip, "write an archive that evo_res reads");
   command->footer(kExamples);
   command->callback([request, command, &exit_code] {
     request->unit_typed = command->count("-u") > 0;

@@ -1,7 +1,6 @@
 // Runs a suite: all its scenarios on all its seeds, live or from recordings.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -9,38 +8,39 @@
 #include <string>
 #include <vector>
 
-#include "sim/bench/suite.h"
-#include "sim/bench/verdict.h"
-#include "sim/bench/verdict_table.h"
-#include "tools/cli/backend.h"
+#include "sim/regression/suite.h"
+#include "sim/regression/verdict.h"
+#include "sim/regression/verdict_table.h"
+#include "tools/cli/jobs/backend.h"
+#include "tools/cli/out_folder.h"
 
 namespace cli {
 
-/// What the command line asks for.
-struct SuiteRequest {
+/// The options that all commands on suites have.
+struct SuiteRequest : OutRequest {
   std::filesystem::path suite = "scenarios/suites/ci.yaml";
   std::vector<std::string> overrides;
-  std::optional<std::string> seeds, out, baseline;
-  std::optional<std::filesystem::path> recordings;  ///< <scenario>/seed-<n> to replay instead of walking
+  std::optional<std::string> seeds, baseline;
+  std::optional<std::filesystem::path> recordings;  ///< <scenario>/seed-<n> to replay instead of simulating
   std::optional<std::filesystem::path> results;     ///< <scenario>/seed-<n> to judge instead of running
   std::filesystem::path models;
   Backend backend;
-  bool force = false, cached = false;
+  bool cached = false;
 };
 
-/// The options that all commands on suites have.
 void add_suite_options(CLI::App& command, SuiteRequest& request);
 
-/// The baseline's file: the one asked for, else the suite's namesake in baselines/ beside the suite's folder.
+/// The file of the baseline: the one asked for, else <suite>.json in baselines/ beside the folder of the
+/// suite.
 std::filesystem::path baseline_file(const SuiteRequest& request);
 
-/// One scenario of a suite, read, and what came of its runs. file_config: without the command line's
-/// overrides.
+/// One scenario of a suite and the results of its runs. file_config: its configuration without the overrides
+/// of the command line.
 struct SuiteScenario {
-  sim::bench::SuiteEntry entry;
-  sim::bench::ReadScenario read;
+  sim::regression::SuiteEntry entry;
+  sim::scenario::ReadScenario read;
   std::map<std::string, std::string> file_config;
-  sim::bench::ScenarioResults results;
+  sim::regression::ScenarioResults results;
 };
 
 struct SuiteRun {
@@ -52,18 +52,16 @@ struct SuiteRun {
 /// Reads suite and scenarios; runs nothing. Throws ConfigError, UsageError.
 SuiteRun plan_suite(const SuiteRequest& request);
 
-/// Runs all of it (or reads its results) into run.scenarios[i].results.
+/// Runs the suite, or reads its results, into run.scenarios[i].results.
 void run_suite(const SuiteRequest& request, SuiteRun& run);
 
-/// The run against a baseline's scenarios, with limits. A scenario that one side alone has is NEW or MISSING.
-sim::bench::Comparison compare_with(const std::vector<sim::bench::ScenarioResults>& baseline,
-                                    const SuiteRun& run, const SuiteRequest& request,
-                                    const std::string& title);
+/// Compares the run with the scenarios of a baseline and judges limits. A scenario that only one of them has
+/// is NEW or MISSING.
+sim::regression::Comparison compare_with(const std::vector<sim::regression::ScenarioResults>& baseline,
+                                         const SuiteRun& run, const SuiteRequest& request,
+                                         const std::string& title);
 
-/// Quoted for a shell where that is needed.
-std::string shell_word(const std::string& text);
-
-/// Standard output is a terminal that may show colours.
+/// Whether standard output is a terminal that may show colours.
 bool colours();
 
 }  // namespace cli

@@ -10,24 +10,24 @@
 #include <optional>
 #include <set>
 
-#include "sim/bench/recording_keys.h"
-#include "sim/bench/scenario_yaml.h"
-#include "sim/stream/durable_file.h"
-#include "sim/stream/manifest.h"
+#include "sim/files/durable_file.h"
+#include "sim/files/hashed_file.h"
+#include "sim/scenario/keys.h"
+#include "sim/scenario/yaml.h"
 #include "sim/tune/sweep_plan.h"
 #include "sim/tune/sweep_scores.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/trial_parts.h"
 #include "tools/cli/live.h"
+#include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/recordings.h"
-#include "tools/cli/seeds.h"
-#include "tools/cli/trial_commands.h"
-#include "tools/cli/trial_parts.h"
 #include "tools/cli/version.h"
 
 namespace cli {
 namespace {
 
+namespace scenario = sim::scenario;
 namespace tune = sim::tune;
 
 constexpr const char* kExamples = R"help(
@@ -36,7 +36,7 @@ Examples:
   gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s=logspace(0.003, 0.03, 5)' 'world.seed=range(1, 3, 1)'
   gaitslam sweep scenarios/hall.yaml 'zip(slam.vision.sigma_px=1,2, slam.vision.gate_sigma_px=2,4)'
   gaitslam sweep scenarios/hall.yaml 'slam.vision.sigma_px=loguniform(0.5, 5)' --samples 32
-  gaitslam sweep sweep.yaml --jobs 2 --out DIR        # a file: scenarios, seeds, grid, zip, sample
+  gaitslam sweep sweep.yaml --jobs 2 --out DIR        # a file, as below
 A file:
   scenarios: [tangent_circle.yaml, hall.yaml]         # or scenario: FILE
   seeds: 1..5
@@ -45,41 +45,36 @@ A file:
     slam.gyro.sigma_rad_s: logspace(0.003, 0.03, 5)   # also range(0, 1, 0.25), linspace(0, 1, 5)
   zip: {slam.height.sigma_m: [0.01, 0.02], slam.plan_position.sigma_m: [0.02, 0.04]}
   sample: {method: sobol, points: 32, keys: {slam.motion.sigma_acceleration_m_s2: "loguniform(0.1, 10)"}}
-Every combination is tried on every scenario and seed: replayed from the cache of recordings, simulated first where
-that has none. Results: scores.csv and scores.jsonl, the same bytes for any number of jobs. Killed, it loses no
-finished trial, and the same command goes on.
-Exit code: 0 all were tried, 2 usage or configuration, 3 some crashed or could not be begun.)help";
+Every combination is tried on every scenario and seed. The filter runs on recordings from the cache; those that are
+missing are simulated first. The results are scores.csv and scores.jsonl, the same bytes for any number of jobs. A
+sweep that is killed loses no finished trial, and the same command continues it.
+Methods: values and ranges make a grid; sobol samples cover several keys evenly; random samples are independent. To
+search for the best setting use gaitslam tune.
+Exit codes: 0 all were tried; 2 wrong usage or configuration; 3 some crashed or could not be started.)help";
 
-struct Request {
+struct Request : OutRequest {
   std::string file;
   std::vector<std::string> arguments;
-  bench::Changes changes;
-  std::optional<std::string> seeds, out;
+  scenario::Changes changes;
+  std::optional<std::string> seeds;
   tune::Sampling sampling;
   fs::path models = GAITSLAM_MODELS;
   Backend backend;
-  bool dry_run = false, force = false;
+  bool dry_run = false;
 };
 
 std::vector<std::uint64_t> seeds_of(const Request& request, const tune::SweepSpec& spec) {
   if (request.seeds) return parse_seeds(*request.seeds);
-  if (spec.seeds.kind == bench::Yaml::Kind::empty)
-    return {bench::read_scenario(spec.scenarios[0]).scenario.seed};
-  try {
-    return parse_seeds(spec.seeds.text);
-  } catch (const UsageError& e) {
-    std::string_view why = e.what();
-    why.remove_prefix(std::min(why.size(), why.find(": ") + 2));
-    bench::fail(spec.seeds, "seeds", why);
-  }
+  if (!spec.seeds.empty()) return spec.seeds;
+  return {scenario::read_scenario(spec.scenarios[0]).scenario.seed};
 }
 
-/// A plan and what its trials need: the tasks, in the plan's order, and for each the recording it replays.
+/// A plan, and for each of its trials the key and the recording that it replays.
 struct Sweep {
   tune::SweepPlan plan;
   std::vector<std::string> keys, recordings;
-  std::map<std::string, bench::Scenario> scenario_of;  ///< by recording, any that it serves
-  std::set<std::string> missing;                       ///< recordings that are not in the cache
+  std::map<std::string, scenario::Scenario> scenario_of;  ///< by recording, one of those that replay it
+  std::set<std::string> missing;                          ///< recordings that are not in the cache
 };
 
 Sweep prepare(const Request& request, const Recordings& recordings) {
@@ -87,9 +82,9 @@ Sweep prepare(const Request& request, const Recordings& recordings) {
   Sweep sweep{tune::plan_sweep(spec, seeds_of(request, spec), request.changes), {}, {}, {}, {}};
   const std::string program = program_identity();
   for (std::size_t i = 0; i < sweep.plan.trials(); ++i) {
-    const bench::Scenario scenario = sweep.plan.scenario(i).scenario;
+    const scenario::Scenario scenario = sweep.plan.scenario(i).scenario;
     sweep.recordings.push_back(recordings.key(scenario));
-    sweep.keys.push_back(tune::trial_key({program, sweep.recordings[i], bench::to_yaml(scenario)}));
+    sweep.keys.push_back(tune::trial_key({program, sweep.recordings[i], scenario::to_yaml(scenario)}));
     sweep.scenario_of.emplace(sweep.recordings[i], scenario);
   }
   for (const auto& [key, scenario] : sweep.scenario_of)
@@ -100,7 +95,7 @@ Sweep prepare(const Request& request, const Recordings& recordings) {
 std::vector<std::string> keys_that(const Sweep& sweep, bool shape_recordings) {
   std::vector<std::string> keys;
   for (const std::string& key : sweep.plan.keys)
-    if (bench::shapes_recording(key) == shape_recordings) keys.push_back(key);
+    if (scenario::shapes_recording(key) == shape_recordings) keys.push_back(key);
   return keys;
 }
 
@@ -132,14 +127,15 @@ void list_configurations(const tune::SweepPlan& plan) {
   }
 }
 
-/// What makes a log this sweep's.
+/// The first line of the log, which identifies the sweep.
 std::string purpose(const Sweep& sweep) {
-  sim::stream::Hash hash;
+  sim::files::Hash hash;
   for (const std::string& key : sweep.keys) hash.add(key);
   return fmt::format(R"({{"log":"trials","of":"{}","trials":{},"hash":"{}"}})", sweep.plan.name,
                      sweep.keys.size(), hash.hex());
 }
 
+/// Throws UsageError when the folder has the log of another sweep; with --force removes it.
 void require_own_folder(const Request& request, const fs::path& out, const std::string& purpose) {
   const fs::path log = out / "trials.jsonl";
   if (request.force) {
@@ -149,22 +145,21 @@ void require_own_folder(const Request& request, const fs::path& out, const std::
   }
   std::string first;
   if (std::ifstream in(log); std::getline(in, first) && first != purpose)
-    throw UsageError(
-        fmt::format("{}: is of another sweep, other scenarios or another program; --force begins anew, --out "
-                    "names another folder",
-                    log.string()));
-  if (!fs::exists(log)) check_out_folder(out, request.out.has_value(), false);
+    throw UsageError(fmt::format(
+        "{}: is of another sweep, other scenarios or another program; --force starts again, --out "
+        "names another folder",
+        log.string()));
 }
 
 void make_recordings(const Sweep& sweep, const Recordings& recordings, const Backend& backend) {
-  std::vector<bench::Scenario> scenarios;
+  std::vector<scenario::Scenario> scenarios;
   for (const std::string& key : sweep.missing) scenarios.push_back(sweep.scenario_of.at(key));
   if (scenarios.empty()) return;
   require_simulator();
-  recordings.make(scenarios, backend);  // what could not be made, its trials will tell
+  recordings.make(scenarios, backend);  // the trials of a recording that could not be made report it
 }
 
-/// The tasks that the log has no record of; those that share a recording follow each other.
+/// The tasks without a record in the log. Those that share a recording follow each other.
 std::vector<tune::Task> tasks_left(const Sweep& sweep, const tune::TrialLog& log) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i)
@@ -173,15 +168,15 @@ std::vector<tune::Task> tasks_left(const Sweep& sweep, const tune::TrialLog& log
                    [&](std::size_t a, std::size_t b) { return sweep.recordings[a] < sweep.recordings[b]; });
   std::vector<tune::Task> tasks;
   for (const std::size_t i : order)
-    tasks.push_back({sweep.keys[i], bench::to_yaml(sweep.plan.scenario(i).scenario)});
+    tasks.push_back({sweep.keys[i], scenario::to_yaml(sweep.plan.scenario(i).scenario)});
   return tasks;
 }
 
-/// Writes and prints what the log has of the sweep; the exit code.
+/// Writes and prints the scores; returns the exit code.
 int finish(const Sweep& sweep, const tune::TrialLog& log, const fs::path& out) {
   const tune::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
-  sim::stream::write_durably(out / "scores.csv", tune::scores_csv(sweep.plan, record));
-  sim::stream::write_durably(out / "scores.jsonl", tune::scores_jsonl(sweep.plan, record));
+  sim::files::write_durably(out / "scores.csv", tune::scores_csv(sweep.plan, record));
+  sim::files::write_durably(out / "scores.jsonl", tune::scores_jsonl(sweep.plan, record));
   std::cout << tune::sweep_table(sweep.plan, record);
   std::map<std::string, int> causes;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
@@ -205,8 +200,10 @@ int sweep(const Request& request) {
     list_configurations(sweep.plan);
     return 0;
   }
-  const fs::path out =
-      request.out ? fs::path(*request.out) : fs::path("results") / ("sweep-" + sweep.plan.name);
+  const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
+  const bool begun = fs::exists((request.out ? fs::path(*request.out) : standard) / "trials.jsonl");
+  const OutFolder folder(request, standard, begun);
+  const fs::path& out = folder.path();
   require_own_folder(request, out, purpose(sweep));
   fs::create_directories(out);
   tune::TrialLog log(out / "trials.jsonl", purpose(sweep));
@@ -227,28 +224,26 @@ int sweep(const Request& request) {
 
 void add_sweep(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
-  CLI::App* command = app.add_subcommand("sweep", "Try many settings of a scenario's keys, and score them");
-  command->add_option("file", request->file, "a sweep's or a scenario's YAML file")->required();
+  CLI::App* command = app.add_subcommand("sweep", "Try many values of a scenario's keys and score them");
+  command->add_option("file", request->file, "the YAML file of a sweep or of a scenario")->required();
   command->add_option("values", request->arguments, "values to try (gaitslam config --keys)")
       ->option_text("key=a,b,c ... zip(key=a,b, key=c,d) ...");
-  command->add_option("--seeds", request->seeds, "1..5 or 1,2,7; else the file's");
+  command->add_option("--seeds", request->seeds, "seeds, as in 1..5 or 1,2,7, instead of those of the file");
   command
       ->add_option("--samples", request->sampling.points,
-                   "of uniform(a, b) and loguniform(a, b) on the command line")
+                   "number of samples of uniform(a, b) and loguniform(a, b) on the command line")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  command->add_option("--sampling", request->sampling.method, "how they are spread")
+  command->add_option("--sampling", request->sampling.method, "method of these samples")
       ->check(CLI::IsMember({"sobol", "random"}))
       ->capture_default_str();
   add_backend_options(*command, request->backend);
-  command->add_option("--without", request->changes.without, "sections to leave out: camera,slam")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  add_with(command, request->changes);
-  command->add_option("--out", request->out, "folder for the scores; else results/sweep-<name>");
-  command->add_option("--models", request->models, "folder of the robot's and room's models");
-  command->add_flag("--dry-run", request->dry_run, "say what would be tried and simulated, run nothing");
-  command->add_flag("--force", request->force, "begin anew in a folder that has another sweep");
+  add_without(*command, request->changes);
+  add_with(*command, request->changes);
+  add_out(*command, *request);
+  add_models(*command, request->models);
+  command->add_flag("--dry-run", request->dry_run,
+                    "print what would be tried and simulated, and run nothing");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = sweep(*request); });
 }

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <opencv2/core/utility.hpp>
 
-#include "sim/stream/manifest.h"
+#include "sim/files/hashed_file.h"
 #include "tools/cli/live.h"
 
 namespace cli {
@@ -22,7 +22,7 @@ std::string cpuinfo(const std::string& field) {
 
 std::string hash_of_this_program() {
   std::ifstream in("/proc/self/exe", std::ios::binary);
-  sim::stream::Hash hash;
+  sim::files::Hash hash;
   for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
     hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
   return hash.hex();

@@ -18,18 +18,18 @@ extern const char* const kRecordingSources;
 /// The libraries in use and their versions.
 std::map<std::string, std::string> libraries();
 
-/// The processor's name, as people know it.
+/// The model name of the processor.
 std::string processor();
 
-/// What tells programs apart that may record other bits from one scenario: the sources of walk, world and
-/// recording, how they were built, the libraries, and the processor's maker.
+/// Identifies programs that record the same bits from a scenario: the sources of walk, world and recording,
+/// how they were built, the libraries, and the vendor of the processor.
 std::string recording_identity();
 
-/// What tells programs apart that may score one recording otherwise: the revision, and of one with changes, or
-/// none, a hash of the program itself.
+/// Identifies programs that score a recording alike: by the revision, or by a hash of the program where files
+/// differ from the revision or it is unknown.
 std::string program_identity();
 
-/// All of the above as text for people.
+/// The text of gaitslam --version.
 std::string version_text();
 
 }  // namespace cli

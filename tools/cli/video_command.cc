@@ -7,29 +7,31 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "sim/bench/scenario.h"
-#include "sim/stream/seen.h"
-#include "tools/cli/child.h"
+#include "sim/recording/filter_input.h"
+#include "sim/scenario/scenario.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/child.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
-#include "tools/cli/progress.h"
+#include "tools/cli/options.h"
 #include "tools/cli/video_frame.h"
 
 namespace cli {
 namespace {
 
-namespace bench = sim::bench;
+namespace files = sim::files;
+namespace recording = sim::recording;
+namespace scenario = sim::scenario;
 namespace fs = std::filesystem;
-namespace stream = sim::stream;
 
 constexpr const char* kExamples = R"(
 Examples:
   gaitslam video results/tangent_circle/seed-1
   gaitslam video results/tangent_circle/seed-1 --out walk.webm
-The filter runs again on the recording, as it ran. From left to right: the head camera's image with the ellipses
-in which landmarks were looked for and the patches that were found; the robot from outside (in a build with the
-simulator: the true waist, joints as the encoders read them); the map from above. To RESULT/video.mp4 unless --out names a
-.mp4 or .webm file.)";
+The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
+search ellipses of the landmarks and the patches that were matched; the robot from outside, in a build with the
+simulator, with its true waist and its measured joint angles; and the map from above. The video is RESULT/video.mp4
+unless --out names a .mp4 or .webm file.)";
 
 struct Request {
   fs::path result;
@@ -48,8 +50,7 @@ fs::path file_of(const Request& request) {
   return file;
 }
 
-// The pictures on their way to the file, through the program ffmpeg. The file appears whole, by finish()
-// alone.
+// Encodes pictures by the program ffmpeg. The file appears, whole, when finish() is called.
 class Encoder {
  public:
   Encoder(const fs::path& video, double rate_hz) : video_(video), rate_hz_(rate_hz) {}
@@ -99,9 +100,9 @@ class Encoder {
 };
 
 // The last of the poses that is not after t.
-const stream::TimedPose* at(const std::vector<stream::TimedPose>& poses, slam::Stamp t) {
-  const auto after = std::upper_bound(
-      poses.begin(), poses.end(), t, [](slam::Stamp s, const stream::TimedPose& pose) { return s < pose.t; });
+const files::TimedPose* at(const std::vector<files::TimedPose>& poses, slam::Stamp t) {
+  const auto after = std::upper_bound(poses.begin(), poses.end(), t,
+                                      [](slam::Stamp s, const files::TimedPose& pose) { return s < pose.t; });
   return after == poses.begin() ? nullptr : &*std::prev(after);
 }
 
@@ -110,19 +111,19 @@ int video(const Request& request) {
     throw UsageError(
         fmt::format("{}: has no recording/: expected the folder of a run", request.result.string()));
   const fs::path file = file_of(request);
-  const bench::Scenario scenario = bench::read_scenario(request.result / "scenario.yaml").scenario;
+  const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   if (!scenario.slam) throw UsageError(fmt::format("{}: no filter ran", request.result.string()));
-  const stream::Truth truth = stream::read_truth(request.result / "recording");
-  stream::Seen seen(request.result / "recording", scenario.errors, scenario.seed);
-  slam::Filter filter(*scenario.slam, seen.setup().calibration, seen.setup().X_WC_start, scenario.seed);
+  const recording::Truth truth = recording::read_truth(request.result / "recording");
+  recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);
+  slam::Filter filter(*scenario.slam, input.setup().calibration, input.setup().X_WC_start, scenario.seed);
   const RobotView robot_view = robot_from_outside(scenario, request.result / "recording", GAITSLAM_MODELS);
   MapView map(truth.camera);
-  Encoder encoder(file, seen.setup().camera_rate_hz);
+  Encoder encoder(file, input.setup().camera_rate_hz);
   ProgressLine progress("video of " + request.result.string());
-  while (auto observation = seen.next()) {
+  while (auto observation = input.next()) {
     const slam::FrameReport& report = filter.step(*observation);
     std::vector<cv::Mat> panels{draw_view(*observation, report)};
-    const stream::TimedPose* waist = at(truth.waist, observation->t);
+    const files::TimedPose* waist = at(truth.waist, observation->t);
     if (robot_view && waist) panels.push_back(robot_view(observation->t, waist->X));
     panels.push_back(map.draw(filter.estimate(), filter.map()));
     cv::Mat picture;
@@ -140,11 +141,11 @@ int video(const Request& request) {
 
 void add_video(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<Request>();
-  CLI::App* command = app.add_subcommand("video", "Make a video of what the filter saw, sought and mapped");
-  command->add_option("result", request->result, "a result folder, as results/tangent_circle/seed-1")
-      ->required();
-  command->add_option("--out", request->out, "a .mp4 or .webm file");
-  command->add_flag("--force", request->force, "replace a file that exists");
+  CLI::App* command =
+      app.add_subcommand("video", "Make a video of the camera images, the matched landmarks and the map");
+  add_result(*command, request->result);
+  command->add_option("--out", request->out, "the .mp4 or .webm file to write");
+  command->add_flag("--force", request->force, "replace an existing file");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = video(*request); });
 }

@@ -75,11 +75,11 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
   Overlay overlay(picture, scale);
   for (const slam::Search& search : report.searched) overlay.ellipse(search);
   for (const slam::Sighting& match : report.matched) overlay.patch(match.pixel, kUsed);
-  for (const slam::Sighting& first : report.begun) overlay.patch(first.pixel, kBegun);
+  for (const slam::Sighting& first : report.initialised) overlay.patch(first.pixel, kBegun);
   cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);
   below *= 0.3;
-  write(picture, "squares: found, blue: begun; ellipses: looked for, yellow: in vain", {8, kPanelHeight - 30},
-        kPaper, kDark);
+  write(picture, "squares: matched, blue: initialised; ellipses: searched, yellow: not found",
+        {8, kPanelHeight - 30}, kPaper, kDark);
   write(picture,
         fmt::format("{:.2f} s   {} landmarks, {} looked for, {} used", slam::seconds(report.t),
                     report.landmarks, report.searched.size(), report.accepted),
@@ -87,10 +87,10 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
   return picture;
 }
 
-MapView::MapView(const std::vector<sim::stream::TimedPose>& truth)
+MapView::MapView(const std::vector<sim::files::TimedPose>& truth)
     : truth_(truth), centre_(Eigen::Vector2d::Zero()) {
   Eigen::AlignedBox2d box(Eigen::Vector2d::Zero());
-  for (const sim::stream::TimedPose& pose : truth) box.extend(pose.X.translation().head<2>());
+  for (const sim::files::TimedPose& pose : truth) box.extend(pose.X.translation().head<2>());
   centre_ = box.center();
   const Eigen::Vector2d size = box.sizes() + Eigen::Vector2d::Constant(2 * kAround_m);
   px_per_m_ = std::min(kPanelWidth / size.x(), kPanelHeight / size.y());
@@ -110,7 +110,7 @@ cv::Mat3b MapView::draw(const slam::Estimate& estimate, const std::vector<slam::
     cv::circle(picture, at, 2, kInk, cv::FILLED, cv::LINE_AA);
   }
   std::vector<cv::Point> truth;
-  for (const sim::stream::TimedPose& pose : truth_)
+  for (const sim::files::TimedPose& pose : truth_)
     if (pose.t <= estimate.t) truth.push_back(pixel(pose.X.translation()));
   walked_.push_back(pixel(estimate.X_WC.translation()));
   cv::polylines(picture, truth, false, kTruth, 3, cv::LINE_AA);

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "sim/stream/tum.h"
+#include "sim/files/tum.h"
 #include "slam/filter.h"
 
 namespace cli {
@@ -20,14 +20,14 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
 /// From above: x of the world to the right, y up; the true path and what lies within 5 m of it.
 class MapView {
  public:
-  explicit MapView(const std::vector<sim::stream::TimedPose>& truth);
+  explicit MapView(const std::vector<sim::files::TimedPose>& truth);
   /// Landmarks with their 2-sigma ellipses, the true path (grey), the estimated one (red) and the camera.
   cv::Mat3b draw(const slam::Estimate& estimate, const std::vector<slam::MapPoint>& map);
 
  private:
   cv::Point2d pixel(const Eigen::Vector3d& p_W) const;
 
-  const std::vector<sim::stream::TimedPose>& truth_;
+  const std::vector<sim::files::TimedPose>& truth_;
   Eigen::Vector2d centre_;
   double px_per_m_;
   std::vector<cv::Point> walked_;

@@ -1,5 +1,5 @@
-// Draws the README's pictures: the robot in its rooms, and what its head camera sees at four headings, with
-// and without each effect of its shutter, light and noise.
+// Draws the pictures of sim/world/README.md: the robot in its rooms, and the views of its head camera at four
+// headings with each effect of shutter, light and noise.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/stream/image_errors.h"
+#include "sim/sensor_errors/image_errors.h"
 #include "sim/world/head_camera.h"
+#include "tools/benchmarks/corner_error.h"
 
 namespace {
 
@@ -20,8 +21,6 @@ using namespace sim::world;
 using Eigen::Vector3d;
 
 constexpr double kDegree = CV_PI / 180;
-constexpr double kRadius = 0.75;       // m, of the tangent circle
-const Vector3d kCentre(1.0, 0.25, 0);  // of the tangent circle
 const std::filesystem::path kModels = GAITSLAM_MODELS;
 
 void bend(const mjModel& model, mjData& data, const std::string& limb,
@@ -37,9 +36,7 @@ void bend(const mjModel& model, mjData& data, const std::string& limb,
 
 // In the middle of a step on the tangent circle, after turning by `yaw`.
 void walk(const mjModel& model, mjData& data, double yaw) {
-  const Vector3d p = kCentre + kRadius * Vector3d(std::sin(yaw), -std::cos(yaw), 0);
-  data.qpos[0] = p.x(), data.qpos[1] = p.y(), data.qpos[2] = 0.6487;
-  data.qpos[3] = std::cos(yaw / 2), data.qpos[6] = std::sin(yaw / 2);
+  stand_on_circle(data, yaw);
   bend(model, data, "RLEG", {0, 0, -26, 50, -24, 0});
   bend(model, data, "LLEG", {0, 0, -38, 70, -32, 0});
   bend(model, data, "RARM", {4, -10, 0, -34, 0, 0});
@@ -73,25 +70,6 @@ cv::Mat3b robot_in(const std::string& room, const Vector3d& from, const Vector3d
   return picture;
 }
 
-cv::Mat1b head_view(HeadCamera& camera, double yaw) {
-  const Data data(mj_makeData(&camera.model()));
-  walk(camera.model(), *data, yaw);
-  return camera.render(*data);
-}
-
-HeadCamera head_camera(const std::string& room) {
-  return HeadCamera(load_model("hrp2", room, kModels), CameraOptions{}, WorldOptions{}.seed);
-}
-
-cv::Mat four_headings(const std::string& room) {
-  HeadCamera camera = head_camera(room);
-  cv::Mat upper, lower, sheet;
-  cv::hconcat(head_view(camera, 0), head_view(camera, CV_PI / 2), upper);
-  cv::hconcat(head_view(camera, CV_PI), head_view(camera, 3 * CV_PI / 2), lower);
-  cv::vconcat(upper, lower, sheet);
-  return sheet;
-}
-
 // At the start of the next second the head turns left at 2 rad/s: what blur and readout need to show.
 cv::Mat1b turning_view(HeadCamera& camera, double yaw, const WorldOptions::LightsOff& off = {}) {
   constexpr double kRate = 2;  // rad/s
@@ -100,14 +78,14 @@ cv::Mat1b turning_view(HeadCamera& camera, double yaw, const WorldOptions::Light
   const std::chrono::milliseconds stamp(1000);
   for (auto t = stamp - camera.lead(); t <= stamp + camera.lead(); t += std::chrono::milliseconds(1)) {
     walk(camera.model(), *data, yaw + kRate * 1e-3 * double((t - stamp).count()));
-    motion.see(t, camera.model(), *data);
+    motion.add(t, camera.model(), *data);
   }
   return camera.render(motion, stamp, off);
 }
 
 // What the error does to a picture that the ideal camera took.
-cv::Mat1b with(const sim::stream::ImageOptions& error, const cv::Mat1b& image) {
-  return sim::stream::ImageErrors(error, 1, {}).apply(image, std::chrono::seconds(1));
+cv::Mat1b with(const sim::sensor_errors::ImageOptions& error, const cv::Mat1b& image) {
+  return sim::sensor_errors::ImageErrors(error, 1, {}).apply(image, std::chrono::seconds(1));
 }
 
 // One row for each effect, a column for each heading: as drawn; motion blur; rolling shutter; lights off;
@@ -125,12 +103,12 @@ cv::Mat effects() {
   };
   const auto turning = [](HeadCamera& camera, double yaw) { return turning_view(camera, yaw); };
   const auto dark = [](HeadCamera& camera, double yaw) { return turning_view(camera, yaw, {0, 2, 0.15}); };
-  sim::stream::ImageOptions clean, vignetting, gain, noise;
+  sim::sensor_errors::ImageOptions clean, vignetting, gain, noise;
   clean.read_sigma_grey = clean.shot_sigma_grey = 0;
   vignetting = gain = noise = clean;
   vignetting.vignetting_fraction = 0.6, gain.gain = 1.35, noise.read_sigma_grey = 6,
   noise.shot_sigma_grey = 10;
-  const auto with_error = [&](const sim::stream::ImageOptions& error) {
+  const auto with_error = [&](const sim::sensor_errors::ImageOptions& error) {
     return four(sharp,
                 [&](HeadCamera& camera, double yaw) { return with(error, turning_view(camera, yaw)); });
   };
@@ -150,9 +128,6 @@ void draw_all(const std::filesystem::path& folder) {
   };
   write("robot_in_office.jpg", robot_in("office", {3.35, 1.05, 1.75}, {-0.6, -1.0, 0.75}));
   write("robot_in_hall.jpg", robot_in("hall", {4.6, -2.2, 1.9}, {-0.9, 1.2, 0.9}));
-  HeadCamera camera = head_camera("office");
-  write("head_view.png", head_view(camera, 0));
-  write("head_views_hall.jpg", four_headings("hall"));
   write("head_views_effects.jpg", effects());
 }
 

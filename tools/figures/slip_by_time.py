@@ -6,7 +6,7 @@ import sys
 import numpy
 
 EDGES = [0, 0.1, 0.2, 0.7, 0.8, 1.0]  # s
-TOUCH = 0.01 * 56.868 * 9.81  # N
+TOUCH = 5.58  # N, a hundredth of the weight of the robot
 BOUNCE, STAND = 6, 200  # samples of 5 ms: in the air for less is no step; on the ground for more is standing
 COLUMNS = 11  # of each foot: x, y, yaw, plan, planned_down, load, creep
 

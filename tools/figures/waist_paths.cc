@@ -5,9 +5,9 @@
 #include <exception>
 #include <stdexcept>
 
+#include "sim/files/durable_file.h"
+#include "sim/files/tum.h"
 #include "sim/report/figure.h"
-#include "sim/stream/durable_file.h"
-#include "sim/stream/tum.h"
 
 namespace {
 
@@ -15,7 +15,7 @@ using namespace sim;
 
 report::Line path(const std::string& name, report::Role role, const std::filesystem::path& tum) {
   report::Line line{name, role};
-  for (const stream::TumRow& row : stream::read_tum(tum)) {
+  for (const files::TumRow& row : files::read_tum(tum)) {
     line.x.push_back(row.X.translation().x());
     line.y.push_back(row.X.translation().y());
   }
@@ -42,7 +42,7 @@ report::Figure figure(int count, char** arguments) {
 
 int main(int count, char** arguments) try {
   if (count < 3) return std::fputs("usage: waist_paths OUT.svg NAME=RESULT...\n", stderr), 2;
-  stream::write_durably(arguments[1], report::to_svg(figure(count - 2, arguments + 2), 760, 620));
+  files::write_durably(arguments[1], report::to_svg(figure(count - 2, arguments + 2), 760, 620));
 } catch (const std::exception& error) {
   std::fprintf(stderr, "waist_paths: %s\n", error.what());
   return 2;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sim/report/axis.h"
+#include "sim/report/bundle.h"
 #include "sim/report/page.h"
 #include "sim/report/page_data.h"
 #include "sim/report/pictures.h"

@@ -9,6 +9,8 @@
 
 #include "sim/report/paper_depths.h"
 #include "sim/report/paper_height.h"
+#include "sim/report/paper_page.h"
+#include "sim/report/paper_rows.h"
 
 namespace {
 
@@ -82,8 +84,8 @@ TEST(PaperPage, SaysWhereItDiffers) {
   runs["hall_paper"] = {run(1, {{"loop_closed", 1}})};
   const std::string page = paper_page(runs, "abc");
   const std::string differ = page.substr(page.find("<h2>Where they differ</h2>"));
-  EXPECT_THAT(differ, HasSubstr("<li>The hall, the paper's filter (V). Paper: fails"));
-  EXPECT_THAT(paper_page({}, "abc"), HasSubstr("Nowhere"));
+  EXPECT_THAT(differ, HasSubstr("<li>The hall, the paper&#39;s filter (V). Paper: fails"));
+  EXPECT_THAT(paper_page({}, "abc"), HasSubstr("No row differs"));
 }
 
 // Steps of 0.8 s whose height changes by `jump` in the frame after an impact and by noise elsewhere.

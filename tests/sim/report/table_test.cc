@@ -5,7 +5,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "sim/stream/file_error.h"
+#include "sim/files/file_error.h"
 
 namespace {
 
@@ -25,7 +25,7 @@ class TableTest : public testing::Test {
   std::string complaint(const std::string& text) {
     try {
       table(text).numbers("b");
-    } catch (const sim::stream::FileError& e) {
+    } catch (const sim::files::FileError& e) {
       return e.what();
     }
     return "";
@@ -42,12 +42,12 @@ TEST_F(TableTest, ColumnsAreFoundByTheirNamesWithoutUnit) {
 }
 
 TEST_F(TableTest, ARowOfAnotherLengthIsNamed) {
-  EXPECT_THAT(complaint("a,b\n1,2\n1\n"), HasSubstr("row 2 has 1 fields, the header has 2"));
+  EXPECT_THAT(complaint("a,b\n1,2\n1\n"), HasSubstr(":3: expected 2 fields, found 1"));
 }
 
-TEST_F(TableTest, AMissingColumnAndAMissingFileAreNamed) {
+TEST_F(TableTest, AMissingColumnAndAnEmptyFileAreNamed) {
   EXPECT_THAT(complaint("a,c\n1,2\n"), HasSubstr("no column 'b'"));
-  EXPECT_THAT(complaint(""), HasSubstr("cannot be read or is empty"));
+  EXPECT_THAT(complaint(""), HasSubstr("is empty"));
 }
 
 }  // namespace

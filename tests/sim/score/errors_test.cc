@@ -7,15 +7,9 @@
 namespace sim::score {
 namespace {
 
-Eigen::Isometry3d at(double x, double y, double z, double yaw_rad) {
-  Eigen::Isometry3d X(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
-  X.translation() = Eigen::Vector3d(x, y, z);
-  return X;
-}
-
 TEST(Errors, AreDistancesAndAngles) {
-  const std::vector<PosePair> pairs{{Stamp(0), at(1, 2, 3, 0.5), at(1, 2, 3, 0.5)},
-                                    {Stamp(1), at(1, 2, 3, 0.5), at(4, 6, 15, 0.2)}};
+  const std::vector<PosePair> pairs{{Stamp(0), upright(1, 2, 3, 0.5), upright(1, 2, 3, 0.5)},
+                                    {Stamp(1), upright(1, 2, 3, 0.5), upright(4, 6, 15, 0.2)}};
   EXPECT_EQ(position_errors(pairs), (std::vector<double>{0, 13}));
   EXPECT_NEAR(orientation_errors(pairs)[0], 0, 1e-15);
   EXPECT_NEAR(orientation_errors(pairs)[1], 0.3, 1e-14);
@@ -34,23 +28,24 @@ TEST(Errors, YawErrorOfACameraIsAboutTheVerticalOfTheWorld) {
 }
 
 TEST(Errors, HeightRangeIsGreatestMinusLeast) {
-  EXPECT_EQ(
-      height_range(
-          {{Stamp(0), at(0, 0, 1.5, 0)}, {Stamp(1), at(9, 9, 1.25, 0)}, {Stamp(2), at(0, 0, 1.375, 0)}}),
-      0.25);
+  EXPECT_EQ(height_range({{Stamp(0), upright(0, 0, 1.5, 0)},
+                          {Stamp(1), upright(9, 9, 1.25, 0)},
+                          {Stamp(2), upright(0, 0, 1.375, 0)}}),
+            0.25);
   EXPECT_EQ(height_range({}), 0);
 }
 
 TEST(Errors, DriftIsTrueMinusPlannedInAxesOfTheStart) {
-  const Drift straight = drift(at(1.1, 0.2, 0.6, 0.3), at(1, 0.5, 0.7, 0.1), at(0, 0, 0.7, 0));
+  const Drift straight = drift(upright(1.1, 0.2, 0.6, 0.3), upright(1, 0.5, 0.7, 0.1), upright(0, 0, 0.7, 0));
   EXPECT_NEAR(straight.x, 0.1, 1e-15);
   EXPECT_NEAR(straight.y, -0.3, 1e-15);
   EXPECT_NEAR(straight.yaw, 0.2, 1e-15);
-  const Drift turned = drift(at(1.1, 0.2, 0.6, 0.3), at(1, 0.5, 0.7, 0.1), at(0, 0, 0.7, M_PI / 2));
+  const Drift turned =
+      drift(upright(1.1, 0.2, 0.6, 0.3), upright(1, 0.5, 0.7, 0.1), upright(0, 0, 0.7, M_PI / 2));
   EXPECT_NEAR(turned.x, -0.3, 1e-15);  // facing y of W at the start: W (0.1, -0.3) is (-0.3, -0.1)
   EXPECT_NEAR(turned.y, -0.1, 1e-15);
   EXPECT_NEAR(turned.yaw, 0.2, 1e-15);
-  EXPECT_NEAR(drift(at(0, 0, 0, -3.1), at(0, 0, 0, 3.1), at(0, 0, 0, 0)).yaw, 2 * M_PI - 6.2,
+  EXPECT_NEAR(drift(upright(0, 0, 0, -3.1), upright(0, 0, 0, 3.1), upright(0, 0, 0, 0)).yaw, 2 * M_PI - 6.2,
               1e-14);  // the short way
 }
 

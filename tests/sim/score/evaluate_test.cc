@@ -34,9 +34,7 @@ Run circle() {
     run.plan_camera.push_back({t, camera});
     run.estimate->push_back({t, camera, Matrix6d::Identity()});
   }
-  Surface room{Surface::Kind::box, Eigen::Isometry3d::Identity(), {5, 5, 1.5}};
-  room.X_WS.translation().z() = 1.5;
-  run.surfaces.push_back(room);
+  run.surfaces.push_back(box_room(5));
   run.camera = square_camera();
   return run;
 }
@@ -61,7 +59,7 @@ TEST(Evaluate, APerfectRunHasNoErrors) {
 }
 
 TEST(Evaluate, AShiftShowsInTheUnalignedErrorsAlone) {
-  score::Run run = circle();
+  auto run = circle();
   for (EstimatedPose& pose : *run.estimate) pose.X_WC.translation() += Eigen::Vector3d(0.3, 0, 0.4);
   const Metrics m = evaluate(run);
   EXPECT_NEAR(value(m, "rmse_m"), 0.5, 1e-12);
@@ -72,7 +70,7 @@ TEST(Evaluate, AShiftShowsInTheUnalignedErrorsAlone) {
 }
 
 TEST(Evaluate, ErrorsBeforeTheFirstPlannedMotionDoNotCount) {
-  score::Run run = circle();
+  auto run = circle();
   for (std::size_t i = 0; i <= 20; ++i) (*run.estimate)[i].X_WC.translation().z() += 100;
   EXPECT_EQ(value(evaluate(run), "rmse_m"), 0);
   EXPECT_EQ(value(evaluate(run), "height_range_m"), 0);
@@ -82,7 +80,7 @@ TEST(Evaluate, ErrorsBeforeTheFirstPlannedMotionDoNotCount) {
 }
 
 TEST(Evaluate, EndErrorsAreOfTheLastFrame) {
-  score::Run run = circle();
+  auto run = circle();
   Eigen::Isometry3d& end = run.estimate->back().X_WC;
   end.linear() = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix() * end.linear();
   end.translation().y() += 0.02;
@@ -93,7 +91,7 @@ TEST(Evaluate, EndErrorsAreOfTheLastFrame) {
 }
 
 TEST(Evaluate, PlanDriftIsTrueMinusPlannedAtTheEnd) {
-  score::Run run = circle();
+  auto run = circle();
   Eigen::Isometry3d& end = run.truth_waist.back().X;
   end.translation() += Eigen::Vector3d(0.03, -0.05, 0.01);
   end.linear() = Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitZ()).toRotationMatrix() * end.linear();
@@ -114,7 +112,7 @@ std::vector<LandmarkHistory> closing(const Run& run, int count) {
 }
 
 TEST(Evaluate, TheLoopIsClosedByThreeLandmarks) {
-  score::Run run = circle();
+  auto run = circle();
   run.landmarks = closing(run, 2);
   EXPECT_EQ(value(evaluate(run), "loop_landmarks"), 2);
   EXPECT_EQ(value(evaluate(run), "loop_closed"), 0);
@@ -124,7 +122,7 @@ TEST(Evaluate, TheLoopIsClosedByThreeLandmarks) {
 }
 
 TEST(Evaluate, TheErrorsAboutTheClosureAreThoseBeforeAndASecondAfter) {
-  score::Run run = circle();
+  auto run = circle();
   run.landmarks = closing(run, 3);
   const Stamp first = milliseconds(40600);  // of 42 s; one of the three is found again sooner than the others
   run.landmarks[1].accepted[0] = {
@@ -141,7 +139,7 @@ TEST(Evaluate, TheErrorsAboutTheClosureAreThoseBeforeAndASecondAfter) {
 }
 
 TEST(Evaluate, ATooLargeEstimateShowsAsScale) {
-  score::Run run = circle();
+  auto run = circle();
   for (EstimatedPose& pose : *run.estimate) pose.X_WC.translation() *= 1.02;
   const Metrics m = evaluate(run);
   EXPECT_NEAR(value(m, "scale_error_percent"), 2, 1e-9);
@@ -157,7 +155,7 @@ TEST(Evaluate, ATooLargeEstimateShowsAsScale) {
 }
 
 TEST(Evaluate, WithoutAFilterItsMetricsAreAbsentAndTheWalksAreNot) {
-  score::Run run = circle();
+  auto run = circle();
   run.estimate.reset();
   const Metrics m = evaluate(run);
   for (const char* name :
@@ -173,7 +171,7 @@ TEST(Evaluate, WithoutAFilterItsMetricsAreAbsentAndTheWalksAreNot) {
 }
 
 TEST(Evaluate, ADivergedFilterGetsNoNumbersButTheCause) {
-  score::Run run = circle();
+  auto run = circle();
   run.estimate->resize(200);
   run.diverged = "covariance not positive definite";
   for (const char* name : {"ate_se3_rmse_m", "rmse_m", "loop_closed", "nees_position_mean"}) {
@@ -183,7 +181,7 @@ TEST(Evaluate, ADivergedFilterGetsNoNumbersButTheCause) {
 }
 
 TEST(Evaluate, AFallBeforeTheTurnIsDoneLeavesTheLoopUndefined) {
-  score::Run run = circle();
+  auto run = circle();
   for (Trajectory* t : {&run.truth_camera, &run.plan_camera, &run.truth_waist, &run.plan_waist})
     t->resize(300);
   run.estimate->resize(300);
@@ -199,14 +197,14 @@ TEST(Evaluate, DegenerateRunsGiveReasonsNotNumbers) {
     EXPECT_FALSE(metric.value) << name;
     EXPECT_FALSE(metric.reason.empty()) << name;
   }
-  score::Run standing = circle();
+  auto standing = circle();
   for (Trajectory* t :
        {&standing.truth_camera, &standing.plan_camera, &standing.truth_waist, &standing.plan_waist})
     t->resize(20);
   standing.estimate->resize(20);
   EXPECT_EQ(evaluate(standing).at("rmse_m").reason, "the plan never moves");
   EXPECT_TRUE(evaluate(standing).at("plan_drift_x_m").value);
-  score::Run straight = circle();
+  auto straight = circle();
   for (std::size_t i = 0; i < straight.truth_camera.size(); ++i) {
     const double x = 0.01 * static_cast<double>(i);
     for (Eigen::Isometry3d* X : {&straight.truth_camera[i].X, &(*straight.estimate)[i].X_WC})
@@ -224,7 +222,7 @@ std::vector<double> distances_from_first(const Run& run) {
 }
 
 TEST(Evaluate, ErrorsAlongTheAxesAndInYawAreTheirOwnMetrics) {
-  score::Run run = circle();
+  auto run = circle();
   for (EstimatedPose& pose : *run.estimate) {
     pose.X_WC.translation() += Eigen::Vector3d(0.1, -0.2, 0.3);
     pose.X_WC.linear() =
@@ -244,7 +242,7 @@ TEST(Evaluate, ErrorsAlongTheAxesAndInYawAreTheirOwnMetrics) {
 }
 
 TEST(Evaluate, EachFootstepIsASpan) {
-  score::Run run = circle();
+  auto run = circle();
   EXPECT_EQ(evaluate(run).at("rpe_step_m").reason, "the planned footsteps are not known");
   run.planned =
       PlannedTimes{milliseconds(42000), {milliseconds(3000), milliseconds(4000), milliseconds(5020)}};
@@ -255,7 +253,7 @@ TEST(Evaluate, EachFootstepIsASpan) {
 }
 
 TEST(Evaluate, SpansOfMetresAndSecondsAreFromEachFrame) {
-  score::Run run = circle();
+  auto run = circle();
   for (std::size_t i = 0; i < run.estimate->size(); ++i)  // drifts up by 1 mm a frame: 10 mm a second
     (*run.estimate)[i].X_WC.translation().z() += 0.001 * static_cast<double>(i);
   const Metrics m = evaluate(run);
@@ -275,7 +273,7 @@ TEST(Evaluate, SpansOfMetresAndSecondsAreFromEachFrame) {
 }
 
 TEST(Evaluate, CompletionIsThePartOfThePlansTime) {
-  score::Run run = circle();
+  auto run = circle();
   EXPECT_FALSE(evaluate(run).at("walk_completion").value);
   run.planned = PlannedTimes{milliseconds(42090), {}};  // no room for another frame
   EXPECT_EQ(value(evaluate(run), "walk_completion"), 1);
@@ -288,7 +286,7 @@ TEST(Evaluate, CompletionIsThePartOfThePlansTime) {
 }
 
 TEST(Evaluate, NeesHasMeanVarianceAndThePartWithinItsBand) {
-  score::Run run = circle();
+  auto run = circle();
   for (std::size_t i = 0; i < run.estimate->size(); ++i)  // squares of 1 and 9 in turns
     (*run.estimate)[i].X_WC.translation().z() += i % 2 == 0 ? 1 : 3;
   const Metrics m = evaluate(run);
@@ -299,7 +297,7 @@ TEST(Evaluate, NeesHasMeanVarianceAndThePartWithinItsBand) {
 }
 
 TEST(Evaluate, InnovationsBeforeTheFirstMotionDoNotCount) {
-  score::Run run = circle();
+  auto run = circle();
   for (int i = 0; i <= 420; ++i)
     run.innovations[1].push_back({milliseconds(100 * i), {i <= 20 ? 1000.0 : i % 2 == 0 ? 2.0 : 4.0, 3}});
   const Metrics m = evaluate(run);
@@ -311,7 +309,7 @@ TEST(Evaluate, InnovationsBeforeTheFirstMotionDoNotCount) {
 }
 
 TEST(Evaluate, LandmarksAreHeldAgainstTheWallsTheyWereSeenOn) {
-  score::Run run = circle();
+  auto run = circle();
   // Straight ahead of the first camera, at (0, 0, 1.4 m): the wall x = 5 m.
   for (int id = 1; id <= 2; ++id) {
     run.landmarks.push_back({id, {Stamp(0), {160, 120}}, {}});
@@ -329,7 +327,7 @@ TEST(Evaluate, LandmarksAreHeldAgainstTheWallsTheyWereSeenOn) {
 }
 
 TEST(Evaluate, TheClosureSaysHowSureTheFilterWasAndHowMuchItCorrected) {
-  score::Run run = circle();
+  auto run = circle();
   run.landmarks = closing(run, 3);  // found again in the last frame, at 42 s
   for (EstimatedPose& pose : *run.estimate) {
     const bool before = pose.t < run.truth_camera.back().t;
@@ -345,7 +343,7 @@ TEST(Evaluate, TheClosureSaysHowSureTheFilterWasAndHowMuchItCorrected) {
 }
 
 TEST(Evaluate, NumbersThatAreNoneBecomeReasons) {
-  score::Run run = circle();
+  auto run = circle();
   (*run.estimate)[50].X_WC.translation().x() = std::nan("");
   const Metrics m = evaluate(run);
   for (const char* name : {"rmse_m", "ate_se3_rmse_m", "nees_position_mean"}) {
@@ -357,7 +355,21 @@ TEST(Evaluate, NumbersThatAreNoneBecomeReasons) {
   EXPECT_THAT(evaluate(run).at("nees_position_mean").reason, HasSubstr("positive definite"));
 }
 
-TEST(Evaluate, EveryMetricIsDefinedInWordsOnceAndSaysItsUnit) {
+TEST(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
+  auto run = circle();
+  run.no_scale = "the scale is unknown";
+  const Metrics m = evaluate(run);
+  for (const char* name : {"rmse_m", "ate_se3_rmse_m", "rpe_1m_m", "drift_percent", "height_range_m",
+                           "scale_error_percent", "nees_position_mean", "loop_error_before_m"}) {
+    EXPECT_FALSE(m.at(name).value) << name;
+    EXPECT_EQ(m.at(name).reason, "the scale is unknown") << name;
+  }
+  for (const char* name : {"ate_sim3_rmse_m", "ate_scale_rmse_m", "rotation_rmse_deg", "rpe_1m_deg",
+                           "nees_orientation_mean", "path_length_m", "loop_landmarks"})
+    EXPECT_TRUE(m.at(name).value) << name << ": " << m.at(name).reason;
+}
+
+TEST(Evaluate, EveryMetricHasOneDefinitionAndTheUnitOfItsName) {
   std::set<std::string_view> names;
   for (const MetricDefinition& d : metric_definitions()) {
     EXPECT_TRUE(names.insert(d.name).second) << d.name;

@@ -52,14 +52,14 @@ std::vector<FootRow> rows_of(const std::vector<FootRow>& rows, FootPhase phase) 
   return found;
 }
 
-TEST(Feet, APlanCarriedOutHasNothingToAccountFor) {
+TEST(Feet, APlanCarriedOutExactlyHasNoDrift) {
   Walk walk;
   walk.both();
   walk.on_left();
   walk.both();
   walk.on_right();
   walk.both();
-  const auto rows = account(walk.samples(), {1, 2, 0.3}, {1, 2, 0.3});
+  const auto rows = decompose_drift(walk.samples(), {1, 2, 0.3}, {1, 2, 0.3});
   EXPECT_FALSE(rows.empty());
   for (const FootRow& row : rows) {
     EXPECT_NEAR(std::hypot(row.drift.x, row.drift.y, row.drift.yaw), 0, 1e-15);
@@ -76,7 +76,7 @@ TEST(Feet, ATurnOfTheStandingFootSwingsTheRestOfTheWayAboutIt) {
   walk.on_left(5);
   walk.both();
   const Planar plan{1, 0.1, 0};
-  const auto rows = account(walk.samples(), {1, 0.11, 0.01}, plan);
+  const auto rows = decompose_drift(walk.samples(), {1, 0.11, 0.01}, plan);
   const FootTotal support = total(rows, FootPhase::support);
   EXPECT_NEAR(support.turned, 0.01, 1e-12);
   EXPECT_NEAR(support.drift.yaw, 0.01, 1e-12);
@@ -92,7 +92,7 @@ TEST(Feet, AFootPutDownBesideItsPlaceIsALandingErrorAndNoSlip) {
   walk.right().truth = {0.207, -0.098, 0.005};
   walk.both();
   walk.on_right();
-  const auto rows = account(walk.samples(), {0.2, 0, 0}, {0.2, 0, 0});
+  const auto rows = decompose_drift(walk.samples(), {0.2, 0, 0}, {0.2, 0, 0});
   const auto put_down = rows_of(rows, FootPhase::put_down);
   ASSERT_EQ(put_down.size(), 1u);
   EXPECT_EQ(put_down[0].foot, Foot::right);
@@ -112,7 +112,7 @@ TEST(Feet, AFootThatDragsAfterTheOtherHasLandedHasNoShareInTheDrift) {
   walk.left().truth.x += 0.004;
   walk.stay(2, 0.1, 0.9);
   walk.on_right();
-  const auto rows = account(walk.samples(), {}, {});
+  const auto rows = decompose_drift(walk.samples(), {}, {});
   EXPECT_NEAR(total(rows, FootPhase::lift_off).moved, 0.004, 1e-12);
   EXPECT_EQ(total(rows, FootPhase::lift_off).drift.x, 0);
   EXPECT_EQ(sum_of_shares(rows).x, 0);
@@ -128,7 +128,7 @@ TEST(Feet, AFootSlidingAsItLandsIsToldFromOneThatSlidesUnderLoad) {
   walk.stay(1, 0.3, 0.7);
   walk.right().truth.x += 0.003;
   walk.on_right(4);
-  const auto rows = account(walk.samples(), {0.005, 0, 0}, {});
+  const auto rows = decompose_drift(walk.samples(), {0.005, 0, 0}, {});
   EXPECT_NEAR(total(rows, FootPhase::landing).moved, 0.002, 1e-12);
   EXPECT_NEAR(total(rows, FootPhase::support).moved, 0.003, 1e-12);
   EXPECT_NEAR(total(rows, FootPhase::landing).creep, 0.0005, 1e-12);
@@ -155,7 +155,7 @@ TEST(Feet, AllSharesAddUpToTheDriftOfTheWaist) {
   }
   walk.both();
   const Planar truth{1.1, 0.2, 0.9}, plan{1.0, 0.3, 0.7};
-  const auto rows = account(walk.samples(), truth, plan);
+  const auto rows = decompose_drift(walk.samples(), truth, plan);
   EXPECT_NEAR(sum_of_shares(rows).x, 0.1, 1e-9);
   EXPECT_NEAR(sum_of_shares(rows).y, -0.1, 1e-9);
   EXPECT_NEAR(std::remainder(sum_of_shares(rows).yaw - 0.2, 2 * M_PI), 0, 1e-9);
@@ -172,7 +172,7 @@ TEST(Feet, ABounceIsNoStepAndAScuffIsNoStance) {
   walk.left().planned_down = false;
   auto samples = walk.samples();
   for (int i = 0; i < 1; ++i) samples[samples.size() - 4].feet[0].load = 0.05;  // the left one scuffs
-  const auto rows = account(samples, {}, {});
+  const auto rows = decompose_drift(samples, {}, {});
   EXPECT_EQ(rows_of(rows, FootPhase::put_down).size(), 1u);
   EXPECT_EQ(rows_of(rows, FootPhase::landing).size(), 1u);
 }

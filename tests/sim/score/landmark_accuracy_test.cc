@@ -8,8 +8,7 @@ namespace sim::score {
 namespace {
 
 TEST(LandmarkAccuracy, IsTheDistanceToTheSurfacePointFirstSeen) {
-  Surface room{Surface::Kind::box, Eigen::Isometry3d::Identity(), {4, 4, 1.5}};
-  room.X_WS.translation().z() = 1.5;
+  const Surface room = box_room(4);
   const Trajectory truth{{Stamp(0), looking(0)}, {Stamp(1), looking(1)}};
   // The pixel (80, 120) looks 26.6° to the left: at the wall x = 4 m the point (4, 2, 1.4).
   const std::vector<LandmarkHistory> histories{{1, {Stamp(0), {80, 120}}, {}},

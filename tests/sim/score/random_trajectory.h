@@ -1,4 +1,4 @@
-// Deterministic trajectories that are special in no way, for tests of what must hold for all.
+// Poses and trajectories for tests: upright ones, and deterministic ones without symmetry.
 #pragma once
 
 #include <cmath>
@@ -23,6 +23,13 @@ inline Eigen::Isometry3d scattered_pose(int i, int j, double size = 1) {
   const Eigen::Vector3d turn = size * scattered(i, j);
   Eigen::Isometry3d X(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
   X.translation() = size * scattered(i, j + 3);
+  return X;
+}
+
+/// An upright pose at a place (m), turned about z by `yaw_rad`.
+inline Eigen::Isometry3d upright(double x, double y, double z, double yaw_rad = 0) {
+  Eigen::Isometry3d X(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
+  X.translation() = Eigen::Vector3d(x, y, z);
   return X;
 }
 

@@ -1,11 +1,9 @@
-#include "sim/score/relative.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numbers>
 
-#include "sim/score/alignment.h"
+#include "sim/score/trajectory_score.h"
 #include "tests/sim/score/random_trajectory.h"
 
 namespace sim::score {
@@ -114,10 +112,9 @@ TEST(Relative, FootstepsAreSpansBetweenTheNearestPoses) {
 TEST(Relative, ErrorIsTheDifferenceOfTheMotions) {
   std::vector<PosePair> pairs = straight(4);
   pairs[3].X_estimate.linear() = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const auto errors = relative_errors(pairs, {{0, 3}});
-  ASSERT_EQ(errors.size(), 1u);
-  EXPECT_EQ(errors[0].translation, 3);  // 6 m instead of 3
-  EXPECT_NEAR(errors[0].rotation, 0.1, 1e-15);
+  EXPECT_EQ(motion_errors(pairs, {{0, 3}}, Relation::trans_part),
+            std::vector<double>{3});  // 6 m instead of 3
+  EXPECT_NEAR(motion_errors(pairs, {{0, 3}}, Relation::angle_rad).at(0), 0.1, 1e-15);
 }
 
 TEST(Relative, ErrorsDoNotChangeWhenEitherTrajectoryIsMovedAsAWhole) {
@@ -127,13 +124,14 @@ TEST(Relative, ErrorsDoNotChangeWhenEitherTrajectoryIsMovedAsAWhole) {
     pair.X_estimate = scattered_pose(3, 1) * pair.X_estimate;
     pair.X_true = scattered_pose(4, 1) * pair.X_true;
   }
-  const auto before = relative_errors(pairs, spans(pairs, {Unit::frames, 4, true}));
-  const auto after = relative_errors(moved, spans(moved, {Unit::frames, 4, true}));
-  ASSERT_EQ(before.size(), 26u);
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    EXPECT_NEAR(after[i].translation, before[i].translation, 1e-12);
-    EXPECT_NEAR(after[i].rotation, before[i].rotation, 1e-12);
-    EXPECT_GT(before[i].translation, 1e-3);
+  const std::vector<Span> over = spans(pairs, {Unit::frames, 4, true});
+  ASSERT_EQ(over.size(), 26u);
+  for (const Relation relation : {Relation::trans_part, Relation::angle_rad}) {
+    const auto before = motion_errors(pairs, over, relation), after = motion_errors(moved, over, relation);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      EXPECT_NEAR(after[i], before[i], 1e-12);
+      EXPECT_GT(before[i], 1e-3);
+    }
   }
 }
 

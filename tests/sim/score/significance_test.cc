@@ -85,17 +85,6 @@ TEST(Significance, HolmAdjustsInOrderOfSizeAndNeverDecreases) {
   EXPECT_TRUE(holm({}).empty());
 }
 
-TEST(Significance, WilsonIntervalIsThatOfTheTables) {
-  const RateInterval seven = wilson_interval(7, 10), all = wilson_interval(10, 10),
-                     none = wilson_interval(0, 10);
-  EXPECT_NEAR(seven.low, 0.3968, 1e-4);
-  EXPECT_NEAR(seven.high, 0.8922, 1e-4);
-  EXPECT_NEAR(all.low, 0.7225, 1e-4);
-  EXPECT_EQ(all.high, 1);
-  EXPECT_EQ(none.low, 0);
-  EXPECT_NEAR(none.high, 0.2775, 1e-4);
-}
-
 // By dealing the values out in all ways.
 double rank_sum_by_enumeration(const std::vector<double>& a, const std::vector<double>& b) {
   std::vector<double> all = a, ranks;

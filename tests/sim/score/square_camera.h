@@ -21,6 +21,13 @@ inline TrueCamera square_camera() {
   return camera;
 }
 
+/// A room 3 m high, seen from inside, whose walls are `half_width` (m) away from the origin.
+inline Surface box_room(double half_width) {
+  Surface room{Surface::Kind::box, Eigen::Isometry3d::Identity(), {half_width, half_width, 1.5}};
+  room.X_WS.translation().z() = 1.5;
+  return room;
+}
+
 /// A camera at the origin, 1.4 m up, level, looking along x of W turned left by `turn`.
 inline Eigen::Isometry3d looking(double turn) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();

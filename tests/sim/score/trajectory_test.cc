@@ -11,16 +11,13 @@ namespace {
 
 using std::numbers::pi;
 
-Eigen::Isometry3d at(double x, double y, double z, double yaw_rad = 0) {
-  Eigen::Isometry3d X(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
-  X.translation() = Eigen::Vector3d(x, y, z);
-  return X;
-}
-
 TEST(Trajectory, OnlyEqualStampsArePaired) {
-  const Trajectory truth{{Stamp(1), at(1, 0, 0)}, {Stamp(2), at(2, 0, 0)}, {Stamp(4), at(4, 0, 0)}};
-  const Trajectory estimate{
-      {Stamp(0), at(0, 0, 0)}, {Stamp(2), at(2.5, 0, 0)}, {Stamp(3), at(3, 0, 0)}, {Stamp(4), at(5, 0, 0)}};
+  const Trajectory truth{
+      {Stamp(1), upright(1, 0, 0)}, {Stamp(2), upright(2, 0, 0)}, {Stamp(4), upright(4, 0, 0)}};
+  const Trajectory estimate{{Stamp(0), upright(0, 0, 0)},
+                            {Stamp(2), upright(2.5, 0, 0)},
+                            {Stamp(3), upright(3, 0, 0)},
+                            {Stamp(4), upright(5, 0, 0)}};
   const auto pairs = pair_by_stamp(truth, estimate);
   ASSERT_EQ(pairs.size(), 2u);
   EXPECT_EQ(pairs[0].t, Stamp(2));
@@ -32,7 +29,7 @@ TEST(Trajectory, OnlyEqualStampsArePaired) {
 }
 
 TEST(Trajectory, InterpolatesPositionLinearlyAndOrientationAlongTheShortestTurn) {
-  const Trajectory trajectory{{Stamp(0), at(0, 0, 0, 3.0)}, {Stamp(100), at(1, 2, 4, -3.0)}};
+  const Trajectory trajectory{{Stamp(0), upright(0, 0, 0, 3.0)}, {Stamp(100), upright(1, 2, 4, -3.0)}};
   const auto X = interpolate(trajectory, Stamp(25));
   ASSERT_TRUE(X);
   EXPECT_TRUE(X->translation().isApprox(Eigen::Vector3d(0.25, 0.5, 1), 1e-15));
@@ -45,17 +42,19 @@ TEST(Trajectory, InterpolatesPositionLinearlyAndOrientationAlongTheShortestTurn)
 }
 
 TEST(Trajectory, PairsByInterpolationWithinTheTruthsTime) {
-  const Trajectory truth{{Stamp(10), at(1, 0, 0)}, {Stamp(20), at(2, 0, 0)}};
+  const Trajectory truth{{Stamp(10), upright(1, 0, 0)}, {Stamp(20), upright(2, 0, 0)}};
   const auto pairs = pair_by_interpolation(
-      truth, {{Stamp(5), at(0, 0, 0)}, {Stamp(15), at(7, 0, 0)}, {Stamp(25), at(0, 0, 0)}});
+      truth, {{Stamp(5), upright(0, 0, 0)}, {Stamp(15), upright(7, 0, 0)}, {Stamp(25), upright(0, 0, 0)}});
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(pairs[0].X_true.translation().x(), 1.5);
   EXPECT_EQ(pairs[0].X_estimate.translation().x(), 7);
 }
 
 TEST(Trajectory, PathLengthIsTheSumOfTheSteps) {
-  EXPECT_EQ(path_length({{Stamp(0), at(0, 0, 0)}, {Stamp(1), at(3, 4, 0)}, {Stamp(2), at(3, 4, 12)}}), 17);
-  EXPECT_EQ(path_length({{Stamp(0), at(3, 4, 5)}}), 0);
+  EXPECT_EQ(path_length(
+                {{Stamp(0), upright(0, 0, 0)}, {Stamp(1), upright(3, 4, 0)}, {Stamp(2), upright(3, 4, 12)}}),
+            17);
+  EXPECT_EQ(path_length({{Stamp(0), upright(3, 4, 5)}}), 0);
   EXPECT_EQ(path_length({}), 0);
 }
 
@@ -66,17 +65,17 @@ TEST(Trajectory, RotationVectorIsAngleTimesAxis) {
         Eigen::AngleAxisd(angle, Eigen::Vector3d(1, -2, 3).normalized()).toRotationMatrix();
     EXPECT_LT((rotation_vector(R) - v).norm(), 1e-13) << angle;  // rounding of R's entries
   }
-  EXPECT_NEAR(rotation_vector(at(0, 0, 0, -pi).linear()).norm(), pi, 1e-12);
+  EXPECT_NEAR(rotation_vector(upright(0, 0, 0, -pi).linear()).norm(), pi, 1e-12);
 }
 
 TEST(Trajectory, YawIsTheNearestTurnAboutTheVertical) {
-  EXPECT_NEAR(yaw(at(0, 0, 0, 2.5).linear()), 2.5, 1e-15);
-  EXPECT_NEAR(yaw(at(0, 0, 0, -2.5).linear()), -2.5, 1e-15);
+  EXPECT_NEAR(yaw(upright(0, 0, 0, 2.5).linear()), 2.5, 1e-15);
+  EXPECT_NEAR(yaw(upright(0, 0, 0, -2.5).linear()), -2.5, 1e-15);
   // By brute force, for a rotation that is not about z.
   const Eigen::Matrix3d R = scattered_pose(3, 5).linear();
   double best = 0, least = 1e9;
   for (double angle = -pi; angle < pi; angle += 1e-4)
-    if (const double distance = (R - at(0, 0, 0, angle).linear()).norm(); distance < least)
+    if (const double distance = (R - upright(0, 0, 0, angle).linear()).norm(); distance < least)
       least = distance, best = angle;
   EXPECT_NEAR(yaw(R), best, 1e-4);
 }

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/stream/manifest.h"
-#include "tests/sim/stream/temporary_folder.h"
+#include "sim/recording/manifest.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace sim::tune {
 namespace {
@@ -30,8 +30,8 @@ std::string key(char letter) { return std::string(32, letter); }
 /// A result folder as a walk leaves it, as far as the cache looks at it.
 void make_result(const fs::path& result) {
   fs::create_directories(result / "recording");
-  stream::ManifestWriter manifest(result / "recording");
-  stream::HashedFile frame(result / "recording/frame.png");
+  recording::ManifestWriter manifest(result / "recording");
+  files::HashedFile frame(result / "recording/frame.png");
   frame.write(std::string(kFrameBytes, 'x'));
   frame.close();
   manifest.add("frame.png", frame.hash());
@@ -52,7 +52,7 @@ class RecordingCacheTest : public testing::Test {
   }
   bool has(char letter) const { return fs::exists(cache_.place().folder / key(letter)); }
 
-  stream::TemporaryFolder folder_;
+  files::TemporaryFolder folder_;
   RecordingCache cache_{{folder_ / "cache", kRoomForTwo}};
   int made_ = 0;
   std::vector<std::string> said_;
@@ -93,9 +93,9 @@ TEST_F(RecordingCacheTest, ADamagedOneIsNamedAndMadeAgain) {
 TEST_F(RecordingCacheTest, OneWhoseManifestIsAnotherIsDamagedToo) {
   const CachedRecording made = get('a');
   std::ofstream(made.folder / "recording/frame.png") << "z";
-  stream::Hash hash;
+  files::Hash hash;
   hash.add("z");
-  stream::ManifestWriter manifest(made.folder / "recording");
+  recording::ManifestWriter manifest(made.folder / "recording");
   manifest.add("frame.png", hash);
   manifest.finish();
   EXPECT_FALSE(cache_.find(key('a'), say()));

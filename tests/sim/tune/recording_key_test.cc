@@ -7,20 +7,20 @@
 #include <optional>
 #include <set>
 
-#include "sim/bench/scenario_keys.h"
-#include "sim/stream/file_error.h"
-#include "tests/sim/stream/temporary_folder.h"
+#include "sim/files/file_error.h"
+#include "sim/scenario/keys.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace sim::tune {
 namespace {
 
-using bench::Scenario;
+using scenario::Scenario;
 
 std::string key_of(const Scenario& scenario) { return recording_key(scenario, "models", "program"); }
 
 /// The default scenario with another value for this key: the first of many that the key takes and that
 /// differs.
-std::optional<Scenario> changed(const bench::Key<Scenario>& key) {
+std::optional<Scenario> changed(const scenario::Key<Scenario>& key) {
   for (const char* text : {"true",
                            "false",
                            "0.37",
@@ -46,13 +46,13 @@ std::optional<Scenario> changed(const bench::Key<Scenario>& key) {
                            "[{gyro_silent: {}}]",
                            "[{push: {time_s: 1, impulse_ns: 3}}]",
                            "[{patch: {x_min_m: 1, x_max_m: 2, y_min_m: 1, y_max_m: 2, friction: 0.3}}]"}) {
-    Scenario scenario = bench::default_scenario();
+    Scenario scenario = scenario::default_scenario();
     try {
-      key.read(bench::parse_yaml(text, {"test"}), scenario);
-    } catch (const bench::ConfigError&) {
+      key.read(scenario::parse_yaml(text, {"test"}), scenario);
+    } catch (const scenario::ConfigError&) {
       continue;
     }
-    if (key.print(scenario) != key.print(bench::default_scenario())) return scenario;
+    if (key.print(scenario) != key.print(scenario::default_scenario())) return scenario;
   }
   return std::nullopt;
 }
@@ -63,8 +63,8 @@ bool is_walk_or_world(const std::string& key) {
 }
 
 TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndNoKeyOfErrorsFilterAndLimits) {
-  const std::string unchanged = key_of(bench::default_scenario());
-  for (const auto& key : bench::scenario_keys()) {
+  const std::string unchanged = key_of(scenario::default_scenario());
+  for (const auto& key : scenario::scenario_keys()) {
     const std::optional<Scenario> other = changed(key);
     ASSERT_TRUE(other) << key.name << ": the test has no other value for it";
     EXPECT_EQ(key_of(*other) != unchanged, is_walk_or_world(key.name)) << key.name;
@@ -72,7 +72,7 @@ TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndNoKeyOfErrorsFilterAndLimits) {
 }
 
 TEST(RecordingKey, KnowsWhetherThereIsACameraAndNotWhetherThereIsAFilter) {
-  Scenario scenario = bench::default_scenario();
+  Scenario scenario = scenario::default_scenario();
   const std::string unchanged = key_of(scenario);
   scenario.slam.reset();
   EXPECT_EQ(key_of(scenario), unchanged);
@@ -81,13 +81,13 @@ TEST(RecordingKey, KnowsWhetherThereIsACameraAndNotWhetherThereIsAFilter) {
 }
 
 TEST(RecordingKey, KnowsProgramAndModels) {
-  const Scenario scenario = bench::default_scenario();
+  const Scenario scenario = scenario::default_scenario();
   EXPECT_NE(recording_key(scenario, "models", "program 2"), key_of(scenario));
   EXPECT_NE(recording_key(scenario, "others", "program"), key_of(scenario));
 }
 
 TEST(ModelsHash, ChangesWithAnyFileAndNotWithTheirDescription) {
-  const stream::TemporaryFolder folder;
+  const files::TemporaryFolder folder;
   const auto write = [&](const std::string& name, const std::string& text) {
     std::ofstream(folder / name) << text;
   };
@@ -101,7 +101,7 @@ TEST(ModelsHash, ChangesWithAnyFileAndNotWithTheirDescription) {
   write("room.xml", "<b/>");
   write("texture.png", "x");
   EXPECT_NE(models_hash(folder.path()), before);
-  EXPECT_THROW(models_hash(folder / "nowhere"), stream::FileError);
+  EXPECT_THROW(models_hash(folder / "nowhere"), files::FileError);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@ namespace {
 
 using testing::ElementsAre;
 
+constexpr std::size_t kDimensions = 10;
+
 TEST(Sobol, FirstPointsAreThoseOfJoeAndKuo) {
   const auto points = sobol_points(7, 3, 0);  // the worked example beside their direction numbers
   EXPECT_THAT(points[0], ElementsAre(0.5, 0.5, 0.5));
@@ -33,12 +35,12 @@ void expect_one_in_each_part(const std::vector<std::vector<double>>& points, boo
 }
 
 TEST(Sobol, EachDimensionHasOnePointInEachEqualPart) {
-  expect_one_in_each_part(sobol_points(1023, kMostSobolDimensions, 0), true);
+  expect_one_in_each_part(sobol_points(1023, kDimensions, 0), true);
 }
 
 TEST(Sobol, SquaresOfNeighbouringDimensionsAreFilledEvenlyToo) {
-  const auto points = sobol_points(1023, kMostSobolDimensions, 0);
-  for (std::size_t d = 1; d < kMostSobolDimensions; ++d) {
+  const auto points = sobol_points(1023, kDimensions, 0);
+  for (std::size_t d = 1; d < kDimensions; ++d) {
     std::vector<int> hits(64);
     ++hits[0];  // the origin
     for (const auto& p : points)

@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "sim/stream/recording.h"
+#include "sim/recording/recording.h"
 
 namespace tests {
 namespace {
@@ -10,8 +10,8 @@ namespace {
 namespace synthetic = slam::synthetic;
 
 // The room's walls, as the renderer of the synthetic room has them.
-sim::stream::RecordedSurface walls() {
-  sim::stream::RecordedSurface box{"box", Eigen::Isometry3d::Identity(), {3.5, 5.5, 1.5}};
+sim::recording::RecordedSurface walls() {
+  sim::recording::RecordedSurface box{"box", Eigen::Isometry3d::Identity(), {3.5, 5.5, 1.5}};
   box.X_WS.translation() << 0.1, 0.7, 1.5;
   return box;
 }
@@ -36,15 +36,15 @@ void write_result(const std::filesystem::path& folder, const synthetic::Walk& wa
   ideal.gyro_sigma_rad_s = ideal.accelerometer_sigma_m_s2 = ideal.image_sigma = 0;
   const synthetic::Recording recording(ideal, std::move(images));
   std::filesystem::create_directories(folder);
-  sim::stream::RecordingSetup setup;
+  sim::recording::RecordingSetup setup;
   setup.calibration = synthetic::calibration();
   setup.X_WC_start = ideal.X_WC(0);
-  sim::stream::RecordingWriter writer(folder / "recording", setup);
+  sim::recording::RecordingWriter writer(folder / "recording", setup);
   for (int k = 0; k < ideal.frames(); ++k) {
     const slam::Observation o = recording.observation(k);
     writer.add(o);
-    writer.add(sim::stream::TruePoses{o.t, ideal.X_WC(slam::seconds(o.t)), ideal.X_WC(slam::seconds(o.t)),
-                                      o.plan->X_PC});
+    writer.add(sim::recording::TruePoses{o.t, ideal.X_WC(slam::seconds(o.t)), ideal.X_WC(slam::seconds(o.t)),
+                                         o.plan->X_PC});
   }
   writer.add(walls());
   writer.finish();

@@ -7,33 +7,23 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <random>
 #include <string>
 #include <thread>
 
-#include "tests/sim/stream/temporary_folder.h"
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace sim::tune {
 namespace {
 
-using stream::FileError;
-using stream::TemporaryFolder;
+using files::FileError;
+using files::TemporaryFolder;
 using testing::HasSubstr;
 
 TrialRecord record(int i) {
   return {"key-" + std::to_string(i), static_cast<std::uint64_t>(i), "completed", "", {{"rmse_m", 0.1 * i}}};
-}
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary) << text;
 }
 
 std::string complaint(const std::filesystem::path& file, const std::string& purpose) {
@@ -88,14 +78,14 @@ TEST(TrialLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAnew) {
     TrialLog log(file, "a sweep");
     for (int i = 0; i < 3; ++i) log.add(record(i));
   }
-  const std::string whole = text_of(file);
+  const std::string whole = files::read_text(file);
   for (std::size_t bytes = 0; bytes < whole.size(); ++bytes) {
-    write(file, whole.substr(0, bytes));
+    files::write_text(file, whole.substr(0, bytes));
     {
       TrialLog log(file, "a sweep");
       for (int i = 0; i < 3; ++i) log.add(record(i));
     }
-    EXPECT_EQ(text_of(file), whole) << "cut after " << bytes << " bytes";
+    EXPECT_EQ(files::read_text(file), whole) << "cut after " << bytes << " bytes";
   }
 }
 
@@ -103,10 +93,10 @@ TEST(TrialLog, ALastLineOfZerosIsTornToo) {
   const TemporaryFolder folder;
   const auto file = folder / "trials.jsonl";
   { TrialLog(file, "a sweep").add(record(1)); }
-  const std::string whole = text_of(file);
-  write(file, whole + std::string(40, '\0') + "\n");
+  const std::string whole = files::read_text(file);
+  files::write_text(file, whole + std::string(40, '\0') + "\n");
   { EXPECT_EQ(TrialLog(file, "a sweep").size(), 1u); }
-  EXPECT_EQ(text_of(file), whole);
+  EXPECT_EQ(files::read_text(file), whole);
 }
 
 TEST(TrialLog, ADamagedLineWithinIsNamed) {
@@ -116,11 +106,11 @@ TEST(TrialLog, ADamagedLineWithinIsNamed) {
     TrialLog log(file, "a sweep");
     for (int i = 0; i < 3; ++i) log.add(record(i));
   }
-  std::string text = text_of(file);
+  std::string text = files::read_text(file);
   text[text.find("key-0") - 3] = '#';
-  write(file, text);
+  files::write_text(file, text);
   EXPECT_THAT(complaint(file, "a sweep"), HasSubstr("line 2"));
-  EXPECT_EQ(text_of(file), text) << "a log that is not understood is left alone";
+  EXPECT_EQ(files::read_text(file), text) << "a log that is not understood is left alone";
 }
 
 TEST(TrialLog, ALogOfSomethingElseIsRefused) {

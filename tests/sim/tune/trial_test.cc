@@ -5,9 +5,9 @@
 
 #include <thread>
 
-#include "sim/bench/replay.h"
-#include "tests/sim/bench/result_folder.h"
-#include "tests/sim/stream/temporary_folder.h"
+#include "sim/replay/replay.h"
+#include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/result/result_folder.h"
 #include "tests/sim/tune/synthetic_result.h"
 
 namespace sim::tune {
@@ -24,13 +24,13 @@ class Trials : public testing::Test {
   }
   static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
 
-  static bench::ReadScenario scenario(const std::vector<std::string>& overrides) {
-    return bench::read_scenario(folder_ / "scenario.yaml", {overrides, {}});
+  static scenario::ReadScenario scenario(const std::vector<std::string>& overrides) {
+    return scenario::read_scenario(folder_ / "scenario.yaml", {overrides, {}});
   }
   // score.json of a replay from the disk.
-  static nlohmann::json replayed(const bench::ReadScenario& scenario) {
-    const bench::ResultPlace place{folder_ / "replay", stream::Existing::replace, {}, "1", "test", {}};
-    bench::replay(scenario, folder_ / "recording", {"completed", ""}, place, [](double) {});
+  static nlohmann::json replayed(const scenario::ReadScenario& scenario) {
+    const result::ResultPlace place{folder_ / "replay", files::Existing::replace, {}, "1", "test", {}};
+    replay::replay(scenario, folder_ / "recording", {"completed", ""}, place, [](double) {});
     return tests::json_of(folder_ / "replay" / "score.json");
   }
 
@@ -55,7 +55,7 @@ TEST_F(Trials, HaveTheMetricsOfAReplayBitForBit) {
   const Recording ideal = load(folder_);
   EXPECT_EQ(ideal.observations.size(), static_cast<std::size_t>(kFrames));
   for (const std::string change : {"slam.vision.sigma_px=0.7", "seed=5", "errors.image.loss_fraction=0.3"}) {
-    const bench::ReadScenario changed = scenario({change});
+    const scenario::ReadScenario changed = scenario({change});
     const nlohmann::json score = replayed(changed);
     ASSERT_TRUE(score["metrics"]["rmse_m"]["value"].is_number()) << score.dump(1);
     expect_same(run_trial(ideal, changed), score);
@@ -65,7 +65,7 @@ TEST_F(Trials, HaveTheMetricsOfAReplayBitForBit) {
 
 TEST_F(Trials, OfOneRecordingInTwoThreadsGiveTheSameBits) {
   const Recording recording = load(folder_, scenario({}).scenario);
-  const std::vector<bench::ReadScenario> wanted{scenario({}), scenario({"slam.gyro.sigma_rad_s=0.03"})};
+  const std::vector<scenario::ReadScenario> wanted{scenario({}), scenario({"slam.gyro.sigma_rad_s=0.03"})};
   std::vector<Trial> alone, together(2);
   for (const auto& s : wanted) alone.push_back(run_trial(recording, s));
   {

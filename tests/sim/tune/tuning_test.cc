@@ -10,8 +10,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "sim/stream/random.h"
-#include "tests/sim/bench/result_folder.h"
+#include "sim/files/text.h"
+#include "sim/sensor_errors/random.h"
+#include "tests/sim/result/result_folder.h"
 #include "tests/sim/tune/synthetic_result.h"
 
 namespace sim::tune {
@@ -47,8 +48,8 @@ class Tunings : public testing::Test {
     std::ofstream(folder_ / "spec.yaml") << kSpec << more;
     return read_spec(folder_ / "spec.yaml");
   }
-  static Answer tuned(const Spec& spec, const std::string& out, int jobs) {
-    return tune(spec, folder_ / out, {jobs}, "test", [](const Standing&) {});
+  static TuningResult tuned(const Spec& spec, const std::string& out, int jobs) {
+    return tune(spec, folder_ / out, {jobs}, "test", [](const Progress&) {});
   }
   /// Tunes in a process that is killed after so many milliseconds; whether it was done before.
   static bool killed_after(int milliseconds, const Spec& spec, const std::string& out) {
@@ -67,8 +68,8 @@ class Tunings : public testing::Test {
     return tests::files(folder_ / out, "trials.jsonl");
   }
   static std::size_t finished(const std::string& out) {
-    std::ifstream in(folder_ / out / "trials.jsonl");
-    return static_cast<std::size_t>(std::count(std::istreambuf_iterator<char>(in), {}, '\n'));
+    const std::string log = files::read_text(folder_ / out / "trials.jsonl");
+    return static_cast<std::size_t>(std::count(log.begin(), log.end(), '\n'));
   }
 
   static fs::path folder_;
@@ -76,7 +77,7 @@ class Tunings : public testing::Test {
 fs::path Tunings::folder_;
 
 TEST_F(Tunings, GiveTheSameAnswerForAnyNumberOfThreads) {
-  const Answer one = tuned(spec(), "one", 1), three = tuned(spec(), "three", 3);
+  const TuningResult one = tuned(spec(), "one", 1), three = tuned(spec(), "three", 3);
   EXPECT_EQ(one.text, three.text);
   EXPECT_EQ(tests::differences(answer_of("one"), answer_of("three")), std::vector<std::string>{});
   EXPECT_TRUE(answer_of("one").contains("tune.json"));
@@ -84,7 +85,7 @@ TEST_F(Tunings, GiveTheSameAnswerForAnyNumberOfThreads) {
 
 TEST_F(Tunings, KilledAtRandomMomentsLoseNoFinishedTrialAndEndAlike) {
   tuned(spec(), "whole", 1);
-  stream::Random random(20061121, "moments of death");
+  sensor_errors::Random random(20061121, "moments of killing");
   std::size_t before = 0;
   int kills = 0;
   for (bool done = false; !done; ++kills) {
@@ -99,39 +100,39 @@ TEST_F(Tunings, KilledAtRandomMomentsLoseNoFinishedTrialAndEndAlike) {
   EXPECT_EQ(finished("whole"), finished("killed"));
 }
 
-// Elsewhere: the tasks alone, each recording read anew, as a process on another machine does.
-TEST_F(Tunings, GiveTheSameAnswerWhereTrialsRunElsewhereAGenerationAtOnce) {
+// Remotely: the tasks alone, each recording read anew, as a process on another machine does.
+TEST_F(Tunings, GiveTheSameAnswerWhereTrialsRunRemotelyAGenerationAtOnce) {
   tuned(spec(), "in threads", 2);
   std::size_t most = 0;
-  const RunTasks elsewhere = [&](const std::vector<Task>& tasks, TrialLog& log) {
+  const RunTasks remote = [&](const std::vector<Task>& tasks, TrialLog& log) {
     most = std::max(most, tasks.size());
     for (const Task& task : tasks) {
-      const auto scenario = bench::read_scenario_text(task.scenario, "task.yaml");
+      const auto scenario = scenario::read_scenario_text(task.scenario, "task.yaml");
       log.add(run_task(task.key, scenario, load(task.recording, scenario.scenario),
-                       bench::read_walk_end(task.recording)));
+                       replay::read_walk_end(task.recording)));
     }
   };
-  tune(spec(), folder_ / "elsewhere", {1, elsewhere}, "test", [](const Standing&) {});
-  EXPECT_EQ(tests::differences(answer_of("in threads"), answer_of("elsewhere")), std::vector<std::string>{});
+  tune(spec(), folder_ / "remote", {1, remote}, "test", [](const Progress&) {});
+  EXPECT_EQ(tests::differences(answer_of("in threads"), answer_of("remote")), std::vector<std::string>{});
   EXPECT_GE(most, 15U) << "a generation is five settings of three runs";
 }
 
-TEST_F(Tunings, GiveUpHopelessSettingsAfterTheFirstRunsAndTakeNoneOfThemForTheBest) {
+TEST_F(Tunings, AbortHopelessSettingsAfterTheFirstRunsAndTakeNoneOfThemForTheBest) {
   tuned(spec("profiles: false\n"), "early", 2);
   std::ifstream in(folder_ / "early" / "history.csv");
   std::string line;
   std::getline(in, line);
-  int given_up = 0, all = 0;
-  double best = INFINITY, best_given_up = INFINITY;
+  int aborted = 0, all = 0;
+  double best = INFINITY, best_aborted = INFINITY;
   for (; std::getline(in, line); ++all) {
     const double value = std::stod(line.substr(line.rfind(',') + 1));
     const bool complete = line.find(",1,") == line.find(',', line.find(',') + 1);
-    given_up += complete ? 0 : 1;
-    (complete ? best : best_given_up) = std::min(complete ? best : best_given_up, value);
+    aborted += complete ? 0 : 1;
+    (complete ? best : best_aborted) = std::min(complete ? best : best_aborted, value);
   }
   EXPECT_EQ(all, 26);
-  EXPECT_GT(given_up, 0);
-  EXPECT_LT(best, best_given_up);
+  EXPECT_GT(aborted, 0);
+  EXPECT_LT(best, best_aborted);
 }
 
 // A search of seven settings is far from the best: the profiles pass better ones.
@@ -157,12 +158,12 @@ TEST_F(Tunings, BeginAnotherPolishWhereAProfilePassedABetterPlace) {
 }
 
 TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {
-  const Answer answer = tuned(spec(), "better", 2);
-  ASSERT_TRUE(answer.accepted);  // the start's gyro sigma is ten times too large
+  const TuningResult result = tuned(spec(), "better", 2);
+  ASSERT_TRUE(result.accepted);  // the start's gyro sigma is ten times too large
   const nlohmann::json json = tests::json_of(folder_ / "better" / "tune.json");
-  const bench::Scenario scenario = bench::read_scenario(folder_ / "walks/seed-1/scenario.yaml",
-                                                        {{}, {}, {folder_ / "better" / "best.yaml"}})
-                                       .scenario;
+  const scenario::Scenario scenario = scenario::read_scenario(folder_ / "walks/seed-1/scenario.yaml",
+                                                              {{}, {}, {folder_ / "better" / "best.yaml"}})
+                                          .scenario;
   EXPECT_EQ(scenario.slam->gyro.sigma_rad_s, json["parameters"][0]["best"]);
   EXPECT_EQ(scenario.slam->height.sigma_m, json["parameters"][1]["best"]);
 }
@@ -173,39 +174,20 @@ TEST_F(Tunings, WorseOnHoldoutAreRefused) {
   wrong.holdout[0].set.push_back(
       "errors.gyro.sigma_rad_s=0.1");  // what the start expects, and training has not
   wrong.parameters.resize(1);
-  const Answer answer = tuned(wrong, "worse", 2);
-  EXPECT_FALSE(answer.accepted);
+  const TuningResult result = tuned(wrong, "worse", 2);
+  EXPECT_FALSE(result.accepted);
   EXPECT_FALSE(fs::exists(folder_ / "worse" / "best.yaml"));
   EXPECT_EQ(tests::json_of(folder_ / "worse" / "tune.json")["accepted"], false);
 }
 
-TEST_F(Tunings, ByEveryOptimiserFindBetterThanTheStart) {
-  for (const Optimiser optimiser : {Optimiser::cma_es, Optimiser::differential_evolution}) {
-    Spec s = spec();
-    s.optimiser = optimiser;
-    s.profiles = false;
-    s.population = 7;
-    s.trials = 21;
-    tuned(s, "by", 2);
-    const nlohmann::json values =
-        tests::json_of(folder_ / "by" / "tune.json")["training"]["values"]["pose_nll"];
-    double start = 0, best = 0;
-    for (int run = 0; run < 3; ++run)
-      start += values["start"][run].get<double>(), best += values["best"][run].get<double>();
-    EXPECT_LT(best, start);
-  }
-}
-
-TEST_F(Tunings, OfTwoObjectivesLeaveAFront) {
-  Spec s = spec();
-  s.objectives = {Objective::rmse_m, Objective::consistency};
-  s.optimiser = Optimiser::nsga_ii;
-  s.population = 8;
-  s.trials = 16;
-  tuned(s, "front", 2);
-  const nlohmann::json front = tests::json_of(folder_ / "front" / "tune.json")["front"];
-  ASSERT_FALSE(front.empty());
-  for (std::size_t i = 1; i < front.size(); ++i) EXPECT_GT(front[i][0], front[i - 1][0]);
+TEST_F(Tunings, FindALowerLossThanTheStartHas) {
+  tuned(spec("profiles: false\n"), "lower", 2);
+  const nlohmann::json values =
+      tests::json_of(folder_ / "lower" / "tune.json")["training"]["values"]["pose_nll"];
+  double start = 0, best = 0;
+  for (int run = 0; run < 3; ++run)
+    start += values["start"][run].get<double>(), best += values["best"][run].get<double>();
+  EXPECT_LT(best, start);
 }
 
 }  // namespace

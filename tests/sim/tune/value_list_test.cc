@@ -6,8 +6,8 @@
 namespace sim::tune {
 namespace {
 
-using bench::ConfigError;
-using bench::Yaml;
+using scenario::ConfigError;
+using scenario::Yaml;
 using testing::ElementsAre;
 using testing::HasSubstr;
 

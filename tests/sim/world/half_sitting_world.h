@@ -1,21 +1,14 @@
 // A world in which the robot stands in half-sitting on a bare floor.
 #pragma once
 
-#include <numbers>
+#include <filesystem>
 
 #include "sim/world/world.h"
+#include "walking/hrp2.h"
 
 namespace sim::world {
 
-inline walking::JointVector half_sitting() {
-  constexpr double kDegree = std::numbers::pi / 180;
-  walking::JointVector q = walking::JointVector::Zero();
-  q.segment<6>(0) << 0, 0, -26, 50, -24, 0;
-  q.segment<6>(6) << 0, 0, -26, 50, -24, 0;
-  q.segment<7>(16) << 15, -10, 0, -30, 0, 0, 10;
-  q.segment<7>(23) << 15, 10, 0, -30, 0, 0, 10;
-  return q * kDegree;
-}
+using walking::hrp2::half_sitting;
 
 inline std::filesystem::path models() { return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models"; }
 

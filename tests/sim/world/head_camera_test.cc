@@ -23,8 +23,8 @@ class Models {
  public:
   explicit Models(const std::string& room) {
     std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ / "eye.xml")
-        << "<mujoco><worldbody><body name='eye'><freejoint/>"
+    std::ofstream(folder_ / "head.xml")
+        << "<mujoco><worldbody><body name='head'><freejoint/>"
            "<geom type='sphere' size='0.01' group='2'/>"
            "<camera name='head_camera' xyaxes='0 -1 0 0 0 1'/></body></worldbody></mujoco>";
     std::ofstream(folder_ / "room.xml")
@@ -32,7 +32,7 @@ class Models {
         << room << "</worldbody></mujoco>";
   }
   ~Models() { std::filesystem::remove_all(folder_); }
-  Model load() const { return load_model("eye", "room", folder_); }
+  Model load() const { return load_model("head", "room", folder_); }
 
  private:
   std::filesystem::path folder_ =
@@ -65,8 +65,8 @@ std::vector<Ball> balls_in_view(const CameraModel& camera, const Eigen::Isometry
   return balls;
 }
 
-// The camera that the filter believes in: written apart from the renderer's lens.
-slam::Camera filters_camera(const CameraModel& camera) {
+// The filter's camera model, which shares no code with the renderer's lens.
+slam::Camera filter_camera(const CameraModel& camera) {
   return slam::Camera({.width_px = camera.width_px,
                        .height_px = camera.height_px,
                        .fu_px = camera.fu_px,
@@ -118,10 +118,10 @@ void fly_to(mjData& data, const Vector3d& p, const Eigen::Quaterniond& q) {
   Eigen::Map<Eigen::Vector4d>(data.qpos + 3) << q.w(), q.x(), q.y(), q.z();
 }
 
-Eigen::Isometry3d pose_of_eye(const Vector3d& p, const Eigen::Quaterniond& q) {
-  Eigen::Matrix3d R_EC;  // optical axes in the eye's: x right = -y, y down = -z, z ahead = x
-  R_EC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return Eigen::Translation3d(p) * q * Eigen::Isometry3d(Eigen::AngleAxisd(R_EC));
+Eigen::Isometry3d pose_of_camera(const Vector3d& p, const Eigen::Quaterniond& q) {
+  Eigen::Matrix3d R_HC;  // optical axes in the head's: x right = -y, y down = -z, z ahead = x
+  R_HC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return Eigen::Translation3d(p) * q * Eigen::Isometry3d(Eigen::AngleAxisd(R_HC));
 }
 
 }  // namespace
@@ -139,7 +139,7 @@ TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
       options.width_px = width, options.height_px = width * 3 / 4, options.lens = lens,
       options.samples = samples;
       const CameraModel model = camera_model(options);
-      const std::vector<Ball> balls = balls_in_view(model, pose_of_eye(p, q));
+      const std::vector<Ball> balls = balls_in_view(model, pose_of_camera(p, q));
       std::string room;
       for (const Ball& ball : balls) room += white_ball(ball);
       HeadCamera camera(Models(room).load(), options);
@@ -153,10 +153,10 @@ TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
         fly_to(*plant, p, q_pose);
         const cv::Mat1b image = camera.render(*plant);
         for (std::size_t i = 0; i < balls.size(); ++i) {
-          const Vector3d p_C = pose_of_eye(p, q_pose).inverse() * balls[i].p_W;
+          const Vector3d p_C = pose_of_camera(p, q_pose).inverse() * balls[i].p_W;
           const cv::Rect window = window_around(model, p_C);
           const Vector2d seen = centroid(window, [&](int u, int v) { return double(image(v, u)); });
-          error[i] += (seen - expected_centroid(filters_camera(model), window, p_C, balls[i].radius)) / poses;
+          error[i] += (seen - expected_centroid(filter_camera(model), window, p_C, balls[i].radius)) / poses;
         }
       }
       for (const Vector2d& e : error) EXPECT_LT(e.norm(), 0.1) << width << " " << samples;
@@ -228,7 +228,7 @@ TEST(HeadCamera, AFrameOfATurningCameraIsBlurredAlongTheTurnOrSlantedByTheReadou
     for (int ms = 80; ms <= 120; ++ms) {
       fly_to(*plant, {0, 0, 0},
              Eigen::Quaterniond(Eigen::AngleAxisd(kRate * (ms - 100) * 1e-3, Vector3d::UnitZ())));
-      motion.see(std::chrono::milliseconds(ms), camera.model(), *plant);
+      motion.add(std::chrono::milliseconds(ms), camera.model(), *plant);
       if (ms == 100 + camera.lead().count()) break;
     }
     return cv::Mat1b(camera.render(motion, std::chrono::milliseconds(100), {}));
@@ -258,7 +258,7 @@ TEST(HeadCamera, InTheDarkSurfacesKeepTheGivenShareOfTheirLight) {
   const Data plant(mj_makeData(&camera.model()));
   RecentMotion motion(camera.lead());
   fly_to(*plant, {0, 0, 0}, Eigen::Quaterniond::Identity());
-  motion.see(std::chrono::seconds(0), camera.model(), *plant);
+  motion.add(std::chrono::seconds(0), camera.model(), *plant);
   const auto level = [&](double t) {
     return cv::mean(camera.render(motion, std::chrono::milliseconds(std::llround(1e3 * t)), {2, 1, 0.25}))[0];
   };

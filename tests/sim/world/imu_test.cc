@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "walking/plan.h"
+
 namespace sim::world {
 namespace {
 
 using namespace std::chrono_literals;
-const Eigen::Vector3d kDown(0, 0, -9.81);
+const Eigen::Vector3d kDown(0, 0, -walking::kGravity);
 
 ImuState tilted() {
   ImuState state;
@@ -17,22 +19,22 @@ ImuState tilted() {
   return state;
 }
 
-TEST(Imu, AtRestFeelsGravityUpwardsAndNoTurn) {
+TEST(Imu, AtRestMeasuresGravityUpwardsAndNoTurn) {
   ImuState from, to;
-  to.t = 5ms;
+  to.t = walking::kTick;
   const ImuReading reading = reading_between(from, to, kDown);
   EXPECT_EQ(reading.gyro, Eigen::Vector3d::Zero());
-  EXPECT_EQ(reading.specific_force, Eigen::Vector3d(0, 0, 9.81));
+  EXPECT_EQ(reading.specific_force, -kDown);
 }
 
 TEST(Imu, IntegratingAReadingLeadsFromOneStateToTheNext) {
   const ImuState from = tilted();
   ImuState to = from;
-  to.t = 5ms;
+  to.t = walking::kTick;
   to.R_WG = from.R_WG * Eigen::AngleAxisd(0.004, Eigen::Vector3d(1, 2, -2) / 3.0).toRotationMatrix();
   to.v_WG += Eigen::Vector3d(0.01, 0.02, -0.015);
   const ImuReading reading = reading_between(from, to, kDown);
-  const double dt = 0.005;
+  const double dt = walking::kPeriod;
   const Eigen::Vector3d turn = reading.gyro * dt;
   const Eigen::Matrix3d R = from.R_WG * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
   const Eigen::Matrix3d R_amid =
@@ -42,12 +44,12 @@ TEST(Imu, IntegratingAReadingLeadsFromOneStateToTheNext) {
   EXPECT_LT((v - to.v_WG).norm(), 1e-14);
 }
 
-// A sensor at rest on a turning table: the mean of the gravity that it feels along its axes as they turn is
-// gravity along the axes amid, but for (angle/2)²/6 of it.
-TEST(Imu, FeelsTheMeanOfAForceAlongItsAxesAsTheyTurn) {
+// A sensor at rest on a turning table: the mean of gravity along its axes as they turn is gravity
+// along the axes in the middle of the interval, but for (angle/2)²/6 of it.
+TEST(Imu, MeasuresTheMeanOfAForceAlongItsAxesAsTheyTurn) {
   const ImuState from = tilted();
   ImuState to = from;
-  to.t = 5ms;
+  to.t = walking::kTick;
   const double angle = 0.02;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   constexpr int n = 1000;
@@ -57,8 +59,8 @@ TEST(Imu, FeelsTheMeanOfAForceAlongItsAxesAsTheyTurn) {
     sum -= to.R_WG.transpose() * kDown;
   }
   to.R_WG = from.R_WG * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  const Eigen::Vector3d felt = reading_between(from, to, kDown).specific_force;
-  EXPECT_LT((felt - sum / n).norm(), 9.81 * angle * angle / 24 + 1e-6);
+  const Eigen::Vector3d force = reading_between(from, to, kDown).specific_force;
+  EXPECT_LT((force - sum / n).norm(), walking::kGravity * angle * angle / 24 + 1e-6);
   EXPECT_GT((from.R_WG.transpose() * -kDown - sum / n).norm(),
             0.05);  // along the axes at the beginning it is not
 }

@@ -25,13 +25,6 @@ Vector3d half_box(const RoomPrimitive& surface) {
   return surface.X_WS.linear().cwiseAbs() * half;
 }
 
-score::Surface scored(const RoomPrimitive& surface) {
-  using Kind = RoomPrimitive::Kind;
-  Vector3d size = surface.size;
-  if (surface.kind == Kind::cylinder || surface.kind == Kind::capsule) size = {size.x(), size.z(), 0};
-  return {static_cast<score::Surface::Kind>(surface.kind), surface.X_WS, size};  // both list the shapes alike
-}
-
 Model robot_in(const std::string& room) { return load_model("hrp2", room, kModels); }
 
 // A furnished room: its middle and size, and how much is free about the circles walked, m.
@@ -147,7 +140,7 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
   }
 }
 
-// The score's own ray caster, which knows nothing of MuJoCo, on what room_primitives hands out.
+// The score's own ray caster, independent of MuJoCo, on the result of room_primitives.
 TEST(RoomPrimitives, RaysMeetThemWhereMuJoCosDo) {
   for (const Room& room_of : {kOffice, kHall}) {
     const Model model = robot_in(room_of.name);

@@ -1,12 +1,13 @@
-// What the plan asks of the whole robot, by its multibody model: ZMP with and without the second preview
+// The plan on the multibody model of the robot: ZMP with and without the second preview
 // stage, yaw momentum with and without moving arms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/world/nominal_body.h"
 #include "tests/sim/world/half_sitting_world.h"
-#include "walking/pattern_generator.h"
+#include "tools/benchmarks/play_plan.h"
 
 namespace sim::world {
 namespace {
@@ -22,21 +23,12 @@ Played played(bool second_preview, walking::ArmMotion arms) {
   walk.second_preview = second_preview;
   walk.arm_motion = arms;
   const walking::WholeBody body = nominal_body("hrp2", models());
-  walking::PatternGenerator plan(walk, body);
-  walking::Reference before = plan.next(), now = plan.next();
-  walking::BodyMomentum first = body(walking::motion_between(pose_of(before), pose_of(now)));
   Played most;
-  for (std::size_t k = 2; k < plan.ticks(); ++k) {
-    const walking::Reference after = plan.next();
-    const walking::BodyMomentum second = body(walking::motion_between(pose_of(now), pose_of(after)));
-    const Eigen::Vector2d error = now.zmp_reference - walking::multibody_zmp(first, second);
-    const Eigen::Matrix2d R_PB = now.X_PB.linear().topLeftCorner<2, 2>();
-    most.zmp_error = most.zmp_error.cwiseMax((R_PB.transpose() * error).cwiseAbs());
-    const double moment = (second.angular - first.angular).z() / walking::kPeriod;
-    most.yaw_moment = std::max(most.yaw_moment, std::abs(moment));
-    now = after;
-    first = second;
-  }
+  walking::play(walking::PatternGenerator(walk, body), body,
+                [&](const auto& now, const auto& before, const auto& after) {
+                  most.zmp_error = most.zmp_error.cwiseMax(walking::zmp_error(now, before, after).cwiseAbs());
+                  most.yaw_moment = std::max(most.yaw_moment, std::abs(walking::yaw_moment(before, after)));
+                });
   return most;
 }
 
@@ -49,7 +41,7 @@ TEST(SecondPreview, KeepsTheWholeRobotsZmpAsCloseAsTheOriginalDoes) {
   EXPECT_GT(one.zmp_error.y(), 0.015);
 }
 
-TEST(ArmMomentum, TakesUpMostOfTheYawMomentOfATurn) {
+TEST(ArmMomentum, CompensatesMostOfTheYawMomentOfATurn) {
   const double still = played(true, walking::ArmMotion::still).yaw_moment;
   EXPECT_LT(played(true, walking::ArmMotion::swing).yaw_moment, still);
   EXPECT_LT(played(true, walking::ArmMotion::momentum).yaw_moment, still / 3);

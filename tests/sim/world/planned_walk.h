@@ -1,9 +1,8 @@
-// A planned walk, walked: plan, stabiliser, inverse kinematics and physics together.
+// A planned walk in the simulator, from its beginning to its end.
 #pragma once
 
+#include "sim/world/walking_robot.h"
 #include "tests/sim/world/half_sitting_world.h"
-#include "walking/inverse_kinematics.h"
-#include "walking/pattern_generator.h"
 
 namespace sim::world {
 
@@ -14,22 +13,12 @@ struct Walked {
 };
 
 /// Walks with P at X_WP, until the plan or the robot is at its end.
-inline Walked walk(const walking::WalkOptions& options, const walking::StabilizerOptions& stabilizer_options,
-                   const WorldOptions& world_options = {}, const Draw& draw = {},
+inline Walked walk(const walking::WalkOptions& options, const walking::StabilizerOptions& stabilizer,
+                   const WorldOptions& world = {}, const Draw& draw = {},
                    const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity()) {
-  walking::PatternGenerator generator(options);
-  walking::Stabilizer stabilizer(stabilizer_options);
-  walking::Reference reference = generator.next();
-  walking::JointVector q = walking::inverse_kinematics(walking::posture_of(reference)).q;
-  World world(world_options, draw, q, X_WP * reference.X_PB, models());
-  for (std::size_t tick = 0; tick < generator.ticks() && world.status().condition == Condition::ok; ++tick) {
-    const walking::JointVector next = walking::inverse_kinematics(stabilizer.step(reference, world.felt())).q;
-    world.command(next, (next - q) / walking::kPeriod);
-    q = next;
-    run(world, 5);
-    reference = generator.next();
-  }
-  return {world.status(), X_WP.inverse() * world.X_WB(), reference.X_PB};
+  WalkingRobot robot(walking::PatternGenerator(options), stabilizer, world, draw, models(), X_WP);
+  while (robot.walks()) robot.tick();
+  return {robot.world().status(), X_WP.inverse() * robot.world().X_WB(), robot.reference().X_PB};
 }
 
 /// 50 m ahead, 30 m to the right, turned by 115°.

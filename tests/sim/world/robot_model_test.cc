@@ -2,6 +2,8 @@
 #include <mujoco/mujoco.h>
 
 #include "tests/sim/world/half_sitting_world.h"
+#include "walking/forward_kinematics.h"
+#include "walking/leg_limits.h"
 
 namespace sim::world {
 namespace {
@@ -101,23 +103,55 @@ TEST(RobotModel, HasTheLinksOfHrp2) {
   }
 }
 
-TEST(RobotModel, HasTheMassAndCentreOfMassOfHrp2InHalfSitting) {
+// The constants that the plan is made with, against the model that is simulated.
+TEST(RobotModel, HasTheMassAndCentreOfMassOfThePlanInHalfSitting) {
   const World world = standing();
   const int waist = mj_name2id(world.model(), mjOBJ_BODY, "BODY");
-  EXPECT_NEAR(world.model()->body_subtreemass[waist], 56.867992, 1e-6);
+  EXPECT_NEAR(world.model()->body_subtreemass[waist], walking::hrp2::kMass, 1e-6);
   const Eigen::Vector3d com = world.com() - world.X_WB().translation();
-  // The link table is rounded to 1e-5 m, and the hand's share of it is an assumption.
-  EXPECT_LT((com - Eigen::Vector3d(0.013695, 0.001550, 0.159589)).norm(), 2e-5);
-  EXPECT_NEAR(world.com().z(), 0.808291, 2e-5);
+  // The plan leaves out the offset to the left. The link table is rounded to 1e-5 m, and the hand's share of
+  // it is an assumption.
+  EXPECT_LT((com - walking::hrp2::kComInWaist - Eigen::Vector3d(0, 0.001550, 0)).norm(), 2e-5);
+  EXPECT_NEAR(world.com().z(), walking::hrp2::kComHeight, 2e-5);
 }
 
-TEST(RobotModel, HasTheLegGeometryOfHrp2) {
+TEST(RobotModel, HasTheLegGeometryOfThePlan) {
+  walking::JointVector q = half_sitting();
+  q.head<12>() << 0.1, -0.05, -0.5, 0.9, -0.45, 0.08, -0.2, 0.15, -0.6, 1.1, -0.3, -0.1;
+  const World world({}, {}, q, Eigen::Isometry3d::Identity(), models());
+  const Eigen::Isometry3d X_BW = world.X_WB().inverse();
+  const auto right = walking::sole_in_waist(walking::Side::right, q.segment<6>(0));
+  const auto left = walking::sole_in_waist(walking::Side::left, q.segment<6>(6));
+  EXPECT_LT(((X_BW * world.X_WR()).matrix() - right.matrix()).norm(), 1e-12);  // rounding
+  EXPECT_LT(((X_BW * world.X_WL()).matrix() - left.matrix()).norm(), 1e-12);
+}
+
+TEST(RobotModel, HasTheSolesAndUpperArmsOfThePlan) {
   const World world = standing();
-  const Eigen::Isometry3d X_BL = world.X_WB().inverse() * world.X_WL();
-  const Eigen::Isometry3d X_BR = world.X_WB().inverse() * world.X_WR();
-  // Half-sitting puts the ankles there (closed form), the soles 0.105 m below.
-  EXPECT_LT((X_BL.translation() - Eigen::Vector3d(.0094903511, .095, -.5437018512 - .105)).norm(), 1e-9);
-  EXPECT_LT((X_BR.translation() - Eigen::Vector3d(.0094903511, -.095, -.5437018512 - .105)).norm(), 1e-9);
+  const mjModel* m = world.model();
+  for (const char* name : {"LLEG_SOLE", "RLEG_SOLE"}) {
+    const int geom = mj_name2id(m, mjOBJ_GEOM, name);
+    const Eigen::Vector2d middle(m->geom_pos + 3 * geom), half(m->geom_size + 3 * geom);
+    EXPECT_LT((middle - half - walking::hrp2::kSoleMin).norm(), 1e-12);
+    EXPECT_LT((middle + half - walking::hrp2::kSoleMax).norm(), 1e-12);
+  }
+  const int forearm = mj_name2id(m, mjOBJ_BODY, "LARM_LINK3");
+  EXPECT_NEAR(m->body_pos[3 * forearm + 2], -walking::hrp2::kUpperArm, 1e-12);
+}
+
+TEST(RobotModel, HasTheJointsAndLegLimitsOfThePlan) {
+  using namespace walking::hrp2;
+  const std::vector<std::string> names = joint_names();
+  EXPECT_EQ(names[kChestYaw], "CHEST_JOINT0");
+  EXPECT_EQ(names[kChestPitch], "CHEST_JOINT1");
+  EXPECT_EQ(names[kRightArm], "RARM_JOINT0");
+  EXPECT_EQ(names[kLeftArm + kElbow], "LARM_JOINT3");
+  for (int i = 0; i < 12; ++i) {
+    const auto limits = walking::leg_limits(i < 6 ? walking::Side::right : walking::Side::left);
+    const Limit& published = kLimits[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(limits.lowest(i % 6), published.low, 1e-5) << published.joint;  // six digits
+    EXPECT_NEAR(limits.highest(i % 6), published.high, 1e-5) << published.joint;
+  }
 }
 
 TEST(RobotModel, MovesByItsFeetAlone) {
@@ -125,8 +159,8 @@ TEST(RobotModel, MovesByItsFeetAlone) {
   const mjModel* m = world.model();
   EXPECT_EQ(m->neq, 0);  // nothing welded
   EXPECT_EQ(m->nmocap, 0);
-  EXPECT_EQ(m->nu, 30);  // servos at the joints, none at the base
-  EXPECT_EQ(m->opt.gravity[2], -9.81);
+  EXPECT_EQ(m->nu, walking::kJoints);  // servos at the joints, none at the base
+  EXPECT_EQ(m->opt.gravity[2], -walking::kGravity);
   EXPECT_EQ(m->opt.timestep, 0.001);
 }
 

@@ -44,7 +44,7 @@ TEST(Shutter, EachRowGathersAllItsLightAroundItsOwnMoment) {
   }
 }
 
-TEST(Shutter, HasSeenAllWhenItsLeadIsOver) {
+TEST(Shutter, HasClosedWhenItsLeadIsOver) {
   EXPECT_EQ(Shutter(camera(0.01, 0.016, 9)).lead().count(), 13);
   EXPECT_EQ(Shutter(camera(0.005, 0, 9)).lead().count(), 3);
 }
@@ -71,7 +71,7 @@ TEST(RecentMotion, IsInterpolatedEvenlyAndTurnsTheShortWay) {
     const double yaw = 0.02 * ms;
     data->qpos[0] = 0.5 * ms;
     data->qpos[3] = std::cos(yaw / 2), data->qpos[6] = std::sin(yaw / 2);
-    motion.see(std::chrono::milliseconds(ms), *model, *data);
+    motion.add(std::chrono::milliseconds(ms), *model, *data);
   }
   const Eigen::VectorXd q = motion.at(0.00725, *model);
   EXPECT_NEAR(q[0], 3.625, 1e-12);

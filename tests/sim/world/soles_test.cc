@@ -44,12 +44,13 @@ TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   const Vector2d before = horizontal(world.X_WL());
   run(world, 2000);
   const Vector2d moved = horizontal(world.X_WL()) - before;
-  const SoleContact felt = world.sole_contacts_since_last()[0];
+  const SoleContact contact = world.sole_contacts_since_last()[0];
   EXPECT_GT(moved.x(), 1e-6);
   EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimetre a second
   // The push tilts the sole a little on its pads, which moves the point below the ankle too.
-  EXPECT_NEAR(felt.creep.x(), moved.x(), 0.2 * moved.x());
-  EXPECT_NEAR(felt.load, 56.868 * 9.81 / 2, 15);  // the push loads both feet alike
+  EXPECT_NEAR(contact.creep.x(), moved.x(), 0.2 * moved.x());
+  EXPECT_NEAR(contact.load, walking::hrp2::kMass * walking::kGravity / 2,
+              15);  // the push loads both feet alike
 }
 
 TEST(Soles, SlideWhereTheFloorIsSlippery) {

@@ -1,7 +1,10 @@
 // Short walks: where they end.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/sim/world/planned_walk.h"
+#include "tests/walking/smooth_walk.h"
 
 namespace sim::world {
 namespace {
@@ -17,13 +20,16 @@ TEST(Walk, GoesWhereThePlanGoesButForWhatItsFeetSlip) {
   ASSERT_EQ(walked.status.condition, Condition::ok) << walked.status.cause;
   const Eigen::Vector3d drift = walked.X_PB.translation() - walked.planned.translation();
   EXPECT_LT(drift.norm(), 0.03);  // HRP-2's own order of drift on 1 m: a centimetre or two
-  EXPECT_GT(drift.norm(), 1e-5);  // and nothing carries the robot there but its feet
+  EXPECT_GT(drift.norm(), 1e-5);  // the robot is moved by its feet alone
 }
 
 TEST(Walk, TurnsAlongAnArc) {
   const Walked walked = walk(commanded(walking::TangentArc{0.75, 0.8}), {});
   ASSERT_EQ(walked.status.condition, Condition::ok) << walked.status.cause;
   EXPECT_LT((walked.X_PB.translation() - walked.planned.translation()).norm(), 0.04);
+  EXPECT_NEAR(walking::yaw_of(walked.planned), 0.8, 1e-9);
+  EXPECT_NEAR(walking::yaw_of(walked.X_PB), 0.8,
+              0.03);  // drift of 0.1° (0.7°) over twice this turn, four sigma
 }
 
 TEST(Walk, GoesTheSameWayFiftyMetresFromTheOrigin) {

@@ -20,7 +20,7 @@ TEST(World, BeginsWithTheSolesOnTheFloorWhereverTheWaistIs) {
   EXPECT_NEAR(world.X_WL().translation().z(), 0, 1e-9);
   EXPECT_NEAR(world.X_WR().translation().z(), 0, 1e-9);
   EXPECT_NEAR(world.X_WB().translation().x(), 50, 1e-12);
-  EXPECT_NEAR(world.X_WB().translation().z(), 0.6487018512, 1e-9);
+  EXPECT_NEAR(world.X_WB().translation().z(), walking::hrp2::kWaistHeight, 1e-9);
 }
 
 TEST(World, LooksAheadFromTheHeadAboutOneMetreFortyAboveTheFloor) {
@@ -37,23 +37,23 @@ TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
   run(world, 5000);
   EXPECT_EQ(world.status().condition, Condition::ok) << world.status().cause;
   EXPECT_EQ(world.time(), 5s);
-  EXPECT_LT((world.X_WB().translation() - Eigen::Vector3d(0, 0, 0.6487)).norm(),
+  EXPECT_LT((world.X_WB().translation() - Eigen::Vector3d(0, 0, walking::hrp2::kWaistHeight)).norm(),
             0.005);  // servos and ankle bushes give way
 }
 
-TEST(World, FeelsItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
+TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
   World world = standing();
   run(world, 3000);
-  world.felt();
+  world.sensor_readings();
   run(world, 5);
-  const walking::Felt felt = world.felt();
-  const double weight = 56.868 * 9.81;
-  EXPECT_NEAR(felt.left.force.z() + felt.right.force.z(), weight,
+  const walking::SensorReadings readings = world.sensor_readings();
+  const double weight = walking::hrp2::kMass * walking::kGravity;
+  EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight,
               2.0);  // the sole plates hang below the sensors
-  EXPECT_NEAR(felt.accelerometer.norm(), 9.81, 0.02);
-  EXPECT_LT(felt.gyro.norm(), 0.01);
+  EXPECT_NEAR(readings.accelerometer.norm(), walking::kGravity, 0.02);
+  EXPECT_LT(readings.gyro.norm(), 0.01);
   // Centre of pressure in x of the soles: under the centre of mass.
-  const double pressure_x = -(felt.left.torque.y() + felt.right.torque.y()) / weight;
+  const double pressure_x = -(readings.left.torque.y() + readings.right.torque.y()) / weight;
   EXPECT_NEAR(pressure_x, world.com().x() - world.X_WL().translation().x(), 0.002);
 }
 
@@ -61,11 +61,11 @@ TEST(World, ReadsJointsThroughTheirOffsets) {
   Draw draw;
   draw.joint_offset_rad = Eigen::VectorXd::Constant(walking::kJoints, 0.002);
   World world = standing(draw);
-  EXPECT_LT((world.felt().q - half_sitting()).norm(), 1e-12);
+  EXPECT_LT((world.sensor_readings().q - half_sitting()).norm(), 1e-12);
   EXPECT_GT((world.X_WC().linear() - standing().X_WC().linear()).norm(), 1e-3);
 }
 
-TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheFelt) {
+TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheStabilizers) {
   World split = standing(), whole = standing();
   run(whole, 5);
   run(split, 3);
@@ -76,7 +76,7 @@ TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheFelt) {
   EXPECT_EQ(first.end, 3ms);
   EXPECT_EQ(second.begin, first.end);
   EXPECT_EQ(second.end, 5ms);
-  EXPECT_EQ(split.felt().gyro, whole.felt().gyro);
+  EXPECT_EQ(split.sensor_readings().gyro, whole.sensor_readings().gyro);
 }
 
 TEST(World, RunsTwiceToTheSameBits) {
@@ -84,7 +84,7 @@ TEST(World, RunsTwiceToTheSameBits) {
   run(a, 500);
   run(b, 500);
   EXPECT_EQ(a.X_WC().matrix(), b.X_WC().matrix());
-  EXPECT_EQ(a.felt().accelerometer, b.felt().accelerometer);
+  EXPECT_EQ(a.sensor_readings().accelerometer, b.sensor_readings().accelerometer);
 }
 
 TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {

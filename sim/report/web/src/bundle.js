@@ -28,7 +28,7 @@ const figures = (list) => element('div', {class: 'figures'}, list.map(figureElem
 const named = (run, names) => run.figures.filter((f) => names.some((name) => f.name.startsWith(name)));
 
 function strip(run) {
-  const explained = 'Ellipses: where a landmark was looked for (3 sigma); green with its 11 x 11 patch where the match was used, yellow where not.';
+  const explained = 'Ellipses are the search regions of landmarks (3 sigma), green with the matched 11 x 11 patch where the match was used, yellow otherwise.';
   return element('div', {}, element('p', {class: 'soft'}, explained), element('div', {class: 'strip'}, run.pictures.map((picture) => {
     const holder = element('div');
     holder.innerHTML = picture.svg;
@@ -40,7 +40,7 @@ function configuration(run) {
   const rows = run.configuration.map((row) => element('tr', {}, element('td', {}, element('code', {}, row.key)),
     element('td', {}, element('code', {}, row.value)), element('td', {}, row.unit),
     element('td', {class: 'soft'}, row.origin)));
-  return element('details', {}, element('summary', {}, `${rows.length} keys, and where each was set`),
+  return element('details', {}, element('summary', {}, `${rows.length} keys and where each was set`),
     scroll('configuration', element('table', {class: 'named-rows'}, element('thead', {}, element('tr', {},
       ['key', 'value', 'unit', 'from'].map((title) => element('th', {}, title)))), element('tbody', {}, rows))));
 }
@@ -55,9 +55,9 @@ function copyable(text) {
 function closureText(run) {
   const m = run.score.metrics, value = (name) => m[name]?.value;
   if (value('loop_time_s') === null || value('loop_time_s') === undefined)
-    return element('p', {class: 'soft'}, `The loop was not closed: ${m.loop_closed?.reason ?? 'no landmark of the first quarter was found again'}.`);
-  return element('p', {}, `Closed at ${number(value('loop_time_s'))} s by ${number(value('loop_landmarks'))} landmarks of the first quarter; `
-    + `position error ${number(1000 * value('loop_error_before_m'))} mm before, ${number(1000 * value('loop_error_after_m'))} mm a second after.`);
+    return element('p', {class: 'soft'}, `The loop was not closed: ${m.loop_closed?.reason ?? 'no landmark of the first quarter was recognised'}.`);
+  return element('p', {}, `The loop was closed at ${number(value('loop_time_s'))} s by ${number(value('loop_landmarks'))} landmarks of the first quarter. The position `
+    + `error was ${number(1000 * value('loop_error_before_m'))} mm before and ${number(1000 * value('loop_error_after_m'))} mm one second after.`);
 }
 
 function sections(run) {
@@ -72,9 +72,9 @@ function sections(run) {
       section('loop', 'Loop closure', closureText(run), figures(named(run, ['closure', 'matches']))));
   }
   if (named(run, ['slip', 'landing']).length) all.push(section('slip', 'Slip, step by step', figures(named(run, ['slip', 'landing']))));
-  if (run.pictures.length) all.push(section('pictures', 'What the head camera saw', strip(run)));
+  if (run.pictures.length) all.push(section('pictures', 'Images of the head camera', strip(run)));
   if (run.scene) all.push(section('map', 'Map', sceneElement(run.scene)));
-  if (named(run, ['cpu']).length) all.push(section('cpu', 'CPU', figures(named(run, ['cpu']))));
+  if (named(run, ['cpu']).length) all.push(section('cpu', 'CPU time', figures(named(run, ['cpu']))));
   all.push(section('metrics', 'All metrics', metricsTable(run.score.metrics, data.definitions)),
     section('configuration', 'Configuration', configuration(run)),
     section('again', 'Run it again', copyable(run.command)));

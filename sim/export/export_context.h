@@ -1,0 +1,58 @@
+// What every exporter needs: the run's sensors, its observations, and how files and the README are written.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/export/exported_run.h"
+#include "sim/export/lens_conversion.h"
+#include "sim/recording/filter_input.h"
+#include "sim/recording/sensor_yaml.h"
+
+namespace sim::exports {
+
+/// A run that is being exported into `folder`.
+class ExportContext {
+ public:
+  /// undistort: images are those of a pinhole; else they are as recorded, of a camera with the equidistant
+  /// lens.
+  ExportContext(const ExportedRun& run, const std::filesystem::path& folder, bool undistort);
+
+  const ExportedRun& run;
+  const std::filesystem::path folder;
+  recording::RecordingSetup setup;  ///< its camera is that of the exported images
+  recording::ImuNoise noise;
+
+  /// The observations from the beginning of the run.
+  recording::FilterInput filter_input() const { return {run.result / "recording", run.errors, run.seed}; }
+  recording::Truth truth() const { return recording::read_truth(run.result / "recording"); }
+  /// The filter's X_WC; empty if no filter was run.
+  std::vector<files::TumRow> estimate() const;
+  const slam::CameraIntrinsics& camera() const { return setup.calibration.camera; }
+  /// An image of the filter's input, as it is exported.
+  cv::Mat exported(const cv::Mat& image) const { return undistortion_ ? (*undistortion_)(image) : image; }
+
+  /// The path of a file to be written; its folders are made as needed.
+  std::filesystem::path new_file(const std::string& name) const;
+  /// Writes a whole file.
+  void write(const std::string& name, std::string_view bytes) const;
+  /// Writes exported(image).
+  void write_png(const std::string& name, const cv::Mat& image) const;
+  /// Writes README.md: the text, then what holds for every export.
+  void write_readme(const std::string& text) const;
+
+ private:
+  std::string lens_text() const;
+
+  FittedCamera equidistant_;
+  std::optional<Undistortion> undistortion_;
+};
+
+/// The bytes of a PNG file.
+std::vector<unsigned char> png(const cv::Mat& image);
+
+}  // namespace sim::exports

@@ -1,0 +1,166 @@
+#include "sim/export/ros_messages.h"
+
+#include <array>
+#include <cstring>
+
+#include "sim/recording/recording.h"
+
+namespace sim::exports::ros {
+namespace {
+
+const std::string kRule(80, '=');
+
+// A definition followed by those of the types that it uses.
+std::string definition_with(const std::string& definition,
+                            const std::vector<std::pair<std::string, std::string>>& parts) {
+  std::string text = definition;
+  for (const auto& [name, part] : parts) text += kRule + "\nMSG: " + name + "\n" + part;
+  return text;
+}
+
+using Part = std::pair<std::string, std::string>;
+const Part kHeader{"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
+    kTime{"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
+    kVector{"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
+    kPoint{"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
+    kQuaternion{"geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"},
+    kPose{"geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
+    kRegion{"sensor_msgs/RegionOfInterest",
+            "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"};
+
+// Common Data Representation: little-endian numbers aligned to their size, after four bytes that state the
+// encoding.
+class Cdr {
+ public:
+  template <typename Number>
+  Cdr& number(Number x) {
+    bytes_.resize(4 + (bytes_.size() - 4 + sizeof(Number) - 1) / sizeof(Number) * sizeof(Number));
+    std::array<char, sizeof(Number)> raw;
+    std::memcpy(raw.data(), &x, sizeof(Number));
+    bytes_.append(raw.data(), raw.size());
+    return *this;
+  }
+  Cdr& text(const std::string& t) {
+    number(static_cast<std::uint32_t>(t.size() + 1)).bytes_.append(t.c_str(), t.size() + 1);
+    return *this;
+  }
+  Cdr& raw(const unsigned char* data, std::size_t size) {
+    number(static_cast<std::uint32_t>(size)).bytes_.append(reinterpret_cast<const char*>(data), size);
+    return *this;
+  }
+  template <typename List>
+  Cdr& numbers(const List& list) {
+    for (const double x : list) number(x);
+    return *this;
+  }
+  Cdr& header(slam::Stamp t, const std::string& frame) {
+    const std::int64_t ns = recording::file_stamp(t);
+    return number(static_cast<std::int32_t>(ns / 1'000'000'000))
+        .number(static_cast<std::uint32_t>(ns % 1'000'000'000))
+        .text(frame);
+  }
+  Cdr& pose(const Eigen::Isometry3d& X) {
+    Eigen::Quaterniond q(X.linear());
+    q.normalize();
+    return numbers(Eigen::Vector3d(X.translation())).numbers(q.coeffs());  // x, y, z, w
+  }
+  std::string bytes() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_ = std::string("\0\1\0\0", 4);
+};
+
+std::array<double, 9> diagonal(double x) { return {x, 0, 0, 0, x, 0, 0, 0, x}; }
+
+}  // namespace
+
+const MessageType kCompressedImage{
+    "sensor_msgs/msg/CompressedImage",
+    definition_with("std_msgs/Header header\nstring format\nuint8[] data\n", {kHeader, kTime})};
+const MessageType kImage{
+    "sensor_msgs/msg/Image",
+    definition_with("std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\n"
+                    "uint8 is_bigendian\nuint32 step\nuint8[] data\n",
+                    {kHeader, kTime})};
+const MessageType kImu{
+    "sensor_msgs/msg/Imu",
+    definition_with(
+        "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+        "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
+        "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n",
+        {kHeader, kTime, kQuaternion, kVector})};
+const MessageType kCameraInfo{
+    "sensor_msgs/msg/CameraInfo",
+    definition_with(
+        "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n"
+        "float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\n"
+        "sensor_msgs/RegionOfInterest roi\n",
+        {kHeader, kTime, kRegion})};
+const MessageType kPoseStamped{"geometry_msgs/msg/PoseStamped",
+                               definition_with("std_msgs/Header header\ngeometry_msgs/Pose pose\n",
+                                               {kHeader, kTime, kPose, kPoint, kQuaternion})};
+const MessageType kPoseWithCovarianceStamped{
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+    definition_with(
+        "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
+        {kHeader,
+         kTime,
+         {"geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"},
+         kPose,
+         kPoint,
+         kQuaternion})};
+
+std::string compressed_image(slam::Stamp t, const std::string& frame, const std::vector<unsigned char>& png) {
+  return Cdr{}.header(t, frame).text("png").raw(png.data(), png.size()).bytes();
+}
+
+std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey) {
+  const cv::Mat whole = grey.isContinuous() ? grey : grey.clone();
+  const auto width = static_cast<std::uint32_t>(whole.cols);
+  Cdr cdr;
+  cdr.header(t, frame).number(static_cast<std::uint32_t>(whole.rows)).number(width).text("mono8");
+  return cdr.number(std::uint8_t{0}).number(width).raw(whole.data, whole.total()).bytes();
+}
+
+std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,
+                double accelerometer_variance) {
+  const std::array<double, 4> no_orientation{0, 0, 0, 1};
+  std::array<double, 9> unknown{};
+  unknown[0] = -1;  // by convention: there is no such measurement
+  Cdr cdr;
+  cdr.header(reading.t, frame).numbers(no_orientation).numbers(unknown);
+  cdr.numbers(reading.gyro).numbers(diagonal(gyro_variance));
+  cdr.numbers(reading.accelerometer.value_or(Eigen::Vector3d::Zero()));
+  return cdr.numbers(reading.accelerometer ? diagonal(accelerometer_variance) : unknown).bytes();
+}
+
+std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera) {
+  const auto* const lens = std::get_if<slam::Equidistant>(&camera.lens);
+  const std::vector<double> d =
+      lens ? std::vector{lens->k1, lens->k2, lens->k3, lens->k4} : std::vector<double>(5);
+  const double fu = camera.fu_px, fv = camera.fv_px, u0 = camera.u0_px, v0 = camera.v0_px;
+  const std::array<double, 9> K{fu, 0, u0, 0, fv, v0, 0, 0, 1};
+  const std::array<double, 12> P{fu, 0, u0, 0, 0, fv, v0, 0, 0, 0, 1, 0};
+  Cdr cdr;
+  cdr.header(t, frame).number(static_cast<std::uint32_t>(camera.height_px));
+  cdr.number(static_cast<std::uint32_t>(camera.width_px)).text(lens ? "equidistant" : "plumb_bob");
+  cdr.number(static_cast<std::uint32_t>(d.size())).numbers(d).numbers(K).numbers(diagonal(1)).numbers(P);
+  for (int zero = 0; zero < 6; ++zero) cdr.number(0u);  // binning, region of interest
+  return cdr.number(std::uint8_t{0}).bytes();
+}
+
+std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X) {
+  return Cdr{}.header(t, frame).pose(X).bytes();
+}
+
+std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
+                                         const files::Matrix6d& P) {
+  files::Matrix6d J =
+      files::Matrix6d::Zero();  // of (position, rotation about W's axes) by (rotation about C's, position)
+  J.topRightCorner<3, 3>().setIdentity();
+  J.bottomLeftCorner<3, 3>() = X.linear();
+  const files::Matrix6d covariance = J * P * J.transpose();
+  return Cdr{}.header(t, frame).pose(X).numbers(covariance.reshaped()).bytes();  // symmetric
+}
+
+}  // namespace sim::exports::ros

@@ -1,0 +1,127 @@
+#include "sim/files/csv.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "sim/files/number.h"
+
+namespace sim::files {
+
+CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
+    : file_(file), input_(file, std::ios::binary), strict_(writer == Writer::own) {
+  if (!input_) throw FileError(file_, std::string("cannot be read: ") + std::strerror(errno));
+  if (!read_line()) throw FileError(file_, "is empty");
+  if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
+  split();
+  titles_.assign(fields_.begin(), fields_.end());
+  fields_.clear();
+}
+
+CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& headers)
+    : CsvReader(file, Writer::own) {
+  const auto found = std::find(headers.begin(), headers.end(), line_);
+  if (found == headers.end())
+    throw FileError(file_, 1,
+                    fmt::format("expected the header \"{}\", found \"{}\"", headers.front(), line_));
+  header_ = static_cast<std::size_t>(found - headers.begin());
+}
+
+CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields)
+    : CsvReader(file, Writer::other) {
+  if (!line_.starts_with('#')) throw FileError(file_, 1, "expected a header that begins with #");
+  if (titles_.size() < least_fields)
+    throw FileError(
+        file_, 1,
+        fmt::format("expected a header of at least {} columns, found {}", least_fields, titles_.size()));
+}
+
+bool CsvReader::read_line() {
+  if (!std::getline(input_, line_)) {
+    if (input_.bad()) throw FileError(file_, "cannot be read");
+    return false;
+  }
+  ++line_number_;
+  if (input_.eof() && strict_)
+    throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
+  if (!line_.empty() && line_.back() == '\r') line_.pop_back();
+  return true;
+}
+
+void CsvReader::split() {
+  fields_.clear();
+  std::string_view rest = line_;
+  for (std::size_t comma; (comma = rest.find(',')) != rest.npos; rest.remove_prefix(comma + 1))
+    fields_.push_back(rest.substr(0, comma));
+  fields_.push_back(rest);
+}
+
+void CsvReader::trim() {
+  for (std::string_view& field : fields_) {
+    field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
+    field.remove_suffix(field.size() - 1 - std::min(field.find_last_not_of(" \t"), field.size() - 1));
+  }
+}
+
+bool CsvReader::next() {
+  do
+    if (!read_line()) return false;
+  while (!strict_ && line_.empty());
+  split();
+  if (!strict_) trim();
+  if (fields_.size() != titles_.size())
+    throw FileError(file_, line_number_,
+                    fmt::format("expected {} fields, found {}", titles_.size(), fields_.size()));
+  return true;
+}
+
+void CsvReader::fail(std::size_t field, const std::string& why) const {
+  throw FileError(file_, line_number_, static_cast<std::size_t>(fields_.at(field).data() - line_.data()) + 1,
+                  why);
+}
+
+std::int64_t CsvReader::integer(std::size_t field) const {
+  const auto value = parse_number<std::int64_t>(text(field));
+  if (!value) fail(field, fmt::format("expected an integer, found \"{}\"", text(field)));
+  return *value;
+}
+
+double CsvReader::number(std::size_t field) const {
+  const auto value = parse_finite(text(field));
+  if (!value) fail(field, fmt::format("expected a finite number, found \"{}\"", text(field)));
+  return *value;
+}
+
+Eigen::Vector3d CsvReader::vector(std::size_t first) const {
+  return {number(first), number(first + 1), number(first + 2)};
+}
+
+Eigen::Isometry3d CsvReader::pose(std::size_t first) const {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = vector(first);
+  for (int row = 0; row < 3; ++row)
+    X.linear().row(row) = vector(first + 3 + 3 * static_cast<std::size_t>(row)).transpose();
+  const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
+  if (residual.norm() > 1e-9 || X.linear().determinant() < 0)
+    fail(first + 3, "these nine numbers are not a rotation");
+  return X;
+}
+
+std::string csv_fields(const Eigen::Vector3d& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
+
+std::string csv_fields(const Eigen::Isometry3d& X) {
+  std::string fields = csv_fields(Eigen::Vector3d(X.translation()));
+  for (int row = 0; row < 3; ++row) fields += "," + csv_fields(Eigen::Vector3d(X.linear().row(row)));
+  return fields;
+}
+
+std::string pose_columns(const std::string& frames) {
+  std::string columns = fmt::format("p_{0}_x [m],p_{0}_y [m],p_{0}_z [m]", frames);
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) columns += fmt::format(",R_{}_{}{} []", frames, row, column);
+  return columns;
+}
+
+}  // namespace sim::files

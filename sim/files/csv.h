@@ -1,0 +1,69 @@
+// Strict reading of comma-separated files, line by line: every complaint names file, line and column.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/files/file_error.h"
+
+namespace sim::files {
+
+/// Reads a file whose first line is its header. Each row must have as many fields as the header. Memory: one
+/// line. All members throw FileError.
+class CsvReader {
+ public:
+  /// A file of the program's own: the first line must be one of `headers`, and each line ends with a line
+  /// feed (a last line without one was cut off).
+  CsvReader(const std::filesystem::path& file, const std::vector<std::string>& headers);
+
+  /// A file that another program may have written, with any header. Blanks around a field and empty lines do
+  /// not count, and the last line feed may be missing.
+  explicit CsvReader(const std::filesystem::path& file) : CsvReader(file, Writer::other) {}
+
+  /// Likewise; the header begins with # and has at least so many columns.
+  CsvReader(const std::filesystem::path& file, std::size_t least_fields);
+
+  std::size_t header() const { return header_; }  ///< which of the headers the file has
+  const std::vector<std::string>& titles() const {
+    return titles_;
+  }                                                      ///< of the columns, as the header has them
+  std::size_t fields() const { return fields_.size(); }  ///< of the row
+  bool next();                                           ///< reads the next row; false at the end of the file
+
+  std::string_view text(std::size_t field) const { return fields_.at(field); }
+  std::int64_t integer(std::size_t field) const;    ///< the whole field, decimal
+  double number(std::size_t field) const;           ///< the whole field, finite
+  Eigen::Vector3d vector(std::size_t first) const;  ///< three fields
+  Eigen::Isometry3d pose(std::size_t first) const;  ///< twelve fields: position, then rotation by rows
+  [[noreturn]] void fail(std::size_t field,
+                         const std::string& why) const;  ///< FileError at a field of this row
+
+ private:
+  enum class Writer { own, other };
+  CsvReader(const std::filesystem::path& file, Writer writer);
+  bool read_line();
+  void split();
+  void trim();
+
+  std::filesystem::path file_;
+  std::ifstream input_;
+  bool strict_;
+  std::size_t header_ = 0, line_number_ = 0;
+  std::vector<std::string> titles_;
+  std::string line_;
+  std::vector<std::string_view> fields_;
+};
+
+/// Shortest decimals that read back to the same bits, separated by commas.
+std::string csv_fields(const Eigen::Vector3d& v);
+/// Position, then rotation by rows: the twelve fields that CsvReader::pose reads.
+std::string csv_fields(const Eigen::Isometry3d& X);
+/// The twelve column titles of the pose X_AB, in the style of EuRoC: pose_columns("PC") for X_PC.
+std::string pose_columns(const std::string& frames);
+
+}  // namespace sim::files

@@ -1,0 +1,23 @@
+// The exception of reading and writing files: it names the file, the place in it and what is wrong.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace sim::files {
+
+/// A file is missing, cannot be read or written, or has the wrong content.
+/// what() is "file: why", "file:line: why" or "file:line:column: why", lines and columns counted from 1.
+class FileError : public std::runtime_error {
+ public:
+  FileError(const std::filesystem::path& file, const std::string& why)
+      : std::runtime_error(file.string() + ": " + why) {}
+  FileError(const std::filesystem::path& file, std::size_t line, const std::string& why)
+      : std::runtime_error(file.string() + ":" + std::to_string(line) + ": " + why) {}
+  FileError(const std::filesystem::path& file, std::size_t line, std::size_t column, const std::string& why)
+      : std::runtime_error(file.string() + ":" + std::to_string(line) + ":" + std::to_string(column) + ": " +
+                           why) {}
+};
+
+}  // namespace sim::files

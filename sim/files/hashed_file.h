@@ -1,0 +1,44 @@
+// XXH3 hashes of bytes and of files while they are written.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "sim/files/file_error.h"
+
+namespace sim::files {
+
+/// XXH3 with 128 bits, fed piece by piece.
+class Hash {
+ public:
+  Hash();
+  void add(std::string_view bytes);
+  std::uint64_t bytes() const { return bytes_; }  ///< how many were added
+  std::string hex() const;  ///< 32 hexadecimal digits, as the program xxh128sum prints them
+ private:
+  struct Free {
+    void operator()(void* state) const;
+  };
+  std::unique_ptr<void, Free> state_;
+  std::uint64_t bytes_ = 0;
+};
+
+/// A file that is hashed while it is written. All members throw FileError.
+class HashedFile {
+ public:
+  explicit HashedFile(const std::filesystem::path& file);
+  void write(std::string_view bytes);
+  void close();
+  const Hash& hash() const { return hash_; }
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream out_;
+  Hash hash_;
+};
+
+}  // namespace sim::files

@@ -1,0 +1,20 @@
+// Whole files as text or bytes, read and written in one call.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "sim/files/file_error.h"
+
+namespace sim::files {
+
+/// All bytes of a file. Throws FileError "cannot be read: " and the reason of the operating system.
+std::string read_text(const std::filesystem::path& file);
+
+/// Makes or replaces a file that holds exactly these bytes. Throws FileError "cannot be written: " and the
+/// reason of the operating system. A process that is killed meanwhile leaves a part of the file;
+/// write_durably does not.
+void write_text(const std::filesystem::path& file, std::string_view text);
+
+}  // namespace sim::files

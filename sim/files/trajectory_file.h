@@ -1,0 +1,26 @@
+// Trajectories of other programs: the format and the unit of the stamps are detected and reported.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/files/tum.h"
+
+namespace sim::files {
+
+struct TrajectoryFile {
+  std::string format;  ///< "TUM", "TUM with covariance", "KITTI", "EuRoC csv"
+  std::string stamps;  ///< "seconds", "nanoseconds", "frame numbers"
+  std::vector<TumRow> rows;
+};
+
+/// TUM: 8 numbers a line, or 20 with covariance (tum.h), stamps in s, or in ns where they are beyond 9e9 or
+/// more than a day apart.
+/// KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one a second.
+/// EuRoC: t, position, quaternion (w first) and whatever follows, with commas; stamps in ns where they are
+/// whole numbers, else in s. Lines beginning with # and blank ones are skipped; stamps must rise. Throws
+/// FileError.
+TrajectoryFile read_trajectory(const std::filesystem::path& file);
+
+}  // namespace sim::files

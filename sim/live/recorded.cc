@@ -1,0 +1,108 @@
+#include "sim/live/recorded.h"
+
+#include <cmath>
+
+#include "sim/world/lens.h"
+#include "walking/inverse_kinematics.h"
+
+namespace sim::live {
+namespace {
+
+slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
+  return {lens.width_px,
+          lens.height_px,
+          lens.fu_px,
+          lens.fv_px,
+          lens.u0_px,
+          lens.v0_px,
+          slam::OneParameterRadial{lens.k1_px2}};
+}
+
+std::string kind(world::RoomPrimitive::Kind kind) {
+  using enum world::RoomPrimitive::Kind;
+  switch (kind) {
+    case plane:
+      return "plane";
+    case box:
+      return "box";
+    case sphere:
+      return "sphere";
+    case cylinder:
+      return "cylinder";
+    case ellipsoid:
+      return "ellipsoid";
+    case capsule:
+      return "capsule";
+  }
+  return "";
+}
+
+Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
+  return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
+}
+
+recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
+                              const world::SoleContact& contact) {
+  return {on_ground(X_WS), on_ground(X_PS), planned_down, contact.load,
+          Eigen::Vector3d(contact.creep.x(), contact.creep.y(), contact.creep_yaw)};
+}
+
+}  // namespace
+
+Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
+                  const std::filesystem::path& models) {
+  const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(start)).q;
+  const world::World nominal(scenario.world, {}, q, start.X_PB, models);
+  return {nominal.X_WB().inverse() * nominal.X_WC(), nominal.X_WC().inverse() * nominal.X_WG()};
+}
+
+recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
+                                          const Eigen::Isometry3d& X_PB) {
+  const world::CameraOptions camera = scenario.camera.value_or(world::CameraOptions{});
+  recording::RecordingSetup setup;
+  setup.calibration = {intrinsics(world::camera_model(camera)), mounting.X_CG};
+  setup.X_WC_start = X_PB * mounting.X_BC;
+  setup.camera_rate_hz = camera.rate_hz;
+  setup.joints = world::joint_names();
+  return setup;
+}
+
+recording::RecordedSurface recorded(const world::RoomPrimitive& surface) {
+  using enum world::RoomPrimitive::Kind;
+  const bool round_about_z = surface.kind == cylinder || surface.kind == capsule;
+  const Eigen::Vector3d& s = surface.size;
+  return {kind(surface.kind), surface.X_WS, round_about_z ? Eigen::Vector3d(s.x(), s.z(), 0) : s};
+}
+
+recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings) {
+  const auto wrench = [](const walking::Wrench& w) {
+    return recording::BodyReading::Wrench{w.force, w.torque};
+  };
+  return {t, readings.q, wrench(readings.left), wrench(readings.right)};
+}
+
+recording::TrueMotion true_motion(const world::World& world) {
+  return {world.time(), world.X_WG(), world.v_WG()};
+}
+
+recording::TrueFeet true_feet(world::World& world, const walking::Reference& plan) {
+  const auto [left, right] = world.sole_contacts_since_last();
+  return {world.time(), true_foot(world.X_WL(), plan.X_PL, plan.support != walking::Support::right, left),
+          true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)};
+}
+
+std::string ending(world::Condition condition) {
+  switch (condition) {
+    case world::Condition::fell:
+      return "fell";
+    case world::Condition::feet_touched:
+      return "collided";
+    case world::Condition::physics_failed:
+      return "failed";
+    case world::Condition::ok:
+      break;
+  }
+  return "completed";
+}
+
+}  // namespace sim::live

@@ -1,0 +1,40 @@
+// The simulated world in the terms of a recording.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+
+#include "sim/recording/recording.h"
+#include "sim/scenario/scenario.h"
+#include "sim/world/surfaces.h"
+#include "sim/world/world.h"
+#include "walking/plan.h"
+#include "walking/stabilizer.h"
+
+namespace sim::live {
+
+/// The mounting of head camera and chest IMU on the robot in its planned posture, by the nominal model.
+struct Mounting {
+  Eigen::Isometry3d X_BC, X_CG;
+};
+Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
+                  const std::filesystem::path& models);
+
+/// X_PB: the planned waist at the start.
+recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
+                                          const Eigen::Isometry3d& X_PB);
+
+recording::RecordedSurface recorded(const world::RoomPrimitive& surface);
+recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings);
+
+/// True motion of the chest IMU at the world's time.
+recording::TrueMotion true_motion(const world::World& world);
+
+/// Both feet, true and as planned. Load and creep are those since the last call.
+recording::TrueFeet true_feet(world::World& world, const walking::Reference& plan);
+
+/// How a walk ended, by the name that results give it.
+std::string ending(world::Condition condition);
+
+}  // namespace sim::live

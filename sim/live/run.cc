@@ -1,0 +1,195 @@
+#include "sim/live/run.h"
+
+#include <optional>
+#include <utility>
+
+#include "sim/live/checked_recording.h"
+#include "sim/live/draw.h"
+#include "sim/live/pending_frames.h"
+#include "sim/live/planned_camera.h"
+#include "sim/live/recorded.h"
+#include "sim/sensor_errors/random.h"
+#include "sim/world/nominal_body.h"
+#include "sim/world/walking_robot.h"
+
+namespace sim::live {
+namespace {
+
+/// Noise of the readings that the stabiliser is given.
+class ReadingNoise {
+ public:
+  ReadingNoise(std::uint64_t seed, const walking::StabilizerOptions& options)
+      : options_(options), gyro_(seed, "felt gyro noise"), accelerometer_(seed, "felt accelerometer noise") {}
+
+  void add_to(walking::SensorReadings& readings) {
+    readings.gyro += normal(gyro_, options_.gyro_sigma_rad_s);
+    readings.accelerometer += normal(accelerometer_, options_.accelerometer_sigma_m_s2);
+  }
+
+ private:
+  static Eigen::Vector3d normal(sensor_errors::Random& random, double sigma) {
+    const double x = random.normal(), y = random.normal(), z = random.normal();
+    return sigma * Eigen::Vector3d(x, y, z);
+  }
+
+  const walking::StabilizerOptions& options_;
+  sensor_errors::Random gyro_, accelerometer_;
+};
+
+world::WalkingRobot robot(const scenario::Scenario& scenario, const std::filesystem::path& models) {
+  walking::PatternGenerator plan(scenario.walk, world::nominal_body(scenario.world.robot, models));
+  return {std::move(plan), scenario.stabilizer, scenario.world, draw(scenario.seed, scenario.world), models};
+}
+
+/// One run. walk() and the functions it calls are in the order of a simulated tick.
+class Run {
+ public:
+  Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
+      const std::filesystem::path& models);
+
+  void walk(const result::Progress& progress);
+  result::RunRecord record();
+  const result::Timing& timing() const { return timing_; }
+  /// As recordings have always had it: a quotient by 1e9 differs in the last bit.
+  double time_s() const { return 1e-9 * static_cast<double>(robot_.world().time().count()); }
+
+ private:
+  void command();
+  void step();
+  void take_frames();
+  void stamp_frame();
+  void read_imu();
+  void deliver_frame();
+
+  const scenario::ReadScenario& read_;
+  std::filesystem::path folder_;
+  world::WalkingRobot robot_;
+  ReadingNoise noise_{read_.scenario.seed, read_.scenario.stabilizer};
+  Mounting mounting_;
+  recording::RecordingSetup setup_;
+  PendingFrames frames_;
+  CheckedRecording recording_;
+  std::optional<tracking::Tracking> tracking_;
+  slam::Observation next_;  // the IMU readings since the last frame
+  result::Timing timing_;
+  result::FrameTiming frame_timing_;
+};
+
+Run::Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
+         const std::filesystem::path& models)
+    : read_(read),
+      folder_(folder / "recording"),
+      robot_(robot(read.scenario, models)),
+      mounting_(mounting(read.scenario, robot_.reference(), models)),
+      setup_(recording_setup(read.scenario, mounting_, robot_.reference().X_PB)),
+      frames_(read.scenario, models),
+      recording_(folder_, setup_, true_motion(robot_.world()), frames_.surfaces()) {
+  if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
+}
+
+void Run::walk(const result::Progress& progress) {
+  take_frames();
+  while (robot_.walks()) {
+    command();
+    for (const slam::Stamp end = robot_.world().time() + walking::kTick;
+         robot_.is_ok() && robot_.world().time() < end;) {
+      step();
+      take_frames();
+    }
+    read_imu();
+    recording_.add(true_feet(robot_.world(), robot_.reference()));
+    robot_.advance();
+    progress(robot_.progress());
+  }
+  while (!frames_.empty()) deliver_frame();
+}
+
+// Every 5 ms.
+void Run::command() {
+  const result::StageClock clock(frame_timing_.plan_and_physics_ms);
+  walking::SensorReadings readings = robot_.world().sensor_readings();
+  recording_.add(recorded(robot_.world().time(), readings));
+  noise_.add_to(readings);
+  robot_.command(readings);
+}
+
+// Every millisecond.
+void Run::step() {
+  const result::StageClock clock(frame_timing_.plan_and_physics_ms);
+  robot_.world().step();
+}
+
+void Run::take_frames() {
+  const slam::Stamp now = robot_.world().time();
+  frames_.add_positions(robot_.world());
+  if (frames_.is_due(now)) stamp_frame();
+  while (frames_.is_complete(now)) deliver_frame();
+}
+
+void Run::stamp_frame() {
+  const world::World& world = robot_.world();
+  const walking::Reference &from = robot_.reference(), &to = robot_.following();
+  read_imu();
+  next_.t = world.time();
+  next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
+  frames_.push({std::exchange(next_, {}), world.X_WC()});
+  recording_.add(
+      recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
+}
+
+// At the end of each tick, and where a frame is stamped within it.
+void Run::read_imu() {
+  const world::ImuReading reading = robot_.world().imu_since_last();
+  if (reading.begin == reading.end) return;
+  next_.gyro.push_back({reading.begin, reading.end, reading.gyro});
+  next_.accelerometer.push_back({reading.begin, reading.end, reading.specific_force});
+  recording_.add(next_.gyro.back(), next_.accelerometer.back(), true_motion(robot_.world()));
+}
+
+// To the recording and, when the scenario has one, to the filter.
+void Run::deliver_frame() {
+  std::optional<Frame> frame;
+  {
+    const result::StageClock clock(frame_timing_.render_ms);
+    frame = frames_.pop();
+  }
+  frame_timing_.t = frame->observation.t;
+  {
+    const result::StageClock clock(frame_timing_.record_ms);
+    recording_.add(*frame);
+  }
+  if (tracking_) {
+    const result::StageClock clock(frame_timing_.filter_ms);
+    tracking_->take(std::move(frame->observation));
+    frame_timing_.landmarks = tracking_->landmarks();
+  }
+  timing_.frames.push_back(std::exchange(frame_timing_, {}));
+}
+
+result::RunRecord Run::record() {
+  frames_.close_camera();
+  const std::string complaint = recording_.finish();
+  const world::Status& status = robot_.world().status();
+  result::RunRecord left{read_,  ending(status.condition),       status.cause,
+                         setup_, recording::read_truth(folder_), std::nullopt,
+                         ""};
+  if (left.ending != "failed" && !complaint.empty()) left.ending = "failed", left.cause = complaint;
+  if (tracking_) left.tracked = tracking_->finish();
+  left.recording_hash = recording::RecordingReader(folder_).hash();
+  return left;
+}
+
+}  // namespace
+
+result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
+                    const result::Progress& progress) {
+  files::DurableFolder folder(place.folder, place.existing);
+  Run live(scenario, folder.path(), place.models);
+  live.walk(progress);
+  const result::Outcome outcome =
+      result::write_result(folder.path(), live.record(), place, live.timing(), live.time_s());
+  folder.commit();
+  return outcome;
+}
+
+}  // namespace sim::live

@@ -1,0 +1,58 @@
+// A recording of another program in the EuRoC/ASL layout: one camera and a gyro; accelerometer, walking plan
+// and truth where they are present.
+//
+//   mav0/cam0/{sensor.yaml,data.csv,data/*}       pinhole with radial-tangential or equidistant lens, T_BS
+//   mav0/imu0/{sensor.yaml,data.csv}              readings at instants; T_BS; noise densities
+//   mav0/plan0/{sensor.yaml,data.csv}             may be missing; as in GaitSLAM's exports
+//   mav0/{state_groundtruth_estimate0,mocap0}/... may be missing; p, q (w first) of the sensor in any world
+//
+// Lines may end in CR LF, fields may have blanks around them. Times count from the first image.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim/recording/recording.h"
+#include "sim/recording/sensor_yaml.h"
+
+namespace sim::recording {
+
+/// The sensors of a recording made elsewhere. Without a plan the world of setup.X_WC_start has its origin at
+/// the first camera and, where there is an accelerometer, its z axis upwards by the first readings.
+struct AslSensors {
+  RecordingSetup setup;
+  ImuNoise noise;  ///< zero where it is not stated
+  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();
+  bool has_plan = false;
+};
+
+/// Reads the observations one after another. Throws FileError with file, and line and column, of what is
+/// missing or malformed.
+class AslFolder {
+ public:
+  explicit AslFolder(const std::filesystem::path& folder);
+  ~AslFolder();
+
+  const AslSensors& sensors() const;
+  /// The next image with the readings since the one before, a reading standing for the time until halfway to
+  /// its neighbours; nothing after the last. Throws FileError at the end if there was no reading of the gyro:
+  /// then its clock is not that of the camera.
+  std::optional<slam::Observation> next();
+
+ private:
+  struct Files;
+  std::unique_ptr<Files> files_;
+};
+
+/// Whether the folder is of this layout.
+bool is_asl_folder(const std::filesystem::path& folder);
+
+/// True poses X_WC of the camera at those of the rising times that lie between true poses less than 0.1 s
+/// apart, interpolated linearly. The world is that of AslSensors::setup.X_WC_start, on which the first pose
+/// is aligned. Empty without truth. Throws FileError, also where the truth has a pose at none of the times.
+std::vector<files::TimedPose> read_asl_truth(const std::filesystem::path& folder, const AslSensors& sensors,
+                                             const std::vector<slam::Stamp>& times);
+
+}  // namespace sim::recording

@@ -1,0 +1,35 @@
+// What the filter is given of a recorded run: its observations with the sensor errors of the scenario.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <optional>
+
+#include "sim/recording/recording.h"
+#include "sim/sensor_errors/sensor_errors.h"
+
+namespace sim::recording {
+
+/// Gives what a live run or a replay gave the filter, in the same order and with the same bits. Throws as
+/// RecordingReader and SensorErrors do.
+class FilterInput {
+ public:
+  FilterInput(const std::filesystem::path& recording, const sensor_errors::ErrorOptions& errors,
+              std::uint64_t seed)
+      : reader_(recording), errors_(errors, seed) {}
+
+  const RecordingSetup& setup() const { return reader_.setup(); }
+  /// The next observation in the order of arrival; nothing after the last.
+  std::optional<slam::Observation> next();
+  /// next() without the observations that the filter refuses, those whose stamp is not after the one before.
+  std::optional<slam::Observation> next_in_order();
+
+ private:
+  RecordingReader reader_;
+  sensor_errors::SensorErrors errors_;
+  std::deque<slam::Observation> arrived_;
+  bool ended_ = false;
+  std::optional<slam::Stamp> last_;
+};
+
+}  // namespace sim::recording

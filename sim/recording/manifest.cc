@@ -1,0 +1,102 @@
+#include "sim/recording/manifest.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "sim/files/csv.h"
+
+namespace sim::recording {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kHeader = "#xxh3_128,bytes,path";
+constexpr const char* kName = "manifest.csv";
+constexpr const char* kUnfinished = "manifest.unfinished";
+
+// Gives the file to `take` in pieces of 64 KiB.
+void for_each_piece(const fs::path& file, const std::function<void(std::string_view)>& take) {
+  std::ifstream input(file, std::ios::binary);
+  if (!input) throw files::FileError(file, std::string("cannot be read: ") + std::strerror(errno));
+  std::array<char, 65536> piece;
+  while (input.read(piece.data(), piece.size()), input.gcount() > 0)
+    take({piece.data(), static_cast<std::size_t>(input.gcount())});
+  if (input.bad()) throw files::FileError(file, "cannot be read");
+}
+
+std::string wrong_size(std::uint64_t expected, std::uint64_t found) {
+  return fmt::format("{}: {} bytes were recorded, {} are there", found < expected ? "truncated" : "edited",
+                     expected, found);
+}
+
+}  // namespace
+
+ManifestWriter::ManifestWriter(const fs::path& folder) : folder_(folder), out_(folder / kUnfinished) {
+  out_.write(fmt::format("{}\n", kHeader));
+}
+
+void ManifestWriter::add(const std::string& path, const files::Hash& hash) {
+  out_.write(fmt::format("{},{},{}\n", hash.hex(), hash.bytes(), path));
+}
+
+void ManifestWriter::finish() {
+  out_.close();
+  fs::rename(folder_ / kUnfinished, folder_ / kName);
+}
+
+Manifest::Manifest(const fs::path& folder) : folder_(folder) {
+  if (!fs::is_directory(folder)) throw files::FileError(folder, "no such folder");
+  const fs::path file = folder / kName;
+  if (!fs::exists(file))
+    throw files::FileError(file, "is missing: not a recording, or one that was never finished");
+  files::CsvReader rows(file, {kHeader});
+  while (rows.next()) {
+    if (rows.text(0).size() != 32) rows.fail(0, "expected a hash of 32 hexadecimal digits");
+    if (rows.integer(1) < 0) rows.fail(1, "a size below zero");
+    const Entry entry{static_cast<std::uint64_t>(rows.integer(1)), std::string(rows.text(0))};
+    if (!entries_.emplace(rows.text(2), entry).second) rows.fail(2, "this file is listed twice");
+  }
+  files::Hash own;
+  for_each_piece(file, [&](std::string_view piece) { own.add(piece); });
+  hash_ = own.hex();
+}
+
+void Manifest::check_sizes() const {
+  for (const auto& [path, entry] : entries_) {
+    std::error_code error;
+    const std::uint64_t bytes = fs::file_size(folder_ / path, error);
+    if (error) throw files::FileError(folder_ / path, "is missing");
+    if (bytes != entry.bytes) throw files::FileError(folder_ / path, wrong_size(entry.bytes, bytes));
+  }
+}
+
+void Manifest::read_pieces(const std::string& path, const std::function<void(std::string_view)>& take) const {
+  const auto listed = entries_.find(path);
+  if (listed == entries_.end()) throw files::FileError(folder_ / kName, "does not list " + path);
+  if (!fs::exists(folder_ / path)) throw files::FileError(folder_ / path, "is missing");
+  files::Hash found;
+  for_each_piece(folder_ / path, [&](std::string_view piece) {
+    found.add(piece);
+    take(piece);
+  });
+  const auto& [bytes, hash] = listed->second;
+  if (found.bytes() != bytes) throw files::FileError(folder_ / path, wrong_size(bytes, found.bytes()));
+  if (found.hex() != hash)
+    throw files::FileError(folder_ / path, "edited: its content is not what was recorded");
+}
+
+fs::path Manifest::check(const std::string& path) const {
+  read_pieces(path, [](std::string_view) {});
+  return folder_ / path;
+}
+
+std::string Manifest::read(const std::string& path) const {
+  std::string content;
+  read_pieces(path, [&](std::string_view piece) { content += piece; });
+  return content;
+}
+
+}  // namespace sim::recording

@@ -1,0 +1,143 @@
+// The readings of ideal sensors on one run, kept in a folder of the EuRoC/ASL layout and read back bit for
+// bit.
+//
+// clang-format off
+//   mav0/body.yaml
+//   mav0/cam0/{sensor.yaml,data.csv,data/<stamp>.png}        8-bit grey, lossless
+//   mav0/imu0/{sensor.yaml,data.csv}                         chest IMU; stamps: end of the interval averaged over
+//   mav0/encoders0/{sensor.yaml,data.csv}                    joint angles of the encoders, every 5 ms
+//   mav0/forces0/{sensor.yaml,data.csv}                      forces and torques of the ground on the soles, every 5 ms
+//   mav0/plan0/{sensor.yaml,data.csv}                        planned motion of the camera at each frame
+//   mav0/state_groundtruth_estimate0/{sensor.yaml,data.csv}  true motion of the chest IMU, 17 columns
+//   frames.csv                                               stamps of all observations, with or without an image
+//   truth/{camera,waist,waist_plan,feet,surfaces}.csv        for the score alone
+//   manifest.csv                                             sizes and hashes; written last
+// clang-format on
+//
+// Stamps in files are kEpoch later than slam::Stamp, because readers of this layout expect 19 digits. Numbers
+// are written with the digits that bring the same bits back. Positions in m, angles in rad.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/files/tum.h"
+#include "sim/recording/body_sensors.h"
+#include "slam/observation.h"
+#include "slam/options.h"
+
+namespace sim::recording {
+
+inline constexpr slam::Stamp kEpoch{1'000'000'000'000'000'000};
+/// The stamp in files, ns.
+constexpr std::int64_t file_stamp(slam::Stamp t) { return (kEpoch + t).count(); }
+
+/// The sensors: what the filter is told before the first observation, and what other readers need.
+struct RecordingSetup {
+  slam::Calibration calibration;
+  Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< planned camera pose at t = 0
+  double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: of encoders and forces too
+  std::vector<std::string> joints;  ///< names, in the order of the encoders; for other readers, not read back
+};
+
+/// True and planned poses at a frame.
+struct TruePoses {
+  slam::Stamp t{0};
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< camera
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< waist
+  Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();  ///< waist as planned
+};
+
+/// A foot at one instant, each vector (x m, y m, yaw rad).
+struct TrueFoot {
+  Eigen::Vector3d truth = Eigen::Vector3d::Zero(), plan = Eigen::Vector3d::Zero();  ///< of the sole
+  bool planned_down = true;                                                         ///< the plan has it stand
+  double load_n = 0;  ///< vertical force, mean since the instant before
+  Eigen::Vector3d creep =
+      Eigen::Vector3d::Zero();  ///< slip that the contact model causes, since the instant before
+};
+/// True and planned poses of the feet.
+struct TrueFeet {
+  slam::Stamp t{0};
+  TrueFoot left, right;
+};
+
+/// True motion of the chest IMU.
+struct TrueMotion {
+  slam::Stamp t{0};
+  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d v_WG = Eigen::Vector3d::Zero();  ///< m/s in W
+};
+
+/// A surface of the room: kind plane, box, sphere, cylinder, ellipsoid or capsule, sized by half-lengths as
+/// in MJCF.
+struct RecordedSurface {
+  std::string kind;
+  Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+};
+
+/// Writes a recording as the run goes on; memory does not grow with its length. Throws FileError when a file
+/// cannot be written, std::logic_error when the sensors given are not ideal ones (inertial readings that do
+/// not chain, gyro and accelerometer over different intervals, stamps that do not rise, a joint too many).
+class RecordingWriter {
+ public:
+  /// `folder` is made; it must not exist.
+  RecordingWriter(const std::filesystem::path& folder, const RecordingSetup& setup);
+  ~RecordingWriter();
+
+  void add(const slam::Observation& ideal);
+  void add(const BodyReading& reading);  ///< at any rate
+  void add(const TruePoses& poses);      ///< once per frame
+  void add(const TrueMotion& motion);    ///< at any rate
+  void add(const TrueFeet& feet);        ///< at any rate
+  void add(const RecordedSurface& surface);
+
+  /// A small file of the recording's own, listed in the manifest.
+  void add(const std::string& name, std::string_view text);
+
+  /// Closes all files and writes the manifest. Without a manifest the folder is an unfinished recording,
+  /// which no reader accepts.
+  void finish();
+
+ private:
+  struct Files;
+  std::unique_ptr<Files> files_;
+};
+
+/// Reads a recording's observations one after another and never opens its truth. Throws FileError that names
+/// file, line and column of whatever is missing, truncated, edited or malformed.
+class RecordingReader {
+ public:
+  explicit RecordingReader(const std::filesystem::path& folder);
+  ~RecordingReader();
+  RecordingReader(RecordingReader&&) noexcept;
+
+  const RecordingSetup& setup() const;
+  /// The next observation; nothing after the last.
+  std::optional<slam::Observation> next();
+  /// One hash for the whole recording.
+  const std::string& hash() const;
+
+ private:
+  struct Files;
+  std::unique_ptr<Files> files_;
+};
+
+/// What the score needs to know of a run.
+struct Truth {
+  std::vector<files::TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
+  std::vector<TrueFeet> feet;                               ///< empty in a recording that has none
+  std::vector<RecordedSurface> surfaces;
+};
+
+/// Opens a recording's truth, which is done only once the filter has finished. Throws FileError as
+/// RecordingReader does.
+Truth read_truth(const std::filesystem::path& folder);
+
+}  // namespace sim::recording

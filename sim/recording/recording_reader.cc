@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+
+#include "sim/recording/grey_png.h"
+#include "sim/recording/manifest.h"
+#include "sim/recording/plan_row.h"
+#include "sim/recording/recording.h"
+#include "sim/recording/recording_format.h"
+#include "sim/recording/sensor_yaml.h"
+#include "sim/recording/stamped_rows.h"
+
+namespace sim::recording {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace recording_format;
+
+StampedRows rows_of(const Manifest& manifest, const std::string& name,
+                    const std::vector<std::string>& headers) {
+  return StampedRows(files::CsvReader(manifest.check(name), headers), kEpoch);
+}
+
+// What the filter is not given, but is checked with the rest of the recording.
+std::vector<std::string> files_for_other_readers() {
+  std::vector<std::string> names{kBody};
+  for (const BodySensor& sensor : body_sensors()) {
+    names.push_back(body_sensor_file(sensor.name));
+    names.push_back(body_sensor_rows(sensor.name));
+  }
+  names.insert(names.end(), {kMotionSensor, kMotionRows});
+  return names;
+}
+
+std::vector<files::TimedPose> read_poses(const Manifest& manifest, const std::string& name,
+                                         const std::string& header) {
+  std::vector<files::TimedPose> poses;
+  for (StampedRows rows = rows_of(manifest, name, {header}); rows.stamp(); rows.advance())
+    poses.push_back({*rows.stamp(), rows.row().pose(1)});
+  return poses;
+}
+
+// The foot whose fields begin with that one.
+TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
+  const std::int64_t down = row.integer(first + 6);
+  if (down != 0 && down != 1) row.fail(first + 6, "expected 0 or 1");
+  return {row.vector(first), row.vector(first + 3), down == 1, row.number(first + 7), row.vector(first + 8)};
+}
+
+std::vector<TrueFeet> read_feet(const Manifest& manifest) {
+  std::vector<TrueFeet> feet;
+  if (!manifest.lists(kFeet)) return feet;
+  for (StampedRows rows = rows_of(manifest, kFeet, {kFeetHeader}); rows.stamp(); rows.advance())
+    feet.push_back({*rows.stamp(), read_foot(rows.row(), 1), read_foot(rows.row(), 12)});
+  return feet;
+}
+
+std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
+  std::vector<RecordedSurface> surfaces;
+  files::CsvReader rows(manifest.check(kSurfaces), {kSurfacesHeader});
+  while (rows.next()) {
+    if (std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0)) == kSurfaceKinds.end())
+      rows.fail(0, "expected plane, box, sphere, cylinder, ellipsoid or capsule");
+    surfaces.push_back({std::string(rows.text(0)), rows.pose(1), rows.vector(13)});
+  }
+  return surfaces;
+}
+
+// Images that other programs wrote may be of a kind that only OpenCV decodes.
+cv::Mat decoded_png(const std::string& png) {
+  if (auto grey = decode_grey_png(png)) return *grey;
+  const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
+  return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+}
+
+}  // namespace
+
+struct RecordingReader::Files {
+  explicit Files(const fs::path& folder_) : folder(folder_) {
+    manifest.check_sizes();
+    for (const std::string& name : files_for_other_readers()) manifest.check(name);
+    read_camera_yaml(folder / kCameraSensor, manifest.read(kCameraSensor), setup);
+    read_plan_yaml(folder / kPlanSensor, manifest.read(kPlanSensor), setup);
+    const auto begin = read_imu_yaml(folder / kImuSensor, manifest.read(kImuSensor), setup);
+    if (imu.stamp() && !begin)
+      throw files::FileError(folder / kImuSensor, "has no key first_interval_begins_ns");
+    if (begin) imu_end = *begin;
+  }
+
+  fs::path folder;
+  Manifest manifest{folder};
+  RecordingSetup setup;
+  StampedRows frames = rows_of(manifest, kFrames, {kStampColumn}),
+              camera = rows_of(manifest, kCameraRows, {kCameraHeader}),
+              imu = rows_of(manifest, kImuRows, {kImuHeader, kGyroHeader}),
+              plan = rows_of(manifest, kPlanRows, {kPlanHeader});
+  slam::Stamp imu_end{0};
+
+  cv::Mat image(std::string_view name) const {
+    const std::string path = kCameraFolder + std::string(name), png = manifest.read(path);
+    const cv::Mat decoded = decoded_png(png);
+    const slam::CameraIntrinsics& size = setup.calibration.camera;
+    if (decoded.type() != CV_8UC1 || decoded.cols != size.width_px || decoded.rows != size.height_px)
+      throw files::FileError(
+          folder / path, fmt::format("is not an 8-bit grey image of {}x{}", size.width_px, size.height_px));
+    return decoded;
+  }
+
+  void take_inertial(slam::Observation& observation) {
+    for (; imu.stamp() && *imu.stamp() <= observation.t; imu.advance()) {
+      const slam::Stamp begin = imu_end;
+      imu_end = *imu.stamp();
+      if (imu_end <= begin) imu.row().fail(0, "the interval ends before it begins");
+      observation.gyro.push_back({begin, imu_end, imu.row().vector(1)});
+      if (imu.row().header() == 0) observation.accelerometer.push_back({begin, imu_end, imu.row().vector(4)});
+    }
+  }
+
+  /// Throws where a row is of before t, which is no stamp of frames.csv.
+  void refuse_rows_before(slam::Stamp t, const std::initializer_list<const StampedRows*>& files) const {
+    for (const StampedRows* rows : files)
+      if (rows->stamp() && *rows->stamp() < t) rows->row().fail(0, "no frame of frames.csv has this stamp");
+  }
+};
+
+RecordingReader::RecordingReader(const fs::path& folder) : files_(std::make_unique<Files>(folder)) {}
+RecordingReader::~RecordingReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+
+const RecordingSetup& RecordingReader::setup() const { return files_->setup; }
+const std::string& RecordingReader::hash() const { return files_->manifest.hash(); }
+
+std::optional<slam::Observation> RecordingReader::next() {
+  Files& f = *files_;
+  if (!f.frames.stamp()) {
+    f.refuse_rows_before(slam::Stamp::max(), {&f.camera, &f.plan, &f.imu});
+    return std::nullopt;
+  }
+  slam::Observation observation;
+  observation.t = *f.frames.stamp();
+  f.refuse_rows_before(observation.t, {&f.camera, &f.plan});
+  f.take_inertial(observation);
+  if (f.camera.stamp() == observation.t) {
+    observation.image = f.image(f.camera.row().text(1));
+    f.camera.advance();
+  }
+  if (f.plan.stamp() == observation.t) {
+    observation.plan = read_plan_row(f.plan.row());
+    f.plan.advance();
+  }
+  f.frames.advance();
+  return observation;
+}
+
+Truth read_truth(const fs::path& folder) {
+  const Manifest manifest(folder);
+  Truth truth;
+  truth.camera = read_poses(manifest, kTrueCamera, kTrueCameraHeader);
+  truth.waist = read_poses(manifest, kTrueWaist, kTrueWaistHeader);
+  truth.waist_plan = read_poses(manifest, kPlannedWaist, kPlannedWaistHeader);
+  truth.feet = read_feet(manifest);
+  truth.surfaces = read_surfaces(manifest);
+  return truth;
+}
+
+}  // namespace sim::recording

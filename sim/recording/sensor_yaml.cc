@@ -1,0 +1,231 @@
+#include "sim/recording/sensor_yaml.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+
+#include "sim/files/number.h"
+
+namespace sim::recording {
+namespace {
+
+// OpenCV's reader requires this directive on the first line; yaml-cpp does not know its version.
+constexpr const char* kDirective = "%YAML:1.0";
+constexpr const char *kOneParameter = "one-parameter-radial", *kRadialTangential = "radial-tangential",
+                     *kEquidistant = "equidistant";
+
+std::string matrix(const std::string& key, const Eigen::Isometry3d& X) {
+  const Eigen::Matrix4d& m = X.matrix();
+  std::string text = fmt::format("{}:\n  cols: 4\n  rows: 4\n  data: [", key);
+  for (int row = 0; row < 4; ++row)
+    text += fmt::format("{}{}, {}, {}, {}", row ? ",\n         " : "", m(row, 0), m(row, 1), m(row, 2),
+                        m(row, 3));
+  return text + "]\n";
+}
+
+std::string head(const std::string& type, const std::string& comment) {
+  return fmt::format("{}\nsensor_type: {}\ncomment: \"{}\"\n", kDirective, type, comment);
+}
+
+std::string lens(const slam::Lens& lens) {
+  const auto text = [](const char* model, const auto&... coefficients) {
+    const std::vector<double> all{coefficients...};
+    return fmt::format("distortion_model: {}\ndistortion_coefficients: [{}]\n", model, fmt::join(all, ", "));
+  };
+  if (const auto* k = std::get_if<slam::Equidistant>(&lens))
+    return text(kEquidistant, k->k1, k->k2, k->k3, k->k4);
+  if (const auto* k = std::get_if<slam::RadialTangential>(&lens))
+    return text(kRadialTangential, k->k1, k->k2, k->p1, k->p2);
+  return text(kOneParameter, std::get<slam::OneParameterRadial>(lens).k1_px2);
+}
+
+std::string imu_keys(const RecordingSetup& setup, const ImuNoise& noise) {
+  return matrix("T_BS", Eigen::Isometry3d::Identity()) +
+         fmt::format(
+             "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
+             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
+             setup.imu_rate_hz, noise.gyro_density, noise.gyro_walk, noise.accelerometer_density,
+             noise.accelerometer_walk);
+}
+
+// A parsed file. Members throw FileError with file, line and column.
+class Yaml {
+ public:
+  Yaml(const std::filesystem::path& file, std::string text) : file_(file) {
+    if (text.starts_with(kDirective)) text.replace(0, std::string(kDirective).size(), "#");
+    try {
+      root_ = YAML::Load(text);
+    } catch (const YAML::Exception& error) {
+      fail(error.mark, error.msg);
+    }
+  }
+
+  YAML::Node at(const std::string& key) const {
+    const YAML::Node node = root_.IsMap() ? root_[key] : YAML::Node(YAML::NodeType::Undefined);
+    if (!node) throw files::FileError(file_, "has no key " + key);
+    return node;
+  }
+
+  bool has(const std::string& key) const { return root_.IsMap() && root_[key]; }
+
+  double number(const YAML::Node& node) const {
+    const auto value = node.IsScalar() ? files::parse_finite(node.Scalar()) : std::nullopt;
+    if (!value) fail(node.Mark(), "expected a finite number");
+    return *value;
+  }
+
+  std::int64_t integer(const YAML::Node& node) const {
+    const auto value = node.IsScalar() ? files::parse_number<std::int64_t>(node.Scalar()) : std::nullopt;
+    if (!value) fail(node.Mark(), "expected an integer");
+    return *value;
+  }
+
+  std::vector<double> numbers(const YAML::Node& node, std::size_t count) const {
+    if (!node.IsSequence() || node.size() != count)
+      fail(node.Mark(), fmt::format("expected {} numbers", count));
+    std::vector<double> values;
+    for (const YAML::Node& entry : node) values.push_back(number(entry));
+    return values;
+  }
+
+  Eigen::Isometry3d pose(const std::string& key) const { return checked_pose(key, 1e-9); }
+
+  /// As pose(), for files that give few digits; the rotation is made orthonormal.
+  Eigen::Isometry3d rounded_pose(const std::string& key) const {
+    Eigen::Isometry3d X = checked_pose(key, 1e-4);
+    X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();
+    return X;
+  }
+
+  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& why) const {
+    if (mark.is_null()) throw files::FileError(file_, why);
+    throw files::FileError(file_, static_cast<std::size_t>(mark.line) + 1,
+                           static_cast<std::size_t>(mark.column) + 1, why);
+  }
+
+ private:
+  Eigen::Isometry3d checked_pose(const std::string& key, double tolerance) const {
+    const YAML::Node node = at(key);
+    if (!node.IsMap() || !node["data"]) fail(node.Mark(), "expected a matrix");
+    const std::vector<double> values = numbers(node["data"], 16);
+    Eigen::Isometry3d X;
+    X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+    const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
+    if (residual.norm() > tolerance || X.linear().determinant() < 0 ||
+        X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+      fail(node.Mark(),
+           "not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+    return X;
+  }
+
+  std::filesystem::path file_;
+  YAML::Node root_;
+};
+
+slam::Lens read_lens(const Yaml& yaml) {
+  const YAML::Node model = yaml.at("distortion_model"), coefficients = yaml.at("distortion_coefficients");
+  const std::string name = model.IsScalar() ? model.Scalar() : "";
+  if (name == kOneParameter) return slam::OneParameterRadial{yaml.numbers(coefficients, 1)[0]};
+  if (name != kRadialTangential && name != "radtan" && name != kEquidistant)
+    yaml.fail(model.Mark(),
+              fmt::format("expected {}, radtan, {} or {}", kRadialTangential, kEquidistant, kOneParameter));
+  const std::vector<double> k = yaml.numbers(coefficients, 4);
+  if (name == kEquidistant) return slam::Equidistant{k[0], k[1], k[2], k[3]};
+  return slam::RadialTangential{k[0], k[1], k[2], k[3]};
+}
+
+}  // namespace
+
+std::string camera_yaml(const RecordingSetup& setup) {
+  const slam::CameraIntrinsics& camera = setup.calibration.camera;
+  return head("camera", "head camera; body frame: the chest IMU") +
+         matrix("T_BS", setup.calibration.X_CG.inverse()) + matrix("T_SB", setup.calibration.X_CG) +
+         fmt::format(
+             "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n{}",
+             setup.camera_rate_hz, camera.width_px, camera.height_px, camera.fu_px, camera.fv_px,
+             camera.u0_px, camera.v0_px, lens(camera.lens));
+}
+
+std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin) {
+  return head("imu", "chest IMU, ideal: means over (previous stamp, stamp]; +g up at rest") +
+         imu_keys(setup, {}) +
+         (begin ? fmt::format("first_interval_begins_ns: {}\n", (kEpoch + *begin).count()) : "");
+}
+
+std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise) {
+  return head("imu", "chest IMU; +g up at rest") + imu_keys(setup, noise);
+}
+
+std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup) {
+  return head(sensor.type, sensor.comment) + fmt::format("rate_hz: {}\n", setup.imu_rate_hz) +
+         sensor.yaml(setup.joints);
+}
+
+std::string plan_yaml(const RecordingSetup& setup) {
+  return head("plan", "walking plan: the camera's pose and velocities in the plan's own world") +
+         fmt::format("rate_hz: {}\n", setup.camera_rate_hz) + matrix("T_WC_start", setup.X_WC_start);
+}
+
+std::string motion_yaml() {
+  return head("visual-inertial", "truth of the simulator") + matrix("T_BS", Eigen::Isometry3d::Identity());
+}
+
+std::string body_yaml() {
+  return std::string(kDirective) + "\ncomment: \"GaitSLAM humanoid; body frame: the chest IMU\"\n";
+}
+
+void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {
+  const Yaml yaml(file, text);
+  slam::CameraIntrinsics& camera = setup.calibration.camera;
+  const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
+             intrinsics = yaml.numbers(yaml.at("intrinsics"), 4);
+  for (const double side : resolution)
+    if (side < 1 || side > 100000 || side != std::floor(side))
+      yaml.fail(yaml.at("resolution").Mark(), "expected whole numbers from 1 to 100000");
+  if (yaml.has("camera_model") && yaml.at("camera_model").Scalar() != "pinhole")
+    yaml.fail(yaml.at("camera_model").Mark(), "expected pinhole");
+  camera.width_px = static_cast<int>(resolution[0]), camera.height_px = static_cast<int>(resolution[1]);
+  camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
+  camera.v0_px = intrinsics[3];
+  camera.lens = read_lens(yaml);
+  setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB") : yaml.rounded_pose("T_BS").inverse();
+  setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
+}
+
+std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
+                                         RecordingSetup& setup) {
+  const Yaml yaml(file, text);
+  setup.imu_rate_hz = yaml.number(yaml.at("rate_hz"));
+  if (text.find("first_interval_begins_ns") == text.npos) return std::nullopt;
+  const YAML::Node begin = yaml.at("first_interval_begins_ns");
+  if (yaml.integer(begin) < 0) yaml.fail(begin.Mark(), "a stamp below zero");
+  return slam::Stamp(yaml.integer(begin)) - kEpoch;
+}
+
+MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text) {
+  const Yaml yaml(file, text);
+  const auto density = [&](const char* key) {
+    const double stated = yaml.has(key) ? yaml.number(yaml.at(key)) : 0;
+    if (stated != 0 && !(stated >= 1e-9 && stated <= 1e3))
+      yaml.fail(yaml.at(key).Mark(), "expected 0 or a number from 1e-9 to 1000");
+    return stated;
+  };
+  MountedImu imu;
+  imu.X_BS = yaml.rounded_pose("T_BS");
+  imu.rate_hz = yaml.number(yaml.at("rate_hz"));
+  imu.noise = {density("gyroscope_noise_density"), density("gyroscope_random_walk"),
+               density("accelerometer_noise_density"), density("accelerometer_random_walk")};
+  return imu;
+}
+
+Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text) {
+  return Yaml(file, text).rounded_pose("T_BS");
+}
+
+void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {
+  setup.X_WC_start = Yaml(file, text).pose("T_WC_start");
+}
+
+}  // namespace sim::recording

@@ -1,0 +1,50 @@
+// The sensor.yaml files of a recording: how the sensors sit on the robot, and the camera's intrinsics.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "sim/recording/recording.h"
+
+namespace sim::recording {
+
+/// White noise per root hertz and random walk of the bias, as calibration files state them.
+struct ImuNoise {
+  double gyro_density = 0;           ///< rad/s/√Hz
+  double gyro_walk = 0;              ///< rad/s²/√Hz
+  double accelerometer_density = 0;  ///< m/s²/√Hz
+  double accelerometer_walk = 0;     ///< m/s³/√Hz
+};
+
+/// cam0: body frame = chest IMU G, so T_BS = X_GC; T_SB = X_CG is what the filter is given. distortion_model:
+/// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
+/// 1999), radial-tangential or equidistant.
+std::string camera_yaml(const RecordingSetup& setup);
+/// imu0 of ideal readings, whose noise densities are zero. begin: of the interval of the first reading, if
+/// there is a reading.
+std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
+/// imu0 of noisy readings, each of an instant.
+std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise);
+std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
+std::string plan_yaml(const RecordingSetup& setup);
+std::string motion_yaml();
+std::string body_yaml();
+
+/// The readers take the text of a file and its name, and throw FileError. T_SB is missing in cameras of other
+/// programs: then T_BS is taken, whose rotation matrix must be orthonormal to 1e-4 only.
+void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
+std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
+                                         RecordingSetup& setup);
+/// The mounting of an IMU on the body and its stated noise, zero where nothing is stated.
+struct MountedImu {
+  Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
+  ImuNoise noise;
+  double rate_hz = 0;
+};
+MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text);
+/// The T_BS of any sensor.
+Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text);
+void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
+
+}  // namespace sim::recording

@@ -1,0 +1,158 @@
+#include "sim/regression/baseline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "sim/files/durable_file.h"
+#include "sim/files/hashed_file.h"
+#include "sim/files/text.h"
+#include "sim/result/json.h"
+#include "sim/score/evaluate.h"
+
+namespace sim::regression {
+namespace {
+
+using nlohmann::ordered_json;
+constexpr std::string_view kSeal = "\"xxh3_128\": \"";
+constexpr int kFormat = 1;
+
+std::string hash(std::string_view bytes) {
+  files::Hash all;
+  all.add(bytes);
+  return all.hex();
+}
+
+// The names of the metrics that any seed has, in the order of the first that has them.
+std::vector<std::string> metric_names(const std::vector<result::SeedScore>& seeds) {
+  std::vector<std::string> names;
+  std::set<std::string> known;
+  for (const result::SeedScore& seed : seeds)
+    for (const result::SeedMetric& metric : seed.metrics)
+      if (known.insert(metric.name).second) names.push_back(metric.name);
+  return names;
+}
+
+template <class Part>
+ordered_json of_seeds(const std::vector<result::SeedScore>& seeds, Part part) {
+  ordered_json all = ordered_json::array();
+  for (const result::SeedScore& seed : seeds) all.push_back(part(seed));
+  return all;
+}
+
+ordered_json values(const std::vector<result::SeedScore>& seeds, const std::string& name) {
+  return of_seeds(seeds, [&](const result::SeedScore& seed) { return result::or_null(seed.value(name)); });
+}
+
+// "key": value, a line each.
+std::string lines(const ordered_json& object) {
+  std::string text;
+  for (const auto& [key, value] : object.items())
+    text += fmt::format("{}{}: {}", text.empty() ? "" : ",\n", ordered_json(key).dump(), value.dump());
+  return text;
+}
+
+std::string print(const ScenarioResults& scenario) {
+  ordered_json metrics = ordered_json::object();
+  for (const std::string& name : metric_names(scenario.seeds)) metrics[name] = values(scenario.seeds, name);
+  const auto& seeds = scenario.seeds;
+  const ordered_json head{
+      {"config_xxh3_128", config_hash(scenario.config)},
+      {"seeds", of_seeds(seeds, [](const result::SeedScore& s) { return s.seed; })},
+      {"endings", of_seeds(seeds, [](const result::SeedScore& s) { return s.ending; })},
+      {"exit_codes", of_seeds(seeds, [](const result::SeedScore& s) { return s.exit_code; })},
+      {"recordings_xxh3_128", of_seeds(seeds, [](const result::SeedScore& s) { return s.recording; })}};
+  return fmt::format("{}: {{\n\"config\": {{\n{}\n}},\n{},\n\"metrics\": {{\n{}\n}}\n}}",
+                     ordered_json(scenario.name).dump(), lines(scenario.config), lines(head), lines(metrics));
+}
+
+std::string unit_of_metric(const std::string& name) {
+  const score::MetricDefinition* defined = score::find_metric(name);
+  return defined ? defined->unit : "";
+}
+
+ScenarioResults scenario_from(const std::string& name, const ordered_json& json) {
+  ScenarioResults scenario{name, json.at("config"), {}};
+  const std::size_t n = json.at("seeds").size();
+  for (std::size_t i = 0; i < n; ++i)
+    scenario.seeds.push_back({json["seeds"].at(i),
+                              json.at("endings").at(i),
+                              json.at("exit_codes").at(i),
+                              {},
+                              json.at("recordings_xxh3_128").at(i)});
+  for (const auto& [metric, values] : json.at("metrics").items())
+    for (std::size_t i = 0; i < n; ++i) {
+      const ordered_json& value = values.at(i);
+      scenario.seeds[i].metrics.push_back(
+          {metric, unit_of_metric(metric),
+           value.is_null() ? std::nullopt : std::optional(value.get<double>())});
+    }
+  return scenario;
+}
+
+Baseline from_json(const ordered_json& json) {
+  Baseline baseline;
+  for (const ordered_json& change : json.at("history"))
+    baseline.history.push_back({change.at("revision"), change.at("reason"), change.at("processor")});
+  for (const auto& [name, scenario] : json.at("scenarios").items())
+    baseline.scenarios.push_back(scenario_from(name, scenario));
+  return baseline;
+}
+
+void check_seal(const std::filesystem::path& file, const std::string& text) {
+  const std::size_t seal = text.rfind(kSeal);
+  if (seal == text.npos) throw files::FileError(file, "is no baseline, or its end is missing");
+  if (text.substr(seal) != fmt::format("{}{}\"\n}}\n", kSeal, hash(std::string_view(text).substr(0, seal))))
+    throw files::FileError(
+        file,
+        "its bytes are not those that were written; restore the file, or make a new baseline with "
+        "'gaitslam baseline update'");
+}
+
+}  // namespace
+
+const ScenarioResults* Baseline::find(const std::string& scenario) const {
+  const auto found = std::find_if(scenarios.begin(), scenarios.end(),
+                                  [&](const ScenarioResults& s) { return s.name == scenario; });
+  return found == scenarios.end() ? nullptr : &*found;
+}
+
+std::string config_hash(const std::map<std::string, std::string>& config) {
+  return hash(ordered_json(config).dump());
+}
+
+Baseline read_baseline(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file))
+    throw files::FileError(file, "there is no such baseline; 'gaitslam baseline update' makes one");
+  const std::string text = files::read_text(file);
+  check_seal(file, text);
+  try {
+    const ordered_json json = ordered_json::parse(text);
+    if (json.at("format_version") != kFormat)
+      throw files::FileError(
+          file, fmt::format("is of format {}, expected {}", json["format_version"].dump(), kFormat));
+    return from_json(json);
+  } catch (const ordered_json::exception& e) {
+    throw files::FileError(file, e.what());
+  }
+}
+
+void write_baseline(const std::filesystem::path& file, const Baseline& baseline) {
+  std::string history, scenarios;
+  for (const BaselineChange& change : baseline.history) {
+    const ordered_json json{
+        {"revision", change.revision}, {"reason", change.reason}, {"processor", change.processor}};
+    history += (history.empty() ? "" : ",\n") + json.dump();
+  }
+  for (const ScenarioResults& scenario : baseline.scenarios)
+    scenarios += (scenarios.empty() ? "" : ",\n") + print(scenario);
+  std::string text =
+      fmt::format("{{\n\"format_version\": {},\n\"history\": [\n{}\n],\n\"scenarios\": {{\n{}\n}},\n",
+                  kFormat, history, scenarios);
+  text += fmt::format("{}{}\"\n}}\n", kSeal, hash(text));
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+  files::write_durably(file, text);
+}
+
+}  // namespace sim::regression

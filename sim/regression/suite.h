@@ -1,0 +1,33 @@
+// A suite: scenarios that are run together, their seeds, and the gates of each.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/regression/verdict.h"
+
+namespace sim::regression {
+
+/// One scenario of a suite. changes: key=value, as on the command line.
+struct SuiteEntry {
+  std::filesystem::path file;
+  scenario::Changes changes;
+  std::vector<Gate> gates;
+};
+
+struct Suite {
+  std::string name;   ///< the file's stem
+  std::string seeds;  ///< as users type them: "1..3"
+  std::vector<SuiteEntry> entries;
+};
+
+/// Reads a suite strictly; scenario files are relative to the suite's folder. Throws ConfigError at the first
+/// error (also if there is no scenario, or two have the same name), FileError if the file cannot be read.
+Suite read_suite(const std::filesystem::path& file);
+
+/// The configuration that determines the runs of a scenario, key to value: the keys that its file and changes
+/// set, except limits, name and seed; and the sections that it has.
+std::map<std::string, std::string> config_of(const scenario::ReadScenario& read);
+
+}  // namespace sim::regression

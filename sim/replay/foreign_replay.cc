@@ -1,0 +1,102 @@
+#include "sim/replay/foreign_replay.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <cmath>
+
+#include "sim/recording/asl_folder.h"
+#include "slam/observation.h"
+
+namespace sim::replay {
+namespace {
+
+namespace fs = std::filesystem;
+
+// No noise in addition to the sensors' own. A walk is required, but not used.
+constexpr const char* kText = R"(
+walk: {commands: [stand: {duration_s: 1}]}
+errors:
+  gyro: {sigma_rad_s: 0}
+  accelerometer: {sigma_m_s2: 0}
+  image: {read_sigma_grey: 0, shot_sigma_grey: 0}
+camera: {}
+slam: {}
+)";
+
+std::string name_of(const fs::path& folder) {
+  std::string name = fs::absolute(folder / "x").lexically_normal().parent_path().filename().string();
+  for (char& letter : name)
+    if (!std::isalnum(static_cast<unsigned char>(letter))) letter = '_';
+  return name.empty() ? "recording" : name;
+}
+
+std::string setting(const char* key, double value) { return fmt::format("{}={}", key, value); }
+
+// The IMU noise that the folder's own files state.
+std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
+  std::vector<std::string> settings;
+  if (sensors.noise.gyro_density > 0)
+    settings.push_back(
+        setting("slam.gyro.sigma_rad_s", sensors.noise.gyro_density / std::sqrt(slam::kReadingPeriod_s)));
+  if (sensors.noise.accelerometer_density > 0)
+    settings.push_back(setting("slam.accelerometer.sigma_m_s2",
+                               sensors.noise.accelerometer_density / std::sqrt(slam::kReadingPeriod_s)));
+  if (sensors.has_plan) return settings;
+  settings.push_back("slam.accelerometer.enabled=false");
+  settings.push_back(setting("slam.gyro.sigma_bias_rad_s", 0.1));
+  if (sensors.noise.gyro_walk > 0)
+    settings.push_back(setting("slam.gyro.sigma_bias_walk_rad_s2", sensors.noise.gyro_walk));
+  return settings;
+}
+
+// Images and angular rates do not determine the scale.
+std::string why_no_scale(const slam::Options& options, bool has_plan) {
+  if (options.accelerometer.enabled || (has_plan && options.plan_velocity.enabled)) return "";
+  return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
+}
+
+}  // namespace
+
+scenario::ReadScenario foreign_scenario(const fs::path& folder, const scenario::Changes& changes) {
+  scenario::ReadScenario plain =
+      scenario::read_scenario_text(kText, folder.string(), changes);  // reports errors in `changes`
+  scenario::Changes all = changes;
+  std::vector<std::string> settings{"name=" + name_of(folder)};
+  for (const std::string& said : settings_of(recording::AslFolder(folder).sensors()))
+    if (!plain.origin.contains(said.substr(0, said.find('=')))) settings.push_back(said);
+  all.overrides.insert(all.overrides.begin(), settings.begin(), settings.end());
+  return scenario::read_scenario_text(kText, folder.string(), all);
+}
+
+result::Outcome replay_foreign(const scenario::ReadScenario& scenario, const fs::path& folder,
+                               const result::ResultPlace& place, const result::Progress& progress) {
+  files::DurableFolder result(place.folder, place.existing);
+  recording::AslFolder reader(folder);
+  const recording::AslSensors& sensors = reader.sensors();
+  tracking::Tracking tracking(scenario.scenario, sensors.setup.calibration, sensors.setup.X_WC_start);
+  result::Timing timing;
+  std::vector<slam::Stamp> times;
+  std::vector<files::TimedPose> plan;
+  while (auto observation = reader.next()) {
+    result::FrameTiming frame{.t = observation->t};
+    times.push_back(observation->t);
+    if (observation->plan) plan.push_back({observation->t, observation->plan->X_PC});
+    {
+      const result::StageClock clock(frame.filter_ms);
+      tracking.take(std::move(*observation));
+    }
+    timing.frames.push_back(frame);
+    progress(0);
+  }
+  result::RunRecord record{scenario, "completed", "", sensors.setup, {}, tracking.finish(), ""};
+  record.truth.camera = recording::read_asl_truth(folder, sensors, times);
+  record.planned_camera = std::move(plan);
+  record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_plan);
+  const result::Outcome outcome = result::write_result(result.path(), record, place, timing,
+                                                       times.empty() ? 0 : slam::seconds(times.back()));
+  result.commit();
+  return outcome;
+}
+
+}  // namespace sim::replay

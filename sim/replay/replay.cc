@@ -1,0 +1,61 @@
+#include "sim/replay/replay.h"
+
+#include "sim/files/file_error.h"
+#include "sim/result/json.h"
+
+namespace sim::replay {
+namespace {
+
+// Gives the whole recording to the filter; returns the stamp of the last observation.
+slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tracking>& tracking,
+                  result::Timing& timing, const result::Progress& progress) {
+  slam::Stamp last{0};
+  while (auto observation = reader.next()) {
+    result::FrameTiming frame{.t = observation->t};
+    last = observation->t;
+    if (tracking) {
+      const result::StageClock clock(frame.filter_ms);
+      tracking->take(std::move(*observation));
+    }
+    frame.landmarks = tracking ? tracking->landmarks() : 0;
+    timing.frames.push_back(frame);
+    progress(0);
+  }
+  return last;
+}
+
+}  // namespace
+
+WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
+  const std::filesystem::path about = result_folder / "about.json";
+  const auto json = result::read_json(about);
+  try {
+    return {json.at("walk_ending"), json.value("walk_cause", "")};
+  } catch (const nlohmann::json::exception&) {
+    throw files::FileError(about, "expected JSON with walk_ending");
+  }
+}
+
+result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
+                       const WalkEnd& walk, const result::ResultPlace& place,
+                       const result::Progress& progress, Recorded recorded) {
+  files::DurableFolder folder(place.folder, place.existing);
+  result::Timing timing;
+  recording::RecordingReader reader(recording);
+  std::optional<tracking::Tracking> tracking;
+  if (scenario.scenario.slam)
+    tracking.emplace(scenario.scenario, reader.setup().calibration, reader.setup().X_WC_start);
+  const slam::Stamp last = track(reader, tracking, timing, progress);
+  result::RunRecord record{
+      scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
+      std::nullopt, reader.hash()};
+  if (tracking) record.tracked = tracking->finish();
+  const result::Outcome outcome =
+      result::write_result(folder.path(), record, place, timing, 1e-9 * static_cast<double>(last.count()));
+  if (recorded == Recorded::copied)
+    std::filesystem::copy(recording, folder.path() / "recording", std::filesystem::copy_options::recursive);
+  folder.commit();
+  return outcome;
+}
+
+}  // namespace sim::replay

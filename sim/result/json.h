@@ -1,0 +1,22 @@
+// What several JSON files of a result have in common.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace sim::result {
+
+/// null for what is absent.
+template <typename T>
+nlohmann::ordered_json or_null(const std::optional<T>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+/// The JSON object in a file. Throws FileError.
+nlohmann::ordered_json read_json(const std::filesystem::path& file);
+
+/// Writes an indented JSON file. Throws FileError.
+void write_json(const std::filesystem::path& file, const nlohmann::ordered_json& json);
+
+}  // namespace sim::result

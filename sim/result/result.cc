@@ -1,0 +1,108 @@
+#include "sim/result/result.h"
+
+#include <fmt/core.h>
+
+#include "sim/files/text.h"
+#include "sim/files/tum.h"
+#include "sim/result/json.h"
+#include "sim/result/limits.h"
+#include "sim/result/score_file.h"
+#include "sim/result/score_input.h"
+#include "sim/result/tracked_files.h"
+#include "sim/score/evaluate.h"
+
+namespace sim::result {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string tum(const std::vector<files::TimedPose>& poses) {
+  std::string text;
+  for (const files::TimedPose& pose : poses) text += files::tum_row(pose.t, pose.X);
+  return text;
+}
+
+void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string poses, with_covariance = files::kTumCovarianceHeader;
+  for (const slam::Estimate& e : tracked.estimates()) {
+    poses += files::tum_row(e.t, e.X_WC);
+    with_covariance += files::tum_row(e.t, e.X_WC, e.covariance);
+  }
+  files::write_text(folder / "estimate.tum", poses);
+  files::write_text(folder / "estimate_cov.txt", with_covariance);
+}
+
+void write_trajectories(const fs::path& folder, const RunRecord& record) {
+  files::write_text(folder / "truth.tum", tum(record.truth.camera));
+  files::write_text(folder / "plan.tum", tum(planned_camera(record)));
+  files::write_text(folder / "waist_truth.tum", tum(record.truth.waist));
+  files::write_text(folder / "waist_plan.tum", tum(record.truth.waist_plan));
+  if (record.tracked) write_estimate(folder, *record.tracked);
+}
+
+std::string planar_fields(const score::Planar& p) { return fmt::format(",{},{},{}", p.x, p.y, p.yaw); }
+
+void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
+  std::string text =
+      "#begin [ns],end [ns],foot,phase,moved_x [m],moved_y [m],moved_yaw [rad],creep_x [m],creep_y "
+      "[m],creep_yaw [rad],drift_x [m],drift_y [m],drift_yaw [rad]\n";
+  for (const score::FootRow& row : rows) {
+    text += fmt::format("{},{},{},{}{}{}{}\n", row.begin.count(), row.end.count(),
+                        row.foot == score::Foot::left ? "left" : "right",
+                        score::kFootPhases[static_cast<std::size_t>(row.phase)], planar_fields(row.moved),
+                        planar_fields(row.creep), planar_fields(row.drift));
+  }
+  files::write_text(file, text);
+}
+
+// The metrics of a run that failed: each without a value.
+score::Metrics unscored(const std::string& cause) {
+  const std::string reason = "not scored: " + (cause.empty() ? "the run failed" : cause);
+  score::Metrics metrics;
+  for (const score::MetricDefinition& defined : score::metric_definitions())
+    metrics[defined.name] = {std::nullopt, defined.unit, reason};
+  return metrics;
+}
+
+void write_about(const fs::path& file, const RunRecord& record, const ResultPlace& place,
+                 const Ending& ended) {
+  const scenario::Scenario& scenario = record.scenario.scenario;
+  auto set_by = record.scenario.origin;
+  set_by.erase("seed");  // a seed's result must not depend on whether it was run alone or in a batch
+  const nlohmann::ordered_json json{{"format_version", 1},
+                                    {"program", "gaitslam"},
+                                    {"version", place.version},
+                                    {"revision", place.revision},
+                                    {"libraries", place.libraries},
+                                    {"scenario", scenario.name},
+                                    {"seed", scenario.seed},
+                                    {"ending", ended.ending},
+                                    {"cause", ended.cause},
+                                    {"walk_ending", record.ending},
+                                    {"walk_cause", record.cause},
+                                    {"recording_xxh3_128", record.recording_hash},
+                                    {"set_by", set_by}};
+  write_json(file, json);
+}
+
+}  // namespace
+
+Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
+                     const Timing& timing, double simulated_s) {
+  const scenario::Scenario& scenario = record.scenario.scenario;
+  const Ending ended = ending_of(record);
+  files::write_text(folder / "scenario.yaml", scenario::to_yaml(scenario));
+  write_trajectories(folder, record);
+  if (record.tracked) write_tracked(folder, *record.tracked);
+  const score::Run input = score_input(record);
+  write_feet(folder / "feet.csv", input.feet);
+  const score::Metrics metrics = ended.ending == "failed" ? unscored(ended.cause) : score::evaluate(input);
+  const auto limits = judge_run(scenario, [&](const std::string& name) { return metrics.at(name).value; });
+  write_score(folder / "score.json", scenario, ended.ending, metrics,
+              record.tracked ? &*record.tracked : nullptr, limits);
+  write_about(folder / "about.json", record, place, ended);
+  timing.write(folder, simulated_s);
+  return {ended, exit_code(scenario, ended.ending, limits)};
+}
+
+}  // namespace sim::result

@@ -1,0 +1,95 @@
+#include "sim/result/score_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sim/files/file_error.h"
+#include "sim/result/json.h"
+#include "sim/score/evaluate.h"
+
+namespace sim::result {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+ordered_json metrics_json(const score::Metrics& metrics) {
+  ordered_json json;
+  for (const score::MetricDefinition& defined : score::metric_definitions()) {
+    const score::Metric& metric = metrics.find(defined.name)->second;
+    ordered_json& entry = json[defined.name];
+    entry["value"] = or_null(metric.value);
+    entry["unit"] = metric.unit;
+    if (!metric.value) entry["reason"] = metric.reason;
+  }
+  return json;
+}
+
+// When tracking was lost and why, and how many observations were refused, wholly or in part.
+ordered_json tracking_json(const tracking::Tracked& tracked) {
+  const auto refused =
+      std::count_if(tracked.frames.begin(), tracked.frames.end(),
+                    [](const tracking::TrackedFrame& frame) { return !frame.report.refused.empty(); });
+  ordered_json lost = ordered_json::array();
+  for (const tracking::Loss& loss : tracked.losses())
+    lost.push_back({{"from_s", slam::seconds(loss.from)},
+                    {"to_s", loss.to ? ordered_json(slam::seconds(*loss.to)) : ordered_json(nullptr)},
+                    {"cause", loss.cause}});
+  return {{"observations_refused", refused}, {"lost", lost}};
+}
+
+ordered_json limits_json(const std::vector<JudgedLimit>& limits) {
+  ordered_json json = ordered_json::array();
+  for (const JudgedLimit& judged : limits) {
+    json.push_back(to_json(judged));
+    if (!judged.passed) json.back()["reason"] = "no filter was to run";
+  }
+  return json;
+}
+
+}  // namespace
+
+void write_score(const fs::path& file, const scenario::Scenario& scenario, const std::string& ending,
+                 const score::Metrics& metrics, const tracking::Tracked* tracked,
+                 const std::vector<JudgedLimit>& limits) {
+  ordered_json json{
+      {"format_version", 1}, {"scenario", scenario.name}, {"seed", scenario.seed}, {"ending", ending}};
+  json["metrics"] = metrics_json(metrics);
+  if (tracked) json["tracking"] = tracking_json(*tracked);
+  json["limits"] = limits_json(limits);
+  write_json(file, json);
+}
+
+std::optional<double> SeedScore::value(const std::string& metric) const {
+  const auto found =
+      std::find_if(metrics.begin(), metrics.end(), [&](const SeedMetric& m) { return m.name == metric; });
+  return found == metrics.end() ? std::nullopt : found->value;
+}
+
+SeedScore read_score(const fs::path& file) {
+  const ordered_json json = read_json(file);
+  try {
+    SeedScore score{json.value("seed", std::uint64_t{0}), json.at("ending"), 0, {}};
+    for (const auto& [name, metric] : json.at("metrics").items()) {
+      const ordered_json& value = metric.at("value");
+      score.metrics.push_back(
+          {name, metric.at("unit"), value.is_null() ? std::nullopt : std::optional(value.get<double>())});
+    }
+    return score;
+  } catch (const ordered_json::exception& e) {
+    throw files::FileError(file, e.what());
+  }
+}
+
+SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_code) {
+  const fs::path file = root / fmt::format("seed-{}", seed) / "score.json";
+  if (!fs::exists(file) && exit_code > 1)
+    return {seed, exit_code == 2 ? "not begun" : "crashed", exit_code, {}};
+  SeedScore score = read_score(file);
+  score.seed = seed;
+  score.exit_code = exit_code;
+  return score;
+}
+
+}  // namespace sim::result

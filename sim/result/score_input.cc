@@ -1,0 +1,142 @@
+#include "sim/result/score_input.h"
+
+#include <cmath>
+#include <map>
+
+#include "sim/result/sensor_innovations.h"
+#include "slam/camera.h"
+#include "walking/hrp2.h"
+#include "walking/timeline.h"
+
+namespace sim::result {
+namespace {
+
+constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
+
+score::Trajectory trajectory(const std::vector<files::TimedPose>& poses) {
+  score::Trajectory trajectory;
+  for (const files::TimedPose& pose : poses) trajectory.push_back({pose.t, pose.X});
+  return trajectory;
+}
+
+std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
+  std::vector<score::EstimatedPose> poses;
+  for (const slam::Estimate& e : tracked.estimates()) poses.push_back({e.t, e.X_WC, e.covariance});
+  return poses;
+}
+
+std::vector<score::LandmarkHistory> landmarks(const tracking::Tracked& tracked) {
+  std::map<int, score::LandmarkHistory> histories;
+  for (const tracking::TrackedFrame& frame : tracked.frames) {
+    const slam::Stamp t = frame.report.t;
+    for (const slam::Sighting& s : frame.report.initialised)
+      histories[s.landmark] = {s.landmark, {t, s.pixel}, {}};
+    for (const slam::Sighting& s : frame.report.matched)
+      histories.at(s.landmark).accepted.push_back({t, s.pixel});
+  }
+  std::vector<score::LandmarkHistory> all;
+  for (auto& [id, history] : histories) all.push_back(std::move(history));
+  return all;
+}
+
+auto innovations(const tracking::Tracked& tracked) {
+  decltype(score::Run::innovations) all;
+  for (const tracking::TrackedFrame& frame : tracked.frames) {
+    const slam::FrameReport& r = frame.report;
+    for (std::size_t i = 0; i < kSensorInnovations.size(); ++i)
+      if (const auto& nis = r.*kSensorInnovations[i]) all[i].push_back({r.t, {nis->value, nis->dof}});
+  }
+  return all;
+}
+
+std::vector<score::MappedPoint> map(const tracking::Tracked& tracked) {
+  std::vector<score::MappedPoint> points;
+  for (const slam::MapPoint& point : tracked.map) points.push_back({point.id, point.p_W, point.covariance});
+  return points;
+}
+
+score::Stamp at_tick(std::size_t tick) {
+  return std::chrono::nanoseconds(std::llround(1e9 * walking::kPeriod)) * static_cast<std::int64_t>(tick);
+}
+
+score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
+  const slam::Camera camera(intrinsics);
+  const auto project = [camera](const Eigen::Isometry3d& X_WC,
+                                const Eigen::Vector3d& p_W) -> std::optional<Eigen::Vector2d> {
+    const auto seen = camera.project(X_WC.inverse() * p_W);
+    if (!seen || !camera.inside(seen->pixel, 0)) return std::nullopt;
+    return seen->pixel;
+  };
+  const auto bearing = [camera](const Eigen::Vector2d& pixel) -> Eigen::Vector3d {
+    return camera.unproject(pixel).value().h.normalized();
+  };
+  return {project, bearing};
+}
+
+score::Planar planar(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+std::vector<score::FootRow> feet(const recording::Truth& truth) {
+  if (truth.feet.empty() || truth.waist.empty()) return {};
+  std::vector<score::FeetSample> samples;
+  for (const recording::TrueFeet& both : truth.feet) {
+    const auto sample = [&](const recording::TrueFoot& foot) -> score::FootSample {
+      return {planar(foot.truth), planar(foot.plan), foot.planned_down, foot.load_n / kNominalWeight_N,
+              planar(foot.creep)};
+    };
+    samples.push_back({both.t, {sample(both.left), sample(both.right)}});
+  }
+  return score::decompose_drift(samples, score::planar(truth.waist.back().X),
+                                score::planar(truth.waist_plan.back().X));
+}
+
+}  // namespace
+
+score::Surface surface(const recording::RecordedSurface& recorded) {
+  using Kind = score::Surface::Kind;
+  static const std::map<std::string, Kind> kinds{{"plane", Kind::plane},         {"box", Kind::box},
+                                                 {"sphere", Kind::sphere},       {"cylinder", Kind::cylinder},
+                                                 {"ellipsoid", Kind::ellipsoid}, {"capsule", Kind::capsule}};
+  return {kinds.at(recorded.kind), recorded.X_WS, recorded.size};
+}
+
+score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
+  const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
+  score::PlannedTimes planned{at_tick(timeline.ticks()), {}};
+  std::size_t tick = 0;
+  for (const walking::Phase& phase : timeline.phases()) {
+    tick += static_cast<std::size_t>(phase.ticks);
+    if (phase.support != walking::Support::both) planned.footsteps.push_back(at_tick(tick));
+  }
+  return planned;
+}
+
+std::vector<files::TimedPose> planned_camera(const RunRecord& record) {
+  std::vector<files::TimedPose> poses = record.truth.waist_plan;
+  if (poses.empty()) return record.planned_camera;
+  const Eigen::Isometry3d X_BC = poses.front().X.inverse() * record.setup.X_WC_start;
+  for (files::TimedPose& pose : poses) pose.X = pose.X * X_BC;
+  return poses;
+}
+
+score::Run score_input(const RunRecord& record) {
+  score::Run run;
+  run.truth_camera = trajectory(record.truth.camera);
+  run.plan_camera = trajectory(planned_camera(record));
+  run.no_scale = record.no_scale;
+  run.truth_waist = trajectory(record.truth.waist);
+  run.plan_waist = trajectory(record.truth.waist_plan);
+  run.camera = true_camera(record.setup.calibration.camera);
+  for (const recording::RecordedSurface& recorded : record.truth.surfaces)
+    run.surfaces.push_back(surface(recorded));
+  run.feet = feet(record.truth);
+  run.planned = planned_times(record.scenario.scenario.walk);
+  if (!record.tracked) return run;
+  run.estimate = estimate(*record.tracked);
+  run.landmarks = landmarks(*record.tracked);
+  run.innovations = innovations(*record.tracked);
+  run.map = map(*record.tracked);
+  if (record.tracked->diverged()) run.diverged = record.tracked->cause();
+  return run;
+}
+
+}  // namespace sim::result

@@ -1,0 +1,121 @@
+#include "sim/result/summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sim/files/durable_file.h"
+#include "sim/result/json.h"
+#include "sim/scenario/limits.h"
+#include "sim/score/evaluate.h"
+
+namespace sim::result {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+score::Worst worst_of(const std::string& metric, const scenario::Scenario& scenario) {
+  for (const scenario::MetricLimit& limit : scenario.limits.metrics)
+    if (limit.metric == metric) return worst_side(limit);
+  return score::worst_of(metric);
+}
+
+std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
+  std::vector<double> values;
+  for (const SeedScore& seed : seeds)
+    if (const auto value = seed.value(metric)) values.push_back(*value);
+  return values;
+}
+
+std::optional<double> aggregate(const score::Summary& over_seeds, const std::string& name) {
+  if (over_seeds.n == 0) return std::nullopt;
+  return name == "median" ? over_seeds.median : name == "mean" ? over_seeds.mean : over_seeds.worst;
+}
+
+JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
+                             const std::vector<MetricSummary>& metrics) {
+  const auto found = std::find_if(metrics.begin(), metrics.end(),
+                                  [&](const MetricSummary& m) { return m.name == limit.metric; });
+  return judge(scenario, limit,
+               found == metrics.end() ? std::nullopt : aggregate(found->over_seeds, limit.aggregate));
+}
+
+ordered_json json_of(const MetricSummary& metric) {
+  const auto& [n, median, mean, sd, worst] = metric.over_seeds;
+  if (n == 0)
+    return {{"unit", metric.unit}, {"n", 0},        {"median", nullptr},
+            {"mean", nullptr},     {"sd", nullptr}, {"worst", nullptr}};
+  return {{"unit", metric.unit}, {"n", n}, {"median", median}, {"mean", mean}, {"sd", sd}, {"worst", worst}};
+}
+
+std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
+
+std::string row(const MetricSummary& metric) {
+  const score::Summary& s = metric.over_seeds;
+  if (s.n == 0) return fmt::format("{:<26} {:<5} {:>3}\n", metric.name, metric.unit, 0);
+  return fmt::format("{:<26} {:<5} {:>3} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", metric.name, metric.unit,
+                     s.n, s.median, s.mean, s.standard_deviation, s.worst);
+}
+
+}  // namespace
+
+Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScore>& seeds) {
+  Summary summary{scenario.name, seeds, {}, {}};
+  const auto fullest = std::max_element(
+      seeds.begin(), seeds.end(),
+      [](const SeedScore& a, const SeedScore& b) { return a.metrics.size() < b.metrics.size(); });
+  if (fullest != seeds.end()) {
+    for (const SeedMetric& metric : fullest->metrics) {
+      summary.metrics.push_back(
+          {metric.name, metric.unit,
+           score::summarise(values_of(metric.name, seeds), worst_of(metric.name, scenario))});
+    }
+  }
+  for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
+    if (!limit.aggregate.empty())
+      summary.limits.push_back(judge_over_seeds(scenario, limit, summary.metrics));
+  }
+  return summary;
+}
+
+int exit_code(const Summary& summary) {
+  int worst = 0;
+  for (const SeedScore& seed : summary.seeds) worst = std::max(worst, seed.exit_code);
+  for (const JudgedLimit& limit : summary.limits) worst = std::max(worst, limit.missed() ? 1 : 0);
+  return worst;
+}
+
+void write_summary(const fs::path& file, const Summary& summary) {
+  ordered_json json{{"format_version", 1}, {"scenario", summary.scenario}};
+  json["seeds"] = ordered_json::array();
+  for (const SeedScore& seed : summary.seeds) {
+    json["seeds"].push_back({{"seed", seed.seed}, {"ending", seed.ending}, {"exit_code", seed.exit_code}});
+  }
+  json["metrics"] = ordered_json::object();
+  for (const MetricSummary& m : summary.metrics) {
+    json["metrics"][m.name] = json_of(m);
+  }
+  json["limits"] = ordered_json::array();
+  for (const JudgedLimit& limit : summary.limits) json["limits"].push_back(to_json(limit));
+  files::write_durably(file, json.dump(2) + "\n");
+}
+
+std::string summary_table(const Summary& summary) {
+  std::string text = fmt::format("{}, {} seeds\n", summary.scenario, summary.seeds.size());
+  for (const SeedScore& seed : summary.seeds) {
+    text += fmt::format("  seed {:<6} {:<10} exit {}\n", seed.seed, seed.ending, seed.exit_code);
+  }
+  text += fmt::format("\n{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", "metric", "unit", "n", "median",
+                      "mean", "sd", "worst");
+  for (const MetricSummary& m : summary.metrics) {
+    text += row(m);
+  }
+  for (const JudgedLimit& limit : summary.limits) {
+    text += fmt::format("limit {} {} {}: {}  {}\n", subject(limit.limit), word(limit.limit.bound),
+                        limit.limit.value, number(limit.value), verdict_word(limit.passed));
+  }
+  return text;
+}
+
+}  // namespace sim::result

@@ -1,0 +1,75 @@
+#include "sim/result/timing.h"
+
+#include <fmt/core.h>
+#include <time.h>
+
+#include <numeric>
+
+#include "sim/files/text.h"
+#include "sim/result/json.h"
+#include "sim/score/statistics.h"
+
+namespace sim::result {
+namespace {
+
+double quantile(const std::vector<double>& values, double q) {
+  return values.empty() ? 0 : score::quantile(values, q);
+}
+
+std::vector<double> column(const std::vector<FrameTiming>& frames, double FrameTiming::*member) {
+  std::vector<double> values;
+  for (const FrameTiming& frame : frames) values.push_back(frame.*member);
+  return values;
+}
+
+double total_s(const std::vector<double>& values_ms) {
+  return 1e-3 * std::accumulate(values_ms.begin(), values_ms.end(), 0.0);
+}
+
+// The filter's CPU time of a frame by the size of its map.
+nlohmann::ordered_json by_landmarks(const std::vector<FrameTiming>& frames) {
+  std::map<int, std::vector<double>> tens;
+  for (const FrameTiming& frame : frames) tens[frame.landmarks / 10 * 10].push_back(frame.filter_ms);
+  auto json = nlohmann::ordered_json::array();
+  for (const auto& [from, filter] : tens)
+    json.push_back({{"landmarks_from", from},
+                    {"landmarks_to", from + 9},
+                    {"frames", filter.size()},
+                    {"median", quantile(filter, 0.5)},
+                    {"p99", quantile(filter, 0.99)}});
+  return json;
+}
+
+}  // namespace
+
+double process_cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+void Timing::write(const std::filesystem::path& folder, double simulated_s) const {
+  std::string csv = "#timestamp [ns],plan_and_physics [ms],render [ms],record [ms],filter [ms],landmarks\n";
+  for (const FrameTiming& f : frames)
+    csv += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{}\n", f.t.count(), f.plan_and_physics_ms, f.render_ms,
+                       f.record_ms, f.filter_ms, f.landmarks);
+  files::write_text(folder / "timing.csv", csv);
+
+  const auto filter = column(frames, &FrameTiming::filter_ms);
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  nlohmann::ordered_json json;
+  json["frame_cpu_ms_median"] = quantile(filter, 0.5);
+  json["frame_cpu_ms_p99"] = quantile(filter, 0.99);
+  json["frame_cpu_ms_by_landmarks"] = by_landmarks(frames);
+  json["realtime_factor"] = simulated_s / wall_s;
+  json["simulated_s"] = simulated_s;
+  json["wall_s"] = wall_s;
+  json["cpu_s"] = {{"all", 1e-3 * process_cpu_ms()},
+                   {"plan_and_physics", total_s(column(frames, &FrameTiming::plan_and_physics_ms))},
+                   {"render", total_s(column(frames, &FrameTiming::render_ms))},
+                   {"record", total_s(column(frames, &FrameTiming::record_ms))},
+                   {"filter", total_s(filter)}};
+  write_json(folder / "timing.json", json);
+}
+
+}  // namespace sim::result

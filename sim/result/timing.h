@@ -1,0 +1,51 @@
+// The CPU and wall times of a run. No result depends on these clocks.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "slam/observation.h"
+
+namespace sim::result {
+
+/// CPU time of this process, all threads (ms).
+double process_cpu_ms();
+
+/// The CPU time of a frame by stage.
+struct FrameTiming {
+  slam::Stamp t{0};
+  double plan_and_physics_ms = 0, render_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU, all threads
+  int landmarks = 0;  ///< in the filter's map after the frame
+};
+
+/// Adds the CPU time between its construction and its end to a stage.
+class StageClock {
+ public:
+  explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(process_cpu_ms()) {}
+  ~StageClock() { stage_ms_ += process_cpu_ms() - begin_ms_; }
+  StageClock(const StageClock&) = delete;
+  StageClock& operator=(const StageClock&) = delete;
+
+ private:
+  double& stage_ms_;
+  double begin_ms_;
+};
+
+/// All timings of a run; the wall clock starts with it.
+class Timing {
+ public:
+  std::vector<FrameTiming> frames;
+
+  /// Throws FileError. Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_median and _p99 of
+  /// the filter's step, the same by size of the map in tens of landmarks, realtime_factor (simulated seconds
+  /// per wall second of the whole run) and the total of each stage.
+  void write(const std::filesystem::path& folder, double simulated_s) const;
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace sim::result

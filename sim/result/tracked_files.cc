@@ -1,0 +1,105 @@
+#include "sim/result/tracked_files.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <string_view>
+
+#include "sim/files/text.h"
+#include "sim/result/sensor_innovations.h"
+
+namespace sim::result {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kPointColumns =
+    "p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz [m^2],P_zz [m^2]";
+
+std::string_view name(slam::Health health) {
+  constexpr std::array<std::string_view, 3> kNames{"ok", "lost", "diverged"};
+  return kNames[static_cast<std::size_t>(health)];
+}
+
+std::string nis_fields(const std::optional<slam::Nis>& nis) {
+  return nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
+}
+
+void write_frames(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string text = "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted";
+  for (const std::string_view sensor : score::kSensors) text += fmt::format(",nis_{0},dof_{0}", sensor);
+  text += ",health,cause,refused\n";
+  for (const tracking::TrackedFrame& frame : tracked.frames) {
+    const slam::FrameReport& r = frame.report;
+    text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
+                        r.initialised.size(), r.deleted.size());
+    for (const auto nis : kSensorInnovations) text += nis_fields(r.*nis);
+    text += fmt::format(",{},{},{}\n", name(r.health), r.cause, r.refused);
+  }
+  files::write_text(folder / "frames.csv", text);
+}
+
+void write_map(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string text = fmt::format("#id,kind,{},begun [ns],attempts,successes\n", kPointColumns);
+  for (const slam::MapPoint& point : tracked.map) {
+    const Eigen::Matrix3d& P = point.covariance;
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
+                        point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
+                        point.initialised.count(), point.attempts, point.successes);
+  }
+  files::write_text(folder / "map.csv", text);
+}
+
+void write_maps(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string text = fmt::format("#timestamp [ns],id,{}\n", kPointColumns);
+  for (const tracking::TimedMap& map : tracked.maps)
+    for (const slam::MapPoint& point : map.points) {
+      const Eigen::Matrix3d& P = point.covariance;
+      text += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e}\n",
+                          map.t.count(), point.id, point.p_W.x(), point.p_W.y(), point.p_W.z(), P(0, 0),
+                          P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
+    }
+  files::write_text(folder / "map_over_time.csv", text);
+}
+
+/// ",u,v" of the accepted match of a landmark, or two empty fields.
+std::string found(const slam::FrameReport& report, int landmark) {
+  for (const slam::Sighting& match : report.matched)
+    if (match.landmark == landmark) return fmt::format(",{:.3f},{:.3f}", match.pixel.x(), match.pixel.y());
+  return ",,";
+}
+
+void write_searches(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string text =
+      "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],found_v "
+      "[px]\n";
+  for (const tracking::TrackedFrame& frame : tracked.frames)
+    for (const slam::Search& s : frame.report.searched)
+      text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}\n", frame.report.t.count(), s.landmark,
+                          s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
+                          found(frame.report, s.landmark));
+  files::write_text(folder / "searches.csv", text);
+}
+
+void write_depths(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string text;
+  for (const tracking::TrackedFrame& frame : tracked.frames)
+    for (const slam::DepthHypotheses& line : frame.report.lines)
+      for (const slam::DepthParticle& p : line.particles)
+        text += fmt::format("{},{},{:.4g},{:.3g}\n", frame.report.t.count(), line.landmark, p.depth_m,
+                            p.probability);
+  if (!text.empty())
+    files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + text);
+}
+
+}  // namespace
+
+void write_tracked(const fs::path& folder, const tracking::Tracked& tracked) {
+  write_frames(folder, tracked);
+  write_map(folder, tracked);
+  write_maps(folder, tracked);
+  write_searches(folder, tracked);
+  write_depths(folder, tracked);
+}
+
+}  // namespace sim::result

@@ -1,0 +1,75 @@
+#include "sim/scenario/keys.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "sim/scenario/lists.h"
+
+namespace sim::scenario {
+
+const std::vector<Key<Scenario>>& scenario_keys() {
+  static const std::vector<Key<Scenario>> all = keys_of<Scenario>();
+  return all;
+}
+
+const Key<Scenario>* find_key(std::string_view name) {
+  const auto& all = scenario_keys();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& key) { return key.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+const Scenario& default_scenario() {
+  static const Scenario scenario = [] {
+    Scenario s;
+    s.camera.emplace();
+    s.slam.emplace();
+    return s;
+  }();
+  return scenario;
+}
+
+bool has_section(const Scenario& scenario, std::string_view key) {
+  if (key == "camera" || key.starts_with("camera.")) return scenario.camera.has_value();
+  if (key == "slam" || key.starts_with("slam.")) return scenario.slam.has_value();
+  return true;
+}
+
+bool shapes_recording(std::string_view key) {
+  static constexpr std::array<std::string_view, 4> kSections{"walk", "stabilizer", "world", "camera"};
+  const std::string_view section = key.substr(0, key.find('.'));
+  return find_key(key) && std::find(kSections.begin(), kSections.end(), section) != kSections.end();
+}
+
+std::string_view unit_of(std::string_view key) {
+  using Ending = std::pair<std::string_view, std::string_view>;
+  static constexpr Ending kUnits[]{{"_per_s2", "1/s²"},
+                                   {"_per_s", "1/s"},
+                                   {"_n_m", "N/m"},
+                                   {"_m_s_per_n", "m/(N·s)"},
+                                   {"_rad_s_per_nm", "rad/(N·m·s)"},
+                                   {"_1_m", "1/m"},
+                                   {"_grey", "grey"},
+                                   {"_rad_s2", "rad/s²"},
+                                   {"_rad_s", "rad/s"},
+                                   {"_m_s2", "m/s²"},
+                                   {"_m_s3", "m/s³"},
+                                   {"_m_s", "m/s"},
+                                   {"_px2", "px⁻²"},
+                                   {"_px", "px"},
+                                   {"_rad", "rad"},
+                                   {"_deg", "deg"},
+                                   {"_hz", "Hz"},
+                                   {"_ms", "ms"},
+                                   {"_ns", "N·s"},
+                                   {"_s", "s"},
+                                   {"_m", "m"},
+                                   {"_kg", "kg"},
+                                   {"_n", "N"}};
+  for (const auto& [ending, unit] : kUnits) {
+    if (key.ends_with(ending)) return unit;
+  }
+  return "";
+}
+
+}  // namespace sim::scenario

@@ -1,0 +1,92 @@
+#include "sim/scenario/limits.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "sim/scenario/value.h"
+#include "sim/score/evaluate.h"
+
+namespace sim::scenario {
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+constexpr std::array kAggregates{"median"sv, "mean"sv, "worst"sv};
+constexpr std::array kBounds{"at_most"sv, "at_least"sv};
+constexpr Domain kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
+
+/// Takes the last dotted part off a name.
+std::string_view take_last(std::string_view& name) {
+  const std::size_t dot = name.rfind('.');
+  const std::string_view last = name.substr(dot + 1);
+  name = dot == std::string_view::npos ? "" : name.substr(0, dot);
+  return last;
+}
+
+/// The place of name among the choices, or a failure that names them.
+std::size_t choose(const Yaml& at, const std::string& key, std::string_view name,
+                   std::span<const std::string_view> choices) {
+  const auto found = std::find(choices.begin(), choices.end(), name);
+  if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
+  fail(at, key,
+       fmt::format("unknown '{}', expected one of {}{}", name, fmt::join(choices, ", "),
+                   did_you_mean(name, choices)));
+}
+
+void check_metric(const Yaml& at, const std::string& key, std::string_view name) {
+  if (score::find_metric(name) != nullptr) return;
+  std::vector<std::string_view> names;
+  for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
+  fail(at, key, fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names)));
+}
+
+}  // namespace
+
+void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
+                std::vector<MetricLimit>& limits) {
+  MetricLimit limit;
+  std::string_view rest = std::string_view(key).substr("limits."sv.size());
+  if (rest.find('.') == std::string_view::npos) {
+    static constexpr std::array kOther{"limits.ending"sv};
+    const std::string hint = did_you_mean(key, kOther);
+    if (!hint.empty()) fail(named_at, key, "unknown key" + hint);
+    fail(named_at, key, "expected a bound below the metric, as in {at_most: 0.1} or {at_least: 1}");
+  }
+  limit.bound = static_cast<Bound>(choose(named_at, key, take_last(rest), kBounds));
+  if (const std::size_t dot = rest.find('.'); dot != std::string_view::npos) {
+    limit.aggregate = kAggregates[choose(named_at, key, rest.substr(dot + 1), kAggregates)];
+    rest = rest.substr(0, dot);
+  }
+  check_metric(named_at, key, rest);
+  limit.metric = rest;
+  read(value, key, kAnyNumber, limit.value);
+  const auto same = [&](const MetricLimit& l) {
+    return subject(l) == subject(limit) && l.bound == limit.bound;
+  };
+  const auto earlier = std::find_if(limits.begin(), limits.end(), same);
+  earlier == limits.end() ? limits.push_back(limit) : void(*earlier = limit);
+}
+
+bool keeps(const MetricLimit& limit, double value) {
+  return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
+}
+
+std::string subject(const MetricLimit& limit) {
+  return limit.aggregate.empty() ? limit.metric : limit.metric + "." + limit.aggregate;
+}
+
+std::string_view word(Bound bound) { return kBounds[static_cast<std::size_t>(bound)]; }
+
+std::string print_limits(const std::vector<MetricLimit>& limits) {
+  std::string text;
+  for (const MetricLimit& limit : limits) {
+    text += fmt::format("  {}.{}: {}\n", subject(limit), word(limit.bound), print(kAnyNumber, limit.value));
+  }
+  return text;
+}
+
+}  // namespace sim::scenario

@@ -1,0 +1,29 @@
+// Limits on metrics: `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/scenario/options.h"
+#include "sim/scenario/yaml.h"
+
+namespace sim::scenario {
+
+/// Reads limits.<metric>[.<aggregate>].<bound>, replacing an earlier limit of the same name. key: that whole
+/// name; named_at: where it stands. Throws ConfigError.
+void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
+                std::vector<MetricLimit>& limits);
+
+/// True when the value is on the limit's good side, or on it.
+bool keeps(const MetricLimit& limit, double value);
+
+/// "ate_se3_rmse_m.median"
+std::string subject(const MetricLimit& limit);
+/// "at_most" or "at_least"
+std::string_view word(Bound bound);
+
+/// The lines of to_yaml below "limits:".
+std::string print_limits(const std::vector<MetricLimit>& limits);
+
+}  // namespace sim::scenario

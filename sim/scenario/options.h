@@ -1,0 +1,75 @@
+// All that a scenario sets: the walk, the world, the sensors' errors, the filter, and the limits its score
+// must keep.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/estimators/estimators.h"
+#include "sim/sensor_errors/sensor_errors.h"
+#include "sim/world/options.h"
+#include "slam/options.h"
+#include "walking/plan.h"
+#include "walking/stabilizer.h"
+
+namespace sim::scenario {
+
+/// How a run can end. `failed`: the simulator or the filter broke in a way that no scenario can allow.
+inline constexpr std::array<std::string_view, 5> kEndings{"completed", "fell", "collided", "diverged",
+                                                          "failed"};
+
+/// Which way a limit holds its metric.
+enum class Bound { at_most, at_least };
+
+/// What a metric must keep. aggregate: empty (each run on its own), or over seeds: "median", "mean", "worst".
+struct MetricLimit {
+  std::string metric, aggregate;
+  Bound bound = Bound::at_most;
+  double value = 0;
+  bool operator==(const MetricLimit&) const = default;
+};
+
+/// The scenario's keys limits.*: what a run must keep to pass.
+struct Limits {
+  std::vector<std::string> ending{"completed"};
+  std::vector<MetricLimit> metrics;
+
+  static void keys(auto&& key) {
+    key.choice("ending", &Limits::ending, kEndings, "endings with which a run can pass");
+  }
+};
+
+/// All that shapes a run, and nothing else does. Without camera there are no frames; without slam no filter
+/// runs.
+struct Scenario {
+  std::string name;
+  std::uint64_t seed = 1;
+  walking::WalkOptions walk;
+  walking::StabilizerOptions stabilizer;
+  world::WorldOptions world;
+  std::optional<world::CameraOptions> camera;
+  sensor_errors::ErrorOptions errors;
+  std::string estimator = "filter";  ///< options other than the filter's are unused by others
+  std::optional<slam::Options> slam;
+  Limits limits;
+
+  static void keys(auto&& key) {
+    key.value("name", &Scenario::name, "name of the results folder; without it, that of the scenario's file");
+    key.value("seed", &Scenario::seed, "seed of every random stream of the run");
+    key.part("walk", &Scenario::walk);
+    key.part("stabilizer", &Scenario::stabilizer);
+    key.part("world", &Scenario::world);
+    key.part("camera", &Scenario::camera);
+    key.part("errors", &Scenario::errors);
+    key.choice("estimator", &Scenario::estimator, estimators::estimator_names(),
+               "estimator that is run on the observations");
+    key.part("slam", &Scenario::slam);
+    key.part("limits", &Scenario::limits);
+  }
+};
+
+}  // namespace sim::scenario

@@ -1,0 +1,208 @@
+#include "sim/scenario/reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <span>
+
+#include "sim/scenario/keys.h"
+#include "sim/scenario/limits.h"
+
+namespace sim::scenario {
+namespace {
+
+constexpr const char* kArgument = "<argument>";
+constexpr const char* kBase = "base";  // no key of the table: it sets nothing by itself
+
+/// The parts that can follow `section` ("" for the top): "walk" -> {"single_support_s", ...}.
+std::vector<std::string_view> parts_below(std::string_view section) {
+  std::vector<std::string_view> parts;
+  for (const auto& key : scenario_keys()) {
+    std::string_view rest = key.name;
+    if (!section.empty()) {
+      if (!rest.starts_with(section) || rest.substr(section.size(), 1) != ".") continue;
+      rest.remove_prefix(section.size() + 1);
+    }
+    rest = rest.substr(0, rest.find('.'));
+    if (parts.empty() || parts.back() != rest) parts.push_back(rest);
+  }
+  return parts;
+}
+
+bool is_section(std::string_view path) { return !parts_below(path).empty(); }
+
+/// All full names whose last part is near: the key may exist, but in another section.
+std::string suggest_elsewhere(std::string_view part) {
+  for (const auto& key : scenario_keys()) {
+    if (std::string_view(key.name).substr(key.name.rfind('.') + 1) == part) {
+      return fmt::format("; did you mean '{}'?", key.name);
+    }
+  }
+  return "";
+}
+
+/// Names the longest known section of the path, and what it has.
+[[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
+  std::string section = path;
+  do {
+    const std::size_t dot = section.rfind('.');
+    section.resize(dot == std::string::npos ? 0 : dot);
+  } while (!section.empty() && !is_section(section));
+  std::vector<std::string_view> known = parts_below(section);
+  if (section.empty()) known.insert(known.begin(), kBase);
+  const std::string prefix = section.empty() ? "" : section + ".";
+  std::vector<std::string> full;
+  for (const std::string_view name : known) full.push_back(prefix + std::string(name));
+  const std::vector<std::string_view> candidates(full.begin(), full.end());
+  std::string hint = did_you_mean(path, candidates);
+  if (hint.empty()) hint = suggest_elsewhere(path.substr(path.rfind('.') + 1));
+  if (hint.empty()) hint = fmt::format("; expected one of {}", fmt::join(full, ", "));
+  fail(at, path, "unknown key" + hint);
+}
+
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code fault;
+  return a == b || std::filesystem::equivalent(a, b, fault);
+}
+
+}  // namespace
+
+std::string file_text(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kLargest = 1 << 20;
+  std::error_code fault;
+  if (std::filesystem::is_directory(file, fault))
+    throw ConfigError(fmt::format("{}: is a folder, expected a scenario file", file.string()));
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  std::string text(kLargest + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (text.size() > kLargest)
+    throw ConfigError(fmt::format("{}: larger than 1 MiB, expected a scenario", file.string()));
+  return text;
+}
+
+void ScenarioReader::read_file(const Yaml& root) {
+  if (root.kind != Yaml::Kind::map)
+    fail(root, "", "expected keys and values, as in slam.gyro.sigma_rad_s: 0.01");
+  open_files_.push_back(root.origin.file);
+  read_bases(root);
+  open_files_.pop_back();
+  given_.clear();
+  read_map(root, "");
+}
+
+void ScenarioReader::read_bases(const Yaml& root) {
+  const auto key =
+      std::find_if(root.keys.begin(), root.keys.end(), [](const Yaml& k) { return k.text == kBase; });
+  if (key == root.keys.end()) return;
+  const Yaml& value = root.items[static_cast<std::size_t>(key - root.keys.begin())];
+  const bool list = value.kind == Yaml::Kind::list && !value.items.empty();
+  for (const Yaml& node : list ? std::span(value.items) : std::span(&value, 1)) read_base(node);
+}
+
+void ScenarioReader::read_base(const Yaml& node) {
+  if (node.kind != Yaml::Kind::scalar || node.text.empty())
+    fail(node, kBase, "expected a scenario file or a list of them, as in base: tangent_circle.yaml");
+  const auto file = (std::filesystem::path(node.origin.file).parent_path() / node.text).lexically_normal();
+  for (const auto& open : open_files_)
+    if (same_file(open, file))
+      fail(node, kBase,
+           fmt::format("{} is a base of itself, by way of {}", file.string(), open_files_.back().string()));
+  std::string text;
+  try {
+    text = file_text(file);
+  } catch (const ConfigError& e) {
+    fail(node, kBase, e.what());
+  }
+  read_file(parse_yaml(text, {file.string()}));
+}
+
+void ScenarioReader::read_name_of_file(const Yaml& root, const std::string& file_name) {
+  const bool named =
+      std::any_of(root.keys.begin(), root.keys.end(), [](const Yaml& key) { return key.text == "name"; });
+  if (named) return;
+  Yaml stem;
+  stem.kind = Yaml::Kind::scalar;
+  stem.text = std::filesystem::path(file_name).stem().string();
+  stem.origin = {file_name};
+  find_key("name")->read(stem, result.scenario);
+  result.origin.erase("name");
+}
+
+void ScenarioReader::read_map(const Yaml& map, const std::string& section) {
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const std::string& part = map.keys[i].text;
+    if (section.empty() && part == kBase) continue;  // read_bases has read it
+    read_entry(map.keys[i], section.empty() ? part : section + "." + part, map.items[i]);
+  }
+}
+
+void ScenarioReader::read_override(const std::string& argument, int n) {
+  const std::size_t equals = argument.find('=');
+  Yaml at;
+  at.origin = {kArgument, n, 1};
+  if (equals == std::string::npos || equals == 0)
+    fail(at, "", fmt::format("'{}': expected key=value", argument));
+  const Yaml value = parse_yaml(argument.substr(equals + 1), {kArgument, n, static_cast<int>(equals) + 2});
+  read_value(at, argument.substr(0, equals), value, fmt::format("argument {}", n));
+}
+
+void ScenarioReader::read_entry(const Yaml& at, const std::string& path, const Yaml& value) {
+  const bool limit = path.starts_with("limits.");
+  const bool section = find_key(path) == nullptr && (limit || is_section(path));
+  if (section && value.kind == Yaml::Kind::map) {
+    if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
+    begin_section(path);
+    read_map(value, path);
+  } else {
+    note_once(at, path);
+    read_value(at, path, value, fmt::format("{}:{}", at.origin.file, at.origin.line));
+  }
+}
+
+void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Yaml& value,
+                                const std::string& origin) {
+  if (const Key<Scenario>* const key = find_key(path)) {
+    require_section(at, path);
+    Yaml placed = value;
+    if (value.kind == Yaml::Kind::empty) placed.origin = at.origin;
+    key->read(placed, result.scenario);
+  } else if (path.starts_with("limits.")) {
+    read_limit(at, path, value, result.scenario.limits.metrics);
+  } else if (is_section(path)) {
+    fail(at, path,
+         fmt::format("is a section, expected keys below it: {}", fmt::join(parts_below(path), ", ")));
+  } else if (path == kBase) {
+    fail(at, path, "belongs in a scenario file; --with FILE lays keys over one");
+  } else {
+    fail_unknown(at, path);
+  }
+  result.origin[path] = origin;
+}
+
+// `a.b: 1` and `a: {b: 2}` name the same key.
+void ScenarioReader::note_once(const Yaml& at, const std::string& path) {
+  const auto [earlier, first] = given_.emplace(path, fmt::format("{}:{}", at.origin.file, at.origin.line));
+  if (!first) fail(at, path, fmt::format("given twice, first at {}", earlier->second));
+}
+
+void ScenarioReader::begin_section(std::string_view path) {
+  if (path == "camera" && !result.scenario.camera) result.scenario.camera.emplace();
+  if (path == "slam" && !result.scenario.slam) result.scenario.slam.emplace();
+}
+
+// In a file `slam.gyro.enabled: true` begins the section as `slam:` would; an argument does not.
+void ScenarioReader::require_section(const Yaml& at, const std::string& path) {
+  const std::string section = path.substr(0, path.find('.'));
+  if (at.origin.file != kArgument) begin_section(section);
+  if (!has_section(result.scenario, path)) {
+    fail(at, path, fmt::format("this scenario has no section '{}'", section));
+  }
+}
+
+}  // namespace sim::scenario

@@ -1,0 +1,92 @@
+#include "sim/scenario/scenario.h"
+
+#include <fmt/format.h>
+
+#include "sim/scenario/keys.h"
+#include "sim/scenario/limits.h"
+#include "sim/scenario/reader.h"
+#include "sim/scenario/yaml.h"
+
+namespace sim::scenario {
+namespace {
+
+void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
+  static constexpr std::string_view kSections[]{"camera", "slam"};
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    if (without[i] == "camera") {
+      scenario.camera.reset();
+    } else if (without[i] == "slam") {
+      scenario.slam.reset();
+    } else {
+      throw ConfigError(fmt::format("--without {}: expected camera or slam{}", without[i],
+                                    did_you_mean(without[i], kSections)));
+    }
+  }
+}
+
+/// What no single key can know.
+void check_whole(const Scenario& scenario, const Yaml& at) {
+  if (scenario.walk.commands.empty()) {
+    fail(at, "walk.commands", "missing, expected a list of commands, as in [{stand: {duration_s: 1}}]");
+  }
+  if (scenario.slam && !scenario.camera) {
+    fail(at, "slam",
+         "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
+  }
+}
+
+/// Writes "a: \n  b: value" for "a.b", repeating only the sections that change from key to key.
+class YamlWriter {
+ public:
+  void write(std::string_view path, const std::string& value) {
+    const std::vector<std::string_view> parts = split(path);
+    std::size_t same = 0;
+    while (same + 1 < parts.size() && same < open_.size() && open_[same] == parts[same]) ++same;
+    open_.assign(parts.begin(), parts.end() - 1);
+    for (std::size_t i = same; i + 1 < parts.size(); ++i)
+      text += fmt::format("{:{}}{}:\n", "", 2 * i, parts[i]);
+    text += fmt::format("{:{}}{}: {}\n", "", 2 * (parts.size() - 1), parts.back(), value);
+  }
+  std::string text;
+
+ private:
+  static std::vector<std::string_view> split(std::string_view path) {
+    std::vector<std::string_view> parts;
+    for (std::size_t dot; (dot = path.find('.')) != std::string_view::npos; path.remove_prefix(dot + 1)) {
+      parts.push_back(path.substr(0, dot));
+    }
+    parts.push_back(path);
+    return parts;
+  }
+  std::vector<std::string_view> open_;
+};
+
+}  // namespace
+
+ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes) {
+  return read_scenario_text(file_text(file), file.string(), changes);
+}
+
+ReadScenario read_scenario_text(std::string_view text, const std::string& file_name, const Changes& changes) {
+  const Yaml root = parse_yaml(text, {file_name});
+  if (root.kind != Yaml::Kind::map) fail(root, "", "expected a scenario: keys and values, as in seed: 1");
+  ScenarioReader reader;
+  reader.read_file(root);
+  reader.read_name_of_file(root, file_name);
+  for (const std::string& overlay : changes.with) reader.read_file(parse_yaml(file_text(overlay), {overlay}));
+  int n = 0;
+  for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
+  leave_out(reader.result.scenario, changes.without);
+  check_whole(reader.result.scenario, root);
+  return reader.result;
+}
+
+std::string to_yaml(const Scenario& scenario) {
+  YamlWriter yaml;
+  for (const auto& key : scenario_keys()) {
+    if (has_section(scenario, key.name)) yaml.write(key.name, key.print(scenario));
+  }
+  return yaml.text + print_limits(scenario.limits.metrics);
+}
+
+}  // namespace sim::scenario

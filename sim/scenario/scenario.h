@@ -1,0 +1,33 @@
+// One scenario, one YAML file, which may change others: reading and writing.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/scenario/reader.h"
+
+namespace sim::scenario {
+
+/// What is to be read besides the file: overlays in the order typed, which set some keys anew (as the
+/// best.yaml of a tuning does), then overrides "key=value", then sections to leave out.
+struct Changes {
+  std::vector<std::string> overrides;
+  std::vector<std::string> without;  ///< of "camera", "slam"
+  std::vector<std::string> with{};   ///< YAML files
+};
+
+/// Reads a scenario strictly, after the files that its key `base` names (paths relative to the file's
+/// folder): what it sets itself replaces what they set. Throws ConfigError (yaml.h) at the first thing that
+/// is not as it should be.
+ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
+
+/// The same from text; file_name is what messages call it, its stem names the scenario.
+ReadScenario read_scenario_text(std::string_view text, const std::string& file_name,
+                                const Changes& changes = {});
+
+/// The whole scenario as YAML, without a base; reading it again gives the same scenario bit for bit.
+std::string to_yaml(const Scenario& scenario);
+
+}  // namespace sim::scenario

@@ -1,0 +1,188 @@
+#include "sim/scenario/value.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace sim::scenario {
+namespace {
+
+/// "'0.1 m'": what the user wrote, shortened, for a message.
+std::string as_written(const Yaml& node) {
+  switch (node.kind) {
+    case Yaml::Kind::empty:
+      return "empty";
+    case Yaml::Kind::list:
+      return "a list";
+    case Yaml::Kind::map:
+      return "a section";
+    case Yaml::Kind::scalar:
+      break;
+  }
+  const std::string text = node.text.size() > 40 ? fmt::format("{:.37}...", node.text) : node.text;
+  return node.quoted ? fmt::format("the text \"{}\"", text) : fmt::format("'{}'", text);
+}
+
+[[noreturn]] void reject(const Yaml& node, std::string_view key, const std::string& expectation) {
+  fail(node, key, fmt::format("is {}, expected {}", as_written(node), expectation));
+}
+
+/// 017 is fifteen to some readers and seventeen to others.
+bool has_leading_zero(std::string_view text) {
+  if (text.starts_with('-')) text.remove_prefix(1);
+  return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
+}
+
+std::string leading_zero_note(const Yaml& node) {
+  return has_leading_zero(node.text) ? " without leading zeros" : "";
+}
+
+/// The whole of a plain scalar as a number, or nothing.
+template <class Number>
+std::optional<Number> number(const Yaml& node) {
+  Number value{};
+  if (node.kind != Yaml::Kind::scalar || node.quoted || has_leading_zero(node.text)) return std::nullopt;
+  const char* const end = node.text.data() + node.text.size();
+  const auto [stop, fault] = std::from_chars(node.text.data(), end, value);
+  if (fault != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+template <class Number>
+void read_number(const Yaml& node, std::string_view key, const Domain& domain, Number& value) {
+  const std::optional<Number> found = number<Number>(node);
+  const double as_double = found ? static_cast<double>(*found) : std::nan("");
+  const bool inside = as_double >= domain.lowest && as_double <= domain.highest && std::isfinite(as_double);
+  if (!inside) reject(node, key, expected(domain, value) + leading_zero_note(node));
+  value = *found;
+}
+
+std::string range(const Domain& domain) {
+  if (domain.highest >= std::numeric_limits<double>::max()) return "";
+  return fmt::format(" from {} to {}", domain.lowest, domain.highest);
+}
+
+bool is_word(const Yaml& node) { return node.kind == Yaml::Kind::scalar && !node.text.empty(); }
+
+}  // namespace
+
+std::string expected(const Domain& domain, const double&) { return "a number" + range(domain); }
+std::string expected(const Domain& domain, const int&) { return "a whole number" + range(domain); }
+std::string expected(const Domain&, const std::uint64_t&) {
+  return "a whole number from 0 to 18446744073709551615";
+}
+std::string expected(const Domain&, const bool&) { return "true or false"; }
+std::string expected(const Domain& domain, const std::string&) {
+  if (!domain.choices.empty()) return expected_choice(domain);
+  return "a name of letters, digits, '_', '-' and '.'";
+}
+std::string expected(const Domain& domain, const std::vector<std::string>&) {
+  return fmt::format("a list of {}", fmt::join(domain.choices, ", "));
+}
+std::string expected(const Domain& domain, const Eigen::Vector3d&) {
+  return fmt::format("a list of three numbers{}", range(domain));
+}
+std::string expected(const Domain& domain, const std::vector<Eigen::Vector3d>&) {
+  return fmt::format("a list of points, each three numbers{}, as in [[6.4, 0.5, 1.2]]", range(domain));
+}
+std::string expected_choice(const Domain& domain) {
+  return fmt::format("one of {}", fmt::join(domain.choices, ", "));
+}
+
+void read(const Yaml& node, std::string_view key, const Domain& domain, double& value) {
+  read_number(node, key, domain, value);
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, int& value) {
+  read_number(node, key, domain, value);
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::uint64_t& value) {
+  const std::optional<std::uint64_t> found = number<std::uint64_t>(node);
+  if (!found) reject(node, key, expected(domain, value) + leading_zero_note(node));
+  value = *found;
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, bool& value) {
+  const bool plain = node.kind == Yaml::Kind::scalar && !node.quoted;
+  if (!plain || (node.text != "true" && node.text != "false")) reject(node, key, expected(domain, value));
+  value = node.text == "true";
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::string& value) {
+  if (!domain.choices.empty()) {
+    value = domain.choices[read_choice(node, key, domain)];
+    return;
+  }
+  const auto allowed = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
+  };
+  const bool fine = is_word(node) && std::all_of(node.text.begin(), node.text.end(), allowed) &&
+                    !node.text.starts_with('.') && node.text.size() <= 100;
+  if (!fine) reject(node, key, expected(domain, value));
+  value = node.text;
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value) {
+  if (node.kind != Yaml::Kind::list || node.items.empty()) reject(node, key, expected(domain, value));
+  std::vector<std::string> words;
+  for (const Yaml& item : node.items) {
+    words.emplace_back(domain.choices[read_choice(item, key, domain)]);
+    if (std::count(words.begin(), words.end(), words.back()) > 1) {
+      fail(item, key, fmt::format("'{}' is given twice", words.back()));
+    }
+  }
+  value = std::move(words);
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::Vector3d& value) {
+  if (node.kind != Yaml::Kind::list || node.items.size() != 3) reject(node, key, expected(domain, value));
+  for (int i = 0; i < 3; ++i) read_number(node.items[static_cast<std::size_t>(i)], key, domain, value[i]);
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value) {
+  if (node.kind != Yaml::Kind::list) reject(node, key, expected(domain, value));
+  std::vector<Eigen::Vector3d> points(node.items.size());
+  for (std::size_t i = 0; i < points.size(); ++i) read(node.items[i], key, domain, points[i]);
+  value = std::move(points);
+}
+
+std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain) {
+  if (!is_word(node)) reject(node, key, expected_choice(domain));
+  const auto found = std::find(domain.choices.begin(), domain.choices.end(), node.text);
+  if (found == domain.choices.end()) {
+    reject(node, key, expected_choice(domain) + did_you_mean(node.text, domain.choices));
+  }
+  return static_cast<std::size_t>(found - domain.choices.begin());
+}
+
+std::string print(const Domain&, double value) { return fmt::format("{}", value); }
+std::string print(const Domain&, int value) { return fmt::format("{}", value); }
+std::string print(const Domain&, std::uint64_t value) { return fmt::format("{}", value); }
+std::string print(const Domain&, bool value) { return value ? "true" : "false"; }
+std::string print(const Domain&, const std::string& value) { return quote_if_needed(value); }
+std::string print(const Domain&, const std::vector<std::string>& value) {
+  return fmt::format("[{}]", fmt::join(value, ", "));
+}
+std::string print(const Domain&, const Eigen::Vector3d& value) {
+  return fmt::format("[{}, {}, {}]", value.x(), value.y(), value.z());
+}
+std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value) {
+  std::vector<std::string> points;
+  for (const Eigen::Vector3d& point : value) points.push_back(print(domain, point));
+  return fmt::format("[{}]", fmt::join(points, ", "));
+}
+
+double to_radians(double degrees) { return degrees / 180 * std::numbers::pi; }
+
+double to_degrees(double radians) {
+  const double near = radians / std::numbers::pi * 180;
+  double below = near, above = near;
+  for (int i = 0; i < 4; ++i) {
+    if (to_radians(below) == radians) return below;
+    if (to_radians(above) == radians) return above;
+    below = std::nextafter(below, -std::numeric_limits<double>::infinity());
+    above = std::nextafter(above, std::numeric_limits<double>::infinity());
+  }
+  return near;
+}
+
+}  // namespace sim::scenario

@@ -1,0 +1,80 @@
+// Values as users write them: numbers, switches, words and lists, each read strictly and printed so that it
+// reads back.
+#pragma once
+
+#include <Eigen/Core>
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/scenario/yaml.h"
+
+namespace sim::scenario {
+
+/// What a value may be: a number within [lowest, highest], or one of the choices.
+struct Domain {
+  double lowest = 0, highest = 0;
+  std::span<const std::string_view> choices{};
+};
+
+/// "a number from 0 to 1", "true or false", ...: what the reader expects for a value of this type.
+std::string expected(const Domain& domain, const double&);
+std::string expected(const Domain& domain, const int&);
+std::string expected(const Domain& domain, const std::uint64_t&);
+std::string expected(const Domain& domain, const bool&);
+std::string expected(const Domain& domain, const std::string&);
+std::string expected(const Domain& domain, const std::vector<std::string>&);
+std::string expected(const Domain& domain, const Eigen::Vector3d&);
+std::string expected(const Domain& domain, const std::vector<Eigen::Vector3d>&);
+
+/// Reads a node into a value. Throws ConfigError at the node, naming the key.
+void read(const Yaml& node, std::string_view key, const Domain& domain, double& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, int& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::uint64_t& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, bool& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::string& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::Vector3d& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value);
+
+/// Prints a value as YAML on one line; read() gives the same value bit for bit.
+std::string print(const Domain& domain, double value);
+std::string print(const Domain& domain, int value);
+std::string print(const Domain& domain, std::uint64_t value);
+std::string print(const Domain& domain, bool value);
+std::string print(const Domain& domain, const std::string& value);
+std::string print(const Domain& domain, const std::vector<std::string>& value);
+std::string print(const Domain& domain, const Eigen::Vector3d& value);
+std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
+
+/// The place of a word among the domain's choices. Throws ConfigError.
+std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain);
+/// "one of a, b"
+std::string expected_choice(const Domain& domain);
+
+template <class T>
+concept Enumeration = std::is_enum_v<T>;
+
+template <Enumeration E>
+std::string expected(const Domain& domain, const E&) {
+  return expected_choice(domain);
+}
+template <Enumeration E>
+void read(const Yaml& node, std::string_view key, const Domain& domain, E& value) {
+  value = static_cast<E>(read_choice(node, key, domain));
+}
+template <Enumeration E>
+std::string print(const Domain& domain, E value) {
+  return std::string(domain.choices[static_cast<std::size_t>(value)]);
+}
+
+/// Degrees as written to radians as used, and back to degrees that give exactly these radians (where such
+/// exist).
+double to_radians(double degrees);
+double to_degrees(double radians);
+
+}  // namespace sim::scenario

@@ -1,0 +1,165 @@
+#include "sim/scenario/yaml.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <numeric>
+#include <sstream>
+
+namespace sim::scenario {
+namespace {
+
+constexpr std::size_t kMostKeys = 1000;  // of one map: each is compared with all before it
+
+/// Builds the tree from the parser's events: unlike YAML::Node it sees aliases, tags and each key's own
+/// position.
+class TreeBuilder : public YAML::EventHandler {
+ public:
+  explicit TreeBuilder(const Origin& origin) : origin_(origin) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    close(open(mark, "", anchor, Yaml::Kind::empty));
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    fail(at(mark), "", "aliases (*name) are not supported: write the value out");
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    Yaml node = open(mark, tag, anchor, Yaml::Kind::scalar);
+    node.text = value;
+    node.quoted = tag == "!";
+    close(std::move(node));
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    open_.push_back(open(mark, tag, anchor, Yaml::Kind::list));
+  }
+  void OnSequenceEnd() override { close_collection(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    open_.push_back(open(mark, tag, anchor, Yaml::Kind::map));
+  }
+  void OnMapEnd() override { close_collection(); }
+
+  Yaml at(const YAML::Mark& mark) const {
+    Yaml node;
+    node.origin = origin_;
+    if (mark.line > 0) node.origin = {origin_.file, origin_.line + mark.line, 1};
+    node.origin.column += std::max(mark.column, 0);
+    return node;
+  }
+  Yaml root;
+
+ private:
+  Yaml open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Yaml::Kind kind) const {
+    Yaml node = at(mark);
+    node.kind = kind;
+    if (anchor != YAML::NullAnchor) fail(node, "", "anchors (&name) are not supported: write the value out");
+    if (!tag.empty() && tag != "?" && tag != "!") fail(node, "", "tags (!name) are not supported");
+    return node;
+  }
+  void close_collection() {
+    Yaml node = std::move(open_.back());
+    open_.pop_back();
+    close(std::move(node));
+  }
+  void close(Yaml node) {
+    if (open_.empty()) {
+      root = std::move(node);
+    } else if (Yaml& parent = open_.back();
+               parent.kind == Yaml::Kind::map && parent.keys.size() == parent.items.size()) {
+      parent.keys.push_back(checked_key(parent, std::move(node)));
+    } else {
+      parent.items.push_back(std::move(node));
+    }
+  }
+  static Yaml checked_key(const Yaml& parent, Yaml key) {
+    if (key.kind != Yaml::Kind::scalar || key.text.empty()) fail(key, "", "a key must be plain text");
+    if (parent.keys.size() == kMostKeys)
+      fail(key, "", fmt::format("more than {} keys, expected a scenario's", kMostKeys));
+    for (const Yaml& other : parent.keys) {
+      if (other.text == key.text) {
+        fail(key, key.text, fmt::format("given twice, first in line {}", other.origin.line));
+      }
+    }
+    return key;
+  }
+
+  Origin origin_;
+  std::vector<Yaml> open_;
+};
+
+/// Edit distance in which a swap of neighbours counts as one edit.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
+  std::iota(d[0].begin(), d[0].end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+}  // namespace
+
+void fail(const Yaml& node, std::string_view key, std::string_view message) {
+  const auto& [file, line, column] = node.origin;
+  const std::string subject = key.empty() ? "" : fmt::format("{}: ", key);
+  std::string text = fmt::format("{}:{}:{}: {}{}", file, line, column, subject, message);
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  throw ConfigError(text);
+}
+
+Yaml parse_yaml(std::string_view text, const Origin& origin) {
+  TreeBuilder builder(origin);
+  if (text.find('\0') != std::string_view::npos)
+    fail(builder.at(YAML::Mark()), "", "has a zero byte, expected text");
+  std::istringstream in{std::string(text)};
+  try {
+    YAML::Parser parser(in);
+    if (!parser.HandleNextDocument(builder)) {
+      builder.root.origin = origin;
+      return builder.root;
+    }
+    Yaml root = std::move(builder.root);
+    if (parser.HandleNextDocument(builder)) fail(builder.root, "", "a second document; expected one");
+    return root;
+  } catch (const YAML::Exception& e) {
+    fail(builder.at(e.mark), "", "bad YAML: " + e.msg);
+  }
+}
+
+std::string did_you_mean(std::string_view typed, std::span<const std::string_view> candidates) {
+  const std::size_t allowed = std::max<std::size_t>(2, typed.size() / 3);
+  std::string_view best;
+  std::size_t best_distance = allowed + 1;
+  for (const std::string_view candidate : candidates) {
+    const std::size_t distance = edit_distance(typed.substr(0, 100), candidate);
+    if (distance < best_distance && distance < candidate.size()) {
+      best = candidate;
+      best_distance = distance;
+    }
+  }
+  return best.empty() ? "" : fmt::format("; did you mean '{}'?", best);
+}
+
+std::string quote_if_needed(std::string_view text) {
+  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  if (!text.empty() && std::all_of(text.begin(), text.end(), plain) && text != "null")
+    return std::string(text);
+  YAML::Emitter out;
+  out << YAML::DoubleQuoted << std::string(text);
+  return out.c_str();
+}
+
+}  // namespace sim::scenario

@@ -1,0 +1,59 @@
+// Everything that is scored of one run: truth, plan and estimate at the stamps of the frames.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/score/consistency.h"
+#include "sim/score/feet.h"
+#include "sim/score/landmark_accuracy.h"
+#include "sim/score/loop_closure.h"
+#include "sim/score/surfaces.h"
+#include "sim/score/trajectory.h"
+
+namespace sim::score {
+
+/// Where the filter believed the camera was. covariance: see pose_nees.
+struct EstimatedPose {
+  Stamp t{0};
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  Matrix6d covariance = Matrix6d::Identity();
+};
+
+/// The sensors whose innovations are scored, in the order of Run::innovations. A new one is named here and in
+/// sim/result/sensor_innovations.h; the metrics nis_<sensor>_... and the columns of frames.csv follow.
+inline constexpr std::array kSensors{std::string_view("vision"), std::string_view("gyro"),
+                                     std::string_view("plan_velocity"), std::string_view("height")};
+
+/// One sensor's innovation in the frame of that time.
+struct StampedInnovation {
+  Stamp t{0};
+  Innovation innovation;
+};
+
+/// When the plan ends, and when it puts feet on the ground.
+struct PlannedTimes {
+  Stamp end{0};
+  std::vector<Stamp> footsteps;
+};
+
+/// One run. W is the plan's world P at t = 0.
+struct Run {
+  Trajectory truth_camera, plan_camera;                ///< X_WC, X_PC
+  Trajectory truth_waist, plan_waist;                  ///< X_WB, X_PB
+  std::vector<FootRow> feet;                           ///< of decompose_drift(); empty without feet
+  std::optional<std::vector<EstimatedPose>> estimate;  ///< absent: the filter was not run
+  std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
+  std::vector<LandmarkHistory> landmarks;
+  std::vector<MappedPoint> map;  ///< at the end
+  std::vector<Surface> surfaces;
+  TrueCamera camera;
+  std::optional<PlannedTimes> planned;
+  std::string no_scale = {};            ///< why the estimate's scale means nothing; empty if it does
+  std::optional<std::string> diverged;  ///< the cause, if the filter gave up
+};
+
+}  // namespace sim::score

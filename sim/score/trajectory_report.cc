@@ -1,0 +1,199 @@
+#include "sim/score/trajectory_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/score/consistency.h"
+#include "sim/score/statistics.h"
+
+namespace sim::score {
+namespace {
+
+namespace fs = std::filesystem;
+using std::string_view_literals::operator""sv;
+
+constexpr std::array kAlignments{"none"sv, "origin"sv, "yaw"sv, "se3"sv, "sim3"sv, "scale"sv};
+
+double seconds(Stamp t) { return std::chrono::duration<double>(t).count(); }
+Stamp stamp(double s) { return Stamp(std::llround(1e9 * s)); }
+
+Trajectory trajectory(const files::TrajectoryFile& file) {
+  Trajectory poses;
+  for (const files::TumRow& row : file.rows) poses.push_back({row.t, row.X});
+  return poses;
+}
+
+std::string describe_file(const fs::path& file, const files::TrajectoryFile& read) {
+  return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}", file.string(), read.format,
+                     read.rows.size(), seconds(read.rows.front().t), seconds(read.rows.back().t),
+                     read.stamps);
+}
+
+std::vector<PosePair> pair(const Trajectory& truth, Trajectory estimate, const TrajectoryOptions& options) {
+  if (!options.interpolate)
+    return pair_by_nearest(truth, estimate, stamp(options.most_apart_s), stamp(options.offset_s));
+  for (StampedPose& pose : estimate) pose.t += stamp(options.offset_s);
+  return pair_by_interpolation(truth, estimate);
+}
+
+// Why no poses are paired, and which option may help.
+std::string why_unmatched(const Trajectory& truth, const Trajectory& estimate,
+                          const TrajectoryOptions& options) {
+  const double a0 = seconds(truth.front().t), a1 = seconds(truth.back().t),
+               b0 = seconds(estimate.front().t) + options.offset_s,
+               b1 = seconds(estimate.back().t) + options.offset_s;
+  const std::string none = fmt::format("0 of {} estimated poses have a true one: ", estimate.size());
+  if (b0 > a1 || b1 < a0)
+    return none + fmt::format(
+                      "the truth is from {:.3f} to {:.3f} s, the estimate from {:.3f} to {:.3f} s; "
+                      "--t-offset {:.9g} would move its first pose to the truth's",
+                      a0, a1, b0, b1, options.offset_s + a0 - b0);
+  return none + fmt::format("no stamps nearer than {} s (--t-max-diff)", options.most_apart_s);
+}
+
+std::string span_name(const Spans& which) {
+  static constexpr std::array kUnits{"frames"sv, "m"sv, "s"sv, "rad"sv, "deg"sv, "footsteps"sv};
+  return fmt::format("{} {}{}", which.delta, kUnits[static_cast<std::size_t>(which.unit)],
+                     which.all ? " (from each pose)" : "");
+}
+
+TrajectoryRow row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
+                  const std::string& why_none) {
+  if (errors.empty()) return {name, unit, {}, why_none};
+  return {name, unit, describe(errors), ""};
+}
+
+// All pairs under one alignment, or why there is none.
+std::variant<std::vector<PosePair>, std::string> aligned(const std::vector<PosePair>& pairs,
+                                                         Alignment alignment, std::size_t count,
+                                                         Similarity& S) {
+  const auto found = align_first(pairs, alignment, count);
+  if (const auto* none = std::get_if<NoAlignment>(&found)) return none->reason;
+  S = std::get<Similarity>(found);
+  return transformed(S, pairs);
+}
+
+TrajectoryRow pose_row(const std::vector<PosePair>& pairs, Alignment alignment,
+                       const TrajectoryOptions& options) {
+  Similarity S;
+  const auto moved = aligned(pairs, alignment, options.poses_to_align, S);
+  const std::string name = "APE " + name_of(alignment), unit_name = unit(options.relation);
+  if (const auto* why = std::get_if<std::string>(&moved)) return {name, unit_name, {}, *why};
+  return row(name, unit_name, pose_errors(std::get<std::vector<PosePair>>(moved), options.relation), "");
+}
+
+TrajectoryRow motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation relation) {
+  return row("RPE " + span_name(which), unit(relation), motion_errors(pairs, spans(pairs, which), relation),
+             "the path has no such spans");
+}
+
+// NEES without alignment, where every matched estimate has a covariance.
+std::vector<TrajectoryRow> nees_rows(const std::vector<PosePair>& pairs,
+                                     const files::TrajectoryFile& estimate, Stamp offset) {
+  std::vector<double> position, orientation;
+  for (const PosePair& pair : pairs) {
+    const auto at = std::lower_bound(estimate.rows.begin(), estimate.rows.end(), pair.t - offset,
+                                     [](const files::TumRow& r, Stamp t) { return r.t < t; });
+    if (at == estimate.rows.end() || !at->covariance) return {};
+    const auto nees = pose_nees(pair.X_true, pair.X_estimate, *at->covariance);
+    if (!nees) return {{"NEES none", "1", {}, "a covariance is not positive definite"}};
+    position.push_back(nees->position);
+    orientation.push_back(nees->orientation);
+  }
+  return {row("NEES none, position", "1", position, ""), row("NEES none, orientation", "1", orientation, "")};
+}
+
+// The rows of a report without options: every alignment, and relative errors over the usual spans.
+void add_overview(TrajectoryReport& report, const std::vector<PosePair>& pairs,
+                  const TrajectoryOptions& options) {
+  for (const Alignment alignment :
+       {Alignment::origin, Alignment::yaw_position, Alignment::se3, Alignment::sim3, Alignment::scale})
+    report.rows.push_back(pose_row(pairs, alignment, options));
+  TrajectoryOptions turning = options;
+  turning.relation = Relation::angle_deg;
+  report.rows.push_back(pose_row(pairs, Alignment::none, turning));
+  using Unit = Spans::Unit;
+  for (const Spans& which : {Spans{Unit::metres, 0.25, true, 0.1, true},
+                             {Unit::metres, 0.5, true, 0.1, true},
+                             {Unit::metres, 1, true, 0.1, true},
+                             {Unit::metres, 2, true, 0.1, true},
+                             {Unit::metres, 4, true, 0.1, true},
+                             {Unit::seconds, 1, true}}) {
+    report.rows.push_back(motion_row(pairs, which, options.relation));
+    report.rows.push_back(motion_row(pairs, which, Relation::angle_deg));
+  }
+}
+
+void add_errors(TrajectoryReport& report, const std::vector<PosePair>& pairs,
+                const TrajectoryOptions& options) {
+  std::vector<double> walked{0};
+  for (std::size_t i = 1; i < pairs.size(); ++i)
+    walked.push_back(walked.back() +
+                     (pairs[i].X_true.translation() - pairs[i - 1].X_true.translation()).norm());
+  report.path_m = walked.back();
+  const auto at = [&](std::size_t i) {
+    report.stamps.push_back(seconds(pairs[i].t));
+    report.walked.push_back(walked[i]);
+  };
+  if (!options.relative) {
+    report.errors = pose_errors(pairs, options.relation);
+    for (std::size_t i = 0; i < pairs.size(); ++i) at(i);
+    report.rows.push_back(row("APE " + report.alignment, unit(options.relation), report.errors, ""));
+    return;
+  }
+  const std::vector<Span> over = spans(pairs, *options.relative);
+  report.errors = motion_errors(pairs, over, options.relation);
+  for (const Span& span : over) at(span.to);
+  report.rows.push_back(row("RPE " + span_name(*options.relative), unit(options.relation), report.errors,
+                            "the path has no such spans"));
+}
+
+}  // namespace
+
+std::optional<Alignment> alignment_of(const std::string& name) {
+  const auto found = std::find(kAlignments.begin(), kAlignments.end(), name);
+  if (found == kAlignments.end()) return std::nullopt;
+  return static_cast<Alignment>(found - kAlignments.begin());
+}
+
+std::string name_of(Alignment alignment) {
+  return std::string(kAlignments[static_cast<std::size_t>(alignment)]);
+}
+
+fs::path trajectory_in(const fs::path& path, bool truth) {
+  if (!fs::is_directory(path)) return path;
+  for (const char* name :
+       truth ? std::array{"truth.tum", ""} : std::array{"estimate_cov.txt", "estimate.tum"})
+    if (*name != '\0' && fs::exists(path / name)) return path / name;
+  throw files::FileError(path, truth ? "is no result folder: it has no truth.tum"
+                                     : "is no result folder with an estimate: it has no estimate.tum");
+}
+
+TrajectoryReport report_trajectories(const fs::path& truth, const fs::path& estimate,
+                                     const TrajectoryOptions& options) {
+  const files::TrajectoryFile a = files::read_trajectory(truth), b = files::read_trajectory(estimate);
+  TrajectoryReport report;
+  report.truth = describe_file(truth, a);
+  report.estimate = describe_file(estimate, b);
+  const std::vector<PosePair> pairs = pair(trajectory(a), trajectory(b), options);
+  if (pairs.empty()) throw std::invalid_argument(why_unmatched(trajectory(a), trajectory(b), options));
+  report.matched = pairs.size();
+  report.poses = b.rows.size();
+  report.pairing = options.interpolate ? "truth interpolated at the estimate's stamps"
+                                       : fmt::format("nearest stamp within {} s", options.most_apart_s);
+  const Alignment alignment = options.alignment.value_or(Alignment::none);
+  report.alignment = name_of(alignment);
+  const auto moved = aligned(pairs, alignment, options.poses_to_align, report.similarity);
+  if (const auto* why = std::get_if<std::string>(&moved))
+    throw std::invalid_argument(fmt::format("--align {}: {}", report.alignment, *why));
+  add_errors(report, std::get<std::vector<PosePair>>(moved), options);
+  if (!options.alignment && !options.relative) add_overview(report, pairs, options);
+  for (const TrajectoryRow& nees : nees_rows(pairs, b, stamp(options.offset_s))) report.rows.push_back(nees);
+  return report;
+}
+
+}  // namespace sim::score

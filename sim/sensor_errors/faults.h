@@ -1,0 +1,138 @@
+// What goes wrong with the sensors for a while: the items of the scenario's list errors.faults.
+#pragma once
+
+#include <cmath>
+#include <variant>
+#include <vector>
+
+#include "slam/observation.h"
+
+namespace sim::sensor_errors {
+
+/// While a fault lasts: [from, from + duration) on the run's clock.
+struct Span {
+  double from_s = 0, duration_s = 1;
+
+  static void keys(auto&& key) {
+    key.number("from_s", &Span::from_s, 0, 1e6, "time at which the fault begins, on the run's clock");
+    key.number("duration_s", &Span::duration_s, 0, 1e6, "duration of the fault");
+  }
+
+  bool holds(slam::Stamp t) const { return t >= begin() && t < end(); }
+  bool touches(const slam::InertialSample& reading) const {
+    return reading.end > begin() && reading.begin < end();
+  }
+
+ private:
+  static slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
+  slam::Stamp begin() const { return stamp(from_s); }
+  slam::Stamp end() const { return stamp(from_s + duration_s); }
+};
+
+struct FramesLost : Span {  ///< no picture arrives
+  static constexpr const char* kName = "frames_lost";
+  double fraction = 1;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("fraction", &FramesLost::fraction, 0, 1,
+               "part of the frames during the fault whose picture is lost");
+  }
+};
+struct FramesFrozen : Span {  ///< the last picture before arrives again and again, with new stamps
+  static constexpr const char* kName = "frames_frozen";
+};
+struct FramesDimmed : Span {  ///< less light (or more), before the noise
+  static constexpr const char* kName = "frames_dimmed";
+  double factor = 0.1;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("factor", &FramesDimmed::factor, 0, 100,
+               "factor on the light; above 1 the picture is overexposed");
+  }
+};
+struct FramesCovered : Span {  ///< a poster that moves with the head, in the middle of the picture
+  static constexpr const char* kName = "frames_covered";
+  double fraction = 0.3;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("fraction", &FramesCovered::fraction, 0, 1,
+               "part of the picture's area that a poster fixed to the head covers");
+  }
+};
+struct FramesDoubled : Span {  ///< an observation arrives twice
+  static constexpr const char* kName = "frames_doubled";
+  double fraction = 1;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("fraction", &FramesDoubled::fraction, 0, 1,
+               "part of the frames during the fault that arrive twice");
+  }
+};
+struct FramesReordered : Span {  ///< an observation arrives after the next one
+  static constexpr const char* kName = "frames_reordered";
+  double fraction = 1;  ///< of the observations that do not already come late or early
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("fraction", &FramesReordered::fraction, 0, 1,
+               "part of the frames during the fault that arrive after the next one");
+  }
+};
+struct GyroSilent : Span {  ///< no readings arrive
+  static constexpr const char* kName = "gyro_silent";
+};
+struct GyroSpike : Span {  ///< on each axis of each reading that the span touches
+  static constexpr const char* kName = "gyro_spike";
+  GyroSpike() { duration_s = slam::kReadingPeriod_s; }
+  double size_rad_s = 10;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("size_rad_s", &GyroSpike::size_rad_s, -1e6, 1e6, "angular velocity added on each axis");
+  }
+};
+struct AccelerometerSilent : Span {  ///< no readings arrive
+  static constexpr const char* kName = "accelerometer_silent";
+};
+struct AccelerometerSpike : Span {  ///< on each axis of each reading that the span touches
+  static constexpr const char* kName = "accelerometer_spike";
+  AccelerometerSpike() { duration_s = slam::kReadingPeriod_s; }
+  double size_m_s2 = 100;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("size_m_s2", &AccelerometerSpike::size_m_s2, -1e6, 1e6, "acceleration added on each axis");
+  }
+};
+struct PlanMissing : Span {  ///< no plan arrives
+  static constexpr const char* kName = "plan_missing";
+};
+struct PlanScaled : Span {  ///< the planned way and velocity are longer by the factor than what is walked
+  static constexpr const char* kName = "plan_scaled";
+  double factor = 1.2;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("factor", &PlanScaled::factor, -100, 100,
+               "planned distance and velocity relative to those walked");
+  }
+};
+
+using Fault =
+    std::variant<FramesLost, FramesFrozen, FramesDimmed, FramesCovered, FramesDoubled, FramesReordered,
+                 GyroSilent, GyroSpike, AccelerometerSilent, AccelerometerSpike, PlanMissing, PlanScaled>;
+
+/// The faults of one kind, in their order.
+template <class Kind>
+std::vector<Kind> faults_of(const std::vector<Fault>& all) {
+  std::vector<Kind> some;
+  for (const Fault& fault : all)
+    if (const Kind* const one = std::get_if<Kind>(&fault)) some.push_back(*one);
+  return some;
+}
+
+}  // namespace sim::sensor_errors

@@ -1,0 +1,156 @@
+#include "sim/sensor_errors/image_errors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/sensor_errors/random.h"
+
+namespace sim::sensor_errors {
+namespace {
+
+constexpr int kUnitWeight = 4096;  // a weight of 1
+
+std::uint64_t stream_item(slam::Stamp t) { return static_cast<std::uint64_t>(t.count()); }
+
+// The medians of 4096 intervals of equal probability of the normal distribution, in 1/4096, scaled to a
+// variance of 1 (by 2e-4). The largest is 3.67 standard deviations.
+std::array<int, 4096> make_normal_table() {
+  std::array<double, 4096> z;
+  double sum = 0;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    z[i] = normal_quantile((static_cast<double>(i) + 0.5) / 4096);
+    sum += z[i] * z[i];
+  }
+  std::array<int, 4096> table;
+  for (std::size_t i = 0; i < z.size(); ++i)
+    table[i] = static_cast<int>(std::lround(z[i] / std::sqrt(sum / 4096) * 4096));
+  return table;
+}
+
+const std::array<int, 4096>& normal_table() {
+  static const std::array<int, 4096> table = make_normal_table();
+  return table;
+}
+
+// The index into the responses of the light of a grey level under a weight.
+std::size_t light(int grey, int weight) {
+  return static_cast<std::size_t>(std::min((grey * weight) >> 8, 4095));
+}
+
+// Gives each pixel the mean and the noise of the response that response_at(row)(column, grey) returns. Five
+// pixels share 64 random bits; the arithmetic is fixed point with 20 binary places.
+template <typename ResponseAt>
+cv::Mat noisy(const cv::Mat& image, Random random, const ResponseAt& response_at) {
+  const std::array<int, 4096>& z = normal_table();
+  cv::Mat out(image.rows, image.cols, CV_8UC1);
+  for (int row = 0; row < image.rows; ++row) {
+    const unsigned char* from = image.ptr(row);
+    unsigned char* to = out.ptr(row);
+    const auto response_in = response_at(row);
+    for (int column = 0; column < image.cols;) {
+      std::uint64_t bits = random.bits();
+      for (const int end = std::min(column + 5, image.cols); column < end; ++column, bits >>= 12) {
+        const auto& response = response_in(column, from[column]);
+        const int sum = response.mean + z[bits & 4095] * response.sigma + (1 << 19);
+        to[column] = static_cast<unsigned char>(std::clamp(sum >> 20, 0, 255));
+      }
+    }
+  }
+  return out;
+}
+
+// Squares of random grey, whose corners are features that stay where they are in the image.
+cv::Mat occlusion_texture(cv::Size size, int square, std::uint64_t seed) {
+  Random random(seed, "poster");
+  cv::Mat texture(size, CV_8UC1);
+  for (int v = 0; v < size.height; v += square)
+    for (int u = 0; u < size.width; u += square)
+      texture(cv::Rect(u, v, square, square) & cv::Rect({}, size)).setTo(40 + 175 * random.uniform());
+  return texture;
+}
+
+cv::Mat vignette(cv::Size size, double fraction) {
+  cv::Mat weights(size, CV_32SC1);
+  const double u0 = (size.width - 1) / 2.0, v0 = (size.height - 1) / 2.0, corner2 = u0 * u0 + v0 * v0;
+  for (int v = 0; v < size.height; ++v)
+    for (int u = 0; u < size.width; ++u) {
+      const double r2 = ((u - u0) * (u - u0) + (v - v0) * (v - v0)) / corner2;
+      weights.at<int>(v, u) = static_cast<int>(std::lround(kUnitWeight * (1 - fraction * r2)));
+    }
+  return weights;
+}
+
+}  // namespace
+
+ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults)
+    : sizes_(sizes),
+      seed_(seed),
+      dimmed_(faults_of<FramesDimmed>(faults)),
+      covers_(faults_of<FramesCovered>(faults)) {
+  const double read = sizes.read_sigma_grey, shot = sizes.shot_sigma_grey;
+  constexpr double kWhite = 600, kLoud = 300;  // Larger values change no pixel and would overflow.
+  for (std::size_t i = 0; i < responses_.size(); ++i) {
+    const double grey = static_cast<double>(i) / 16;
+    const double sigma = sizes.gain * std::sqrt(read * read + shot * shot * grey / 255);
+    responses_[i] = {static_cast<int>(std::lround(std::min(sizes.gain * grey, kWhite) * (1 << 20))),
+                     static_cast<int>(std::lround(256 * std::min(sigma, kLoud)))};
+  }
+}
+
+cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) {
+  cv::Mat image = ideal;
+  for (const FramesCovered& cover : covers_)
+    if (cover.holds(t)) image = covered(image, cover.fraction);
+  const int weight = static_cast<int>(std::lround(kUnitWeight * std::min(exposure(t), 1000.0)));
+  return sizes_.vignetting_fraction > 0 ? vignetted(image, weight, t) : evenly_lit(image, weight, t);
+}
+
+// Linear interpolation between independent draws, one for each exposure_time_s.
+double ImageErrors::exposure(slam::Stamp t) const {
+  double factor = 1;
+  if (sizes_.exposure_sigma_fraction > 0) {
+    const double phase = slam::seconds(t) / sizes_.exposure_time_s, whole = std::floor(phase);
+    const auto drawn = [&](double i) {
+      return Random(seed_, "image exposure", static_cast<std::uint64_t>(static_cast<std::int64_t>(i)))
+          .normal();
+    };
+    factor +=
+        sizes_.exposure_sigma_fraction * (drawn(whole) + (phase - whole) * (drawn(whole + 1) - drawn(whole)));
+  }
+  for (const FramesDimmed& dimmed : dimmed_)
+    if (dimmed.holds(t)) factor *= dimmed.factor;
+  return std::max(factor, 0.0);
+}
+
+cv::Mat ImageErrors::covered(const cv::Mat& image, double fraction) const {
+  const double side = std::sqrt(fraction);
+  const cv::Size size(static_cast<int>(std::lround(side * image.cols)),
+                      static_cast<int>(std::lround(side * image.rows)));
+  const cv::Rect middle((image.cols - size.width) / 2, (image.rows - size.height) / 2, size.width,
+                        size.height);
+  cv::Mat out = image.clone();
+  if (!middle.empty()) occlusion_texture(size, std::max(1, image.cols / 24), seed_).copyTo(out(middle));
+  return out;
+}
+
+cv::Mat ImageErrors::evenly_lit(const cv::Mat& image, int weight, slam::Stamp t) const {
+  std::array<Response, 256> of_grey;
+  for (int grey = 0; grey < 256; ++grey)
+    of_grey[static_cast<std::size_t>(grey)] = responses_[light(grey, weight)];
+  return noisy(image, Random(seed_, "image noise", stream_item(t)), [&](int) {
+    return [&](int, unsigned char grey) -> const Response& { return of_grey[grey]; };
+  });
+}
+
+cv::Mat ImageErrors::vignetted(const cv::Mat& image, int weight, slam::Stamp t) {
+  if (vignette_.size() != image.size()) vignette_ = vignette(image.size(), sizes_.vignetting_fraction);
+  return noisy(image, Random(seed_, "image noise", stream_item(t)), [&](int row) {
+    return
+        [this, weight, weights = vignette_.ptr<int>(row)](int column, unsigned char grey) -> const Response& {
+          return responses_[light(
+              grey, static_cast<int>((static_cast<std::int64_t>(weights[column]) * weight) / kUnitWeight))];
+        };
+  });
+}
+
+}  // namespace sim::sensor_errors

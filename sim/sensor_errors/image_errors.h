@@ -1,0 +1,73 @@
+// Errors of the camera's image: vignetting, exposure, noise, gain, and the faults that dim or cover it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "sim/sensor_errors/faults.h"
+#include "slam/observation.h"
+
+namespace sim::sensor_errors {
+
+/// The scenario's keys errors.image.*. Lost and late pictures are the work of SensorErrors. The fixed-point
+/// noise has room for these ranges and no more.
+struct ImageOptions {
+  double read_sigma_grey = 1.0, shot_sigma_grey = 1.0;
+  double gain = 1.0;
+  double vignetting_fraction = 0.0;
+  double exposure_sigma_fraction = 0.0;
+  double exposure_time_s = 1.0;
+  double loss_fraction = 0.0;
+  double latency_s = 0;
+
+  static void keys(auto&& key) {
+    key.number("read_sigma_grey", &ImageOptions::read_sigma_grey, 0, 100,
+               "noise of a black pixel before the gain, in grey levels of 255");
+    key.number(
+        "shot_sigma_grey", &ImageOptions::shot_sigma_grey, 0, 50,
+        "photon noise of a white pixel before the gain, in grey levels of 255; its square is proportional to "
+        "the light");
+    key.number("gain", &ImageOptions::gain, 0, 16, "gain of the camera, applied after the noise");
+    key.number("vignetting_fraction", &ImageOptions::vignetting_fraction, 0, 1,
+               "part of the light that is missing in the corners; it grows with the squared distance from "
+               "the centre");
+    key.number("exposure_sigma_fraction", &ImageOptions::exposure_sigma_fraction, 0, 10,
+               "standard deviation of the exposure about its mean, relative");
+    key.number("exposure_time_s", &ImageOptions::exposure_time_s, 1e-3, 1e6,
+               "correlation time of the exposure's variation");
+    key.number("loss_fraction", &ImageOptions::loss_fraction, 0, 1, "part of the frames whose image is lost");
+    key.number("latency_s", &ImageOptions::latency_s, 0, 10,
+               "least age of the picture that a frame brings; it brings the newest one that old");
+  }
+};
+
+/// Image = gain (light + noise) with noise² = read² + shot² light / 255. Random draws are keyed by seed and
+/// stamp.
+class ImageErrors {
+ public:
+  ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults);
+
+  /// A new image; `ideal` is CV_8UC1.
+  cv::Mat apply(const cv::Mat& ideal, slam::Stamp t);
+
+ private:
+  double exposure(slam::Stamp t) const;
+  cv::Mat covered(const cv::Mat& image, double fraction) const;
+  cv::Mat evenly_lit(const cv::Mat& image, int weight, slam::Stamp t) const;
+  cv::Mat vignetted(const cv::Mat& image, int weight, slam::Stamp t);
+
+  /// The pixel that an amount of light (1/16 grey) gives: its mean in 2^-20 grey and its noise in 1/256 grey.
+  struct Response {
+    int mean = 0, sigma = 0;
+  };
+  ImageOptions sizes_;
+  std::uint64_t seed_;
+  std::vector<FramesDimmed> dimmed_;
+  std::vector<FramesCovered> covers_;
+  std::array<Response, 4096> responses_;
+  cv::Mat vignette_;  // CV_32SC1, in 1/4096; made for the first image
+};
+
+}  // namespace sim::sensor_errors

@@ -1,0 +1,73 @@
+#include "sim/sensor_errors/motion_clock.h"
+
+#include <utility>
+
+namespace sim::sensor_errors {
+namespace {
+
+using slam::InertialSample, slam::Observation, slam::PlannedMotion, slam::Stamp;
+
+void append_shifted(std::deque<InertialSample>& queue, std::vector<InertialSample>& readings, Stamp offset) {
+  for (const InertialSample& reading : std::exchange(readings, {}))
+    queue.push_back({reading.begin + offset, reading.end + offset, reading.value});
+}
+
+std::vector<InertialSample> taken_until(Stamp t, std::deque<InertialSample>& queue) {
+  std::vector<InertialSample> readings;
+  for (; !queue.empty() && queue.front().end <= t; queue.pop_front()) readings.push_back(queue.front());
+  if (!queue.empty() && queue.front().begin < t) {
+    readings.push_back({queue.front().begin, t, queue.front().value});
+    queue.front().begin = t;
+  }
+  return readings;
+}
+
+PlannedMotion interpolate(const PlannedMotion& a, const PlannedMotion& b, double part) {
+  PlannedMotion plan = part < 0.5 ? a : b;
+  const Eigen::Quaterniond q(a.X_PC.linear());
+  plan.X_PC.linear() = q.slerp(part, Eigen::Quaterniond(b.X_PC.linear())).normalized().toRotationMatrix();
+  plan.X_PC.translation() = (1 - part) * a.X_PC.translation() + part * b.X_PC.translation();
+  plan.v_PC_C = (1 - part) * a.v_PC_C + part * b.v_PC_C;
+  plan.w_PC_C = (1 - part) * a.w_PC_C + part * b.w_PC_C;
+  return plan;
+}
+
+}  // namespace
+
+std::vector<Observation> MotionClock::take(Observation observation) {
+  append_shifted(gyro_, observation.gyro, offset_);
+  append_shifted(accelerometer_, observation.accelerometer, offset_);
+  const Stamp known = observation.t + offset_;
+  plans_.push_back({known, std::exchange(observation.plan, {})});
+  waiting_.push_back(std::move(observation));
+  std::vector<Observation> complete;
+  while (!waiting_.empty() && waiting_.front().t <= known) complete.push_back(assembled());
+  return complete;
+}
+
+std::vector<Observation> MotionClock::flush() {
+  std::vector<Observation> incomplete;
+  while (!waiting_.empty()) incomplete.push_back(assembled());
+  return incomplete;
+}
+
+Observation MotionClock::assembled() {
+  Observation frame = std::move(waiting_.front());
+  waiting_.pop_front();
+  frame.gyro = taken_until(frame.t, gyro_);
+  frame.accelerometer = taken_until(frame.t, accelerometer_);
+  frame.plan = plan_at(frame.t);
+  return frame;
+}
+
+// Frames come in order of time: what lies before the plans on both sides of this one is no longer needed.
+std::optional<PlannedMotion> MotionClock::plan_at(Stamp t) {
+  while (plans_.size() > 1 && plans_[1].t <= t) plans_.pop_front();
+  if (plans_.empty() || plans_[0].t > t) return std::nullopt;
+  if (plans_[0].t == t) return plans_[0].plan;
+  if (plans_.size() < 2 || !plans_[0].plan || !plans_[1].plan) return std::nullopt;
+  return interpolate(*plans_[0].plan, *plans_[1].plan,
+                     slam::seconds(t - plans_[0].t) / slam::seconds(plans_[1].t - plans_[0].t));
+}
+
+}  // namespace sim::sensor_errors

@@ -1,0 +1,30 @@
+// Named random streams from one seed. The generator is counter-based, so that a new stream never changes the
+// numbers of another.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace sim::sensor_errors {
+
+/// Numbers of one named stream of one seed. The same seed and name give the same numbers on every machine:
+/// only integer arithmetic and IEEE operations are used, no function of the C library whose last bit may
+/// differ.
+class Random {
+ public:
+  Random(std::uint64_t seed, std::string_view stream);
+  /// The sub-stream of one item, named for example by the stamp of a frame: its numbers do not depend on the
+  /// order in which items are drawn.
+  Random(std::uint64_t seed, std::string_view stream, std::uint64_t item);
+  std::uint64_t bits();  ///< 64 uniform bits
+  double uniform();      ///< [0, 1)
+  double normal();       ///< mean 0, standard deviation 1
+ private:
+  std::uint64_t key_ = 0, counter_ = 0;
+};
+
+/// The standard normal distribution's quantile of p in (0, 1), to about 1e-15 relative (Wichura 1988,
+/// algorithm AS 241).
+double normal_quantile(double p);
+
+}  // namespace sim::sensor_errors

@@ -1,0 +1,131 @@
+// Sensor errors: turns the readings of ideal sensors into what the filter is given, with noise, bias, loss,
+// clock offsets and faults drawn from named random streams.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "sim/sensor_errors/arrival_order.h"
+#include "sim/sensor_errors/faults.h"
+#include "sim/sensor_errors/image_errors.h"
+#include "sim/sensor_errors/inertial_errors.h"
+#include "sim/sensor_errors/motion_clock.h"
+#include "sim/sensor_errors/plan_errors.h"
+#include "slam/observation.h"
+
+namespace sim::sensor_errors {
+
+/// The scenario's keys errors.*. Standard deviations are per axis; biases are drawn once per run.
+struct ErrorOptions {
+  struct Gyro {
+    double sigma_rad_s = 0.01;
+    double bias_sigma_rad_s = 0.0;
+    double bias_walk_sigma_rad_s2 = 0;
+    double range_rad_s = 0;
+    double resolution_rad_s = 0;
+
+    static void keys(auto&& key) {
+      key.number("sigma_rad_s", &Gyro::sigma_rad_s, 0, 1e3, "white noise of a 200 Hz gyro reading");
+      key.number("bias_sigma_rad_s", &Gyro::bias_sigma_rad_s, 0, 1e3,
+                 "standard deviation of the gyro's bias at the start over seeds");
+      key.number("bias_walk_sigma_rad_s2", &Gyro::bias_walk_sigma_rad_s2, 0, 1e3,
+                 "random walk of the gyro's bias: growth of its standard deviation in 1 s");
+      key.number("range_rad_s", &Gyro::range_rad_s, 0, 1e3,
+                 "limit at which gyro readings saturate; 0: they do not");
+      key.number("resolution_rad_s", &Gyro::resolution_rad_s, 0, 1e3,
+                 "quantisation step of gyro readings; 0: they are not rounded");
+    }
+  } gyro;
+  struct Accelerometer {
+    double sigma_m_s2 = 0.05;
+    double bias_sigma_m_s2 = 0.0;
+    double bias_walk_sigma_m_s3 = 0;
+    double range_m_s2 = 0;
+    double resolution_m_s2 = 0;
+
+    static void keys(auto&& key) {
+      key.number("sigma_m_s2", &Accelerometer::sigma_m_s2, 0, 1e3,
+                 "white noise of a 200 Hz accelerometer reading");
+      key.number("bias_sigma_m_s2", &Accelerometer::bias_sigma_m_s2, 0, 1e3,
+                 "standard deviation of the accelerometer's bias at the start over seeds");
+      key.number("bias_walk_sigma_m_s3", &Accelerometer::bias_walk_sigma_m_s3, 0, 1e3,
+                 "random walk of the accelerometer's bias: growth of its standard deviation in 1 s");
+      key.number("range_m_s2", &Accelerometer::range_m_s2, 0, 1e3,
+                 "limit at which accelerometer readings saturate; 0: they do not");
+      key.number("resolution_m_s2", &Accelerometer::resolution_m_s2, 0, 1e3,
+                 "quantisation step of accelerometer readings; 0: they are not rounded");
+    }
+  } accelerometer;
+  ImageOptions image;
+  struct Plan {
+    double loss_fraction = 0.0;
+    double velocity_sigma_m_s = 0.0;
+
+    static void keys(auto&& key) {
+      key.number("loss_fraction", &Plan::loss_fraction, 0, 1,
+                 "part of the frames whose planned motion is lost");
+      key.number("velocity_sigma_m_s", &Plan::velocity_sigma_m_s, 0, 1e3,
+                 "white noise of each frame's planned velocity, along x and y of the plan's world");
+    }
+  } plan;
+  struct Motion {
+    double time_offset_s = 0;
+
+    static void keys(auto&& key) {
+      key.number("time_offset_s", &Motion::time_offset_s, -1, 1,
+                 "time by which the motion computer's clock, which stamps readings and plan, is ahead of the "
+                 "camera's");
+    }
+  } motion;
+  std::vector<Fault> faults;
+
+  static void keys(auto&& key) {
+    key.part("gyro", &ErrorOptions::gyro);
+    key.part("accelerometer", &ErrorOptions::accelerometer);
+    key.part("image", &ErrorOptions::image);
+    key.part("plan", &ErrorOptions::plan);
+    key.part("motion", &ErrorOptions::motion);
+    key.value("faults", &ErrorOptions::faults, "temporary faults of the sensors and of the plan");
+  }
+};
+
+/// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by the
+/// run's seed, the name of its stream and the stamp it belongs to: a live run and a replay agree bit for bit,
+/// and the numbers of one error do not depend on which others are switched on.
+class SensorErrors {
+ public:
+  /// Throws std::invalid_argument naming the option that is out of its range.
+  SensorErrors(const ErrorOptions& options, std::uint64_t seed);
+
+  /// The observations that reach the filter once this ideal one has been made, in the order of arrival:
+  /// usually one. The pixels of `ideal` are not written to.
+  std::vector<slam::Observation> take(slam::Observation ideal);
+
+  /// The observations that have not arrived when the run ends.
+  std::vector<slam::Observation> flush();
+
+ private:
+  void disturb(slam::Observation& observation);
+  cv::Mat received_image(const cv::Mat& ideal, slam::Stamp t);
+  cv::Mat delayed_image(cv::Mat image, slam::Stamp t);
+  bool lost(const char* stream, slam::Stamp t, double fraction) const;
+
+  struct StampedImage {
+    slam::Stamp t{0};
+    cv::Mat image;
+  };
+  ErrorOptions options_;
+  std::uint64_t seed_;
+  InertialErrors gyro_, accelerometer_;
+  ImageErrors image_;
+  PlanErrors plan_;
+  MotionClock motion_clock_;
+  ArrivalOrder arrival_order_;
+  std::vector<FramesLost> frames_lost_;
+  std::vector<FramesFrozen> frames_frozen_;
+  cv::Mat last_unfrozen_;
+  std::deque<StampedImage> delayed_;
+};
+
+}  // namespace sim::sensor_errors

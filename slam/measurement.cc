@@ -1,0 +1,143 @@
+#include "slam/measurement.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace slam {
+namespace {
+
+constexpr int kSpareRows = 32;
+
+/// Adds to PHᵀ the columns of P, of which only the lower triangle is read, times H of the landmark.
+void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
+  const auto& P = state.storage_P;
+  const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
+  if (count == 0) return;
+  const int below = state.size - at - count;
+  PHt.topRows(at) += P.block(at, 0, count, at).transpose().lazyProduct(m.H_landmark.transpose());
+  const Measurement::Small<6, 3> own =
+      P.block(at, at, count, count).selfadjointView<Eigen::Lower>() * m.H_landmark.transpose();
+  PHt.middleRows(at, count) += own;
+  for (int k = 0; k < count; ++k)
+    for (int row = 0; row < m.rows; ++row)
+      PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
+}
+
+}  // namespace
+
+Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& m) {
+  const auto& P = state.storage_P;
+  const auto P_robot = P.topLeftCorner<kRobot, kRobot>().selfadjointView<Eigen::Lower>();
+  const Measurement::Small<3, kRobot> HP_robot = m.H_robot * P_robot;
+  Measurement::Small<3, 3> S = m.R;
+  S.noalias() += HP_robot * m.H_robot.transpose();
+  const int count = static_cast<int>(m.H_landmark.cols());
+  if (count == 0) return S;
+  const Measurement::Small<3, 6> cross = m.H_robot * P.block(m.landmark_at, 0, count, kRobot).transpose();
+  const Measurement::Small<3, 3> both = cross * m.H_landmark.transpose();
+  const Measurement::Small<3, 6> own =
+      m.H_landmark * P.block(m.landmark_at, m.landmark_at, count, count).selfadjointView<Eigen::Lower>();
+  S += both + both.transpose();
+  S.noalias() += own * m.H_landmark.transpose();
+  return S;
+}
+
+Nis normalised_innovation_squared(const State& state, const Measurement& m) {
+  const Measurement::Small<3, 3> S = innovation_covariance(state, m);
+  const Eigen::LLT<Measurement::Small<3, 3>> llt(S);
+  const double value = llt.info() == Eigen::Success ? llt.matrixL().solve(m.innovation).squaredNorm()
+                                                    : std::numeric_limits<double>::infinity();
+  return {value, m.rows, std::log(S.determinant())};
+}
+
+void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns) {
+  if (rows <= storage.rows() && columns <= storage.cols()) return;
+  const auto with_room = [](Eigen::Index now, int needed) {
+    return needed <= now ? now : needed + std::max(kSpareRows, needed / 2);
+  };
+  storage.resize(with_room(storage.rows(), rows), with_room(storage.cols(), columns));
+}
+
+void StackedMeasurement::resize(int state_size, int row_count) {
+  size = state_size;
+  rows = row_count;
+  if (rows > storage_innovation.size()) storage_innovation.resize(rows + kSpareRows);
+  reserve_workspace(storage_H_robot, rows, kRobot);
+  reserve_workspace(storage_PHt, size, rows);
+  reserve_workspace(storage_S, rows, rows);
+}
+
+void stack(const State& state, const std::vector<Measurement>& measurements, StackedMeasurement& stacked) {
+  stacked.first_row.assign(1, 0);
+  for (const Measurement& m : measurements) stacked.first_row.push_back(stacked.first_row.back() + m.rows);
+  stacked.resize(state.size, stacked.first_row.back());
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const Measurement& m = measurements[i];
+    stacked.innovation().segment(stacked.first_row[i], m.rows) = m.innovation;
+    stacked.H_robot().middleRows(stacked.first_row[i], m.rows) = m.H_robot;
+  }
+  const int rest = state.size - kRobot;
+  stacked.PHt().topRows<kRobot>().noalias() = state.marginal<kRobot>(0) * stacked.H_robot().transpose();
+  stacked.PHt().bottomRows(rest).noalias() =
+      state.storage_P.block(kRobot, 0, rest, kRobot) * stacked.H_robot().transpose();
+  for (std::size_t i = 0; i < measurements.size(); ++i)
+    add_landmark_part(state, measurements[i],
+                      stacked.PHt().middleCols(stacked.first_row[i], measurements[i].rows));
+  stacked.S().noalias() = stacked.H_robot() * stacked.PHt().topRows<kRobot>();
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const Measurement& m = measurements[i];
+    const int count = static_cast<int>(m.H_landmark.cols());
+    auto S_rows = stacked.S().middleRows(stacked.first_row[i], m.rows);
+    if (count > 0) S_rows += m.H_landmark.lazyProduct(stacked.PHt().middleRows(m.landmark_at, count));
+    S_rows.middleCols(stacked.first_row[i], m.rows) += m.R;
+  }
+}
+
+void scale_noise(StackedMeasurement& stacked, const std::vector<Measurement>& measurements, double ratio) {
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const Measurement& m = measurements[i];
+    stacked.S().block(stacked.first_row[i], stacked.first_row[i], m.rows, m.rows) -=
+        (1 - ratio * ratio) * m.R;
+  }
+}
+
+void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
+            StackedMeasurement& selected) {
+  selected.first_row.assign(1, 0);
+  for (const std::size_t i : indices)
+    selected.first_row.push_back(selected.first_row.back() + stacked.first_row[i + 1] - stacked.first_row[i]);
+  selected.resize(stacked.size, selected.first_row.back());
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    const int from = stacked.first_row[indices[k]], to = selected.first_row[k];
+    const int rows = selected.first_row[k + 1] - to;
+    selected.innovation().segment(to, rows) = stacked.innovation().segment(from, rows);
+    selected.PHt().middleCols(to, rows) = stacked.PHt().middleCols(from, rows);
+    for (std::size_t l = 0; l < indices.size(); ++l) {
+      const int column = stacked.first_row[indices[l]], count = stacked.first_row[indices[l] + 1] - column;
+      selected.S().block(to, selected.first_row[l], rows, count) =
+          stacked.S().block(from, column, rows, count);
+    }
+  }
+}
+
+bool Whitening::compute(const StackedMeasurement& stacked) {
+  rows_ = stacked.rows;
+  reserve_workspace(storage_L_, rows_, rows_);
+  if (rows_ > storage_innovation_.size()) storage_innovation_.resize(rows_ + kSpareRows);
+  auto factor = storage_L_.topLeftCorner(rows_, rows_);
+  factor = stacked.S();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(factor);  // in place
+  auto whitened = storage_innovation_.head(rows_);
+  whitened = stacked.innovation();
+  llt.matrixL().solveInPlace(whitened);
+  return llt.info() == Eigen::Success && stacked.innovation().allFinite();
+}
+
+Nis Whitening::nis() const {
+  return {innovation().squaredNorm(), rows_, 2 * L().diagonal().array().log().sum()};
+}
+
+}  // namespace slam

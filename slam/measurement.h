@@ -1,0 +1,92 @@
+// Linearised measurements, alone and stacked: innovation covariance, whitening and normalised innovation
+// squared (NIS).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "slam/frame_report.h"
+#include "slam/state.h"
+
+namespace slam {
+
+/// A linearised measurement of at most 3 rows: the innovation z − h(x), the Jacobian ∂h/∂x with respect to
+/// the robot and to at most one landmark, and the noise covariance R.
+struct Measurement {
+  template <int Rows, int Columns>
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Rows, Columns>;
+
+  explicit Measurement(int row_count) : rows(row_count) {
+    innovation.setZero(rows);
+    H_robot.setZero(rows, kRobot);
+    R.setZero(rows, rows);
+  }
+
+  int rows;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> innovation;
+  Small<3, kRobot> H_robot;
+  int landmark_at = 0;  ///< first index of the landmark's parameters in the state, if H_landmark has columns
+  Small<3, 6> H_landmark;  ///< has no columns when the measurement depends on the robot alone
+  Small<3, 3> R;
+};
+
+/// S = H P Hᵀ + R.
+Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& measurement);
+
+/// νᵀS⁻¹ν and ln |S|. Where S is not positive definite, the first is infinite and the second meaningless.
+Nis normalised_innovation_squared(const State& state, const Measurement& measurement);
+
+/// Enlarges a work space to at least that many rows and columns, with room to spare so that it seldom grows.
+/// Its previous contents are lost when it grows.
+void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns);
+
+/// Stacked measurements: innovation ν, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it
+/// seldom grows.
+struct StackedMeasurement {
+  int size = 0, rows = 0;  ///< number of parameters in the state, number of rows of all the measurements
+  Eigen::VectorXd storage_innovation;
+  Eigen::MatrixXd storage_H_robot, storage_PHt, storage_S;
+  std::vector<int> first_row;  ///< first row of each measurement, and the number of rows at the end
+
+  std::size_t count() const { return first_row.size() - 1; }
+  auto innovation() { return storage_innovation.head(rows); }
+  auto innovation() const { return storage_innovation.head(rows); }
+  auto H_robot() { return storage_H_robot.topLeftCorner(rows, kRobot); }
+  auto PHt() { return storage_PHt.topLeftCorner(size, rows); }
+  auto PHt() const { return storage_PHt.topLeftCorner(size, rows); }
+  auto S() { return storage_S.topLeftCorner(rows, rows); }
+  auto S() const { return storage_S.topLeftCorner(rows, rows); }
+  void resize(int state_size, int row_count);
+};
+
+/// Fills `stacked` from the measurements and the covariance of the state.
+void stack(const State& state, const std::vector<Measurement>& measurements, StackedMeasurement& stacked);
+
+/// Multiplies the noise standard deviation of each measurement in S by `ratio`; `measurements` are those that
+/// were stacked.
+void scale_noise(StackedMeasurement& stacked, const std::vector<Measurement>& measurements, double ratio);
+
+/// Fills `selected` with the measurements of the given indices, which rise.
+void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
+            StackedMeasurement& selected);
+
+/// The Cholesky factor L of S = LLᵀ and the whitened innovation L⁻¹ν of stacked measurements.
+class Whitening {
+ public:
+  /// False where S is not positive definite or the innovation is not finite; the results are then
+  /// meaningless.
+  bool compute(const StackedMeasurement& stacked);
+
+  /// The lower triangle is L; what lies above it is undefined.
+  auto L() const { return storage_L_.topLeftCorner(rows_, rows_); }
+  auto innovation() const { return storage_innovation_.head(rows_); }
+  Nis nis() const;
+
+ private:
+  int rows_ = 0;
+  Eigen::MatrixXd storage_L_;
+  Eigen::VectorXd storage_innovation_;
+};
+
+}  // namespace slam

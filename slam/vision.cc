@@ -1,0 +1,76 @@
+#include "slam/vision.h"
+
+#include <numeric>
+
+namespace slam {
+namespace {
+
+constexpr double kGate = 9.21;  // chi-square, 99 %, 2 rows
+
+/// The area of the bounding box of the predicted pixels, as a fraction of the image's.
+double image_coverage(const std::vector<SearchedLandmark>& searched, const CameraIntrinsics& camera) {
+  Eigen::AlignedBox2d box;
+  for (const SearchedLandmark& landmark : searched) box.extend(landmark.predicted);
+  return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
+}
+
+}  // namespace
+
+void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, const Kalman& kalman) {
+  predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
+  result_.visible.clear();
+  for (const Candidate& candidate : candidates_) result_.visible.push_back(candidate.pixel);
+  keep_most_informative(candidates_, static_cast<std::size_t>(options_.measured_landmarks));
+  result_.searched.clear();
+  matches_.clear();
+  searched_of_.clear();
+  for (const Candidate& candidate : candidates_) {
+    SearchedLandmark searched{candidate.index, candidate.pixel, candidate.S};
+    if (const auto m = search_candidate(image, landmarks[candidate.index], candidate, options_)) {
+      searched.match = candidate.pixel + m->innovation;
+      searched_of_.push_back(result_.searched.size());
+      matches_.push_back(*m);
+    }
+    result_.searched.push_back(searched);
+  }
+  result_.matches = static_cast<int>(matches_.size());
+  result_.coverage = image_coverage(result_.searched, camera_.intrinsics());
+}
+
+void Vision::find_inliers(const State& state) {
+  inliers_.resize(matches_.size());
+  std::iota(inliers_.begin(), inliers_.end(), std::size_t{0});
+  if (matches_.empty()) return;
+  stack(state, matches_, stacked_);
+  gated_ = stacked_;
+  if (!options_.consensus) return;
+  scale_noise(gated_, matches_, options_.gate_sigma_px / options_.sigma_px);
+  inliers_ = consensus_.largest(gated_, kGate);
+}
+
+const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landmark>& landmarks,
+                                   Kalman& kalman) {
+  search(image, landmarks, kalman);
+  find_inliers(kalman.state());
+  result_.inliers.clear();
+  result_.nis.reset();
+  result_.update_nis.reset();
+  result_.updated = false;
+  if (inliers_.empty()) return result_;
+  for (const std::size_t match : inliers_) {
+    result_.inliers.push_back(searched_of_[match]);
+    result_.searched[searched_of_[match]].inlier = true;
+  }
+  const auto nis_of_selected = [&] {
+    whitening_.compute(selected_);
+    return whitening_.nis();
+  };
+  select(gated_, inliers_, selected_);
+  result_.nis = nis_of_selected();
+  select(stacked_, inliers_, selected_);
+  result_.update_nis = nis_of_selected();
+  result_.updated = kalman.update(selected_);
+  return result_;
+}
+
+}  // namespace slam

@@ -1,0 +1,62 @@
+// Vision: the visible landmarks are predicted, searched for and gated, and the inliers update the state
+// (Stasse et al. 2006, section III-A).
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "slam/active_search.h"
+#include "slam/camera.h"
+#include "slam/consensus.h"
+#include "slam/kalman.h"
+#include "slam/landmark.h"
+#include "slam/options.h"
+
+namespace slam {
+
+/// A landmark that was searched for, and its match if there is one.
+struct SearchedLandmark {
+  std::size_t index;                                    ///< in the list of landmarks
+  Eigen::Vector2d predicted;                            ///< px
+  Eigen::Matrix2d S;                                    ///< innovation covariance, px²
+  std::optional<Eigen::Vector2d> match = std::nullopt;  ///< px
+  bool inlier = false;                                  ///< its match entered the update
+};
+
+struct VisionResult {
+  std::vector<Eigen::Vector2d> visible;  ///< predicted pixels of all landmarks that should be visible
+  std::vector<SearchedLandmark> searched;
+  std::vector<std::size_t> inliers;  ///< rising indices of `searched`
+  int matches = 0;                   ///< how many of those searched for were found
+  double coverage = 0;            ///< bounding box of those searched for, as a fraction of the image's area
+  std::optional<Nis> nis;         ///< of the inliers, with the noise of single matches (gate_sigma_px)
+  std::optional<Nis> update_nis;  ///< of the inliers, with the noise that the update assumes (sigma_px)
+  bool updated = false;           ///< false without inliers, or where S is not positive definite
+};
+
+class Vision {
+ public:
+  Vision(const Options::Vision& options, const Camera& camera) : options_(options), camera_(camera) {}
+
+  /// Searches the image for the landmarks and updates the state with the inliers. The result is valid until
+  /// the next call.
+  const VisionResult& update(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
+
+ private:
+  void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, const Kalman& kalman);
+  void find_inliers(const State& state);
+
+  Options::Vision options_;
+  Camera camera_;
+  Consensus consensus_;
+  VisionResult result_;
+  // Work space, kept so that a step in the steady state takes no heap memory.
+  std::vector<Candidate> candidates_;
+  std::vector<Measurement> matches_;
+  std::vector<std::size_t> searched_of_, inliers_;  // of each match: its index in searched; inlier matches
+  StackedMeasurement stacked_, gated_, selected_;   // gated_: with the noise of single matches
+  Whitening whitening_;
+};
+
+}  // namespace slam

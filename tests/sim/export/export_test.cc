@@ -1,0 +1,333 @@
+#include "sim/export/export.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/core/persistence.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "sim/export/lens_conversion.h"
+#include "sim/files/csv.h"
+#include "sim/files/text.h"
+#include "sim/recording/filter_input.h"
+#include "sim/sensor_errors/random.h"
+#include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/recording/random_readings.h"
+
+namespace sim::exports {
+namespace {
+
+namespace fs = std::filesystem;
+using slam::Stamp;
+using testing::HasSubstr;
+using tests::random_image, tests::random_pose, tests::random_vector;
+
+// The default camera at a fifth of its size.
+slam::CameraIntrinsics small_camera() {
+  return {64, 48, 39.4, 39.0, 31.4, 25.4, slam::OneParameterRadial{7.37e-6 * 25}};
+}
+
+// Frames at 30 Hz, readings at 200 Hz split where a frame falls between; one image and one plan are missing.
+slam::Observation observation(int k, Stamp& begin, sensor_errors::Random& random) {
+  slam::Observation o;
+  for (o.t = Stamp(33'000'000ll * k); begin < o.t;) {
+    const Stamp end = std::min(o.t, Stamp((begin.count() / 5'000'000 + 1) * 5'000'000));
+    o.gyro.push_back({begin, end, random_vector(random)});
+    o.accelerometer.push_back({begin, end, random_vector(random)});
+    begin = end;
+  }
+  if (k != 3) o.image = random_image({64, 48}, random);
+  if (k != 4)
+    o.plan = slam::PlannedMotion{random_pose(random), random_vector(random), random_vector(random),
+                                 random_vector(random)};
+  return o;
+}
+
+void write_pixels(const fs::path& file, const cv::Mat& image) {
+  files::write_text(file, {reinterpret_cast<const char*>(image.data), image.total()});
+}
+
+// Writes the input of the filter to files that need no reader of this project, images as bare bytes.
+class Expected {
+ public:
+  explicit Expected(const fs::path& folder) : folder_(folder) { fs::create_directories(folder); }
+
+  void add(const slam::Observation& input) {
+    for (std::size_t i = 0; i < input.gyro.size(); ++i) add_imu(input.gyro[i], input.accelerometer[i].value);
+    if (input.plan) add("plan.csv", input.t, input.plan->X_PC);
+    if (input.image.empty()) return;
+    line("images.csv", fmt::format("{}", recording::file_stamp(input.t)));
+    write_pixels(folder_ / fmt::format("{}.grey", recording::file_stamp(input.t)), input.image);
+  }
+  void add(const std::string& file, Stamp t, const Eigen::Isometry3d& X) const {
+    line(file, fmt::format("{},{}", recording::file_stamp(t), files::csv_fields(X)));
+  }
+
+ private:
+  // Every 5 ms the mean over these 5 ms, at their middle.
+  void add_imu(const slam::InertialSample& gyro, const Eigen::Vector3d& accelerometer) {
+    const double part = static_cast<double>((gyro.end - gyro.begin).count()) / 5e6;
+    gyro_ += part * gyro.value, accelerometer_ += part * accelerometer;
+    if (gyro.end.count() % 5'000'000 != 0) return;
+    line("imu.csv", fmt::format("{},{},{}", recording::file_stamp(gyro.end - Stamp(2'500'000)),
+                                files::csv_fields(gyro_), files::csv_fields(accelerometer_)));
+    gyro_.setZero(), accelerometer_.setZero();
+  }
+  void line(const std::string& file, const std::string& text) const {
+    std::ofstream(folder_ / file, std::ios::app) << text << '\n';
+  }
+
+  fs::path folder_;
+  Eigen::Vector3d gyro_ = Eigen::Vector3d::Zero(), accelerometer_ = Eigen::Vector3d::Zero();
+};
+
+// A run of 12 frames with noise, and what its exports must hold.
+class Exported : public testing::Test {
+ protected:
+  Exported() {
+    sensor_errors::Random random(1, "export test");
+    recording::RecordingSetup setup;
+    setup.calibration = {small_camera(), random_pose(random)};
+    recording::RecordingWriter writer(run_.result / "recording", setup);
+    Expected expected(expected_);
+    sensor_errors::SensorErrors errors(run_.errors, run_.seed);
+    Stamp begin{0};
+    for (int k = 0; k < 12; ++k) {
+      const slam::Observation ideal = observation(k, begin, random);
+      writer.add(ideal);
+      for (const slam::Observation& input : errors.take(ideal)) expected.add(input);
+      const recording::TruePoses truth{ideal.t, random_pose(random), random_pose(random),
+                                       random_pose(random)};
+      const recording::TrueMotion motion{ideal.t, random_pose(random), random_vector(random)};
+      writer.add(truth), writer.add(motion);
+      expected.add("truth.csv", truth.t, truth.X_WC), expected.add("motion.csv", motion.t, motion.X_WG);
+    }
+    writer.finish();
+    add_estimate(expected, random);
+  }
+
+  // Of two frames; the orientation is as uncertain about each axis, the position along each its own way.
+  void add_estimate(const Expected& expected, sensor_errors::Random& random) const {
+    std::ofstream out(run_.result / "estimate_cov.txt");
+    const files::Matrix6d P = Eigen::Vector<double, 6>(2e-6, 2e-6, 2e-6, 1e-6, 4e-6, 9e-6).asDiagonal();
+    for (const Stamp t : {Stamp{0}, Stamp{33'000'000}}) {
+      const Eigen::Isometry3d X = random_pose(random);
+      out << files::tum_row(t, X, P);
+      expected.add("slam.csv", t, X);
+    }
+  }
+
+  fs::path made(const std::string& format) const {
+    const fs::path out = folder_ / format;
+    export_run(run_, format, out, files::Existing::refuse);
+    return out;
+  }
+
+  /// What the command prints, and its exit code at the end: "0\n" of a silent success.
+  std::string ran(const std::string& command) const {
+    const fs::path said = folder_ / "said";
+    const int status = std::system((command + " > '" + said.string() + "' 2>&1").c_str());
+    return files::read_text(said) + std::to_string(WEXITSTATUS(status)) + "\n";
+  }
+
+  std::string python(const fs::path& exported) const {
+    return ran(fmt::format("/usr/bin/python3 '{}/tests/interop/read_exports.py' {} '{}' '{}'",
+                           GAITSLAM_SOURCE_DIR, exported.filename().string(), exported.string(),
+                           expected_.string()));
+  }
+
+  std::string node(const fs::path& mcap, const std::string& topics) const {
+    return ran(fmt::format("node '{0}/tests/interop/read_mcap.cjs' '{0}/build/interop' '{1}' {2} '{3}'",
+                           GAITSLAM_SOURCE_DIR, mcap.string(), topics, expected_.string()));
+  }
+
+  files::TemporaryFolder folder_;
+  ExportedRun run_{folder_ / "result", "a walk", 7, {}};
+  fs::path expected_ = folder_ / "expected";
+};
+
+TEST_F(Exported, EurocIsReadBackByNumpy) { EXPECT_EQ(python(made("euroc")), "0\n"); }
+TEST_F(Exported, OrbSlam3IsReadBackByNumpy) { EXPECT_EQ(python(made("orbslam3")), "0\n"); }
+TEST_F(Exported, TumIsReadBackByNumpy) { EXPECT_EQ(python(made("tum")), "0\n"); }
+TEST_F(Exported, KittiIsReadBackByNumpy) { EXPECT_EQ(python(made("kitti")), "0\n"); }
+
+TEST_F(Exported, TheReaderNoticesAPixelThatDiffers) {
+  const fs::path out = made("euroc");
+  std::fstream pixels(expected_ / fmt::format("{}.grey", recording::file_stamp(Stamp{0})),
+                      std::ios::in | std::ios::out | std::ios::binary);
+  const int first = pixels.get();
+  pixels.seekp(0);
+  pixels.put(static_cast<char>(first ^ 1));
+  pixels.close();
+  EXPECT_THAT(python(out), HasSubstr("AssertionError: 1000000000000000000"));
+}
+
+// The compressed images' bytes are those of the EuRoC export, whose pixels numpy has compared.
+TEST_F(Exported, McapIsReadBackByTheMcapProjectsReader) {
+  const fs::path out = made("mcap");
+  for (const auto& file : fs::directory_iterator(made("euroc") / "mav0/cam0/data")) fs::copy(file, expected_);
+  EXPECT_EQ(node(out / "run.mcap", "/camera/image/compressed /camera/camera_info /imu"), "0\n");
+  EXPECT_EQ(YAML::LoadFile(out / "metadata.yaml")["rosbag2_bagfile_information"]["message_count"].as<int>(),
+            12 + 2 + 11 + 11 + 11 + 72);  // truth, estimate, plan, images, their calibration, IMU
+}
+
+TEST_F(Exported, OpenVinsBagIsReadBackByTheMcapProjectsReader) {
+  const fs::path out = made("openvins");
+  EXPECT_EQ(node(out / "bag/run.mcap", "/cam0/image_raw /cam0/camera_info /imu0"), "0\n");
+}
+
+TEST_F(Exported, TheMcapReaderNoticesAByteThatDiffers) {
+  const fs::path mcap = made("openvins") / "bag/run.mcap";
+  std::fstream file(mcap, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(static_cast<long>(fs::file_size(mcap)) / 2);
+  const int byte = file.peek();
+  file.put(static_cast<char>(byte ^ 1));
+  file.close();
+  EXPECT_THAT(node(mcap, "/cam0/image_raw /cam0/camera_info /imu0"), HasSubstr("CRC"));
+}
+
+double density(double sigma) { return sigma * std::sqrt(0.005); }  // of a 5 ms reading
+
+TEST_F(Exported, OrbSlam3SettingsAreReadByOpenCv) {
+  const fs::path out = made("orbslam3");
+  const cv::FileStorage settings(out / "settings.yaml", cv::FileStorage::READ);
+  EXPECT_EQ(settings["Camera.type"].string(), "KannalaBrandt8");
+  for (const char* real : {"Camera1.fx", "Camera1.fy", "Camera1.cx", "Camera1.cy", "Camera1.k1", "Camera1.k4",
+                           "IMU.Frequency", "IMU.GyroWalk", "IMU.AccWalk", "Viewer.ViewpointF"})
+    EXPECT_TRUE(settings[real].isReal()) << real;
+  for (const char* whole :
+       {"Camera.width", "Camera.height", "Camera.fps", "Camera.RGB", "ORBextractor.nLevels"})
+    EXPECT_TRUE(settings[whole].isInt()) << whole;
+  EXPECT_DOUBLE_EQ(settings["IMU.NoiseGyro"].real(), density(run_.errors.gyro.sigma_rad_s));
+  EXPECT_DOUBLE_EQ(settings["IMU.NoiseAcc"].real(), density(run_.errors.accelerometer.sigma_m_s2));
+  const Eigen::Isometry3d X_GC =
+      recording::RecordingReader(run_.result / "recording").setup().calibration.X_CG.inverse();
+  const cv::Mat T = settings["IMU.T_b_c1"].mat();
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      EXPECT_NEAR(T.at<float>(row, column), X_GC(row, column), 1e-6);  // a float
+}
+
+TEST_F(Exported, OpenVinsConfigurationIsReadByOpenCv) {
+  const fs::path out = made("openvins");
+  const cv::FileStorage estimator(out / "estimator_config.yaml", cv::FileStorage::READ),
+      imu(out / "kalibr_imu_chain.yaml", cv::FileStorage::READ);
+  EXPECT_EQ(estimator["relative_config_imu"].string(), "kalibr_imu_chain.yaml");
+  EXPECT_EQ(static_cast<int>(estimator["max_cameras"]), 1);
+  EXPECT_DOUBLE_EQ(imu["imu0"]["gyroscope_noise_density"].real(), density(0.01));
+  EXPECT_EQ(imu["imu0"]["rostopic"].string(), "/imu0");
+  const cv::FileStorage chain(out / "kalibr_imucam_chain.yaml", cv::FileStorage::READ);
+  const Eigen::Isometry3d X_GC =
+      recording::RecordingReader(run_.result / "recording").setup().calibration.X_CG.inverse();
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      EXPECT_NEAR(chain["cam0"]["T_imu_cam"][row][column].real(), X_GC(row, column), 1e-14);
+  EXPECT_EQ(chain["cam0"]["distortion_model"].string(), "equidistant");
+}
+
+// numpy works out each pixel apart from the exporter: noise differs by many grey levels a hundredth of a
+// pixel aside. MCAP's readers compare with the EuRoC export's images, which numpy has compared.
+TEST_F(Exported, EveryFormatHasUndistortedImagesWhereTheseAreAskedFor) {
+  run_.undistort = true;
+  std::ofstream(expected_ / "undistorted") << "";
+  const fs::path euroc = made("euroc");
+  EXPECT_EQ(python(euroc), "0\n");
+  EXPECT_EQ(python(made("orbslam3")), "0\n");
+  EXPECT_EQ(python(made("tum")), "0\n");
+  for (const auto& file : fs::directory_iterator(euroc / "mav0/cam0/data")) {
+    fs::copy(file, expected_);
+    const cv::Mat pixels = cv::imread(file.path().string(), cv::IMREAD_GRAYSCALE);
+    write_pixels(expected_ / (file.path().stem().string() + ".grey"), pixels);
+  }
+  EXPECT_EQ(node(made("mcap") / "run.mcap", "/camera/image/compressed /camera/camera_info /imu"), "0\n");
+  EXPECT_EQ(node(made("openvins") / "bag/run.mcap", "/cam0/image_raw /cam0/camera_info /imu0"), "0\n");
+  const cv::FileStorage chain(folder_ / "openvins/kalibr_imucam_chain.yaml", cv::FileStorage::READ);
+  EXPECT_EQ(chain["cam0"]["distortion_model"].string(), "radtan");
+}
+
+TEST_F(Exported, EachReadmeStatesTheCommandAndTheLens) {
+  for (const std::string& format : export_formats()) {
+    const std::string text = files::read_text(made(format) / "README.md");
+    EXPECT_THAT(text, HasSubstr("FOLDER")) << format;
+    const bool pinhole = format == "tum" || format == "kitti";
+    EXPECT_THAT(text, HasSubstr(pinhole ? "an ideal pinhole" : "px root mean square")) << format;
+  }
+}
+
+TEST_F(Exported, AnUnknownFormatIsRefusedBeforeAFolderIsMade) {
+  EXPECT_THROW(made("kalibr"), std::out_of_range);
+  EXPECT_FALSE(fs::exists(folder_ / "kalibr"));
+}
+
+// The stamps that the rows of a text file begin with; all of one file have the same number of digits.
+std::vector<std::string> stamps_of(const fs::path& file) {
+  std::vector<std::string> stamps;
+  std::istringstream in(files::read_text(file));
+  for (std::string line; std::getline(in, line);)
+    if (std::isdigit(static_cast<unsigned char>(line[0])))
+      stamps.push_back(line.substr(0, line.find_first_of(", ")));
+  return stamps;
+}
+
+TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
+  run_.errors.faults = {sensor_errors::FramesDoubled{{0.03, 0.1}},
+                        sensor_errors::FramesReordered{{0.15, 0.1}, 0.5},
+                        sensor_errors::FramesLost{{0.29, 0.04}}};
+  recording::FilterInput input(run_.result / "recording", run_.errors, run_.seed);
+  int back = 0;
+  Stamp last{-1};
+  while (const auto o = input.next()) {
+    back += o->t <= last;
+    last = o->t;
+  }
+  ASSERT_GT(back, 3);
+  const std::vector<std::pair<std::string, std::vector<const char*>>> files{
+      {"euroc", {"mav0/cam0/data.csv", "mav0/imu0/data.csv", "mav0/plan0/data.csv", "times.txt"}},
+      {"tum", {"rgb.txt", "accelerometer.txt", "plan.txt", "groundtruth.txt"}},
+      {"kitti", {"sequences/00/times.txt"}}};
+  for (const auto& [format, names] : files)
+    for (const fs::path out = made(format); const char* name : names) {
+      const std::vector<std::string> stamps = stamps_of(out / name);
+      EXPECT_GT(stamps.size(), 3u) << name;
+      EXPECT_EQ(std::adjacent_find(stamps.begin(), stamps.end(), std::greater_equal<>()), stamps.end())
+          << name;
+    }
+  EXPECT_TRUE(fs::exists(made("mcap") / "run.mcap"));
+}
+
+TEST_F(Exported, ADamagedRecordingLeavesNoFolder) {
+  fs::resize_file(run_.result / "recording/mav0/cam0/data/1000000000330000000.png", 100);
+  EXPECT_THROW(made("mcap"), files::FileError);
+  EXPECT_FALSE(fs::exists(folder_ / "mcap"));
+}
+
+TEST(LensConversion, TheEquidistantModelFitsTheOneParameterLensWhereBothFocalLengthsAreTheSame) {
+  const FittedCamera fitted =
+      fit_equidistant({320, 240, 197, 197, 157, 127, slam::OneParameterRadial{7.37e-6}});
+  EXPECT_LT(fitted.rms_px, 0.002);
+  EXPECT_LT(fitted.largest_px, 0.02);
+}
+
+// The head camera's focal lengths differ by 1 %. Its lens bends by the distance in px, the equidistant one by
+// the angle: along u and v they part, most at the corners.
+TEST(LensConversion, TheHeadCamerasLensIsFittedAsWellAsItsUnequalFocalLengthsAllow) {
+  const FittedCamera fitted = fit_equidistant(slam::CameraIntrinsics{});
+  EXPECT_NEAR(fitted.rms_px, 0.066, 0.001);
+  EXPECT_NEAR(fitted.largest_px, 0.193, 0.002);
+}
+
+TEST(LensConversion, APinholeIsFittedByItsOwnFocalLengths) {
+  const FittedCamera fitted = fit_equidistant({320, 240, 160, 160, 160, 120, slam::OneParameterRadial{0}});
+  EXPECT_NEAR(fitted.camera.fu_px, 160, 0.02);
+  EXPECT_LT(fitted.largest_px, 0.02);  // tan θ is no polynomial of degree nine
+}
+
+}  // namespace
+}  // namespace sim::exports

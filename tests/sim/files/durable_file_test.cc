@@ -1,0 +1,205 @@
+#include "sim/files/durable_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/ptrace.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::files {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+std::vector<std::string> names(const fs::path& folder) {
+  std::vector<std::string> all;
+  for (const auto& entry : fs::directory_iterator(folder)) all.push_back(entry.path().filename().string());
+  return all;
+}
+
+// Runs `work` in a process of its own that is then killed at once.
+template <typename Work>
+void run_and_kill(Work work) {
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    work();
+    kill(getpid(), SIGKILL);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+}
+
+TEST(DurableFile, IsWrittenAndReplaced) {
+  const TemporaryFolder folder;
+  write_durably(folder / "a.json", "first");
+  EXPECT_EQ(read_text(folder / "a.json"), "first");
+  write_durably(folder / "a.json", std::string("sec\0ond", 7));
+  EXPECT_EQ(read_text(folder / "a.json"), std::string("sec\0ond", 7));
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("a.json"));
+}
+
+TEST(DurableFile, ThatCannotBeWrittenIsNamedAndLeavesNothing) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(
+      [&] { write_durably(folder / "none" / "a.json", "x"); },
+      ThrowsMessage<FileError>(testing::AllOf(HasSubstr("none"), HasSubstr("No such file or directory"))));
+  fs::create_directory(folder / "taken");
+  EXPECT_THAT([&] { write_durably(folder / "taken", "x"); },
+              ThrowsMessage<FileError>(HasSubstr("taken: cannot be written")));
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("taken"));
+}
+
+TEST(DurableFolder, AppearsByCommitAlone) {
+  const TemporaryFolder folder;
+  DurableFolder result(folder / "parents/too/result");
+  write_text(result.path() / "score.json", "{}");
+  EXPECT_FALSE(fs::exists(folder / "parents/too/result"));
+  EXPECT_EQ(result.path().parent_path(),
+            folder / "parents/too");  // a sibling: renaming never crosses file systems
+  result.commit();
+  EXPECT_EQ(read_text(folder / "parents/too/result/score.json"), "{}");
+  EXPECT_THAT(names(folder / "parents/too"), testing::ElementsAre("result"));
+}
+
+TEST(DurableFolder, LeavesNothingWithoutCommit) {
+  const TemporaryFolder folder;
+  { write_text(DurableFolder(folder / "result").path() / "a", "x"); }
+  EXPECT_THAT(names(folder.path()), testing::IsEmpty());
+}
+
+TEST(DurableFolder, RefusesOrReplacesWhatExists) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "result");
+  write_text(folder / "result/old", "old");
+  EXPECT_THAT([&] { DurableFolder refused(folder / "result"); },
+              ThrowsMessage<FileError>(HasSubstr("result: exists already")));
+  DurableFolder result(folder / "result/", Existing::replace);  // a trailing slash means the same folder
+  write_text(result.path() / "new", "new");
+  EXPECT_EQ(read_text(folder / "result/old"), "old");
+  result.commit();
+  EXPECT_THAT(names(folder / "result"), testing::ElementsAre("new"));
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
+}
+
+TEST(DurableFolder, DoesNotOverwriteWhatAppearedMeanwhile) {
+  const TemporaryFolder folder;
+  DurableFolder result(folder / "result");
+  fs::create_directory(folder / "result");
+  write_text(folder / "result/other", "of another run");
+  EXPECT_THAT([&] { result.commit(); }, ThrowsMessage<FileError>(HasSubstr("result: cannot be made")));
+  EXPECT_EQ(read_text(folder / "result/other"), "of another run");
+}
+
+TEST(DurableFolder, AKilledRunLeavesNoResultAndTheNextOneCleansUp) {
+  const TemporaryFolder folder;
+  run_and_kill([&] {
+    auto* result = new DurableFolder(folder / "result");  // never destroyed: the process dies first
+    write_text(result->path() / "half", "half");
+  });
+  EXPECT_FALSE(fs::exists(folder / "result"));
+  EXPECT_EQ(names(folder.path()).size(), 1u);  // the killed process's temporary
+  DurableFolder result(folder / "result");
+  EXPECT_EQ(names(folder.path()).size(), 1u);  // its own alone
+  result.commit();
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
+}
+
+// Runs `work` in a process of its own that is killed before it enters, or when it has left, its n-th call of
+// the system (two stops a call, counted from 0). False: it had ended by then.
+template <typename Work>
+bool killed_at(int stop, Work work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
+    raise(SIGSTOP);
+    work();
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  for (int k = 0; k <= stop; ++k) {
+    if (ptrace(PTRACE_SYSCALL, child, nullptr, nullptr) != 0) throw std::runtime_error("cannot be traced");
+    waitpid(child, &status, 0);
+    if (WIFEXITED(status)) return false;
+  }
+  kill(child, SIGKILL);
+  waitpid(child, &status, 0);
+  return true;
+}
+
+TEST(DurableFile, KilledAtEveryCallOfTheSystemIsTheOldOneOrTheNew) {
+  const TemporaryFolder folder;
+  const std::string before = "before", after = "afterwards";
+  int old = 0, renewed = 0;
+  for (int stop = 0;; ++stop) {
+    write_durably(folder / "a.json", before);
+    if (!killed_at(stop, [&] { write_durably(folder / "a.json", after); })) break;
+    const std::string found = read_text(folder / "a.json");
+    EXPECT_TRUE(found == before || found == after) << "stop " << stop << ": " << found;
+    ++(found == after ? renewed : old);
+  }
+  EXPECT_GT(old, 5);
+  EXPECT_GT(renewed, 1);
+}
+
+// The first time nothing is there, then the folder of a run before.
+TEST(DurableFolder, KilledAtEveryCallOfTheSystemIsWholeOrAsBefore) {
+  for (const bool replaces : {false, true}) {
+    const TemporaryFolder folder;
+    const auto make = [&](const std::string& text) {
+      DurableFolder result(folder / "result", Existing::replace);
+      for (const char* name : {"a", "b", "c"}) write_text(result.path() / name, text);
+      result.commit();
+    };
+    int before = 0, after = 0;
+    for (int stop = 0;; ++stop) {
+      for (const std::string& name : names(folder.path())) fs::remove_all(folder / name);
+      if (replaces) make("old");
+      if (!killed_at(stop, [&] { make("new"); })) break;
+      if (!replaces && !fs::exists(folder / "result")) {
+        ++before;
+        continue;
+      }
+      const std::string of = read_text(folder / "result/a");
+      EXPECT_TRUE(of == "new" || (replaces && of == "old")) << "stop " << stop << ": " << of;
+      EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("a", "b", "c")) << "stop " << stop;
+      for (const char* name : {"b", "c"})
+        EXPECT_EQ(read_text(folder / "result" / name), of) << "stop " << stop;
+      ++(of == "new" ? after : before);
+    }
+    EXPECT_GT(before, 10);
+    EXPECT_GT(after, 1);
+    killed_at(before - 1, [&] { make("new"); });
+    EXPECT_GT(names(folder.path()).size(), 1u);
+    make("last");
+    EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));  // what the killed ones left is gone
+  }
+}
+
+TEST(DurableFolder, OfARunningProcessIsLeftAlone) {
+  const TemporaryFolder folder;
+  const DurableFolder other(folder / "result");
+  const pid_t child = fork();
+  if (child == 0) {
+    const DurableFolder mine(folder /
+                             "result");  // same target, another process: cleans orphans, not this one
+    _exit(fs::exists(other.path()) && mine.path() != other.path() ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+}  // namespace
+}  // namespace sim::files

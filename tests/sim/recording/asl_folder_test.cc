@@ -1,0 +1,226 @@
+#include "sim/recording/asl_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
+
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::recording {
+namespace {
+
+namespace fs = std::filesystem;
+using slam::Stamp;
+using testing::HasSubstr;
+
+constexpr const char* kCameraYaml = R"(%YAML:1.0
+# General sensor definitions.
+sensor_type: camera
+comment: VI-Sensor cam0 (MT9M034)
+T_BS:
+  cols: 4
+  rows: 4
+  data: [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975,
+         0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768,
+        -0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949,
+         0.0, 0.0, 0.0, 1.0]
+rate_hz: 20
+resolution: [64, 48]
+camera_model: pinhole
+intrinsics: [45.8654, 45.7296, 36.7215, 24.8375] #fu, fv, cu, cv
+distortion_model: radial-tangential
+distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
+)";
+
+constexpr const char* kImuYaml = R"(sensor_type: imu
+T_BS:
+  cols: 4
+  rows: 4
+  data: [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+rate_hz: 200
+gyroscope_noise_density: 1.6968e-04
+gyroscope_random_walk: 1.9393e-05
+accelerometer_noise_density: 2.0000e-3
+accelerometer_random_walk: 3.0000e-3
+)";
+
+// As EuRoC's own files: CR LF, no line feed after the last line, stamps of the year 2014.
+class RecordedElsewhere : public testing::Test {
+ protected:
+  RecordedElsewhere() {
+    write("cam0/sensor.yaml", kCameraYaml);
+    write("imu0/sensor.yaml", kImuYaml);
+    write("cam0/data.csv",
+          "#timestamp [ns],filename\r\n1403636579763555584,1403636579763555584.png\r\n"
+          "1403636579813555456, second.png\r\n");
+    write("imu0/data.csv",
+          "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],"
+          "a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\r\n"
+          "1403636579758555392,1,0,0,9.81,0,0\r\n1403636579768555392,2,0,0,9.81,0,0\r\n"
+          "1403636579788555392,3,0,0,9.81,0,0\r\n1403636579818555392,4,0,0,9.81,0,0");
+    write("state_groundtruth_estimate0/data.csv",
+          "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n"
+          "1403636579753555584,1,0,0,1,0,0,0\n1403636579773555584,3,0,0,1,0,0,0\n"
+          "1403636579823555584,3,5,0,1,0,0,0\n");
+    image("1403636579763555584.png", 64);
+    image("second.png", 64);
+  }
+
+  void write(const std::string& name, const std::string& text) const {
+    fs::create_directories((folder_ / "mav0" / name).parent_path());
+    files::write_text(folder_ / "mav0" / name, text);
+  }
+  void image(const std::string& name, int width) const {
+    fs::create_directories(folder_ / "mav0/cam0/data");
+    cv::imwrite((folder_ / "mav0/cam0/data" / name).string(), cv::Mat(48, width, CV_8UC1, cv::Scalar(77)));
+  }
+  void edit(const std::string& name, const std::string& from, const std::string& to) const {
+    std::string text = files::read_text(folder_ / "mav0" / name);
+    ASSERT_NE(text.find(from), text.npos) << from;
+    write(name, text.replace(text.find(from), from.size(), to));
+  }
+  /// What is said of the folder when it is read to its end.
+  std::string complaint() const {
+    try {
+      AslFolder reader(folder_.path());
+      while (reader.next()) continue;
+      read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}});
+    } catch (const files::FileError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  files::TemporaryFolder folder_;
+};
+
+TEST_F(RecordedElsewhere, SensorsAreReadAsEurocStatesThem) {
+  const AslFolder reader(folder_.path());
+  const slam::CameraIntrinsics& camera = reader.sensors().setup.calibration.camera;
+  EXPECT_EQ(camera.width_px, 64);
+  EXPECT_EQ(camera.u0_px, 36.7215);
+  EXPECT_EQ(std::get<slam::RadialTangential>(camera.lens).p2, 1.76187114e-05);
+  EXPECT_NEAR(reader.sensors().X_BC.translation().y(), -0.064676986768, 1e-12);
+  EXPECT_LT((reader.sensors().setup.calibration.X_CG * reader.sensors().X_BC).matrix().diagonal().norm(),
+            2 + 1e-9);
+  EXPECT_EQ(reader.sensors().noise.gyro_density, 1.6968e-04);
+  EXPECT_FALSE(reader.sensors().has_plan);
+}
+
+TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighboursAndIsSplitAtAFrame) {
+  AslFolder reader(folder_.path());
+  const auto first = reader.next(), second = reader.next();
+  ASSERT_TRUE(first && second);
+  EXPECT_FALSE(reader.next());
+  EXPECT_EQ(first->t, Stamp{0});
+  EXPECT_EQ(second->t, Stamp{49999872});
+  ASSERT_EQ(first->gyro.size(), 2u);
+  EXPECT_EQ(first->gyro[0].begin, Stamp{-10000192});
+  EXPECT_EQ(first->gyro[0].end, Stamp{-192});
+  EXPECT_EQ(first->gyro[1].end, Stamp{0});
+  ASSERT_EQ(second->gyro.size(), 3u);
+  const std::array<double, 3> ends{14999808, 39999808, 49999872}, values{2, 3, 4};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(second->gyro[i].begin, i ? second->gyro[i - 1].end : Stamp{0});
+    EXPECT_EQ(static_cast<double>(second->gyro[i].end.count()), ends[i]);
+    EXPECT_EQ(second->gyro[i].value.x(), values[i]);
+  }
+  EXPECT_EQ(second->accelerometer.size(), 3u);
+  EXPECT_EQ(second->image.at<unsigned char>(10, 10), 77);
+}
+
+TEST_F(RecordedElsewhere, WithoutAPlanTheAccelerometersFirstReadingsDefineTheVertical) {
+  const AslFolder reader(folder_.path());
+  const slam::Calibration& calibration = reader.sensors().setup.calibration;
+  const Eigen::Vector3d up =
+      reader.sensors().setup.X_WC_start.linear() * calibration.X_CG.linear() * Eigen::Vector3d::UnitX();
+  EXPECT_LT((up - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+}
+
+TEST_F(RecordedElsewhere, TruthIsInterpolatedAtTheFramesAndAlignedWithTheStart) {
+  const AslFolder reader(folder_.path());
+  const auto truth = read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}});
+  ASSERT_EQ(truth.size(), 2u);
+  EXPECT_TRUE(truth[0].X.isApprox(reader.sensors().setup.X_WC_start, 1e-12));
+  EXPECT_EQ(truth[1].t, Stamp{49999872});
+  // from (2, 0, 0) halfway between the first two to (3, 4, 0), four fifths between the others
+  EXPECT_NEAR((truth[1].X.translation() - truth[0].X.translation()).norm(), std::hypot(1, 4), 1e-4);
+}
+
+TEST_F(RecordedElsewhere, WithoutTruthThereAreNoTruePoses) {
+  fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
+  EXPECT_EQ(complaint(), "");
+}
+
+struct Fault {
+  const char *file, *from, *to, *complaint;
+};
+
+TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
+  const std::vector<Fault> faults{
+      {"cam0/data.csv", "1403636579813555456", "14036365798135x", "cam0/data.csv:3:1: expected an integer"},
+      {"cam0/data.csv", "1403636579813555456", "1403636579763555584",
+       "cam0/data.csv:3:1: the stamp is not after"},
+      {"cam0/data.csv", "second.png", "third.png", "cam0/data.csv:3:22: no such image: "},
+      {"cam0/data.csv", ", second.png", "", "cam0/data.csv:3: expected 2 fields, found 1"},
+      {"cam0/data.csv", "#timestamp", "timestamp", "cam0/data.csv:1: expected a header that begins with #"},
+      {"imu0/data.csv", "3,0,0", "3,nan,0", "imu0/data.csv:4:23: expected a finite number, found \"nan\""},
+      {"cam0/sensor.yaml", "radial-tangential", "omni", "cam0/sensor.yaml:16:19: expected radial-tangential"},
+      {"cam0/sensor.yaml", "camera_model: pinhole", "camera_model: mei",
+       "cam0/sensor.yaml:14:15: expected pinhole"},
+      {"cam0/sensor.yaml", "0.0148655429818", "0.1148655429818", "cam0/sensor.yaml:6:3: not a pose"},
+      {"cam0/sensor.yaml", "1.76187114e-05]", "1, 2]", "cam0/sensor.yaml:17:26: expected 4 numbers"},
+      {"cam0/sensor.yaml", "rate_hz", "rate", "cam0/sensor.yaml: has no key rate_hz"},
+      {"cam0/sensor.yaml", "[64, 48]", "[65, 48]", "is of 64x48, mav0/cam0/sensor.yaml has 65x48"},
+      {"cam0/sensor.yaml", "45.8654", "0", "cam0/sensor.yaml: camera: focal lengths must be positive"},
+      {"cam0/sensor.yaml", "-0.28340811", "-2834", "cam0/sensor.yaml: camera: its distortion coefficients"},
+      {"imu0/sensor.yaml", "1.6968e-04", "-1.6968e-04", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
+      {"imu0/sensor.yaml", "1.6968e-04", "1e300", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
+      {"state_groundtruth_estimate0/data.csv", "0,1,0,0,0", "0,2,0,0,0", "data.csv:2:27: the quaternion"},
+  };
+  for (const Fault& fault : faults) {
+    const fs::path file = folder_ / "mav0" / fault.file, kept = folder_ / "kept";
+    fs::copy_file(file, kept, fs::copy_options::overwrite_existing);
+    edit(fault.file, fault.from, fault.to);
+    EXPECT_THAT(complaint(), HasSubstr(fault.complaint)) << fault.to;
+    fs::copy_file(kept, file, fs::copy_options::overwrite_existing);
+  }
+  EXPECT_EQ(complaint(), "");
+}
+
+TEST_F(RecordedElsewhere, WhatIsMissingIsNamed) {
+  for (const char* name : {"cam0/sensor.yaml", "cam0/data.csv", "imu0/sensor.yaml", "imu0/data.csv"}) {
+    const fs::path file = folder_ / "mav0" / name, kept = folder_ / "kept";
+    fs::rename(file, kept);
+    EXPECT_THAT(complaint(), HasSubstr(std::string(name) + ": cannot be read: No such file or directory"));
+    fs::rename(kept, file);
+  }
+}
+
+TEST_F(RecordedElsewhere, AnImuOrATruthOfAnotherClockIsNamed) {
+  write("imu0/data.csv", "#timestamp [ns],x,y,z\n2403636579758555392,1,0,0\n2403636579768555392,2,0,0\n");
+  EXPECT_THAT(complaint(),
+              HasSubstr("imu0/data.csv: none of its readings is from before or between the images"));
+  write("imu0/data.csv", "#timestamp [ns],x,y,z\n1403636579758555392,1,0,0\n1403636579768555392,2,0,0\n");
+  EXPECT_EQ(complaint(), "");
+  write("state_groundtruth_estimate0/data.csv",
+        "#timestamp,x,y,z,w,x,y,z\n2403636579753555584,1,0,0,1,0,0,0\n");
+  EXPECT_THAT(complaint(), HasSubstr("data.csv: none of its poses is near the time of an image"));
+}
+
+TEST_F(RecordedElsewhere, AByteOrderMarkIsNoPartOfTheHeader) {
+  for (const char* name : {"cam0/data.csv", "cam0/sensor.yaml", "imu0/data.csv"})
+    write(name, "\xef\xbb\xbf" + files::read_text(folder_ / "mav0" / name));
+  EXPECT_EQ(complaint(), "");
+}
+
+TEST_F(RecordedElsewhere, AFileThatIsNoImageIsNamed) {
+  write("cam0/data/second.png", "not an image");
+  EXPECT_THAT(complaint(), HasSubstr("second.png: cannot be read as an image"));
+}
+
+}  // namespace
+}  // namespace sim::recording

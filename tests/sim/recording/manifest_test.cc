@@ -1,0 +1,60 @@
+#include "sim/recording/manifest.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::recording {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+TEST(Manifest, HashIsXxh3Of128Bits) {
+  // As published with the algorithm: the empty input, seed 0; and as `printf gaitslam | xxh128sum` prints.
+  EXPECT_EQ(files::Hash().hex(), "99aa06d3014798d86001c324468d497f");
+  files::Hash whole, pieces;
+  whole.add("gaitslam");
+  for (const char* piece : {"ga", "", "it", "slam"}) pieces.add(piece);
+  EXPECT_EQ(pieces.hex(), whole.hex());
+  EXPECT_EQ(pieces.bytes(), 8u);
+}
+
+TEST(Manifest, IsThereOnlyWhenFinished) {
+  const files::TemporaryFolder folder;
+  {
+    ManifestWriter writer(folder.path());
+    EXPECT_THAT([&] { Manifest manifest(folder.path()); },
+                ThrowsMessage<files::FileError>(HasSubstr("never finished")));
+    writer.finish();
+  }
+  EXPECT_NO_THROW(Manifest(folder.path()).check_sizes());
+}
+
+TEST(Manifest, ReadsOnlyWhatItLists) {
+  const files::TemporaryFolder folder;
+  files::HashedFile file(folder / "a.txt");
+  file.write("content");
+  file.close();
+  ManifestWriter writer(folder.path());
+  writer.add("a.txt", file.hash());
+  writer.finish();
+  const Manifest manifest(folder.path());
+  EXPECT_EQ(manifest.read("a.txt"), "content");
+  EXPECT_THAT([&] { manifest.read("../a.txt"); },
+              ThrowsMessage<files::FileError>(HasSubstr("does not list ../a.txt")));
+}
+
+TEST(HashedFile, SaysWhenTheDiskIsFull) {
+  files::HashedFile full("/dev/full");
+  EXPECT_THAT(
+      [&] {
+        full.write("x");
+        full.close();
+      },
+      ThrowsMessage<files::FileError>(HasSubstr("/dev/full: cannot be written: No space left on device")));
+}
+
+}  // namespace
+}  // namespace sim::recording

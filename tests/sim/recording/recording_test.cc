@@ -1,0 +1,475 @@
+#include "sim/recording/recording.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "sim/files/csv.h"
+#include "sim/files/hashed_file.h"
+#include "sim/files/text.h"
+#include "sim/sensor_errors/random.h"
+#include "tests/sim/files/damage.h"
+#include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/recording/random_readings.h"
+
+namespace sim::recording {
+namespace {
+
+namespace fs = std::filesystem;
+using slam::Stamp;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+using tests::random_image, tests::random_pose, tests::random_vector;
+
+constexpr int kWidth = 32, kHeight = 24;
+
+slam::PlannedMotion plan(sensor_errors::Random& random) {
+  return {random_pose(random), random_vector(random), random_vector(random), random_vector(random),
+          static_cast<slam::Support>(random.bits() % 3)};
+}
+
+RecordingSetup setup_of(sensor_errors::Random& random) {
+  RecordingSetup setup;
+  setup.calibration.camera = {kWidth, kHeight, 19.7 + random.uniform(),          19.5,
+                              15.7,   12.7,    slam::OneParameterRadial{7.37e-4}};
+  setup.calibration.X_CG = random_pose(random);
+  setup.X_WC_start = random_pose(random);
+  setup.joints = {"HIP", "KNEE", "ANKLE"};
+  return setup;
+}
+
+// Observations as a run gives them: readings every 5 ms, split at the frames; some frames without image or
+// plan.
+std::vector<slam::Observation> observations(sensor_errors::Random& random, int count, bool accelerometer) {
+  std::vector<slam::Observation> all;
+  Stamp begin{-2'000'000};
+  for (int k = 0; k < count; ++k) {
+    slam::Observation o;
+    o.t = Stamp(33'000'000ll * k);
+    while (begin < o.t) {
+      const Stamp tick{(begin.count() / 5'000'000 + 1) * 5'000'000},
+          end = std::min(o.t, begin.count() < 0 ? Stamp{0} : tick);
+      o.gyro.push_back({begin, end, random_vector(random)});
+      if (accelerometer) o.accelerometer.push_back({begin, end, random_vector(random)});
+      begin = end;
+    }
+    if (k % 5 != 3) o.image = random_image({kWidth, kHeight}, random);
+    if (k % 7 != 4) o.plan = plan(random);
+    all.push_back(o);
+  }
+  return all;
+}
+
+template <typename Eigen1, typename Eigen2>
+bool same_bits(const Eigen1& a, const Eigen2& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+void expect_same(const std::vector<slam::InertialSample>& a, const std::vector<slam::InertialSample>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].begin, b[i].begin);
+    EXPECT_EQ(a[i].end, b[i].end);
+    EXPECT_TRUE(same_bits(a[i].value, b[i].value));
+  }
+}
+
+void expect_same(const slam::Observation& a, const slam::Observation& b) {
+  EXPECT_EQ(a.t, b.t);
+  expect_same(a.gyro, b.gyro);
+  expect_same(a.accelerometer, b.accelerometer);
+  ASSERT_EQ(a.image.empty(), b.image.empty());
+  if (!a.image.empty()) {
+    ASSERT_EQ(a.image.size(), b.image.size());
+    ASSERT_EQ(a.image.type(), b.image.type());
+    EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0);
+  }
+  ASSERT_EQ(a.plan.has_value(), b.plan.has_value());
+  if (!a.plan) return;
+  EXPECT_TRUE(same_bits(a.plan->X_PC.matrix(), b.plan->X_PC.matrix()));
+  EXPECT_TRUE(same_bits(a.plan->v_PC_C, b.plan->v_PC_C));
+  EXPECT_TRUE(same_bits(a.plan->w_PC_C, b.plan->w_PC_C));
+  EXPECT_TRUE(same_bits(a.plan->p_CF, b.plan->p_CF));
+  EXPECT_EQ(a.plan->support, b.plan->support);
+}
+
+// A finished recording of a few frames with truth and one surface.
+struct Recorded {
+  explicit Recorded(const fs::path& folder_, std::uint64_t seed = 1, bool accelerometer = true)
+      : folder(folder_) {
+    sensor_errors::Random random(seed, "test");
+    setup = setup_of(random);
+    given = observations(random, 12, accelerometer);
+    RecordingWriter writer(folder, setup);
+    for (const slam::Observation& o : given) {
+      writer.add(o);
+      poses.push_back({o.t, random_pose(random), random_pose(random), random_pose(random)});
+      writer.add(poses.back());
+      bodies.push_back({o.t,
+                        random_vector(random),
+                        {random_vector(random), random_vector(random)},
+                        {random_vector(random), random_vector(random)}});
+      writer.add(bodies.back());
+      writer.add(TrueMotion{o.t, random_pose(random), random_vector(random)});
+    }
+    writer.add(surface = {"box", random_pose(random), {0.5, 1, 0.25}});
+    writer.finish();
+  }
+  fs::path folder;
+  RecordingSetup setup;
+  std::vector<slam::Observation> given;
+  std::vector<TruePoses> poses;
+  std::vector<BodyReading> bodies;
+  RecordedSurface surface;
+};
+
+std::vector<slam::Observation> read_all(const fs::path& folder) {
+  std::vector<slam::Observation> all;
+  RecordingReader reader(folder);
+  while (auto observation = reader.next()) all.push_back(*observation);
+  return all;
+}
+
+TEST(Recording, ObservationsComeBackBitForBit) {
+  const files::TemporaryFolder folder;
+  for (const bool accelerometer : {true, false})
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const Recorded recorded(folder / (std::to_string(seed) + (accelerometer ? "a" : "b")), seed,
+                              accelerometer);
+      const std::vector<slam::Observation> read = read_all(recorded.folder);
+      ASSERT_EQ(read.size(), recorded.given.size());
+      for (std::size_t i = 0; i < read.size(); ++i) expect_same(read[i], recorded.given[i]);
+    }
+}
+
+TEST(Recording, CalibrationAndStartComeBackBitForBit) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  const RecordingReader reader(recorded.folder);
+  const slam::CameraIntrinsics &given = recorded.setup.calibration.camera,
+                               &read = reader.setup().calibration.camera;
+  EXPECT_EQ(read.width_px, given.width_px);
+  EXPECT_EQ(read.height_px, given.height_px);
+  EXPECT_EQ(read.fu_px, given.fu_px);
+  EXPECT_EQ(read.fv_px, given.fv_px);
+  EXPECT_EQ(read.u0_px, given.u0_px);
+  EXPECT_EQ(read.v0_px, given.v0_px);
+  EXPECT_EQ(std::get<slam::OneParameterRadial>(read.lens).k1_px2,
+            std::get<slam::OneParameterRadial>(given.lens).k1_px2);
+  EXPECT_TRUE(same_bits(reader.setup().calibration.X_CG.matrix(), recorded.setup.calibration.X_CG.matrix()));
+  EXPECT_TRUE(same_bits(reader.setup().X_WC_start.matrix(), recorded.setup.X_WC_start.matrix()));
+  EXPECT_EQ(reader.setup().camera_rate_hz, 30);
+  EXPECT_EQ(reader.setup().imu_rate_hz, 200);
+}
+
+TEST(Recording, KeepsTheReadingsOfTheBodySensorsBitForBit) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  files::CsvReader encoders(recorded.folder / "mav0/encoders0/data.csv",
+                            {"#timestamp [ns],HIP [rad],KNEE [rad],ANKLE [rad]"});
+  files::CsvReader forces(
+      recorded.folder / "mav0/forces0/data.csv",
+      {"#timestamp [ns],f_L_x [N],f_L_y [N],f_L_z [N],m_L_x [N m],m_L_y [N m],m_L_z [N m],"
+       "f_R_x [N],f_R_y [N],f_R_z [N],m_R_x [N m],m_R_y [N m],m_R_z [N m]"});
+  for (const BodyReading& reading : recorded.bodies) {
+    ASSERT_TRUE(encoders.next() && forces.next());
+    EXPECT_EQ(encoders.integer(0), (kEpoch + reading.t).count());
+    EXPECT_EQ(forces.integer(0), encoders.integer(0));
+    EXPECT_TRUE(same_bits(encoders.vector(1), reading.q));
+    EXPECT_TRUE(same_bits(forces.vector(1), reading.left.force));
+    EXPECT_TRUE(same_bits(forces.vector(4), reading.left.torque));
+    EXPECT_TRUE(same_bits(forces.vector(7), reading.right.force));
+    EXPECT_TRUE(same_bits(forces.vector(10), reading.right.torque));
+  }
+  EXPECT_FALSE(encoders.next());
+  EXPECT_THAT(files::read_text(recorded.folder / "mav0/encoders0/sensor.yaml"),
+              HasSubstr("joints: [HIP, KNEE, ANKLE]"));
+}
+
+TEST(Recording, TruthComesBackBitForBit) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  const Truth truth = read_truth(recorded.folder);
+  ASSERT_EQ(truth.camera.size(), recorded.poses.size());
+  ASSERT_EQ(truth.waist.size(), recorded.poses.size());
+  ASSERT_EQ(truth.waist_plan.size(), recorded.poses.size());
+  for (std::size_t i = 0; i < recorded.poses.size(); ++i) {
+    EXPECT_EQ(truth.camera[i].t, recorded.poses[i].t);
+    EXPECT_TRUE(same_bits(truth.camera[i].X.matrix(), recorded.poses[i].X_WC.matrix()));
+    EXPECT_TRUE(same_bits(truth.waist[i].X.matrix(), recorded.poses[i].X_WB.matrix()));
+    EXPECT_TRUE(same_bits(truth.waist_plan[i].X.matrix(), recorded.poses[i].X_PB.matrix()));
+  }
+  ASSERT_EQ(truth.surfaces.size(), 1u);
+  EXPECT_EQ(truth.surfaces[0].kind, "box");
+  EXPECT_TRUE(same_bits(truth.surfaces[0].X_WS.matrix(), recorded.surface.X_WS.matrix()));
+  EXPECT_EQ(truth.surfaces[0].size, recorded.surface.size);
+}
+
+TEST(Recording, SameInputGivesTheSameBytes) {
+  const files::TemporaryFolder folder;
+  const Recorded a(folder / "a"), b(folder / "b");
+  EXPECT_EQ(files::read_text(a.folder / "manifest.csv"), files::read_text(b.folder / "manifest.csv"));
+  EXPECT_EQ(RecordingReader(a.folder).hash(), RecordingReader(b.folder).hash());
+  EXPECT_NE(RecordingReader(a.folder).hash(), RecordingReader(Recorded(folder / "c", 2).folder).hash());
+}
+
+TEST(Recording, HasTheLayoutThatOtherReadersExpect) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  const std::string camera = files::read_text(recorded.folder / "mav0/cam0/data.csv");
+  EXPECT_EQ(camera.substr(0, camera.find("\n1000000000033")),
+            "#timestamp [ns],filename\n1000000000000000000,1000000000000000000.png");
+  const cv::Mat image =
+      cv::imread(recorded.folder / "mav0/cam0/data/1000000000033000000.png", cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(cv::norm(image, recorded.given[1].image, cv::NORM_INF), 0);
+  EXPECT_THAT(
+      files::read_text(recorded.folder / "mav0/imu0/data.csv"),
+      testing::StartsWith("#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+                          "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n1000000000000000000,"));
+  std::istringstream motion(files::read_text(recorded.folder / "mav0/state_groundtruth_estimate0/data.csv"));
+  for (std::string line; std::getline(motion, line);)
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 16);
+  cv::FileStorage sensor((recorded.folder / "mav0/cam0/sensor.yaml").string(), cv::FileStorage::READ);
+  EXPECT_EQ(static_cast<int>(sensor["resolution"][0]), kWidth);
+  const Eigen::Matrix4d expected = recorded.setup.calibration.X_CG.inverse().matrix();
+  for (int i = 0; i < 16; ++i)  // T_BS of body G is X_GC
+    EXPECT_EQ(static_cast<double>(sensor["T_BS"]["data"][i]), expected(i / 4, i % 4));
+}
+
+TEST(Recording, UnfinishedIsRefused) {
+  const files::TemporaryFolder folder;
+  sensor_errors::Random random(1, "test");
+  {
+    RecordingWriter writer(folder / "r", setup_of(random));
+    for (const slam::Observation& o : observations(random, 3, true)) writer.add(o);
+  }
+  EXPECT_THAT([&] { RecordingReader reader(folder / "r"); },
+              ThrowsMessage<files::FileError>(HasSubstr("never finished")));
+  EXPECT_THAT([&] { RecordingReader reader(folder / "none"); },
+              ThrowsMessage<files::FileError>(HasSubstr("none: no such folder")));
+}
+
+std::vector<fs::path> files_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().filename() != "manifest.csv") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// Reads observations, then truth, as a replay does.
+void read_everything(const fs::path& folder) {
+  read_all(folder);
+  read_truth(folder);
+}
+
+TEST(Recording, AnyMissingFileIsNamed) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  for (const fs::path& file : files_of(recorded.folder)) {
+    const std::string bytes = files::read_text(file);
+    fs::remove(file);
+    EXPECT_THAT([&] { RecordingReader reader(recorded.folder); },
+                ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": is missing")));
+    files::write_text(file, bytes);
+  }
+  EXPECT_NO_THROW(read_everything(recorded.folder));
+}
+
+TEST(Recording, AnyTruncatedFileIsNamed) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  sensor_errors::Random random(9, "cut");
+  for (const fs::path& file : files_of(recorded.folder)) {
+    const std::string bytes = files::read_text(file);
+    fs::resize_file(file, random.bits() % bytes.size());
+    EXPECT_THAT([&] { RecordingReader reader(recorded.folder); },
+                ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": truncated")));
+    files::write_text(file, bytes);
+  }
+}
+
+TEST(Recording, AnyEditedFileIsNamedWhichHasTheSameSize) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  sensor_errors::Random random(9, "edit");
+  for (const fs::path& file : files_of(recorded.folder)) {
+    const std::string bytes = files::read_text(file);
+    for (int trial = 0; trial < 5; ++trial) {
+      std::string edited = bytes;
+      edited[random.bits() % bytes.size()] ^= static_cast<char>(1 << random.bits() % 8);
+      files::write_text(file, edited);
+      EXPECT_THAT([&] { read_everything(recorded.folder); },
+                  ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": edited")));
+    }
+    files::write_text(file, bytes);
+  }
+}
+
+// Brings the manifest up to date with an edited file, so that only its content can reveal the edit.
+void sign_again(const fs::path& folder, const std::string& name) {
+  const fs::path manifest = folder / "manifest.csv";
+  files::Hash hash;
+  hash.add(files::read_text(folder / name));
+  std::istringstream lines(files::read_text(manifest));
+  std::string signed_again;
+  for (std::string line; std::getline(lines, line); signed_again += "\n")
+    signed_again +=
+        line.ends_with("," + name) ? hash.hex() + "," + std::to_string(hash.bytes()) + "," + name : line;
+  files::write_text(manifest, signed_again);
+}
+
+// The error of reading a recording whose file `name` has `to` for the first `from`, with the hash brought up
+// to date.
+std::string complaint(const fs::path& folder, const std::string& name, const std::string& from,
+                      const std::string& to) {
+  fs::remove_all(folder);
+  const Recorded recorded(folder);
+  std::string text = files::read_text(folder / name);
+  EXPECT_NE(text.find(from), text.npos) << from;
+  files::write_text(folder / name, text.replace(text.find(from), from.size(), to));
+  sign_again(folder, name);
+  try {
+    read_everything(folder);
+  } catch (const files::FileError& error) {
+    const std::string what = error.what(), start = (folder / name).string();
+    return what.starts_with(start) ? what.substr(start.size()) : "of another file: " + what;
+  }
+  return "";
+}
+
+TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
+  const files::TemporaryFolder folder;
+  const auto says = [&](const std::string& name, const std::string& from, const std::string& to) {
+    return complaint(folder / "r", name, from, to);
+  };
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "1000000000033000000"), "");  // as it was
+  EXPECT_EQ(says("frames.csv", "#timestamp", "#time"),
+            ":1: expected the header \"#timestamp [ns]\", found \"#time [ns]\"");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "soon"), ":3:1: expected an integer, found \"soon\"");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "-5"),
+            ":3:1: expected a stamp from 0 to 9000000000000000000 ns");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000", "1000000000000000000"),
+            ":3:1: the stamp is not after the one before");
+  EXPECT_EQ(says("frames.csv", "1000000000033000000\n", "1000000000033000000,\n"),
+            ":3: expected 1 fields, found 2");
+  EXPECT_EQ(says("frames.csv", "1000000000363000000\n", "1000000000363000000"),
+            ":13: the last line is cut off: it does not end with a line feed");
+  EXPECT_EQ(says("mav0/cam0/data.csv", "1000000000033000000,", "1000000000034000000,"),
+            ":3:1: no frame of frames.csv has this stamp");
+  EXPECT_THAT(
+      says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,x"),
+      AllOf(testing::StartsWith(":3:21: expected a finite number, found \"x"), testing::EndsWith("\"")));
+  EXPECT_THAT(says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,nan,"),
+              HasSubstr(":3: expected 23 fields, found 24"));
+  EXPECT_THAT(says("truth/surfaces.csv", "0.5,1,0.25", "0.5,inf,0.25"),
+              HasSubstr("expected a finite number, found \"inf\""));
+  EXPECT_THAT(says("mav0/cam0/data.csv", "033000000.png", "034000000.png"), HasSubstr("of another file"));
+  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "resolution: [32", "resolution: [0"),
+            ":19:13: expected whole numbers from 1 to 100000");
+  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "intrinsics: [", "intrinsics: [1, "), ":21:13: expected 4 numbers");
+  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "rate_hz", "rate"), ": has no key rate_hz");
+  EXPECT_THAT(says("mav0/cam0/sensor.yaml", "resolution: [", "resolution: {"), HasSubstr(":19:"));
+  EXPECT_EQ(
+      says("mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]"),
+      ":6:3: not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+  EXPECT_EQ(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_began: "),
+            ": has no key first_interval_begins_ns");
+  EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_begins_ns: 9"),
+              HasSubstr("expected an integer"));
+  EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: 9", "first_interval_begins_ns: 19"),
+              HasSubstr("of another file"));
+}
+
+// The manifest has the hashes of the damaged files.
+TEST(Recording, NoDamageToAnyTextFileCrashesTheReader) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  sensor_errors::Random random(11, "edit");
+  int refused = 0;
+  for (const fs::path& file : files_of(recorded.folder)) {
+    if (file.extension() == ".png") continue;
+    const std::string bytes = files::read_text(file), name = fs::relative(file, recorded.folder).string();
+    for (int trial = 0; trial < 25; ++trial) {
+      files::write_text(file, tests::damaged(bytes, random));
+      sign_again(recorded.folder, name);
+      try {
+        read_everything(recorded.folder);
+      } catch (const files::FileError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(recorded.folder.string()));
+        ++refused;
+      }
+    }
+    files::write_text(file, bytes);
+    sign_again(recorded.folder, name);
+  }
+  EXPECT_GT(refused, 100);
+  EXPECT_NO_THROW(read_everything(recorded.folder));
+}
+
+TEST(Recording, TheWriterRefusesWhatIdealSensorsCannotGive) {
+  const files::TemporaryFolder folder;
+  const auto writing = [&](const std::function<void(std::vector<slam::Observation>&)>& spoil) {
+    return [&folder, spoil] {
+      fs::remove_all(folder / "r");
+      sensor_errors::Random random(1, "test");
+      RecordingWriter writer(folder / "r", setup_of(random));
+      std::vector<slam::Observation> all = observations(random, 4, true);
+      spoil(all);
+      for (const slam::Observation& o : all) writer.add(o);
+    };
+  };
+  EXPECT_NO_THROW(writing([](auto&) {})());
+  EXPECT_THAT(writing([](auto& all) { all[2].t = all[1].t; }),
+              ThrowsMessage<std::logic_error>(HasSubstr("frame")));
+  EXPECT_THAT(writing([](auto& all) { all[1].gyro.pop_back(), all[1].accelerometer.pop_back(); }),
+              ThrowsMessage<std::logic_error>(HasSubstr("chain")));
+  EXPECT_THAT(writing([](auto& all) { all[2].accelerometer.clear(); }),
+              ThrowsMessage<std::logic_error>(HasSubstr("comes and goes")));
+  EXPECT_THAT(writing([](auto& all) { all[2].accelerometer.pop_back(); }),
+              ThrowsMessage<std::logic_error>(HasSubstr("number")));
+  EXPECT_THAT(writing([](auto& all) { all[2].accelerometer[1].begin += Stamp(1); }),
+              ThrowsMessage<std::logic_error>(HasSubstr("differ in time")));
+  EXPECT_THAT(writing([](auto& all) { all[1].image = cv::Mat(4, 4, CV_8UC1); }),
+              ThrowsMessage<std::logic_error>(HasSubstr("size")));
+  EXPECT_THAT(writing([](auto& all) { all[0].t -= Stamp(1); }),
+              ThrowsMessage<std::logic_error>(HasSubstr("of its frame")));
+}
+
+// Names, sizes and hashes of 2000 pictures alone would be 200 kB.
+TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
+  const files::TemporaryFolder folder;
+  sensor_errors::Random random(1, "test");
+  RecordingWriter writer(folder / "r", setup_of(random));
+  Stamp t{0};
+  const auto write = [&](int frames) {
+    for (int k = 0; k < frames; ++k, t += Stamp(33'000'000)) {
+      writer.add(slam::Observation{t, random_image({kWidth, kHeight}, random), {}, {}, plan(random)});
+      writer.add(TruePoses{t, random_pose(random), random_pose(random), random_pose(random)});
+      writer.add(BodyReading{t, random_vector(random), {}, {}});
+      writer.add(TrueMotion{t, random_pose(random), random_vector(random)});
+      writer.add(TrueFeet{t, {}, {}});
+    }
+    return mallinfo2().uordblks;  // bytes that the process has asked for and not given back
+  };
+  const std::size_t early = write(100), late = write(2000);
+  EXPECT_LT(late, early + 50'000);
+}
+
+TEST(Recording, TheWriterRefusesAFolderThatExists) {
+  const files::TemporaryFolder folder;
+  sensor_errors::Random random(1, "test");
+  EXPECT_THAT([&] { RecordingWriter writer(folder.path(), setup_of(random)); },
+              ThrowsMessage<files::FileError>(HasSubstr("exists already")));
+}
+
+}  // namespace
+}  // namespace sim::recording

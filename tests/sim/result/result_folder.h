@@ -1,0 +1,56 @@
+// What the tests of runs and replays look at in a result folder.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "sim/files/text.h"
+
+namespace tests {
+
+/// Relative path -> content of every file below a folder, at any depth, but timing.* and what lies in
+/// `without`.
+inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
+                                                const std::string& without = "-") {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    const std::string name = std::filesystem::relative(entry.path(), folder);
+    if (!entry.is_regular_file() || entry.path().filename().string().starts_with("timing.") ||
+        name.starts_with(without))
+      continue;
+    contents[name] = sim::files::read_text(entry.path());
+  }
+  return contents;
+}
+
+/// The names of files that differ or are in one of two folders alone.
+inline std::vector<std::string> differences(const std::map<std::string, std::string>& a,
+                                            const std::map<std::string, std::string>& b) {
+  std::vector<std::string> names;
+  for (const auto& [name, content] : a)
+    if (!b.contains(name) || b.at(name) != content) names.push_back(name);
+  for (const auto& [name, content] : b)
+    if (!a.contains(name)) names.push_back(name);
+  return names;
+}
+
+inline std::vector<std::string> differences(const std::filesystem::path& a, const std::filesystem::path& b,
+                                            const std::string& without = "-") {
+  return differences(files(a, without), files(b, without));
+}
+
+inline nlohmann::json json_of(const std::filesystem::path& file) {
+  return nlohmann::json::parse(sim::files::read_text(file));
+}
+
+inline double metric(const std::filesystem::path& folder, const std::string& name) {
+  const nlohmann::json value = json_of(folder / "score.json")["metrics"][name]["value"];
+  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace tests

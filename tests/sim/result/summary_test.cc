@@ -1,0 +1,149 @@
+#include "sim/result/summary.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "sim/files/file_error.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::result {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SummaryTest : public testing::Test {
+ protected:
+  void write_score(std::uint64_t seed, const std::string& text) {
+    const fs::path folder = root_ / ("seed-" + std::to_string(seed));
+    fs::create_directories(folder);
+    std::ofstream(folder / "score.json") << text;
+  }
+  const files::TemporaryFolder folder_;
+  const fs::path root_ = folder_ / "results";
+};
+
+SeedScore seed(std::uint64_t number, std::optional<double> ate, std::optional<double> closed, int code = 0) {
+  return {number,
+          "completed",
+          code,
+          {{"ate_se3_rmse_m", "m", ate}, {"loop_closed", "", closed}, {"drift", "m", -1.0}}};
+}
+
+scenario::Scenario scenario_with(std::vector<scenario::MetricLimit> limits) {
+  scenario::Scenario scenario;
+  scenario.name = "walk";
+  scenario.slam.emplace();
+  scenario.limits.metrics = std::move(limits);
+  return scenario;
+}
+
+TEST_F(SummaryTest, AggregatesAreThoseOfTheSeedsThatHaveTheMetric) {
+  const Summary s =
+      summarize(scenario_with({}), {seed(1, 0.1, {}), seed(2, 0.4, 1), seed(3, {}, 1), seed(4, 0.1, 1)});
+  ASSERT_EQ(s.metrics.size(), 3u);
+  EXPECT_EQ(s.metrics[0].over_seeds.n, 3u);
+  EXPECT_EQ(s.metrics[0].over_seeds.median, 0.1);
+  EXPECT_NEAR(s.metrics[0].over_seeds.mean, 0.2, 1e-16);  // rounding of the sum
+  EXPECT_NEAR(s.metrics[0].over_seeds.standard_deviation, std::sqrt(0.03),
+              1e-16);  // 0.01 + 0.01 + 0.04 over 2
+  EXPECT_EQ(s.metrics[2].over_seeds.worst, -1);
+}
+
+TEST_F(SummaryTest, WorstIsOnTheSideThatTheLimitForbids) {
+  const std::vector<SeedScore> seeds{seed(1, -0.3, 0), seed(2, 0.1, 1)};
+  const scenario::MetricLimit at_least{"ate_se3_rmse_m", "", scenario::Bound::at_least, 1},
+      at_most{"loop_closed", "", scenario::Bound::at_most, 1};
+  EXPECT_EQ(summarize(scenario_with({at_least}), seeds).metrics[0].over_seeds.worst, -0.3);
+  EXPECT_EQ(summarize(scenario_with({at_most}), seeds).metrics[1].over_seeds.worst, 1);
+}
+
+TEST_F(SummaryTest, WithoutALimitTheWorstIsThatOfTheMetricsDefinition) {
+  const auto worst = [](const std::string& metric, const std::vector<double>& values) {
+    std::vector<SeedScore> seeds;
+    for (const double value : values) seeds.push_back({1, "completed", 0, {{metric, "1", value}}});
+    return summarize(scenario_with({}), seeds).metrics[0].over_seeds.worst;
+  };
+  EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
+  EXPECT_EQ(worst("ate_se3_rmse_m", {0.1, 0.4, 0.2}), 0.4);
+  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);  // an error of either sign is bad
+  EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
+}
+
+TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {
+  const std::vector<SeedScore> seeds{seed(1, 0.1, 1), seed(2, 0.2, 1), seed(3, 0.6, 1)};
+  const auto code = [&](const std::string& aggregate, scenario::Bound bound, double value) {
+    return exit_code(summarize(scenario_with({{"ate_se3_rmse_m", aggregate, bound, value}}), seeds));
+  };
+  EXPECT_EQ(code("median", scenario::Bound::at_most, 0.2), 0);
+  EXPECT_EQ(code("median", scenario::Bound::at_most, 0.19), 1);
+  EXPECT_EQ(code("mean", scenario::Bound::at_most, 0.31), 0);
+  EXPECT_EQ(code("mean", scenario::Bound::at_most, 0.29), 1);
+  EXPECT_EQ(code("worst", scenario::Bound::at_most, 0.59), 1);
+  EXPECT_EQ(code("worst", scenario::Bound::at_least, 0.1), 0);
+}
+
+TEST_F(SummaryTest, ALimitOnAMetricOfNoSeedIsMissedUnlessNoFilterWasToRun) {
+  scenario::Scenario scenario = scenario_with({{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 1}});
+  EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 1);
+  scenario.slam.reset();
+  EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 0);
+}
+
+TEST_F(SummaryTest, TheExitCodeIsThatOfTheWorstSeed) {
+  EXPECT_EQ(exit_code(summarize(scenario_with({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})),
+            3);
+}
+
+TEST_F(SummaryTest, ScoresAreReadFromTheSeedsFolders) {
+  write_score(
+      7,
+      R"({"ending":"fell","metrics":{"rmse_m":{"value":0.5,"unit":"m"},"x":{"value":null,"unit":"","reason":"r"}}})");
+  const SeedScore score = read_seed_score(root_, 7, 3);
+  EXPECT_EQ(score.ending, "fell");
+  ASSERT_EQ(score.metrics.size(), 2u);
+  EXPECT_EQ(score.metrics[0].value, 0.5);
+  EXPECT_FALSE(score.metrics[1].value);
+}
+
+TEST_F(SummaryTest, AProcessThatLeftNoScoreHasCrashedOrNotBegun) {
+  EXPECT_EQ(read_seed_score(root_, 1, 3).ending, "crashed");
+  EXPECT_EQ(read_seed_score(root_, 1, 2).ending, "not begun");
+  EXPECT_THROW(read_seed_score(root_, 1, 0), files::FileError);
+}
+
+TEST_F(SummaryTest, ABrokenScoreIsAnErrorThatNamesTheFile) {
+  for (const char* text :
+       {"", "{", "[]", R"({"ending":1,"metrics":{}})", R"({"ending":"fell","metrics":{"a":3}})"}) {
+    write_score(1, text);
+    try {
+      read_seed_score(root_, 1, 0);
+      ADD_FAILURE() << text;
+    } catch (const files::FileError& e) {
+      EXPECT_NE(std::string(e.what()).find("seed-1/score.json"), std::string::npos);
+    }
+  }
+}
+
+TEST_F(SummaryTest, TheFileHoldsEverythingUnderItsName) {
+  const scenario::MetricLimit limit{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 0.2};
+  const Summary summary = summarize(scenario_with({limit}), {seed(1, 0.1, {}), seed(2, 0.3, {}, 1)});
+  fs::create_directories(root_);
+  write_summary(root_ / "summary.json", summary);
+  std::ifstream in(root_ / "summary.json");
+  const auto json = nlohmann::json::parse(in);
+  EXPECT_EQ(json["format_version"], 1);
+  EXPECT_EQ(json["scenario"], "walk");
+  EXPECT_EQ(json["seeds"][1]["exit_code"], 1);
+  EXPECT_EQ(json["metrics"]["ate_se3_rmse_m"]["n"], 2);
+  EXPECT_EQ(json["metrics"]["ate_se3_rmse_m"]["worst"], 0.3);
+  EXPECT_TRUE(json["metrics"]["loop_closed"]["median"].is_null());
+  EXPECT_EQ(json["limits"][0]["metric"], "ate_se3_rmse_m.median");
+  EXPECT_EQ(json["limits"][0]["at_most"], 0.2);
+  EXPECT_EQ(json["limits"][0]["passed"], true);
+}
+
+}  // namespace
+}  // namespace sim::result

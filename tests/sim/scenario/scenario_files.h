@@ -1,0 +1,38 @@
+// Every scenario shipped in scenarios/ and its folders, for tests that hold of each of them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sim::scenario {
+
+inline std::filesystem::path scenario_folder() {
+  return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
+}
+
+/// Files in scenarios/suites and scenarios/tuning are none, those in scenarios/bases are parts of others.
+inline bool is_scenario(const std::filesystem::path& file) {
+  const std::string folder = file.parent_path().filename();
+  return file.extension() == ".yaml" && folder != "suites" && folder != "tuning" && folder != "bases";
+}
+
+inline std::vector<std::filesystem::path> scenario_files() {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder()))
+    if (is_scenario(file)) files.push_back(file);
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// "faults/stamps.yaml" is "faults_stamps".
+inline std::string test_name(const testing::TestParamInfo<std::filesystem::path>& test) {
+  std::string name = test.param.lexically_relative(scenario_folder()).replace_extension().string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+}  // namespace sim::scenario

@@ -1,0 +1,371 @@
+#include "sim/sensor_errors/sensor_errors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+namespace sim::sensor_errors {
+namespace {
+
+using slam::Stamp;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+slam::InertialSample reading(std::int64_t begin_us, std::int64_t end_us) {
+  return {Stamp(begin_us * 1000), Stamp(end_us * 1000), Eigen::Vector3d(0.1, -0.2, 0.3)};
+}
+
+slam::Observation observation(int frame) {
+  slam::Observation o;
+  o.t = Stamp(33'000'000ll * (frame + 1));
+  o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(128));
+  for (int i = 0; i < 6; ++i)
+    o.gyro.push_back(reading(33000 * frame + 5000 * i, 33000 * frame + 5000 * (i + 1)));
+  o.accelerometer = o.gyro;
+  o.plan.emplace();
+  return o;
+}
+
+void expect_same(const std::vector<slam::InertialSample>& a, const std::vector<slam::InertialSample>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].value, b[i].value);
+}
+
+void expect_same(const slam::Observation& a, const slam::Observation& b) {
+  EXPECT_EQ(a.t, b.t);
+  expect_same(a.gyro, b.gyro);
+  expect_same(a.accelerometer, b.accelerometer);
+  ASSERT_EQ(a.image.size(), b.image.size());
+  if (!a.image.empty()) {
+    EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0);
+  }
+  EXPECT_EQ(a.plan.has_value(), b.plan.has_value());
+}
+
+// What arrives with an observation, where that is one.
+slam::Observation applied(SensorErrors&& errors, const slam::Observation& ideal) {
+  std::vector<slam::Observation> arrived = errors.take(ideal);
+  EXPECT_EQ(arrived.size(), 1u);
+  return arrived.at(0);
+}
+slam::Observation applied(SensorErrors& errors, const slam::Observation& ideal) {
+  return applied(std::move(errors), ideal);
+}
+
+ErrorOptions none() {
+  ErrorOptions options;
+  options.gyro.sigma_rad_s = options.accelerometer.sigma_m_s2 = 0;
+  options.image.read_sigma_grey = options.image.shot_sigma_grey = 0;
+  return options;
+}
+
+TEST(SensorErrors, NoneLeaveTheObservationAsItIs) {
+  const slam::Observation ideal = observation(0);
+  expect_same(applied(SensorErrors(none(), 1), ideal), ideal);
+}
+
+TEST(SensorErrors, DependOnSeedAndStampNotOnWhatWasAskedBefore) {
+  SensorErrors live(ErrorOptions{}, 7), replay(ErrorOptions{}, 7), other(ErrorOptions{}, 8);
+  for (int frame = 0; frame < 5; ++frame) applied(live, observation(frame));
+  expect_same(applied(live, observation(5)), applied(replay, observation(5)));
+  EXPECT_NE(applied(other, observation(5)).gyro[0].value, applied(replay, observation(5)).gyro[0].value);
+  EXPECT_NE(applied(replay, observation(4)).gyro[0].value, applied(replay, observation(5)).gyro[0].value);
+}
+
+TEST(SensorErrors, OneDoesNotShiftTheNumbersOfAnother) {
+  ErrorOptions options, lossy;
+  lossy.image.loss_fraction = lossy.plan.loss_fraction = 0.5;
+  lossy.accelerometer.sigma_m_s2 = 3;
+  for (int frame = 0; frame < 5; ++frame)
+    EXPECT_EQ(applied(SensorErrors(options, 1), observation(frame)).gyro[3].value,
+              applied(SensorErrors(lossy, 1), observation(frame)).gyro[3].value);
+}
+
+TEST(SensorErrors, TheIdealImageIsNotWrittenTo) {
+  const slam::Observation ideal = observation(0);
+  const slam::Observation noisy = applied(SensorErrors(ErrorOptions{}, 1), ideal);
+  EXPECT_NE(cv::norm(noisy.image, ideal.image, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::countNonZero(ideal.image != 128), 0);
+}
+
+// Standard deviation of the gyro's noise over many readings of one length, all axes.
+double gyro_spread(SensorErrors& errors, std::int64_t duration_us) {
+  double sum = 0;
+  constexpr int n = 20000;
+  for (int i = 0; i < n; ++i) {
+    slam::Observation o;
+    o.gyro.push_back(reading(duration_us * i, duration_us * (i + 1)));
+    o.t = o.gyro[0].end;
+    sum += (applied(errors, o).gyro[0].value - reading(0, 1).value).squaredNorm();
+  }
+  return std::sqrt(sum / (3 * n));
+}
+
+TEST(SensorErrors, GyroNoiseOfAPartOfAReadingKeepsTheIntegralWhite) {
+  SensorErrors errors(ErrorOptions{}, 1);
+  // Five standard errors of a standard deviation from 60000 numbers are 1.4 %.
+  EXPECT_NEAR(gyro_spread(errors, 5000) / 0.01, 1, 0.015);
+  EXPECT_NEAR(gyro_spread(errors, 2000) / (0.01 * std::sqrt(2.5)), 1, 0.015);
+}
+
+TEST(SensorErrors, BiasIsConstantOverARunAndDiffersBetweenSeeds) {
+  ErrorOptions options = none();
+  options.gyro.bias_sigma_rad_s = 0.01;
+  SensorErrors errors(options, 1);
+  const Eigen::Vector3d ideal = reading(0, 1).value,
+                        bias = applied(errors, observation(0)).gyro[0].value - ideal;
+  EXPECT_GT(bias.norm(), 1e-4);
+  EXPECT_EQ(applied(errors, observation(9)).gyro[5].value - ideal, bias);
+  EXPECT_NE(applied(SensorErrors(options, 2), observation(0)).gyro[0].value - ideal, bias);
+}
+
+TEST(SensorErrors, ImageNoiseHasTheSpreadAskedForAtEveryGrey) {
+  ErrorOptions options = none();
+  options.image.read_sigma_grey = 2;
+  options.image.shot_sigma_grey = 3;
+  for (const int grey : {30, 128, 220}) {
+    slam::Observation o;
+    o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(grey));
+    cv::Scalar mean, sd;
+    cv::meanStdDev(applied(SensorErrors(options, 1), o).image, mean, sd);
+    const double expected =
+        std::sqrt(4 + 9.0 * grey / 255 + 1.0 / 12);  // 1/12: rounding to whole grey levels
+    // Five standard errors from 76800 pixels: sigma/277*5 of the mean, 1.3 % of the spread.
+    EXPECT_NEAR(mean[0], grey, 0.018 * expected);
+    EXPECT_NEAR(sd[0] / expected, 1, 0.013);
+  }
+}
+
+TEST(SensorErrors, ImageNoiseSaturatesInsteadOfWrapping) {
+  ErrorOptions options = none();
+  options.image.read_sigma_grey = 100;
+  options.image.shot_sigma_grey = 50;
+  for (const int grey : {0, 255}) {
+    slam::Observation o;
+    o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(grey));
+    const cv::Mat noisy = applied(SensorErrors(options, 1), o).image;
+    EXPECT_NEAR(cv::countNonZero(noisy == grey), 240 * 320 / 2,
+                240 * 320 / 50);  // half of the noise goes outward
+  }
+}
+
+TEST(SensorErrors, NeighbouringPixelsAndFramesAreUncorrelated) {
+  ErrorOptions options = none();
+  options.image.read_sigma_grey = 10;
+  SensorErrors errors(options, 1);
+  cv::Mat a, b;
+  applied(errors, observation(0)).image.convertTo(a, CV_64F, 1, -128);
+  applied(errors, observation(1)).image.convertTo(b, CV_64F, 1, -128);
+  const double variance = 100, n = 240 * 320;
+  EXPECT_NEAR(a.dot(b) / n / variance, 0, 5 / std::sqrt(n));
+  for (int shift = 1; shift <= 6; ++shift) {  // five pixels share a draw
+    const cv::Mat left = a.colRange(0, 320 - shift).clone(), right = a.colRange(shift, 320).clone();
+    EXPECT_NEAR(left.dot(right) / n / variance, 0, 5 / std::sqrt(n)) << shift;
+  }
+}
+
+TEST(SensorErrors, LossTakesTheFractionAskedForAndOnlyThat) {
+  ErrorOptions options = none();
+  options.image.loss_fraction = 0.1;
+  options.plan.loss_fraction = 0.3;
+  SensorErrors errors(options, 1);
+  int images = 0, plans = 0, both = 0;
+  constexpr int n = 2000;
+  for (int frame = 0; frame < n; ++frame) {
+    slam::Observation o;
+    o.t = Stamp(33'000'000ll * frame);
+    o.image = cv::Mat(2, 2, CV_8UC1, cv::Scalar(0));
+    o.plan.emplace();
+    const slam::Observation out = applied(errors, o);
+    images += out.image.empty(), plans += !out.plan, both += out.image.empty() && !out.plan;
+  }
+  EXPECT_NEAR(images, 0.1 * n, 5 * std::sqrt(0.1 * 0.9 * n));
+  EXPECT_NEAR(plans, 0.3 * n, 5 * std::sqrt(0.3 * 0.7 * n));
+  EXPECT_NEAR(both, 0.03 * n, 5 * std::sqrt(0.03 * 0.97 * n));  // independent of each other
+}
+
+double gyro_walk(double seconds, std::uint64_t seed) {
+  ErrorOptions options = none();
+  options.gyro.bias_walk_sigma_rad_s2 = 0.01;
+  SensorErrors errors(options, seed);
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  for (int frame = 0; frame < seconds / 0.033; ++frame) {
+    slam::Observation ideal = observation(frame);
+    ideal.image.release();
+    last = applied(errors, ideal).gyro.back().value - reading(0, 1).value;
+  }
+  return last.squaredNorm() / 3;
+}
+
+TEST(SensorErrors, ABiasWalksAsFarAsItIsAskedTo) {
+  for (const double seconds : {1.0, 4.0}) {
+    double sum = 0;
+    constexpr int n = 200;
+    for (int seed = 0; seed < n; ++seed) sum += gyro_walk(seconds, static_cast<std::uint64_t>(seed));
+    // 600 numbers: five standard errors of their standard deviation are 14 %. 30 of 33 ms of a frame count.
+    EXPECT_NEAR(std::sqrt(sum / n) / (0.01 * std::sqrt(seconds * 30 / 33)), 1, 0.14);
+  }
+}
+
+TEST(SensorErrors, ReadingsAreCutAtTheirRangeAndRoundedToTheirResolution) {
+  ErrorOptions options = none();
+  options.gyro.range_rad_s = 0.25;
+  options.gyro.resolution_rad_s = 0.04;
+  const slam::Observation out = applied(SensorErrors(options, 1), observation(0));
+  EXPECT_LT((out.gyro[2].value - Eigen::Vector3d(0.12, -0.2, 0.24)).norm(), 1e-15);  // of 0.1, -0.2, 0.3
+  EXPECT_EQ(out.accelerometer[2].value, reading(0, 1).value);
+}
+
+// What arrives of a number of frames at 33 ms, the faults being all that is wrong.
+std::vector<slam::Observation> arrived_with(std::vector<Fault> faults, int frames) {
+  ErrorOptions options = none();
+  options.faults = std::move(faults);
+  SensorErrors errors(options, 1);
+  std::vector<slam::Observation> all;
+  for (int frame = 0; frame < frames; ++frame) {
+    slam::Observation ideal = observation(frame);
+    ideal.image.setTo(frame + 1);
+    ideal.plan->X_PC.translation().x() = 0.01 * frame;
+    ideal.plan->v_PC_C.z() = 0.3;
+    for (slam::Observation& o : errors.take(std::move(ideal))) all.push_back(std::move(o));
+  }
+  for (slam::Observation& o : errors.flush()) all.push_back(std::move(o));
+  return all;
+}
+
+template <class Kind>
+Kind during(double from_s, double duration_s) {
+  Kind fault;
+  fault.from_s = from_s;
+  fault.duration_s = duration_s;
+  return fault;
+}
+
+// One character for each arrival: which frame it is of, by its stamp.
+std::string order(const std::vector<slam::Observation>& arrived) {
+  std::string frames;
+  for (const slam::Observation& o : arrived) frames += static_cast<char>('0' + o.t.count() / 33'000'000 - 1);
+  return frames;
+}
+
+// The grey of each picture, '-' where there is none.
+std::string pictures(const std::vector<slam::Observation>& arrived) {
+  std::string greys;
+  for (const slam::Observation& o : arrived)
+    greys += o.image.empty() ? '-' : static_cast<char>('0' + o.image.at<unsigned char>(0, 0) - 1);
+  return greys;
+}
+
+// Frames 3, 4 and 5 are at 0.132, 0.165 and 0.198 s.
+constexpr double kFrom = 0.12, kFor = 0.08;
+
+TEST(Faults, LoseAndFreezePicturesAndLetTheRestArrive) {
+  EXPECT_EQ(pictures(arrived_with({}, 8)), "01234567");
+  EXPECT_EQ(pictures(arrived_with({during<FramesLost>(kFrom, kFor)}, 8)), "012---67");
+  EXPECT_EQ(pictures(arrived_with({during<FramesFrozen>(kFrom, kFor)}, 8)), "01222267");
+  EXPECT_EQ(order(arrived_with({during<FramesLost>(kFrom, kFor)}, 8)), "01234567");
+}
+
+TEST(Faults, DoubleAndReorderWhatArrives) {
+  EXPECT_EQ(order(arrived_with({during<FramesDoubled>(kFrom, kFor)}, 8)), "01233445567");
+  EXPECT_EQ(order(arrived_with({during<FramesReordered>(kFrom, kFor)}, 8)), "01243657");
+  EXPECT_EQ(order(arrived_with({during<FramesReordered>(0, 9)}, 5)),
+            "10324");  // the last has none to wait for
+  const auto doubled = arrived_with({during<FramesDoubled>(kFrom, kFor)}, 8);
+  expect_same(doubled[3], doubled[4]);
+}
+
+TEST(Faults, StrikeTheFractionAskedFor) {
+  FramesDoubled some = during<FramesDoubled>(0, 1e6);
+  some.fraction = 0.2;
+  const double n = 1000, doubled = static_cast<double>(arrived_with({some}, 1000).size()) - n;
+  EXPECT_NEAR(doubled, 0.2 * n, 5 * std::sqrt(0.2 * 0.8 * n));
+}
+
+TEST(Faults, DimThePicture) {
+  FramesDimmed dark = during<FramesDimmed>(kFrom, kFor);
+  dark.factor = 0;
+  EXPECT_EQ(arrived_with({dark}, 8)[4].image.at<unsigned char>(5, 5), 0);
+  dark.factor = 10;
+  EXPECT_EQ(arrived_with({dark}, 8)[4].image.at<unsigned char>(5, 5), 50);
+  EXPECT_EQ(arrived_with({dark}, 8)[6].image.at<unsigned char>(5, 5), 7);
+}
+
+TEST(Faults, CoverThePictureWithAPosterThatStaysWhereItIs) {
+  const auto all = arrived_with({during<FramesCovered>(kFrom, kFor)}, 8);
+  EXPECT_EQ(cv::countNonZero(all[2].image != 3), 0);
+  const cv::Mat poster = all[3].image != 4;
+  EXPECT_NEAR(cv::countNonZero(poster) / (240.0 * 320), 0.3, 0.005);  // sides are whole pixels
+  cv::Mat difference;
+  cv::bitwise_and(all[3].image != all[4].image, poster, difference);
+  EXPECT_EQ(cv::countNonZero(difference), 0);
+  cv::Scalar mean, sd;
+  cv::meanStdDev(all[3].image, mean, sd, poster);
+  EXPECT_GT(sd[0], 20);  // textured: landmarks would stick to it
+}
+
+TEST(Faults, SilenceAndSpikeOneInertialSensorAlone) {
+  const auto silent = arrived_with({during<GyroSilent>(kFrom, kFor)}, 8);
+  EXPECT_EQ(silent[2].gyro.size(), 6u);
+  EXPECT_LT(silent[3].gyro.size(), 6u);
+  EXPECT_TRUE(silent[4].gyro.empty());
+  EXPECT_EQ(silent[4].accelerometer.size(), 6u);
+  AccelerometerSpike spike;
+  spike.from_s = 0.121;
+  const auto hit = arrived_with({spike}, 8);
+  int readings = 0;
+  for (const slam::Observation& o : hit)
+    for (const slam::InertialSample& s : o.accelerometer)
+      if (s.value != reading(0, 1).value) {
+        ++readings;
+        EXPECT_LT((s.value - reading(0, 1).value - Eigen::Vector3d::Constant(100)).norm(), 1e-12);
+      }
+  EXPECT_EQ(readings, 2);  // 5 ms from amid a reading
+  expect_same(hit[4].gyro, observation(4).gyro);
+}
+
+TEST(Faults, MakeThePlannedWayWrongForGoodAndThePlannedVelocityForAWhile) {
+  PlanScaled longer = during<PlanScaled>(kFrom, kFor);
+  longer.factor = 1.5;
+  const auto all = arrived_with({longer}, 8);
+  const auto x = [&](std::size_t i) { return all[i].plan->X_PC.translation().x(); };
+  EXPECT_NEAR(x(2), 0.02, 1e-15);
+  EXPECT_NEAR(x(5), 0.02 + 1.5 * 0.03, 1e-15);
+  EXPECT_NEAR(x(7), 0.07 + 0.015, 1e-15);
+  EXPECT_NEAR(all[5].plan->v_PC_C.z(), 0.45, 1e-15);
+  EXPECT_NEAR(all[6].plan->v_PC_C.z(), 0.3, 1e-15);
+  const auto missing = arrived_with({during<PlanMissing>(kFrom, kFor)}, 8);
+  EXPECT_TRUE(missing[2].plan && !missing[3].plan && !missing[5].plan && missing[6].plan);
+}
+
+TEST(SensorErrors, APictureThatIsLateComesWithALaterFrame) {
+  ErrorOptions options = none();
+  options.image.latency_s = 0.04;
+  SensorErrors errors(options, 1);
+  std::string greys;
+  for (int frame = 0; frame < 5; ++frame) {
+    slam::Observation ideal = observation(frame);
+    ideal.image.setTo(frame + 1);
+    greys += pictures({applied(errors, ideal)});
+  }
+  EXPECT_EQ(greys, "--012");
+}
+
+TEST(SensorErrors, OptionsOutOfRangeAreNamed) {
+  ErrorOptions options;
+  options.image.read_sigma_grey = 101;
+  EXPECT_THAT([&] { SensorErrors(options, 1); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("errors.image.read_sigma_grey")));
+  options = {};
+  options.gyro.sigma_rad_s = std::nan("");
+  EXPECT_THAT([&] { SensorErrors(options, 1); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("errors.gyro.sigma_rad_s")));
+  options = {};
+  options.plan.loss_fraction = 1.5;
+  EXPECT_THAT([&] { SensorErrors(options, 1); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("errors.plan.loss_fraction")));
+}
+
+}  // namespace
+}  // namespace sim::sensor_errors

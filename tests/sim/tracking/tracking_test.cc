@@ -1,0 +1,70 @@
+#include "sim/tracking/tracking.h"
+
+#include <gtest/gtest.h>
+
+namespace sim::tracking {
+namespace {
+
+scenario::Scenario scenario(const std::vector<std::string>& overrides) {
+  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n";
+  return scenario::read_scenario_text(kText, "test.yaml", {overrides, {}}).scenario;
+}
+
+slam::Observation observation(int millisecond, double x_m) {
+  slam::Observation o;
+  o.t = std::chrono::milliseconds(millisecond);
+  o.plan.emplace();
+  o.plan->X_PC.translation().x() = x_m;
+  return o;
+}
+
+Tracked track(const std::string& estimator, const std::vector<slam::Observation>& observations) {
+  Tracking tracking(scenario({"estimator=" + estimator}), {}, Eigen::Isometry3d::Identity());
+  for (const slam::Observation& o : observations) tracking.take(o);
+  return tracking.finish();
+}
+
+TEST(Tracking, AnotherEstimatorIsOneFunctionThatStandsInForTheFilter) {
+  const Tracked tracked = track("plan_alone", {observation(0, 0), observation(33, 0.5), observation(67, 2)});
+  const auto estimates = tracked.estimates();
+  ASSERT_EQ(estimates.size(), 3U);
+  EXPECT_EQ(estimates[1].X_WC.translation().x(), 0.5);
+  EXPECT_EQ(estimates[2].X_WC.translation().x(), 2);  // no filter would believe 45 m/s
+  EXPECT_EQ(estimates[2].t, std::chrono::milliseconds(67));
+  EXPECT_TRUE(tracked.map.empty());
+  EXPECT_FALSE(tracked.diverged());
+}
+
+TEST(Tracking, EveryEstimatorCanBeNamedInAScenarioAndNoOther) {
+  for (const estimators::NamedEstimator& estimator : estimators::estimators())
+    EXPECT_EQ(scenario({"estimator=" + std::string(estimator.name)}).estimator, estimator.name);
+  EXPECT_ANY_THROW(scenario({"estimator=plan_alnoe"}));
+}
+
+TEST(Tracking, ARefusedObservationMakesNoNewEstimate) {
+  const Tracked tracked =
+      track("filter", {observation(0, 0), observation(33, 0), observation(33, 0), observation(20, 0)});
+  EXPECT_EQ(tracked.frames.size(), 4U);
+  EXPECT_NE(tracked.frames[3].report.refused, "");
+  EXPECT_EQ(tracked.estimates().size(), 2U);
+}
+
+TEST(Tracking, LossesHaveTheirTimesAndCauses) {
+  Tracked tracked;
+  for (int k = 0; k < 6; ++k) {
+    TrackedFrame frame;
+    frame.report.t = frame.estimate.t = std::chrono::seconds(k);
+    if (k == 1 || k == 2 || k == 5) frame.report.health = slam::Health::lost, frame.report.cause = "dark";
+    tracked.frames.push_back(frame);
+  }
+  const auto losses = tracked.losses();
+  ASSERT_EQ(losses.size(), 2U);
+  EXPECT_EQ(losses[0].from, std::chrono::seconds(1));
+  EXPECT_EQ(losses[0].to, std::optional<slam::Stamp>(std::chrono::seconds(3)));
+  EXPECT_EQ(losses[1].cause, "dark");
+  EXPECT_FALSE(losses[1].to);
+  EXPECT_TRUE(tracked.diverged());  // a run that ends lost has not found its way
+}
+
+}  // namespace
+}  // namespace sim::tracking

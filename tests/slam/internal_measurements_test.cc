@@ -1,0 +1,127 @@
+#include "slam/internal_measurements.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "slam/initial_state.h"
+#include "tests/slam/synthetic_room.h"
+
+namespace slam {
+namespace {
+
+/// A filter without vision on a synthetic walk, at its frame 59.
+struct Walking {
+  explicit Walking(const Options& o = {}) : options(o) {
+    for (int k = 0; k < 60; ++k) step(recording.observation(k));
+  }
+  void step(const Observation& o) {
+    const auto planned = internal.advance_plan(o, now ? seconds(o.t - *now) : 0);
+    if (now) {
+      predicted = internal.predict(o, *now, planned, kalman.state());
+      kalman.predict(predicted.prediction.x, predicted.prediction.F, predicted.prediction.Q);
+      result = internal.update(o, *now, planned, kalman);
+    }
+    now = o.t;
+  }
+  Observation next() const { return recording.observation(60); }
+  double velocity_noise() const { return predicted.prediction.Q(kVelocity, kVelocity); }
+
+  Options options;
+  synthetic::Recording recording{synthetic::Walk{}};
+  Kalman kalman{initial_state(synthetic::Walk{}.X_WC(0), options),
+                options.consistency.observability_constrained};
+  InternalMeasurements internal{options, synthetic::calibration().X_CG};
+  std::optional<Stamp> now;
+  GatedPrediction predicted{{}};
+  InternalResult result;
+};
+
+TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) {
+  Walking walk;
+  const Observation o = walk.next();
+  const auto planned = walk.internal.advance_plan(o, seconds(o.t - *walk.now));
+  const Prediction p = walk.internal.predict(o, *walk.now, planned, walk.kalman.state()).prediction;
+  walk.kalman.predict(p.x, p.F, p.Q);
+  const Eigen::VectorXd before = walk.kalman.state().P().diagonal();
+  const InternalResult result = walk.internal.update(o, *walk.now, planned, walk.kalman);
+  const Eigen::VectorXd after = walk.kalman.state().P().diagonal();
+  EXPECT_TRUE(result.updated);
+  EXPECT_EQ(result.rejected, "");
+  ASSERT_TRUE(result.gyro && result.plan_velocity && result.height);
+  EXPECT_EQ(result.gyro->dof, 3);
+  EXPECT_EQ(result.plan_velocity->dof, 3);
+  EXPECT_EQ(result.height->dof, 1);
+  for (const int at : {kRate, kVelocity, kVelocity + 1, kPosition + 2})
+    EXPECT_LT(after(at), before(at)) << at;
+}
+
+TEST(InternalMeasurements, TheAccelerometerMakesThePredictionCertainAndASpikeIsRejected) {
+  Options without;
+  without.accelerometer.enabled = false;
+  Walking with_it, without_it(without), spiked;
+  with_it.step(with_it.next());
+  without_it.step(without_it.next());
+  EXPECT_FALSE(with_it.predicted.accelerometer_rejected);
+  EXPECT_LT(with_it.velocity_noise(), 0.01 * without_it.velocity_noise());
+  Observation o = spiked.next();
+  o.accelerometer[2].value.y() += 500;
+  spiked.step(o);
+  EXPECT_TRUE(spiked.predicted.accelerometer_rejected);
+  EXPECT_EQ(spiked.velocity_noise(), without_it.velocity_noise());
+}
+
+TEST(InternalMeasurements, AnAccelerometerThatContradictsThePlanIsRejected) {
+  Walking walk;
+  Observation o = walk.next();
+  for (InertialSample& sample : o.accelerometer) sample.value.z() += 6;  // m/s²: plausible but for the plan
+  walk.step(o);
+  EXPECT_TRUE(walk.predicted.accelerometer_rejected);
+  Options no_plan;
+  no_plan.plan_velocity.enabled = false;
+  Walking alone(no_plan);
+  alone.step(o);
+  EXPECT_FALSE(alone.predicted.accelerometer_rejected);
+}
+
+TEST(InternalMeasurements, RejectsASpikeOfTheGyroAndUpdatesWithTheRest) {
+  Walking walk;
+  Observation o = walk.next();
+  o.gyro[2].value.x() += 40;
+  o.accelerometer.clear();
+  walk.step(o);
+  EXPECT_EQ(walk.result.rejected, "gyro is beyond its gate");
+  EXPECT_GT(walk.result.gyro->value, 16.27);  // chi-square, 99.9 %, 3 rows
+  EXPECT_TRUE(walk.result.plan_velocity);
+  EXPECT_TRUE(walk.result.updated);
+}
+
+TEST(InternalMeasurements, NameASilentGyroAndDoWithoutAPlan) {
+  Walking walk;
+  Observation o = walk.next();
+  o.gyro.clear();
+  o.plan.reset();
+  walk.step(o);
+  EXPECT_EQ(walk.result.rejected, "the gyro is silent");
+  EXPECT_FALSE(walk.result.gyro || walk.result.plan_velocity || walk.result.height);
+}
+
+TEST(InternalMeasurements, PlannedPoseIsMeasuredOnlyIfEnabled) {
+  Options options;
+  options.consistency.observability_constrained = false;
+  options.start.sigma_position_m = options.start.sigma_orientation_rad = 0.1;
+  const Walking without_pose(options);
+  options.plan_position.enabled = options.plan_orientation.enabled = true;  // to 0.02 m and 0.005 rad
+  const Walking with_pose(options);
+  const auto sigma_m = [](const Walking& w) { return std::sqrt(w.kalman.state().marginal<1>(kPosition)(0)); };
+  const auto sigma_rad = [](const Walking& w) {
+    return 2 * std::sqrt(w.kalman.state().marginal<4>(kOrientation).trace());
+  };
+  EXPECT_GT(sigma_m(without_pose), 0.09);
+  EXPECT_LT(sigma_m(with_pose), 0.02);
+  EXPECT_GT(sigma_rad(without_pose), 0.09);
+  EXPECT_LT(sigma_rad(with_pose), 0.01);
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,10 @@
+// CPU time of the process, all threads counted.
+#pragma once
+
+#include <time.h>
+
+inline double cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}

@@ -1,0 +1,46 @@
+// Processes of this program, a few at a time: the crash of one does not affect the others.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace cli {
+
+/// A new temporary folder, removed at the end of its life.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// How a process ended.
+struct Ended {
+  int exit_code = 0;      ///< 3 when a signal killed it
+  std::string complaint;  ///< what it wrote to standard error, and the signal that killed it
+};
+
+/// Makes the kernel kill this process when its parent ends, at once if the parent has ended already. For a
+/// process that was given its parent's id by --die-with-parent.
+void die_with(pid_t parent);
+
+/// Command lines of this program, without its name. Their commands accept --die-with-parent.
+using CommandLines = std::vector<std::vector<std::string>>;
+
+/// Called now and then with the fraction of the processes that have ended, 0 to 1.
+using ShowPart = std::function<void(double)>;
+
+/// Runs this program (the running one, even when its file has been replaced) with each of the command lines,
+/// `jobs` at a time. Returns how they ended, in the order of the command lines.
+std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show);
+
+}  // namespace cli

@@ -1,0 +1,217 @@
+#include "tools/cli/jobs/slurm.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <set>
+#include <sstream>
+
+#include "sim/files/durable_file.h"
+#include "sim/files/hashed_file.h"
+#include "sim/files/text.h"
+#include "tools/cli/jobs/shell.h"
+#include "tools/cli/usage_error.h"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kElementSeconds = 30;  // a shorter element is not worth the cost of starting it
+constexpr int kSubmissions = 3, kDefaultMaxArraySize = 1001;
+constexpr useconds_t kPollUs = 1'000'000;
+
+/// Each element runs its share of the lines, one after another. That a line has ended is recorded atomically;
+/// a line during which the element itself ended (node lost, requeued) is run again, five times at most.
+constexpr const char* kElement = R"sh(#!/bin/sh
+spool=$1 each=$2
+i=$((SLURM_ARRAY_TASK_ID * each))
+last=$((i + each))
+while [ $i -lt $last ]; do
+  i=$((i + 1))
+  line=$(sed -n "${i}p" "$spool/lines")
+  [ -n "$line" ] || exit 0
+  ended=$spool/ended/$i
+  [ ! -e "$ended" ] || continue
+  echo "${SLURMD_NODENAME:-a node}" >>"$ended.tries"
+  if [ "$(wc -l <"$ended.tries")" -gt 5 ]; then
+    echo "aborted: its array element ended during it on $(tr '\n' ' ' <"$ended.tries")" >"$ended.err"
+    code=3
+  else
+    code=0
+    eval "$line" </dev/null >/dev/null 2>"$ended.err" || code=$?
+    [ $code -ne 75 ] || exit 75
+  fi
+  echo $code >"$ended.new"
+  mv "$ended.new" "$ended"
+done
+)sh";
+
+std::string text_if_there(const fs::path& file) {
+  return fs::exists(file) ? sim::files::read_text(file) : "";
+}
+
+/// The largest size of a job array; 1001 where Slurm does not say.
+int max_array_size() {
+  const std::string text = run_shell("scontrol show config").text;
+  const std::size_t at = text.find("MaxArraySize");
+  int size = kDefaultMaxArraySize;
+  if (at == text.npos) return size;
+  const std::size_t digits = text.find_first_of("0123456789", at);
+  if (digits != text.npos) std::from_chars(text.data() + digits, text.data() + text.size(), size);
+  return size;
+}
+
+fs::path this_program() {
+  const fs::path program = fs::read_symlink("/proc/self/exe");
+  if (!fs::exists(program))
+    throw UsageError("the program's file was replaced while it ran; run the command again");
+  return program;
+}
+
+std::string shell_lines(const CommandLines& lines) {
+  const std::string program = shell_word(this_program().string());
+  std::string text;
+  for (const auto& line : lines) {
+    text += program;
+    for (const std::string& word : line) text += " " + shell_word(word);
+    text += '\n';
+  }
+  return text;
+}
+
+/// Slurm's reason why no element of a job runs, from lines "STATE REASON". Empty where an element runs, or
+/// where the job only waits for others.
+std::string waits_for(const std::string& queue) {
+  static const std::set<std::string> kPassing{"None", "Priority", "Resources", "BeginTime",
+                                              "JobArrayTaskLimit"};
+  std::istringstream lines(queue);
+  std::string reason;
+  for (std::string state, why; lines >> state && std::getline(lines >> std::ws, why);) {
+    if (state != "PENDING") return "";
+    if (!kPassing.contains(why)) reason = why;
+  }
+  return reason;
+}
+
+/// A job array and its folder.
+class Array {
+ public:
+  Array(const CommandLines& lines, const Backend& backend)
+      : backend_(backend), count_(lines.size()), folder_(folder(shell_lines(lines), backend)) {
+    const auto least =
+        static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
+    const auto most_elements = static_cast<std::size_t>(std::max(max_array_size() - 1, 1));
+    each_ = std::max(least, (count_ + most_elements - 1) / most_elements);
+    fs::create_directories(folder_ / "ended");
+    sim::files::write_durably(folder_ / "lines", shell_lines(lines));
+    sim::files::write_durably(folder_ / "element.sh", kElement);
+  }
+
+  /// Whether the job is in the queue, that of an earlier command that was killed included. Says once why the
+  /// job waits, where it will not start by itself.
+  bool is_in_queue() {
+    const std::string job = text_if_there(folder_ / "job");
+    if (job.empty()) return false;
+    const ShellOutput queue = run_shell("squeue -h -j " + shell_word(job) + " -o '%T %r'");
+    if (queue.status != 0 || queue.text.empty()) return false;
+    if (const std::string reason = waits_for(queue.text); !reason.empty() && said_.insert(reason).second)
+      std::cerr << fmt::format(
+          "slurm: job {} waits: {} (squeue -j {}). After Ctrl-C it stays in the queue, and the same command "
+          "continues with it.\n",
+          job, reason, job);
+    return true;
+  }
+
+  void submit() const {
+    const std::string elements = missing_elements();
+    const ShellOutput printed = run_shell(
+        fmt::format("sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
+                    "--array={}{} --output={} {} {} {}",
+                    elements, backend_.jobs > 0 ? fmt::format("%{}", backend_.jobs) : "",
+                    shell_word((folder_ / "element-%a.log").string()),
+                    shell_word((folder_ / "element.sh").string()), shell_word(folder_.string()), each_));
+    if (printed.status != 0) throw UsageError("sbatch: " + printed.text.substr(0, printed.text.find('\n')));
+    const std::string job = printed.text.substr(0, printed.text.find_first_of(";\n"));
+    sim::files::write_durably(folder_ / "job", job);
+    std::cerr << fmt::format(
+        "slurm job {}: array elements {} with {} command lines each. After an interruption the same command "
+        "continues with it.\n",
+        job, elements, each_);
+  }
+
+  std::size_t ended() const {
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < count_; ++i) n += has_ended(i) ? 1 : 0;
+    return n;
+  }
+  std::size_t size() const { return count_; }
+
+  std::vector<Ended> collect() const {
+    std::vector<Ended> all;
+    for (std::size_t i = 0; i < count_; ++i) all.push_back(outcome(i));
+    return all;
+  }
+  void remove() const { fs::remove_all(folder_); }
+
+ private:
+  static fs::path folder(const std::string& lines, const Backend& backend) {
+    sim::files::Hash hash;
+    hash.add(lines);
+    return fs::absolute(backend.spool) / ("array-" + hash.hex().substr(0, 12));
+  }
+
+  fs::path ended_file(std::size_t i) const { return folder_ / "ended" / std::to_string(i + 1); }
+  bool has_ended(std::size_t i) const { return fs::exists(ended_file(i)); }
+
+  /// "0,3,7": elements that have a line which has not ended.
+  std::string missing_elements() const {
+    std::string text;
+    for (std::size_t element = 0; element * each_ < count_; ++element)
+      for (std::size_t i = element * each_; i < std::min(count_, (element + 1) * each_); ++i)
+        if (!has_ended(i)) {
+          text += (text.empty() ? "" : ",") + std::to_string(element);
+          break;
+        }
+    return text;
+  }
+
+  Ended outcome(std::size_t i) const {
+    const fs::path file = ended_file(i);
+    if (!fs::exists(file))
+      return {3, fmt::format("its array element ended before it ran: {}",
+                             text_if_there(folder_ / fmt::format("element-{}.log", i / each_)))};
+    const std::string complaint = text_if_there(file.string() + ".err");
+    const int code = std::stoi("0" + text_if_there(file));
+    return {code < 128 ? code : 3,
+            code < 128 ? complaint : complaint + fmt::format("killed by signal {}\n", code - 128)};
+  }
+
+  const Backend& backend_;
+  std::size_t count_, each_ = 1;
+  fs::path folder_;
+  std::set<std::string> said_;
+};
+
+}  // namespace
+
+std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
+                                const ShowPart& show) {
+  Array array(command_lines, backend);
+  for (int submission = 0; array.ended() < array.size() && submission < kSubmissions; ++submission) {
+    if (!array.is_in_queue()) array.submit();
+    while (array.is_in_queue()) {
+      show(static_cast<double>(array.ended()) / static_cast<double>(array.size()));
+      usleep(kPollUs);
+    }
+  }
+  std::vector<Ended> all = array.collect();
+  array.remove();
+  return all;
+}
+
+}  // namespace cli

@@ -1,0 +1,110 @@
+#include "tools/cli/jobs/trial_parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <set>
+
+#include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/run_all.h"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+namespace tune = sim::tune;
+
+constexpr std::size_t kMostTasks = 32;  // of a part: at about a second each, enough for an array element
+
+std::vector<fs::path> parts_in(const fs::path& folder) {
+  std::vector<fs::path> parts;
+  if (!fs::exists(folder)) return parts;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".tasks") parts.push_back(entry.path());
+  std::sort(parts.begin(), parts.end());
+  return parts;
+}
+
+/// Each part decodes its recording anew, so there are as few parts as keep all processes equally busy.
+std::size_t tasks_of_part(std::size_t n, const Backend& backend) {
+  if (backend.slurm()) return kMostTasks;
+  const auto up = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
+  const auto jobs = static_cast<std::size_t>(std::max(backend.jobs, 1));
+  return up(n, jobs * up(n, jobs * kMostTasks));
+}
+
+std::vector<fs::path> write_parts(const std::vector<tune::Task>& tasks, const PartsPlace& place,
+                                  const Backend& backend) {
+  fs::create_directories(place.folder);
+  const std::size_t each = tasks_of_part(tasks.size(), backend);
+  for (std::size_t first = 0; first < tasks.size(); first += each) {
+    const auto begin = tasks.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = begin + static_cast<std::ptrdiff_t>(std::min(each, tasks.size() - first));
+    tune::write_tasks(place.folder / fmt::format("{:06}.tasks", first), {place.purpose, {begin, end}});
+  }
+  return parts_in(place.folder);
+}
+
+fs::path log_of(const fs::path& part) { return fs::path(part).replace_extension(".log"); }
+
+std::size_t lines_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return static_cast<std::size_t>(std::count(std::istreambuf_iterator<char>(in), {}, '\n'));
+}
+
+/// Records that parts have written by now.
+std::size_t finished(const std::vector<fs::path>& parts) {
+  std::size_t n = 0;
+  for (const fs::path& part : parts) n += std::max<std::size_t>(lines_of(log_of(part)), 1) - 1;
+  return n;
+}
+
+/// Moves the records of the parts to the log and removes the parts.
+void collect(const std::vector<fs::path>& parts, tune::TrialLog& log, const PartsPlace& place) {
+  for (const fs::path& part : parts) {
+    if (fs::exists(log_of(part)))
+      for (const auto& [key, record] : tune::read_trial_log(log_of(part), place.purpose)) log.add(record);
+    for (const char* file : {".tasks", ".log", ".under_way"})
+      fs::remove(fs::path(part).replace_extension(file));
+  }
+}
+
+std::vector<tune::Task> left(const std::vector<tune::Task>& tasks, const tune::TrialLog& log) {
+  std::vector<tune::Task> without_record;
+  for (const tune::Task& task : tasks)
+    if (!log.find(task.key)) without_record.push_back(task);
+  return without_record;
+}
+
+void tell_complaints(const std::vector<Ended>& ended) {
+  std::set<std::string> told;
+  for (const Ended& one : ended)
+    if (one.exit_code != 0 && told.insert(one.complaint).second) std::cerr << one.complaint;
+}
+
+}  // namespace
+
+void run_parts(const std::vector<tune::Task>& tasks, tune::TrialLog& log, const PartsPlace& place,
+               const Backend& backend) {
+  for (std::vector<tune::Task> rest = left(tasks, log); !rest.empty();) {
+    std::vector<fs::path> parts = parts_in(place.folder);
+    if (parts.empty()) parts = write_parts(rest, place, backend);
+    CommandLines lines;
+    for (const fs::path& part : parts)
+      lines.push_back(
+          {"trials", fs::absolute(part).string(), "--models", fs::absolute(place.models).string()});
+    ProgressLine progress(fmt::format("{}, {} trials", place.title, rest.size()));
+    const double total = static_cast<double>(rest.size());
+    const std::vector<Ended> ended =
+        run_all(lines, backend, [&](double) { progress.show(static_cast<double>(finished(parts)) / total); });
+    collect(parts, log, place);
+    const std::size_t before = rest.size();
+    rest = left(tasks, log);
+    if (rest.size() == before) return tell_complaints(ended);
+  }
+}
+
+}  // namespace cli

@@ -1,0 +1,45 @@
+// The arguments and options that several subcommands share.
+#pragma once
+
+#include <sys/types.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/scenario/scenario.h"
+#include "tools/cli/usage_error.h"
+
+namespace cli {
+
+/// The file argument `scenario`, key=value arguments, --with and --without.
+CLI::Option* add_scenario(CLI::App& command, std::string& file, sim::scenario::Changes& changes);
+/// The arguments key=value; `which` says which keys may be changed.
+void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which);
+/// --with, which reads overlays into `changes`.
+void add_with(CLI::App& command, sim::scenario::Changes& changes);
+/// --without, which leaves sections of the scenario out.
+void add_without(CLI::App& command, sim::scenario::Changes& changes);
+/// The argument `result`, the folder of a run.
+void add_result(CLI::App& command, std::filesystem::path& result, const std::string& or_else = "");
+void add_models(CLI::App& command, std::filesystem::path& models);
+/// --seeds, several seeds with a process each.
+void add_seeds(CLI::App& command, std::optional<std::string>& seeds);
+/// --jobs, processes on this machine.
+void add_jobs(CLI::App& command, int& jobs);
+
+/// Hidden options of a process that was started for one seed of a batch.
+struct BatchMember {
+  std::optional<pid_t> parent;                  ///< it ends when that process ends
+  std::optional<std::filesystem::path> set_by;  ///< file that says who set which key
+};
+void add_parent(CLI::App& command, std::optional<pid_t>& parent);
+void add_batch_member(CLI::App& command, BatchMember& member);
+
+/// Seeds as typed after --seeds. Throws UsageError.
+std::vector<std::uint64_t> parse_seeds(const std::string& text);
+
+}  // namespace cli
