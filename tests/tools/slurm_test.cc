@@ -50,9 +50,8 @@ class SlurmTest : public tests::CommandLineWithCache {
 // Slurm fills its nodes one after another: the third array element runs on the second node.
 TEST_F(SlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannotBeTried) {
   const std::string sweep =
-      "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 60)' "
-      "'walk.commands=[{stand: {duration_s: 6}}],[{tangent_arc: {radius_m: 0.1, angle_deg: 90}}]' --seeds "
-      "1,2 ";
+      "sweep walk.yaml walk.step_length_m=0.4 'slam.vision.sigma_px=linspace(1, 3, 60)' "
+      "'walk.commands=[{stand: {duration_s: 6}}],[{straight: {forward_m: 2}}]' --seeds 1,2 ";
   const Ran here = gaitslam(sweep + "--jobs 2 --out here");
   ASSERT_EQ(here.exit_code, 3);
   EXPECT_THAT(here.err, HasSubstr("120 of 240 trials not begun: "));
