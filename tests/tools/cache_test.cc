@@ -88,7 +88,7 @@ TEST_F(CacheTest, WhatCannotBeRecordedLeavesNothing) {
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_EQ(none.err, "gaitslam: nowhere: has no models\n");
   const Ran bad = gaitslam(
-      "record walk.yaml --seeds 1,2 'walk.commands=[{tangent_arc: {radius_m: 0.1, angle_deg: 90}}]'");
+      "record walk.yaml --seeds 1,2 walk.step_length_m=0.4 'walk.commands=[{straight: {forward_m: 2}}]'");
   EXPECT_EQ(bad.exit_code, 2) << bad.out << bad.err;
   EXPECT_THAT(list(), Not(HasSubstr("seed")));
   EXPECT_EQ(gaitslam("cache clean --to -1").exit_code, 2);
