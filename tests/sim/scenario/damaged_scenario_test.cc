@@ -4,9 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <regex>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
