@@ -16,6 +16,7 @@ constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
 constexpr std::size_t kHeaderBytes = 13;
 /// The bytes of a header after width and height: 8 bits, grey, deflate, adaptive filtering, not interlaced.
 constexpr std::string_view kGrey8("\x08\0\0\0\0", 5);
+constexpr Byte kUp = 2;
 constexpr std::size_t kLargest = 1 << 14;  // width and height, pixels
 
 std::size_t big_endian(std::string_view bytes) {
@@ -76,8 +77,9 @@ bool unfilter(Byte filter, const Byte* coded, const Byte* above, Byte* row, int 
       return std::copy(coded, coded + n, row), true;
     case 1:
       return add(coded, above, row, n, [](int left, int, int) { return left; }), true;
-    case 2:
-      return add(coded, above, row, n, [](int, int up, int) { return up; }), true;
+    case kUp:
+      for (int i = 0; i < n; ++i) row[i] = static_cast<Byte>(coded[i] + above[i]);
+      return true;
     case 3:
       return add(coded, above, row, n, [](int left, int up, int) { return (left + up) / 2; }), true;
     case 4:
@@ -87,7 +89,51 @@ bool unfilter(Byte filter, const Byte* coded, const Byte* above, Byte* row, int 
   }
 }
 
+void append_big_endian(std::string& out, std::size_t n) {
+  for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(n >> shift & 0xff);
+}
+
+void append_chunk(std::string& out, std::string_view name, std::string_view data) {
+  append_big_endian(out, data.size());
+  const std::size_t start = out.size();
+  out.append(name).append(data);
+  append_big_endian(out, libdeflate_crc32(0, out.data() + start, out.size() - start));
+}
+
+std::string deflate(const std::string& bytes) {
+  constexpr int kFastest = 1;
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(kFastest), &libdeflate_free_compressor);
+  std::string out(libdeflate_zlib_compress_bound(compressor.get(), bytes.size()), '\0');
+  out.resize(libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(), out.data(), out.size()));
+  return out;
+}
+
+// Each row as its difference from the one above.
+std::string filtered_up(const cv::Mat& image) {
+  std::string coded(static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.cols + 1), '\0');
+  auto* to = reinterpret_cast<Byte*>(coded.data());
+  const cv::Mat nothing = cv::Mat::zeros(1, image.cols, CV_8UC1);
+  for (int v = 0; v < image.rows; ++v) {
+    const Byte *row = image.ptr(v), *above = v > 0 ? image.ptr(v - 1) : nothing.ptr(0);
+    *to++ = kUp;
+    for (int i = 0; i < image.cols; ++i) *to++ = static_cast<Byte>(row[i] - above[i]);
+  }
+  return coded;
+}
+
 }  // namespace
+
+std::string encode_grey_png(const cv::Mat& image) {
+  CV_Assert(image.type() == CV_8UC1);
+  std::string header, png(kSignature);
+  append_big_endian(header, static_cast<std::size_t>(image.cols));
+  append_big_endian(header, static_cast<std::size_t>(image.rows));
+  append_chunk(png, "IHDR", header.append(kGrey8));
+  append_chunk(png, "IDAT", deflate(filtered_up(image)));
+  append_chunk(png, "IEND", "");
+  return png;
+}
 
 std::optional<cv::Mat> decode_grey_png(std::string_view png) {
   const auto chunks = chunks_of(png);

@@ -1,8 +1,9 @@
-// A fast decoder of grey PNG images: decoding them takes most of the time of a replay from the disk.
+// A fast coder of grey PNG images: coding them is a tenth of a run, decoding them most of a replay from the disk.
 #pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace sim::recording {
@@ -11,5 +12,8 @@ namespace sim::recording {
 /// where the bytes are anything else or damaged. Only the checksum of the pixels is compared, not those of
 /// the chunks.
 std::optional<cv::Mat> decode_grey_png(std::string_view png);
+
+/// An 8-bit grey image as a PNG file. All rows have the filter "up", which is undone faster than the others.
+std::string encode_grey_png(const cv::Mat& image);
 
 }  // namespace sim::recording

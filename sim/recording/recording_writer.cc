@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "sim/recording/grey_png.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/plan_row.h"
 #include "sim/recording/recording.h"
@@ -94,10 +94,8 @@ struct RecordingWriter::Files {
     const slam::CameraIntrinsics& size = setup.calibration.camera;
     require(image.type() == CV_8UC1 && image.cols == size.width_px && image.rows == size.height_px,
             "an image is not 8-bit grey of the camera's size");
-    std::vector<unsigned char> png;
-    require(cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1}), "an image cannot be encoded");
     const std::string name = fmt::format("{}.png", file_stamp(t));
-    write_whole(kCameraFolder + name, {reinterpret_cast<const char*>(png.data()), png.size()});
+    write_whole(kCameraFolder + name, encode_grey_png(image));
     camera.add(t, "," + name);
   }
 

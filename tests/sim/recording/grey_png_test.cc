@@ -53,6 +53,23 @@ TEST(GreyPng, HasThePixelsThatWereWrittenInWhateverWay) {
   }
 }
 
+TEST(GreyPng, WhatIsEncodedIsReadBackByOpenCvAndByItself) {
+  for (const cv::Size size : {cv::Size(320, 240), cv::Size(1, 1), cv::Size(7, 300), cv::Size(641, 3)}) {
+    const cv::Mat image = picture(size.width, size.height);
+    const std::string png = encode_grey_png(image);
+    const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
+    EXPECT_TRUE(same(cv::imdecode(bytes, cv::IMREAD_UNCHANGED), image)) << size;
+    const auto decoded = decode_grey_png(png);
+    ASSERT_TRUE(decoded);
+    EXPECT_TRUE(same(*decoded, image)) << size;
+  }
+}
+
+TEST(GreyPng, EncodesAPartOfAnImage) {
+  const cv::Mat part = picture(64, 48)(cv::Rect(5, 7, 20, 30));
+  EXPECT_TRUE(same(decode_grey_png(encode_grey_png(part)).value(), part));
+}
+
 // A picture of two rows, stored without compression: the filter of the second row is byte `filter`.
 std::string two_rows(char filter, const std::string& second) {
   std::string png =
