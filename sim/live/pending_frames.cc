@@ -4,26 +4,37 @@
 #include <utility>
 
 #include "sim/live/recorded.h"
+#include "sim/result/timing.h"
 #include "sim/world/surfaces.h"
 
 namespace sim::live {
 
 using std::chrono::nanoseconds;
 
-PendingFrames::PendingFrames(const scenario::Scenario& scenario, const std::filesystem::path& models)
+namespace {
+
+constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait for it while the walk goes on
+
+}  // namespace
+
+PendingFrames::PendingFrames(const scenario::Scenario& scenario, const std::filesystem::path& models,
+                             bool beside)
     : options_(scenario.camera.value_or(world::CameraOptions{})),
       lights_off_(scenario.world.lights_off),
-      motion_(2 * world::Shutter(options_).lead()) {
+      lead_(scenario.camera ? world::Shutter(options_).lead() : nanoseconds(0)),
+      motion_(2 * world::Shutter(options_).lead()),
+      in_flight_(beside && scenario.camera ? kInFlight : 0),
+      worker_(beside && scenario.camera.has_value()) {
+  if (!scenario.camera) return;
   const world::WorldOptions& w = scenario.world;
-  if (scenario.camera) camera_.emplace(world::load_model(w.robot, w.room, models), options_, w.seed);
-}
-
-std::vector<recording::RecordedSurface> PendingFrames::surfaces() const {
-  std::vector<recording::RecordedSurface> surfaces;
-  if (!camera_) return surfaces;
-  for (const world::RoomPrimitive& primitive : world::room_primitives(camera_->model()))
-    surfaces.push_back(recorded(primitive));
-  return surfaces;
+  auto model = std::make_shared<world::Model>(world::load_model(w.robot, w.room, models));
+  for (const world::RoomPrimitive& primitive : world::room_primitives(**model))
+    surfaces_.push_back(recorded(primitive));
+  worker_
+      .do_next([this, model, seed = w.seed] {
+        camera_ = std::make_unique<world::HeadCamera>(std::move(*model), options_, seed);
+      })
+      .get();
 }
 
 void PendingFrames::add_positions(const world::World& world) {
@@ -39,16 +50,34 @@ void PendingFrames::push(Frame frame) {
   ++next_;
 }
 
-bool PendingFrames::is_complete(nanoseconds t) const {
-  const nanoseconds lead = camera_ ? camera_->lead() : nanoseconds(0);
-  return !frames_.empty() && t >= frames_.front().observation.t + lead;
+void PendingFrames::draw_complete(nanoseconds t) {
+  while (!frames_.empty() && t >= frames_.front().observation.t + lead_) draw_oldest();
+}
+
+void PendingFrames::draw_all() {
+  while (!frames_.empty()) draw_oldest();
+}
+
+void PendingFrames::draw_oldest() {
+  auto frame = std::make_shared<Frame>(std::move(frames_.front()));
+  frames_.pop_front();
+  drawn_.push_back(worker_.do_next([this, frame, motion = motion_] {
+    if (camera_) {
+      const result::StageClock clock(frame->render_ms);
+      frame->observation.image = camera_->render(motion, frame->observation.t, lights_off_);
+    }
+    return std::move(*frame);
+  }));
 }
 
 Frame PendingFrames::pop() {
-  Frame frame = std::move(frames_.front());
-  frames_.pop_front();
-  if (camera_) frame.observation.image = camera_->render(motion_, frame.observation.t, lights_off_);
-  return frame;
+  std::future<Frame> frame = std::move(drawn_.front());
+  drawn_.pop_front();
+  return frame.get();
+}
+
+void PendingFrames::close_camera() {
+  worker_.do_next([this] { camera_.reset(); }).get();
 }
 
 }  // namespace sim::live

@@ -1,12 +1,14 @@
-// Frames from their stamps until their shutters have closed, and the camera that takes them.
+// Frames from their stamps until their images are drawn, and the camera that takes them.
 #pragma once
 
 #include <chrono>
 #include <deque>
 #include <filesystem>
-#include <optional>
+#include <future>
+#include <memory>
 #include <vector>
 
+#include "sim/live/ordered_worker.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
 #include "sim/world/head_camera.h"
@@ -20,16 +22,20 @@ namespace sim::live {
 struct Frame {
   slam::Observation observation;
   Eigen::Isometry3d X_WC;
+  double render_ms = 0;  ///< CPU time that drawing its image took
 };
 
 /// Frame k is stamped at the millisecond of the physics nearest to k / rate; its image is complete when the
-/// shutter has closed, which may be later. Without a camera in the scenario images stay empty.
+/// shutter has closed, which may be later. Without a camera in the scenario images stay empty. Images do not
+/// change the walk, so that they can be drawn beside it: they are the same, and come in the same order, as
+/// when each is drawn before the walk goes on.
 class PendingFrames {
  public:
-  PendingFrames(const scenario::Scenario& scenario, const std::filesystem::path& models);
+  /// beside: images are drawn on a thread of their own, a few frames behind the walk.
+  PendingFrames(const scenario::Scenario& scenario, const std::filesystem::path& models, bool beside);
 
   /// The surfaces that the camera can see.
-  std::vector<recording::RecordedSurface> surfaces() const;
+  const std::vector<recording::RecordedSurface>& surfaces() const { return surfaces_; }
 
   /// To be called at each millisecond: the positions that later images are drawn at.
   void add_positions(const world::World& world);
@@ -37,22 +43,33 @@ class PendingFrames {
   bool is_due(std::chrono::nanoseconds t) const;
   void push(Frame frame);
 
-  bool empty() const { return frames_.empty(); }
-  /// Whether the image of the oldest frame is complete at this time.
-  bool is_complete(std::chrono::nanoseconds t) const;
-  /// The oldest frame, with its image.
+  /// Has the images drawn whose shutters have closed at this time.
+  void draw_complete(std::chrono::nanoseconds t);
+  /// Has all images drawn: no more time will pass.
+  void draw_all();
+  /// Whether so many images are being drawn that the oldest frame is to be taken now.
+  bool is_full() const { return drawn_.size() > in_flight_; }
+  bool empty() const { return drawn_.empty(); }
+  /// The oldest frame, with its image, once that is drawn. Throws what drawing it has thrown.
   Frame pop();
 
   /// Frees the room's textures, which take more memory than truth and estimates of a long walk.
-  void close_camera() { camera_.reset(); }
+  void close_camera();
 
  private:
+  void draw_oldest();
+
   world::CameraOptions options_;
   world::WorldOptions::LightsOff lights_off_;
-  std::optional<world::HeadCamera> camera_;
+  std::chrono::nanoseconds lead_;
+  std::vector<recording::RecordedSurface> surfaces_;
   world::RecentMotion motion_;
-  std::deque<Frame> frames_;
+  std::deque<Frame> frames_;              // their shutters are open
+  std::deque<std::future<Frame>> drawn_;  // or being drawn
+  std::size_t in_flight_;
   int next_ = 0;
+  std::unique_ptr<world::HeadCamera> camera_;  // made, used and destroyed by the worker
+  OrderedWorker worker_;                       // last: its functions use the members above
 };
 
 }  // namespace sim::live

@@ -45,7 +45,7 @@ world::WalkingRobot robot(const scenario::Scenario& scenario, const std::filesys
 class Run {
  public:
   Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
-      const std::filesystem::path& models);
+      const std::filesystem::path& models, int threads);
 
   void walk(const result::Progress& progress);
   result::RunRecord record();
@@ -76,13 +76,13 @@ class Run {
 };
 
 Run::Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
-         const std::filesystem::path& models)
+         const std::filesystem::path& models, int threads)
     : read_(read),
       folder_(folder / "recording"),
       robot_(robot(read.scenario, models)),
       mounting_(mounting(read.scenario, robot_.reference(), models)),
       setup_(recording_setup(read.scenario, mounting_, robot_.reference().X_PB)),
-      frames_(read.scenario, models),
+      frames_(read.scenario, models, threads > 1),
       recording_(folder_, setup_, true_motion(robot_.world()), frames_.surfaces()) {
   if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
 }
@@ -101,6 +101,7 @@ void Run::walk(const result::Progress& progress) {
     robot_.advance();
     progress(robot_.progress());
   }
+  frames_.draw_all();
   while (!frames_.empty()) deliver_frame();
 }
 
@@ -123,7 +124,8 @@ void Run::take_frames() {
   const slam::Stamp now = robot_.world().time();
   frames_.add_positions(robot_.world());
   if (frames_.is_due(now)) stamp_frame();
-  while (frames_.is_complete(now)) deliver_frame();
+  frames_.draw_complete(now);
+  while (frames_.is_full()) deliver_frame();
 }
 
 void Run::stamp_frame() {
@@ -148,19 +150,16 @@ void Run::read_imu() {
 
 // To the recording and, when the scenario has one, to the filter.
 void Run::deliver_frame() {
-  std::optional<Frame> frame;
-  {
-    const result::StageClock clock(frame_timing_.render_ms);
-    frame = frames_.pop();
-  }
-  frame_timing_.t = frame->observation.t;
+  Frame frame = frames_.pop();
+  frame_timing_.t = frame.observation.t;
+  frame_timing_.render_ms = frame.render_ms;
   {
     const result::StageClock clock(frame_timing_.record_ms);
-    recording_.add(*frame);
+    recording_.add(frame);
   }
   if (tracking_) {
     const result::StageClock clock(frame_timing_.filter_ms);
-    tracking_->take(std::move(frame->observation));
+    tracking_->take(std::move(frame.observation));
     frame_timing_.landmarks = tracking_->landmarks();
   }
   timing_.frames.push_back(std::exchange(frame_timing_, {}));
@@ -182,9 +181,9 @@ result::RunRecord Run::record() {
 }  // namespace
 
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
-                    const result::Progress& progress) {
+                    const result::Progress& progress, int threads) {
   files::DurableFolder folder(place.folder, place.existing);
-  Run live(scenario, folder.path(), place.models);
+  Run live(scenario, folder.path(), place.models, threads);
   live.walk(progress);
   const result::Outcome outcome =
       result::write_result(folder.path(), live.record(), place, live.timing(), live.time_s());

@@ -12,6 +12,12 @@
 namespace sim::result {
 namespace {
 
+double clock_ms(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
 double quantile(const std::vector<double>& values, double q) {
   return values.empty() ? 0 : score::quantile(values, q);
 }
@@ -42,11 +48,8 @@ nlohmann::ordered_json by_landmarks(const std::vector<FrameTiming>& frames) {
 
 }  // namespace
 
-double process_cpu_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
+double process_cpu_ms() { return clock_ms(CLOCK_PROCESS_CPUTIME_ID); }
+double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
 
 void Timing::write(const std::filesystem::path& folder, double simulated_s) const {
   std::string csv = "#timestamp [ns],plan_and_physics [ms],render [ms],record [ms],filter [ms],landmarks\n";

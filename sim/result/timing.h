@@ -13,19 +13,21 @@ namespace sim::result {
 
 /// CPU time of this process, all threads (ms).
 double process_cpu_ms();
+/// CPU time of the calling thread (ms).
+double thread_cpu_ms();
 
 /// The CPU time of a frame by stage.
 struct FrameTiming {
   slam::Stamp t{0};
-  double plan_and_physics_ms = 0, render_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU, all threads
+  double plan_and_physics_ms = 0, render_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU
   int landmarks = 0;  ///< in the filter's map after the frame
 };
 
-/// Adds the CPU time between its construction and its end to a stage.
+/// Adds the CPU time of this thread between its construction and its end to a stage.
 class StageClock {
  public:
-  explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(process_cpu_ms()) {}
-  ~StageClock() { stage_ms_ += process_cpu_ms() - begin_ms_; }
+  explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(thread_cpu_ms()) {}
+  ~StageClock() { stage_ms_ += thread_cpu_ms() - begin_ms_; }
   StageClock(const StageClock&) = delete;
   StageClock& operator=(const StageClock&) = delete;
 

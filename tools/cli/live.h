@@ -14,7 +14,8 @@ namespace cli {
 
 /// sim::live::run, or UsageError in a build without the simulator.
 sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
-                              const sim::result::ResultPlace& place, const sim::result::Progress& progress);
+                              const sim::result::ResultPlace& place, const sim::result::Progress& progress,
+                              int threads = 1);
 
 /// Throws UsageError in a build without the simulator. To be called before anything is started.
 void require_simulator();

@@ -4,7 +4,7 @@
 namespace cli {
 
 sim::result::Outcome run_live(const sim::scenario::ReadScenario&, const sim::result::ResultPlace&,
-                              const sim::result::Progress&) {
+                              const sim::result::Progress&, int) {
   require_simulator();
   return {};
 }

@@ -7,8 +7,9 @@
 namespace cli {
 
 sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
-                              const sim::result::ResultPlace& place, const sim::result::Progress& progress) {
-  return sim::live::run(scenario, place, progress);
+                              const sim::result::ResultPlace& place, const sim::result::Progress& progress,
+                              int threads) {
+  return sim::live::run(scenario, place, progress, threads);
 }
 
 void require_simulator() {}

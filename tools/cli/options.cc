@@ -53,6 +53,10 @@ void add_jobs(CLI::App& command, int& jobs) {
       ->capture_default_str();
 }
 
+void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text) {
+  command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
+}
+
 void add_parent(CLI::App& command, std::optional<pid_t>& parent) {
   command.add_option("--die-with-parent", parent)->group("");
 }

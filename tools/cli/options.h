@@ -30,6 +30,7 @@ void add_models(CLI::App& command, std::filesystem::path& models);
 void add_seeds(CLI::App& command, std::optional<std::string>& seeds);
 /// --jobs, processes on this machine.
 void add_jobs(CLI::App& command, int& jobs);
+void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text);
 
 /// Hidden options of a process that was started for one seed of a batch.
 struct BatchMember {

@@ -40,7 +40,7 @@ struct RunRequest : OutRequest {
   std::optional<std::string> seeds;
   scenario::Changes changes;
   fs::path models = GAITSLAM_MODELS;
-  int jobs = 1;
+  std::optional<int> jobs;
   bool cached = false;
   BatchMember batch;
 };
@@ -53,6 +53,9 @@ result::Outcome run_cached(const scenario::ReadScenario& read, const result::Res
                         progress, replay::Recorded::copied);
 }
 
+/// One of several runs at once has one core.
+int threads(const RunRequest& request) { return request.jobs.value_or(request.batch.parent ? 1 : 2); }
+
 int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
   result::Outcome outcome;
@@ -61,7 +64,7 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
     const result::ResultPlace place{
         folder, sim::files::Existing::replace, request.models, kVersion, kRevision, libraries()};
     const auto show = [&](double part) { progress.show(part); };
-    outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show);
+    outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show, threads(request));
   }
   return cli::report(outcome, folder);
 }
@@ -86,7 +89,7 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request, con
                                                   {},
                                                   read.origin,
                                                   request.cached,
-                                                  {.jobs = request.jobs}});
+                                                  {.jobs = request.jobs.value_or(1)}});
   std::vector<result::SeedScore> scores;
   for (const SeedOutcome& outcome : outcomes)
     scores.push_back(result::read_seed_score(root, outcome.seed, outcome.exit_code));
@@ -113,7 +116,10 @@ void add_run(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("run", "Simulate a walk, run the filter on it and score both");
   add_scenario(*command, request->scenario, request->changes)->required();
   add_seeds(*command, request->seeds);
-  add_jobs(*command, request->jobs);
+  add_jobs(
+      *command, request->jobs,
+      "number of cores to use: processes at a time with --seeds (1 unless given), otherwise 1 or 2 (2 unless "
+      "given: images are rendered beside the walk)");
   add_out(*command, *request);
   add_models(*command, request->models);
   command->add_flag(
