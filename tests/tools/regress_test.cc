@@ -86,7 +86,7 @@ TEST_F(Regress, OtherRecordingsAreSaidAndCompared) {
   write_result("new", 2, 0.1101, "other");
   const Ran ran = gaitslam("regress suites/ci.yaml --results new");
   EXPECT_EQ(ran.exit_code, 0);
-  EXPECT_THAT(ran.out, HasSubstr("1 recordings differ"));
+  EXPECT_THAT(ran.out, HasSubstr("1 recording differs"));
   EXPECT_THAT(ran.out, ContainsRegex("rmse_m .* SAME"));
 }
 
@@ -148,7 +148,7 @@ TEST_F(Regress, ComparePairsBySeed) {
   EXPECT_THAT(ran.out, HasSubstr("tools/gaitslam run b/walk/seed-8/scenario.yaml"));
   EXPECT_EQ(gaitslam("compare b/walk a/walk").exit_code, 0);
   EXPECT_THAT(gaitslam("compare a b --gate rmse_m=50%").out, ContainsRegex("rmse_m .* SAME"));
-  EXPECT_THAT(gaitslam("compare a/walk/seed-1 a/walk/seed-1").out, HasSubstr("1 seeds paired"));
+  EXPECT_THAT(gaitslam("compare a/walk/seed-1 a/walk/seed-1").out, HasSubstr("1 seed paired"));
   write_results("c", 2, 8, 100);
   EXPECT_THAT(gaitslam("compare a c").out,
               AllOf(HasSubstr("no seeds in common"), ContainsRegex("rmse_m .* FAIL")));
