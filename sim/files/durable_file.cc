@@ -19,6 +19,9 @@ using Mode = FileLock::Mode;
 using IfHeld = FileLock::IfHeld;
 using IfAbsent = FileLock::IfAbsent;
 
+constexpr int kAttempts = 20;
+constexpr useconds_t kPauseUs = 20'000;  // a process that was killed, or looks for leftovers, is done by then
+
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
   throw FileError(file, what + ": " + std::strerror(errno));
 }
@@ -80,14 +83,28 @@ void clear_partial(const fs::path& partial) {
   empty_but_marker(partial);
 }
 
+// Nothing where another process has the lock, or removes the folder as a leftover.
+std::optional<FileLock> try_lock(const fs::path& partial) {
+  try {
+    return FileLock::take(partial / kMarker, Mode::exclusive, IfHeld::give_up);
+  } catch (const FileError&) {
+    if (is_there(partial)) throw;
+    return std::nullopt;
+  }
+}
+
 FileLock begin_partial(const fs::path& partial, const fs::path& target) {
-  make_partial(partial, target);
-  auto lock = FileLock::take(partial / kMarker, Mode::exclusive, IfHeld::give_up);
-  if (!lock)
-    throw FileError(target, "is being written by another process: wait for it, or name another folder");
-  clear_partial(partial);
-  if (::ftruncate(lock->fd(), 0) != 0) fail(partial, "cannot be written");
-  return std::move(*lock);
+  for (int attempt = 0;; ++attempt) {
+    make_partial(partial, target);
+    if (auto lock = try_lock(partial)) {
+      clear_partial(partial);
+      if (::ftruncate(lock->fd(), 0) != 0) fail(partial, "cannot be written");
+      return std::move(*lock);
+    }
+    if (attempt == kAttempts)
+      throw FileError(target, "is being written by another process: wait for it, or name another folder");
+    ::usleep(kPauseUs);
+  }
 }
 
 // Removes a folder whose marker is locked by this process.

@@ -234,6 +234,7 @@ TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execut
   const Runs unseen(spec.holdout, errors_are_tuned(spec), execution);
   const StartAndBest holdout = compare(unseen, spec, found.start, found.best, log);
   const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
+  log.sort();
   files::write_durably(out / "history.csv", found.history);
   files::write_durably(out / "tune.json", tune_json(spec, found, holdout, accepted));
   if (accepted)
