@@ -103,6 +103,7 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   goes_on_ = was_interrupted(path_, use.identity);
   if (request.out && !request.force && !use.continues && !goes_on_) require_empty(path_);
   if (use.replaces) files::require_own(path_.has_filename() ? path_ : path_.parent_path());
+  for (const std::string& result : use.results) files::require_own(path_ / result);
   existing_ = nearest_existing(path_);
   if (const int why = why_not_writable(existing_); why != 0)
     throw UsageError(

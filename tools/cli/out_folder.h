@@ -28,6 +28,8 @@ struct OutUse {
   bool replaces = false;
   /// What the command writes into the folder under names of its own; those of folders end in "/".
   std::vector<std::string> names{};
+  /// Folders in it that are replaced one by one, as paths within it.
+  std::vector<std::string> results{};
   /// It goes on with what it finds there, without --force.
   bool continues = false;
   /// Identifies a command that goes on, without --force, where the same one was interrupted; else empty.

@@ -109,7 +109,10 @@ int run_seeds(const scenario::ReadScenario& read, const Request& request) {
   const std::vector<std::uint64_t> seeds = parse_seeds(*request.seeds);
   const std::string identity =
       identity_of_runs({scenario::to_yaml(read.scenario)}, seeds, request.cached ? "cached" : "");
-  const OutFolder out(request, standard_folder(read), {.names = {"summary.json"}, .identity = identity});
+  std::vector<std::string> results;
+  for (const std::uint64_t seed : seeds) results.push_back(fmt::format("seed-{}", seed));
+  const OutFolder out(request, standard_folder(read),
+                      {.names = {"summary.json"}, .results = std::move(results), .identity = identity});
   const fs::path& root = out.path();
   const auto left = out.goes_on() ? unfinished(root, read.scenario, seeds) : seeds;
   if (left.size() < seeds.size())
@@ -134,7 +137,8 @@ int run(const Request& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   if (request.seeds) return run_seeds(read, request);
-  const OutFolder out(request, standard_folder(read));
+  const OutFolder out(request, standard_folder(read),
+                      {.results = {fmt::format("seed-{}", read.scenario.seed)}});
   return run_one(read, request, out.path());
 }
 

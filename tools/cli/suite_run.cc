@@ -81,6 +81,14 @@ void require_recordings(const SuiteRequest& request, const SuiteRun& run) {
     }
 }
 
+std::vector<std::string> results_of(const SuiteRun& run) {
+  std::vector<std::string> all;
+  for (const SuiteScenario& s : run.scenarios)
+    for (const std::uint64_t seed : run.seeds)
+      all.push_back(fmt::format("{}/seed-{}", s.read.scenario.name, seed));
+  return all;
+}
+
 std::string identity_of(const SuiteRun& run, const SuiteRequest& request) {
   std::vector<std::string> scenarios;
   for (const SuiteScenario& s : run.scenarios) scenarios.push_back(scenario::to_yaml(s.read.scenario));
@@ -164,7 +172,7 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
   if (request.cached && request.recordings)
     throw UsageError("--cached and --recordings are both given, expected one of them");
   request.recordings ? require_recordings(request, run) : require_simulator();
-  const OutFolder out(request, fs::path("results") / ("regress-" + run.name), {.identity = identity_of(run, request)});
+  const OutFolder out(request, fs::path("results") / ("regress-" + run.name), {.results = results_of(run), .identity = identity_of(run, request)});
   if (request.recordings)
     for (const SuiteScenario& s : run.scenarios)
       for (const std::uint64_t seed : run.seeds)
