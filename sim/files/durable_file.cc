@@ -130,7 +130,8 @@ fs::path checked_target(fs::path target, Existing existing) {
 // A name beside the folder that nothing has.
 fs::path free_name(const fs::path& target, const std::string& ending) {
   for (int i = 1;; ++i) {
-    const fs::path name = fmt::format("{}.{}{}", target.string(), ending, i == 1 ? "" : fmt::format("-{}", i));
+    const fs::path name =
+        fmt::format("{}.{}{}", target.string(), ending, i == 1 ? "" : fmt::format("-{}", i));
     if (!is_there(name)) return name;
   }
 }
@@ -205,9 +206,10 @@ void DurableFolder::discard_old() const {
   if (!foreign_in(path())) return remove_partial(path());
   const fs::path kept = free_name(target_, "replaced");
   fs::rename(path(), kept);
-  throw FileError(target_, fmt::format("was replaced; the one before is kept in {}, because files that were not "
-                                       "made by gaitslam appeared in it meanwhile",
-                                       kept.string()));
+  throw FileError(target_,
+                  fmt::format("was replaced; the one before is kept in {}, because files that were not "
+                              "made by gaitslam appeared in it meanwhile",
+                              kept.string()));
 }
 
 }  // namespace sim::files

@@ -10,14 +10,14 @@
 
 namespace sim::files {
 
-/// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`, which
-/// is replaced. The temporary of a killed process is used by the next call for the same file. Throws FileError;
-/// then `file` is as it was.
+/// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`,
+/// which is replaced. The temporary of a killed process is used by the next call for the same file. Throws
+/// FileError; then `file` is as it was.
 void write_durably(const std::filesystem::path& file, std::string_view bytes);
 
 /// A hidden folder beside `target`, .<target>.partial, in which one process makes what then gets the name of
-/// `target`. Its marker is locked while this object lives, so that a second process is refused, and what a killed
-/// process left is recognised and removed. At the end of its life the folder is removed.
+/// `target`. Its marker is locked while this object lives, so that a second process is refused, and what a
+/// killed process left is recognised and removed. At the end of its life the folder is removed.
 class PartialFolder {
  public:
   /// Makes the folder, and the parents it needs. Throws FileError when that cannot be, when another process

@@ -92,7 +92,8 @@ std::optional<fs::path> foreign_below(const fs::path& below, const fs::path& fol
     if (is_listed_file(path, folder, made) || is_leftover(path)) continue;
     if (!is_real_folder(path)) return path;
     const bool is_made = made.contains(listed_as(path, folder));
-    if (auto foreign = is_made ? foreign_below(path, folder, made) : foreign_in_unlisted(path)) return foreign;
+    if (auto foreign = is_made ? foreign_below(path, folder, made) : foreign_in_unlisted(path))
+      return foreign;
   }
   return std::nullopt;
 }
@@ -126,9 +127,10 @@ void require_own(const fs::path& folder) {
   if (has_marker(folder))
     throw FileError(*foreign, fmt::format("was not made by gaitslam, and {} would be replaced: {}",
                                           folder.string(), kWhatToDo));
-  throw FileError(folder, fmt::format("would be replaced with {} in it, and has no list of what gaitslam made "
-                                      "there (older versions wrote none): {}",
-                                      foreign->filename().string(), kWhatToDo));
+  throw FileError(folder,
+                  fmt::format("would be replaced with {} in it, and has no list of what gaitslam made "
+                              "there (older versions wrote none): {}",
+                              foreign->filename().string(), kWhatToDo));
 }
 
 void claim(const fs::path& folder, const std::vector<std::string>& names) {
@@ -137,8 +139,9 @@ void claim(const fs::path& folder, const std::vector<std::string>& names) {
     const fs::path path = folder / (name.ends_with('/') ? name.substr(0, name.size() - 1) : name);
     const bool known = made.contains(name) && !fs::is_symlink(status_of(path));
     if (!known && fs::exists(status_of(path)))
-      throw FileError(path, fmt::format("was not made by this version of gaitslam, which would replace it: {}",
-                                        kWhatToDo));
+      throw FileError(
+          path,
+          fmt::format("was not made by this version of gaitslam, which would replace it: {}", kWhatToDo));
   }
   made.insert(names.begin(), names.end());
   fs::create_directories(folder);

@@ -11,8 +11,8 @@
 
 namespace sim::files {
 
-/// The marker of a folder: a text file that lists, by their paths within the folder, the files and the folders
-/// (these end in "/") that the program made there.
+/// The marker of a folder: a text file that lists, by their paths within the folder, the files and the
+/// folders (these end in "/") that the program made there.
 inline constexpr const char* kMarker = ".gaitslam";
 
 /// The text of the marker of a folder in which the program made everything that is there now.
@@ -21,8 +21,8 @@ std::string marker_of_all(const std::filesystem::path& folder);
 /// Whether the folder itself, no symbolic link to it, has a marker.
 bool has_marker(const std::filesystem::path& folder);
 
-/// The first thing in the folder, by name, that the program did not make: it is not listed in the marker, is no
-/// folder with a marker of its own, and no leftover of a process that was killed. Symbolic links are not
+/// The first thing in the folder, by name, that the program did not make: it is not listed in the marker, is
+/// no folder with a marker of its own, and no leftover of a process that was killed. Symbolic links are not
 /// followed and never the program's. Nothing when all was made by the program, or the folder is empty.
 std::optional<std::filesystem::path> foreign_in(const std::filesystem::path& folder);
 
@@ -34,7 +34,8 @@ void require_own(const std::filesystem::path& folder);
 /// FileError that names the first of them that is there and was not listed before; then nothing is changed.
 void claim(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
-/// Whether a file or folder has the name under which write_durably() or DurableFolder make theirs (".X.partial").
+/// Whether a file or folder has the name under which write_durably() or DurableFolder make theirs
+/// (".X.partial").
 bool is_partial(const std::filesystem::path& path);
 
 /// Removes what is in the folder, its marker excepted; links are not followed.

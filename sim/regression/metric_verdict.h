@@ -21,9 +21,9 @@ struct Gate {
   bool operator==(const Gate&) const = default;
 };
 
-/// Of a metric with an expected value (score::Direction): the factor by which its ratio to that value may become
-/// larger, or smaller, 1 + the larger of `percent` and of `absolute` in percent of the expected value. Nothing for
-/// other metrics.
+/// Of a metric with an expected value (score::Direction): the factor by which its ratio to that value may
+/// become larger, or smaller, 1 + the larger of `percent` and of `absolute` in percent of the expected value.
+/// Nothing for other metrics.
 std::optional<double> tolerated_factor(const Gate& gate);
 
 /// The largest number of gates of a scenario: the p-values are adjusted for their number (Holm 1979), and
@@ -65,8 +65,9 @@ struct MetricVerdict {
   std::uint64_t worst_seed = 0;  ///< the seed that changed most for the worse
 };
 
-/// Judges each gate by the metric's loss (score::loss): on the seeds in common, by the signed rank test, or else (paired = false) on all seeds,
-/// by the rank sum test. The p-values are adjusted for the number of gates.
+/// Judges each gate by the metric's loss (score::loss): on the seeds in common, by the signed rank test, or
+/// else (paired = false) on all seeds, by the rank sum test. The p-values are adjusted for the number of
+/// gates.
 std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const ScenarioResults& now,
                                        const std::vector<Gate>& gates, bool paired);
 

@@ -54,9 +54,9 @@ std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
       files::counted(static_cast<std::size_t>(comparable), "row"), count[1],
       count[1] == 1 ? "agrees" : "agree", count[2], count[2] == 1 ? "is" : "are", count[3],
       count[3] == 1 ? "differs" : "differ",
-      count[0] > 0 ? fmt::format(" {} cannot be compared.",
-                                 files::counted(static_cast<std::size_t>(count[0]), "row"))
-                   : "");
+      count[0] > 0
+          ? fmt::format(" {} cannot be compared.", files::counted(static_cast<std::size_t>(count[0]), "row"))
+          : "");
 }
 
 std::string head(const std::string& revision) {
@@ -74,7 +74,8 @@ constexpr const char* kHowToRead =
     "<p class=\"soft\">The paper's filter is the filter with the measurements of the paper, Davison's depth "
     "particles and raw patches, as in scenarios/*_paper.yaml. This bench's filter is the default one. The "
     "drift is "
-    "the true minus the planned pose of the waist at the end, as mean and standard deviation (sd) over seeds. "
+    "the true minus the planned pose of the waist at the end, as mean and standard deviation (sd) over "
+    "seeds. "
     "The paper "
     "gives magnitudes without signs, so magnitudes are compared: they agree within a factor of two, or where "
     "both "

@@ -227,8 +227,8 @@ Figure nees_over_seeds(const std::vector<RunData>& runs) {
   std::size_t most = 0;
   for (const auto& [t, values] : position) most = std::max(most, values.size());
   Figure f{"nees_over_seeds",
-           fmt::format("Normalised error squared, mean of {} (3 expected)", files::counted(most, "run")), kTime,
-           "mean NEES"};
+           fmt::format("Normalised error squared, mean of {} (3 expected)", files::counted(most, "run")),
+           kTime, "mean NEES"};
   f.logarithmic = true;
   f.lines = {mean_line("position", Role::first, position),
              mean_line("orientation", Role::second, orientation)};

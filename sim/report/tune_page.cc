@@ -229,8 +229,9 @@ std::string sides_table(const Tuning& t) {
   const auto runs = static_cast<int>(holdout["runs"].size());
   if (runs > 1) {
     const score::Band band = score::mean_band(3, runs);
-    html += fmt::format(" The mean of {} independent runs lies between {:.2f} and {:.2f} with 95 % confidence.",
-                        runs, band.low, band.high);
+    html +=
+        fmt::format(" The mean of {} independent runs lies between {:.2f} and {:.2f} with 95 % confidence.",
+                    runs, band.low, band.high);
   }
   return html + "</p>\n";
 }

@@ -45,9 +45,12 @@ ordered_json json_of(const MetricSummary& metric) {
   if (s.n == 0)
     return {{"unit", metric.unit}, {"n", 0},        {"median", nullptr},
             {"mean", nullptr},     {"sd", nullptr}, {"worst", nullptr}};
-  return {{"unit", metric.unit}, {"n", s.n},
-          {"median", s.median},  {"mean", s.mean},
-          {"sd", or_null(s.standard_deviation)}, {"worst", s.worst}};
+  return {{"unit", metric.unit},
+          {"n", s.n},
+          {"median", s.median},
+          {"mean", s.mean},
+          {"sd", or_null(s.standard_deviation)},
+          {"worst", s.worst}};
 }
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
@@ -74,8 +77,7 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
     }
   }
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
-    if (!limit.aggregate.empty())
-      summary.limits.push_back(judge(scenario, limit, aggregate(limit, seeds)));
+    if (!limit.aggregate.empty()) summary.limits.push_back(judge(scenario, limit, aggregate(limit, seeds)));
   }
   return summary;
 }

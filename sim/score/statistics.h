@@ -24,8 +24,8 @@ enum class Worst { largest, smallest, largest_magnitude, farthest_from_expected 
 /// The direction in which a metric becomes worse.
 struct Direction {
   constexpr Direction(Worst which = Worst::largest) : worst(which) {}
-  /// Away from a positive value that is expected, such as the degrees of freedom of a normalised square: as bad
-  /// above it as below it, by the magnitude of the logarithm of their ratio.
+  /// Away from a positive value that is expected, such as the degrees of freedom of a normalised square: as
+  /// bad above it as below it, by the magnitude of the logarithm of their ratio.
   static constexpr Direction away_from(double expected_value) {
     Direction direction(Worst::farthest_from_expected);
     direction.expected = expected_value;

@@ -67,26 +67,29 @@ double duration_s(const files::TrajectoryFile& read) {
   return seconds(read.rows.back().t - read.rows.front().t);
 }
 
-// Throws FileError where the stamps of one file are the numbers of its frames and those of the other are times.
-// Whole numbers may be times once a second, but not where they last much longer than the other file does, though
-// that has about as many poses.
+// Throws FileError where the stamps of one file are the numbers of its frames and those of the other are
+// times. Whole numbers may be times once a second, but not where they last much longer than the other file
+// does, though that has about as many poses.
 void require_times(const fs::path& file, const files::TrajectoryFile& read, const fs::path& other_file,
                    const files::TrajectoryFile& other, const TrajectoryOptions& options) {
   if (counts_frames(read) && !counts_frames(other))
-    throw files::FileError(file, fmt::format("its stamps are frame numbers, those of {} are times in {}{}",
-                                             other_file.string(), other.stamps,
-                                             read.format == "KITTI" ? "; times.txt beside it has the times" : ""));
+    throw files::FileError(
+        file, fmt::format("its stamps are frame numbers, those of {} are times in {}{}", other_file.string(),
+                          other.stamps, read.format == "KITTI" ? "; times.txt beside it has the times" : ""));
   if (options.interpolate || !are_whole(read) || are_whole(other)) return;
-  const bool longer = duration_s(read) > 1.5 * duration_s(other), as_many = 2 * other.rows.size() > read.rows.size();
+  const bool longer = duration_s(read) > 1.5 * duration_s(other),
+             as_many = 2 * other.rows.size() > read.rows.size();
   if (longer && as_many)
     throw files::FileError(
-        file, fmt::format("its stamps are whole numbers up to {}, as frame numbers are, those of {} are times over "
-                          "{:.3f} s; with --interpolate they are taken for seconds",
-                          read.rows.back().t / std::chrono::seconds(1), other_file.string(), duration_s(other)));
+        file,
+        fmt::format("its stamps are whole numbers up to {}, as frame numbers are, those of {} are times over "
+                    "{:.3f} s; with --interpolate they are taken for seconds",
+                    read.rows.back().t / std::chrono::seconds(1), other_file.string(), duration_s(other)));
 }
 
 // Throws FileError where nothing moves: no error of such positions says anything.
-void require_motion(const fs::path& file, const std::vector<PosePair>& pairs, Eigen::Isometry3d PosePair::*pose) {
+void require_motion(const fs::path& file, const std::vector<PosePair>& pairs,
+                    Eigen::Isometry3d PosePair::*pose) {
   constexpr double kStill_m = 1e-9;
   const Eigen::Vector3d first = (pairs.front().*pose).translation();
   const auto is_there = [&](const PosePair& pair) {

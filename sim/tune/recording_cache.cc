@@ -190,9 +190,9 @@ std::size_t RecordingCache::others() const {
 bool RecordingCache::remove_if_unused(const std::string& key) const {
   const auto alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
   if (!alone) return false;
-  // Renamed atomically before it is removed, so that no entry is ever incomplete. The name is that of a partial
-  // folder, which the next process removes if this one is killed. An entry is removed together with its lock
-  // file: a lock on a removed file is void.
+  // Renamed atomically before it is removed, so that no entry is ever incomplete. The name is that of a
+  // partial folder, which the next process removes if this one is killed. An entry is removed together with
+  // its lock file: a lock on a removed file is void.
   const fs::path aside = place_.folder / fmt::format(".{}.partial", key);
   std::error_code ignored;
   fs::rename(place_.folder / key, aside, ignored);

@@ -52,8 +52,8 @@ class TrialLog {
   /// record stays. Throws FileError.
   void add(const TrialRecord& record);
 
-  /// Writes the file anew with its records in order of their keys, so that it is the same whatever the order in
-  /// which they were made. To be called last. Throws FileError; then the file is as it was.
+  /// Writes the file anew with its records in order of their keys, so that it is the same whatever the order
+  /// in which they were made. To be called last. Throws FileError; then the file is as it was.
   void sort();
 
  private:

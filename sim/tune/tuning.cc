@@ -120,8 +120,8 @@ std::string history(const Study& study) {
 
 std::string overlay(const Spec& spec, const std::vector<double>& best, const StartAndBest& holdout) {
   std::string yaml =
-      fmt::format("# Tuned by {}. On {}:\n#   {} {:.6g} -> {:.6g} (less is better)\n",
-                  spec.name, files::counted(holdout.runs.size(), "hold-out run"), name(spec.objective),
+      fmt::format("# Tuned by {}. On {}:\n#   {} {:.6g} -> {:.6g} (less is better)\n", spec.name,
+                  files::counted(holdout.runs.size(), "hold-out run"), name(spec.objective),
                   mean_loss(holdout.start, spec.objective), mean_loss(holdout.best, spec.objective));
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Parameter& p = spec.parameters[i];

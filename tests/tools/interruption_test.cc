@@ -1,5 +1,5 @@
-// Commands that are interrupted, and commands begun again: old results stay until new ones are whole, and the same
-// command goes on.
+// Commands that are interrupted, and commands begun again: old results stay until new ones are whole, and the
+// same command goes on.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -24,7 +24,8 @@ class Interruption : public tests::CommandLineWithCache {
   Interruption() { write("walk.yaml", tests::kShortWalk); }
 
   /// Runs a command in the background until a shell condition holds, and ends it by that signal.
-  Ran ended_when(const std::string& condition, const std::string& signal, const std::string& arguments) const {
+  Ran ended_when(const std::string& condition, const std::string& signal,
+                 const std::string& arguments) const {
     return shell("env --default-signal=INT " GAITSLAM_PROGRAM " " + arguments +
                  " & command=$!; while kill -0 $command && ! { " + condition +
                  "; }; do sleep 0.02; done 2>/dev/null; kill -" + signal + " $command; wait $command");
@@ -53,7 +54,8 @@ TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
       EXPECT_TRUE(fs::exists(folder_ / "h" / seed / "recording/manifest.csv")) << when;
     }
   }
-  EXPECT_EQ(text_of("h/seed-3/estimate.tum"), before.contains("seed-3/estimate.tum") ? before.at("seed-3/estimate.tum") : "");
+  EXPECT_EQ(text_of("h/seed-3/estimate.tum"),
+            before.contains("seed-3/estimate.tum") ? before.at("seed-3/estimate.tum") : "");
 }
 
 TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
@@ -132,14 +134,18 @@ TEST_F(Interruption, LeftoversInTheTemporaryFolderGoWithTheNextStart) {
 }
 
 TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
-  const std::string longer = "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --without camera,slam ";
+  const std::string longer =
+      "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --without camera,slam ";
   const auto second = [&](const std::string& first, const std::string& until, const std::string& then) {
     return shell(GAITSLAM_PROGRAM " " + longer + first + " & first=$!; until [ -e " + until +
-                 " ]; do sleep 0.02; done; " GAITSLAM_PROGRAM " " + then + "; code=$?; kill -9 $first; exit $code");
+                 " ]; do sleep 0.02; done; " GAITSLAM_PROGRAM " " + then +
+                 "; code=$?; kill -9 $first; exit $code");
   };
-  const Ran seeds = second("--seeds 1,2 --out h", "h/.seed-1.partial", kBlind + "--seeds 1,2 --out h --force");
+  const Ran seeds =
+      second("--seeds 1,2 --out h", "h/.seed-1.partial", kBlind + "--seeds 1,2 --out h --force");
   EXPECT_EQ(seeds.exit_code, 2);
-  EXPECT_THAT(seeds.err, HasSubstr("h: another process is writing there: wait for it, or name another folder"));
+  EXPECT_THAT(seeds.err,
+              HasSubstr("h: another process is writing there: wait for it, or name another folder"));
   const Ran one = second("--out k", "k/.seed-1.partial/recording", kBlind + "--out k --force");
   EXPECT_EQ(one.exit_code, 2);
   EXPECT_THAT(one.err, HasSubstr("k/seed-1: is being written by another process: wait for it"));
@@ -147,11 +153,14 @@ TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
 
 TEST_F(Interruption, ItIsSaidWhatIsKept) {
   const std::string seeds = kBlind + "--seeds 1..50 --out h";
-  EXPECT_THAT(ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
-              HasSubstr("gaitslam: interrupted: what is finished is kept in h; the same command goes on with the rest"));
+  EXPECT_THAT(
+      ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
+      HasSubstr(
+          "gaitslam: interrupted: what is finished is kept in h; the same command goes on with the rest"));
   const Ran one = ended_when("[ -e k/.seed-1.partial ]", "INT",
                              "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --out k");
-  EXPECT_THAT(one.err, HasSubstr("gaitslam: interrupted: nothing is kept of this run; earlier results in k are as"));
+  EXPECT_THAT(one.err,
+              HasSubstr("gaitslam: interrupted: nothing is kept of this run; earlier results in k are as"));
   EXPECT_EQ(one.exit_code, 130);
   EXPECT_THAT(ended_when("[ -e s/trials.jsonl ]", "TERM",
                          "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 50)' --out s")

@@ -1,5 +1,5 @@
-// What users keep in their folders stays, whatever they ask for: a folder is replaced only if gaitslam made all that
-// is in it.
+// What users keep in their folders stays, whatever they ask for: a folder is replaced only if gaitslam made
+// all that is in it.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -26,7 +26,8 @@ class OwnFiles : public tests::CommandLineWithCache {
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
   }
   /// Refused, naming this; every file in the folder keeps its bytes.
-  void expect_spared(const std::string& arguments, const std::string& folder, const std::string& named) const {
+  void expect_spared(const std::string& arguments, const std::string& folder,
+                     const std::string& named) const {
     const auto before = tests::files(folder_ / folder);
     EXPECT_THAT(refusal(arguments), HasSubstr(named)) << arguments;
     EXPECT_THAT(tests::differences(before, tests::files(folder_ / folder)), IsEmpty()) << arguments;
@@ -37,9 +38,10 @@ TEST_F(OwnFiles, ForceEmptiesNoFolderOfTheUser) {
   run("--out one");
   write("home/letter.txt", "dear");
   write("home/photos/cat.png", "meow");
-  for (const std::string command : {"replay one/seed-1 --out home --force", "replay one/seed-1 --out home/ --force",
-                                    "export one/seed-1 --format tum --out home --force",
-                                    "report one/seed-1 --plots svg --out home --force"})
+  for (const std::string command :
+       {"replay one/seed-1 --out home --force", "replay one/seed-1 --out home/ --force",
+        "export one/seed-1 --format tum --out home --force",
+        "report one/seed-1 --plots svg --out home --force"})
     expect_spared(command, "home", "home: would be replaced with letter.txt in it");
   fs::create_directory_symlink(folder_ / "home", folder_ / "link");
   for (const std::string command :
@@ -95,16 +97,17 @@ TEST_F(OwnFiles, ResultsOfOlderVersionsAreRefusedWithWhatToDo) {
 
 TEST_F(OwnFiles, WhatIsReadIsNotReplaced) {
   run("--out one");
-  for (const std::string command :
-       {"replay one/seed-1 --out one/seed-1 --force", "export one/seed-1 --format tum --out one/seed-1/. --force",
-        "report one/seed-1 --plots svg --out one/seed-1 --force"})
+  for (const std::string command : {"replay one/seed-1 --out one/seed-1 --force",
+                                    "export one/seed-1 --format tum --out one/seed-1/. --force",
+                                    "report one/seed-1 --plots svg --out one/seed-1 --force"})
     expect_spared(command, "one", "would be replaced, and the command reads one/seed-1");
 }
 
 TEST_F(OwnFiles, AReportAsksBeforeItReplacesAFile) {
   run("--out one");
   write("page.html", "mine");
-  EXPECT_THAT(refusal("report one/seed-1 --out page.html"), HasSubstr("page.html: exists already; --force replaces"));
+  EXPECT_THAT(refusal("report one/seed-1 --out page.html"),
+              HasSubstr("page.html: exists already; --force replaces"));
   EXPECT_EQ(text_of("page.html"), "mine");
   EXPECT_EQ(gaitslam("report one/seed-1 --out page.html --force").exit_code, 0);
   EXPECT_NE(text_of("page.html"), "mine");
@@ -119,13 +122,15 @@ TEST_F(OwnFiles, CleaningTheCacheRemovesItsOwnRecordingsAlone) {
   for (const auto& entry : fs::directory_iterator(folder_ / "the cache"))
     if (fs::exists(entry.path() / "entry.json")) noted = entry.path().filename();
   write("the cache/" + noted + "/notes.txt", "mine");
-  EXPECT_THAT(gaitslam("cache list").out, HasSubstr("1 folder there without the marker of this cache: left alone"));
+  EXPECT_THAT(gaitslam("cache list").out,
+              HasSubstr("1 folder there without the marker of this cache: left alone"));
   const Ran clean = gaitslam("cache clean");
   EXPECT_EQ(clean.exit_code, 0) << clean.err;
   EXPECT_THAT(clean.out, HasSubstr("1 recording removed"));
-  EXPECT_THAT(clean.out, HasSubstr("1 recording kept because files are in it that were not made by gaitslam"));
-  for (const std::string mine : {hash + "/thesis.tex", std::string("the cache/notes.txt"),
-                                 "the cache/" + noted + "/notes.txt"})
+  EXPECT_THAT(clean.out,
+              HasSubstr("1 recording kept because files are in it that were not made by gaitslam"));
+  for (const std::string mine :
+       {hash + "/thesis.tex", std::string("the cache/notes.txt"), "the cache/" + noted + "/notes.txt"})
     EXPECT_EQ(text_of(mine), "mine") << mine;
 }
 

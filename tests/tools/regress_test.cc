@@ -166,7 +166,8 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
   expect_refused("compare a longer", "a/walk and longer/walk: walk.commands differs");
   expect_refused("compare a dark", "camera.");
   expect_refused("compare dark a", "camera.");
-  expect_refused("compare a/walk/seed-1 longer/walk/seed-2", "--across compares different scenarios all the same");
+  expect_refused("compare a/walk/seed-1 longer/walk/seed-2",
+                 "--across compares different scenarios all the same");
   expect_refused("compare a named", "a/walk is of the scenario walk, named/walk of other; --across");
   EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
   for (const char* other : {"longer", "named"}) {
@@ -202,7 +203,8 @@ TEST_F(Regress, AnUnderConfidentFilterIsNotBetter) {
   const Ran ran = gaitslam("compare right cautious --markdown m.md");
   EXPECT_EQ(ran.exit_code, 1) << ran.err;
   EXPECT_THAT(ran.out, ContainsRegex("nees_position_mean +2.69 +0.96 +-64 % +- +-  FAIL"));
-  EXPECT_THAT(ran.out, HasSubstr("tolerance a factor of 1.3: 3 expected, off by a factor of 1.12 before, 3.12 now"));
+  EXPECT_THAT(ran.out,
+              HasSubstr("tolerance a factor of 1.3: 3 expected, off by a factor of 1.12 before, 3.12 now"));
   EXPECT_THAT(text_of("m.md"), HasSubstr("3 expected, off by a factor of 1.12 before, 3.12 now"));
   EXPECT_THAT(gaitslam("compare cautious right").out, ContainsRegex("nees_position_mean .* BETTER"));
 }

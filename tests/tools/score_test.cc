@@ -37,9 +37,10 @@ class Score : public tests::CommandLine {
 
 TEST_F(Score, FrameNumbersAreNoTimes) {
   write("frames.tum", curve(30, true));
-  expect_refused("score truth.tum frames.tum",
-                 "frames.tum: its stamps are whole numbers up to 299, as frame numbers are, those of truth.tum are "
-                 "times over 9.967 s");
+  expect_refused(
+      "score truth.tum frames.tum",
+      "frames.tum: its stamps are whole numbers up to 299, as frame numbers are, those of truth.tum are "
+      "times over 9.967 s");
   expect_refused("score frames.tum truth.tum", "frames.tum: its stamps are whole numbers up to 299");
   expect_refused("score truth.tum frames.tum --align se3 --json", "frames.tum: its stamps are whole numbers");
   write("once_a_second.tum", curve(1));
@@ -53,8 +54,9 @@ TEST_F(Score, FrameNumbersAreNoTimes) {
   }
   write("poses.txt", kitti);
   write("poses.csv", csv);
-  expect_refused("score truth.tum poses.txt",
-                 "poses.txt: its stamps are frame numbers, those of truth.tum are times in seconds; times.txt");
+  expect_refused(
+      "score truth.tum poses.txt",
+      "poses.txt: its stamps are frame numbers, those of truth.tum are times in seconds; times.txt");
   expect_refused("score truth.tum poses.csv", "poses.csv: its stamps are frame numbers");
   EXPECT_EQ(gaitslam("score poses.txt poses.csv").exit_code, 0) << "both count frames";
 }
@@ -73,7 +75,8 @@ TEST_F(Score, PosesThatAreAllInOnePointSayNothing) {
   expect_refused("score truth.tum still.tum", "still.tum: all 300 poses that were paired are in one point");
   expect_refused("score still.tum truth.tum", "still.tum: all 300 poses that were paired are in one point");
   expect_refused("score truth.tum still.tum --align sim3", "are in one point");
-  EXPECT_EQ(gaitslam("score truth.tum still.tum -r angle_deg").exit_code, 0) << "a camera may turn on the spot";
+  EXPECT_EQ(gaitslam("score truth.tum still.tum -r angle_deg").exit_code, 0)
+      << "a camera may turn on the spot";
 }
 
 TEST_F(Score, ACovarianceThatIsTooSmallGivesNoNumber) {
@@ -84,7 +87,8 @@ TEST_F(Score, ACovarianceThatIsTooSmallGivesNoNumber) {
   const Ran ran = gaitslam("score truth.tum sure.tum --json");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_EQ(ran.out.find("inf"), ran.out.npos);
-  EXPECT_THAT(ran.out, testing::AnyOf(HasSubstr("a value is not finite"), HasSubstr("not positive definite")));
+  EXPECT_THAT(ran.out,
+              testing::AnyOf(HasSubstr("a value is not finite"), HasSubstr("not positive definite")));
 }
 
 }  // namespace

@@ -55,7 +55,8 @@ TEST_F(Tune, KilledAndBegunAgainPrintsWhatItWouldHavePrinted) {
   ASSERT_EQ(gaitslam("tune spec.yaml --jobs 3 --out jobs").exit_code, 0);
   for (const char* other : {"killed", "jobs"})
     for (const char* file : {"best.yaml", "tune.json", "trials.jsonl"})
-      EXPECT_EQ(text_of(std::string("whole/") + file), text_of(std::string(other) + "/" + file)) << other << file;
+      EXPECT_EQ(text_of(std::string("whole/") + file), text_of(std::string(other) + "/" + file))
+          << other << file;
 }
 
 TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {

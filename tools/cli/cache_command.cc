@@ -37,8 +37,9 @@ int list() {
                            static_cast<double>(cache.place().most_bytes) / kGigabyte,
                            cache.place().folder.string());
   if (const std::size_t n = cache.others(); n > 0)
-    std::cout << fmt::format("{} there without the marker of this cache: left alone (older versions wrote none)\n",
-                             sim::files::counted(n, "folder"));
+    std::cout << fmt::format(
+        "{} there without the marker of this cache: left alone (older versions wrote none)\n",
+        sim::files::counted(n, "folder"));
   return 0;
 }
 

@@ -5,8 +5,8 @@
 
 namespace cli {
 
-/// While it lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps, before they end the process
-/// as they do by default. One at a time.
+/// While it lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps, before they end the
+/// process as they do by default. One at a time.
 class OnInterrupt {
  public:
   /// kept: a sentence that says what is kept and how to go on.

@@ -36,8 +36,8 @@ void require_folder(const fs::path& path) {
     throw UsageError(fmt::format("{}: is a file, expected a folder for results", path.string()));
 }
 
-/// Whether the folder has nothing in it but what a command writes before its first result, or left when it was
-/// killed.
+/// Whether the folder has nothing in it but what a command writes before its first result, or left when it
+/// was killed.
 bool has_no_results(const fs::path& folder) {
   std::error_code fault;
   const auto is_trace = [](const fs::directory_entry& entry) {

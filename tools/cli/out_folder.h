@@ -41,14 +41,15 @@ void require_outside(const fs::path& out, const fs::path& read);
 /// Throws UsageError where the file exists and force is not given, or is a folder.
 void require_new_file(const fs::path& file, bool force);
 
-/// The folder that was asked for, or a standard one. Commands that write there under names of their own lock it.
-/// At the end of its life it removes those folders above the results that did not exist before and are empty.
+/// The folder that was asked for, or a standard one. Commands that write there under names of their own lock
+/// it. At the end of its life it removes those folders above the results that did not exist before and are
+/// empty.
 class OutFolder {
  public:
-  /// Throws UsageError when nothing can be written below the folder (which need not exist yet), when --out names
-  /// a folder that is not empty and --force is not given, or when another process writes there; FileError when
-  /// anything would be replaced that the program did not make. Leftovers of killed processes are removed and
-  /// count for nothing.
+  /// Throws UsageError when nothing can be written below the folder (which need not exist yet), when --out
+  /// names a folder that is not empty and --force is not given, or when another process writes there;
+  /// FileError when anything would be replaced that the program did not make. Leftovers of killed processes
+  /// are removed and count for nothing.
   OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use = {});
   ~OutFolder();
   OutFolder(const OutFolder&) = delete;

@@ -87,8 +87,9 @@ int record(const Request& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   const Recordings recordings(request.models);
-  const OnInterrupt on_interrupt(fmt::format("finished recordings are kept in {}; the same command makes the others",
-                                             recordings.place().folder.string()));
+  const OnInterrupt on_interrupt(
+      fmt::format("finished recordings are kept in {}; the same command makes the others",
+                  recordings.place().folder.string()));
   return request.seeds ? record_seeds(read, request, recordings) : record_one(read, recordings);
 }
 

@@ -60,8 +60,8 @@ std::vector<Ended> Recordings::make(const std::vector<scenario::ReadScenario>& s
     const fs::path frozen = shared / (key(scenario) + ".yaml"), set_by = shared / (key(scenario) + ".json");
     sim::files::write_text(frozen, scenario::to_yaml(scenario));
     sim::files::write_text(set_by, nlohmann::json(origin).dump());
-    lines.push_back({"record", frozen.string(), "--models", fs::absolute(models_).string(), "--set-by",
-                     set_by.string()});
+    lines.push_back(
+        {"record", frozen.string(), "--models", fs::absolute(models_).string(), "--set-by", set_by.string()});
     missing.push_back(i);
   }
   if (!missing.empty()) require_simulator();

@@ -114,7 +114,8 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_option("--plots", request->plots, "write pictures instead of a page: svg, png or both")
       ->delimiter(',')
       ->check(CLI::IsMember({"svg", "png"}));
-  command->add_flag("--force", request->force, "replace an existing file, or a folder of pictures in which all was made by gaitslam");
+  command->add_flag("--force", request->force,
+                    "replace an existing file, or a folder of pictures in which all was made by gaitslam");
   command->footer(kExamples);
   command->callback([request, &exit_code] { exit_code = make_report(*request); });
 }

@@ -55,7 +55,8 @@ bool is_done(const fs::path& result, const fs::path& recorded, const scenario::S
              std::uint64_t seed) {
   if (!is_finished(result, scenario, seed)) return false;
   if (recorded.empty()) return true;
-  const nlohmann::json made = about(result), walked = about(recorded);  // no object before the walk was recorded
+  const nlohmann::json made = about(result),
+                       walked = about(recorded);  // no object before the walk was recorded
   return walked.is_object() && walked.contains("recording_xxh3_128") && made.contains("recording_xxh3_128") &&
          walked["recording_xxh3_128"] == made["recording_xxh3_128"];
 }

@@ -51,7 +51,9 @@ struct Request : OutRequest {
   BatchMember batch;
 };
 
-fs::path standard_folder(const scenario::ReadScenario& read) { return fs::path("results") / read.scenario.name; }
+fs::path standard_folder(const scenario::ReadScenario& read) {
+  return fs::path("results") / read.scenario.name;
+}
 
 /// Replays the recording from the cache. Writes the bytes of run_live, timing.* excepted.
 result::Outcome run_cached(const scenario::ReadScenario& read, const result::ResultPlace& place,
@@ -97,9 +99,8 @@ std::vector<result::SeedScore> read_scores(const fs::path& root, const std::vect
   for (const std::uint64_t seed : seeds) {
     const auto ran = std::find_if(outcomes.begin(), outcomes.end(),
                                   [seed](const SeedOutcome& outcome) { return outcome.seed == seed; });
-    scores.push_back(ran == outcomes.end()
-                         ? sim::regression::read_result(root / fmt::format("seed-{}", seed))
-                         : result::read_seed_score(root, seed, ran->exit_code));
+    scores.push_back(ran == outcomes.end() ? sim::regression::read_result(root / fmt::format("seed-{}", seed))
+                                           : result::read_seed_score(root, seed, ran->exit_code));
   }
   return scores;
 }
@@ -116,11 +117,9 @@ int run_seeds(const scenario::ReadScenario& read, const Request& request) {
   const fs::path& root = out.path();
   const auto left = out.goes_on() ? unfinished(root, read.scenario, seeds) : seeds;
   if (left.size() < seeds.size())
-    std::cout << fmt::format("{} finished before\n",
-                             sim::files::counted(seeds.size() - left.size(), "seed"));
+    std::cout << fmt::format("{} finished before\n", sim::files::counted(seeds.size() - left.size(), "seed"));
   const auto outcomes = run_batch(
-      read.scenario,
-      {left, root, request.models, {}, read.origin, request.cached, {.jobs = request.jobs}});
+      read.scenario, {left, root, request.models, {}, read.origin, request.cached, {.jobs = request.jobs}});
   const std::vector<result::SeedScore> scores = read_scores(root, seeds, outcomes);
   set_aside(root, results_of_other_seeds(root, seeds));
   print_complaints(outcomes);

@@ -172,7 +172,8 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
   if (request.cached && request.recordings)
     throw UsageError("--cached and --recordings are both given, expected one of them");
   request.recordings ? require_recordings(request, run) : require_simulator();
-  const OutFolder out(request, fs::path("results") / ("regress-" + run.name), {.results = results_of(run), .identity = identity_of(run, request)});
+  const OutFolder out(request, fs::path("results") / ("regress-" + run.name),
+                      {.results = results_of(run), .identity = identity_of(run, request)});
   if (request.recordings)
     for (const SuiteScenario& s : run.scenarios)
       for (const std::uint64_t seed : run.seeds)

@@ -76,7 +76,7 @@ struct Sweep {
   tune::SweepPlan plan;
   std::vector<std::string> keys, recordings;
   std::map<std::string, scenario::ReadScenario> scenario_of;  ///< by recording, the first that replays it
-  std::set<std::string> missing;                          ///< recordings that are not in the cache
+  std::set<std::string> missing;                              ///< recordings that are not in the cache
 };
 
 Sweep prepare(const Request& request, const Recordings& recordings) {

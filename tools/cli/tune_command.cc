@@ -105,10 +105,10 @@ tune::RunTasks run_on_cluster(const Request& request, const fs::path& out, const
 
 int tune_by(const Request& request) {
   tune::Spec spec = tune::read_spec(request.spec);
-  const OutFolder folder(request.out, fs::path("results") / ("tune-" + spec.name),
-                         {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html",
-                                    "parts/", "slurm/"},
-                          .continues = true});
+  const OutFolder folder(
+      request.out, fs::path("results") / ("tune-" + spec.name),
+      {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "parts/", "slurm/"},
+       .continues = true});
   const fs::path& out = folder.path();
   Backend backend = request.backend;
   backend.spool = out / "slurm";

@@ -210,7 +210,8 @@ TEST(DurableFolder, ASecondProcessIsRefusedAndTheFirstOneLeftAlone) {
   write_text(first.path() / "a", "x");
   const pid_t second = fork();
   if (second == 0)
-    _exit(refusal_of_a_second(folder / "result").find("is being written by another process") != std::string::npos
+    _exit(refusal_of_a_second(folder / "result").find("is being written by another process") !=
+                  std::string::npos
               ? 0
               : 1);
   int status = 0;
@@ -231,7 +232,8 @@ TEST(DurableFolder, TheLeftoverIsKnownByItsLockAndNotByAProcessId) {
   EXPECT_FALSE(fs::is_empty(folder.path()));
   remove_leftovers(folder.path());
   EXPECT_TRUE(fs::is_empty(folder.path()));
-  fs::create_directory(folder / ".result.partial-thishost-1");  // of an older version: the id of a living process
+  fs::create_directory(folder /
+                       ".result.partial-thishost-1");  // of an older version: the id of a living process
   const DurableFolder result(folder / "result");
 }
 

@@ -133,7 +133,8 @@ TEST_F(OwnedFolder, WhatAppearsInTheOldOneMeanwhileIsKept) {
 
 TEST_F(OwnedFolder, APartialFolderOfTheUsersIsSpared) {
   write(".result.partial/letter.txt");
-  EXPECT_THAT([&] { make(); }, ThrowsMessage<FileError>(HasSubstr(".result.partial: was not made by gaitslam")));
+  EXPECT_THAT([&] { make(); },
+              ThrowsMessage<FileError>(HasSubstr(".result.partial: was not made by gaitslam")));
   EXPECT_EQ(read_text(folder_ / ".result.partial/letter.txt"), "mine");
 }
 
@@ -143,8 +144,11 @@ TEST_F(OwnedFolder, NamesAreClaimedUnlessSomebodyElseHasThem) {
   write("root/summary.json", "ours");
   claim(root, {"summary.json", "index.html"});
   write("root/report.html");
-  EXPECT_THAT([&] { claim(root, {"tune.json", "report.html"}); },
-              ThrowsMessage<FileError>(HasSubstr("report.html: was not made by this version of gaitslam")));
+  EXPECT_THAT(
+      [&] {
+        claim(root, {"tune.json", "report.html"});
+      },
+      ThrowsMessage<FileError>(HasSubstr("report.html: was not made by this version of gaitslam")));
   EXPECT_EQ(read_text(root / kMarker).find("tune.json"), std::string::npos) << "nothing was changed";
   EXPECT_EQ(foreign_in(root), root / "report.html");
   fs::remove(root / "report.html");

@@ -104,7 +104,8 @@ TEST(Verdict, AMetricWithAnExpectedValueIsWorseOnEitherSideOfIt) {
   EXPECT_EQ(verdict(9, 3), Verdict::better);
   EXPECT_EQ(verdict(9, 1), Verdict::same) << "as far above as below";
   EXPECT_EQ(verdict(3, 2.5), Verdict::same);
-  EXPECT_EQ(verdict(0.3, 0.03), Verdict::fail) << "0.27 is less than the absolute tolerance, and a factor of ten";
+  EXPECT_EQ(verdict(0.3, 0.03), Verdict::fail)
+      << "0.27 is less than the absolute tolerance, and a factor of ten";
   const MetricVerdict v = judged(of(2.69), of(0.96), gate);
   EXPECT_THAT(v.remark, HasSubstr("3 expected, off by a factor of 1.08 before, 3.02 now"));
   EXPECT_EQ(v.worst_seed, 1u) << "the lowest";

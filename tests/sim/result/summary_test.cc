@@ -68,7 +68,7 @@ TEST_F(SummaryTest, WithoutALimitTheWorstIsThatOfTheMetricsDefinition) {
   };
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst("ate_se3_rmse_m", {0.1, 0.4, 0.2}), 0.4);
-  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);  // an error of either sign is bad
+  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
   EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of what is expected, against twice
   EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
   EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
@@ -78,7 +78,8 @@ TEST_F(SummaryTest, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
   const scenario::MetricLimit above{"nees_position_mean", "worst", scenario::Bound::at_most, 5},
       below{"nees_position_mean", "worst", scenario::Bound::at_least, 1};
   std::vector<SeedScore> seeds;
-  for (const double value : {0.2, 6.0}) seeds.push_back({1, "completed", 0, {{"nees_position_mean", "1", value}}});
+  for (const double value : {0.2, 6.0})
+    seeds.push_back({1, "completed", 0, {{"nees_position_mean", "1", value}}});
   const Summary summary = summarize(scenario_with({above, below}), seeds);
   EXPECT_TRUE(summary.limits.at(0).missed());
   EXPECT_TRUE(summary.limits.at(1).missed());

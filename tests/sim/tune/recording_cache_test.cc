@@ -140,7 +140,8 @@ TEST_F(RecordingCacheTest, WhatHasNoMarkerOfTheCacheIsLeftAlone) {
   EXPECT_EQ(cleaned.removed, 1u);
   EXPECT_EQ(cleaned.foreign, 1u);
   EXPECT_FALSE(has('a'));
-  EXPECT_TRUE(fs::exists(others / "thesis.tex") && fs::exists(cache_.place().folder / key('b') / "notes.txt"));
+  EXPECT_TRUE(fs::exists(others / "thesis.tex") &&
+              fs::exists(cache_.place().folder / key('b') / "notes.txt"));
   EXPECT_THROW(get('c'), files::FileError);
 }
 

@@ -48,7 +48,8 @@ Identity identity_of(const fs::path& folder) {
 
 /// Whether the result may be of this batch though it was there when this process began: on Slurm, where the
 /// process that began the batch may have been another.
-bool is_of(const fs::path& result, sim::scenario::Scenario scenario, const Backend& backend, std::uint64_t seed) {
+bool is_of(const fs::path& result, sim::scenario::Scenario scenario, const Backend& backend,
+           std::uint64_t seed) {
   if (!backend.slurm() || !fs::exists(result / "scenario.yaml")) return false;
   scenario.seed = seed;
   return sim::files::read_text(result / "scenario.yaml") == sim::scenario::to_yaml(scenario);
@@ -82,7 +83,8 @@ std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, cons
   for (std::size_t i = 0; i < ended.size(); ++i) {
     outcomes.push_back({ended[i], batch.seeds[i]});
     const fs::path result = result_folder(batch, batch.seeds[i]);
-    if (before[i] && identity_of(result) == before[i] && !is_of(result, scenario, batch.backend, batch.seeds[i]))
+    if (before[i] && identity_of(result) == before[i] &&
+        !is_of(result, scenario, batch.backend, batch.seeds[i]))
       not_replaced.push_back(result.filename());
   }
   set_aside(batch.root, not_replaced);

@@ -13,8 +13,8 @@
 
 namespace cli {
 
-/// A new temporary folder, removed at the end of its life. Those of processes that were killed are removed by the
-/// next one on the same machine, which knows them by the lock that nobody holds any more.
+/// A new temporary folder, removed at the end of its life. Those of processes that were killed are removed by
+/// the next one on the same machine, which knows them by the lock that nobody holds any more.
 class TemporaryFolder {
  public:
   TemporaryFolder();

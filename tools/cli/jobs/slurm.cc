@@ -202,7 +202,8 @@ class Array {
 void remove_arrays(const fs::path& spool) {
   std::error_code fault;
   for (const auto& entry : fs::directory_iterator(spool, fault))
-    if (entry.path().filename().string().starts_with("array-") && fs::exists(entry.path() / "element.sh", fault))
+    if (entry.path().filename().string().starts_with("array-") &&
+        fs::exists(entry.path() / "element.sh", fault))
       fs::remove_all(entry.path(), fault);
   fs::remove(spool, fault);
 }

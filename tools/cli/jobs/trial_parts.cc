@@ -63,7 +63,8 @@ std::size_t finished(const std::vector<fs::path>& parts) {
 }
 
 void remove_part(const fs::path& part) {
-  for (const char* file : {".tasks", ".log", ".under_way"}) fs::remove(fs::path(part).replace_extension(file));
+  for (const char* file : {".tasks", ".log", ".under_way"})
+    fs::remove(fs::path(part).replace_extension(file));
 }
 
 /// Moves the records of the parts to the log and removes the parts.
