@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "sim/files/number.h"
+#include "sim/report/units.h"
 #include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
 #include "sim/score/run.h"
@@ -18,7 +19,6 @@
 namespace sim::report {
 namespace {
 
-constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
 constexpr int kHalfSecond = 15;  // frames
 constexpr const char* kTime = "time [s]";
 

@@ -22,7 +22,7 @@ namespace regression = sim::regression;
 namespace scenario = sim::scenario;
 namespace fs = std::filesystem;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kCompareExamples = R"(
 Examples:
   gaitslam compare results/before results/after
   gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
@@ -31,7 +31,7 @@ have are paired and compared by the signed rank test; sets without a common seed
 Scenarios of different names or walks are refused without --across: which of them is harder says nothing of a change.
 The verdicts and exit codes are those of gaitslam regress.)";
 
-struct Request {
+struct CompareRequest {
   fs::path before, after;
   std::vector<std::string> gates;
   std::optional<std::string> json, markdown;
@@ -59,7 +59,7 @@ regression::Gate parse_gate(const std::string& text) {
   return gate;
 }
 
-std::vector<regression::Gate> gates_of(const Request& request) {
+std::vector<regression::Gate> gates_of(const CompareRequest& request) {
   if (request.gates.empty()) return regression::default_gates();
   if (request.gates.size() > regression::kMostGates)
     throw UsageError(fmt::format("--gate: given {} times, expected at most {}", request.gates.size(),
@@ -99,7 +99,7 @@ void require_same_scenario(const regression::ResultSet& before, const regression
 
 /// Throws UsageError unless what is compared are the same scenarios, and there is one in common.
 void require_comparable(const std::vector<regression::ResultSet>& before,
-                        const std::vector<regression::ResultSet>& now, const Request& request) {
+                        const std::vector<regression::ResultSet>& now, const CompareRequest& request) {
   if (before.size() == 1 && now.size() == 1) return require_same_scenario(before.front(), now.front());
   bool any = false;
   for (const regression::ResultSet& set : now)
@@ -112,7 +112,7 @@ void require_comparable(const std::vector<regression::ResultSet>& before,
                                  request.before.string(), request.after.string()));
 }
 
-int compare(const Request& request) {
+int compare(const CompareRequest& request) {
   const auto gates = gates_of(request);
   const auto before = regression::read_result_sets(request.before),
              now = regression::read_result_sets(request.after);
@@ -146,7 +146,7 @@ int compare(const Request& request) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<CompareRequest>();
   CLI::App* command = app.add_subcommand("compare", "Compare two sets of results");
   command->add_option("before", request->before, "the folder of results to compare with")->required();
   command->add_option("after", request->after, "the folder of results to judge")->required();
@@ -157,7 +157,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   command->add_flag("--across", request->across, "compare different scenarios, too");
   command->add_option("--json", request->json, "write the verdicts as JSON to a file");
   command->add_option("--markdown", request->markdown, "write a Markdown table to a file");
-  command->footer(kExamples);
+  command->footer(kCompareExamples);
   command->callback([request, &exit_code] { exit_code = compare(*request); });
 }
 

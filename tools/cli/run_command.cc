@@ -30,7 +30,7 @@ namespace replay = sim::replay;
 namespace result = sim::result;
 namespace scenario = sim::scenario;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kRunExamples = R"(
 Examples:
   gaitslam run scenarios/tangent_circle.yaml
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
@@ -41,7 +41,7 @@ and after an interruption the same command goes on with the seeds that are left.
 Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, diverged or crashed. Of several seeds
 the highest.)";
 
-struct Request : OutRequest {
+struct RunRequest : OutRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
@@ -63,7 +63,7 @@ result::Outcome run_cached(const scenario::ReadScenario& read, const result::Res
                         progress, replay::Recorded::copied);
 }
 
-int run_one(const scenario::ReadScenario& read, const Request& request, const fs::path& root) {
+int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
   result::Outcome outcome;
   {
@@ -73,7 +73,7 @@ int run_one(const scenario::ReadScenario& read, const Request& request, const fs
     const auto show = [&](double part) { progress.show(part); };
     outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show);
   }
-  return report(outcome, folder);
+  return cli::report(outcome, folder);
 }
 
 /// Prints once what several seeds complain of alike.
@@ -85,7 +85,7 @@ void print_complaints(const std::vector<SeedOutcome>& outcomes) {
     std::cerr << fmt::format("seed{} {}: {}", of.size() > 1 ? "s" : "", fmt::join(of, ", "), complaint);
 }
 
-void require_no_seed_typed(const Request& request) {
+void require_no_seed_typed(const RunRequest& request) {
   const bool seed_typed =
       std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
                   [](const std::string& argument) { return argument.starts_with("seed="); });
@@ -105,7 +105,7 @@ std::vector<result::SeedScore> read_scores(const fs::path& root, const std::vect
   return scores;
 }
 
-int run_seeds(const scenario::ReadScenario& read, const Request& request) {
+int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   require_no_seed_typed(request);
   const std::vector<std::uint64_t> seeds = parse_seeds(*request.seeds);
   const std::string identity =
@@ -130,7 +130,7 @@ int run_seeds(const scenario::ReadScenario& read, const Request& request) {
   return result::exit_code(summary);
 }
 
-int run(const Request& request) {
+int run(const RunRequest& request) {
   if (request.batch.parent) die_with(*request.batch.parent);
   require_simulator();
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
@@ -144,7 +144,7 @@ int run(const Request& request) {
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<RunRequest>();
   CLI::App* command = app.add_subcommand("run", "Simulate a walk, run the filter on it and score both");
   add_scenario(*command, request->scenario, request->changes)->required();
   add_seeds(*command, request->seeds);
@@ -155,7 +155,7 @@ void add_run(CLI::App& app, int& exit_code) {
       "--cached", request->cached,
       "replay the recording of this walk from the cache; record it there first if it is missing");
   add_batch_member(*command, request->batch);
-  command->footer(kExamples);
+  command->footer(kRunExamples);
   command->callback([request, &exit_code] { exit_code = run(*request); });
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::files::FileLock;
-constexpr useconds_t kPollUs = 10'000;
+constexpr useconds_t kChildPollUs = 10'000;
 constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
 
 /// Starts this program with its standard error written to a file.
@@ -109,7 +109,7 @@ std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, co
     int status = 0;
     const pid_t ended_one = waitpid(-1, &status, WNOHANG);
     const auto process = running.find(ended_one);
-    if (ended_one == 0) usleep(kPollUs);
+    if (ended_one == 0) usleep(kChildPollUs);
     if (process == running.end()) continue;
     all[process->second] = ended(status, log(process->second));
     running.erase(process);
