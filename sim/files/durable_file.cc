@@ -26,7 +26,7 @@ constexpr useconds_t kPauseUs = 20'000;  // a process that was killed, or looks 
   throw FileError(file, what + ": " + std::strerror(errno));
 }
 
-// Replaces what is in an open file, and forces it to the disk.
+// Replaces what is in an open file.
 void write_whole(int fd, const fs::path& file, std::string_view bytes) {
   if (::ftruncate(fd, 0) != 0) fail(file, "cannot be written");
   for (off_t at = 0; !bytes.empty();) {
@@ -36,7 +36,6 @@ void write_whole(int fd, const fs::path& file, std::string_view bytes) {
     at += n;
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
-  if (::fsync(fd) != 0) fail(file, "cannot be forced to the disk");
 }
 
 fs::path parent_of(const fs::path& file) {
@@ -143,6 +142,7 @@ void write_durably(const fs::path& file, std::string_view bytes) {
   const auto lock = FileLock::take(temporary, Mode::exclusive, IfHeld::wait);
   try {
     write_whole(lock->fd(), temporary, bytes);
+    if (::fsync(lock->fd()) != 0) fail(temporary, "cannot be forced to the disk");
     if (::rename(temporary.c_str(), file.c_str()) != 0) fail(file, "cannot be written");
   } catch (...) {
     ::unlink(temporary.c_str());

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "sim/files/durable_file.h"
 #include "sim/files/file_lock.h"
 #include "sim/files/text.h"
 
@@ -12,7 +11,7 @@ namespace sim::files {
 namespace {
 
 namespace fs = std::filesystem;
-using Names = std::set<std::string, std::less<>>;
+using Names = MarkedNames;
 
 constexpr std::string_view kHeader =
     "# Made by gaitslam, which replaces and removes only what is listed here.\n";
@@ -24,26 +23,6 @@ fs::file_status status_of(const fs::path& path) {
 
 bool is_real_folder(const fs::path& path) { return fs::is_directory(status_of(path)); }
 bool is_real_file(const fs::path& path) { return fs::is_regular_file(status_of(path)); }
-
-// The names that the marker of a folder lists; nothing without a marker.
-std::optional<Names> listed(const fs::path& folder) {
-  if (!is_real_folder(folder) || !is_real_file(folder / kMarker)) return std::nullopt;
-  const std::string text = read_text(folder / kMarker);
-  if (!text.starts_with(kHeader)) return std::nullopt;
-  Names names;
-  for (std::size_t at = kHeader.size(); at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    names.insert(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return names;
-}
-
-std::string marker_text(const Names& names) {
-  std::string text(kHeader);
-  for (const std::string& name : names) text += name + "\n";
-  return text;
-}
 
 // The path within the folder as the marker has it.
 std::string listed_as(const fs::path& path, const fs::path& folder) {
@@ -76,7 +55,7 @@ bool is_listed_file(const fs::path& path, const fs::path& folder, const Names& m
 
 // A folder that no marker above it lists: it has a marker itself, or holds only such folders.
 std::optional<fs::path> foreign_in_unlisted(const fs::path& folder) {
-  if (listed(folder)) return foreign_in(folder);
+  if (listed_in(folder)) return foreign_in(folder);
   const std::vector<fs::path> entries = sorted_entries(folder);
   if (entries.empty()) return folder;
   for (const fs::path& entry : entries) {
@@ -102,6 +81,25 @@ constexpr const char* kWhatToDo = "move it away, or name another folder";
 
 }  // namespace
 
+std::optional<MarkedNames> listed_in(const fs::path& folder) {
+  if (!is_real_folder(folder) || !is_real_file(folder / kMarker)) return std::nullopt;
+  const std::string text = read_text(folder / kMarker);
+  if (!text.starts_with(kHeader)) return std::nullopt;
+  MarkedNames names;
+  for (std::size_t at = kHeader.size(); at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    names.insert(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return names;
+}
+
+std::string marker_text(const MarkedNames& names) {
+  std::string text(kHeader);
+  for (const std::string& name : names) text += name + "\n";
+  return text;
+}
+
 std::string marker_of_all(const fs::path& folder) {
   Names names;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
@@ -109,10 +107,10 @@ std::string marker_of_all(const fs::path& folder) {
   return marker_text(names);
 }
 
-bool has_marker(const fs::path& folder) { return listed(folder).has_value(); }
+bool has_marker(const fs::path& folder) { return listed_in(folder).has_value(); }
 
 std::optional<fs::path> foreign_in(const fs::path& folder) {
-  if (const auto made = listed(folder)) return foreign_below(folder, folder, *made);
+  if (const auto made = listed_in(folder)) return foreign_below(folder, folder, *made);
   const std::vector<fs::path> entries = sorted_entries(folder);
   return entries.empty() ? std::nullopt : std::optional(entries.front());
 }
@@ -131,21 +129,6 @@ void require_own(const fs::path& folder) {
                   fmt::format("would be replaced with {} in it, and has no list of what gaitslam made "
                               "there (older versions wrote none): {}",
                               foreign->filename().string(), kWhatToDo));
-}
-
-void claim(const fs::path& folder, const std::vector<std::string>& names) {
-  Names made = listed(folder).value_or(Names{});
-  for (const std::string& name : names) {
-    const fs::path path = folder / (name.ends_with('/') ? name.substr(0, name.size() - 1) : name);
-    const bool known = made.contains(name) && !fs::is_symlink(status_of(path));
-    if (!known && fs::exists(status_of(path)))
-      throw FileError(
-          path,
-          fmt::format("was not made by this version of gaitslam, which would replace it: {}", kWhatToDo));
-  }
-  made.insert(names.begin(), names.end());
-  fs::create_directories(folder);
-  write_durably(folder / kMarker, marker_text(made));
 }
 
 bool is_partial(const fs::path& path) {

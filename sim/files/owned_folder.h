@@ -5,7 +5,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "sim/files/file_error.h"
 
@@ -15,6 +14,12 @@ namespace sim::files {
 /// folders (these end in "/") that the program made there.
 inline constexpr const char* kMarker = ".gaitslam";
 
+/// What a marker lists.
+using MarkedNames = std::set<std::string, std::less<>>;
+/// The names that the marker of the folder itself, no symbolic link to it, lists; nothing without a marker.
+std::optional<MarkedNames> listed_in(const std::filesystem::path& folder);
+/// The text of a marker.
+std::string marker_text(const MarkedNames& names);
 /// The text of the marker of a folder in which the program made everything that is there now.
 std::string marker_of_all(const std::filesystem::path& folder);
 
@@ -29,10 +34,6 @@ std::optional<std::filesystem::path> foreign_in(const std::filesystem::path& fol
 /// Throws a FileError that names the first thing in the folder that the program did not make, or the folder
 /// when it is none or a symbolic link. A folder that does not exist is nobody's.
 void require_own(const std::filesystem::path& folder);
-
-/// Lists these names in the folder's marker, which is made where it is missing, and the folder too. Throws a
-/// FileError that names the first of them that is there and was not listed before; then nothing is changed.
-void claim(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 /// Whether a file or folder has the name under which write_durably() or DurableFolder make theirs
 /// (".X.partial").

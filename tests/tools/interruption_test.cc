@@ -103,7 +103,7 @@ TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
 }
 
 TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
-  for (const std::string command : {kBlind + "--out h", kBlind + "--seeds 1,2 --out h"}) {
+  for (const std::string& command : {kBlind + "--out h", kBlind + "--seeds 1,2 --out h"}) {
     ended_when("[ -e h/.seed-1.partial/recording ]", "KILL", command);
     ASSERT_FALSE(fs::exists(folder_ / "h/seed-1"));
     EXPECT_THAT(partial("h"), Not(IsEmpty()));

@@ -129,7 +129,7 @@ TEST_F(OwnFiles, CleaningTheCacheRemovesItsOwnRecordingsAlone) {
   EXPECT_THAT(clean.out, HasSubstr("1 recording removed"));
   EXPECT_THAT(clean.out,
               HasSubstr("1 recording kept because files are in it that were not made by gaitslam"));
-  for (const std::string mine :
+  for (const std::string& mine :
        {hash + "/thesis.tex", std::string("the cache/notes.txt"), "the cache/" + noted + "/notes.txt"})
     EXPECT_EQ(text_of(mine), "mine") << mine;
 }

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <iostream>
 
+#include "sim/files/claim.h"
 #include "sim/files/durable_file.h"
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"

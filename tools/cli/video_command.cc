@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "sim/files/claim.h"
 #include "sim/files/durable_file.h"
 #include "sim/files/owned_folder.h"
 #include "sim/recording/filter_input.h"

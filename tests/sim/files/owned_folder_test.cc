@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sim/files/claim.h"
 #include "sim/files/durable_file.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"

@@ -108,7 +108,6 @@ TEST(Verdict, AMetricWithAnExpectedValueIsWorseOnEitherSideOfIt) {
       << "0.27 is less than the absolute tolerance, and a factor of ten";
   const MetricVerdict v = judged(of(2.69), of(0.96), gate);
   EXPECT_THAT(v.remark, HasSubstr("3 expected, off by a factor of 1.08 before, 3.02 now"));
-  EXPECT_EQ(v.worst_seed, 1u) << "the lowest";
   EXPECT_NEAR(*tolerated_factor(gate), 1.3, 1e-12);
   EXPECT_FALSE(tolerated_factor(kTenPercent));
   const ScenarioResults few = results({2.6, 2.7, 2.8}, kNees), low = results({0.9, 1.0, 1.1}, kNees);
