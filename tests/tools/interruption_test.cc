@@ -70,6 +70,7 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
   EXPECT_THAT(ran.out, HasSubstr("crashed"));
   EXPECT_FALSE(fs::exists(folder_ / "h/seed-1"));
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-1/score.json"));
+  EXPECT_THAT(partial("h"), IsEmpty());
 }
 
 TEST_F(Interruption, FewerSeedsThanBeforeLeaveNoStaleOnes) {

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/files/durable_file.h"
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/earlier.h"
@@ -88,6 +89,7 @@ std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, cons
       not_replaced.push_back(result.filename());
   }
   set_aside(batch.root, not_replaced);
+  sim::files::remove_leftovers(batch.root);  // of processes that crashed
   return outcomes;
 }
 
