@@ -2,118 +2,147 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <utility>
+
+#include "sim/files/owned_folder.h"
 
 namespace sim::files {
 namespace {
 
 namespace fs = std::filesystem;
+using Mode = FileLock::Mode;
+using IfHeld = FileLock::IfHeld;
+using IfAbsent = FileLock::IfAbsent;
+
+constexpr int kAttempts = 20;
+constexpr useconds_t kPauseUs = 20'000;  // a process that was killed, or looks for leftovers, is done by then
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
   throw FileError(file, what + ": " + std::strerror(errno));
 }
 
-// An open file descriptor, closed when it goes.
-class Descriptor {
- public:
-  Descriptor(const fs::path& file, int flags)
-      : file_(file), fd_(::open(file.c_str(), flags | O_CLOEXEC, 0666)) {
-    if (fd_ < 0) fail(file_, "cannot be opened");
+// Replaces what is in an open file.
+void write_whole(int fd, const fs::path& file, std::string_view bytes) {
+  if (::ftruncate(fd, 0) != 0) fail(file, "cannot be written");
+  for (off_t at = 0; !bytes.empty();) {
+    const ssize_t n = ::pwrite(fd, bytes.data(), bytes.size(), at);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(file, "cannot be written");
+    at += n;
+    bytes.remove_prefix(static_cast<std::size_t>(n));
   }
-  ~Descriptor() { ::close(fd_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  void write(std::string_view bytes) const {
-    while (!bytes.empty()) {
-      const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) fail(file_, "cannot be written");
-      bytes.remove_prefix(static_cast<std::size_t>(n));
-    }
-  }
-  void sync() const {
-    if (::fsync(fd_) != 0) fail(file_, "cannot be forced to the disk");
-  }
-  void sync_file_system() const {
-    if (::syncfs(fd_) != 0) fail(file_, "cannot be forced to the disk");
-  }
-
- private:
-  fs::path file_;
-  int fd_;
-};
+}
 
 fs::path parent_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-void sync_folder(const fs::path& folder) { Descriptor(folder, O_RDONLY | O_DIRECTORY).sync(); }
-
-std::string host() {
-  std::array<char, 256> name{};
-  ::gethostname(name.data(), name.size() - 1);
-  return name.data();
+fs::path partial_of(const fs::path& target) {
+  return parent_of(target) / fmt::format(".{}.partial", target.filename().string());
 }
 
-// A hidden name with the machine and the process that writes the file.
-std::string temporary_prefix(const fs::path& target) {
-  return fmt::format(".{}.partial-{}-", target.filename().string(), host());
-}
-
-fs::path temporary_of(const fs::path& target) {
-  return parent_of(target) / (temporary_prefix(target) + std::to_string(::getpid()));
-}
-
-// Whether `name` is the temporary of a process that has ended.
-bool is_orphan(const std::string& name, const std::string& prefix) {
-  if (!name.starts_with(prefix)) return false;
-  pid_t pid = 0;
-  const auto [end, error] = std::from_chars(name.data() + prefix.size(), name.data() + name.size(), pid);
-  return error == std::errc{} && end == name.data() + name.size() && ::kill(pid, 0) != 0 && errno == ESRCH;
-}
-
-void remove_orphans(const fs::path& target) {
-  const std::string prefix = temporary_prefix(target);
-  std::error_code ignored;  // Another process may be removing them, too.
-  for (const auto& entry : fs::directory_iterator(parent_of(target), ignored))
-    if (is_orphan(entry.path().filename().string(), prefix)) fs::remove_all(entry.path(), ignored);
+// Forces a folder to the disk; with everything on its file system where that is asked for.
+void sync_folder(const fs::path& folder, bool whole_file_system = false) {
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) fail(folder, "cannot be opened");
+  const int result = whole_file_system ? ::syncfs(fd) : ::fsync(fd);
+  ::close(fd);
+  if (result != 0) fail(folder, "cannot be forced to the disk");
 }
 
 int rename_with(const fs::path& from, const fs::path& to, unsigned flags) {
   return ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags);
 }
 
-// Exchanges the two in one step; where the file system cannot, the old one is renamed first.
-void replace_folder(const fs::path& temporary, const fs::path& target) {
-  if (rename_with(temporary, target, RENAME_EXCHANGE) == 0) {
-    fs::remove_all(temporary);
-    return;
+bool is_there(const fs::path& path) {
+  std::error_code fault;
+  return fs::exists(fs::symlink_status(path, fault));
+}
+
+// The folder from which a partial one is begun: new, empty, or with the marker of one that was left.
+void make_partial(const fs::path& partial, const fs::path& target) {
+  std::error_code error;
+  fs::create_directories(parent_of(target), error);
+  if (error) throw FileError(parent_of(target), "cannot be made: " + error.message());
+  fs::create_directory(partial, error);
+  if (error || !fs::is_directory(fs::symlink_status(partial)))
+    throw FileError(target, "cannot be made: " + (error ? error.message() : partial.string() + " is there"));
+  if (!is_there(partial / kMarker) && !fs::is_empty(partial))
+    throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
+}
+
+// Throws where an old result was left in place of the partial one and others put files into it.
+void clear_partial(const fs::path& partial) {
+  if (has_marker(partial)) require_own(partial);
+  empty_but_marker(partial);
+}
+
+// Nothing where another process has the lock, or removes the folder as a leftover.
+std::optional<FileLock> try_lock(const fs::path& partial) {
+  try {
+    return FileLock::take(partial / kMarker, Mode::exclusive, IfHeld::give_up);
+  } catch (const FileError&) {
+    if (is_there(partial)) throw;
+    return std::nullopt;
   }
-  const fs::path aside = temporary.string() + ".old";
-  if (::rename(target.c_str(), aside.c_str()) != 0 && errno != ENOENT) fail(target, "cannot be replaced");
-  if (::rename(temporary.c_str(), target.c_str()) != 0) fail(target, "cannot be made");
-  fs::remove_all(aside);
+}
+
+FileLock begin_partial(const fs::path& partial, const fs::path& target) {
+  for (int attempt = 0;; ++attempt) {
+    make_partial(partial, target);
+    if (auto lock = try_lock(partial)) {
+      clear_partial(partial);
+      if (::ftruncate(lock->fd(), 0) != 0) fail(partial, "cannot be written");
+      return std::move(*lock);
+    }
+    if (attempt == kAttempts)
+      throw FileError(target, "is being written by another process: wait for it, or name another folder");
+    ::usleep(kPauseUs);
+  }
+}
+
+// Removes a folder whose marker is locked by this process.
+void remove_partial(const fs::path& partial) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(partial, ignored))
+    if (entry.path().filename() != kMarker) fs::remove_all(entry.path(), ignored);
+  fs::remove(partial / kMarker, ignored);
+  fs::remove(partial, ignored);  // not where another process has begun anew
+}
+
+fs::path without_slash(const fs::path& target) {
+  return target.has_filename() ? target : target.parent_path();
+}
+
+fs::path checked_target(fs::path target, Existing existing) {
+  target = without_slash(target);
+  if (existing == Existing::refuse && is_there(target)) throw FileError(target, "exists already");
+  require_own(target);
+  return target;
+}
+
+// A name beside the folder that nothing has.
+fs::path free_name(const fs::path& target, const std::string& ending) {
+  for (int i = 1;; ++i) {
+    const fs::path name =
+        fmt::format("{}.{}{}", target.string(), ending, i == 1 ? "" : fmt::format("-{}", i));
+    if (!is_there(name)) return name;
+  }
 }
 
 }  // namespace
 
 void write_durably(const fs::path& file, std::string_view bytes) {
-  const fs::path temporary = temporary_of(file);
+  const fs::path temporary = partial_of(file);
+  const auto lock = FileLock::take(temporary, Mode::exclusive, IfHeld::wait);
   try {
-    {
-      const Descriptor out(temporary, O_WRONLY | O_CREAT | O_TRUNC);
-      out.write(bytes);
-      out.sync();
-    }
+    write_whole(lock->fd(), temporary, bytes);
+    if (::fsync(lock->fd()) != 0) fail(temporary, "cannot be forced to the disk");
     if (::rename(temporary.c_str(), file.c_str()) != 0) fail(file, "cannot be written");
   } catch (...) {
     ::unlink(temporary.c_str());
@@ -122,38 +151,65 @@ void write_durably(const fs::path& file, std::string_view bytes) {
   sync_folder(parent_of(file));
 }
 
-DurableFolder::DurableFolder(fs::path target, Existing existing)
-    : target_(target.has_filename() ? std::move(target) : target.parent_path()),
-      temporary_(temporary_of(target_)),
-      existing_(existing) {
-  if (existing_ == Existing::refuse && fs::exists(fs::symlink_status(target_)))
-    throw FileError(target_, "exists already");
-  std::error_code error;
-  fs::create_directories(parent_of(target_), error);
-  if (error) throw FileError(parent_of(target_), "cannot be made: " + error.message());
-  remove_orphans(target_);
-  fs::remove_all(temporary_, error);
-  if (!fs::create_directory(temporary_, error))
-    throw FileError(target_, "cannot be made: " + error.message());
+PartialFolder::PartialFolder(const fs::path& target)
+    : path_(partial_of(target)), lock_(begin_partial(path_, target)) {}
+
+PartialFolder::~PartialFolder() {
+  if (!released_) remove_partial(path_);
 }
 
-DurableFolder::~DurableFolder() {
-  std::error_code ignored;
-  if (!committed_) fs::remove_all(temporary_, ignored);
+void remove_leftovers(const fs::path& folder) {
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    const fs::path partial = entry.path();
+    if (!is_partial(partial) || !fs::is_directory(entry.symlink_status(none))) continue;
+    const auto lock = FileLock::take(partial / kMarker, Mode::exclusive, IfHeld::give_up, IfAbsent::give_up);
+    if (lock && (!has_marker(partial) || !foreign_in(partial))) remove_partial(partial);
+  }
 }
+
+DurableFolder::DurableFolder(fs::path target, Existing existing)
+    : target_(checked_target(std::move(target), existing)), existing_(existing), partial_(target_) {}
 
 void DurableFolder::commit() {
-  Descriptor(temporary_, O_RDONLY | O_DIRECTORY).sync_file_system();
-  if (rename_with(temporary_, target_, RENAME_NOREPLACE) != 0) {
-    if (errno == EINVAL && !fs::exists(fs::symlink_status(target_)))
-      fs::rename(temporary_, target_);
+  write_whole(partial_.lock().fd(), path() / kMarker, marker_of_all(path()));
+  sync_folder(path(), true);
+  if (rename_with(path(), target_, RENAME_NOREPLACE) != 0) {
+    const int fault = errno;
+    if (fault == EINVAL && !is_there(target_))
+      fs::rename(path(), target_);
     else if (existing_ == Existing::refuse)
-      fail(target_, "cannot be made");
+      errno = fault, fail(target_, "cannot be made");
     else
-      replace_folder(temporary_, target_);
+      replace();
   }
-  committed_ = true;
+  partial_.release();
   sync_folder(parent_of(target_));
+}
+
+// Exchanges the two in one step; where the file system cannot, the old one is renamed first. The old one's
+// marker is locked until it is gone, so that nobody takes it for a partial folder that was left.
+void DurableFolder::replace() {
+  std::error_code fault;
+  if (fs::is_empty(target_, fault) && ::rename(path().c_str(), target_.c_str()) == 0) return;
+  const auto old = FileLock::take(target_ / kMarker, Mode::exclusive, IfHeld::wait, IfAbsent::give_up);
+  if (rename_with(path(), target_, RENAME_EXCHANGE) == 0) return discard_old();
+  const fs::path aside = free_name(target_, "replaced");
+  if (::rename(target_.c_str(), aside.c_str()) != 0) fail(target_, "cannot be replaced");
+  if (::rename(path().c_str(), target_.c_str()) != 0) fail(target_, "cannot be made");
+  if (::rename(aside.c_str(), path().c_str()) != 0) fail(aside, "cannot be removed");
+  discard_old();
+}
+
+// The old folder, which now has the name of the partial one.
+void DurableFolder::discard_old() const {
+  if (!foreign_in(path())) return remove_partial(path());
+  const fs::path kept = free_name(target_, "replaced");
+  fs::rename(path(), kept);
+  throw FileError(target_,
+                  fmt::format("was replaced; the one before is kept in {}, because files that were not "
+                              "made by gaitslam appeared in it meanwhile",
+                              kept.string()));
 }
 
 }  // namespace sim::files

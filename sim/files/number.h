@@ -3,7 +3,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace sim::files {
@@ -21,6 +23,11 @@ std::optional<Number> parse_number(std::string_view text) {
 inline std::optional<double> parse_finite(std::string_view text) {
   const auto value = parse_number<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+/// "1 seed", "2 seeds"
+inline std::string counted(std::size_t n, std::string_view what) {
+  return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s");
 }
 
 }  // namespace sim::files

@@ -17,7 +17,7 @@ Eigen::Isometry3d kitti_pose(const TextLine& line) {
   if (!(R.transpose() * R).isIdentity(1e-2) || R.determinant() < 0)
     line.fail(0, "the first three columns are no rotation");
   Eigen::Isometry3d X(Eigen::Quaterniond(R).normalized());
-  X.translation() = M.col(3);
+  X.translation() = Eigen::Vector3d(coordinate(line, 3), coordinate(line, 7), coordinate(line, 11));
   return X;
 }
 
@@ -42,9 +42,15 @@ TrajectoryFile read_tum_like(const std::vector<TextLine>& lines) {
   return read;
 }
 
+// Whole numbers that rise by less than 1000 from pose to pose are no nanoseconds.
+bool are_frame_numbers(const std::vector<TextLine>& lines) {
+  return lines.back().number(0) - lines.front().number(0) < 1000 * static_cast<double>(lines.size() - 1);
+}
+
 TrajectoryFile read_euroc(const std::vector<TextLine>& lines) {
-  const bool whole = lines.front().text(0).find_first_of(".eE") == std::string_view::npos;
-  TrajectoryFile read{"EuRoC csv", whole ? "nanoseconds" : "seconds", {}};
+  const bool numbers = lines.front().text(0).find_first_of(".eE") == std::string_view::npos,
+             counted = numbers && are_frame_numbers(lines), whole = numbers && !counted;
+  TrajectoryFile read{"EuRoC csv", counted ? "frame numbers" : whole ? "nanoseconds" : "seconds", {}};
   for (const TextLine& line : lines) {
     if (line.size() < 8) line.fail(fmt::format("expected at least 8 numbers, found {}", line.size()));
     TumRow row;

@@ -19,8 +19,8 @@ struct TrajectoryFile {
 /// more than a day apart.
 /// KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one a second.
 /// EuRoC: t, position, quaternion (w first) and whatever follows, with commas; stamps in ns where they are
-/// whole numbers, else in s. Lines beginning with # and blank ones are skipped; stamps must rise. Throws
-/// FileError.
+/// whole numbers, or frame numbers where these rise by less than 1000 from pose to pose, else in s. Lines
+/// beginning with # and blank ones are skipped; stamps must rise. Throws FileError.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);
 
 }  // namespace sim::files

@@ -63,11 +63,18 @@ TumRow parse_tum_row(const TextLine& line, TextLine::Unit unit) {
   return row;
 }
 
+double coordinate(const TextLine& line, std::size_t field) {
+  constexpr double kMost_m = 1e9;
+  const double value = line.number(field);
+  if (!(std::abs(value) <= kMost_m)) line.fail(field, "a position of more than 1e9 m");
+  return value;
+}
+
 Eigen::Isometry3d parse_pose(const TextLine& line, std::size_t w, std::size_t x) {
   const Eigen::Quaterniond q(line.number(w), line.number(x), line.number(x + 1), line.number(x + 2));
   if (std::abs(q.norm() - 1) > 1e-2) line.fail(std::min(w, x), "the quaternion is not of length 1");
   Eigen::Isometry3d X(q.normalized());
-  X.translation() = Eigen::Vector3d(line.number(1), line.number(2), line.number(3));
+  X.translation() = Eigen::Vector3d(coordinate(line, 1), coordinate(line, 2), coordinate(line, 3));
   return X;
 }
 

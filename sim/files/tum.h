@@ -42,6 +42,9 @@ std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, cons
 
 /// A line of 8 or 20 numbers. Throws FileError.
 TumRow parse_tum_row(const TextLine& line, TextLine::Unit unit);
+/// A coordinate of a position, in m. Throws FileError for one beyond 1e9 m, whose squares have no accuracy
+/// left.
+double coordinate(const TextLine& line, std::size_t field);
 /// The pose of a line that has its position in fields 1 to 3 and a quaternion whose real part is in field w
 /// and whose vector part begins in field x. The quaternion is made unit. Throws FileError.
 Eigen::Isometry3d parse_pose(const TextLine& line, std::size_t w, std::size_t x);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "sim/files/number.h"
 #include "sim/score/evaluate.h"
 #include "sim/score/significance.h"
 #include "sim/score/statistics.h"
@@ -58,7 +59,7 @@ Values unpaired_values(const ScenarioResults& baseline, const ScenarioResults& n
 }
 
 std::vector<double> losses(const std::string& metric, std::vector<double> values) {
-  for (double& value : values) value = score::loss(value, score::worst_of(metric));
+  for (double& value : values) value = score::loss(value, score::direction_of(metric));
   return values;
 }
 
@@ -77,13 +78,16 @@ Verdict by_seeds(const std::vector<double>& worse_by, double tolerance, std::str
              better = beyond([&](double d) { return d < -tolerance; });
   const auto n = static_cast<std::ptrdiff_t>(worse_by.size());
   if (worse + better == 0) return Verdict::same;
-  remark = fmt::format("{} of {} seeds worse beyond tolerance, {} better", worse, n, better);
+  remark = fmt::format("{} of {} worse beyond tolerance, {} better", worse,
+                       files::counted(worse_by.size(), "seed"), better);
   if (better == 0 && 2 * worse > n) return Verdict::fail;
   if (worse == 0 && 2 * better > n) return Verdict::better;
   return Verdict::noisy;
 }
 
+// By how much the loss may grow.
 double tolerance(const Gate& gate, double baseline) {
+  if (const auto factor = tolerated_factor(gate)) return std::log(*factor);
   return std::max(gate.absolute, gate.percent / 100 * std::abs(baseline));
 }
 
@@ -143,13 +147,13 @@ Judged judge(const Gate& gate, const Values& values, bool paired) {
     v.p.reset();
   } else if (values.lost > 0) {
     v.verdict = Verdict::missing;
-    v.remark = fmt::format("{} seeds have lost their value", values.lost);
+    v.remark = fmt::format("{} lost the value", files::counted(values.lost, "seed"));
     judged.tested = false;
     v.p.reset();
   } else if (values.baseline.empty()) {
     v.verdict = Verdict::added;
   } else if (values.won > 0) {
-    v.remark = fmt::format("{} seeds have a value that had none before", values.won);
+    v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
   }
   return judged;
 }
@@ -168,7 +172,24 @@ void decide(Judged& judged) {
   }
 }
 
+// How far the medians are from the value that is expected, where one is.
+void add_distances(MetricVerdict& v) {
+  const score::Direction direction = score::direction_of(v.gate.metric);
+  const bool changed =
+      v.verdict == Verdict::better || v.verdict == Verdict::fail || v.verdict == Verdict::noisy;
+  if (!tolerated_factor(v.gate) || !changed) return;
+  const auto factor = [&](double value) { return std::exp(score::loss(value, direction)); };
+  v.remark = fmt::format("{} expected, off by a factor of {:.3g} before, {:.3g} now{}", direction.expected,
+                         factor(*v.baseline), factor(*v.now), v.remark.empty() ? "" : "; " + v.remark);
+}
+
 }  // namespace
+
+std::optional<double> tolerated_factor(const Gate& gate) {
+  const score::Direction direction = score::direction_of(gate.metric);
+  if (direction.worst != score::Worst::farthest_from_expected) return std::nullopt;
+  return 1 + std::max(gate.absolute / direction.expected, gate.percent / 100);
+}
 
 std::string_view word(Verdict verdict) {
   static constexpr std::array<std::string_view, 7> kWords{"IDENTICAL", "SAME", "BETTER", "FAIL",
@@ -202,6 +223,7 @@ std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const Sc
       judged[i].verdict.p = p[i];
       decide(judged[i]);
     }
+    add_distances(judged[i].verdict);
     verdicts.push_back(judged[i].verdict);
   }
   return verdicts;

@@ -13,12 +13,18 @@
 namespace sim::regression {
 
 /// A metric to compare, and the tolerance by which it may become worse: the larger of `percent` of the
-/// baseline's median and `absolute`, in the metric's unit.
+/// baseline's median and `absolute`, in the metric's unit. Of a metric with an expected value see
+/// tolerated_factor().
 struct Gate {
   std::string metric;
   double percent = 0, absolute = 0;
   bool operator==(const Gate&) const = default;
 };
+
+/// Of a metric with an expected value (score::Direction): the factor by which its ratio to that value may
+/// become larger, or smaller, 1 + the larger of `percent` and of `absolute` in percent of the expected value.
+/// Nothing for other metrics.
+std::optional<double> tolerated_factor(const Gate& gate);
 
 /// The largest number of gates of a scenario: the p-values are adjusted for their number (Holm 1979), and
 /// with 8 seeds the least p-value, 2/2^8, stays below 0.05 after that.
@@ -59,8 +65,9 @@ struct MetricVerdict {
   std::uint64_t worst_seed = 0;  ///< the seed that changed most for the worse
 };
 
-/// Judges each gate on the seeds in common, by the signed rank test, or else (paired = false) on all seeds,
-/// by the rank sum test. The p-values are adjusted for the number of gates.
+/// Judges each gate by the metric's loss (score::loss): on the seeds in common, by the signed rank test, or
+/// else (paired = false) on all seeds, by the rank sum test. The p-values are adjusted for the number of
+/// gates.
 std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const ScenarioResults& now,
                                        const std::vector<Gate>& gates, bool paired);
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "sim/files/number.h"
 #include "sim/score/evaluate.h"
 
 namespace sim::regression {
@@ -69,6 +70,7 @@ std::string row(const Comparison& comparison, const std::string& scenario, const
 
 std::string tolerance_text(const Gate& gate) {
   const score::MetricDefinition* defined = score::find_metric(gate.metric);
+  if (const auto factor = tolerated_factor(gate)) return fmt::format("a factor of {:.3g}", *factor);
   const std::string unit = defined && defined->unit != "1" ? " " + defined->unit : "";
   const std::string percents = fmt::format("{} %", gate.percent),
                     absolute = fmt::format("{}{}", gate.absolute, unit);
@@ -90,21 +92,22 @@ std::string count_text(const Comparison& comparison) {
     for (const MetricVerdict& metric : scenario.metrics) failed += fails(metric.verdict);
     for (const LimitVerdict& limit : scenario.limits) failed += !limit.passed;
   }
-  return fmt::format("{} of {} rows failed", failed, rows);
+  return fmt::format("{} of {} failed", failed, files::counted(rows, "row"));
 }
 
 std::string pairing_text(const ScenarioVerdict& s) {
   if (s.n_baseline == 0) return "not in the baseline";
   if (s.n_now == 0) return "only in the baseline";
   if (!s.paired)
-    return fmt::format("no seeds in common: {} and {} seeds compared by the rank sum test", s.n_baseline,
-                       s.n_now);
+    return fmt::format("no seeds in common: {} and {} compared by the rank sum test", s.n_baseline,
+                       files::counted(s.n_now, "seed"));
   const std::string recordings =
       s.other_recordings == 0
           ? "the same recordings"
-          : fmt::format("{} recordings differ (another walk, renderer or CPU)", s.other_recordings);
-  return fmt::format("{} seeds paired{}, {}", s.n_now, s.n_now < kSeedsForTest ? " (a test needs 8)" : "",
-                     recordings);
+          : fmt::format("{} differ{} (another walk, renderer or CPU)",
+                        files::counted(s.other_recordings, "recording"), s.other_recordings == 1 ? "s" : "");
+  return fmt::format("{} paired{}, {}", files::counted(s.n_now, "seed"),
+                     s.n_now < kSeedsForTest ? " (a test needs 8)" : "", recordings);
 }
 
 std::string verdict_table(const Comparison& comparison, bool colour) {

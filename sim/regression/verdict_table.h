@@ -18,7 +18,7 @@ struct Comparison {
   std::function<std::string(const std::string& scenario, std::uint64_t seed)> repro;
 };
 
-/// "10 %", "0.002 m", "10 % or 0.002 m"
+/// "10 %", "0.002 m", "10 % or 0.002 m"; of a metric with an expected value "a factor of 1.3"
 std::string tolerance_text(const Gate& gate);
 /// "+27 %"; the change itself where the baseline is 0; "-" where there is none
 std::string change_text(const MetricVerdict& metric);

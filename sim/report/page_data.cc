@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/files/number.h"
 #include "sim/report/pictures.h"
 #include "sim/report/run_figures.h"
 #include "sim/report/scene_data.h"
@@ -99,7 +100,7 @@ std::string title(const std::vector<RunData>& runs) {
     if (const std::string name = run.score.value("scenario", "?");
         std::find(scenarios.begin(), scenarios.end(), name) == scenarios.end())
       scenarios.push_back(name);
-  return fmt::format("{}: {} runs", fmt::join(scenarios, ", "), runs.size());
+  return fmt::format("{}: {}", fmt::join(scenarios, ", "), files::counted(runs.size(), "run"));
 }
 
 std::string subtitle(const RunData& run) {

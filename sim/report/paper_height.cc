@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "sim/files/number.h"
 #include "sim/report/units.h"
 #include "sim/score/significance.h"
 #include "sim/score/statistics.h"
@@ -102,8 +103,8 @@ struct Verdicts {
   }
   std::string text() const {
     return fmt::format(
-        "correlation {:.2f}, {:.2f} times the rest of the step, significant at 5 % in {} of {} runs",
-        score::mean(correlations), score::mean(ratios), linked, correlations.size());
+        "correlation {:.2f}, {:.2f} times the rest of the step, significant at 5 % in {} of {}",
+        score::mean(correlations), score::mean(ratios), linked, files::counted(correlations.size(), "run"));
   }
 };
 

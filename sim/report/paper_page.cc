@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include "sim/files/number.h"
 #include "sim/report/figure.h"
 #include "sim/report/html.h"
 #include "sim/report/paper_figures.h"
@@ -45,11 +46,17 @@ std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
   for (const PaperRow& row : rows) ++count[static_cast<int>(row.agreement)];
   std::size_t seeds = 0;
   for (const auto& [name, of] : runs) seeds = std::max(seeds, of.size());
+  const int comparable = count[1] + count[2] + count[3];
   return fmt::format(
-      "<p>{} experiments, {} seeds each. Of {} rows, {} agree, {} {} better than the paper's, <strong>{} "
-      "differ</strong>{}.</p>\n",
-      runs.size(), seeds, rows.size(), count[1], count[2], count[2] == 1 ? "is" : "are", count[3],
-      count[0] > 0 ? fmt::format(", {} could not be judged", count[0]) : "");
+      "<p>{}, {} each. Of {} that can be compared, {} {}, {} {} better than the paper's, <strong>{} "
+      "{}</strong>.{}</p>\n",
+      files::counted(runs.size(), "experiment"), files::counted(seeds, "seed"),
+      files::counted(static_cast<std::size_t>(comparable), "row"), count[1],
+      count[1] == 1 ? "agrees" : "agree", count[2], count[2] == 1 ? "is" : "are", count[3],
+      count[3] == 1 ? "differs" : "differ",
+      count[0] > 0
+          ? fmt::format(" {} cannot be compared.", files::counted(static_cast<std::size_t>(count[0]), "row"))
+          : "");
 }
 
 std::string head(const std::string& revision) {
@@ -67,8 +74,9 @@ constexpr const char* kHowToRead =
     "<p class=\"soft\">The paper's filter is the filter with the measurements of the paper, Davison's depth "
     "particles and raw patches, as in scenarios/*_paper.yaml. This bench's filter is the default one. The "
     "drift is "
-    "the true minus the planned pose of the waist at the end, as mean and standard deviation over seeds. The "
-    "paper "
+    "the true minus the planned pose of the waist at the end, as mean and standard deviation (sd) over "
+    "seeds. "
+    "The paper "
     "gives magnitudes without signs, so magnitudes are compared: they agree within a factor of two, or where "
     "both "
     "are below 10 mm or 1°. All other results are the median over seeds, with minimum and maximum. A loop is "

@@ -25,6 +25,7 @@ std::vector<double> values(const Runs& runs, const std::string& metric, double f
 
 std::string range_text(const std::vector<double>& values, const std::string& unit) {
   if (values.empty()) return "none";
+  if (values.size() == 1) return fmt::format("{:.3g}{}", values.front(), unit);
   return fmt::format("median {:.3g}{} ({:.3g} to {:.3g})", score::median(values), unit,
                      score::quantile(values, 0), score::quantile(values, 1));
 }
@@ -44,7 +45,8 @@ PaperRow drift_row(const Runs& runs, const std::string& walk, const DriftAxis& a
   const auto drifts = values(runs, axis.metric, axis.unit == std::string(" mm") ? kMm : 1);
   if (drifts.empty()) return row;
   const double mean = score::mean(drifts), size = std::abs(mean);
-  row.bench = fmt::format("{:.1f}{} (sd {:.1f})", mean, axis.unit, score::standard_deviation(drifts));
+  row.bench = fmt::format("{:.1f}{}", mean, axis.unit);
+  if (drifts.size() > 1) row.bench += fmt::format(" (sd {:.1f})", score::standard_deviation(drifts));
   const bool both_small = axis.paper <= axis.negligible && size <= axis.negligible;
   const bool near = size > axis.paper / 2 && size < axis.paper * 2;
   row.agreement = both_small || near ? Agreement::agrees : Agreement::differs;
@@ -120,8 +122,7 @@ PaperRow time_row(const PaperRuns& all, const std::string& experiment, const std
   for (const RunData& run : runs_of(all, experiment))
     if (run.timing.contains("frame_cpu_ms_median")) ms.push_back(run.timing["frame_cpu_ms_median"]);
   if (ms.empty()) return row;
-  row.bench = range_text(ms, " ms") + ", on another computer";
-  row.agreement = Agreement::better;
+  row.bench = range_text(ms, " ms") + ", on another computer: not comparable";
   return row;
 }
 

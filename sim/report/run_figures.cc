@@ -9,6 +9,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "sim/files/number.h"
 #include "sim/report/units.h"
 #include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
@@ -223,17 +224,17 @@ std::string share_text(const Moments& moments) {
 Figure nees_over_seeds(const std::vector<RunData>& runs) {
   const Moments position = moments(runs, &Errors::nees_position),
                 orientation = moments(runs, &Errors::nees_orientation);
-  Figure f{
-      "nees_over_seeds",
-      fmt::format("Normalised error squared, mean over seeds (3 expected). Frames after {:.0f} s that are "
-                  "within the 95 % band: position {}, orientation {}",
-                  score::kSettled_s, share_text(position), share_text(orientation)),
-      kTime, "mean NEES"};
+  std::size_t most = 0;
+  for (const auto& [t, values] : position) most = std::max(most, values.size());
+  Figure f{"nees_over_seeds",
+           fmt::format("Normalised error squared, mean of {} (3 expected)", files::counted(most, "run")),
+           kTime, "mean NEES"};
   f.logarithmic = true;
   f.lines = {mean_line("position", Role::first, position),
              mean_line("orientation", Role::second, orientation)};
-  std::size_t most = 1;
-  for (const auto& [t, values] : position) most = std::max(most, values.size());
+  if (most < 2) return f;  // one run has no band
+  f.title += fmt::format(". Frames after {:.0f} s that are within the 95 % band: position {}, orientation {}",
+                         score::kSettled_s, share_text(position), share_text(orientation));
   const score::Band band = score::mean_band(3, static_cast<int>(most));
   f.levels = {{"2.5 %", band.low}, {"97.5 %", band.high}};
   return f;
@@ -298,7 +299,8 @@ std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
   if (runs.size() < 2) return {};
   walks.lines.push_back(line("plan", Role::plan, runs[0].waist_plan.x, runs[0].waist_plan.y));
   std::vector<Figure> figures{walks};
-  if (at.empty()) return figures;
+  const auto scored = std::count_if(runs.begin(), runs.end(), [](const RunData& r) { return !!r.errors; });
+  if (scored < 2) return figures;
   figures.push_back(error_over_seeds(at));
   figures.push_back(nees_over_seeds(runs));
   return figures;

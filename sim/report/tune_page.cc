@@ -225,13 +225,15 @@ std::string sides_table(const Tuning& t) {
                  mean_of(values["best"])},
                 "td");
   }
+  html += "</table>\n<p class='soft'>The expected NEES of position and orientation is 3.";
   const auto runs = static_cast<int>(holdout["runs"].size());
-  const score::Band band = score::mean_band(3, runs);
-  return html +
-         fmt::format(
-             "</table>\n<p class='soft'>The expected NEES of position and orientation is 3. The mean of {} "
-             "independent runs lies between {:.2f} and {:.2f} with 95 % confidence.</p>\n",
-             runs, band.low, band.high);
+  if (runs > 1) {
+    const score::Band band = score::mean_band(3, runs);
+    html +=
+        fmt::format(" The mean of {} independent runs lies between {:.2f} and {:.2f} with 95 % confidence.",
+                    runs, band.low, band.high);
+  }
+  return html + "</p>\n";
 }
 
 }  // namespace

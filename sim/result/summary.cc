@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/number.h"
 #include "sim/result/json.h"
 #include "sim/scenario/limits.h"
 #include "sim/score/evaluate.h"
@@ -15,10 +16,12 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-score::Worst worst_of(const std::string& metric, const scenario::Scenario& scenario) {
+score::Direction direction_of(const std::string& metric, const scenario::Scenario& scenario) {
+  const score::Direction own = score::direction_of(metric);
+  if (own.worst == score::Worst::farthest_from_expected) return own;
   for (const scenario::MetricLimit& limit : scenario.limits.metrics)
     if (limit.metric == metric) return worst_side(limit);
-  return score::worst_of(metric);
+  return own;
 }
 
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
@@ -28,25 +31,26 @@ std::vector<double> values_of(const std::string& metric, const std::vector<SeedS
   return values;
 }
 
-std::optional<double> aggregate(const score::Summary& over_seeds, const std::string& name) {
+// The value over seeds that a limit is on; the worst is the one nearest to missing this limit.
+std::optional<double> aggregate(const scenario::MetricLimit& limit, const std::vector<SeedScore>& seeds) {
+  const score::Summary over_seeds = score::summarise(values_of(limit.metric, seeds), worst_side(limit));
   if (over_seeds.n == 0) return std::nullopt;
-  return name == "median" ? over_seeds.median : name == "mean" ? over_seeds.mean : over_seeds.worst;
-}
-
-JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
-                             const std::vector<MetricSummary>& metrics) {
-  const auto found = std::find_if(metrics.begin(), metrics.end(),
-                                  [&](const MetricSummary& m) { return m.name == limit.metric; });
-  return judge(scenario, limit,
-               found == metrics.end() ? std::nullopt : aggregate(found->over_seeds, limit.aggregate));
+  return limit.aggregate == "median" ? over_seeds.median
+         : limit.aggregate == "mean" ? over_seeds.mean
+                                     : over_seeds.worst;
 }
 
 ordered_json json_of(const MetricSummary& metric) {
-  const auto& [n, median, mean, sd, worst] = metric.over_seeds;
-  if (n == 0)
+  const score::Summary& s = metric.over_seeds;
+  if (s.n == 0)
     return {{"unit", metric.unit}, {"n", 0},        {"median", nullptr},
             {"mean", nullptr},     {"sd", nullptr}, {"worst", nullptr}};
-  return {{"unit", metric.unit}, {"n", n}, {"median", median}, {"mean", mean}, {"sd", sd}, {"worst", worst}};
+  return {{"unit", metric.unit},
+          {"n", s.n},
+          {"median", s.median},
+          {"mean", s.mean},
+          {"sd", or_null(s.standard_deviation)},
+          {"worst", s.worst}};
 }
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
@@ -54,8 +58,8 @@ std::string number(const std::optional<double>& value) { return value ? fmt::for
 std::string row(const MetricSummary& metric) {
   const score::Summary& s = metric.over_seeds;
   if (s.n == 0) return fmt::format("{:<26} {:<5} {:>3}\n", metric.name, metric.unit, 0);
-  return fmt::format("{:<26} {:<5} {:>3} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", metric.name, metric.unit,
-                     s.n, s.median, s.mean, s.standard_deviation, s.worst);
+  return fmt::format("{:<26} {:<5} {:>3} {:>10.4g} {:>10.4g} {:>10} {:>10.4g}\n", metric.name, metric.unit,
+                     s.n, s.median, s.mean, number(s.standard_deviation), s.worst);
 }
 
 }  // namespace
@@ -69,12 +73,11 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
     for (const SeedMetric& metric : fullest->metrics) {
       summary.metrics.push_back(
           {metric.name, metric.unit,
-           score::summarise(values_of(metric.name, seeds), worst_of(metric.name, scenario))});
+           score::summarise(values_of(metric.name, seeds), direction_of(metric.name, scenario))});
     }
   }
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
-    if (!limit.aggregate.empty())
-      summary.limits.push_back(judge_over_seeds(scenario, limit, summary.metrics));
+    if (!limit.aggregate.empty()) summary.limits.push_back(judge(scenario, limit, aggregate(limit, seeds)));
   }
   return summary;
 }
@@ -102,7 +105,7 @@ void write_summary(const fs::path& file, const Summary& summary) {
 }
 
 std::string summary_table(const Summary& summary) {
-  std::string text = fmt::format("{}, {} seeds\n", summary.scenario, summary.seeds.size());
+  std::string text = fmt::format("{}, {}\n", summary.scenario, files::counted(summary.seeds.size(), "seed"));
   for (const SeedScore& seed : summary.seeds) {
     text += fmt::format("  seed {:<6} {:<10} exit {}\n", seed.seed, seed.ending, seed.exit_code);
   }

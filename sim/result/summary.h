@@ -13,7 +13,8 @@
 namespace sim::result {
 
 /// One metric over the seeds for which it is defined. Its worst value is the one nearest to missing the
-/// metric's limit; without a limit the worst by the metric's definition.
+/// metric's limit; without a limit the worst by the metric's definition, as is that of a metric with an
+/// expected value.
 struct MetricSummary {
   std::string name, unit;
   score::Summary over_seeds;

@@ -23,7 +23,8 @@ auto of_nees(double PoseNees::*part, F of) {
   };
 }
 
-double variance(const Squares& squares) {
+Value variance(const Squares& squares) {
+  if (squares.size() < 2) return Value::none("one frame has no variance");
   const double sd = standard_deviation(squares);
   return sd * sd;
 }
@@ -39,14 +40,14 @@ void add_nees(MetricDefinitions& all, const std::string& name, double PoseNees::
   const std::string of = "normalised estimation error squared (NEES) of the camera's " + name +
                          ", without alignment, from the first planned motion on";
   all.push_back({"nees_" + name + "_mean", "1", "Mean of the " + of + "; 3 is expected.", needs,
-                 of_nees(part, mean), largest, kHeadline});
+                 of_nees(part, mean), Direction::away_from(3), kHeadline});
   all.push_back({"nees_" + name + "_variance", "1", "Variance of the " + of + "; 6 is expected.", needs,
-                 of_nees(part, variance)});
+                 of_nees(part, variance), Direction::away_from(6)});
   all.push_back({"nees_" + name + "_within_95", "1",
                  "Fraction of the frames in which the " + of +
                      ", is at most 7.81, the 95 % quantile of a chi-square of 3 degrees of freedom; 0.95 is "
                      "expected.",
-                 needs, of_nees(part, fraction_within_95), smallest});
+                 needs, of_nees(part, fraction_within_95), Direction::away_from(0.95)});
 }
 
 // of(the summary of a sensor's innovations)
@@ -66,13 +67,13 @@ void add_nis(MetricDefinitions& all, std::size_t sensor) {
   const std::string name(kSensors[sensor]),
       of = "normalised innovation squared (NIS) of the sensor " + name +
            " by its degrees of freedom, from the first planned motion on";
-  const auto add = [&](const std::string& what, const std::string& text, auto part, Worst worst) {
+  const auto add = [&](const std::string& what, const std::string& text, auto part, Direction direction) {
     all.push_back(
-        {"nis_" + name + "_" + what, "1", text, Needs::estimate, of_innovations(sensor, part), worst});
+        {"nis_" + name + "_" + what, "1", text, Needs::estimate, of_innovations(sensor, part), direction});
   };
   using I = const InnovationSummary&;
   add(
-      "mean", "Mean " + of + "; 1 is expected.", [](I i) { return i.ratio; }, largest);
+      "mean", "Mean " + of + "; 1 is expected.", [](I i) { return i.ratio; }, Direction::away_from(1));
   add(
       "band_low",
       "Lower end of the 95 % confidence interval of nis_" + name + "_mean for a consistent filter.",
@@ -85,7 +86,7 @@ void add_nis(MetricDefinitions& all, std::size_t sensor) {
       "variance",
       "Variance of the normalised innovation squared (NIS) of the sensor " + name +
           " divided by that of its chi-square distribution; 1 is expected.",
-      [](I i) { return i.variance_ratio; }, largest);
+      [](I i) { return i.variance_ratio; }, Direction::away_from(1));
   add(
       "whiteness",
       "Correlation of the normalised innovation squared (NIS) of the sensor " + name +

@@ -30,9 +30,9 @@ const MetricDefinition* find_metric(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-Worst worst_of(std::string_view name) {
+Direction direction_of(std::string_view name) {
   const MetricDefinition* defined = find_metric(name);
-  return defined ? defined->worst : Worst::largest;
+  return defined ? defined->direction : Direction();
 }
 
 Metrics evaluate(const Run& run) { return evaluate(Scored(run)); }

@@ -12,8 +12,8 @@ namespace sim::score {
 const MetricDefinitions& metric_definitions();
 /// The one of that name, or nullptr.
 const MetricDefinition* find_metric(std::string_view name);
-/// Which of several values of that metric is the worst; the largest for a name that is not known.
-Worst worst_of(std::string_view name);
+/// In which direction that metric becomes worse; towards larger values for a name that is not known.
+Direction direction_of(std::string_view name);
 
 /// All metrics of metric_definitions(), each with a value or a reason.
 Metrics evaluate(const Run& run);

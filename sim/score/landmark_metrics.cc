@@ -46,7 +46,7 @@ MetricDefinitions landmark_metrics() {
           {"landmark_nees_mean", "1",
            "Mean of the squared errors of landmark_rmse_m, normalised by the landmarks' covariances; 3 is "
            "expected.",
-           Needs::scale, of_map(mean_nees)},
+           Needs::scale, of_map(mean_nees), Direction::away_from(3)},
           {"landmarks_scored", "1",
            "Number of landmarks of the final map over which landmark_rmse_m is taken.", Needs::estimate,
            of_map([](const Errors& errors) { return static_cast<double>(errors.size()); }), Worst::smallest}};

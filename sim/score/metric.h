@@ -41,8 +41,8 @@ struct MetricDefinition {
   std::string name, unit, definition;  ///< definition: for --help and for reports
   Needs needs = Needs::walk;
   std::function<Value(const Scored&)> compute;
-  Worst worst = Worst::largest;  ///< which of several seeds is the worst
-  bool headline = false;         ///< shown in the short table as well
+  Direction direction{};  ///< in which it becomes worse
+  bool headline = false;  ///< shown in the short table as well
 };
 using MetricDefinitions = std::vector<MetricDefinition>;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace sim::score {
@@ -38,23 +39,27 @@ double quantile(std::vector<double> values, double p) {
   return (1 - part) * values[below] + part * values[above];
 }
 
-double loss(double value, Worst worst) {
-  switch (worst) {
+double loss(double value, const Direction& direction) {
+  switch (direction.worst) {
     case Worst::largest:
       return value;
     case Worst::smallest:
       return -value;
     case Worst::largest_magnitude:
       return std::abs(value);
+    case Worst::farthest_from_expected:
+      return std::abs(std::log(std::max(value, std::numeric_limits<double>::min()) / direction.expected));
   }
   return value;
 }
 
-Summary summarise(const std::vector<double>& values, Worst worst) {
+Summary summarise(const std::vector<double>& values, const Direction& direction) {
   if (values.empty()) return {};
   const auto [minimum, maximum] = std::minmax_element(values.begin(), values.end());
-  return {values.size(), median(values), mean(values), standard_deviation(values),
-          loss(*minimum, worst) > loss(*maximum, worst) ? *minimum : *maximum};
+  Summary summary{values.size(), median(values), mean(values),
+                  loss(*minimum, direction) > loss(*maximum, direction) ? *minimum : *maximum};
+  if (values.size() > 1) summary.standard_deviation = standard_deviation(values);
+  return summary;
 }
 
 }  // namespace sim::score

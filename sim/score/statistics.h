@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace sim::score {
@@ -18,15 +19,32 @@ double standard_deviation(const std::vector<double>& values);
 double quantile(std::vector<double> values, double p);
 
 /// Which of several values of a metric is the worst.
-enum class Worst { largest, smallest, largest_magnitude };
-/// A number that grows as the value becomes worse.
-double loss(double value, Worst worst);
+enum class Worst { largest, smallest, largest_magnitude, farthest_from_expected };
+
+/// The direction in which a metric becomes worse.
+struct Direction {
+  constexpr Direction(Worst which = Worst::largest) : worst(which) {}
+  /// Away from a positive value that is expected, such as the degrees of freedom of a normalised square: as
+  /// bad above it as below it, by the magnitude of the logarithm of their ratio.
+  static constexpr Direction away_from(double expected_value) {
+    Direction direction(Worst::farthest_from_expected);
+    direction.expected = expected_value;
+    return direction;
+  }
+
+  Worst worst;
+  double expected = 1;  ///< for farthest_from_expected
+};
+
+/// A finite number that grows as the value becomes worse.
+double loss(double value, const Direction& direction);
 
 /// A metric over the seeds in which it is defined. Without any: n = 0 and the rest meaningless.
 struct Summary {
   std::size_t n = 0;
-  double median = 0, mean = 0, standard_deviation = 0, worst = 0;
+  double median = 0, mean = 0, worst = 0;
+  std::optional<double> standard_deviation{};  ///< of two and more
 };
-Summary summarise(const std::vector<double>& values, Worst worst);
+Summary summarise(const std::vector<double>& values, const Direction& direction);
 
 }  // namespace sim::score

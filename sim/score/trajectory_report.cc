@@ -55,6 +55,56 @@ std::string why_unmatched(const Trajectory& truth, const Trajectory& estimate,
   return none + fmt::format("no stamps nearer than {} s (--t-max-diff)", options.most_apart_s);
 }
 
+bool counts_frames(const files::TrajectoryFile& read) { return read.stamps == "frame numbers"; }
+
+// Stamps that are all whole seconds, as the numbers of frames are that are taken for seconds.
+bool are_whole(const files::TrajectoryFile& read) {
+  const auto whole = [](const files::TumRow& row) { return row.t % std::chrono::seconds(1) == Stamp(0); };
+  return read.rows.size() > 2 && std::all_of(read.rows.begin(), read.rows.end(), whole);
+}
+
+double duration_s(const files::TrajectoryFile& read) {
+  return seconds(read.rows.back().t - read.rows.front().t);
+}
+
+// Throws FileError where the stamps of one file are the numbers of its frames and those of the other are
+// times. Whole numbers may be times once a second, but not where they last much longer than the other file
+// does, though that has about as many poses.
+void require_times(const fs::path& file, const files::TrajectoryFile& read, const fs::path& other_file,
+                   const files::TrajectoryFile& other, const TrajectoryOptions& options) {
+  if (counts_frames(read) && !counts_frames(other))
+    throw files::FileError(
+        file, fmt::format("its stamps are frame numbers, those of {} are times in {}{}", other_file.string(),
+                          other.stamps, read.format == "KITTI" ? "; times.txt beside it has the times" : ""));
+  if (options.interpolate || !are_whole(read) || are_whole(other)) return;
+  const bool longer = duration_s(read) > 1.5 * duration_s(other),
+             as_many = 2 * other.rows.size() > read.rows.size();
+  if (longer && as_many)
+    throw files::FileError(
+        file,
+        fmt::format("its stamps are whole numbers up to {}, as frame numbers are, those of {} are times over "
+                    "{:.3f} s; with --interpolate they are taken for seconds",
+                    read.rows.back().t / std::chrono::seconds(1), other_file.string(), duration_s(other)));
+}
+
+// Throws FileError where nothing moves: no error of such positions says anything.
+void require_motion(const fs::path& file, const std::vector<PosePair>& pairs,
+                    Eigen::Isometry3d PosePair::*pose) {
+  constexpr double kStill_m = 1e-9;
+  const Eigen::Vector3d first = (pairs.front().*pose).translation();
+  const auto is_there = [&](const PosePair& pair) {
+    return ((pair.*pose).translation() - first).norm() <= kStill_m;
+  };
+  if (pairs.size() > 1 && std::all_of(pairs.begin(), pairs.end(), is_there))
+    throw files::FileError(file, fmt::format("all {} poses that were paired are in one point", pairs.size()));
+}
+
+bool is_of_orientation(const TrajectoryOptions& options) {
+  const Relation relation = options.relation;
+  return !options.alignment && (relation == Relation::angle_deg || relation == Relation::angle_rad ||
+                                relation == Relation::rot_part);
+}
+
 std::string span_name(const Spans& which) {
   static constexpr std::array kUnits{"frames"sv, "m"sv, "s"sv, "rad"sv, "deg"sv, "footsteps"sv};
   return fmt::format("{} {}{}", which.delta, kUnits[static_cast<std::size_t>(which.unit)],
@@ -64,6 +114,8 @@ std::string span_name(const Spans& which) {
 TrajectoryRow row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
                   const std::string& why_none) {
   if (errors.empty()) return {name, unit, {}, why_none};
+  if (!std::all_of(errors.begin(), errors.end(), [](double error) { return std::isfinite(error); }))
+    return {name, unit, {}, "a value is not finite"};
   return {name, unit, describe(errors), ""};
 }
 
@@ -176,11 +228,17 @@ fs::path trajectory_in(const fs::path& path, bool truth) {
 TrajectoryReport report_trajectories(const fs::path& truth, const fs::path& estimate,
                                      const TrajectoryOptions& options) {
   const files::TrajectoryFile a = files::read_trajectory(truth), b = files::read_trajectory(estimate);
+  require_times(truth, a, estimate, b, options);
+  require_times(estimate, b, truth, a, options);
   TrajectoryReport report;
   report.truth = describe_file(truth, a);
   report.estimate = describe_file(estimate, b);
   const std::vector<PosePair> pairs = pair(trajectory(a), trajectory(b), options);
   if (pairs.empty()) throw std::invalid_argument(why_unmatched(trajectory(a), trajectory(b), options));
+  if (!is_of_orientation(options)) {
+    require_motion(truth, pairs, &PosePair::X_true);
+    require_motion(estimate, pairs, &PosePair::X_estimate);
+  }
   report.matched = pairs.size();
   report.poses = b.rows.size();
   report.pairing = options.interpolate ? "truth interpolated at the estimate's stamps"

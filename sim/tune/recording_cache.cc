@@ -1,23 +1,18 @@
 #include "sim/tune/recording_cache.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <stdexcept>
 
 #include "sim/files/csv.h"
 #include "sim/files/durable_file.h"
+#include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 
@@ -26,7 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using files::FileError;
+using files::FileLock;
 using nlohmann::json;
+using Mode = FileLock::Mode;
+using IfHeld = FileLock::IfHeld;
 
 std::optional<std::string> environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -42,11 +40,13 @@ std::uintmax_t bytes_of_gigabytes(const std::string& text) {
   return static_cast<std::uintmax_t>(gigabytes * 1e9);
 }
 
+// Without timing.*, which differ from one recording to the next of the same walk.
 std::uintmax_t size_of(const fs::path& folder) {
   std::uintmax_t bytes = 0;
   std::error_code gone;
   for (const auto& entry : fs::recursive_directory_iterator(folder, gone))
-    if (entry.is_regular_file(gone)) bytes += entry.file_size(gone);
+    if (entry.is_regular_file(gone) && !entry.path().filename().string().starts_with("timing."))
+      bytes += entry.file_size(gone);
   return bytes;
 }
 
@@ -59,29 +59,12 @@ json read_json(const fs::path& file) {
   return read;
 }
 
-/// Whether the locked file still has that name.
-bool is_current(int fd, const fs::path& file) {
-  struct stat locked {
-  }, named{};
-  return ::fstat(fd, &locked) == 0 && ::stat(file.c_str(), &named) == 0 && locked.st_ino == named.st_ino;
-}
-
 /// The files that the manifest of a recording lists.
 std::vector<std::string> listed(const fs::path& recording) {
   std::vector<std::string> files;
   files::CsvReader rows(recording / "manifest.csv", {"#xxh3_128,bytes,path"});
   while (rows.next()) files.emplace_back(rows.text(2));
   return files;
-}
-
-/// Removes what killed processes of this machine left unfinished: a new folder of the same name does that.
-void remove_orphans(const fs::path& folder) {
-  std::error_code none;
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder, none))
-    if (const std::string name = entry.path().filename(); name.find(".partial-") == kKeyLetters + 1)
-      names.insert(name.substr(1, kKeyLetters));
-  for (const std::string& name : names) files::DurableFolder(folder / name, files::Existing::replace);
 }
 
 bool is_key(const std::string& name) {
@@ -113,25 +96,9 @@ CachePlace cache_place() {
   return place;
 }
 
-FileLock::~FileLock() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 fs::path RecordingCache::lock_file(const std::string& key) const { return place_.folder / (key + ".lock"); }
 
-// An entry is removed together with its lock file, so that a lock on a removed file is void.
-std::optional<FileLock> RecordingCache::lock(const std::string& key, int operation) const {
-  const fs::path file = lock_file(key);
-  for (;;) {
-    FileLock lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-    if (lock.fd() < 0) throw FileError(file, std::string("cannot be opened: ") + std::strerror(errno));
-    while (::flock(lock.fd(), operation) != 0) {
-      if (errno == EWOULDBLOCK) return std::nullopt;
-      if (errno != EINTR) throw FileError(file, std::string("cannot be locked: ") + std::strerror(errno));
-    }
-    if (is_current(lock.fd(), file)) return lock;
-  }
-}
+bool RecordingCache::is_own(const std::string& key) const { return files::has_marker(place_.folder / key); }
 
 bool RecordingCache::is_whole(const std::string& key, const Say& say) const {
   const fs::path entry = place_.folder / key;
@@ -163,7 +130,7 @@ void RecordingCache::make_entry(const std::string& key, const Make& make) const 
 
 std::optional<CachedRecording> RecordingCache::find(const std::string& key, const Say& say) const {
   if (!fs::exists(place_.folder / key)) return std::nullopt;
-  std::optional<FileLock> shared = lock(key, LOCK_SH);
+  std::optional<FileLock> shared = FileLock::take(lock_file(key), Mode::shared, IfHeld::wait);
   if (!is_whole(key, say)) return std::nullopt;
   ::futimens(shared->fd(), nullptr);
   return CachedRecording{place_.folder / key / "result", false, std::move(*shared)};
@@ -181,7 +148,7 @@ CachedRecording RecordingCache::get(const std::string& key, const Make& make, co
       if (made) clean(place_.most_bytes);
       return std::move(*found);
     }
-    const std::optional<FileLock> alone = lock(key, LOCK_EX);
+    const std::optional<FileLock> alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::wait);
     if (is_whole(key, say)) continue;  // made by another in the meantime
     make_entry(key, make);
     made = true;
@@ -190,7 +157,7 @@ CachedRecording RecordingCache::get(const std::string& key, const Make& make, co
 }
 
 RecordingCache::Entry RecordingCache::read_entry(const std::string& key) const {
-  const bool in_use = !lock(key, LOCK_EX | LOCK_NB);
+  const bool in_use = !FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
   const std::int64_t last_used = last_change_ns(lock_file(key));
   try {
     const json read = read_json(place_.folder / key / "entry.json");
@@ -204,34 +171,49 @@ std::vector<RecordingCache::Entry> RecordingCache::list() const {
   std::vector<Entry> entries;
   std::error_code none;
   for (const auto& folder : fs::directory_iterator(place_.folder, none))
-    if (const std::string key = folder.path().filename(); is_key(key)) entries.push_back(read_entry(key));
+    if (const std::string key = folder.path().filename(); is_key(key) && is_own(key))
+      entries.push_back(read_entry(key));
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::pair(a.last_used_ns, a.key) < std::pair(b.last_used_ns, b.key);
   });
   return entries;
 }
 
+std::size_t RecordingCache::others() const {
+  std::size_t n = 0;
+  std::error_code none;
+  for (const auto& folder : fs::directory_iterator(place_.folder, none))
+    if (const std::string key = folder.path().filename(); is_key(key) && !is_own(key)) ++n;
+  return n;
+}
+
 bool RecordingCache::remove_if_unused(const std::string& key) const {
-  const std::optional<FileLock> alone = lock(key, LOCK_EX | LOCK_NB);
+  const auto alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
   if (!alone) return false;
-  // Renamed atomically before it is removed, so that no entry is ever incomplete.
-  const fs::path aside = place_.folder / fmt::format(".{}.removed", key);
+  // Renamed atomically before it is removed, so that no entry is ever incomplete. The name is that of a
+  // partial folder, which the next process removes if this one is killed. An entry is removed together with
+  // its lock file: a lock on a removed file is void.
+  const fs::path aside = place_.folder / fmt::format(".{}.partial", key);
   std::error_code ignored;
-  fs::remove_all(aside, ignored);
   fs::rename(place_.folder / key, aside, ignored);
-  fs::remove_all(aside, ignored);
+  if (ignored) return false;
+  files::remove_leftovers(place_.folder);
   fs::remove(lock_file(key), ignored);
   return true;
 }
 
 RecordingCache::Cleaned RecordingCache::clean(std::uintmax_t most_bytes) const {
   Cleaned cleaned;
-  remove_orphans(place_.folder);
+  files::remove_leftovers(place_.folder);
   const std::vector<Entry> entries = list();
   std::uintmax_t total = 0;
   for (const Entry& entry : entries) total += entry.bytes;
   for (const Entry& entry : entries) {
     if (total <= most_bytes) break;
+    if (files::foreign_in(place_.folder / entry.key)) {
+      ++cleaned.foreign;
+      continue;
+    }
     if (!remove_if_unused(entry.key)) {
       ++cleaned.in_use;
       continue;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/file_error.h"
+#include "sim/files/file_lock.h"
 
 namespace sim::tune {
 
@@ -23,25 +23,12 @@ struct CachePlace {
 /// $GAITSLAM_CACHE_GB. Throws std::invalid_argument when that is no size, or none of the folders is set.
 CachePlace cache_place();
 
-/// An open lock file; closing it releases the lock.
-class FileLock {
- public:
-  explicit FileLock(int fd) : fd_(fd) {}
-  ~FileLock();
-  FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  FileLock& operator=(FileLock&&) = delete;
-  int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
 /// A recording in use: no process removes it while this object lives.
 struct CachedRecording {
   /// A result folder of the walk without a filter: recording/, about.json, scenario.yaml.
   std::filesystem::path folder;
   bool made = false;  ///< by the call that returned it
-  FileLock lock;
+  files::FileLock lock;
 };
 
 /// Holds each recording in a folder <key>/ that appears whole or not at all. Several processes may use one
@@ -70,21 +57,26 @@ class RecordingCache {
     std::int64_t last_used_ns = 0;  ///< since 1970
     bool in_use = false;
   };
-  /// All entries, the least recently used first.
+  /// All entries, the least recently used first. An entry has the cache's marker (sim/files/owned_folder.h);
+  /// what else is in the folder is not the cache's.
   std::vector<Entry> list() const;
+  /// The number of folders that are named like entries and have no marker.
+  std::size_t others() const;
 
   struct Cleaned {
     std::size_t removed = 0, in_use = 0;  ///< entries; in_use: kept only because they are in use
+    std::size_t foreign = 0;              ///< kept because files of others are in them
     std::uintmax_t bytes = 0;             ///< removed
   };
-  /// Removes the least recently used entries, never one in use, until the others take at most that much.
+  /// Removes the least recently used entries, never one in use nor one with files of others in it, until the
+  /// others take at most that much.
   Cleaned clean(std::uintmax_t most_bytes) const;
 
   const CachePlace& place() const { return place_; }
 
  private:
   std::filesystem::path lock_file(const std::string& key) const;
-  std::optional<FileLock> lock(const std::string& key, int operation) const;
+  bool is_own(const std::string& key) const;
   bool is_whole(const std::string& key, const Say& say) const;
   void make_entry(const std::string& key, const Make& make) const;
   Entry read_entry(const std::string& key) const;

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -10,6 +9,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "sim/files/durable_file.h"
 #include "sim/files/hashed_file.h"
 #include "sim/files/text.h"
 
@@ -35,6 +35,17 @@ double number(const json& value) {
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
   throw FileError(file, what + ": " + std::strerror(errno));
+}
+
+/// Waits a moment for a process that was killed and may be about to end.
+files::FileLock lock_for_writing(const fs::path& file) {
+  using files::FileLock;
+  for (int attempt = 0; attempt <= kAttempts; ++attempt) {
+    if (auto lock = FileLock::take(file, FileLock::Mode::exclusive, FileLock::IfHeld::give_up))
+      return std::move(*lock);
+    ::usleep(kPauseUs);
+  }
+  throw FileError(file, "is being written by another process");
 }
 
 /// The records of a log, and how many bytes of its text are whole lines.
@@ -99,21 +110,10 @@ std::string trial_key(std::initializer_list<std::string_view> parts) {
 }
 
 TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
-    : file_(file), fd_(::open(file.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666)) {
-  if (fd_ < 0) fail(file_, "cannot be opened");
-  try {
-    for (int attempt = 0; ::flock(fd_, LOCK_EX | LOCK_NB) != 0; ++attempt) {
-      if (attempt == kAttempts) throw FileError(file_, "is being written by another process");
-      ::usleep(kPauseUs);  // a process that was killed may be about to end
-    }
-    read(purpose);
-  } catch (...) {
-    ::close(fd_);
-    throw;
-  }
+    : file_(file), purpose_(purpose), lock_(lock_for_writing(file)), fd_(lock_.fd()) {
+  if (::fcntl(fd_, F_SETFL, O_APPEND) != 0) fail(file_, "cannot be opened");
+  read(purpose);
 }
-
-TrialLog::~TrialLog() { ::close(fd_); }
 
 void TrialLog::read(std::string_view purpose) {
   Parsed parsed = parse(file_, files::read_text(file_), purpose);
@@ -149,6 +149,13 @@ void TrialLog::add(const TrialRecord& record) {
   if (records_.contains(record.key)) return;
   append(to_line(record));
   records_.emplace(record.key, record);
+}
+
+void TrialLog::sort() {
+  const std::scoped_lock lock(mutex_);
+  std::string text = purpose_ + "\n";
+  for (const auto& [key, record] : records_) text += to_line(record) + "\n";
+  files::write_durably(file_, text);
 }
 
 std::map<std::string, TrialRecord> read_trial_log(const fs::path& file, std::string_view purpose) {

@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "sim/files/file_error.h"
+#include "sim/files/file_lock.h"
 
 namespace sim::tune {
 
@@ -41,7 +41,6 @@ class TrialLog {
   /// the log is of another purpose, a line before the last is damaged ("file:line"), another process writes
   /// it, or it cannot be written.
   TrialLog(const std::filesystem::path& file, std::string_view purpose);
-  ~TrialLog();
   TrialLog(const TrialLog&) = delete;
   TrialLog& operator=(const TrialLog&) = delete;
 
@@ -53,12 +52,18 @@ class TrialLog {
   /// record stays. Throws FileError.
   void add(const TrialRecord& record);
 
+  /// Writes the file anew with its records in order of their keys, so that it is the same whatever the order
+  /// in which they were made. To be called last. Throws FileError; then the file is as it was.
+  void sort();
+
  private:
   void read(std::string_view purpose);
   void append(std::string_view line) const;
 
   std::filesystem::path file_;
-  int fd_ = -1;
+  std::string purpose_;
+  files::FileLock lock_;
+  int fd_;
   mutable std::mutex mutex_;
   std::map<std::string, TrialRecord> records_;
 };

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/number.h"
 #include "sim/scenario/keys.h"
 #include "sim/tune/profile.h"
 #include "sim/tune/search.h"
@@ -119,8 +120,8 @@ std::string history(const Study& study) {
 
 std::string overlay(const Spec& spec, const std::vector<double>& best, const StartAndBest& holdout) {
   std::string yaml =
-      fmt::format("# Tuned by {}. On {} hold-out runs:\n#   {} {:.6g} -> {:.6g} (less is better)\n",
-                  spec.name, holdout.runs.size(), name(spec.objective),
+      fmt::format("# Tuned by {}. On {}:\n#   {} {:.6g} -> {:.6g} (less is better)\n", spec.name,
+                  files::counted(holdout.runs.size(), "hold-out run"), name(spec.objective),
                   mean_loss(holdout.start, spec.objective), mean_loss(holdout.best, spec.objective));
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Parameter& p = spec.parameters[i];
@@ -147,10 +148,10 @@ std::string result_text(const Spec& spec, const std::vector<double>& best,
                         i < profiles.size() ? interval_text(profiles[i]) : "");
   }
   for (const auto& [what, both] : {std::pair{"training", &training}, std::pair{"hold-out", &holdout}})
-    text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}  mean of {} runs, less is better\n",
+    text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}  mean of {}, less is better\n",
                         fmt::format("{} on {}", name(spec.objective), what),
                         mean_loss(both->start, spec.objective), mean_loss(both->best, spec.objective),
-                        both->runs.size());
+                        files::counted(both->runs.size(), "run"));
   return text;
 }
 
@@ -233,6 +234,7 @@ TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execut
   const Runs unseen(spec.holdout, errors_are_tuned(spec), execution);
   const StartAndBest holdout = compare(unseen, spec, found.start, found.best, log);
   const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
+  log.sort();
   files::write_durably(out / "history.csv", found.history);
   files::write_durably(out / "tune.json", tune_json(spec, found, holdout, accepted));
   if (accepted)

@@ -25,9 +25,10 @@ class Regress : public tests::CommandLine {
 
   /// The result of one seed, as a run leaves it.
   void write_result(const std::string& set, int seed, double rmse, const std::string& recording = "r",
-                    const std::string& ending = "completed") const {
+                    const std::string& ending = "completed", const std::string& changes = "") const {
     const std::string folder = fmt::format("{}/walk/seed-{}", set, seed);
-    write(folder + "/scenario.yaml", gaitslam(fmt::format("config walk.yaml seed={} --yaml", seed)).out);
+    write(folder + "/scenario.yaml",
+          gaitslam(fmt::format("config walk.yaml seed={} {} --yaml", seed, changes)).out);
     write(folder + "/about.json", fmt::format(R"({{"recording_xxh3_128": "{}"}})", recording));
     write(folder + "/timing.json", "{}");
     write(folder + "/score.json",
@@ -86,7 +87,7 @@ TEST_F(Regress, OtherRecordingsAreSaidAndCompared) {
   write_result("new", 2, 0.1101, "other");
   const Ran ran = gaitslam("regress suites/ci.yaml --results new");
   EXPECT_EQ(ran.exit_code, 0);
-  EXPECT_THAT(ran.out, HasSubstr("1 recordings differ"));
+  EXPECT_THAT(ran.out, HasSubstr("1 recording differs"));
   EXPECT_THAT(ran.out, ContainsRegex("rmse_m .* SAME"));
 }
 
@@ -148,10 +149,64 @@ TEST_F(Regress, ComparePairsBySeed) {
   EXPECT_THAT(ran.out, HasSubstr("tools/gaitslam run b/walk/seed-8/scenario.yaml"));
   EXPECT_EQ(gaitslam("compare b/walk a/walk").exit_code, 0);
   EXPECT_THAT(gaitslam("compare a b --gate rmse_m=50%").out, ContainsRegex("rmse_m .* SAME"));
-  EXPECT_THAT(gaitslam("compare a/walk/seed-1 a/walk/seed-1").out, HasSubstr("1 seeds paired"));
+  EXPECT_THAT(gaitslam("compare a/walk/seed-1 a/walk/seed-1").out, HasSubstr("1 seed paired"));
   write_results("c", 2, 8, 100);
   EXPECT_THAT(gaitslam("compare a c").out,
               AllOf(HasSubstr("no seeds in common"), ContainsRegex("rmse_m .* FAIL")));
+}
+
+TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
+  write_results("a", 1);
+  for (int seed = 1; seed <= 3; ++seed) {
+    write_result("longer", seed, 0.2, "r", "completed", "'walk.commands=[{stand: {duration_s: 2}}]'");
+    write_result("dark", seed, 0.2, "r", "completed", "--without camera,slam");
+    write_result("named", seed, 0.2, "r", "completed", "name=other");
+    write_result("tuned", seed, 0.2, "r", "completed", "slam.vision.sigma_px=3");
+  }
+  expect_refused("compare a longer", "a/walk and longer/walk: walk.commands differs");
+  expect_refused("compare a dark", "camera.");
+  expect_refused("compare dark a", "camera.");
+  expect_refused("compare a/walk/seed-1 longer/walk/seed-2",
+                 "--across compares different scenarios all the same");
+  expect_refused("compare a named", "a/walk is of the scenario walk, named/walk of other; --across");
+  EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
+  for (const char* other : {"longer", "named"}) {
+    const Ran ran = gaitslam(std::string("compare --across a ") + other);
+    EXPECT_EQ(ran.exit_code, 1) << ran.err;
+    EXPECT_THAT(ran.out, ContainsRegex("rmse_m .* FAIL"));
+  }
+  std::filesystem::create_directories(folder_ / "both");
+  std::filesystem::rename(folder_ / "a/walk", folder_ / "both/walk");
+  std::filesystem::rename(folder_ / "named/walk", folder_ / "both/other");
+  expect_refused("compare both longer", "walk.commands differs");
+  EXPECT_THAT(gaitslam("compare both both").out, HasSubstr("IDENTICAL"));
+}
+
+TEST_F(Regress, OneSeedHasNoBandAndIsWrittenInTheSingular) {
+  write_result("a", 1, 0.1);
+  write_result("b", 1, 0.2);
+  const Ran ran = gaitslam("compare a b");
+  EXPECT_THAT(ran.out, HasSubstr("walk: 1 seed paired (a test needs 8)"));
+  EXPECT_THAT(ran.out, ContainsRegex("rmse_m +0.1 +0.2 +\\+100 % +- +-  FAIL"));
+  EXPECT_THAT(ran.out, HasSubstr("1 of 1 seed worse beyond tolerance"));
+}
+
+TEST_F(Regress, AnUnderConfidentFilterIsNotBetter) {
+  for (int seed = 1; seed <= 3; ++seed)
+    for (const auto& [set, nees] : {std::pair("right", 2.69), std::pair("cautious", 0.96)}) {
+      write_result(set, seed, 0.1);
+      write(fmt::format("{}/walk/seed-{}/score.json", set, seed),
+            fmt::format(R"({{"seed": {}, "ending": "completed", "metrics": {{"nees_position_mean": )"
+                        R"({{"value": {}, "unit": "1"}}, "rmse_m": {{"value": 0.1, "unit": "m"}}}}}})",
+                        seed, nees));
+    }
+  const Ran ran = gaitslam("compare right cautious --markdown m.md");
+  EXPECT_EQ(ran.exit_code, 1) << ran.err;
+  EXPECT_THAT(ran.out, ContainsRegex("nees_position_mean +2.69 +0.96 +-64 % +- +-  FAIL"));
+  EXPECT_THAT(ran.out,
+              HasSubstr("tolerance a factor of 1.3: 3 expected, off by a factor of 1.12 before, 3.12 now"));
+  EXPECT_THAT(text_of("m.md"), HasSubstr("3 expected, off by a factor of 1.12 before, 3.12 now"));
+  EXPECT_THAT(gaitslam("compare cautious right").out, ContainsRegex("nees_position_mean .* BETTER"));
 }
 
 TEST_F(Regress, CompareRefusesWhatAreNoResults) {

@@ -28,7 +28,7 @@ class SweepTest : public tests::CommandLineWithCache {
     return all;
   }
   void expect_same_scores(const std::string& a, const std::string& b) const {
-    for (const char* file : {"/scores.csv", "/scores.jsonl"}) {
+    for (const char* file : {"/scores.csv", "/scores.jsonl", "/trials.jsonl"}) {
       EXPECT_FALSE(text_of(a + file).empty());
       EXPECT_EQ(text_of(a + file), text_of(b + file)) << a << " and " << b << file;
     }

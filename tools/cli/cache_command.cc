@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "sim/files/number.h"
 #include "sim/tune/recording_cache.h"
 #include "tools/cli/commands.h"
 
@@ -35,14 +36,22 @@ int list() {
   std::cout << fmt::format("{:.2f} of {:.2f} GB in {}\n", static_cast<double>(total) / kGigabyte,
                            static_cast<double>(cache.place().most_bytes) / kGigabyte,
                            cache.place().folder.string());
+  if (const std::size_t n = cache.others(); n > 0)
+    std::cout << fmt::format(
+        "{} there without the marker of this cache: left alone (older versions wrote none)\n",
+        sim::files::counted(n, "folder"));
   return 0;
 }
 
 int clean(double gigabytes) {
   const RecordingCache cache(sim::tune::cache_place());
   const RecordingCache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(gigabytes * kGigabyte));
-  std::cout << fmt::format("{} recordings removed, {:.2f} GB; {} kept because they are in use\n",
-                           cleaned.removed, static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.in_use);
+  std::cout << fmt::format("{} removed, {:.2f} GB; {} kept because they are in use\n",
+                           sim::files::counted(cleaned.removed, "recording"),
+                           static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.in_use);
+  if (cleaned.foreign > 0)
+    std::cout << fmt::format("{} kept because files are in it that were not made by gaitslam\n",
+                             sim::files::counted(cleaned.foreign, "recording"));
   return 0;
 }
 

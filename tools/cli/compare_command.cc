@@ -9,6 +9,7 @@
 #include "sim/regression/verdict_reports.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/evaluate.h"
+#include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/shell.h"
 #include "tools/cli/suite_run.h"
@@ -27,12 +28,14 @@ Examples:
   gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
 Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios that hold seed-<n>. Seeds that both
 have are paired and compared by the signed rank test; sets without a common seed by the rank sum test.
+Scenarios of different names or walks are refused without --across: which of them is harder says nothing of a change.
 The verdicts and exit codes are those of gaitslam regress.)";
 
 struct CompareRequest {
   fs::path before, after;
   std::vector<std::string> gates;
   std::optional<std::string> json, markdown;
+  bool across = false;
 };
 
 /// "rmse_m=10%" or "rmse_m=0.002"
@@ -81,10 +84,39 @@ regression::ScenarioVerdict judge(const regression::ResultSet* before, const reg
   return verdict;
 }
 
+/// Throws UsageError where the two have other names or other walks.
+void require_same_scenario(const regression::ResultSet& before, const regression::ResultSet& now) {
+  constexpr const char* kInsist = "--across compares different scenarios all the same";
+  if (before.results.name != now.results.name)
+    throw UsageError(fmt::format("{} is of the scenario {}, {} of {}; {}", before.folder.string(),
+                                 before.results.name, now.folder.string(), now.results.name, kInsist));
+  auto other = sim::tune::first_difference(before.scenario, now.scenario);
+  if (!other) other = sim::tune::first_difference(now.scenario, before.scenario);
+  if (other)
+    throw UsageError(fmt::format("{} and {}: {} differs, so that the walks are different scenarios; {}",
+                                 before.folder.string(), now.folder.string(), other->key, kInsist));
+}
+
+/// Throws UsageError unless what is compared are the same scenarios, and there is one in common.
+void require_comparable(const std::vector<regression::ResultSet>& before,
+                        const std::vector<regression::ResultSet>& now, const CompareRequest& request) {
+  if (before.size() == 1 && now.size() == 1) return require_same_scenario(before.front(), now.front());
+  bool any = false;
+  for (const regression::ResultSet& set : now)
+    if (const regression::ResultSet* other = find(before, set.results.name)) {
+      require_same_scenario(*other, set);
+      any = true;
+    }
+  if (!any)
+    throw UsageError(fmt::format("{} and {} have no scenario in common; --across compares them all the same",
+                                 request.before.string(), request.after.string()));
+}
+
 int compare(const CompareRequest& request) {
   const auto gates = gates_of(request);
   const auto before = regression::read_result_sets(request.before),
              now = regression::read_result_sets(request.after);
+  if (!request.across) require_comparable(before, now, request);
   regression::Comparison comparison{
       fmt::format("gaitslam compare: {} (baseline) and {} (now)", request.before.string(),
                   request.after.string()),
@@ -122,6 +154,7 @@ void add_compare(CLI::App& app, int& exit_code) {
       ->add_option("--gate", request->gates,
                    "a metric and its tolerance, as in rmse_m=10% or rmse_m=0.002; may be given several times")
       ->allow_extra_args(false);
+  command->add_flag("--across", request->across, "compare different scenarios, too");
   command->add_option("--json", request->json, "write the verdicts as JSON to a file");
   command->add_option("--markdown", request->markdown, "write a Markdown table to a file");
   command->footer(kCompareExamples);

@@ -3,15 +3,25 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <iostream>
 
+#include "sim/files/claim.h"
+#include "sim/files/durable_file.h"
+#include "sim/files/owned_folder.h"
+#include "sim/files/text.h"
 #include "sim/result/score_table.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
 namespace {
+
+namespace files = sim::files;
+
+/// Holds the identity of a command from its beginning to its end.
+constexpr const char* kUnfinished = ".unfinished";
 
 fs::path nearest_existing(const fs::path& folder) {
   std::error_code fault;
@@ -27,9 +37,19 @@ void require_folder(const fs::path& path) {
     throw UsageError(fmt::format("{}: is a file, expected a folder for results", path.string()));
 }
 
-void require_empty(const fs::path& folder) {
+/// Whether the folder has nothing in it but what a command writes before its first result, or left when it
+/// was killed.
+bool has_no_results(const fs::path& folder) {
   std::error_code fault;
-  if (fs::exists(folder, fault) && !fs::is_empty(folder, fault))
+  const auto is_trace = [](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename();
+    return name == files::kMarker || name == kUnfinished || files::is_partial(entry.path());
+  };
+  return std::all_of(fs::directory_iterator(folder, fault), {}, is_trace);
+}
+
+void require_empty(const fs::path& folder) {
+  if (!has_no_results(folder))
     throw UsageError(
         fmt::format("{}: exists already; --force replaces what the command writes there", folder.string()));
 }
@@ -41,6 +61,20 @@ int why_not_writable(const fs::path& folder) {
   return access(folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
 }
 
+bool was_interrupted(const fs::path& folder, const std::string& identity) {
+  const fs::path file = folder / kUnfinished;
+  std::error_code fault;
+  return !identity.empty() && files::has_marker(folder) &&
+         fs::is_regular_file(fs::symlink_status(file, fault)) && files::read_text(file) == identity + "\n";
+}
+
+std::string kept_text(const fs::path& path, const OutUse& use) {
+  if (use.replaces) return fmt::format("nothing was written, {} is as it was", path.string());
+  if (use.names.empty() && use.identity.empty())
+    return fmt::format("nothing is kept of this run; earlier results in {} are as they were", path.string());
+  return fmt::format("what is finished is kept in {}; the same command goes on with the rest", path.string());
+}
+
 }  // namespace
 
 void add_out(CLI::App& command, OutRequest& request) {
@@ -48,18 +82,60 @@ void add_out(CLI::App& command, OutRequest& request) {
   command.add_flag("--force", request.force, "write into a folder that exists, replacing earlier results");
 }
 
-OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, bool continues)
-    : path_(request.out ? fs::path(*request.out) : standard) {
+void require_outside(const fs::path& out, const fs::path& read) {
+  const fs::path above = fs::weakly_canonical(out), below = fs::weakly_canonical(read);
+  const auto [end, unused] = std::mismatch(above.begin(), above.end(), below.begin(), below.end());
+  if (end == above.end())
+    throw UsageError(fmt::format("{}: would be replaced, and the command reads {}; name another folder",
+                                 out.string(), read.string()));
+}
+
+void require_new_file(const fs::path& file, bool force) {
+  std::error_code fault;
+  if (fs::is_directory(file, fault))
+    throw UsageError(fmt::format("{}: is a folder, expected a file to write", file.string()));
+  if (!force && fs::exists(fs::symlink_status(file, fault)))
+    throw UsageError(fmt::format("{}: exists already; --force replaces it", file.string()));
+}
+
+OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use)
+    : path_(request.out ? fs::path(*request.out) : standard), on_interrupt_(kept_text(path_, use)) {
   require_folder(path_);
-  if (request.out && !request.force && !continues) require_empty(path_);
+  goes_on_ = was_interrupted(path_, use.identity);
+  if (request.out && !request.force && !use.continues && !goes_on_) require_empty(path_);
+  if (use.replaces) files::require_own(path_.has_filename() ? path_ : path_.parent_path());
+  for (const std::string& result : use.results) files::require_own(path_ / result);
   existing_ = nearest_existing(path_);
   if (const int why = why_not_writable(existing_); why != 0)
     throw UsageError(
         fmt::format("{}: cannot be written: {}: {}", path_.string(), existing_.string(), std::strerror(why)));
+  if (!use.names.empty() || !use.identity.empty()) begin(use);
+  if (!use.replaces) files::remove_leftovers(path_);
+}
+
+void OutFolder::begin(const OutUse& use) {
+  fs::create_directories(path_);
+  lock_ = files::FileLock::take_folder(path_);
+  if (!lock_)
+    throw UsageError(fmt::format("{}: another process is writing there: wait for it, or name another folder",
+                                 path_.string()));
+  std::vector<std::string> names = use.names;
+  if (!use.identity.empty()) names.push_back(kUnfinished);
+  files::claim(path_, names);
+  if (!use.identity.empty()) files::write_durably(path_ / kUnfinished, use.identity + "\n");
+}
+
+void OutFolder::finished() const {
+  std::error_code fault;
+  fs::remove(path_ / kUnfinished, fault);
 }
 
 OutFolder::~OutFolder() {
   std::error_code fault;
+  if (lock_ && has_no_results(path_)) {
+    fs::remove(path_ / kUnfinished, fault);
+    fs::remove(path_ / files::kMarker, fault);
+  }
   for (fs::path empty = fs::absolute(path_); empty != existing_ && empty != empty.parent_path();
        empty = empty.parent_path()) {
     if (fs::exists(empty, fault) && !fs::remove(empty, fault)) return;

@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "sim/files/file_lock.h"
 #include "sim/result/result.h"
+#include "tools/cli/interruption.h"
 
 namespace cli {
 
@@ -19,22 +22,52 @@ struct OutRequest {
 };
 void add_out(CLI::App& command, OutRequest& request);
 
-/// The folder that was asked for, or a standard one. At the end of its life it removes those folders above
-/// the results that did not exist before and are empty.
+/// What a command does with its folder.
+struct OutUse {
+  /// The folder is replaced as a whole; else results are added to it.
+  bool replaces = false;
+  /// What the command writes into the folder under names of its own; those of folders end in "/".
+  std::vector<std::string> names{};
+  /// Folders in it that are replaced one by one, as paths within it.
+  std::vector<std::string> results{};
+  /// It goes on with what it finds there, without --force.
+  bool continues = false;
+  /// Identifies a command that goes on, without --force, where the same one was interrupted; else empty.
+  std::string identity{};
+};
+
+/// Throws UsageError where replacing the folder `out` would remove `read`, which the command reads.
+void require_outside(const fs::path& out, const fs::path& read);
+/// Throws UsageError where the file exists and force is not given, or is a folder.
+void require_new_file(const fs::path& file, bool force);
+
+/// The folder that was asked for, or a standard one. Commands that write there under names of their own lock
+/// it. At the end of its life it removes those folders above the results that did not exist before and are
+/// empty.
 class OutFolder {
  public:
-  /// Creates nothing. Throws UsageError when nothing can be written below the folder (which need not exist
-  /// yet), or when --out names a folder that is not empty and --force is not given. continues: a folder that
-  /// an earlier command has begun is accepted.
-  OutFolder(const OutRequest& request, const fs::path& standard, bool continues = false);
+  /// Throws UsageError when nothing can be written below the folder (which need not exist yet), when --out
+  /// names a folder that is not empty and --force is not given, or when another process writes there;
+  /// FileError when anything would be replaced that the program did not make. Leftovers of killed processes
+  /// are removed and count for nothing.
+  OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use = {});
   ~OutFolder();
   OutFolder(const OutFolder&) = delete;
   OutFolder& operator=(const OutFolder&) = delete;
 
   const fs::path& path() const { return path_; }
+  /// Whether the same command was interrupted there.
+  bool goes_on() const { return goes_on_; }
+  /// The command has done what it was to do.
+  void finished() const;
 
  private:
+  void begin(const OutUse& use);
+
   fs::path path_, existing_;
+  bool goes_on_ = false;
+  std::optional<sim::files::FileLock> lock_;
+  OnInterrupt on_interrupt_;
 };
 
 /// Prints the score of a result folder, and what went wrong; returns the exit code.

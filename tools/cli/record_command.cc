@@ -7,6 +7,8 @@
 
 #include "sim/replay/replay.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/run_all.h"
 #include "tools/cli/live.h"
@@ -38,7 +40,7 @@ struct RecordRequest {
   scenario::Changes changes;
   fs::path models = GAITSLAM_MODELS;
   Backend backend;
-  std::optional<pid_t> parent;
+  BatchMember batch;
 };
 
 /// Prints how the walk ended; returns the exit code.
@@ -56,34 +58,38 @@ int record_one(const scenario::ReadScenario& read, const Recordings& recordings)
   return report_walk(read.scenario.seed, recordings.get(read, [&](double part) { progress.show(part); }));
 }
 
-int record_seeds(const scenario::ReadScenario& read, const RecordRequest& request,
-                 const Recordings& recordings) {
-  std::vector<scenario::Scenario> scenarios;
+int record_seeds(const scenario::ReadScenario& read, const RecordRequest& request, const Recordings& recordings) {
+  std::vector<scenario::ReadScenario> scenarios;
   for (const std::uint64_t seed : parse_seeds(*request.seeds)) {
-    scenarios.push_back(read.scenario);
-    scenarios.back().seed = seed;
+    scenarios.push_back(read);
+    scenarios.back().scenario.seed = seed;
   }
   std::vector<bool> there;
-  for (const scenario::Scenario& scenario : scenarios) there.push_back(recordings.find(scenario).has_value());
+  for (const auto& [scenario, origin] : scenarios) there.push_back(recordings.find(scenario).has_value());
   Backend backend = request.backend;
   backend.spool = recordings.place().folder / "slurm";
   backend.seconds_each = kWalkSeconds;
   const std::vector<Ended> ended = recordings.make(scenarios, backend);
   int exit_code = 0;
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
-    auto recording = recordings.find(scenarios[i]);
+    const scenario::Scenario& scenario = scenarios[i].scenario;
+    auto recording = recordings.find(scenario);
     if (recording) recording->made = !there[i];
-    if (!recording) std::cerr << fmt::format("seed {}: {}", scenarios[i].seed, ended[i].complaint);
+    if (!recording) std::cerr << fmt::format("seed {}: {}", scenario.seed, ended[i].complaint);
     exit_code = std::max(
-        exit_code, recording ? report_walk(scenarios[i].seed, *recording) : std::max(ended[i].exit_code, 2));
+        exit_code, recording ? report_walk(scenario.seed, *recording) : std::max(ended[i].exit_code, 2));
   }
   return exit_code;
 }
 
 int record(const RecordRequest& request) {
-  if (request.parent) die_with(*request.parent);
-  const scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
+  if (request.batch.parent) die_with(*request.batch.parent);
+  scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
+  if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   const Recordings recordings(request.models);
+  const OnInterrupt on_interrupt(
+      fmt::format("finished recordings are kept in {}; the same command makes the others",
+                  recordings.place().folder.string()));
   return request.seeds ? record_seeds(read, request, recordings) : record_one(read, recordings);
 }
 
@@ -97,7 +103,7 @@ void add_record(CLI::App& app, int& exit_code) {
   add_seeds(*command, request->seeds);
   add_backend_options(*command, request->backend);
   add_models(*command, request->models);
-  add_parent(*command, request->parent);
+  add_batch_member(*command, request->batch);
   command->footer(kRecordExamples);
   command->callback([request, &exit_code] { exit_code = record(*request); });
 }

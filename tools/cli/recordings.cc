@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"
 #include "sim/tune/recording_key.h"
@@ -48,16 +49,19 @@ sim::tune::CachedRecording Recordings::get(const scenario::ReadScenario& read,
   return cache_.get(key(read.scenario), walk, report_damage);
 }
 
-std::vector<Ended> Recordings::make(const std::vector<scenario::Scenario>& scenarios,
+std::vector<Ended> Recordings::make(const std::vector<scenario::ReadScenario>& scenarios,
                                     const Backend& backend) const {
   SharedFolder shared(backend);
   CommandLines lines;
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
-    if (find(scenarios[i])) continue;
-    const fs::path frozen = shared / (key(scenarios[i]) + ".yaml");
-    sim::files::write_text(frozen, scenario::to_yaml(scenarios[i]));
-    lines.push_back({"record", frozen.string(), "--models", fs::absolute(models_).string()});
+    const auto& [scenario, origin] = scenarios[i];
+    if (find(scenario)) continue;
+    const fs::path frozen = shared / (key(scenario) + ".yaml"), set_by = shared / (key(scenario) + ".json");
+    sim::files::write_text(frozen, scenario::to_yaml(scenario));
+    sim::files::write_text(set_by, nlohmann::json(origin).dump());
+    lines.push_back(
+        {"record", frozen.string(), "--models", fs::absolute(models_).string(), "--set-by", set_by.string()});
     missing.push_back(i);
   }
   if (!missing.empty()) require_simulator();

@@ -29,7 +29,7 @@ class Recordings {
 
   /// Makes each recording that is missing, and returns how its process ended; no complaint and exit code 0
   /// for a recording that existed.
-  std::vector<Ended> make(const std::vector<sim::scenario::Scenario>& scenarios,
+  std::vector<Ended> make(const std::vector<sim::scenario::ReadScenario>& scenarios,
                           const Backend& backend) const;
 
   const sim::tune::CachePlace& place() const { return cache_.place(); }

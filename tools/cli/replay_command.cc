@@ -31,7 +31,8 @@ Examples:
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
   gaitslam replay MH_01_easy --out DIR                        # a EuRoC/ASL folder recorded elsewhere
-The results go to RESULT/replay, replacing earlier ones, or to DIR. The exit codes are those of gaitslam run.)";
+The results go to RESULT/replay, replacing an earlier replay, or to DIR. A folder with anything in it that gaitslam did
+not make is never replaced. The exit codes are those of gaitslam run.)";
 
 struct ReplayRequest : OutRequest {
   fs::path result;
@@ -99,7 +100,8 @@ int replay_result(const ReplayRequest& request) {
   else if (!foreign && !request.scenario)
     keep_origin(read, request.result);
   if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to run");
-  const OutFolder out(request, request.result / "replay");
+  const OutFolder out(request, request.result / "replay", {.replaces = true});
+  require_outside(out.path(), request.result);
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());

@@ -11,6 +11,7 @@
 #include "sim/report/run_figures.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/child.h"
+#include "tools/cli/out_folder.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
@@ -79,6 +80,7 @@ void write_plots(const std::vector<report::Figure>& figures, const fs::path& fol
 }
 
 int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& request) {
+  for (const report::RunData& run : runs) require_outside(request.out, run.folder);
   sim::files::DurableFolder folder(
       request.out, request.force ? sim::files::Existing::replace : sim::files::Existing::refuse);
   for (const report::RunData& run : runs) {
@@ -93,6 +95,7 @@ int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& re
 }
 
 int make_report(const ReportRequest& request) {
+  if (request.plots.empty()) require_new_file(request.out, request.force);
   std::vector<report::RunData> runs;
   for (const fs::path& folder : result_folders(request.results)) runs.push_back(report::read_run(folder));
   if (!request.plots.empty()) return make_plots(runs, request);
@@ -112,7 +115,8 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_option("--plots", request->plots, "write pictures instead of a page: svg, png or both")
       ->delimiter(',')
       ->check(CLI::IsMember({"svg", "png"}));
-  command->add_flag("--force", request->force, "replace an existing folder of pictures");
+  command->add_flag("--force", request->force,
+                    "replace an existing file, or a folder of pictures in which all was made by gaitslam");
   command->footer(kReportExamples);
   command->callback([request, &exit_code] { exit_code = make_report(*request); });
 }

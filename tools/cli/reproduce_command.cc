@@ -13,6 +13,7 @@
 #include "sim/report/paper_rows.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/finished.h"
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
@@ -49,25 +50,15 @@ nlohmann::json about(const fs::path& result) {
                           : nlohmann::json();
 }
 
-/// Whether this program made the result: by its revision, and where the sources differ from their revision
-/// also by the times of the files.
-bool is_by_this_program(const fs::path& result, const nlohmann::json& about) {
-  if (!about.is_object() || about.value("revision", "") != kRevision) return false;
-  const bool exact = !std::string(kRevision).ends_with("+") && kRevision != std::string("unknown");
-  return exact || fs::last_write_time(result / "about.json") > fs::last_write_time("/proc/self/exe");
-}
-
 /// Whether the result is of this program, scenario and seed, and of the recording that is there now.
-bool is_done(const fs::path& result, const fs::path& recorded, scenario::Scenario scenario,
+bool is_done(const fs::path& result, const fs::path& recorded, const scenario::Scenario& scenario,
              std::uint64_t seed) {
-  const nlohmann::json made = about(result);
-  if (!fs::exists(result / "score.json") || !is_by_this_program(result, made)) return false;
-  scenario.seed = seed;
-  if (sim::files::read_text(result / "scenario.yaml") != scenario::to_yaml(scenario)) return false;
+  if (!is_finished(result, scenario, seed)) return false;
   if (recorded.empty()) return true;
-  const nlohmann::json walked = about(recorded);  // not an object before the walk was recorded
-  return walked.is_object() &&
-         walked.value("recording_xxh3_128", "") == made.value("recording_xxh3_128", "?");
+  const nlohmann::json made = about(result),
+                       walked = about(recorded);  // no object before the walk was recorded
+  return walked.is_object() && walked.contains("recording_xxh3_128") && made.contains("recording_xxh3_128") &&
+         walked["recording_xxh3_128"] == made["recording_xxh3_128"];
 }
 
 /// One experiment and where its results are.
@@ -170,7 +161,7 @@ int reproduce(const ReproduceRequest& request) {
   require_simulator();
   const std::vector<std::uint64_t> seeds = parse_seeds(request.seeds);
   const std::vector<Experiment> experiments = plan(request);
-  const OutFolder out({}, request.out);
+  const OutFolder out({}, request.out, {.names = {"index.html"}, .continues = true});
   bool all_there = true;
   {
     RemainingCost cost(experiments, seeds);

@@ -7,11 +7,15 @@
 #include <memory>
 #include <optional>
 
+#include "sim/files/number.h"
+#include "sim/regression/result_set.h"
 #include "sim/replay/replay.h"
 #include "sim/result/summary.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/finished.h"
 #include "tools/cli/jobs/batch.h"
+#include "tools/cli/jobs/earlier.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
 #include "tools/cli/options.h"
@@ -31,7 +35,9 @@ Examples:
   gaitslam run scenarios/tangent_circle.yaml
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
-Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>.
+Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>. Only what gaitslam made is
+replaced, each result when the new one is whole. With --seeds, results of other seeds there are moved to earlier-<n>,
+and after an interruption the same command goes on with the seeds that are left.
 Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, diverged or crashed. Of several seeds
 the highest.)";
 
@@ -44,6 +50,10 @@ struct RunRequest : OutRequest {
   bool cached = false;
   BatchMember batch;
 };
+
+fs::path standard_folder(const scenario::ReadScenario& read) {
+  return fs::path("results") / read.scenario.name;
+}
 
 /// Replays the recording from the cache. Writes the bytes of run_live, timing.* excepted.
 result::Outcome run_cached(const scenario::ReadScenario& read, const result::ResultPlace& place,
@@ -78,24 +88,48 @@ void print_complaints(const std::vector<SeedOutcome>& outcomes) {
     std::cerr << fmt::format("seed{} {}: {}", of.size() > 1 ? "s" : "", fmt::join(of, ", "), complaint);
 }
 
-int run_seeds(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
+void require_no_seed_typed(const RunRequest& request) {
   const bool seed_typed =
       std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
                   [](const std::string& argument) { return argument.starts_with("seed="); });
   if (seed_typed) throw UsageError("--seeds and seed= are both given, expected one of them");
-  const auto outcomes = run_batch(read.scenario, {parse_seeds(*request.seeds),
-                                                  root,
-                                                  request.models,
-                                                  {},
-                                                  read.origin,
-                                                  request.cached,
-                                                  {.jobs = request.jobs.value_or(1)}});
+}
+
+/// The score of each seed: of those that were run, and of those that were finished before.
+std::vector<result::SeedScore> read_scores(const fs::path& root, const std::vector<std::uint64_t>& seeds,
+                                           const std::vector<SeedOutcome>& outcomes) {
   std::vector<result::SeedScore> scores;
-  for (const SeedOutcome& outcome : outcomes)
-    scores.push_back(result::read_seed_score(root, outcome.seed, outcome.exit_code));
+  for (const std::uint64_t seed : seeds) {
+    const auto ran = std::find_if(outcomes.begin(), outcomes.end(),
+                                  [seed](const SeedOutcome& outcome) { return outcome.seed == seed; });
+    scores.push_back(ran == outcomes.end() ? sim::regression::read_result(root / fmt::format("seed-{}", seed))
+                                           : result::read_seed_score(root, seed, ran->exit_code));
+  }
+  return scores;
+}
+
+int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
+  require_no_seed_typed(request);
+  const std::vector<std::uint64_t> seeds = parse_seeds(*request.seeds);
+  const std::string identity =
+      identity_of_runs({scenario::to_yaml(read.scenario)}, seeds, request.cached ? "cached" : "");
+  std::vector<std::string> results;
+  for (const std::uint64_t seed : seeds) results.push_back(fmt::format("seed-{}", seed));
+  const OutFolder out(request, standard_folder(read),
+                      {.names = {"summary.json"}, .results = std::move(results), .identity = identity});
+  const fs::path& root = out.path();
+  const auto left = out.goes_on() ? unfinished(root, read.scenario, seeds) : seeds;
+  if (left.size() < seeds.size())
+    std::cout << fmt::format("{} finished before\n", sim::files::counted(seeds.size() - left.size(), "seed"));
+  const auto outcomes = run_batch(
+      read.scenario,
+      {left, root, request.models, {}, read.origin, request.cached, {.jobs = request.jobs.value_or(1)}});
+  const std::vector<result::SeedScore> scores = read_scores(root, seeds, outcomes);
+  set_aside(root, results_of_other_seeds(root, seeds));
   print_complaints(outcomes);
   const result::Summary summary = result::summarize(read.scenario, scores);
   result::write_summary(root / "summary.json", summary);
+  out.finished();
   std::cout << result::summary_table(summary) << "results in " << root.string() << '\n';
   return result::exit_code(summary);
 }
@@ -105,8 +139,10 @@ int run(const RunRequest& request) {
   require_simulator();
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
-  const OutFolder out(request, fs::path("results") / read.scenario.name);
-  return request.seeds ? run_seeds(read, request, out.path()) : run_one(read, request, out.path());
+  if (request.seeds) return run_seeds(read, request);
+  const OutFolder out(request, standard_folder(read),
+                      {.results = {fmt::format("seed-{}", read.scenario.seed)}});
+  return run_one(read, request, out.path());
 }
 
 }  // namespace

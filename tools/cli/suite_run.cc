@@ -9,7 +9,9 @@
 
 #include "sim/files/text.h"
 #include "sim/regression/result_set.h"
+#include "tools/cli/finished.h"
 #include "tools/cli/jobs/batch.h"
+#include "tools/cli/jobs/earlier.h"
 #include "tools/cli/jobs/shell.h"
 #include "tools/cli/live.h"
 #include "tools/cli/options.h"
@@ -42,20 +44,29 @@ regression::ScenarioResults read_results(const fs::path& root, const SuiteScenar
 }
 
 regression::ScenarioResults run_scenario(const SuiteRequest& request, const SuiteScenario& scenario,
-                                         const fs::path& root, const std::vector<std::uint64_t>& seeds) {
-  Batch batch{seeds, root, request.models, {}, scenario.read.origin, request.cached, request.backend};
+                                         const fs::path& root, const std::vector<std::uint64_t>& seeds,
+                                         bool goes_on) {
+  // On Slurm the job array knows what has ended.
+  const auto left =
+      goes_on && !request.backend.slurm() ? unfinished(root, scenario.read.scenario, seeds) : seeds;
+  Batch batch{left, root, request.models, {}, scenario.read.origin, request.cached, request.backend};
   batch.backend.spool = root / ".slurm";
   batch.backend.seconds_each = request.cached || request.recordings ? 3 : 15;  // CPU time
   if (request.recordings) batch.recordings = *request.recordings / scenario.read.scenario.name;
   regression::ScenarioResults results{scenario.read.scenario.name, regression::config_of(scenario.read), {}};
+  std::map<std::uint64_t, int> exit_codes;
   for (const SeedOutcome& outcome : run_batch(scenario.read.scenario, batch)) {
     if (outcome.exit_code == 2) throw UsageError(fmt::format("seed {}: {}", outcome.seed, outcome.complaint));
     if (outcome.exit_code > 1)
       std::cerr << fmt::format("{} seed {}: {}", results.name, outcome.seed, outcome.complaint);
-    const fs::path folder = root / fmt::format("seed-{}", outcome.seed);
+    exit_codes[outcome.seed] = outcome.exit_code;
+  }
+  set_aside(root, results_of_other_seeds(root, seeds));
+  for (const std::uint64_t seed : seeds) {
+    const fs::path folder = root / fmt::format("seed-{}", seed);
     results.seeds.push_back(fs::exists(folder / "score.json")
                                 ? regression::read_result(folder)
-                                : result::read_seed_score(root, outcome.seed, outcome.exit_code));
+                                : result::read_seed_score(root, seed, exit_codes[seed]));
   }
   return results;
 }
@@ -68,6 +79,22 @@ void require_recordings(const SuiteRequest& request, const SuiteRun& run) {
       if (!fs::is_directory(folder / "recording"))
         throw UsageError(fmt::format("{}: there is no recording of seed {}", folder.string(), seed));
     }
+}
+
+std::vector<std::string> results_of(const SuiteRun& run) {
+  std::vector<std::string> all;
+  for (const SuiteScenario& s : run.scenarios)
+    for (const std::uint64_t seed : run.seeds)
+      all.push_back(fmt::format("{}/seed-{}", s.read.scenario.name, seed));
+  return all;
+}
+
+std::string identity_of(const SuiteRun& run, const SuiteRequest& request) {
+  std::vector<std::string> scenarios;
+  for (const SuiteScenario& s : run.scenarios) scenarios.push_back(scenario::to_yaml(s.read.scenario));
+  return identity_of_runs(scenarios, run.seeds,
+                          fmt::format("{}\n{}", request.cached ? "cached" : "",
+                                      request.recordings ? request.recordings->string() : ""));
 }
 
 /// The command that runs one seed of a scenario as the suite does.
@@ -145,9 +172,16 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
   if (request.cached && request.recordings)
     throw UsageError("--cached and --recordings are both given, expected one of them");
   request.recordings ? require_recordings(request, run) : require_simulator();
-  const OutFolder out(request, fs::path("results") / ("regress-" + run.name));
+  const OutFolder out(request, fs::path("results") / ("regress-" + run.name),
+                      {.results = results_of(run), .identity = identity_of(run, request)});
+  if (request.recordings)
+    for (const SuiteScenario& s : run.scenarios)
+      for (const std::uint64_t seed : run.seeds)
+        require_outside(out.path() / s.read.scenario.name / fmt::format("seed-{}", seed),
+                        *request.recordings / s.read.scenario.name / fmt::format("seed-{}", seed));
   for (SuiteScenario& s : run.scenarios)
-    s.results = run_scenario(request, s, out.path() / s.read.scenario.name, run.seeds);
+    s.results = run_scenario(request, s, out.path() / s.read.scenario.name, run.seeds, out.goes_on());
+  out.finished();
 }
 
 regression::Comparison compare_with(const std::vector<regression::ScenarioResults>& baseline,

@@ -12,11 +12,13 @@
 
 #include "sim/files/durable_file.h"
 #include "sim/files/hashed_file.h"
+#include "sim/files/number.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/sweep_plan.h"
 #include "sim/tune/sweep_scores.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/slurm.h"
 #include "tools/cli/jobs/trial_parts.h"
 #include "tools/cli/live.h"
 #include "tools/cli/options.h"
@@ -73,8 +75,8 @@ std::vector<std::uint64_t> seeds_of(const SweepRequest& request, const tune::Swe
 struct Sweep {
   tune::SweepPlan plan;
   std::vector<std::string> keys, recordings;
-  std::map<std::string, scenario::Scenario> scenario_of;  ///< by recording, one of those that replay it
-  std::set<std::string> missing;                          ///< recordings that are not in the cache
+  std::map<std::string, scenario::ReadScenario> scenario_of;  ///< by recording, the first that replays it
+  std::set<std::string> missing;                              ///< recordings that are not in the cache
 };
 
 Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
@@ -82,13 +84,14 @@ Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
   Sweep sweep{tune::plan_sweep(spec, seeds_of(request, spec), request.changes), {}, {}, {}, {}};
   const std::string program = program_identity();
   for (std::size_t i = 0; i < sweep.plan.trials(); ++i) {
-    const scenario::Scenario scenario = sweep.plan.scenario(i).scenario;
+    const scenario::ReadScenario read = sweep.plan.scenario(i);
+    const scenario::Scenario& scenario = read.scenario;
     sweep.recordings.push_back(recordings.key(scenario));
     sweep.keys.push_back(tune::trial_key({program, sweep.recordings[i], scenario::to_yaml(scenario)}));
-    sweep.scenario_of.emplace(sweep.recordings[i], scenario);
+    sweep.scenario_of.emplace(sweep.recordings[i], read);
   }
-  for (const auto& [key, scenario] : sweep.scenario_of)
-    if (!recordings.find(scenario)) sweep.missing.insert(key);
+  for (const auto& [key, read] : sweep.scenario_of)
+    if (!recordings.find(read.scenario)) sweep.missing.insert(key);
   return sweep;
 }
 
@@ -104,9 +107,7 @@ std::string of_keys(const char* what, const std::vector<std::string>& keys) {
 }
 
 void announce(const Sweep& sweep) {
-  const auto n = [](std::size_t count, const char* what) {
-    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-  };
+  const auto n = sim::files::counted;
   std::cout << fmt::format("{} = {} x {}: replays{} of {}{}\n", n(sweep.plan.trials(), "trial"),
                            n(sweep.plan.configurations.size(), "configuration"),
                            n(sweep.plan.seeds.size(), "seed"), of_keys("with other", keys_that(sweep, false)),
@@ -139,12 +140,15 @@ std::string purpose(const Sweep& sweep) {
 void require_own_folder(const SweepRequest& request, const fs::path& out, const std::string& purpose) {
   const fs::path log = out / "trials.jsonl";
   if (request.force) {
-    for (const char* old : {"trials.jsonl", "parts", "slurm", "scores.csv", "scores.jsonl"})
-      fs::remove_all(out / old);
+    for (const char* old : {"trials.jsonl", "scores.csv", "scores.jsonl"}) fs::remove(out / old);
+    remove_parts(out / "parts");
+    remove_arrays(out / "slurm");
     return;
   }
   std::string first;
-  if (std::ifstream in(log); std::getline(in, first) && first != purpose)
+  std::ifstream in(log);
+  const bool whole = std::getline(in, first) && !in.eof();  // else a process was killed while it wrote it
+  if (whole && first != purpose)
     throw UsageError(fmt::format(
         "{}: is of another sweep, other scenarios or another program; --force starts again, --out "
         "names another folder",
@@ -152,7 +156,7 @@ void require_own_folder(const SweepRequest& request, const fs::path& out, const 
 }
 
 void make_recordings(const Sweep& sweep, const Recordings& recordings, const Backend& backend) {
-  std::vector<scenario::Scenario> scenarios;
+  std::vector<scenario::ReadScenario> scenarios;
   for (const std::string& key : sweep.missing) scenarios.push_back(sweep.scenario_of.at(key));
   if (scenarios.empty()) return;
   require_simulator();
@@ -202,7 +206,9 @@ int sweep(const SweepRequest& request) {
   }
   const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
   const bool begun = fs::exists((request.out ? fs::path(*request.out) : standard) / "trials.jsonl");
-  const OutFolder folder(request, standard, begun);
+  const OutFolder folder(
+      request, standard,
+      {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "parts/", "slurm/"}, .continues = begun});
   const fs::path& out = folder.path();
   require_own_folder(request, out, purpose(sweep));
   fs::create_directories(out);
@@ -210,13 +216,16 @@ int sweep(const SweepRequest& request) {
   Backend backend = request.backend;
   backend.spool = out / "slurm";
   const std::vector<tune::Task> left = tasks_left(sweep, log);
-  if (log.size() > 0) std::cout << fmt::format("{} trials were finished before\n", log.size());
+  if (log.size() > 0)
+    std::cout << fmt::format("{} {} finished before\n", sim::files::counted(log.size(), "trial"),
+                             log.size() == 1 ? "was" : "were");
   if (!left.empty()) {
     make_recordings(sweep, recordings, backend);
     run_parts(left, log, {out / "parts", purpose(sweep), request.models, "sweep " + sweep.plan.name},
               backend);
   }
-  fs::remove_all(backend.spool);
+  remove_arrays(backend.spool);
+  log.sort();
   return finish(sweep, log, out);
 }
 

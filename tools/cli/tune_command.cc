@@ -11,6 +11,7 @@
 #include "sim/tune/tuning.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/slurm.h"
 #include "tools/cli/jobs/trial_parts.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
@@ -68,23 +69,24 @@ class TuningProgress {
 std::vector<tune::CachedRecording> take_from_cache(tune::Spec& spec, const fs::path& models,
                                                    const Backend& backend) {
   std::vector<tune::RecordingSet*> cached;
-  std::vector<scenario::Scenario> scenarios;
+  std::vector<scenario::ReadScenario> scenarios;
   for (auto* side : {&spec.training, &spec.holdout})
     for (tune::RecordingSet& set : *side)
       for (const std::uint64_t seed : set.seeds) {
         cached.push_back(&set);
-        scenarios.push_back(scenario_of(set, seed).scenario);
-        scenarios.back().seed = seed;
+        scenarios.push_back(scenario_of(set, seed));
+        scenarios.back().scenario.seed = seed;
       }
   std::vector<tune::CachedRecording> all;
   if (scenarios.empty()) return all;
   const Recordings recordings(models);
   const std::vector<Ended> ended = recordings.make(scenarios, backend);
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
-    auto found = recordings.find(scenarios[i]);
+    const scenario::Scenario& scenario = scenarios[i].scenario;
+    auto found = recordings.find(scenario);
     if (!found)
-      throw UsageError(fmt::format("{} seed {} could not be recorded: {}", scenarios[i].name,
-                                   scenarios[i].seed, ended[i].complaint));
+      throw UsageError(fmt::format("{} seed {} could not be recorded: {}", scenario.name, scenario.seed,
+                                   ended[i].complaint));
     cached[i]->folders.push_back(found->folder);
     all.push_back(std::move(*found));
   }
@@ -103,7 +105,10 @@ tune::RunTasks run_on_cluster(const TuneRequest& request, const fs::path& out, c
 
 int tune_by(const TuneRequest& request) {
   tune::Spec spec = tune::read_spec(request.spec);
-  const OutFolder folder(request.out, fs::path("results") / ("tune-" + spec.name), true);
+  const OutFolder folder(
+      request.out, fs::path("results") / ("tune-" + spec.name),
+      {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "parts/", "slurm/"},
+       .continues = true});
   const fs::path& out = folder.path();
   Backend backend = request.backend;
   backend.spool = out / "slurm";
@@ -114,7 +119,7 @@ int tune_by(const TuneRequest& request) {
     result = tune::tune(spec, out, {std::max(backend.jobs, 1), run_on_cluster(request, out, backend)},
                         program_identity(), [&](const tune::Progress& at) { progress.show(at); });
   }
-  fs::remove_all(backend.spool);
+  remove_arrays(backend.spool);
   sim::files::write_durably(out / "report.html", sim::report::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <iostream>
@@ -7,6 +6,9 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "sim/files/claim.h"
+#include "sim/files/durable_file.h"
+#include "sim/files/owned_folder.h"
 #include "sim/recording/filter_input.h"
 #include "sim/scenario/scenario.h"
 #include "tools/cli/commands.h"
@@ -14,6 +16,7 @@
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
 #include "tools/cli/options.h"
+#include "tools/cli/out_folder.h"
 #include "tools/cli/video_frame.h"
 
 namespace cli {
@@ -43,8 +46,12 @@ fs::path file_of(const VideoRequest& request) {
   const fs::path file = request.out ? fs::path(*request.out) : request.result / "video.mp4";
   if (file.extension() != ".mp4" && file.extension() != ".webm")
     throw UsageError(fmt::format("--out: expected a .mp4 or .webm file, not '{}'", file.string()));
-  if (request.out && !request.force && fs::exists(file))
-    throw UsageError(fmt::format("{}: exists already; --force replaces it", file.string()));
+  if (request.out)
+    require_new_file(file, request.force);
+  else if (sim::files::has_marker(request.result) && !request.force)
+    sim::files::claim(request.result, {"video.mp4"});
+  else
+    require_new_file(file, request.force);
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   if (!fs::is_directory(folder)) throw UsageError(fmt::format("{}: no such folder", folder.string()));
   return file;
@@ -53,11 +60,7 @@ fs::path file_of(const VideoRequest& request) {
 // Encodes pictures by the program ffmpeg. The file appears, whole, when finish() is called.
 class Encoder {
  public:
-  Encoder(const fs::path& video, double rate_hz) : video_(video), rate_hz_(rate_hz) {}
-  ~Encoder() {
-    std::error_code ignored;
-    fs::remove(made_, ignored);
-  }
+  Encoder(const fs::path& video, double rate_hz) : video_(video), rate_hz_(rate_hz), partial_(video) {}
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
 
@@ -93,9 +96,10 @@ class Encoder {
     return words;
   }
 
-  fs::path video_,
-      made_ = video_.parent_path() / fmt::format(".partial-{}-{}", ::getpid(), video_.filename().string());
+  fs::path video_;
   double rate_hz_;
+  files::PartialFolder partial_;
+  fs::path made_ = partial_.path() / video_.filename();
   std::optional<FedChild> ffmpeg_;
 };
 

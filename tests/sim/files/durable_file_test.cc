@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -69,6 +70,7 @@ TEST(DurableFolder, AppearsByCommitAlone) {
             folder / "parents/too");  // a sibling: renaming never crosses file systems
   result.commit();
   EXPECT_EQ(read_text(folder / "parents/too/result/score.json"), "{}");
+  EXPECT_TRUE(has_marker(folder / "parents/too/result"));
   EXPECT_THAT(names(folder / "parents/too"), testing::ElementsAre("result"));
 }
 
@@ -80,15 +82,18 @@ TEST(DurableFolder, LeavesNothingWithoutCommit) {
 
 TEST(DurableFolder, RefusesOrReplacesWhatExists) {
   const TemporaryFolder folder;
-  fs::create_directory(folder / "result");
-  write_text(folder / "result/old", "old");
+  {
+    DurableFolder first(folder / "result");
+    write_text(first.path() / "old", "old");
+    first.commit();
+  }
   EXPECT_THAT([&] { DurableFolder refused(folder / "result"); },
               ThrowsMessage<FileError>(HasSubstr("result: exists already")));
   DurableFolder result(folder / "result/", Existing::replace);  // a trailing slash means the same folder
   write_text(result.path() / "new", "new");
   EXPECT_EQ(read_text(folder / "result/old"), "old");
   result.commit();
-  EXPECT_THAT(names(folder / "result"), testing::ElementsAre("new"));
+  EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("new", kMarker));
   EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
 }
 
@@ -173,7 +178,9 @@ TEST(DurableFolder, KilledAtEveryCallOfTheSystemIsWholeOrAsBefore) {
       }
       const std::string of = read_text(folder / "result/a");
       EXPECT_TRUE(of == "new" || (replaces && of == "old")) << "stop " << stop << ": " << of;
-      EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("a", "b", "c")) << "stop " << stop;
+      EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("a", "b", "c", kMarker))
+          << "stop " << stop;
+      EXPECT_EQ(foreign_in(folder / "result"), std::nullopt) << "stop " << stop;
       for (const char* name : {"b", "c"})
         EXPECT_EQ(read_text(folder / "result" / name), of) << "stop " << stop;
       ++(of == "new" ? after : before);
@@ -187,18 +194,59 @@ TEST(DurableFolder, KilledAtEveryCallOfTheSystemIsWholeOrAsBefore) {
   }
 }
 
-TEST(DurableFolder, OfARunningProcessIsLeftAlone) {
-  const TemporaryFolder folder;
-  const DurableFolder other(folder / "result");
-  const pid_t child = fork();
-  if (child == 0) {
-    const DurableFolder mine(folder /
-                             "result");  // same target, another process: cleans orphans, not this one
-    _exit(fs::exists(other.path()) && mine.path() != other.path() ? 0 : 1);
+// What a second process says that makes the same folder.
+std::string refusal_of_a_second(const fs::path& target) {
+  try {
+    DurableFolder(target, Existing::replace);
+  } catch (const FileError& e) {
+    return e.what();
   }
+  return "";
+}
+
+TEST(DurableFolder, ASecondProcessIsRefusedAndTheFirstOneLeftAlone) {
+  const TemporaryFolder folder;
+  DurableFolder first(folder / "result");
+  write_text(first.path() / "a", "x");
+  const pid_t second = fork();
+  if (second == 0)
+    _exit(refusal_of_a_second(folder / "result").find("is being written by another process") !=
+                  std::string::npos
+              ? 0
+              : 1);
   int status = 0;
-  waitpid(child, &status, 0);
+  waitpid(second, &status, 0);
   EXPECT_EQ(WEXITSTATUS(status), 0);
+  remove_leftovers(folder.path());
+  first.commit();
+  EXPECT_EQ(read_text(folder / "result/a"), "x");
+}
+
+// A process that took over the id of the one that was killed does not make its leftover look alive.
+TEST(DurableFolder, TheLeftoverIsKnownByItsLockAndNotByAProcessId) {
+  const TemporaryFolder folder;
+  run_and_kill([&] {
+    auto* result = new DurableFolder(folder / "result");
+    write_text(result->path() / "half", "half");
+  });
+  EXPECT_FALSE(fs::is_empty(folder.path()));
+  remove_leftovers(folder.path());
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  fs::create_directory(folder /
+                       ".result.partial-thishost-1");  // of an older version: the id of a living process
+  const DurableFolder result(folder / "result");
+}
+
+TEST(DurableFile, WhatAKilledWriterLeftDoesNotStay) {
+  const TemporaryFolder folder;
+  int left = 0;
+  for (int stop = 0; killed_at(stop, [&] { write_durably(folder / "a.json", "x"); }); ++stop) {
+    left += names(folder.path()).size() == 1 && !fs::exists(folder / "a.json");
+    write_durably(folder / "a.json", "y");
+    EXPECT_THAT(names(folder.path()), testing::ElementsAre("a.json")) << "stop " << stop;
+    fs::remove(folder / "a.json");
+  }
+  EXPECT_GT(left, 1);
 }
 
 }  // namespace

@@ -89,6 +89,33 @@ TEST(Verdict, WhichWayIsWorseIsTheMetricsOwn) {
       Verdict::same);
 }
 
+TEST(Verdict, AMetricWithAnExpectedValueIsWorseOnEitherSideOfIt) {
+  constexpr const char* kNees = "nees_position_mean";  // 3 expected
+  const auto of = [](double middle) {
+    std::vector<std::optional<double>> values;
+    for (int i = 0; i < 8; ++i) values.push_back(middle * (1 + 0.01 * i));
+    return results(values, kNees);
+  };
+  const Gate gate{kNees, 30, 0.5};
+  const auto verdict = [&](double before, double now) { return judged(of(before), of(now), gate).verdict; };
+  EXPECT_EQ(verdict(2.69, 0.96), Verdict::fail) << "under-confident";
+  EXPECT_EQ(verdict(0.96, 2.69), Verdict::better);
+  EXPECT_EQ(verdict(3, 9), Verdict::fail);
+  EXPECT_EQ(verdict(9, 3), Verdict::better);
+  EXPECT_EQ(verdict(9, 1), Verdict::same) << "as far above as below";
+  EXPECT_EQ(verdict(3, 2.5), Verdict::same);
+  EXPECT_EQ(verdict(0.3, 0.03), Verdict::fail)
+      << "0.27 is less than the absolute tolerance, and a factor of ten";
+  const MetricVerdict v = judged(of(2.69), of(0.96), gate);
+  EXPECT_THAT(v.remark, HasSubstr("3 expected, off by a factor of 1.08 before, 3.02 now"));
+  EXPECT_NEAR(*tolerated_factor(gate), 1.3, 1e-12);
+  EXPECT_FALSE(tolerated_factor(kTenPercent));
+  const ScenarioResults few = results({2.6, 2.7, 2.8}, kNees), low = results({0.9, 1.0, 1.1}, kNees);
+  EXPECT_EQ(judged(few, low, gate).verdict, Verdict::fail) << "without a test, too";
+  const ScenarioResults others = results({0.96, 0.97, 0.98, 0.99, 1.0, 1.01, 1.02, 1.03}, kNees, 101);
+  EXPECT_EQ(judged(of(2.69), others, gate).verdict, Verdict::fail) << "without seeds in common, too";
+}
+
 TEST(Verdict, FewSeedsAreJudgedOneByOne) {
   const auto with = [](std::vector<std::optional<double>> now) {
     return judged(results(kThree), results(now));
@@ -101,6 +128,7 @@ TEST(Verdict, FewSeedsAreJudgedOneByOne) {
   EXPECT_EQ(with({1.05, 1.15, 1.2}).verdict, Verdict::same);
   EXPECT_FALSE(with({1.3, 1.4, 1.5}).p);
   EXPECT_EQ(with({1.3, 1.1, 1.2}).remark, "1 of 3 seeds worse beyond tolerance, 0 better");
+  EXPECT_EQ(judged(results({1.0}), results({1.3})).remark, "1 of 1 seed worse beyond tolerance, 0 better");
 }
 
 TEST(Verdict, HolmsAdjustmentIsForTheScenariosGates) {

@@ -79,6 +79,36 @@ TEST(PaperRows, ClosingWhereThePaperFailedDiffersForItsFilterAndIsBetterForOurs)
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, Agreement::differs);
 }
 
+TEST(PaperRows, OneRunHasNoStandardDeviationAndNoRange) {
+  PaperRuns runs;
+  runs["tangent_quadrant"] = {run(1, {{"plan_drift_x_m", -0.009}})};
+  runs["tangent_circle"] = {run(1, {{"loop_closed", 1}, {"loop_landmarks", 12}})};
+  EXPECT_EQ(row(paper_rows(runs), "Tangent quadrant: drift in X").bench, "-9.0 mm");
+  EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").bench,
+            "1 of 1 closed; landmarks recognised: 12; ATE none");
+}
+
+TEST(PaperRows, TimesOnOtherComputersAreNotCompared) {
+  PaperRuns runs;
+  runs["tangent_circle"] = {run(1, {})};
+  runs["tangent_circle"][0].timing["frame_cpu_ms_median"] = 0.5;
+  const PaperRow time = row(paper_rows(runs), "CPU time of a frame, this bench's filter");
+  EXPECT_EQ(time.bench, "0.5 ms, on another computer: not comparable");
+  EXPECT_EQ(time.agreement, Agreement::none);
+}
+
+TEST(PaperPage, CountsTheRowsThatCanBeComparedAlone) {
+  PaperRuns runs;
+  runs["tangent_quadrant"] = {run(1, {{"plan_drift_x_m", -0.009}})};
+  const std::string rows = std::to_string(paper_rows(runs).size() - 1);
+  EXPECT_THAT(
+      paper_page(runs, "abc"),
+      HasSubstr(
+          "<p>1 experiment, 1 seed each. Of 1 row that can be compared, 1 agrees, 0 are better than the "
+          "paper's, <strong>0 differ</strong>. " +
+          rows + " rows cannot be compared.</p>"));
+}
+
 TEST(PaperPage, SaysWhereItDiffers) {
   PaperRuns runs;
   runs["hall_paper"] = {run(1, {{"loop_closed", 1}})};

@@ -7,11 +7,21 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "sim/files/text.h"
 
 namespace tests {
+
+/// A marker without the lines about the recording, which a replay does not have.
+inline std::string without_recording(const std::string& marker) {
+  std::string text;
+  std::istringstream lines(marker);
+  for (std::string line; std::getline(lines, line);)
+    if (!line.starts_with("recording/")) text += line + "\n";
+  return text;
+}
 
 /// Relative path -> content of every file below a folder, at any depth, but timing.* and what lies in
 /// `without`.
@@ -24,6 +34,7 @@ inline std::map<std::string, std::string> files(const std::filesystem::path& fol
         name.starts_with(without))
       continue;
     contents[name] = sim::files::read_text(entry.path());
+    if (entry.path().filename() == ".gaitslam") contents[name] = without_recording(contents[name]);
   }
   return contents;
 }

@@ -47,7 +47,7 @@ TEST_F(SummaryTest, AggregatesAreThoseOfTheSeedsThatHaveTheMetric) {
   EXPECT_EQ(s.metrics[0].over_seeds.n, 3u);
   EXPECT_EQ(s.metrics[0].over_seeds.median, 0.1);
   EXPECT_NEAR(s.metrics[0].over_seeds.mean, 0.2, 1e-16);  // rounding of the sum
-  EXPECT_NEAR(s.metrics[0].over_seeds.standard_deviation, std::sqrt(0.03),
+  EXPECT_NEAR(s.metrics[0].over_seeds.standard_deviation.value(), std::sqrt(0.03),
               1e-16);  // 0.01 + 0.01 + 0.04 over 2
   EXPECT_EQ(s.metrics[2].over_seeds.worst, -1);
 }
@@ -68,8 +68,35 @@ TEST_F(SummaryTest, WithoutALimitTheWorstIsThatOfTheMetricsDefinition) {
   };
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst("ate_se3_rmse_m", {0.1, 0.4, 0.2}), 0.4);
-  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);  // an error of either sign is bad
+  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
+  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of what is expected, against twice
+  EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
   EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
+}
+
+TEST_F(SummaryTest, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
+  const scenario::MetricLimit above{"nees_position_mean", "worst", scenario::Bound::at_most, 5},
+      below{"nees_position_mean", "worst", scenario::Bound::at_least, 1};
+  std::vector<SeedScore> seeds;
+  for (const double value : {0.2, 6.0})
+    seeds.push_back({1, "completed", 0, {{"nees_position_mean", "1", value}}});
+  const Summary summary = summarize(scenario_with({above, below}), seeds);
+  EXPECT_TRUE(summary.limits.at(0).missed());
+  EXPECT_TRUE(summary.limits.at(1).missed());
+}
+
+TEST_F(SummaryTest, OneSeedHasNoStandardDeviation) {
+  const Summary one = summarize(scenario_with({}), {seed(1, 0.1, 1)});
+  EXPECT_FALSE(one.metrics[0].over_seeds.standard_deviation);
+  fs::create_directories(root_);
+  write_summary(root_ / "summary.json", one);
+  std::ifstream in(root_ / "summary.json");
+  EXPECT_TRUE(nlohmann::json::parse(in)["metrics"]["ate_se3_rmse_m"]["sd"].is_null());
+  const std::string table = summary_table(one);
+  EXPECT_NE(table.find("walk, 1 seed\n"), table.npos) << table;
+  EXPECT_NE(table.find("0.1        0.1          -        0.1\n"), table.npos) << table;
+  EXPECT_NE(summary_table(summarize(scenario_with({}), {seed(1, 0.1, 1), seed(2, 0.1, 1)})).find("2 seeds\n"),
+            std::string::npos);
 }
 
 TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {

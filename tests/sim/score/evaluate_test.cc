@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <regex>
 #include <set>
 
 #include "tests/sim/score/square_camera.h"
@@ -386,6 +387,22 @@ TEST(Evaluate, EveryMetricHasOneDefinitionAndTheUnitOfItsName) {
       EXPECT_EQ(d.unit, "1");
     }
   }
+}
+
+// A filter whose NEES or NIS is far below what is expected is as inconsistent as one whose is far above.
+TEST(Evaluate, MetricsWithAnExpectedValueBecomeWorseOnBothSidesOfIt) {
+  const std::regex expectation("; ([0-9.]+) is expected");
+  int found = 0;
+  for (const MetricDefinition& d : metric_definitions()) {
+    std::smatch match;
+    const bool expects = std::regex_search(d.definition, match, expectation) && match[1] != "0";
+    EXPECT_EQ(d.direction.worst == Worst::farthest_from_expected, expects) << d.name;
+    if (!expects) continue;
+    EXPECT_EQ(d.direction.expected, std::stod(match[1])) << d.name;
+    ++found;
+  }
+  EXPECT_GE(found, 7);
+  EXPECT_EQ(direction_of("whatever").worst, Worst::largest);
 }
 
 }  // namespace

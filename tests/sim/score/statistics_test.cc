@@ -35,6 +35,20 @@ TEST(Statistics, SummaryTakesTheWorstThatTheMetricMeans) {
   EXPECT_EQ(summarise(values, Worst::largest).n, 3u);
   EXPECT_EQ(summarise(values, Worst::largest).median, 0.1);
   EXPECT_EQ(summarise({}, Worst::largest).n, 0u);
+  EXPECT_FALSE(summarise({7}, Worst::largest).standard_deviation);
+  EXPECT_EQ(summarise({1, 7, 12}, Direction::away_from(3)).worst, 12);
+  EXPECT_EQ(summarise({0.5, 7, 12}, Direction::away_from(3)).worst, 0.5);
+}
+
+TEST(Statistics, TheLossOfAMetricWithAnExpectedValueIsTheSameAboveAndBelow) {
+  const Direction three = Direction::away_from(3);
+  EXPECT_EQ(loss(3, three), 0);
+  EXPECT_NEAR(loss(9, three), std::log(3), 1e-15);
+  EXPECT_NEAR(loss(1, three), std::log(3), 1e-15);
+  for (const double none : {0.0, -1.0, 5e-324}) {
+    EXPECT_TRUE(std::isfinite(loss(none, three)));
+    EXPECT_GT(loss(none, three), loss(1e-300, three));
+  }
 }
 
 }  // namespace

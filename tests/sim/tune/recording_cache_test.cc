@@ -128,6 +128,23 @@ TEST_F(RecordingCacheTest, OneInUseIsNeverRemoved) {
   EXPECT_TRUE(has('a') && !has('b') && !has('c'));
 }
 
+TEST_F(RecordingCacheTest, WhatHasNoMarkerOfTheCacheIsLeftAlone) {
+  get('a'), get('b');
+  const fs::path others = cache_.place().folder / key('c');
+  fs::create_directory(others);
+  std::ofstream(others / "thesis.tex") << "mine";
+  std::ofstream(cache_.place().folder / key('b') / "notes.txt") << "mine";
+  EXPECT_EQ(cache_.list().size(), 2u);
+  EXPECT_EQ(cache_.others(), 1u);
+  const RecordingCache::Cleaned cleaned = cache_.clean(0);
+  EXPECT_EQ(cleaned.removed, 1u);
+  EXPECT_EQ(cleaned.foreign, 1u);
+  EXPECT_FALSE(has('a'));
+  EXPECT_TRUE(fs::exists(others / "thesis.tex") &&
+              fs::exists(cache_.place().folder / key('b') / "notes.txt"));
+  EXPECT_THROW(get('c'), files::FileError);
+}
+
 TEST_F(RecordingCacheTest, CleanedItHasNothingLeft) {
   get('a'), get('b');
   std::ofstream(cache_.place().folder / key('a') / "entry.json") << "{";

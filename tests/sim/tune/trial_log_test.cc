@@ -125,6 +125,20 @@ TEST(TrialLog, OneProcessAtATimeWritesIt) {
   EXPECT_THAT(complaint(folder / "trials.jsonl", "a sweep"), HasSubstr("another process"));
 }
 
+TEST(TrialLog, SortedItIsTheSameWhateverTheOrderOfItsTrials) {
+  const TemporaryFolder folder;
+  const auto text = [&](const std::string& name, std::vector<int> order) {
+    {
+      TrialLog log(folder / name, "a sweep");
+      for (const int i : order) log.add(record(i));
+      log.sort();
+    }
+    EXPECT_EQ(TrialLog(folder / name, "a sweep").size(), order.size());
+    return files::read_text(folder / name);
+  };
+  EXPECT_EQ(text("a", {1, 2, 3}), text("b", {3, 1, 2}));
+}
+
 TEST(TrialLog, ThreadsDoNotMixTheirLines) {
   const TemporaryFolder folder;
   {

@@ -1,10 +1,14 @@
 #include "tools/cli/jobs/batch.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
 
+#include "sim/files/durable_file.h"
+#include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
+#include "tools/cli/jobs/earlier.h"
 #include "tools/cli/jobs/progress.h"
 
 namespace cli {
@@ -30,6 +34,28 @@ std::vector<std::string> arguments(const Batch& batch, const fs::path& scenario,
   return line;
 }
 
+fs::path result_folder(const Batch& batch, std::uint64_t seed) {
+  return batch.root / fmt::format("seed-{}", seed);
+}
+
+/// Tells a folder from the one that replaces it: device and inode. Nothing where there is none.
+using Identity = std::optional<std::pair<dev_t, ino_t>>;
+
+Identity identity_of(const fs::path& folder) {
+  struct stat status {};
+  if (::lstat(folder.c_str(), &status) != 0) return std::nullopt;
+  return std::pair(status.st_dev, status.st_ino);
+}
+
+/// Whether the result may be of this batch though it was there when this process began: on Slurm, where the
+/// process that began the batch may have been another.
+bool is_of(const fs::path& result, sim::scenario::Scenario scenario, const Backend& backend,
+           std::uint64_t seed) {
+  if (!backend.slurm() || !fs::exists(result / "scenario.yaml")) return false;
+  scenario.seed = seed;
+  return sim::files::read_text(result / "scenario.yaml") == sim::scenario::to_yaml(scenario);
+}
+
 }  // namespace
 
 void take_origin(sim::scenario::ReadScenario& read, const fs::path& set_by) {
@@ -37,15 +63,16 @@ void take_origin(sim::scenario::ReadScenario& read, const fs::path& set_by) {
 }
 
 std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, const Batch& batch) {
+  for (const std::uint64_t seed : batch.seeds) sim::files::require_own(result_folder(batch, seed));
   SharedFolder shared(batch.backend);
   const fs::path frozen =
       shared / (scenario.name + ".yaml");  // so that later edits of the file change no queued seed
   sim::files::write_text(frozen, sim::scenario::to_yaml(scenario));
   sim::files::write_text(shared / kSetBy, nlohmann::json(batch.origin).dump());
   CommandLines lines;
+  std::vector<Identity> before;
   for (const std::uint64_t seed : batch.seeds) {
-    fs::remove_all(batch.root /
-                   fmt::format("seed-{}", seed));  // an old result must not be taken for a new one
+    before.push_back(identity_of(result_folder(batch, seed)));
     lines.push_back(arguments(batch, frozen, seed));
   }
   std::optional<ProgressLine> line;
@@ -53,7 +80,16 @@ std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, cons
   const ShowPart show = [&](double part) { line ? line->show(part) : batch.progress(part); };
   const std::vector<Ended> ended = run_all(lines, batch.backend, show);
   std::vector<SeedOutcome> outcomes;
-  for (std::size_t i = 0; i < ended.size(); ++i) outcomes.push_back({ended[i], batch.seeds[i]});
+  std::vector<std::string> not_replaced;
+  for (std::size_t i = 0; i < ended.size(); ++i) {
+    outcomes.push_back({ended[i], batch.seeds[i]});
+    const fs::path result = result_folder(batch, batch.seeds[i]);
+    if (before[i] && identity_of(result) == before[i] &&
+        !is_of(result, scenario, batch.backend, batch.seeds[i]))
+      not_replaced.push_back(result.filename());
+  }
+  set_aside(batch.root, not_replaced);
+  sim::files::remove_leftovers(batch.root);  // of processes that crashed
   return outcomes;
 }
 

@@ -27,7 +27,7 @@ struct Batch {
   ShowPart progress{};  ///< absent: a progress line on the terminal
 };
 
-/// How the process of one seed ended.
+/// How the process of one seed ended. Where it left no result, there is none: an earlier one was moved.
 struct SeedOutcome : Ended {
   std::uint64_t seed = 0;
 };
@@ -36,7 +36,9 @@ struct SeedOutcome : Ended {
 /// which key originally.
 void take_origin(sim::scenario::ReadScenario& read, const std::filesystem::path& set_by);
 
-/// Runs all seeds and returns how they ended, in the order of batch.seeds.
+/// Runs all seeds and returns how they ended, in the order of batch.seeds. An earlier result of a seed stays
+/// until the new one is whole; where its process leaves none, it is set aside (earlier.h). Throws FileError,
+/// before anything is run, where a result would replace what the program did not make.
 std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, const Batch& batch);
 
 }  // namespace cli

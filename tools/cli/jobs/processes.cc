@@ -10,8 +10,10 @@
 
 #include <cstring>
 #include <map>
+#include <string_view>
 #include <system_error>
 
+#include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "tools/cli/usage_error.h"
 
@@ -19,7 +21,9 @@ namespace cli {
 namespace {
 
 namespace fs = std::filesystem;
+using sim::files::FileLock;
 constexpr useconds_t kChildPollUs = 10'000;
+constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
 
 /// Starts this program with its standard error written to a file.
 pid_t start(const std::vector<std::string>& command_line, const fs::path& log) {
@@ -47,13 +51,37 @@ Ended ended(int status, const fs::path& log) {
           sim::files::read_text(log) + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal))};
 }
 
+/// Whether the folder was made by a TemporaryFolder of a process that has ended. One of another user is not.
+bool is_abandoned(const fs::path& folder) {
+  std::error_code fault;
+  const std::string name = folder.filename();
+  if (!name.starts_with(kTemporary.substr(0, kTemporary.find('X'))) || name.size() != kTemporary.size() ||
+      !fs::is_directory(fs::symlink_status(folder, fault)))
+    return false;
+  try {
+    return FileLock::take(folder / sim::files::kMarker, FileLock::Mode::exclusive, FileLock::IfHeld::give_up,
+                          FileLock::IfAbsent::give_up)
+        .has_value();
+  } catch (const sim::files::FileError&) {
+    return false;
+  }
+}
+
+void remove_abandoned(const fs::path& all) {
+  std::error_code fault;
+  for (const auto& entry : fs::directory_iterator(all, fault))
+    if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
+}
+
 }  // namespace
 
 TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (fs::temp_directory_path() / "gaitslam-XXXXXX").string();
+  remove_abandoned(fs::temp_directory_path());
+  std::string pattern = (fs::temp_directory_path() / kTemporary).string();
   if (mkdtemp(pattern.data()) == nullptr)
     throw UsageError(fmt::format("{}: {}", pattern, std::strerror(errno)));
   path_ = pattern;
+  lock_ = FileLock::take(path_ / sim::files::kMarker, FileLock::Mode::exclusive, FileLock::IfHeld::wait);
 }
 
 TemporaryFolder::~TemporaryFolder() {

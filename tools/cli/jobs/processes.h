@@ -5,12 +5,16 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "sim/files/file_lock.h"
+
 namespace cli {
 
-/// A new temporary folder, removed at the end of its life.
+/// A new temporary folder, removed at the end of its life. Those of processes that were killed are removed by
+/// the next one on the same machine, which knows them by the lock that nobody holds any more.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -21,6 +25,7 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+  std::optional<sim::files::FileLock> lock_;
 };
 
 /// How a process ended.

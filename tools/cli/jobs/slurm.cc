@@ -199,6 +199,15 @@ class Array {
 
 }  // namespace
 
+void remove_arrays(const fs::path& spool) {
+  std::error_code fault;
+  for (const auto& entry : fs::directory_iterator(spool, fault))
+    if (entry.path().filename().string().starts_with("array-") &&
+        fs::exists(entry.path() / "element.sh", fault))
+      fs::remove_all(entry.path(), fault);
+  fs::remove(spool, fault);
+}
+
 std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
                                 const ShowPart& show) {
   Array array(command_lines, backend);

@@ -62,13 +62,17 @@ std::size_t finished(const std::vector<fs::path>& parts) {
   return n;
 }
 
+void remove_part(const fs::path& part) {
+  for (const char* file : {".tasks", ".log", ".under_way"})
+    fs::remove(fs::path(part).replace_extension(file));
+}
+
 /// Moves the records of the parts to the log and removes the parts.
 void collect(const std::vector<fs::path>& parts, tune::TrialLog& log, const PartsPlace& place) {
   for (const fs::path& part : parts) {
     if (fs::exists(log_of(part)))
       for (const auto& [key, record] : tune::read_trial_log(log_of(part), place.purpose)) log.add(record);
-    for (const char* file : {".tasks", ".log", ".under_way"})
-      fs::remove(fs::path(part).replace_extension(file));
+    remove_part(part);
   }
 }
 
@@ -86,6 +90,12 @@ void tell_complaints(const std::vector<Ended>& ended) {
 }
 
 }  // namespace
+
+void remove_parts(const fs::path& folder) {
+  for (const fs::path& part : parts_in(folder)) remove_part(part);
+  std::error_code not_empty;
+  fs::remove(folder, not_empty);
+}
 
 void run_parts(const std::vector<tune::Task>& tasks, tune::TrialLog& log, const PartsPlace& place,
                const Backend& backend) {

@@ -24,4 +24,7 @@ struct PartsPlace {
 void run_parts(const std::vector<sim::tune::Task>& tasks, sim::tune::TrialLog& log, const PartsPlace& place,
                const Backend& backend);
 
+/// Removes the parts that an earlier call left in the folder, and the folder when nothing else is in it.
+void remove_parts(const std::filesystem::path& folder);
+
 }  // namespace cli

@@ -1,0 +1,160 @@
+// What users keep in their folders stays, whatever they ask for: a folder is replaced only if gaitslam made
+// all that is in it.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/sim/result/result_folder.h"
+#include "tests/tools/command_line.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using tests::Ran;
+
+constexpr const char* kStand = "walk: {commands: [{stand: {duration_s: 0.2}}]}\ncamera: {}\nslam: {}\n";
+const std::string kBlind = "run walk.yaml --without camera,slam ";
+
+class OwnFiles : public tests::CommandLineWithCache {
+ protected:
+  OwnFiles() { write("walk.yaml", kStand); }
+  void run(const std::string& arguments) const {
+    const Ran ran = gaitslam("run walk.yaml " + arguments);
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  }
+  /// Refused, naming this; every file in the folder keeps its bytes.
+  void expect_spared(const std::string& arguments, const std::string& folder,
+                     const std::string& named) const {
+    const auto before = tests::files(folder_ / folder);
+    EXPECT_THAT(refusal(arguments), HasSubstr(named)) << arguments;
+    EXPECT_THAT(tests::differences(before, tests::files(folder_ / folder)), IsEmpty()) << arguments;
+  }
+};
+
+TEST_F(OwnFiles, ForceEmptiesNoFolderOfTheUser) {
+  run("--out one");
+  write("home/letter.txt", "dear");
+  write("home/photos/cat.png", "meow");
+  for (const std::string command :
+       {"replay one/seed-1 --out home --force", "replay one/seed-1 --out home/ --force",
+        "export one/seed-1 --format tum --out home --force",
+        "report one/seed-1 --plots svg --out home --force"})
+    expect_spared(command, "home", "home: would be replaced with letter.txt in it");
+  fs::create_directory_symlink(folder_ / "home", folder_ / "link");
+  for (const std::string command :
+       {"replay one/seed-1 --out link --force", "export one/seed-1 --format tum --out link --force"})
+    expect_spared(command, "home", "link: is a symbolic link");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+}
+
+TEST_F(OwnFiles, ForceOverwritesNoFileThatOtherCommandsWouldWrite) {
+  for (const char* name : {"summary.json", "trials.jsonl", "scores.csv", "report.html", "index.html"})
+    write(std::string("home/") + name, "mine");
+  write("home/parts/engine.txt", "mine");
+  write("home/seed-1/diary.txt", "mine");
+  expect_spared(kBlind + "--seeds 1,2 --out home --force", "home", "home/summary.json: was not made");
+  expect_spared(kBlind + "--out home --force", "home", "home/seed-1: would be replaced with diary.txt in it");
+  const Ran sweep = gaitslam("sweep walk.yaml slam.vision.sigma_px=1,2 --out home --force");
+  EXPECT_EQ(sweep.exit_code, 2);
+  EXPECT_THAT(sweep.err, HasSubstr("home/trials.jsonl: was not made by this version of gaitslam"));
+  EXPECT_EQ(text_of("home/parts/engine.txt"), "mine");
+  fs::remove(folder_ / "home/summary.json");
+  expect_spared(kBlind + "--seeds 2,1 --out home --force", "home", "home/seed-1: would be replaced");
+}
+
+TEST_F(OwnFiles, NotesInTheFoldersOfAResultAreSpared) {
+  run("");
+  const std::string result = "results/walk/seed-1";
+  ASSERT_EQ(gaitslam("replay " + result).exit_code, 0);
+  ASSERT_EQ(gaitslam("export " + result + " --format tum").exit_code, 0);
+  EXPECT_EQ(gaitslam("replay " + result).exit_code, 0);
+  EXPECT_EQ(gaitslam("export " + result + " --format tum").exit_code, 0);
+  EXPECT_EQ(gaitslam(kBlind).exit_code, 0) << "with a replay and an export in it all is still gaitslam's";
+
+  run("");
+  ASSERT_EQ(gaitslam("replay " + result).exit_code, 0);
+  ASSERT_EQ(gaitslam("export " + result + " --format tum").exit_code, 0);
+  write(result + "/replay/notes.txt", "mine");
+  write(result + "/export/tum/notes.txt", "mine");
+  for (const std::string force : {"", " --force"}) {
+    expect_spared("replay " + result + force, "results", "replay/notes.txt: was not made by gaitslam");
+    expect_spared("export " + result + " --format tum" + force, "results", "tum/notes.txt: was not made");
+    expect_spared(kBlind + force, "results", "notes.txt: was not made by gaitslam");
+    expect_spared(kBlind + "--seeds 1,2" + force, "results", "notes.txt: was not made by gaitslam");
+  }
+  fs::remove(folder_ / result / "replay/notes.txt");
+  EXPECT_EQ(gaitslam("replay " + result).exit_code, 0);
+}
+
+TEST_F(OwnFiles, ResultsOfOlderVersionsAreRefusedWithWhatToDo) {
+  run("");
+  fs::remove(folder_ / "results/walk/seed-1/.gaitslam");
+  expect_spared(kBlind, "results", "older versions wrote none): move it away, or name another folder");
+}
+
+TEST_F(OwnFiles, WhatIsReadIsNotReplaced) {
+  run("--out one");
+  for (const std::string command : {"replay one/seed-1 --out one/seed-1 --force",
+                                    "export one/seed-1 --format tum --out one/seed-1/. --force",
+                                    "report one/seed-1 --plots svg --out one/seed-1 --force"})
+    expect_spared(command, "one", "would be replaced, and the command reads one/seed-1");
+}
+
+TEST_F(OwnFiles, AReportAsksBeforeItReplacesAFile) {
+  run("--out one");
+  write("page.html", "mine");
+  EXPECT_THAT(refusal("report one/seed-1 --out page.html"),
+              HasSubstr("page.html: exists already; --force replaces"));
+  EXPECT_EQ(text_of("page.html"), "mine");
+  EXPECT_EQ(gaitslam("report one/seed-1 --out page.html --force").exit_code, 0);
+  EXPECT_NE(text_of("page.html"), "mine");
+}
+
+TEST_F(OwnFiles, CleaningTheCacheRemovesItsOwnRecordingsAlone) {
+  ASSERT_EQ(gaitslam("record walk.yaml --seeds 1,2").exit_code, 0);
+  const std::string hash = "the cache/0123456789abcdef0123456789abcdef";
+  write(hash + "/thesis.tex", "mine");
+  write("the cache/notes.txt", "mine");
+  std::string noted;
+  for (const auto& entry : fs::directory_iterator(folder_ / "the cache"))
+    if (fs::exists(entry.path() / "entry.json")) noted = entry.path().filename();
+  write("the cache/" + noted + "/notes.txt", "mine");
+  EXPECT_THAT(gaitslam("cache list").out,
+              HasSubstr("1 folder there without the marker of this cache: left alone"));
+  const Ran clean = gaitslam("cache clean");
+  EXPECT_EQ(clean.exit_code, 0) << clean.err;
+  EXPECT_THAT(clean.out, HasSubstr("1 recording removed"));
+  EXPECT_THAT(clean.out,
+              HasSubstr("1 recording kept because files are in it that were not made by gaitslam"));
+  for (const std::string& mine :
+       {hash + "/thesis.tex", std::string("the cache/notes.txt"), "the cache/" + noted + "/notes.txt"})
+    EXPECT_EQ(text_of(mine), "mine") << mine;
+}
+
+TEST_F(OwnFiles, ARecordingIsTheSameBytesTwiceAndNamesTheScenarioAsGiven) {
+  const auto recorded = [this](const std::string& cache, const std::string& command) {
+    const Ran ran = shell("GAITSLAM_CACHE='" + cache + "' " GAITSLAM_PROGRAM " " + command);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    auto all = tests::files(folder_ / cache);
+    std::erase_if(all, [](const auto& file) { return file.first.ends_with(".lock"); });
+    return all;
+  };
+  const auto first = recorded("a", "record walk.yaml --seeds 1,2 --jobs 2"),
+             again = recorded("b", "record walk.yaml --seeds 1,2"),
+             by_runs = recorded("c", "run walk.yaml --seeds 1,2 --cached");
+  EXPECT_THAT(tests::differences(first, again), IsEmpty());
+  EXPECT_THAT(tests::differences(first, by_runs), IsEmpty());
+  int compared = 0;
+  for (const auto& [name, bytes] : first)
+    if (name.ends_with("about.json")) {
+      EXPECT_THAT(bytes, HasSubstr("\"walk.yaml:"));
+      EXPECT_THAT(bytes, Not(HasSubstr("/gaitslam-")));
+      ++compared;
+    }
+  EXPECT_EQ(compared, 2);
+}
+
+}  // namespace

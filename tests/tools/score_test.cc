@@ -1,0 +1,94 @@
+// Trajectories that cannot be scored are errors that say why, and where a line is to blame, which.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+using tests::Ran;
+
+class Score : public tests::CommandLine {
+ protected:
+  Score() { write("truth.tum", curve(30)); }
+
+  /// A line of a TUM file.
+  static std::string line(const std::string& stamp, double x, double y) {
+    return fmt::format("{} {} {} 1 0 0 0 1\n", stamp, x, y);
+  }
+  /// Ten seconds of a curve.
+  static std::string curve(double rate_hz, bool counts_frames = false) {
+    std::string text;
+    for (int i = 0; i < 10 * rate_hz; ++i) {
+      const double t = i / rate_hz;
+      text += line(counts_frames ? std::to_string(i) : fmt::format("{:.9f}", t), t, std::sin(t));
+    }
+    return text;
+  }
+  std::string all_in_one_point() const {
+    std::string text;
+    for (int i = 0; i < 300; ++i) text += line(fmt::format("{:.9f}", i / 30.0), 2, 1);
+    return text;
+  }
+};
+
+TEST_F(Score, FrameNumbersAreNoTimes) {
+  write("frames.tum", curve(30, true));
+  expect_refused(
+      "score truth.tum frames.tum",
+      "frames.tum: its stamps are whole numbers up to 299, as frame numbers are, those of truth.tum are "
+      "times over 9.967 s");
+  expect_refused("score frames.tum truth.tum", "frames.tum: its stamps are whole numbers up to 299");
+  expect_refused("score truth.tum frames.tum --align se3 --json", "frames.tum: its stamps are whole numbers");
+  write("once_a_second.tum", curve(1));
+  EXPECT_EQ(gaitslam("score truth.tum once_a_second.tum").exit_code, 0) << "these are times";
+  EXPECT_EQ(gaitslam("score frames.tum frames.tum").exit_code, 0);
+
+  std::string kitti, csv;
+  for (int i = 0; i < 300; ++i) {
+    kitti += fmt::format("1 0 0 {} 0 1 0 {} 0 0 1 1\n", i / 30.0, std::sin(i / 30.0));
+    csv += fmt::format("{},{},{},1,1,0,0,0\n", i, i / 30.0, std::sin(i / 30.0));
+  }
+  write("poses.txt", kitti);
+  write("poses.csv", csv);
+  expect_refused(
+      "score truth.tum poses.txt",
+      "poses.txt: its stamps are frame numbers, those of truth.tum are times in seconds; times.txt");
+  expect_refused("score truth.tum poses.csv", "poses.csv: its stamps are frame numbers");
+  EXPECT_EQ(gaitslam("score poses.txt poses.csv").exit_code, 0) << "both count frames";
+}
+
+TEST_F(Score, CoordinatesBeyondReasonAreNamedWithTheirLine) {
+  write("far.tum", line("0.0", 0, 0) + "0.033333333 1 1e308 1 0 0 0 1\n");
+  expect_refused("score truth.tum far.tum", "far.tum:2:15: a position of more than 1e9 m");
+  write("far.csv", "0,1,2,3,1,0,0,0\n33333333,-1e200,2,3,1,0,0,0\n");
+  expect_refused("score truth.tum far.csv", "far.csv:2:10: a position of more than 1e9 m");
+  write("far.txt", "1 0 0 0 0 1 0 0 0 0 1 1e12\n");
+  expect_refused("score truth.tum far.txt", "far.txt:1:23: a position of more than 1e9 m");
+}
+
+TEST_F(Score, PosesThatAreAllInOnePointSayNothing) {
+  write("still.tum", all_in_one_point());
+  expect_refused("score truth.tum still.tum", "still.tum: all 300 poses that were paired are in one point");
+  expect_refused("score still.tum truth.tum", "still.tum: all 300 poses that were paired are in one point");
+  expect_refused("score truth.tum still.tum --align sim3", "are in one point");
+  EXPECT_EQ(gaitslam("score truth.tum still.tum -r angle_deg").exit_code, 0)
+      << "a camera may turn on the spot";
+}
+
+TEST_F(Score, ACovarianceThatIsTooSmallGivesNoNumber) {
+  std::string text;
+  for (int i = 0; i < 300; ++i)
+    text += fmt::format("{:.9f} {} 0 1 0 0 0 1 1 0 0 1 0 1 1e-307 0 0 1e-307 0 1e-307\n", i / 30.0, i / 15.0);
+  write("sure.tum", text);
+  const Ran ran = gaitslam("score truth.tum sure.tum --json");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ran.out.find("inf"), ran.out.npos);
+  EXPECT_THAT(ran.out,
+              testing::AnyOf(HasSubstr("a value is not finite"), HasSubstr("not positive definite")));
+}
+
+}  // namespace
