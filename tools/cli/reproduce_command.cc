@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "sim/files/durable_file.h"
 #include "sim/files/text.h"
 #include "sim/report/paper_page.h"
 #include "sim/report/paper_rows.h"
+#include "sim/result/about_file.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/batch.h"
@@ -43,16 +43,17 @@ struct Request {
 
 fs::path seed_folder(const fs::path& root, std::uint64_t seed) { return root / fmt::format("seed-{}", seed); }
 
-nlohmann::json about(const fs::path& result) {
-  const fs::path file = result / "about.json";
-  return fs::exists(file) ? nlohmann::json::parse(sim::files::read_text(file), nullptr, false)
-                          : nlohmann::json();
+/// Empty where the file is missing or damaged: the run is then made again.
+sim::result::About about(const fs::path& result) try {
+  return sim::result::read_about(result / "about.json");
+} catch (const sim::files::FileError&) {
+  return {};
 }
 
 /// Whether this program made the result: by its revision, and where the sources differ from their revision
 /// also by the times of the files.
-bool is_by_this_program(const fs::path& result, const nlohmann::json& about) {
-  if (!about.is_object() || about.value("revision", "") != kRevision) return false;
+bool is_by_this_program(const fs::path& result, const sim::result::About& about) {
+  if (about.revision != kRevision) return false;
   const bool exact = !std::string(kRevision).ends_with("+") && kRevision != std::string("unknown");
   return exact || fs::last_write_time(result / "about.json") > fs::last_write_time("/proc/self/exe");
 }
@@ -60,14 +61,13 @@ bool is_by_this_program(const fs::path& result, const nlohmann::json& about) {
 /// Whether the result is of this program, scenario and seed, and of the recording that is there now.
 bool is_done(const fs::path& result, const fs::path& recorded, scenario::Scenario scenario,
              std::uint64_t seed) {
-  const nlohmann::json made = about(result);
+  const sim::result::About made = about(result);
   if (!fs::exists(result / "score.json") || !is_by_this_program(result, made)) return false;
   scenario.seed = seed;
   if (sim::files::read_text(result / "scenario.yaml") != scenario::to_yaml(scenario)) return false;
   if (recorded.empty()) return true;
-  const nlohmann::json walked = about(recorded);  // not an object before the walk was recorded
-  return walked.is_object() &&
-         walked.value("recording_xxh3_128", "") == made.value("recording_xxh3_128", "?");
+  const std::string walked = about(recorded).recording;  // empty before the walk was recorded
+  return !walked.empty() && walked == made.recording;
 }
 
 /// One experiment and where its results are.

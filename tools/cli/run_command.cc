@@ -14,6 +14,7 @@
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/recordings.h"
@@ -102,6 +103,7 @@ int run(const Request& request) {
   require_simulator();
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
+  require_models(read, request.models);
   const OutFolder out(request, fs::path("results") / read.scenario.name);
   return request.seeds ? run_seeds(read, request, out.path()) : run_one(read, request, out.path());
 }

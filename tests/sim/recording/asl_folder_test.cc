@@ -174,7 +174,7 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
       {"cam0/sensor.yaml", "0.0148655429818", "0.1148655429818", "cam0/sensor.yaml:6:3: not a pose"},
       {"cam0/sensor.yaml", "1.76187114e-05]", "1, 2]", "cam0/sensor.yaml:17:26: expected 4 numbers"},
       {"cam0/sensor.yaml", "rate_hz", "rate", "cam0/sensor.yaml: has no key rate_hz"},
-      {"cam0/sensor.yaml", "[64, 48]", "[65, 48]", "is of 64x48, mav0/cam0/sensor.yaml has 65x48"},
+      {"cam0/sensor.yaml", "[64, 48]", "[65, 48]", "is an image of 64x48, the camera's sensor.yaml has 65x48"},
       {"cam0/sensor.yaml", "45.8654", "0", "cam0/sensor.yaml: camera: focal lengths must be positive"},
       {"cam0/sensor.yaml", "-0.28340811", "-2834", "cam0/sensor.yaml: camera: its distortion coefficients"},
       {"imu0/sensor.yaml", "1.6968e-04", "-1.6968e-04", "imu0/sensor.yaml:7:26: expected 0 or a number from"},

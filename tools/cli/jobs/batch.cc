@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/progress.h"
 
@@ -33,7 +34,8 @@ std::vector<std::string> arguments(const Batch& batch, const fs::path& scenario,
 }  // namespace
 
 void take_origin(sim::scenario::ReadScenario& read, const fs::path& set_by) {
-  read.origin = nlohmann::json::parse(sim::files::read_text(set_by)).get<decltype(read.origin)>();
+  read.origin.clear();
+  for (const auto& [key, by] : sim::files::read_json(set_by).entries()) read.origin[key] = by.text();
 }
 
 std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, const Batch& batch) {
@@ -41,7 +43,7 @@ std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, cons
   const fs::path frozen =
       shared / (scenario.name + ".yaml");  // so that later edits of the file change no queued seed
   sim::files::write_text(frozen, sim::scenario::to_yaml(scenario));
-  sim::files::write_text(shared / kSetBy, nlohmann::json(batch.origin).dump());
+  sim::files::write_text(shared / kSetBy, sim::files::json_text(batch.origin));
   CommandLines lines;
   for (const std::uint64_t seed : batch.seeds) {
     fs::remove_all(batch.root /
