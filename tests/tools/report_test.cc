@@ -2,11 +2,13 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
 #include <vector>
 
+#include "tests/tools/browser.h"
 #include "tests/tools/command_line.h"
 
 namespace {
@@ -20,14 +22,7 @@ class ReportTest : public tests::CommandLine {
   ReportTest() { write("walk.yaml", tests::kShortWalk); }
   void walk(const std::string& arguments) { ASSERT_EQ(gaitslam("run walk.yaml " + arguments).exit_code, 0); }
 
-  // What the page is after its script ran. Names are resolved nowhere: what is not in the file is not there.
-  Ran opened(const std::string& page) const {
-    return shell(
-        "timeout 100 chromium --headless --no-sandbox --user-data-dir=profile --use-angle=swiftshader "
-        "--enable-unsafe-swiftshader --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr "
-        "--window-size=1200,900 --virtual-time-budget=10000 --dump-dom \"file://$PWD/" +
-        page + "\"");
-  }
+  Ran opened(const std::string& page) const { return shell(tests::browser_command(page)); }
   void expect_all_drawn(const std::string& page, int at_least) const {
     const Ran ran = opened(page);
     std::smatch figures, drawn;
@@ -141,6 +136,88 @@ TEST_F(ReportTest, SeedsOfABatchTellWhoSetTheirKeys) {
   EXPECT_THAT(text_of("many/seed-2/about.json"), HasSubstr(R"("slam.vision.sigma_px": "argument 1")"));
 }
 
+// Where a payload is to end an element, an attribute, a comment or a script: what it would run marks the page.
+constexpr std::array kPayloads{
+    R"(</title><script>document.documentElement.dataset.owned='1'</script>)",
+    R"(</script><script>document.documentElement.dataset.owned='1'</script>)",
+    R"(<!--<script>document.documentElement.dataset.owned='1'</script>)",
+    R"("><img src=x onerror="document.documentElement.dataset.owned='1'">)",
+    R"('><svg/onload=document.documentElement.dataset.owned='1'>)",
+    R"(&lt;script&gt;document.documentElement.dataset.owned='1'&lt;/script&gt;)",
+    R"(]]><iframe srcdoc="<script>parent.document.documentElement.dataset.owned='1'</script>">)",
+    R"(javascript:document.documentElement.dataset.owned='1')"};
+
+// A result that somebody else sent: every text in it that a page shows is a payload.
+TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
+  walk("--out one");
+  const auto score = nlohmann::json::parse(text_of("one/seed-1/score.json"));
+  const auto about = nlohmann::json::parse(text_of("one/seed-1/about.json"));
+  for (const std::string payload : kPayloads) {
+    auto bad_score = score, bad_about = about;
+    bad_score["scenario"] = bad_score["ending"] = payload;
+    for (auto& [name, metric] : bad_score["metrics"].items()) metric["unit"] = metric["reason"] = payload;
+    bad_score["metrics"][payload] = {{"value", 1}, {"unit", payload}};
+    bad_score["limits"] = {{{"metric", payload}, {"at_most", 1}, {"value", 1}, {"passed", true}}};
+    for (const char* key : {"program", "version", "revision", "cause"}) bad_about[key] = payload;
+    for (auto& [key, by] : bad_about["set_by"].items()) by = payload;
+    write("one/seed-1/score.json", bad_score.dump());
+    write("one/seed-1/about.json", bad_about.dump());
+    ASSERT_EQ(gaitslam("report one --out one.html").exit_code, 0) << payload;
+    const Ran ran = opened("one.html");
+    EXPECT_THAT(ran.out, Not(HasSubstr("data-owned"))) << payload;
+    EXPECT_THAT(ran.out, HasSubstr("data-drawn=")) << payload << ": the page itself is whole";
+    EXPECT_THAT(ran.err, Not(HasSubstr("CONSOLE"))) << payload << ": nothing had to be blocked";
+  }
+}
+
+// Were a text once written as it is, the browser would still run no script but the page's own.
+TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
+  walk("--out one");
+  ASSERT_EQ(gaitslam("report one --out one.html").exit_code, 0);
+  const std::string page = text_of("one.html");
+  const std::size_t body = page.find("<body>");
+  ASSERT_NE(body, page.npos);
+  for (const char* payload : {kPayloads[1], kPayloads[3], kPayloads[4], kPayloads[6]}) {
+    write("with.html", std::string(page).insert(body + 6, payload));
+    const Ran ran = opened("with.html");
+    EXPECT_THAT(ran.out, Not(HasSubstr("data-owned"))) << payload;
+    EXPECT_THAT(ran.out, HasSubstr("data-drawn=")) << payload;
+    EXPECT_THAT(ran.err, HasSubstr("Content Security Policy")) << payload;
+    std::string without_policy = page;
+    const std::size_t policy = without_policy.find("<meta http-equiv");
+    without_policy.erase(policy, without_policy.find('>', policy) + 1 - policy);
+    write("without.html", without_policy.insert(without_policy.find("<body>") + 6, payload));
+    EXPECT_THAT(opened("without.html").out, HasSubstr("data-owned")) << payload << ": it is one";
+  }
+}
+
+TEST_F(ReportTest, PicturesOutsideTheRecordingAreNotPutIntoAPage) {
+  walk("--out one");
+  write("secret.png", "secret");
+  const std::string rows = "one/seed-1/recording/mav0/cam0/data.csv";
+  const std::string names = text_of(rows);
+  const std::size_t first = names.find(',', names.find('\n')) + 1, end = names.find('\n', first);
+  write(rows, std::string(names).replace(first, end - first, "../../../../../../secret.png"));
+  EXPECT_THAT(refusal("report one --out x.html"), HasSubstr("leads out of the folder"));
+  write(rows, names);
+  const std::string picture = "one/seed-1/recording/mav0/cam0/data/" + names.substr(first, end - first);
+  std::filesystem::remove(folder_ / picture);
+  std::filesystem::create_symlink(folder_ / "secret.png", folder_ / picture);
+  EXPECT_THAT(refusal("report one --out x.html"), HasSubstr("leads out of the folder"));
+  std::filesystem::remove(folder_ / picture);
+  write(picture, "secret");
+  EXPECT_THAT(refusal("report one --out x.html"), HasSubstr("is not a PNG image"));
+}
+
+TEST_F(ReportTest, AFolderOfSeedsWithAnotherNameIsNamed) {
+  for (const char* name : {"seed-abc", "seed-", "seed-1x", "seed-99999999999999999999"}) {
+    write(std::string("many/") + name + "/score.json", "{}");
+    EXPECT_THAT(refusal("report many --out x.html"),
+                HasSubstr(std::string("many/") + name + ": expected a name seed-<n> with a whole number"));
+    std::filesystem::remove_all(folder_ / "many");
+  }
+}
+
 TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   walk("--out two");
   const auto complaint = [&](const std::string& arguments) { return refusal("report " + arguments); };
@@ -150,6 +227,10 @@ TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   EXPECT_THAT(complaint("two"), HasSubstr("--out"));
   write("two/seed-1/frames.csv", "a,b\n1\n");
   EXPECT_THAT(complaint("two --out x.html"), HasSubstr("frames.csv:2: expected 2 fields, found 1"));
+  write("two/seed-1/frames.csv", "a,a\n1,1\n");
+  EXPECT_THAT(complaint("two --out x.html"), HasSubstr("frames.csv:1: has the column 'a' twice"));
+  write("two/seed-1/score.json", R"({"scenario": 5})");
+  EXPECT_THAT(complaint("two --out x.html"), HasSubstr("score.json: scenario: expected text, found number"));
   write("two/seed-1/score.json", "{");
   EXPECT_THAT(complaint("two --out x.html"), HasSubstr("score.json: expected a JSON object"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.html"));

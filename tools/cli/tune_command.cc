@@ -102,6 +102,7 @@ tune::RunTasks run_on_cluster(const Request& request, const fs::path& out, const
 }
 
 int tune_by(const Request& request) {
+  require_usable(request.backend, request.out.out.value_or(""));
   tune::Spec spec = tune::read_spec(request.spec);
   const OutFolder folder(request.out, fs::path("results") / ("tune-" + spec.name), true);
   const fs::path& out = folder.path();

@@ -174,6 +174,8 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
       {"cam0/sensor.yaml", "0.0148655429818", "0.1148655429818", "cam0/sensor.yaml:6:3: not a pose"},
       {"cam0/sensor.yaml", "1.76187114e-05]", "1, 2]", "cam0/sensor.yaml:17:26: expected 4 numbers"},
       {"cam0/sensor.yaml", "rate_hz", "rate", "cam0/sensor.yaml: has no key rate_hz"},
+      {"cam0/sensor.yaml", "[64, 48]", "[16, 16]", "expected whole numbers from 32 to 8192"},
+      {"cam0/data.csv", "second.png", "../../../second.png", "leads out of the folder"},
       {"cam0/sensor.yaml", "[64, 48]", "[65, 48]", "is an image of 64x48, the camera's sensor.yaml has 65x48"},
       {"cam0/sensor.yaml", "45.8654", "0", "cam0/sensor.yaml: camera: focal lengths must be positive"},
       {"cam0/sensor.yaml", "-0.28340811", "-2834", "cam0/sensor.yaml: camera: its distortion coefficients"},

@@ -73,22 +73,13 @@ fs::path this_program() {
   return program;
 }
 
-/// The folder of an array has a line for each command: a word of several lines would be another command.
-void require_one_line(const std::string& word) {
-  if (word.find_first_of("\n\r") == word.npos) return;
-  std::string shown = word;
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
-  throw UsageError(fmt::format("'{}': has a line break, which the command lines of Slurm cannot have", shown));
-}
-
 std::string shell_lines(const CommandLines& lines) {
   const std::string program = shell_word(this_program().string());
   std::string text;
   for (const auto& line : lines) {
     text += program;
     for (const std::string& word : line) {
-      require_one_line(word);
+      require_usable({"slurm"}, word);
       text += " " + shell_word(word);
     }
     text += '\n';
