@@ -30,7 +30,9 @@ Json::Json(const std::filesystem::path& file, std::string_view text) {
     too_deep = too_deep || depth > kDeepest;
     return !too_deep;
   };
-  auto document = std::make_shared<Document>(file, ordered_json::parse(text, limit_depth, false));
+  auto document = std::make_shared<Document>();
+  document->file = file;
+  document->root = ordered_json::parse(text, limit_depth, false);
   if (too_deep) throw FileError(file, fmt::format("is nested deeper than {} levels", kDeepest));
   if (!document->root.is_object()) throw FileError(file, "expected a JSON object");
   value_ = &document->root;

@@ -178,6 +178,18 @@ TEST_F(Cli, AFullDiskIsNotTakenForSuccess) {
 }
 
 #if GAITSLAM_HAS_WORLD
+// A temporary folder of one page that is full; only root can mount it.
+TEST_F(Cli, AFullTemporaryFolderIsNamed) {
+  const Ran ran = shell(
+      "mkdir full && unshare -m sh -c 'mount -t tmpfs -o size=4k none full || exit 77; "
+      "head -c 4096 /dev/zero >full/page; TMPDIR=$PWD/full exec \"$0\" run \"$1\" --seeds 1,2 --out out' '" +
+      std::string(GAITSLAM_PROGRAM) + "' '" + kCircle + "' || exit $?");
+  if (ran.exit_code == 77 || ran.err.starts_with("unshare")) GTEST_SKIP() << "nothing can be mounted here";
+  EXPECT_EQ(ran.exit_code, 2) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("cannot be written: No space left on device"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
 TEST_F(Cli, RunRefusesWhatItCannotDoBeforeItSimulates) {
   const std::string run = "run '" + kCircle + "' ";
   expect_refused("run", "scenario is required");
