@@ -9,7 +9,7 @@ namespace {
 
 using std::string_view_literals::operator""sv;
 
-constexpr std::uint32_t kLargest = 1u << 30;
+constexpr std::uint32_t kMostASide = 1u << 30;
 
 std::uint32_t image_number(std::string_view bytes, std::size_t at, std::size_t count) {
   std::uint32_t n = 0;
@@ -18,7 +18,7 @@ std::uint32_t image_number(std::string_view bytes, std::size_t at, std::size_t c
 }
 
 std::optional<ImageSize> checked_size(std::uint32_t width, std::uint32_t height) {
-  if (width == 0 || height == 0 || width > kLargest || height > kLargest) return std::nullopt;
+  if (width == 0 || height == 0 || width > kMostASide || height > kMostASide) return std::nullopt;
   return ImageSize{static_cast<int>(width), static_cast<int>(height)};
 }
 

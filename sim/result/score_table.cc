@@ -15,7 +15,7 @@ namespace {
 
 using files::Json;
 
-std::string number(std::optional<double> value) {
+std::string shown(std::optional<double> value) {
   if (!value) return "-";
   return *value == std::floor(*value) && std::abs(*value) < 1e6 ? fmt::format("{:.0f}", *value)
                                                                : fmt::format("{:.4f}", *value);
@@ -34,7 +34,7 @@ std::string verdicts(const std::vector<Json>& limits, const std::string& metric)
     if (limit.at("metric").text() != metric) continue;
     const auto at_most = limit.find("at_most"), passed = limit.find("passed");
     const double bound = (at_most ? *at_most : limit.at("at_least")).number();
-    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=", number(bound),
+    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=", shown(bound),
                         verdict_word(passed ? std::optional(passed->flag()) : std::nullopt));
   }
   return text;
@@ -55,7 +55,7 @@ std::string metric_line(const std::string& name, const Json& metric, const std::
   const auto reason = metric.find("reason");
   const std::string remark = metric.at("value").is_null() && reason ? reason->text() : judged;
   std::string line = fmt::format("  {:<24}{:>12} {:<4}  {}", name,
-                                 number(metric.at("value").number_or_null()), unit(metric), remark);
+                                 shown(metric.at("value").number_or_null()), unit(metric), remark);
   line.erase(line.find_last_not_of(' ') + 1);
   return line + '\n';
 }
