@@ -67,8 +67,8 @@ std::string name_of(int command) { return "walk.commands[" + std::to_string(comm
 std::optional<std::size_t> failing_step(WalkOptions options, const IsFeasible& is_feasible) {
   const std::vector<Step> all = std::get<Steps>(options.commands.back()).list;
   for (std::size_t n = 1; n <= all.size(); ++n) {
-    std::get<Steps>(options.commands.back()).list.assign(all.begin(),
-                                                         all.begin() + static_cast<std::ptrdiff_t>(n));
+    std::get<Steps>(options.commands.back())
+        .list.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(n));
     if (!is_feasible(options)) return n - 1;
   }
   return std::nullopt;
@@ -104,11 +104,13 @@ std::vector<Exchange> exchanges_of_command(const WalkOptions& options, const IsF
   return std::visit(visit, options.commands.back());
 }
 
-std::optional<std::string> first_cause(const std::vector<Exchange>& exchanges, const IsFeasible& is_feasible) {
+std::optional<std::string> first_cause(const std::vector<Exchange>& exchanges,
+                                       const IsFeasible& is_feasible) {
   for (const Exchange& one : exchanges) {
     if (!is_feasible(one.changed)) continue;
     std::ostringstream text;
-    text << "the cause is " << one.key << " " << one.now << ", with " << one.instead << " the legs can follow";
+    text << "the cause is " << one.key << " " << one.now << ", with " << one.instead
+         << " the legs can follow";
     return text.str();
   }
   return std::nullopt;
@@ -120,8 +122,8 @@ std::string cause_of_infeasible(const WalkOptions& options, int command, const I
   WalkOptions up_to_command = options;
   up_to_command.commands.resize(static_cast<std::size_t>(command) + 1);
   std::vector<Exchange> of_walk;
-  exchange_numbers(up_to_command, "walk.", WalkOptions{}, [](WalkOptions& o) -> WalkOptions& { return o; },
-                   of_walk);
+  exchange_numbers(
+      up_to_command, "walk.", WalkOptions{}, [](WalkOptions& o) -> WalkOptions& { return o; }, of_walk);
   if (is_feasible(up_to_command)) return kNoSingleKey;  // it takes the next command, too
   if (const auto cause = first_cause(of_walk, is_feasible)) return *cause;
   const auto of_command = exchanges_of_command(up_to_command, is_feasible);

@@ -1,5 +1,5 @@
-// Values of a JSON file, read strictly: one that is missing or of another type is an error that names the file
-// and the key.
+// Values of a JSON file, read strictly: one that is missing or of another type is an error that names the
+// file and the key.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class Json {
   bool is_null() const;
   std::optional<double> number_or_null() const;
 
-  std::vector<Json> items() const;                             ///< of a list
+  std::vector<Json> items() const;                            ///< of a list
   std::vector<std::pair<std::string, Json>> entries() const;  ///< of an object, in the order of the file
 
   const nlohmann::ordered_json& value() const { return *value_; }

@@ -11,8 +11,8 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-/// Of a PNG, a JPEG or a binary PGM or PPM. Nothing where the bytes are no such file, or its header is damaged or
-/// gives more than 2^30 pixels a side.
+/// Of a PNG, a JPEG or a binary PGM or PPM. Nothing where the bytes are no such file, or its header is
+/// damaged or gives more than 2^30 pixels a side.
 std::optional<ImageSize> image_size(std::string_view bytes);
 
 }  // namespace sim::recording

@@ -13,8 +13,8 @@
 namespace sim::report {
 namespace {
 
-// Pictures are part of the page, figures bring their own styles; nothing else is loaded, and no script runs but
-// the one with this hash. Policies in a page cannot say who may show it in a frame.
+// Pictures are part of the page, figures bring their own styles; nothing else is loaded, and no script runs
+// but the one with this hash. Policies in a page cannot say who may show it in a frame.
 std::string content_security_policy(std::string_view script) {
   const std::string scripts =
       script.empty() ? "'none'" : fmt::format("'sha256-{}'", base64(files::sha256(script)));

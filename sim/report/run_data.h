@@ -37,7 +37,7 @@ struct RunData {
   std::string label;  ///< "tangent_circle, seed 1"
   std::filesystem::path folder;
   std::filesystem::path recording;  ///< its own; of a replay nothing, unless who read it knows where it is
-  nlohmann::ordered_json score;  ///< score.json, every value of the type that write_score() gives it
+  nlohmann::ordered_json score;     ///< score.json, every value of the type that write_score() gives it
   result::About about;
   std::optional<double> frame_cpu_ms_median;
   std::string scenario_yaml;

@@ -37,7 +37,10 @@ Tuning read_tuning(const fs::path& folder) {
                 json.at("objective").text(),
                 json.at("parameters").items(),
                 json.at("profiles").items(),
-                {}, {}, {}, {}};
+                {},
+                {},
+                {},
+                {}};
   if (tuning.profiles.size() > tuning.parameters.size())
     json.at("profiles").fail("has more items than there are parameters");
   for (const Json& parameter : tuning.parameters) tuning.keys.push_back(parameter.at("key").text());
@@ -261,8 +264,7 @@ std::string tune_page(const fs::path& folder) {
           "<h2>Figures</h2>\n<div class='plots'>\n";
   for (const Figure& figure : figures(t))
     html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.name),
-                        escaped(figure.title),
-                        to_svg(figure, kWidth, kHeight));
+                        escaped(figure.title), to_svg(figure, kWidth, kHeight));
   return html + "</div>\n" + kHtmlEnd;
 }
 

@@ -18,7 +18,7 @@ using files::Json;
 std::string shown(std::optional<double> value) {
   if (!value) return "-";
   return *value == std::floor(*value) && std::abs(*value) < 1e6 ? fmt::format("{:.0f}", *value)
-                                                               : fmt::format("{:.4f}", *value);
+                                                                : fmt::format("{:.4f}", *value);
 }
 
 // Empty for a count or a ratio.
@@ -54,8 +54,8 @@ bool is_substitute(const Json& metrics, const std::string& name) {
 std::string metric_line(const std::string& name, const Json& metric, const std::string& judged) {
   const auto reason = metric.find("reason");
   const std::string remark = metric.at("value").is_null() && reason ? reason->text() : judged;
-  std::string line = fmt::format("  {:<24}{:>12} {:<4}  {}", name,
-                                 shown(metric.at("value").number_or_null()), unit(metric), remark);
+  std::string line = fmt::format("  {:<24}{:>12} {:<4}  {}", name, shown(metric.at("value").number_or_null()),
+                                 unit(metric), remark);
   line.erase(line.find_last_not_of(' ') + 1);
   return line + '\n';
 }

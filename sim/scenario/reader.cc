@@ -16,7 +16,7 @@ namespace sim::scenario {
 namespace {
 
 constexpr const char* kArgument = "<argument>";
-constexpr int kMostBases = 100;           // a few files that name each other often would be read without end
+constexpr int kMostBases = 100;        // a few files that name each other often would be read without end
 constexpr const char* kBase = "base";  // no key of the table: it sets nothing by itself
 
 /// The parts that can follow `section` ("" for the top): "walk" -> {"single_support_s", ...}.

@@ -47,7 +47,7 @@ class ScenarioReader {
 
   std::vector<std::filesystem::path> open_files_;  // each but the first is a base of the one before
   int bases_read_ = 0;
-  std::map<std::string, std::string> given_;       // keys of the file at hand, and where
+  std::map<std::string, std::string> given_;  // keys of the file at hand, and where
 };
 
 }  // namespace sim::scenario

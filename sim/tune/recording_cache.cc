@@ -210,8 +210,8 @@ RecordingCache::Entry RecordingCache::read_entry(const std::string& key) const {
   const std::int64_t last_used = last_change_ns(lock_file(key));
   try {
     const files::Json read = files::read_json(place_.folder / key / "entry.json");
-    return {key,       read.at("scenario").text(), read.at("seed").whole(), read.at("bytes").whole(),
-            last_used, in_use};
+    return {key,   read.at("scenario").text(), read.at("seed").whole(), read.at("bytes").whole(), last_used,
+            in_use};
   } catch (const FileError&) {
     return {key, "(damaged)", 0, size_of(place_.folder / key), last_used, in_use};
   }

@@ -45,8 +45,7 @@ TaskFile read_tasks(const std::filesystem::path& file) {
   if (!std::getline(in, tasks.purpose)) throw files::FileError(file, "cannot be read");
   for (std::string line; std::getline(in, line);) {
     const files::Json task(fmt::format("{}:{}", file.string(), tasks.tasks.size() + 2), line);
-    tasks.tasks.push_back(
-        {task.at("key").text(), task.at("scenario").text(), task.at("recording").text()});
+    tasks.tasks.push_back({task.at("key").text(), task.at("scenario").text(), task.at("recording").text()});
   }
   return tasks;
 }

@@ -35,8 +35,8 @@ inline std::filesystem::path file(const std::string& name, std::string_view text
   return path;
 }
 
-/// Whatever the input holds, it is read or refused with a message; any other exception ends the target. Returns
-/// true where it was read.
+/// Whatever the input holds, it is read or refused with a message; any other exception ends the target.
+/// Returns true where it was read.
 template <class Read>
 bool read_or_refuse(const Read& read) {
   try {

@@ -1,8 +1,7 @@
 // An image of a recording: what is decoded has the size that was asked for.
-#include "sim/recording/image_file.h"
-
 #include <opencv2/imgcodecs.hpp>
 
+#include "sim/recording/image_file.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

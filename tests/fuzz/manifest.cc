@@ -1,5 +1,6 @@
 // The list of a recording's files. None outside of the folder is opened, whatever the list says.
 #include "sim/recording/manifest.h"
+
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
-// A recording of the program's own, of which one file is the input and the manifest says so; the input's first
-// byte says which file.
+// A recording of the program's own, of which one file is the input and the manifest says so; the input's
+// first byte says which file.
 #include "sim/recording/recording.h"
 
 #include <map>
@@ -55,7 +55,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto changed = std::next(whole.begin(), data[0] % static_cast<std::ptrdiff_t>(whole.size()));
   const std::string_view content = fuzz::text_of(data + 1, size - 1);
   std::string manifest = "#xxh3_128,bytes,path\n";
-  for (const auto& [name, text] : whole) manifest += manifest_row(name, name == changed->first ? content : text);
+  for (const auto& [name, text] : whole)
+    manifest += manifest_row(name, name == changed->first ? content : text);
   fuzz::file("recording/manifest.csv", manifest);
   fuzz::file("recording/" + changed->first, content);
   fuzz::read_or_refuse([] {

@@ -1,5 +1,6 @@
 // A scenario's YAML: what is read is printed, and read back as the same.
 #include "sim/scenario/scenario.h"
+
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

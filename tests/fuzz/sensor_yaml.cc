@@ -1,5 +1,6 @@
 // The sensor.yaml of cameras, IMUs, plans and mountings, ours and others'.
 #include "sim/recording/sensor_yaml.h"
+
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

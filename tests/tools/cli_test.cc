@@ -82,19 +82,23 @@ TEST_F(Cli, JsonOfAnotherTypeIsRefusedWithFileAndKey) {
 }
 
 TEST_F(Cli, SeedsWithoutEndAreRefused) {
-  const std::string text = "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\nholdout: "
-                           "[{scenario: '" + kCircle + "', seeds: 1}]\ntraining: [{scenario: '" + kCircle + "', seeds: ";
+  const std::string text =
+      "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\nholdout: "
+      "[{scenario: '" +
+      kCircle + "', seeds: 1}]\ntraining: [{scenario: '" + kCircle + "', seeds: ";
   for (const char* seeds : {"1..18446744073709551615", "0..18446744073709551615", "1..100001"}) {
     write("spec.yaml", text + seeds + "}]\n");
     expect_refused("tune spec.yaml", "seeds: more than 100000 seeds");
-    expect_refused("sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1 --seeds " + seeds, "more than 100000 seeds");
+    expect_refused("sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1 --seeds " + seeds,
+                   "more than 100000 seeds");
   }
 }
 
 // What cannot be one line of the file that a job array reads is refused before anything is made.
 TEST_F(Cli, ALineBreakInAFolderForSlurmIsRefused) {
-  expect_refused("sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm --out \"$(printf 'a\\nb')\"",
-                 "has a line break");
+  expect_refused(
+      "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm --out \"$(printf 'a\\nb')\"",
+      "has a line break");
 }
 
 TEST_F(Cli, FilesThatAreNotScenariosAreRefused) {

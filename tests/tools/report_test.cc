@@ -136,7 +136,8 @@ TEST_F(ReportTest, SeedsOfABatchTellWhoSetTheirKeys) {
   EXPECT_THAT(text_of("many/seed-2/about.json"), HasSubstr(R"("slam.vision.sigma_px": "argument 1")"));
 }
 
-// Where a payload is to end an element, an attribute, a comment or a script: what it would run marks the page.
+// Where a payload is to end an element, an attribute, a comment or a script: what it would run marks the
+// page.
 constexpr std::array kPayloads{
     R"(</title><script>document.documentElement.dataset.owned='1'</script>)",
     R"(</script><script>document.documentElement.dataset.owned='1'</script>)",

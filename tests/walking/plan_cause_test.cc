@@ -32,13 +32,15 @@ WalkOptions walk_of(const Command& command) {
 TEST(PlanCause, IsTheLengthOfTheStepsWhereThatIsTooLong) {
   WalkOptions options = walk_of(Straight{2, 0});
   options.step_length_m = 0.4;
-  EXPECT_THAT(refusal_of(options), EndsWith("the cause is walk.step_length_m 0.4, with 0.15 the legs can follow"));
+  EXPECT_THAT(refusal_of(options),
+              EndsWith("the cause is walk.step_length_m 0.4, with 0.15 the legs can follow"));
 }
 
 TEST(PlanCause, IsTheKeyOfTheWalkThatThrowsTheBodyAside) {
   WalkOptions options = walk_of(Straight{0, 1});
   options.com_height_m = 0.3;
-  EXPECT_THAT(refusal_of(options), EndsWith("the cause is walk.com_height_m 0.3, with 0.814 the legs can follow"));
+  EXPECT_THAT(refusal_of(options),
+              EndsWith("the cause is walk.com_height_m 0.3, with 0.814 the legs can follow"));
   options = walk_of(Straight{0, 1});
   options.preview_s = 0.1;
   EXPECT_THAT(refusal_of(options), HasSubstr("the cause is walk.preview_s 0.1, with 1.6"));

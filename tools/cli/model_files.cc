@@ -19,7 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 namespace scenario = sim::scenario;
 
-/// The models of a folder by their names: a robot has actuators; a room has none and is part of no other model.
+/// The models of a folder by their names: a robot has actuators; a room has none and is part of no other
+/// model.
 struct ModelNames {
   std::set<std::string> robots, rooms;
 };
@@ -50,10 +51,10 @@ void require_model(const scenario::ReadScenario& read, const std::string& key, c
   if (known.contains(name)) return;
   const auto set_by = read.origin.find(key);
   const std::vector<std::string_view> candidates(known.begin(), known.end());
-  throw scenario::ConfigError(fmt::format(
-      "{}: {}: is '{}', expected one of {}{}",
-      set_by == read.origin.end() ? read.scenario.name : set_by->second, key, name, fmt::join(known, ", "),
-      scenario::did_you_mean(name, candidates)));
+  throw scenario::ConfigError(fmt::format("{}: {}: is '{}', expected one of {}{}",
+                                          set_by == read.origin.end() ? read.scenario.name : set_by->second,
+                                          key, name, fmt::join(known, ", "),
+                                          scenario::did_you_mean(name, candidates)));
 }
 
 }  // namespace

@@ -48,9 +48,10 @@ std::vector<fs::path> seeds_in(const fs::path& folder) {
     if (!name.starts_with(kSeed) || !is_result(entry.path())) continue;
     const auto seed = sim::files::parse_number<std::uint64_t>(std::string_view(name).substr(kSeed.size()));
     if (!seed)
-      throw UsageError(fmt::format("{}: expected a name seed-<n> with a whole number; a result of another name "
-                                   "is reported by naming its folder",
-                                   entry.path().string()));
+      throw UsageError(
+          fmt::format("{}: expected a name seed-<n> with a whole number; a result of another name "
+                      "is reported by naming its folder",
+                      entry.path().string()));
     seeds.push_back({*seed, entry.path()});
   }
   std::sort(seeds.begin(), seeds.end());

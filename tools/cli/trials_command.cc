@@ -100,9 +100,8 @@ void run_tasks(const TrialsRequest& request) {
   for (const tune::Task& task : file.tasks) {
     if (log.find(task.key)) continue;
     const Running before = read_running(request.tasks);
-    sim::files::write_text(
-        running_file(request.tasks),
-        fmt::format("{} {}\n", task.key, before.key == task.key ? before.attempt + 1 : 1));
+    sim::files::write_text(running_file(request.tasks),
+                           fmt::format("{} {}\n", task.key, before.key == task.key ? before.attempt + 1 : 1));
     log.add(runner.run(task));
   }
 }

@@ -36,7 +36,8 @@ TEST_F(InnerFile, NamesInTheFolderAreTaken) {
 }
 
 TEST_F(InnerFile, NamesThatLeadOutAreRefused) {
-  for (const char* name : {"", "../secret.txt", "below/../../secret.txt", "below/..", "/etc/passwd", "//etc/passwd"})
+  for (const char* name :
+       {"", "../secret.txt", "below/../../secret.txt", "below/..", "/etc/passwd", "//etc/passwd"})
     expect_refused(name);
   expect_refused(std::string("a\0b", 3));
 }

@@ -47,8 +47,7 @@ TEST(Json, AnotherTypeIsNamedWithFileAndKey) {
             "a.json: n: expected a whole number from 0, found number");
   EXPECT_EQ(says([](const Json& j) { j.at("f").whole(); }),
             "a.json: f: expected a whole number from 0, found number");
-  EXPECT_EQ(says([](const Json& j) { j.at("f").flag(); }),
-            "a.json: f: expected true or false, found number");
+  EXPECT_EQ(says([](const Json& j) { j.at("f").flag(); }), "a.json: f: expected true or false, found number");
   EXPECT_EQ(says([](const Json& j) { j.at("o").items(); }), "a.json: o: expected a list, found object");
   EXPECT_EQ(says([](const Json& j) { j.at("t").entries(); }), "a.json: t: expected an object, found string");
 }

@@ -31,7 +31,8 @@ std::string png_of_size(std::uint32_t width, std::uint32_t height) {
 }
 
 TEST(ImageSize, IsThatOfTheDecodedImage) {
-  for (const char* ending : {".png", ".jpg", ".pgm"}) EXPECT_EQ(image_size(encoded(ending)), (ImageSize{48, 35})) << ending;
+  for (const char* ending : {".png", ".jpg", ".pgm"})
+    EXPECT_EQ(image_size(encoded(ending)), (ImageSize{48, 35})) << ending;
   EXPECT_EQ(image_size(encoded(".ppm", CV_8UC3)), (ImageSize{48, 35}));
   EXPECT_EQ(image_size("P5 # a remark 7 8\n 48 # another\n35 255\n"), (ImageSize{48, 35}));
   EXPECT_FALSE(image_size(encoded(".bmp")));
@@ -58,16 +59,23 @@ TEST(DecodeImage, KindsThatOtherProgramsWriteAreDecoded) {
 // The message names the size of the header, which no decoder has got to.
 TEST(DecodeImage, AnotherSizeIsRefusedByTheHeader) {
   for (const std::uint32_t side : {12000u, 60000u})
-    EXPECT_THAT([&] { decode_image("big.png", png_of_size(side, side), {320, 240}, cv::IMREAD_GRAYSCALE); },
-                ThrowsMessage<files::FileError>(
-                    HasSubstr("big.png: is an image of " + std::to_string(side) + "x" + std::to_string(side) +
-                              ", the camera's sensor.yaml has 320x240")));
-  EXPECT_THAT([] { decode_image("a.png", png_of_size(0xffffffff, 1), {320, 240}, cv::IMREAD_GRAYSCALE); },
-              ThrowsMessage<files::FileError>(HasSubstr("cannot be read as an image")));
+    EXPECT_THAT(
+        [&] {
+          decode_image("big.png", png_of_size(side, side), {320, 240}, cv::IMREAD_GRAYSCALE);
+        },
+        ThrowsMessage<files::FileError>(HasSubstr("big.png: is an image of " + std::to_string(side) + "x" +
+                                                  std::to_string(side) +
+                                                  ", the camera's sensor.yaml has 320x240")));
+  EXPECT_THAT(
+      [] {
+        decode_image("a.png", png_of_size(0xffffffff, 1), {320, 240}, cv::IMREAD_GRAYSCALE);
+      },
+      ThrowsMessage<files::FileError>(HasSubstr("cannot be read as an image")));
 }
 
 TEST(DecodeImage, WhatIsNoImageIsRefused) {
-  for (const std::string& bytes : {std::string("no image"), encoded(".png").substr(0, 60), encoded(".jpg").substr(0, 20), encoded(".bmp")})
+  for (const std::string& bytes : {std::string("no image"), encoded(".png").substr(0, 60),
+                                   encoded(".jpg").substr(0, 20), encoded(".bmp")})
     EXPECT_THROW(decode_image("a", bytes, {48, 35}, cv::IMREAD_GRAYSCALE), files::FileError);
 }
 

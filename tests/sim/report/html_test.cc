@@ -64,16 +64,29 @@ class ReceivedTuning : public testing::Test {
   ReceivedTuning() {
     const nlohmann::json sides{{"start", {1, 2}}, {"best", {1, nullptr}}};
     nlohmann::json side{{"runs", {kPayload, kPayload}}};
-    for (const char* name : {kPayload, "nees_position_mean", "nees_orientation_mean"}) side["values"][name] = sides;
+    for (const char* name : {kPayload, "nees_position_mean", "nees_orientation_mean"})
+      side["values"][name] = sides;
     tuning_ = {{"accepted", true},
                {"name", kPayload},
                {"objective", kPayload},
                {"parameters",
-                {{{"key", kPayload}, {"unit", kPayload}, {"from", 1}, {"to", 2}, {"scale", "log"}, {"start", 1}, {"best", 2}}}},
+                {{{"key", kPayload},
+                  {"unit", kPayload},
+                  {"from", 1},
+                  {"to", 2},
+                  {"scale", "log"},
+                  {"start", 1},
+                  {"best", 2}}}},
                {"training", side},
                {"holdout", side},
                {"profiles",
-                {{{"key", kPayload}, {"at", {1, 2}}, {"rises", {0, 1}}, {"threshold", 0.5}, {"low", 1}, {"high", nullptr}, {"identifiable", false}}}}};
+                {{{"key", kPayload},
+                  {"at", {1, 2}},
+                  {"rises", {0, 1}},
+                  {"threshold", 0.5},
+                  {"low", 1},
+                  {"high", nullptr},
+                  {"identifiable", false}}}}};
   }
   std::string page() const {
     std::ofstream(folder_ / "tune.json") << tuning_.dump();
@@ -104,9 +117,12 @@ TEST_F(ReceivedTuning, AnotherTypeIsNamedWithItsKey) {
     }
     return "";
   };
-  EXPECT_THAT(complaint({{"accepted", 1}}), HasSubstr("tune.json: accepted: expected true or false, found number"));
-  EXPECT_THAT(complaint({{"parameters", 5}}), HasSubstr("tune.json: parameters: expected a list, found number"));
-  EXPECT_THAT(complaint({{"holdout", {{"runs", nlohmann::json::array()}}}}), HasSubstr("holdout.runs: is empty"));
+  EXPECT_THAT(complaint({{"accepted", 1}}),
+              HasSubstr("tune.json: accepted: expected true or false, found number"));
+  EXPECT_THAT(complaint({{"parameters", 5}}),
+              HasSubstr("tune.json: parameters: expected a list, found number"));
+  EXPECT_THAT(complaint({{"holdout", {{"runs", nlohmann::json::array()}}}}),
+              HasSubstr("holdout.runs: is empty"));
   EXPECT_THAT(complaint({{"profiles", {{{"key", "a"}}, {{"key", "b"}}}}}),
               HasSubstr("profiles: has more items than there are parameters"));
 }

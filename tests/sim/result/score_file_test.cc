@@ -44,17 +44,19 @@ TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
   struct Fault {
     const char *from, *to, *complaint;
   };
-  for (const Fault& f : {Fault{"\"walk\"", "1", "scenario: expected text, found number"},
-                         {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
-                         {"\"completed\"", "[]", "ending: expected text, found array"},
-                         {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
-                         {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
-                         {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
-                         {"\"at_most\": 0.5", "\"at_most\": {}", "limits[0].at_most: expected a number, found object"},
-                         {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
-                         {"true", "1", "limits[0].passed: expected true or false, found number"},
-                         {"[{", "{\"a\": [{", "score.json: expected a JSON object"}})
-    EXPECT_THAT([&] { table(f.from, f.to); }, ThrowsMessage<files::FileError>(HasSubstr(f.complaint))) << f.to;
+  for (const Fault& f :
+       {Fault{"\"walk\"", "1", "scenario: expected text, found number"},
+        {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
+        {"\"completed\"", "[]", "ending: expected text, found array"},
+        {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
+        {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
+        {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
+        {"\"at_most\": 0.5", "\"at_most\": {}", "limits[0].at_most: expected a number, found object"},
+        {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
+        {"true", "1", "limits[0].passed: expected true or false, found number"},
+        {"[{", "{\"a\": [{", "score.json: expected a JSON object"}})
+    EXPECT_THAT([&] { table(f.from, f.to); }, ThrowsMessage<files::FileError>(HasSubstr(f.complaint)))
+        << f.to;
 }
 
 TEST_F(ScoreFile, ATimingOfAnotherTypeIsNamedWithItsKey) {

@@ -1,9 +1,8 @@
 #include "tools/cli/jobs/backend.h"
 
-#include <CLI/CLI.hpp>
-
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "tools/cli/usage_error.h"
@@ -15,7 +14,8 @@ void require_usable(const Backend& backend, const std::string& folder) {
   std::string shown = folder;
   std::replace_if(
       shown.begin(), shown.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
-  throw UsageError(fmt::format("--out '{}': has a line break, which command lines of Slurm cannot have", shown));
+  throw UsageError(
+      fmt::format("--out '{}': has a line break, which command lines of Slurm cannot have", shown));
 }
 
 void add_backend_options(CLI::App& command, Backend& backend) {
