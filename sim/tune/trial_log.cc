@@ -80,7 +80,7 @@ std::string to_line(const TrialRecord& record) {
   nlohmann::ordered_json line{{"key", record.key}, {"seed", record.seed}, {"ending", record.ending}};
   if (!record.cause.empty()) line["cause"] = record.cause;
   line["values"] = values;
-  return line.dump(-1, ' ', false, json::error_handler_t::replace);
+  return files::json_text(line);
 }
 
 std::optional<TrialRecord> from_line(std::string_view line) {
