@@ -28,7 +28,7 @@ TEST_F(AboutFile, WhatIsLeftOutIsEmpty) {
   EXPECT_EQ(about.seed, 3u);
   EXPECT_EQ(about.set_by.at("seed"), "argument 1");
   EXPECT_EQ(about.program, "");
-  EXPECT_THAT([&] { read("{}"), read_about_of_walk(folder_ / "about.json"); },
+  EXPECT_THAT(([&] { read("{}"), read_about_of_walk(folder_ / "about.json"); }),
               ThrowsMessage<files::FileError>(HasSubstr("about.json: walk_ending: is missing")));
 }
 
@@ -40,7 +40,7 @@ TEST_F(AboutFile, AnotherTypeIsNamedWithItsKey) {
         {R"({"set_by": {"seed": 1}})", "about.json: set_by.seed: expected text, found number"},
         {R"({"recording_xxh3_128": {}})", "about.json: recording_xxh3_128: expected text, found object"},
         {"[]", "about.json: expected a JSON object"}})
-    EXPECT_THAT([&, file = text] { read(file); }, ThrowsMessage<files::FileError>(HasSubstr(complaint)));
+    EXPECT_THAT(([&, file = text] { read(file); }), ThrowsMessage<files::FileError>(HasSubstr(complaint)));
 }
 
 }  // namespace
