@@ -47,7 +47,7 @@ TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
 }
 
 TEST_F(Cli, OptionsThatAreWrongAreRefusedWithTheNearest) {
-  expect_refused("run '" + kCircle + "' --sedes 1..3", "--sedes 1..3; did you mean '--seeds'?");
+  expect_refused("run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?");
   expect_refused("report x --ouf=y", "; did you mean '--out'?");
   EXPECT_THAT(refusal("config '" + kCircle + "' --frobnicate"), testing::Not(HasSubstr("did you mean")));
 }

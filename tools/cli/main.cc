@@ -92,10 +92,8 @@ int run_program(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
-  } catch (const CLI::ExtrasError& e) {
-    return fail_with(fmt::format("gaitslam: {}{} (gaitslam --help)", e.what(), suggested_option(app)), 2);
   } catch (const CLI::ParseError& e) {
-    return fail_with(fmt::format("gaitslam: {} (gaitslam --help)", e.what()), 2);
+    return fail_with(fmt::format("gaitslam: {}{} (gaitslam --help)", e.what(), suggested_option(app)), 2);
   }
   return exit_code;
 }
