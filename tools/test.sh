@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds everything and runs the tests: tools/test.sh [--long] [PRESET [ctest options]].
-# PRESET is release, ci, dev, asan or no-world; --long adds the tests labelled so: whole walks over several seeds.
+# PRESET is release, ci, dev, asan, tsan or no-world; --long adds the tests labelled so: whole walks over several seeds.
 set -eu
 labels="-LE long"
 if [ "${1:-}" = --long ]; then

@@ -11,6 +11,7 @@
 #include "walking/arm_swing.h"
 #include "walking/hrp2.h"
 #include "walking/leg_limits.h"
+#include "walking/plan_cause.h"
 #include "walking/preview_control.h"
 #include "walking/second_preview.h"
 #include "walking/swing_foot.h"
@@ -36,15 +37,21 @@ Reference at_rest(Reference reference) {
   return reference;
 }
 
-/// Plays the whole plan. Throws std::invalid_argument where it is beyond the legs.
-void require_feasible_legs(PatternGenerator plan) {
+/// Where the legs cannot follow a plan.
+struct LegFault {
+  int command = 0;
+  double t_s = 0;
+  std::string obstacle;
+};
+
+/// Plays the plan up to its first instant that is beyond the legs.
+std::optional<LegFault> leg_fault(PatternGenerator plan) {
   for (std::size_t k = 0; k < plan.ticks(); ++k) {
     const Reference r = plan.next();
-    const auto obstacle = leg_obstacle(inverse_kinematics(posture_of(r)));
-    if (!obstacle) continue;
-    throw std::invalid_argument("walk.commands[" + std::to_string(r.command) + "]: at " +
-                                std::to_string(r.t_s) + " s " + *obstacle + "; shorten walk.step_length_m");
+    if (const auto obstacle = leg_obstacle(inverse_kinematics(posture_of(r))))
+      return LegFault{r.command, r.t_s, *obstacle};
   }
+  return std::nullopt;
 }
 
 /// The cart-table follows the ZMP reference; waist and feet follow from it and from the footsteps.
@@ -150,12 +157,18 @@ struct PatternGenerator::State {
 };
 
 PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model) {
-  const Timeline timeline(options, kStart, kZmpInFoot);
-  const CartTable cart(options.com_height_m);
-  const PreviewGains gains = preview_gains(cart, static_cast<int>(std::lround(options.preview_s / kPeriod)));
-  const auto start = [&] { return std::make_unique<State>(options, timeline, cart, gains, model); };
-  require_feasible_legs(PatternGenerator(start()));
-  state_ = start();
+  const auto start = [&](const WalkOptions& of) {
+    const Timeline timeline(of, kStart, kZmpInFoot);
+    const CartTable cart(of.com_height_m);
+    const PreviewGains gains = preview_gains(cart, static_cast<int>(std::lround(of.preview_s / kPeriod)));
+    return std::make_unique<State>(of, timeline, cart, gains, model);
+  };
+  const auto is_feasible = [&](const WalkOptions& of) { return !leg_fault(PatternGenerator(start(of))); };
+  if (const auto fault = leg_fault(PatternGenerator(start(options))))
+    throw std::invalid_argument("walk.commands[" + std::to_string(fault->command) + "]: at " +
+                                std::to_string(fault->t_s) + " s " + fault->obstacle + "; " +
+                                cause_of_infeasible(options, fault->command, is_feasible));
+  state_ = start(options);
 }
 PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::move(state)) {}
 PatternGenerator::~PatternGenerator() = default;

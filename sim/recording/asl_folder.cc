@@ -6,11 +6,12 @@
 #include <array>
 #include <opencv2/imgcodecs.hpp>
 
+#include "sim/files/inner_file.h"
 #include "sim/files/text.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/plan_row.h"
 #include "sim/recording/recording_format.h"
 #include "sim/recording/stamped_rows.h"
-#include "slam/camera.h"
 
 namespace sim::recording {
 namespace {
@@ -21,13 +22,6 @@ using namespace recording_format;
 constexpr slam::Stamp kLongestGap{
     100'000'000};  // between true poses that are interpolated, and between readings that join
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt"};
-
-// Empty where the file is not an image, or one larger than OpenCV reads.
-cv::Mat grey_image(const fs::path& file) try {
-  return cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-} catch (const cv::Exception&) {
-  return {};
-}
 
 StampedRows rows_of(const fs::path& file, std::size_t least_columns) {
   return StampedRows(files::CsvReader(file, least_columns));
@@ -93,20 +87,10 @@ Eigen::Matrix3d upright(const fs::path& imu_rows, const Eigen::Matrix3d& R_CG) {
   return Eigen::Quaterniond::FromTwoVectors(R_CG * sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
-// Throws FileError also where the filter refuses the camera.
-void read_camera(const fs::path& file, RecordingSetup& setup) {
-  read_camera_yaml(file, files::read_text(file), setup);
-  try {
-    slam::Camera{setup.calibration.camera};
-  } catch (const std::invalid_argument& error) {
-    throw files::FileError(file, error.what());
-  }
-}
-
 AslSensors read_sensors(const fs::path& folder) {
   AslSensors sensors;
   RecordingSetup& setup = sensors.setup;
-  read_camera(folder / kCameraSensor, setup);
+  read_camera_yaml(folder / kCameraSensor, files::read_text(folder / kCameraSensor), setup);
   const MountedImu imu = read_mounted_imu(folder / kImuSensor, files::read_text(folder / kImuSensor));
   setup.imu_rate_hz = imu.rate_hz;
   sensors.noise = imu.noise;
@@ -175,15 +159,10 @@ struct AslFolder::Files {
   std::optional<StampedRows> plan;
 
   cv::Mat image() const {
-    const fs::path file = folder / kCameraFolder / std::string(camera.row().text(1));
-    if (!fs::exists(file)) camera.row().fail(1, "no such image: " + file.string());
-    const cv::Mat image = grey_image(file);
+    const fs::path file = files::inner_file(folder / kCameraFolder, camera.row().text(1));
+    if (!fs::is_regular_file(file)) camera.row().fail(1, "no such image: " + file.string());
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
-    if (image.empty()) throw files::FileError(file, "cannot be read as an image");
-    if (image.cols != size.width_px || image.rows != size.height_px)
-      throw files::FileError(file, fmt::format("is of {}x{}, {} has {}x{}", image.cols, image.rows,
-                                               kCameraSensor, size.width_px, size.height_px));
-    return image;
+    return decode_image(file, files::read_text(file), {size.width_px, size.height_px}, cv::IMREAD_GRAYSCALE);
   }
 };
 

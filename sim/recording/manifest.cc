@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "sim/files/csv.h"
+#include "sim/files/inner_file.h"
 
 namespace sim::recording {
 namespace {
@@ -56,6 +57,7 @@ Manifest::Manifest(const fs::path& folder) : folder_(folder) {
   while (rows.next()) {
     if (rows.text(0).size() != 32) rows.fail(0, "expected a hash of 32 hexadecimal digits");
     if (rows.integer(1) < 0) rows.fail(1, "a size below zero");
+    files::inner_file(folder, rows.text(2));
     const Entry entry{static_cast<std::uint64_t>(rows.integer(1)), std::string(rows.text(0))};
     if (!entries_.emplace(rows.text(2), entry).second) rows.fail(2, "this file is listed twice");
   }

@@ -30,7 +30,8 @@ class ManifestWriter {
 /// A folder's `manifest.csv`, and the checks against it.
 class Manifest {
  public:
-  /// Throws FileError: no manifest (the recording was never finished), or one that cannot be read.
+  /// Throws FileError: no manifest (the recording was never finished), one that cannot be read, or one that
+  /// lists a file outside the folder, be it by a link.
   explicit Manifest(const std::filesystem::path& folder);
 
   /// Every listed file is there and has its size (contents are not read). Throws FileError naming the first

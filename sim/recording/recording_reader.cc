@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/recording/grey_png.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/plan_row.h"
 #include "sim/recording/recording.h"
@@ -67,13 +67,6 @@ std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
   return surfaces;
 }
 
-// Images that other programs wrote may be of a kind that only OpenCV decodes.
-cv::Mat decoded_png(const std::string& png) {
-  if (auto grey = decode_grey_png(png)) return *grey;
-  const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
-  return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-}
-
 }  // namespace
 
 struct RecordingReader::Files {
@@ -99,11 +92,10 @@ struct RecordingReader::Files {
 
   cv::Mat image(std::string_view name) const {
     const std::string path = kCameraFolder + std::string(name), png = manifest.read(path);
-    const cv::Mat decoded = decoded_png(png);
-    const slam::CameraIntrinsics& size = setup.calibration.camera;
-    if (decoded.type() != CV_8UC1 || decoded.cols != size.width_px || decoded.rows != size.height_px)
-      throw files::FileError(
-          folder / path, fmt::format("is not an 8-bit grey image of {}x{}", size.width_px, size.height_px));
+    const slam::CameraIntrinsics& camera_model = setup.calibration.camera;
+    const cv::Mat decoded = decode_image(folder / path, png, {camera_model.width_px, camera_model.height_px},
+                                         cv::IMREAD_UNCHANGED);
+    if (decoded.type() != CV_8UC1) throw files::FileError(folder / path, "is not an 8-bit grey image");
     return decoded;
   }
 

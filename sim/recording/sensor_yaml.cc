@@ -5,14 +5,17 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <stdexcept>
 
 #include "sim/files/number.h"
+#include "slam/camera.h"
 
 namespace sim::recording {
 namespace {
 
 // OpenCV's reader requires this directive on the first line; yaml-cpp does not know its version.
 constexpr const char* kDirective = "%YAML:1.0";
+constexpr int kLeastSide = 32, kLargestSide = 8192;  // px of a camera: its images fit into memory
 constexpr const char *kOneParameter = "one-parameter-radial", *kRadialTangential = "radial-tangential",
                      *kEquidistant = "equidistant";
 
@@ -136,6 +139,13 @@ slam::Lens read_lens(const Yaml& yaml) {
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
 }
 
+// Throws FileError where the filter refuses the camera.
+void require_usable(const std::filesystem::path& file, const slam::CameraIntrinsics& camera) try {
+  slam::Camera{camera};
+} catch (const std::invalid_argument& error) {
+  throw files::FileError(file, error.what());
+}
+
 }  // namespace
 
 std::string camera_yaml(const RecordingSetup& setup) {
@@ -182,14 +192,16 @@ void read_camera_yaml(const std::filesystem::path& file, const std::string& text
   const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
              intrinsics = yaml.numbers(yaml.at("intrinsics"), 4);
   for (const double side : resolution)
-    if (side < 1 || side > 100000 || side != std::floor(side))
-      yaml.fail(yaml.at("resolution").Mark(), "expected whole numbers from 1 to 100000");
+    if (side < kLeastSide || side > kLargestSide || side != std::floor(side))
+      yaml.fail(yaml.at("resolution").Mark(),
+                fmt::format("expected whole numbers from {} to {}", kLeastSide, kLargestSide));
   if (yaml.has("camera_model") && yaml.at("camera_model").Scalar() != "pinhole")
     yaml.fail(yaml.at("camera_model").Mark(), "expected pinhole");
   camera.width_px = static_cast<int>(resolution[0]), camera.height_px = static_cast<int>(resolution[1]);
   camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
   camera.v0_px = intrinsics[3];
   camera.lens = read_lens(yaml);
+  require_usable(file, camera);
   setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB") : yaml.rounded_pose("T_BS").inverse();
   setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
 }

@@ -7,6 +7,7 @@
 
 #include "sim/files/durable_file.h"
 #include "sim/files/hashed_file.h"
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/json.h"
 #include "sim/score/evaluate.h"
@@ -16,7 +17,7 @@ namespace {
 
 using nlohmann::ordered_json;
 constexpr std::string_view kSeal = "\"xxh3_128\": \"";
-constexpr int kFormat = 1;
+constexpr std::uint64_t kFormat = 1;
 
 std::string hash(std::string_view bytes) {
   files::Hash all;
@@ -72,30 +73,43 @@ std::string unit_of_metric(const std::string& name) {
   return defined ? defined->unit : "";
 }
 
-ScenarioResults scenario_from(const std::string& name, const ordered_json& json) {
-  ScenarioResults scenario{name, json.at("config"), {}};
-  const std::size_t n = json.at("seeds").size();
+// A list with one item for each of n seeds.
+std::vector<files::Json> list_of(const files::Json& list, std::size_t n) {
+  std::vector<files::Json> items = list.items();
+  if (items.size() != n) list.fail(fmt::format("has {} items for {} seeds", items.size(), n));
+  return items;
+}
+
+int exit_code_from(const files::Json& json) {
+  const std::uint64_t code = json.whole();
+  if (code > 255) json.fail("expected an exit code up to 255");
+  return static_cast<int>(code);
+}
+
+ScenarioResults scenario_from(const std::string& name, const files::Json& json) {
+  ScenarioResults scenario{name, {}, {}};
+  for (const auto& [key, value] : json.at("config").entries()) scenario.config[key] = value.text();
+  const auto seeds = json.at("seeds").items();
+  const std::size_t n = seeds.size();
+  const auto endings = list_of(json.at("endings"), n), codes = list_of(json.at("exit_codes"), n),
+             recordings = list_of(json.at("recordings_xxh3_128"), n);
   for (std::size_t i = 0; i < n; ++i)
-    scenario.seeds.push_back({json["seeds"].at(i),
-                              json.at("endings").at(i),
-                              json.at("exit_codes").at(i),
-                              {},
-                              json.at("recordings_xxh3_128").at(i)});
-  for (const auto& [metric, values] : json.at("metrics").items())
-    for (std::size_t i = 0; i < n; ++i) {
-      const ordered_json& value = values.at(i);
-      scenario.seeds[i].metrics.push_back(
-          {metric, unit_of_metric(metric),
-           value.is_null() ? std::nullopt : std::optional(value.get<double>())});
-    }
+    scenario.seeds.push_back(
+        {seeds[i].whole(), endings[i].text(), exit_code_from(codes[i]), {}, recordings[i].text()});
+  for (const auto& [metric, list] : json.at("metrics").entries()) {
+    const auto values = list_of(list, n);
+    for (std::size_t i = 0; i < n; ++i)
+      scenario.seeds[i].metrics.push_back({metric, unit_of_metric(metric), values[i].number_or_null()});
+  }
   return scenario;
 }
 
-Baseline from_json(const ordered_json& json) {
+Baseline from_json(const files::Json& json) {
   Baseline baseline;
-  for (const ordered_json& change : json.at("history"))
-    baseline.history.push_back({change.at("revision"), change.at("reason"), change.at("processor")});
-  for (const auto& [name, scenario] : json.at("scenarios").items())
+  for (const files::Json& change : json.at("history").items())
+    baseline.history.push_back(
+        {change.at("revision").text(), change.at("reason").text(), change.at("processor").text()});
+  for (const auto& [name, scenario] : json.at("scenarios").entries())
     baseline.scenarios.push_back(scenario_from(name, scenario));
   return baseline;
 }
@@ -127,15 +141,10 @@ Baseline read_baseline(const std::filesystem::path& file) {
     throw files::FileError(file, "there is no such baseline; 'gaitslam baseline update' makes one");
   const std::string text = files::read_text(file);
   check_seal(file, text);
-  try {
-    const ordered_json json = ordered_json::parse(text);
-    if (json.at("format_version") != kFormat)
-      throw files::FileError(
-          file, fmt::format("is of format {}, expected {}", json["format_version"].dump(), kFormat));
-    return from_json(json);
-  } catch (const ordered_json::exception& e) {
-    throw files::FileError(file, e.what());
-  }
+  const files::Json json(file, text);
+  if (const std::uint64_t format = json.at("format_version").whole(); format != kFormat)
+    throw files::FileError(file, fmt::format("is of format {}, expected {}", format, kFormat));
+  return from_json(json);
 }
 
 void write_baseline(const std::filesystem::path& file, const Baseline& baseline) {

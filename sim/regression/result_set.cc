@@ -4,9 +4,8 @@
 
 #include <algorithm>
 
-#include "sim/files/file_error.h"
+#include "sim/files/json.h"
 #include "sim/regression/suite.h"
-#include "sim/result/json.h"
 #include "sim/result/limits.h"
 
 namespace sim::regression {
@@ -47,10 +46,7 @@ ResultSet read_set(const fs::path& folder, const std::vector<fs::path>& results)
 
 result::SeedScore read_result(const fs::path& folder) {
   result::SeedScore score = result::read_score(folder / "score.json");
-  const auto about = result::read_json(folder / "about.json");
-  if (!about.contains("recording_xxh3_128"))
-    throw files::FileError(folder / "about.json", "expected JSON with recording_xxh3_128");
-  score.recording = about["recording_xxh3_128"];
+  score.recording = files::read_json(folder / "about.json").at("recording_xxh3_128").text();
   const scenario::Scenario scenario = scenario::read_scenario(folder / "scenario.yaml").scenario;
   const auto limits = result::judge_run(scenario, [&](const std::string& name) { return score.value(name); });
   score.exit_code = result::exit_code(scenario, score.ending, limits);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/files/json.h"
 #include "sim/result/json.h"
 
 namespace sim::regression {
@@ -145,7 +146,7 @@ std::string verdicts_json(const Comparison& comparison) {
       entry["limits"].push_back({{"limit", l.what}, {"kept", l.observed}, {"passed", l.passed}});
     json["scenarios"].push_back(entry);
   }
-  return json.dump(2) + "\n";
+  return files::json_text(json, 2) + "\n";
 }
 
 }  // namespace sim::regression

@@ -1,7 +1,6 @@
 #include "sim/replay/replay.h"
 
-#include "sim/files/file_error.h"
-#include "sim/result/json.h"
+#include "sim/result/about_file.h"
 
 namespace sim::replay {
 namespace {
@@ -27,13 +26,8 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
 }  // namespace
 
 WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
-  const std::filesystem::path about = result_folder / "about.json";
-  const auto json = result::read_json(about);
-  try {
-    return {json.at("walk_ending"), json.value("walk_cause", "")};
-  } catch (const nlohmann::json::exception&) {
-    throw files::FileError(about, "expected JSON with walk_ending");
-  }
+  const result::About about = result::read_about_of_walk(result_folder / "about.json");
+  return {about.walk_ending, about.walk_cause};
 }
 
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,

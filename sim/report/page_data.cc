@@ -24,7 +24,7 @@ constexpr double kWide = 640, kHigh = 520;  // px of an SVG in the page
 
 ordered_json rounded(double value) {
   if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.5g}", value));
+  return files::parse_number<double>(fmt::format("{:.5g}", value)).value_or(0);
 }
 
 ordered_json rounded(const std::vector<double>& values) {
@@ -56,13 +56,13 @@ Verdict verdict_of(const RunData& run, const scenario::Scenario& scenario) {
 
 ordered_json configuration(const RunData& run, const scenario::Scenario& scenario) {
   ordered_json rows = ordered_json::array();
-  const ordered_json origins = run.about.value("set_by", ordered_json::object());
   for (const auto& key : scenario::scenario_keys()) {
     if (!scenario::has_section(scenario, key.name)) continue;
+    const auto set_by = run.about.set_by.find(key.name);
     rows.push_back({{"key", key.name},
                     {"value", key.print(scenario)},
                     {"unit", scenario::unit_of(key.name)},
-                    {"origin", origins.value(key.name, "default")}});
+                    {"origin", set_by == run.about.set_by.end() ? "default" : set_by->second}});
   }
   return rows;
 }
@@ -79,7 +79,7 @@ ordered_json run_data(const RunData& run) {
   ordered_json json{{"label", run.label},
                     {"verdict", verdict.text},
                     {"exit_code", verdict.exit_code},
-                    {"cause", run.about.value("cause", "")},
+                    {"cause", run.about.cause},
                     {"score", run.score},
                     {"figures", all(run_figures(run))},
                     {"has_estimate", run.errors.has_value()}};
@@ -104,8 +104,9 @@ std::string title(const std::vector<RunData>& runs) {
 }
 
 std::string subtitle(const RunData& run) {
-  return fmt::format("{} {}, revision {}", run.about.value("program", "gaitslam"),
-                     run.about.value("version", "?"), run.about.value("revision", "?"));
+  const auto known = [](const std::string& text) { return text.empty() ? "?" : text; };
+  return fmt::format("{} {}, revision {}", known(run.about.program), known(run.about.version),
+                     known(run.about.revision));
 }
 
 }  // namespace

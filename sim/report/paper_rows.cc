@@ -120,7 +120,7 @@ PaperRow time_row(const PaperRuns& all, const std::string& experiment, const std
                kNotRun};
   std::vector<double> ms;
   for (const RunData& run : runs_of(all, experiment))
-    if (run.timing.contains("frame_cpu_ms_median")) ms.push_back(run.timing["frame_cpu_ms_median"]);
+    if (run.frame_cpu_ms_median) ms.push_back(*run.frame_cpu_ms_median);
   if (ms.empty()) return row;
   row.bench = range_text(ms, " ms") + ", on another computer: not comparable";
   return row;

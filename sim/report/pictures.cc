@@ -7,7 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/files/inner_file.h"
 #include "sim/files/text.h"
+#include "sim/recording/image_size.h"
 
 namespace sim::report {
 std::string base64(std::string_view bytes) {
@@ -24,16 +26,6 @@ std::string base64(std::string_view bytes) {
 }
 
 namespace {
-
-// Width and height of a PNG: bytes 16 to 23 of its header.
-std::pair<int, int> size_of(std::string_view png) {
-  const auto number = [&](std::size_t at) {
-    int value = 0;
-    for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(png[i]);
-    return value;
-  };
-  return png.size() < 24 ? std::pair{1, 1} : std::pair{number(16), number(20)};
-}
 
 // The 3-sigma ellipse of a search, as an SVG element.
 std::string ellipse(double u, double v, const Eigen::Matrix2d& S, bool used) {
@@ -80,13 +72,16 @@ class Searches {
   Column t_, u_, v_, uu_, uv_, vv_, found_u_, found_v_;
 };
 
-std::string picture(const std::string& png, double t, const std::string& over) {
-  const auto [width, height] = size_of(png);
+/// Throws FileError where the file is no PNG: the page must not carry anything else.
+std::string picture(const std::filesystem::path& file, double t, const std::string& over) {
+  const std::string png = files::read_text(file);
+  const auto size = recording::image_size(png);
+  if (!size || !png.starts_with("\x89PNG")) throw files::FileError(file, "is not a PNG image");
   return fmt::format(
       "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
       "aria-label='head camera at {2} s'><image width='{0}' height='{1}' "
       "href='data:image/png;base64,{3}'/>{4}</svg>",
-      width, height, t, base64(png), over);
+      size->width, size->height, t, base64(png), over);
 }
 
 }  // namespace
@@ -102,7 +97,7 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   for (int k = 0; k < count && !t.empty(); ++k) {
     const std::size_t i = k * (t.size() - 1) / std::max(1, count - 1);
     const double since_start = t[i] - t[0], shown = std::round(10 * since_start) / 10;
-    all.push_back({shown, picture(files::read_text(camera / "data" / names[i]), shown,
+    all.push_back({shown, picture(files::inner_file(camera / "data", names[i]), shown,
                                   sought ? sought->at(since_start) : "")});
   }
   return all;

@@ -4,22 +4,16 @@
 
 #include <cmath>
 
-#include "sim/files/file_error.h"
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/files/tum.h"
+#include "sim/result/score_file.h"
 #include "sim/score/consistency.h"
 
 namespace sim::report {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
-
-ordered_json read_json(const fs::path& file) {
-  ordered_json json = ordered_json::parse(files::read_text(file), nullptr, false);
-  if (!json.is_object()) throw files::FileError(file, "expected a JSON object");
-  return json;
-}
 
 double seconds(std::chrono::nanoseconds t) { return 1e-9 * static_cast<double>(t.count()); }
 
@@ -96,12 +90,13 @@ RunData read_run(const fs::path& folder) {
   RunData run;
   run.folder = folder;
   run.recording = folder / "recording";
-  run.score = read_json(folder / "score.json");
-  run.about = read_json(folder / "about.json");
-  run.timing = read_json(folder / "timing.json");
-  if (!run.score.contains("metrics")) throw files::FileError(folder / "score.json", "expected metrics");
+  const files::Json score = result::read_whole_score(folder / "score.json"),
+                    timing = files::read_json(folder / "timing.json");
+  run.score = score.value();
+  run.about = result::read_about(folder / "about.json");
+  if (const auto median = timing.find("frame_cpu_ms_median")) run.frame_cpu_ms_median = median->number();
   run.scenario_yaml = files::read_text(folder / "scenario.yaml");
-  run.label = fmt::format("{}, seed {}", run.score.value("scenario", "?"), run.score.value("seed", 0ULL));
+  run.label = fmt::format("{}, seed {}", score.at("scenario").text(), score.at("seed").whole());
   const auto truth = files::read_tum(folder / "truth.tum");
   run.truth = path_of(truth);
   run.plan = read_path(folder / "plan.tum");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/report/table.h"
+#include "sim/result/about_file.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::report {
@@ -36,7 +37,9 @@ struct RunData {
   std::string label;  ///< "tangent_circle, seed 1"
   std::filesystem::path folder;
   std::filesystem::path recording;  ///< its own; of a replay nothing, unless who read it knows where it is
-  nlohmann::ordered_json score, about, timing;
+  nlohmann::ordered_json score;     ///< score.json, every value of the type that write_score() gives it
+  result::About about;
+  std::optional<double> frame_cpu_ms_median;
   std::string scenario_yaml;
   Path truth, plan, waist_truth, waist_plan;
   std::optional<Path> estimate;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sim/files/csv.h"
+#include "sim/files/file_error.h"
 #include "sim/files/number.h"
 
 namespace sim::report {
@@ -20,7 +21,11 @@ std::string column_name(std::string title) {
 Table::Table(const std::filesystem::path& file) : file_(file) {
   files::CsvReader csv(file);
   std::vector<std::vector<std::string>*> columns;
-  for (const std::string& title : csv.titles()) columns.push_back(&columns_[column_name(title)]);
+  for (const std::string& title : csv.titles()) {
+    const auto [column, is_new] = columns_.try_emplace(column_name(title));
+    if (!is_new) throw files::FileError(file_, 1, fmt::format("has the column '{}' twice", column->first));
+    columns.push_back(&column->second);
+  }
   for (; csv.next(); ++rows_)
     for (std::size_t i = 0; i < columns.size(); ++i) columns[i]->emplace_back(csv.text(i));
 }

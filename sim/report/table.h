@@ -12,7 +12,8 @@ namespace sim::report {
 /// Titles lose their unit ("p_W_x [m]" is p_W_x) and the first one its '#'.
 class Table {
  public:
-  /// Throws files::FileError: cannot be read, a row with another number of fields than the header.
+  /// Throws files::FileError: cannot be read, two columns of one name, a row with another
+  /// number of fields than the header.
   explicit Table(const std::filesystem::path& file);
 
   std::size_t rows() const { return rows_; }

@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 
-#include "sim/files/text.h"
+#include "sim/files/json.h"
 #include "sim/report/figure.h"
 #include "sim/report/html.h"
 #include "sim/report/table.h"
@@ -19,29 +18,36 @@ namespace sim::report {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
+using files::Json;
 
 /// tune.json and history.csv as read.
 struct Tuning {
-  ordered_json json;
+  Json json;
   std::string objective;
+  std::vector<Json> parameters, profiles;  ///< profiles: of none or each of the parameters
   std::vector<std::string> keys;
   std::vector<std::vector<double>> at;  ///< values of each key, one for each setting
   std::vector<double> value, complete;  ///< of each setting: its loss, and 1 where it was not aborted
 };
 
 Tuning read_tuning(const fs::path& folder) {
-  const fs::path file = folder / "tune.json";
-  Tuning tuning;
-  tuning.json = ordered_json::parse(files::read_text(file), nullptr, false);
-  if (!tuning.json.is_object() || !tuning.json.contains("parameters"))
-    throw files::FileError(file, "expected JSON of a tuning");
+  const Json json = files::read_json(folder / "tune.json");
   const Table history(folder / "history.csv");
-  for (const auto& p : tuning.json["parameters"]) tuning.keys.push_back(p["key"]);
-  tuning.objective = tuning.json["objective"];
+  Tuning tuning{json,
+                json.at("objective").text(),
+                json.at("parameters").items(),
+                json.at("profiles").items(),
+                {},
+                {},
+                {},
+                {}};
+  if (tuning.profiles.size() > tuning.parameters.size())
+    json.at("profiles").fail("has more items than there are parameters");
+  for (const Json& parameter : tuning.parameters) tuning.keys.push_back(parameter.at("key").text());
   for (const std::string& key : tuning.keys) tuning.at.push_back(history.numbers(key));
   tuning.value = history.numbers(tuning.objective);
   tuning.complete = history.numbers("complete");
+  if (tuning.value.empty()) throw files::FileError(folder / "history.csv", "has no setting");
   return tuning;
 }
 
@@ -70,11 +76,11 @@ Figure history_figure(const Tuning& t) {
   return f;
 }
 
-bool logarithmic(const ordered_json& parameter) { return parameter["scale"] == "log"; }
+bool logarithmic(const Json& parameter) { return parameter.at("scale").text() == "log"; }
 
 /// Where a value lies in its range, 0 to 1.
-double part(const ordered_json& p, double value) {
-  const double low = p["from"], high = p["to"];
+double part(const Json& p, double value) {
+  const double low = p.at("from").number(), high = p.at("to").number();
   return logarithmic(p) ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
 }
 
@@ -90,7 +96,7 @@ Figure parallel_figure(const Tuning& t) {
     if (i + 1 == order.size()) line.name = "the best tenth";
     for (std::size_t k = 0; k < t.keys.size(); ++k) {
       line.x.push_back(static_cast<double>(k + 1));
-      line.y.push_back(part(t.json["parameters"][k], t.at[k][order[i]]));
+      line.y.push_back(part(t.parameters[k], t.at[k][order[i]]));
     }
     if (t.keys.size() == 1) line.dots = true;
     f.lines.push_back(line);
@@ -98,13 +104,13 @@ Figure parallel_figure(const Tuning& t) {
   return f;
 }
 
-std::string label(const ordered_json& p) {
-  const std::string key = p["key"], unit = p["unit"];
+std::string label(const Json& p) {
+  const std::string key = p.at("key").text(), unit = p.at("unit").text();
   return unit.empty() ? key : key + " [" + unit + "]";
 }
 
 Figure slice_figure(const Tuning& t, std::size_t k) {
-  const ordered_json& p = t.json["parameters"][k];
+  const Json& p = t.parameters[k];
   Figure f{"slice_" + t.keys[k], "Losses over " + t.keys[k], label(p), t.objective};
   f.logarithmic_x = logarithmic(p);
   const double most = largest_shown(t);
@@ -112,42 +118,44 @@ Figure slice_figure(const Tuning& t, std::size_t k) {
   for (std::size_t i = 0; i < t.value.size(); ++i)
     if (t.value[i] <= most) dots.x.push_back(t.at[k][i]), dots.y.push_back(t.value[i]);
   f.lines.push_back(dots);
-  for (const char* which : {"start", "best"}) {
-    const auto [low, high] = std::minmax_element(dots.x.begin(), dots.x.end());
-    if (p[which] >= *low && p[which] <= *high) f.moments.push_back({which, p[which]});
-  }
+  if (dots.x.empty()) return f;
+  const auto [low, high] = std::minmax_element(dots.x.begin(), dots.x.end());
+  for (const char* which : {"start", "best"})
+    if (const double at = p.at(which).number(); at >= *low && at <= *high) f.moments.push_back({which, at});
   return f;
 }
 
-Figure profile_figure(const ordered_json& profile, const ordered_json& p) {
-  const std::string key = profile["key"];
-  Figure f{"profile_" + key,
-           "Profile of " + key +
-               (profile["identifiable"].get<bool>() ? "" : ": not identifiable from these recordings"),
-           label(p), "rise above the least loss"};
-  f.logarithmic_x = logarithmic(p);
-  const std::vector<double> at = profile["at"], rises = profile["rises"];
-  f.lines.push_back({"the others at their best", Role::estimate, at, rises});
-  f.lines.push_back({"", Role::estimate, at, rises, true});
-  if (profile["threshold"].is_number()) f.levels.push_back({"95 % interval ends", profile["threshold"]});
-  for (const char* end : {"low", "high"})
-    if (profile[end].is_number()) f.moments.push_back({"95 %", profile[end]});
-  return f;
-}
-
-std::vector<double> numbers(const ordered_json& list) {
+std::vector<double> numbers(const Json& list) {
   std::vector<double> all;
-  for (const auto& value : list) all.push_back(value.is_number() ? value.get<double>() : std::nan(""));
+  for (const Json& item : list.items()) all.push_back(item.number_or_null().value_or(std::nan("")));
   return all;
 }
 
+Figure profile_figure(const Json& profile, const Json& p) {
+  const std::string key = profile.at("key").text();
+  Figure f{"profile_" + key,
+           "Profile of " + key +
+               (profile.at("identifiable").flag() ? "" : ": not identifiable from these recordings"),
+           label(p), "rise above the least loss"};
+  f.logarithmic_x = logarithmic(p);
+  const std::vector<double> at = numbers(profile.at("at")), rises = numbers(profile.at("rises"));
+  if (at.size() != rises.size()) profile.at("rises").fail("has another number of items than 'at'");
+  f.lines.push_back({"the others at their best", Role::estimate, at, rises});
+  f.lines.push_back({"", Role::estimate, at, rises, true});
+  if (const auto threshold = profile.find("threshold"))
+    f.levels.push_back({"95 % interval ends", threshold->number()});
+  for (const char* end : {"low", "high"})
+    if (const auto bound = profile.find(end)) f.moments.push_back({"95 %", bound->number()});
+  return f;
+}
+
 // Start and best of each run, one beside the other.
-Figure runs_figure(const std::string& name, const std::string& title, const ordered_json& side,
+Figure runs_figure(const std::string& name, const std::string& title, const Json& side,
                    const std::string& of) {
   Figure f{name, title, "run", of};
   for (const auto& [which, words, role] :
        {std::tuple{"start", "before", Role::plan}, std::tuple{"best", "after", Role::estimate}}) {
-    const std::vector<double> y = numbers(side["values"][of][which]);
+    const std::vector<double> y = numbers(side.at("values").at(of).at(which));
     std::vector<double> x(y.size());
     std::iota(x.begin(), x.end(), 1.0);
     f.lines.push_back({words, role, x, y, true});
@@ -155,7 +163,7 @@ Figure runs_figure(const std::string& name, const std::string& title, const orde
   return f;
 }
 
-Figure nees_figure(const std::string& part, const ordered_json& holdout) {
+Figure nees_figure(const std::string& part, const Json& holdout) {
   const std::string metric = "nees_" + part + "_mean";
   Figure f = runs_figure(metric, "Consistency of the " + part + " on hold-out runs, before and after",
                          holdout, metric);
@@ -168,47 +176,47 @@ std::vector<Figure> figures(const Tuning& t) {
   std::vector<Figure> all{history_figure(t)};
   all.push_back(parallel_figure(t));
   for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k));
-  for (std::size_t k = 0; k < t.json["profiles"].size(); ++k)
-    all.push_back(profile_figure(t.json["profiles"][k], t.json["parameters"][k]));
-  all.push_back(runs_figure("training", "Training runs, before and after", t.json["training"], t.objective));
-  all.push_back(runs_figure("holdout", "Hold-out runs, before and after", t.json["holdout"], t.objective));
-  for (const char* part : {"position", "orientation"}) all.push_back(nees_figure(part, t.json["holdout"]));
+  for (std::size_t k = 0; k < t.profiles.size(); ++k)
+    all.push_back(profile_figure(t.profiles[k], t.parameters[k]));
+  const Json training = t.json.at("training"), holdout = t.json.at("holdout");
+  all.push_back(runs_figure("training", "Training runs, before and after", training, t.objective));
+  all.push_back(runs_figure("holdout", "Hold-out runs, before and after", holdout, t.objective));
+  for (const char* part : {"position", "orientation"}) all.push_back(nees_figure(part, holdout));
   return all;
 }
 
-std::string number(const ordered_json& value) {
-  return value.is_number() ? fmt::format("{:.4g}", value.get<double>()) : "-";
-}
+std::string number(const Json& value) { return fmt::format("{:.4g}", value.number()); }
 
 std::string row(const std::vector<std::string>& cells, const char* tag) {
   std::string html = "<tr>";
   for (std::size_t i = 0; i < cells.size(); ++i)
-    html += fmt::format("<{0}{2}>{1}</{0}>", tag, cells[i], i == 0 ? "" : " class='number'");
+    html += fmt::format("<{0}{2}>{1}</{0}>", tag, escaped(cells[i]), i == 0 ? "" : " class='number'");
   return html + "</tr>\n";
 }
 
 std::string parameters_table(const Tuning& t) {
   std::string html = "<table>" + row({"parameter", "searched", "before", "after", "95 % interval"}, "th");
   for (std::size_t k = 0; k < t.keys.size(); ++k) {
-    const ordered_json& p = t.json["parameters"][k];
+    const Json& p = t.parameters[k];
     std::string interval = "-";
-    if (k < t.json["profiles"].size()) {
-      const ordered_json& profile = t.json["profiles"][k];
+    if (k < t.profiles.size()) {
+      const Json& profile = t.profiles[k];
       const auto end = [&](const char* which) {
-        return profile[which].is_number() ? number(profile[which]) : "?";
+        const auto bound = profile.find(which);
+        return bound ? number(*bound) : "?";
       };
       interval =
           fmt::format("{} to {}{}", end("low"), end("high"),
-                      profile["identifiable"].get<bool>() ? "" : " (not identifiable from these recordings)");
+                      profile.at("identifiable").flag() ? "" : " (not identifiable from these recordings)");
     }
-    html += row({label(p), number(p["from"]) + " to " + number(p["to"]), number(p["start"]),
-                 number(p["best"]), interval},
+    html += row({label(p), number(p.at("from")) + " to " + number(p.at("to")), number(p.at("start")),
+                 number(p.at("best")), interval},
                 "td");
   }
   return html + "</table>\n";
 }
 
-std::string mean_of(const ordered_json& list) {
+std::string mean_of(const Json& list) {
   std::vector<double> known;
   for (const double value : numbers(list))
     if (std::isfinite(value)) known.push_back(value);
@@ -216,17 +224,17 @@ std::string mean_of(const ordered_json& list) {
 }
 
 std::string sides_table(const Tuning& t) {
-  const ordered_json &training = t.json["training"], &holdout = t.json["holdout"];
+  const Json training = t.json.at("training"), holdout = t.json.at("holdout");
   std::string html =
       "<table>" + row({"mean over runs", "training: before", "after", "hold-out: before", "after"}, "th");
-  for (const auto& [name, values] : holdout["values"].items()) {
-    const ordered_json& there = training["values"][name];
-    html += row({name, mean_of(there["start"]), mean_of(there["best"]), mean_of(values["start"]),
-                 mean_of(values["best"])},
+  for (const auto& [name, values] : holdout.at("values").entries()) {
+    const Json there = training.at("values").at(name);
+    html += row({name, mean_of(there.at("start")), mean_of(there.at("best")), mean_of(values.at("start")),
+                 mean_of(values.at("best"))},
                 "td");
   }
   html += "</table>\n<p class='soft'>The expected NEES of position and orientation is 3.";
-  const auto runs = static_cast<int>(holdout["runs"].size());
+  const auto runs = static_cast<int>(holdout.at("runs").items().size());
   if (runs > 1) {
     const score::Band band = score::mean_band(3, runs);
     html +=
@@ -241,8 +249,8 @@ std::string sides_table(const Tuning& t) {
 std::string tune_page(const fs::path& folder) {
   constexpr double kWidth = 760, kHeight = 300;
   const Tuning t = read_tuning(folder);
-  const bool accepted = t.json["accepted"];
-  const std::string name = t.json["name"];
+  const bool accepted = t.json.at("accepted").flag();
+  const std::string name = t.json.at("name").text();
   std::string html =
       html_head("tuning " + name,
                 "\n.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));"
@@ -250,14 +258,14 @@ std::string tune_page(const fs::path& folder) {
                 "#parallel .line.truth{stroke-opacity:.2}",
                 "light");
   html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
-                      name, accepted ? "good" : "bad",
+                      escaped(name), accepted ? "good" : "bad",
                       accepted ? "better on hold-out runs" : "refused: worse on hold-out runs",
-                      t.value.size(), t.objective);
+                      t.value.size(), escaped(t.objective));
   html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) +
           "<h2>Figures</h2>\n<div class='plots'>\n";
   for (const Figure& figure : figures(t))
-    html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", figure.name, figure.title,
-                        to_svg(figure, kWidth, kHeight));
+    html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.name),
+                        escaped(figure.title), to_svg(figure, kWidth, kHeight));
   return html + "</div>\n" + kHtmlEnd;
 }
 

@@ -1,4 +1,4 @@
-// What several JSON files of a result have in common.
+// What several JSON files of a result have in common when they are written; files::Json reads them.
 #pragma once
 
 #include <filesystem>
@@ -12,9 +12,6 @@ template <typename T>
 nlohmann::ordered_json or_null(const std::optional<T>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
-
-/// The JSON object in a file. Throws FileError.
-nlohmann::ordered_json read_json(const std::filesystem::path& file);
 
 /// Writes an indented JSON file. Throws FileError.
 void write_json(const std::filesystem::path& file, const nlohmann::ordered_json& json);

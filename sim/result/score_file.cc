@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "sim/files/file_error.h"
+#include "sim/files/json.h"
 #include "sim/result/json.h"
 #include "sim/score/evaluate.h"
 
@@ -48,6 +48,14 @@ ordered_json limits_json(const std::vector<JudgedLimit>& limits) {
   return json;
 }
 
+// A limit as to_json(JudgedLimit) writes it.
+void check_limit(const files::Json& limit) {
+  limit.at("metric").text();
+  limit.at("value").number_or_null();
+  limit.at(limit.find("at_most") ? "at_most" : "at_least").number();
+  if (const files::Json passed = limit.at("passed"); !passed.is_null()) passed.flag();
+}
+
 }  // namespace
 
 void write_score(const fs::path& file, const scenario::Scenario& scenario, const std::string& ending,
@@ -68,18 +76,25 @@ std::optional<double> SeedScore::value(const std::string& metric) const {
 }
 
 SeedScore read_score(const fs::path& file) {
-  const ordered_json json = read_json(file);
-  try {
-    SeedScore score{json.value("seed", std::uint64_t{0}), json.at("ending"), 0, {}};
-    for (const auto& [name, metric] : json.at("metrics").items()) {
-      const ordered_json& value = metric.at("value");
-      score.metrics.push_back(
-          {name, metric.at("unit"), value.is_null() ? std::nullopt : std::optional(value.get<double>())});
-    }
-    return score;
-  } catch (const ordered_json::exception& e) {
-    throw files::FileError(file, e.what());
+  const files::Json json = files::read_json(file);
+  SeedScore score{0, json.at("ending").text(), 0, {}};
+  if (const auto seed = json.find("seed")) score.seed = seed->whole();
+  for (const auto& [name, metric] : json.at("metrics").entries())
+    score.metrics.push_back({name, metric.at("unit").text(), metric.at("value").number_or_null()});
+  return score;
+}
+
+files::Json read_whole_score(const fs::path& file) {
+  files::Json json = files::read_json(file);
+  for (const char* key : {"scenario", "ending"}) json.at(key).text();
+  json.at("seed").whole();
+  for (const auto& [name, metric] : json.at("metrics").entries()) {
+    metric.at("unit").text();
+    metric.at("value").number_or_null();
+    if (const auto reason = metric.find("reason")) reason->text();
   }
+  for (const files::Json& limit : json.at("limits").items()) check_limit(limit);
+  return json;
 }
 
 SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_code) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/files/json.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metric.h"
@@ -39,6 +40,9 @@ struct SeedScore {
 
 /// Reads a score.json; the exit code is not in it. Throws FileError.
 SeedScore read_score(const std::filesystem::path& file);
+
+/// The whole of a score.json with every value of the type that this program writes. Throws FileError.
+files::Json read_whole_score(const std::filesystem::path& file);
 
 /// Reads root/seed-<n>/score.json. A missing file means that the run crashed or was not begun if the exit
 /// code says so; otherwise it throws FileError, as a damaged file does.

@@ -3,73 +3,83 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
+#include <vector>
 
-#include "sim/result/json.h"
 #include "sim/result/limits.h"
+#include "sim/result/score_file.h"
 #include "sim/score/evaluate.h"
 
 namespace sim::result {
 namespace {
 
-using json = nlohmann::ordered_json;
+using files::Json;
 
-std::string number(const json& value) {
-  if (!value.is_number()) return "-";
-  const double x = value.get<double>();
-  return x == std::floor(x) && std::abs(x) < 1e6 ? fmt::format("{:.0f}", x) : fmt::format("{:.4f}", x);
+std::string shown(std::optional<double> value) {
+  if (!value) return "-";
+  return *value == std::floor(*value) && std::abs(*value) < 1e6 ? fmt::format("{:.0f}", *value)
+                                                                : fmt::format("{:.4f}", *value);
 }
 
 // Empty for a count or a ratio.
-std::string unit(const json& metric) {
-  const std::string unit = metric["unit"];
+std::string unit(const Json& metric) {
+  const std::string unit = metric.at("unit").text();
   return unit == "1" ? "" : unit;
 }
 
 // "<= 0.1  ok" for each limit on the metric.
-std::string verdicts(const json& limits, const std::string& metric) {
+std::string verdicts(const std::vector<Json>& limits, const std::string& metric) {
   std::string text;
-  for (const json& limit : limits) {
-    if (limit["metric"] != metric) continue;
-    const bool at_most = limit.contains("at_most");
-    const auto verdict =
-        verdict_word(limit["passed"].is_null() ? std::nullopt : std::optional(limit["passed"].get<bool>()));
-    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ",
-                        at_most ? "<=" : ">=", number(limit[at_most ? "at_most" : "at_least"]), verdict);
+  for (const Json& limit : limits) {
+    if (limit.at("metric").text() != metric) continue;
+    const auto at_most = limit.find("at_most"), passed = limit.find("passed");
+    const double bound = (at_most ? *at_most : limit.at("at_least")).number();
+    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=", shown(bound),
+                        verdict_word(passed ? std::optional(passed->flag()) : std::nullopt));
   }
   return text;
 }
 
+std::optional<double> value_of(const Json& metrics, const char* name) {
+  const auto metric = metrics.find(name);
+  return metric ? metric->at("value").number_or_null() : std::nullopt;
+}
+
 // Where the scale is not known, the error up to scale is shown instead of ate_se3_rmse_m.
-bool is_substitute(const json& metrics, const std::string& name) {
-  return name == "ate_sim3_rmse_m" && metrics[name]["value"].is_number() &&
-         metrics["ate_se3_rmse_m"]["value"].is_null();
+bool is_substitute(const Json& metrics, const std::string& name) {
+  return name == "ate_sim3_rmse_m" && value_of(metrics, "ate_sim3_rmse_m") &&
+         !value_of(metrics, "ate_se3_rmse_m");
+}
+
+std::string metric_line(const std::string& name, const Json& metric, const std::string& judged) {
+  const auto reason = metric.find("reason");
+  const std::string remark = metric.at("value").is_null() && reason ? reason->text() : judged;
+  std::string line = fmt::format("  {:<24}{:>12} {:<4}  {}", name, shown(metric.at("value").number_or_null()),
+                                 unit(metric), remark);
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + '\n';
 }
 
 }  // namespace
 
 std::string score_table(const std::filesystem::path& result_folder) {
-  const json scored = read_json(result_folder / "score.json"),
-             timing = read_json(result_folder / "timing.json");
-  std::string text = fmt::format("{}  seed {}  {}\n", scored["scenario"].get<std::string>(),
-                                 scored["seed"].get<std::uint64_t>(), scored["ending"].get<std::string>());
-  for (const auto& [name, metric] : scored["metrics"].items()) {
+  const Json scored = read_whole_score(result_folder / "score.json"),
+             timing = files::read_json(result_folder / "timing.json"), metrics = scored.at("metrics");
+  const std::vector<Json> limits = scored.at("limits").items();
+  std::string text = fmt::format("{}  seed {}  {}\n", scored.at("scenario").text(), scored.at("seed").whole(),
+                                 scored.at("ending").text());
+  for (const auto& [name, metric] : metrics.entries()) {
     const score::MetricDefinition* defined = score::find_metric(name);
-    const std::string judged = verdicts(scored["limits"], name);
-    if (judged.empty() && !(defined && defined->headline) && !is_substitute(scored["metrics"], name))
-      continue;
-    const std::string remark =
-        metric["value"].is_null() && metric.contains("reason") ? metric["reason"].get<std::string>() : judged;
-    text += fmt::format("  {:<24}{:>12} {:<4}  {}", name, number(metric["value"]), unit(metric), remark);
-    text.erase(text.find_last_not_of(' ') + 1);
-    text += '\n';
+    const std::string judged = verdicts(limits, name);
+    if (!judged.empty() || (defined && defined->headline) || is_substitute(metrics, name))
+      text += metric_line(name, metric, judged);
   }
-  if (const json& poses = scored["metrics"]["poses_matched"]["value"]; poses.is_number())
-    text +=
-        fmt::format("  errors over {} poses, without alignment except ate_se3; score.json has all metrics\n",
-                    poses.get<double>());
+  if (const auto poses = value_of(metrics, "poses_matched"))
+    text += fmt::format(
+        "  errors over {} poses, without alignment except ate_se3; score.json has all metrics\n", *poses);
   text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f}), {:.2f} x real time\n",
-                      timing["frame_cpu_ms_median"].get<double>(), timing["frame_cpu_ms_p99"].get<double>(),
-                      timing["realtime_factor"].get<double>());
+                      timing.at("frame_cpu_ms_median").number(), timing.at("frame_cpu_ms_p99").number(),
+                      timing.at("realtime_factor").number());
   return text;
 }
 

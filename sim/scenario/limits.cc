@@ -54,6 +54,7 @@ void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
     static constexpr std::array kOther{"limits.ending"sv};
     const std::string hint = did_you_mean(key, kOther);
     if (!hint.empty()) fail(named_at, key, "unknown key" + hint);
+    check_metric(named_at, key, rest);
     fail(named_at, key, "expected a bound below the metric, as in {at_most: 0.1} or {at_least: 1}");
   }
   limit.bound = static_cast<Bound>(choose(named_at, key, take_last(rest), kBounds));

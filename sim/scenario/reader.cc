@@ -16,6 +16,7 @@ namespace sim::scenario {
 namespace {
 
 constexpr const char* kArgument = "<argument>";
+constexpr int kMostBases = 100;        // a few files that name each other often would be read without end
 constexpr const char* kBase = "base";  // no key of the table: it sets nothing by itself
 
 /// The parts that can follow `section` ("" for the top): "walk" -> {"single_support_s", ...}.
@@ -108,6 +109,8 @@ void ScenarioReader::read_bases(const Yaml& root) {
 void ScenarioReader::read_base(const Yaml& node) {
   if (node.kind != Yaml::Kind::scalar || node.text.empty())
     fail(node, kBase, "expected a scenario file or a list of them, as in base: tangent_circle.yaml");
+  if (++bases_read_ > kMostBases)
+    fail(node, kBase, fmt::format("more than {} files in all, those of bases included", kMostBases));
   const auto file = (std::filesystem::path(node.origin.file).parent_path() / node.text).lexically_normal();
   for (const auto& open : open_files_)
     if (same_file(open, file))

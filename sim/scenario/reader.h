@@ -46,7 +46,8 @@ class ScenarioReader {
   void require_section(const Yaml& at, const std::string& path);
 
   std::vector<std::filesystem::path> open_files_;  // each but the first is a base of the one before
-  std::map<std::string, std::string> given_;       // keys of the file at hand, and where
+  int bases_read_ = 0;
+  std::map<std::string, std::string> given_;  // keys of the file at hand, and where
 };
 
 }  // namespace sim::scenario

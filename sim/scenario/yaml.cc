@@ -109,6 +109,23 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
+/// Whether `word` stands in the text between its begin, its end, '_' and '.'.
+bool has_word(std::string_view text, std::string_view word) {
+  const auto apart = [&](std::size_t i) { return i >= text.size() || text[i] == '_' || text[i] == '.'; };
+  for (std::size_t at = text.find(word); at != text.npos; at = text.find(word, at + 1))
+    if ((at == 0 || apart(at - 1)) && apart(at + word.size())) return true;
+  return false;
+}
+
+/// The first candidate that has what was typed as a word: "ate" for ate_se3_rmse_m. Empty where none has.
+std::string_view word_of_candidate(std::string_view typed, std::span<const std::string_view> candidates) {
+  constexpr std::size_t kShortest = 3;
+  if (typed.size() < kShortest) return "";
+  const auto found = std::find_if(candidates.begin(), candidates.end(),
+                                  [&](std::string_view candidate) { return has_word(candidate, typed); });
+  return found == candidates.end() ? "" : *found;
+}
+
 }  // namespace
 
 void fail(const Yaml& node, std::string_view key, std::string_view message) {
@@ -150,6 +167,7 @@ std::string did_you_mean(std::string_view typed, std::span<const std::string_vie
       best_distance = distance;
     }
   }
+  if (best.empty()) best = word_of_candidate(typed, candidates);
   return best.empty() ? "" : fmt::format("; did you mean '{}'?", best);
 }
 

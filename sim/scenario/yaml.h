@@ -37,7 +37,8 @@ struct Yaml {
 /// Parses one document. Throws ConfigError.
 Yaml parse_yaml(std::string_view text, const Origin& origin);
 
-/// "; did you mean 'x'?" for the candidate nearest to what was typed, or nothing when none is near.
+/// "; did you mean 'x'?" for the candidate nearest to what was typed, else for the first that has it as a
+/// whole word (ate in ate_se3_rmse_m), or nothing when there is neither.
 std::string did_you_mean(std::string_view typed, std::span<const std::string_view> candidates);
 
 /// Text as a YAML scalar that reads back as the same text.

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/files/json.h"
+
 namespace sim::score {
 namespace {
 
@@ -52,7 +54,7 @@ std::string trajectory_json(const TrajectoryReport& r) {
     }
     json["errors"].push_back(entry);
   }
-  return json.dump(2) + "\n";
+  return files::json_text(json, 2) + "\n";
 }
 
 std::string trajectory_csv(const TrajectoryReport& r) {

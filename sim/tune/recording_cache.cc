@@ -12,9 +12,12 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/durable_file.h"
+#include "sim/files/hashed_file.h"
+#include "sim/files/json.h"
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
+#include "sim/result/about_file.h"
 
 namespace sim::tune {
 namespace {
@@ -53,10 +56,18 @@ std::uintmax_t size_of(const fs::path& folder) {
 constexpr std::size_t kKeyLetters = 32;
 constexpr int kAttempts = 5;  // to get a recording that other processes keep removing
 
-json read_json(const fs::path& file) {
-  json read = json::parse(files::read_text(file), nullptr, false);
-  if (!read.is_object()) throw FileError(file, "expected JSON");
-  return read;
+/// A hash of the names and contents of the files beside the recording, which its manifest does not list.
+std::string hash_of_files_in(const fs::path& result) {
+  std::set<fs::path> beside;
+  for (const auto& entry : fs::directory_iterator(result))
+    if (!entry.is_directory()) beside.insert(entry.path());
+  files::Hash hash;
+  for (const fs::path& file : beside) {
+    const std::string content = files::read_text(file);
+    hash.add(fmt::format("{}:{}:", file.filename().string(), content.size()));
+    hash.add(content);
+  }
+  return hash.hex();
 }
 
 /// The files that the manifest of a recording lists.
@@ -106,8 +117,12 @@ bool RecordingCache::is_whole(const std::string& key, const Say& say) const {
   try {
     const recording::Manifest manifest(entry / "result/recording");
     for (const std::string& file : listed(entry / "result/recording")) manifest.check(file);
-    if (read_json(entry / "entry.json").value("recording", "") == manifest.hash()) return true;
-    say(fmt::format("{}: holds another recording than was stored", entry.string()));
+    const files::Json stored = files::read_json(entry / "entry.json");
+    const bool same_recording = stored.at("recording").text() == manifest.hash();
+    if (same_recording && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result"))
+      return true;
+    say(fmt::format("{}: holds another {} than was stored", entry.string(),
+                    same_recording ? "result" : "recording"));
   } catch (const FileError& damage) {
     say(damage.what());
   }
@@ -118,11 +133,12 @@ void RecordingCache::make_entry(const std::string& key, const Make& make) const 
   files::DurableFolder folder(place_.folder / key, files::Existing::replace);
   const fs::path result = folder.path() / "result";
   make(result);
-  const json about = read_json(result / "about.json");
-  const json entry{{"format_version", 1},
+  const result::About about = result::read_about(result / "about.json");
+  const json entry{{"format_version", 2},
                    {"recording", recording::Manifest(result / "recording").hash()},
-                   {"scenario", about.value("scenario", "")},
-                   {"seed", about.value("seed", std::uint64_t{0})},
+                   {"files_xxh3_128", hash_of_files_in(result)},
+                   {"scenario", about.scenario},
+                   {"seed", about.seed},
                    {"bytes", size_of(folder.path())}};
   files::write_text(folder.path() / "entry.json", entry.dump(2) + "\n");
   folder.commit();
@@ -160,9 +176,10 @@ RecordingCache::Entry RecordingCache::read_entry(const std::string& key) const {
   const bool in_use = !FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
   const std::int64_t last_used = last_change_ns(lock_file(key));
   try {
-    const json read = read_json(place_.folder / key / "entry.json");
-    return {key, read.at("scenario"), read.at("seed"), read.at("bytes"), last_used, in_use};
-  } catch (const std::exception&) {
+    const files::Json read = files::read_json(place_.folder / key / "entry.json");
+    return {key,   read.at("scenario").text(), read.at("seed").whole(), read.at("bytes").whole(), last_used,
+            in_use};
+  } catch (const FileError&) {
     return {key, "(damaged)", 0, size_of(place_.folder / key), last_used, in_use};
   }
 }

@@ -11,6 +11,8 @@ namespace {
 namespace fs = std::filesystem;
 using scenario::Yaml;
 
+constexpr std::size_t kMostRecordings = 100'000;
+
 void add_folder(const Yaml& at, const fs::path& folder, std::string_view hint, RecordingSet& set) {
   if (!fs::exists(folder / "recording" / "manifest.csv"))
     scenario::fail(at, "recordings", fmt::format("{} has no finished recording{}", folder.string(), hint));
@@ -90,7 +92,13 @@ std::vector<RecordingSet> read_recording_sets(const Yaml& node, const std::strin
         node, key,
         "expected a list of recordings, as in [{recordings: results/tangent_circle, seeds: 1..4}]");
   std::vector<RecordingSet> all;
-  for (const Yaml& item : node.items) all.push_back(read_set(item, key, folder));
+  std::size_t recordings = 0;
+  for (const Yaml& item : node.items) {
+    all.push_back(read_set(item, key, folder));
+    recordings += all.back().folders.size() + all.back().seeds.size();
+    if (recordings > kMostRecordings)
+      scenario::fail(item, key, fmt::format("more than {} recordings", kMostRecordings));
+  }
   return all;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "sim/files/json.h"
 #include "sim/score/statistics.h"
 #include "sim/tune/task.h"
 
@@ -110,7 +111,7 @@ std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record) {
     ordered_json line{
         {"trial", i}, {"scenario", configuration(plan, i).read.scenario.name}, {"settings", settings}};
     line.update(ordered_json::parse(to_line(*one)));
-    text += line.dump() + "\n";
+    text += files::json_text(line) + "\n";
   }
   return text;
 }

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/files/durable_file.h"
-#include "sim/files/file_error.h"
+#include "sim/files/json.h"
 #include "sim/result/score_input.h"
 
 namespace sim::tune {
@@ -44,12 +44,8 @@ TaskFile read_tasks(const std::filesystem::path& file) {
   TaskFile tasks;
   if (!std::getline(in, tasks.purpose)) throw files::FileError(file, "cannot be read");
   for (std::string line; std::getline(in, line);) {
-    try {
-      const json task = json::parse(line);
-      tasks.tasks.push_back({task.at("key"), task.at("scenario"), task.at("recording").get<std::string>()});
-    } catch (const json::exception&) {
-      throw files::FileError(file, fmt::format("line {} is no task", tasks.tasks.size() + 2));
-    }
+    const files::Json task(fmt::format("{}:{}", file.string(), tasks.tasks.size() + 2), line);
+    tasks.tasks.push_back({task.at("key").text(), task.at("scenario").text(), task.at("recording").text()});
   }
   return tasks;
 }

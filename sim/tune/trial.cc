@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "sim/files/text.h"
 #include "sim/recording/manifest.h"
+#include "sim/result/about_file.h"
 #include "sim/result/score_input.h"
 #include "sim/scenario/keys.h"
 #include "sim/tune/terms.h"
@@ -15,13 +14,6 @@ namespace sim::tune {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string walk_ending(const fs::path& about) {
-  const auto document = nlohmann::json::parse(files::read_text(about), nullptr, false);
-  if (!document.is_object() || !document.contains("walk_ending") || !document["walk_ending"].is_string())
-    throw files::FileError(about, "expected JSON with walk_ending");
-  return document["walk_ending"];
-}
 
 std::string name_of(const fs::path& result_folder) {
   const fs::path folder = fs::absolute(result_folder / "x").lexically_normal().parent_path();
@@ -42,7 +34,7 @@ Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
   Recording recording;
   recording.name = name_of(folder);
   recording.scenario = scenario::read_scenario(folder / "scenario.yaml");
-  recording.walk_ending = walk_ending(folder / "about.json");
+  recording.walk_ending = result::read_about_of_walk(folder / "about.json").walk_ending;
   recording::RecordingReader reader(folder / "recording");
   recording.setup = reader.setup();
   recording.hash = reader.hash();

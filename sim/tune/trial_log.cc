@@ -11,6 +11,8 @@
 
 #include "sim/files/durable_file.h"
 #include "sim/files/hashed_file.h"
+#include "sim/files/json.h"
+#include "sim/files/number.h"
 #include "sim/files/text.h"
 
 namespace sim::tune {
@@ -29,8 +31,11 @@ json number(double value) {
   return value;
 }
 
-double number(const json& value) {
-  return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
+double number(const files::Json& value) {
+  if (!value.value().is_string()) return value.number();
+  const auto special = files::parse_number<double>(value.text());  // nan, inf or -inf
+  if (!special) value.fail("expected a number");
+  return *special;
 }
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
@@ -86,16 +91,17 @@ std::string to_line(const TrialRecord& record) {
   nlohmann::ordered_json line{{"key", record.key}, {"seed", record.seed}, {"ending", record.ending}};
   if (!record.cause.empty()) line["cause"] = record.cause;
   line["values"] = values;
-  return line.dump(-1, ' ', false, json::error_handler_t::replace);
+  return files::json_text(line);
 }
 
 std::optional<TrialRecord> from_line(std::string_view line) {
   try {
-    const json j = json::parse(line);
-    TrialRecord record{j.at("key"), j.at("seed"), j.at("ending"), j.value("cause", ""), {}};
-    for (const auto& [name, value] : j.at("values").items()) record.values[name] = number(value);
+    const files::Json read("record", line);
+    TrialRecord record{read.at("key").text(), read.at("seed").whole(), read.at("ending").text(), "", {}};
+    if (const auto cause = read.find("cause")) record.cause = cause->text();
+    for (const auto& [name, value] : read.at("values").entries()) record.values[name] = number(value);
     return record;
-  } catch (const std::exception&) {
+  } catch (const FileError&) {
     return std::nullopt;
   }
 }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/json.h"
 #include "sim/files/number.h"
 #include "sim/scenario/keys.h"
 #include "sim/tune/profile.h"
@@ -218,7 +219,7 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
                         {"holdout", to_json(holdout, spec)},
                         {"profiles", ordered_json::array()}};
   for (const Profile& profile : found.profiles) document["profiles"].push_back(to_json(profile));
-  return document.dump(2) + "\n";
+  return files::json_text(document, 2) + "\n";
 }
 
 }  // namespace

@@ -46,6 +46,61 @@ TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");
 }
 
+TEST_F(Cli, OptionsThatAreWrongAreRefusedWithTheNearest) {
+  expect_refused("run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?");
+  expect_refused("report x --ouf=y", "; did you mean '--out'?");
+  EXPECT_THAT(refusal("config '" + kCircle + "' --frobnicate"), testing::Not(HasSubstr("did you mean")));
+}
+
+TEST_F(Cli, AModelThatIsNotThereIsRefusedByCheck) {
+  write("kitchen.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld:\n  room: kitchen\n");
+  expect_refused("check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of ");
+  write("near.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld: {room: ofice}\n");
+  expect_refused("check near.yaml", "near.yaml:2: world.room: is 'ofice', expected one of ");
+  EXPECT_THAT(refusal("check near.yaml"), HasSubstr("; did you mean 'office'?"));
+  write("robot.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld: {robot: office}\n");
+  expect_refused("check robot.yaml", "robot.yaml:2: world.robot: is 'office', expected one of hrp2");
+}
+
+// The cause stands in the message: here no shorter step of the walk would help.
+TEST_F(Cli, AnImpossibleStepIsBlamedOnItsOwnKey) {
+  write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
+  EXPECT_THAT(refusal("check far.yaml"), HasSubstr("the cause is walk.commands[0].steps[0].forward_m 0.9"));
+  write("low.yaml", "walk: {com_height_m: 0.3, commands: [{straight: {forward_m: 0, left_m: 1}}]}\n");
+  EXPECT_THAT(refusal("check low.yaml"), HasSubstr("the cause is walk.com_height_m 0.3"));
+}
+
+TEST_F(Cli, JsonOfAnotherTypeIsRefusedWithFileAndKey) {
+  write("a/seed-1/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
+  write("a/seed-1/about.json", R"({"recording_xxh3_128": 5})");
+  write("a/seed-1/score.json", R"({"seed": 1, "ending": "completed", "metrics": {}})");
+  expect_refused("compare a a", "a/seed-1/about.json: recording_xxh3_128: expected text, found number");
+  write("a/seed-1/score.json", R"({"seed": "1", "ending": "completed", "metrics": {}})");
+  expect_refused("compare a a", "a/seed-1/score.json: seed: expected a whole number from 0, found string");
+  write("a/seed-1/score.json", R"({"ending": "completed", "metrics": {"rmse_m": 5}})");
+  expect_refused("compare a a", "a/seed-1/score.json: metrics.rmse_m: expected an object, found number");
+}
+
+TEST_F(Cli, SeedsWithoutEndAreRefused) {
+  const std::string text =
+      "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\nholdout: "
+      "[{scenario: '" +
+      kCircle + "', seeds: 1}]\ntraining: [{scenario: '" + kCircle + "', seeds: ";
+  for (const char* seeds : {"1..18446744073709551615", "0..18446744073709551615", "1..100001"}) {
+    write("spec.yaml", text + seeds + "}]\n");
+    expect_refused("tune spec.yaml", "seeds: more than 100000 seeds");
+    expect_refused("sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1 --seeds " + seeds,
+                   "more than 100000 seeds");
+  }
+}
+
+// What cannot be one line of the file that a job array reads is refused before anything is made.
+TEST_F(Cli, ALineBreakInAFolderForSlurmIsRefused) {
+  expect_refused(
+      "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm --out \"$(printf 'a\\nb')\"",
+      "has a line break");
+}
+
 TEST_F(Cli, FilesThatAreNotScenariosAreRefused) {
   expect_refused("config no.yaml", "no.yaml: cannot be read: No such file or directory");
   expect_refused("config .", ".: is a folder, expected a scenario file");
@@ -127,6 +182,18 @@ TEST_F(Cli, AFullDiskIsNotTakenForSuccess) {
 }
 
 #if GAITSLAM_HAS_WORLD
+// A temporary folder of one page that is full; only root can mount it.
+TEST_F(Cli, AFullTemporaryFolderIsNamed) {
+  const Ran ran = shell(
+      "mkdir full && unshare -m sh -c 'mount -t tmpfs -o size=4k none full || exit 77; "
+      "head -c 4096 /dev/zero >full/page; TMPDIR=$PWD/full exec \"$0\" run \"$1\" --seeds 1,2 --out out' '" +
+      std::string(GAITSLAM_PROGRAM) + "' '" + kCircle + "' || exit $?");
+  if (ran.exit_code == 77 || ran.err.starts_with("unshare")) GTEST_SKIP() << "nothing can be mounted here";
+  EXPECT_EQ(ran.exit_code, 2) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("cannot be written: No space left on device"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
 TEST_F(Cli, RunRefusesWhatItCannotDoBeforeItSimulates) {
   const std::string run = "run '" + kCircle + "' ";
   expect_refused("run", "scenario is required");

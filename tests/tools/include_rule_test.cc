@@ -32,7 +32,8 @@ const std::vector<Rule>& rules() {
   static const std::vector<Rule> all{
       {"walking/", {"walking/", "Eigen/"}},
       {"slam/", {"slam/", "Eigen/", "opencv2/core", "opencv2/imgproc"}},
-      {"sim/files/", {"sim/files/", "Eigen/", "fmt/", "xxhash.h", "fcntl.h", "signal.h", "unistd.h", "sys/"}},
+      {"sim/files/",
+       {"sim/files/", "Eigen/", "fmt/", "nlohmann/", "xxhash.h", "fcntl.h", "signal.h", "unistd.h", "sys/"}},
       {"sim/score/", {"sim/score/", "sim/files/", "Eigen/", "boost/math/", "fmt/", "nlohmann/"}},
       {"sim/sensor_errors/", {"sim/sensor_errors/", "slam/observation.h", "Eigen/", "opencv2/core", "fmt/"}},
       {"sim/recording/",

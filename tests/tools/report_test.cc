@@ -2,11 +2,13 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
 #include <vector>
 
+#include "tests/tools/browser.h"
 #include "tests/tools/command_line.h"
 
 namespace {
@@ -20,14 +22,7 @@ class ReportTest : public tests::CommandLine {
   ReportTest() { write("walk.yaml", tests::kShortWalk); }
   void walk(const std::string& arguments) { ASSERT_EQ(gaitslam("run walk.yaml " + arguments).exit_code, 0); }
 
-  // What the page is after its script ran. Names are resolved nowhere: what is not in the file is not there.
-  Ran opened(const std::string& page) const {
-    return shell(
-        "timeout 100 chromium --headless --no-sandbox --user-data-dir=profile --use-angle=swiftshader "
-        "--enable-unsafe-swiftshader --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr "
-        "--window-size=1200,900 --virtual-time-budget=10000 --dump-dom \"file://$PWD/" +
-        page + "\"");
-  }
+  Ran opened(const std::string& page) const { return shell(tests::browser_command(page)); }
   void expect_all_drawn(const std::string& page, int at_least) const {
     const Ran ran = opened(page);
     std::smatch figures, drawn;
@@ -141,6 +136,100 @@ TEST_F(ReportTest, SeedsOfABatchTellWhoSetTheirKeys) {
   EXPECT_THAT(text_of("many/seed-2/about.json"), HasSubstr(R"("slam.vision.sigma_px": "argument 1")"));
 }
 
+// What ends an element, an attribute or a script, each with what would mark the page as @ if it ran. The last
+// one hides what follows it.
+constexpr std::array kPayloads{
+    R"(</title><script>document.documentElement.dataset.@='1'</script>)",
+    R"(</script><script>document.documentElement.dataset.@='1'</script>)",
+    R"("><img src=x onerror="document.documentElement.dataset.@='1'">)",
+    R"('><svg onload="document.documentElement.dataset.@='1'"></svg>)",
+    R"(<iframe srcdoc="<script>parent.document.documentElement.dataset.@='1'</script>"></iframe>)",
+    R"(&lt;script&gt;document.documentElement.dataset.@='1'&lt;/script&gt;)",
+    R"(<!--<script>document.documentElement.dataset.@='1'</script>)"};
+
+// The payloads from one to another, one after the other; the k-th marks the page as "ran<k>".
+std::string payloads(std::size_t first, std::size_t end) {
+  std::string all;
+  for (std::size_t k = first; k < end; ++k) {
+    const std::string payload = kPayloads[k];
+    const std::size_t at = payload.find('@');
+    all += payload.substr(0, at) + "ran" + std::to_string(k) + payload.substr(at + 1);
+  }
+  return all;
+}
+
+// A result that somebody else sent: every text in it that a page shows is a payload.
+TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
+  walk("--out one");
+  auto score = nlohmann::json::parse(text_of("one/seed-1/score.json"));
+  auto about = nlohmann::json::parse(text_of("one/seed-1/about.json"));
+  const std::string payload = payloads(0, kPayloads.size());
+  score["scenario"] = score["ending"] = payload;
+  for (auto& [name, metric] : score["metrics"].items()) metric["unit"] = metric["reason"] = payload;
+  score["metrics"][payload] = {{"value", 1}, {"unit", payload}};
+  score["limits"] =
+      nlohmann::json::array({{{"metric", payload}, {"at_most", 1}, {"value", 1}, {"passed", true}}});
+  for (const char* key : {"program", "version", "revision", "cause"}) about[key] = payload;
+  for (auto& [key, by] : about["set_by"].items()) by = payload;
+  write("one/seed-1/score.json", score.dump());
+  write("one/seed-1/about.json", about.dump());
+  shell("cp -r one/seed-1 one/seed-2");
+  ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);
+  ASSERT_EQ(gaitslam("report one --out two.html").exit_code, 0);
+  for (const char* page : {"one.html", "two.html"}) {
+    const Ran ran = opened(page);
+    EXPECT_THAT(ran.out, Not(HasSubstr("data-ran"))) << page;
+    EXPECT_THAT(ran.out, HasSubstr("data-drawn=")) << page << ": the page itself is whole";
+    EXPECT_THAT(ran.err, Not(HasSubstr("CONSOLE"))) << page << ": nothing had to be blocked";
+  }
+}
+
+// Were a text once written as it is, the browser would still run no script but the page's own.
+TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
+  walk("--out one");
+  ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);
+  std::string page = text_of("one.html");
+  page.insert(page.find("<body>") + 6, payloads(0, 5));
+  write("with.html", page);
+  const Ran with = opened("with.html");
+  EXPECT_THAT(with.out, Not(HasSubstr("data-ran")));
+  EXPECT_THAT(with.out, HasSubstr("data-drawn=")) << "the page itself is whole";
+  EXPECT_THAT(with.err, HasSubstr("Content Security Policy"));
+  const std::size_t policy = page.find("<meta http-equiv");
+  write("without.html", page.erase(policy, page.find("\n", policy) - policy));
+  const Ran without = opened("without.html");
+  for (int k = 0; k < 5; ++k)
+    EXPECT_THAT(without.out, HasSubstr("data-ran" + std::to_string(k)))
+        << kPayloads[static_cast<std::size_t>(k)];
+}
+
+TEST_F(ReportTest, PicturesOutsideTheRecordingAreNotPutIntoAPage) {
+  walk("--out one");
+  write("secret.png", "secret");
+  const std::string rows = "one/seed-1/recording/mav0/cam0/data.csv";
+  const std::string names = text_of(rows);
+  const std::size_t first = names.find(',', names.find('\n')) + 1, end = names.find('\n', first);
+  write(rows, std::string(names).replace(first, end - first, "../../../../../../secret.png"));
+  EXPECT_THAT(refusal("report one --out x.html"), HasSubstr("leads out of the folder"));
+  write(rows, names);
+  const std::string picture = "one/seed-1/recording/mav0/cam0/data/" + names.substr(first, end - first);
+  std::filesystem::remove(folder_ / picture);
+  std::filesystem::create_symlink(folder_ / "secret.png", folder_ / picture);
+  EXPECT_THAT(refusal("report one --out x.html"), HasSubstr("leads out of the folder"));
+  std::filesystem::remove(folder_ / picture);
+  write(picture, "secret");
+  EXPECT_THAT(refusal("report one --out x.html"), HasSubstr("is not a PNG image"));
+}
+
+TEST_F(ReportTest, AFolderOfSeedsWithAnotherNameIsNamed) {
+  for (const char* name : {"seed-abc", "seed-", "seed-1x", "seed-99999999999999999999"}) {
+    write(std::string("many/") + name + "/score.json", "{}");
+    EXPECT_THAT(refusal("report many --out x.html"),
+                HasSubstr(std::string("many/") + name + ": expected a name seed-<n> with a whole number"));
+    std::filesystem::remove_all(folder_ / "many");
+  }
+}
+
 TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   walk("--out two");
   const auto complaint = [&](const std::string& arguments) { return refusal("report " + arguments); };
@@ -150,6 +239,10 @@ TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   EXPECT_THAT(complaint("two"), HasSubstr("--out"));
   write("two/seed-1/frames.csv", "a,b\n1\n");
   EXPECT_THAT(complaint("two --out x.html"), HasSubstr("frames.csv:2: expected 2 fields, found 1"));
+  write("two/seed-1/frames.csv", "a,a\n1,1\n");
+  EXPECT_THAT(complaint("two --out x.html"), HasSubstr("frames.csv:1: has the column 'a' twice"));
+  write("two/seed-1/score.json", R"({"scenario": 5})");
+  EXPECT_THAT(complaint("two --out x.html"), HasSubstr("score.json: scenario: expected text, found number"));
   write("two/seed-1/score.json", "{");
   EXPECT_THAT(complaint("two --out x.html"), HasSubstr("score.json: expected a JSON object"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.html"));

@@ -8,6 +8,7 @@
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/live.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "walking/pattern_generator.h"
 
@@ -23,6 +24,7 @@ Exit codes: 0 all scenarios are valid; 2 one is not.)";
 bool is_valid(const std::string& file, const sim::scenario::Changes& changes) {
   try {
     const auto read = sim::scenario::read_scenario(file, changes);
+    require_models(read, GAITSLAM_MODELS);
     const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, GAITSLAM_MODELS));
     std::cout << fmt::format("{}: valid, a walk of {:.2f} s\n", file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod);

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <nlohmann/json.hpp>
-
 #include "sim/files/text.h"
+#include "sim/result/about_file.h"
 #include "sim/tune/trial_log.h"
 #include "tools/cli/version.h"
 
@@ -16,11 +15,12 @@ namespace fs = std::filesystem;
 
 /// Whether this program made the result: by its revision, and where the sources differ from their revision
 /// also by the times of the files.
-bool is_by_this_program(const fs::path& result) {
-  const auto about = nlohmann::json::parse(sim::files::read_text(result / "about.json"), nullptr, false);
-  if (!about.is_object() || !about.contains("revision") || about["revision"] != kRevision) return false;
+bool is_by_this_program(const fs::path& result) try {
+  if (sim::result::read_about(result / "about.json").revision != kRevision) return false;
   const bool exact = !std::string(kRevision).ends_with("+") && kRevision != std::string("unknown");
   return exact || fs::last_write_time(result / "about.json") > fs::last_write_time("/proc/self/exe");
+} catch (const sim::files::FileError&) {
+  return false;  // a damaged result is made again
 }
 
 }  // namespace

@@ -48,6 +48,22 @@ void check_command_name(const CLI::App& app, int argc, char** argv) {
                                     sim::scenario::did_you_mean(argv[1], candidates)));
 }
 
+/// "; did you mean '--seeds'?" for the first option on the command line that no chosen command has.
+std::string suggested_option(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands())
+    for (const CLI::Option* option : command->get_options())
+      if (!option->get_group().empty())  // the others are not for users
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  const std::vector<std::string_view> candidates(names.begin(), names.end());
+  for (const std::string& typed : app.remaining(true)) {
+    if (!typed.starts_with('-')) continue;
+    const std::string hint = sim::scenario::did_you_mean(typed.substr(0, typed.find('=')), candidates);
+    if (!hint.empty()) return hint;
+  }
+  return "";
+}
+
 int run_program(int argc, char** argv) {
   CLI::App app(kDescription, "gaitslam");
   int exit_code = 0;
@@ -77,7 +93,7 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& e) {
-    return fail_with(fmt::format("gaitslam: {} (gaitslam --help)", e.what()), 2);
+    return fail_with(fmt::format("gaitslam: {}{} (gaitslam --help)", e.what(), suggested_option(app)), 2);
   }
   return exit_code;
 }

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/file_error.h"
 #include "sim/regression/baseline.h"
 #include "sim/regression/verdict_reports.h"
 #include "tools/cli/commands.h"
@@ -73,8 +74,12 @@ void write(const RegressRequest& request, const regression::Comparison& comparis
   if (request.json) write_durably(*request.json, regression::verdicts_json(comparison));
   if (!request.github) return;
   std::cout << regression::github_annotations(comparison);
-  if (const char* summary = std::getenv("GITHUB_STEP_SUMMARY"))
-    std::ofstream(summary, std::ios::app) << regression::markdown(comparison);
+  const char* const summary = std::getenv("GITHUB_STEP_SUMMARY");
+  if (!summary) return;
+  std::ofstream out(summary, std::ios::app);
+  out << regression::markdown(comparison);
+  out.close();
+  if (!out) throw sim::files::FileError(summary, "cannot be written");
 }
 
 int regress(const RegressRequest& request) {

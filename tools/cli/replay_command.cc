@@ -1,13 +1,12 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "sim/files/text.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/replay/foreign_replay.h"
 #include "sim/replay/replay.h"
+#include "sim/result/about_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/recording_key.h"
@@ -61,9 +60,8 @@ void require_same_walk(const scenario::Scenario& recorded, const scenario::Scena
 /// The scenario.yaml of a result lists every key, so that only its about.json says who set which.
 void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
   if (!fs::exists(result / "about.json")) return;
-  const auto about = nlohmann::json::parse(sim::files::read_text(result / "about.json"), nullptr, false);
-  if (!about.is_object() || !about.contains("set_by")) return;
-  auto origin = about["set_by"].get<decltype(read.origin)>();
+  auto origin = sim::result::read_about(result / "about.json").set_by;
+  if (origin.empty()) return;
   for (const auto& [key, by] : read.origin)
     if (by.starts_with("argument")) origin[key] = by;
   read.origin = std::move(origin);

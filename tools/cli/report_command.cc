@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <string_view>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/number.h"
 #include "sim/report/page.h"
 #include "sim/report/run_figures.h"
 #include "tools/cli/commands.h"
@@ -40,11 +42,18 @@ bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"
 
 /// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
+  constexpr std::string_view kSeed = "seed-";
   std::vector<std::pair<std::uint64_t, fs::path>> seeds;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename();
-    if (name.starts_with("seed-") && is_result(entry.path()))
-      seeds.push_back({std::stoull(name.substr(5)), entry.path()});
+    if (!name.starts_with(kSeed) || !is_result(entry.path())) continue;
+    const auto seed = sim::files::parse_number<std::uint64_t>(std::string_view(name).substr(kSeed.size()));
+    if (!seed)
+      throw UsageError(
+          fmt::format("{}: expected a name seed-<n> with a whole number; a result of another name "
+                      "is reported by naming its folder",
+                      entry.path().string()));
+    seeds.push_back({*seed, entry.path()});
   }
   std::sort(seeds.begin(), seeds.end());
   std::vector<fs::path> folders;

@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "sim/files/durable_file.h"
 #include "sim/files/text.h"
 #include "sim/report/paper_page.h"
 #include "sim/report/paper_rows.h"
+#include "sim/result/about_file.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/finished.h"
@@ -44,10 +44,11 @@ struct ReproduceRequest {
 
 fs::path seed_folder(const fs::path& root, std::uint64_t seed) { return root / fmt::format("seed-{}", seed); }
 
-nlohmann::json about(const fs::path& result) {
-  const fs::path file = result / "about.json";
-  return fs::exists(file) ? nlohmann::json::parse(sim::files::read_text(file), nullptr, false)
-                          : nlohmann::json();
+/// Empty where the file is missing or damaged: the run is then made again.
+sim::result::About about(const fs::path& result) try {
+  return sim::result::read_about(result / "about.json");
+} catch (const sim::files::FileError&) {
+  return {};
 }
 
 /// Whether the result is of this program, scenario and seed, and of the recording that is there now.
@@ -55,10 +56,8 @@ bool is_done(const fs::path& result, const fs::path& recorded, const scenario::S
              std::uint64_t seed) {
   if (!is_finished(result, scenario, seed)) return false;
   if (recorded.empty()) return true;
-  const nlohmann::json made = about(result),
-                       walked = about(recorded);  // no object before the walk was recorded
-  return walked.is_object() && walked.contains("recording_xxh3_128") && made.contains("recording_xxh3_128") &&
-         walked["recording_xxh3_128"] == made["recording_xxh3_128"];
+  const std::string walked = about(recorded).recording;  // empty before the walk was recorded
+  return !walked.empty() && walked == about(result).recording;
 }
 
 /// One experiment and where its results are.

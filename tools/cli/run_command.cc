@@ -18,6 +18,7 @@
 #include "tools/cli/jobs/earlier.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/recordings.h"
@@ -139,6 +140,7 @@ int run(const RunRequest& request) {
   require_simulator();
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
+  require_models(read, request.models);
   if (request.seeds) return run_seeds(read, request);
   const OutFolder out(request, standard_folder(read),
                       {.results = {fmt::format("seed-{}", read.scenario.seed)}});

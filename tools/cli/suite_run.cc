@@ -164,6 +164,7 @@ SuiteRun plan_suite(const SuiteRequest& request) {
 }
 
 void run_suite(const SuiteRequest& request, SuiteRun& run) {
+  require_usable(request.backend, request.out.value_or(""));
   if (request.results) {
     for (SuiteScenario& s : run.scenarios)
       s.results = read_results(*request.results / s.read.scenario.name, s, run.seeds);

@@ -197,6 +197,7 @@ int finish(const Sweep& sweep, const tune::TrialLog& log, const fs::path& out) {
 }
 
 int sweep(const SweepRequest& request) {
+  require_usable(request.backend, request.out.value_or(""));
   const Recordings recordings(request.models);
   const Sweep sweep = prepare(request, recordings);
   announce(sweep);

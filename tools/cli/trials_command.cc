@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/task.h"
 #include "tools/cli/commands.h"
@@ -99,8 +100,8 @@ void run_tasks(const TrialsRequest& request) {
   for (const tune::Task& task : file.tasks) {
     if (log.find(task.key)) continue;
     const Running before = read_running(request.tasks);
-    std::ofstream(running_file(request.tasks))
-        << fmt::format("{} {}\n", task.key, before.key == task.key ? before.attempt + 1 : 1);
+    sim::files::write_text(running_file(request.tasks),
+                           fmt::format("{} {}\n", task.key, before.key == task.key ? before.attempt + 1 : 1));
     log.add(runner.run(task));
   }
 }

@@ -104,6 +104,7 @@ tune::RunTasks run_on_cluster(const TuneRequest& request, const fs::path& out, c
 }
 
 int tune_by(const TuneRequest& request) {
+  require_usable(request.backend, request.out.out.value_or(""));
   tune::Spec spec = tune::read_spec(request.spec);
   const OutFolder folder(
       request.out, fs::path("results") / ("tune-" + spec.name),

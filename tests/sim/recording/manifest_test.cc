@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::recording {
@@ -44,6 +45,26 @@ TEST(Manifest, ReadsOnlyWhatItLists) {
   EXPECT_EQ(manifest.read("a.txt"), "content");
   EXPECT_THAT([&] { manifest.read("../a.txt"); },
               ThrowsMessage<files::FileError>(HasSubstr("does not list ../a.txt")));
+}
+
+// A recording that others made must not open anything else, and no list of it leads to another place.
+TEST(Manifest, FilesOutsideTheFolderAreRefused) {
+  const files::TemporaryFolder folder;
+  const std::filesystem::path recording = folder / "recording";
+  std::filesystem::create_directories(recording);
+  files::write_text(folder / "outside.txt", "content");
+  std::filesystem::create_symlink(folder / "outside.txt", recording / "link.txt");
+  files::Hash hash;
+  hash.add("content");
+  for (const std::string& path :
+       {std::string("../outside.txt"), (folder / "outside.txt").string(), std::string("link.txt")}) {
+    ManifestWriter writer(recording);
+    writer.add(path, hash);
+    writer.finish();
+    EXPECT_THAT([&] { Manifest manifest(recording); },
+                ThrowsMessage<files::FileError>(HasSubstr("leads out of the folder")))
+        << path;
+  }
 }
 
 TEST(HashedFile, SaysWhenTheDiskIsFull) {

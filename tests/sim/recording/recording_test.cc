@@ -28,7 +28,7 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 using tests::random_image, tests::random_pose, tests::random_vector;
 
-constexpr int kWidth = 32, kHeight = 24;
+constexpr int kWidth = 32, kHeight = 40;
 
 slam::PlannedMotion plan(sensor_errors::Random& random) {
   return {random_pose(random), random_vector(random), random_vector(random), random_vector(random),
@@ -374,7 +374,7 @@ TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
               HasSubstr("expected a finite number, found \"inf\""));
   EXPECT_THAT(says("mav0/cam0/data.csv", "033000000.png", "034000000.png"), HasSubstr("of another file"));
   EXPECT_EQ(says("mav0/cam0/sensor.yaml", "resolution: [32", "resolution: [0"),
-            ":19:13: expected whole numbers from 1 to 100000");
+            ":19:13: expected whole numbers from 32 to 8192");
   EXPECT_EQ(says("mav0/cam0/sensor.yaml", "intrinsics: [", "intrinsics: [1, "), ":21:13: expected 4 numbers");
   EXPECT_EQ(says("mav0/cam0/sensor.yaml", "rate_hz", "rate"), ": has no key rate_hz");
   EXPECT_THAT(says("mav0/cam0/sensor.yaml", "resolution: [", "resolution: {"), HasSubstr(":19:"));

@@ -42,6 +42,18 @@ TEST_F(Base, SetsWhatTheScenarioDoesNotSetItself) {
   EXPECT_FALSE(read.origin.contains("name"));
 }
 
+// Eight files that name the next one ten times would be 10^8 files to read.
+TEST_F(Base, FilesThatNameEachOtherOftenAreRefused) {
+  file("0.yaml", kAll);
+  for (int i = 1; i <= 8; ++i) {
+    std::string bases;
+    for (int k = 0; k < 10; ++k) bases += std::to_string(i - 1) + ".yaml, ";
+    file(std::to_string(i) + ".yaml", "base: [" + bases + "0.yaml]\n");
+  }
+  EXPECT_THAT(complaint_about((folder_ / "8.yaml").string()),
+              HasSubstr("base: more than 100 files in all, those of bases included"));
+}
+
 TEST_F(Base, HasABaseOfItsOwnRelativeToItself) {
   file("a.yaml", kAll + "seed: 1\nwalk.step_length_m: 0.1\nwalk.preview_s: 2\n");
   file("bases/b.yaml", "base: ../a.yaml\nwalk: {step_length_m: 0.2}\n");

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/recording/manifest.h"
@@ -100,6 +101,26 @@ TEST_F(RecordingCacheTest, OneWhoseManifestIsAnotherIsDamagedToo) {
   manifest.finish();
   EXPECT_FALSE(cache_.find(key('a'), say()));
   EXPECT_THAT(said_, ElementsAre(HasSubstr("another recording")));
+}
+
+// Whatever stands in the files beside the recording: the entry is named as damaged and made again.
+TEST_F(RecordingCacheTest, OneWithDamagedJsonHealsItself) {
+  const fs::path entry = cache_.place().folder / key('a');
+  for (const auto& [file, text] : {std::pair{"entry.json", R"({"recording": 5})"},
+                                   {"entry.json", R"({"recording": null, "files_xxh3_128": []})"},
+                                   {"entry.json", "[]"},
+                                   {"entry.json", ""},
+                                   {"result/about.json", R"({"scenario": 5})"},
+                                   {"result/about.json", "{"}}) {
+    get('a');
+    said_.clear();
+    std::ofstream(entry / file) << text;
+    EXPECT_FALSE(cache_.find(key('a'), say())) << text;
+    EXPECT_EQ(said_.size(), 1u) << text;
+    EXPECT_NO_THROW(cache_.list()) << text;
+    EXPECT_TRUE(get('a').made) << text;
+    EXPECT_TRUE(cache_.find(key('a'), say())) << text;
+  }
 }
 
 TEST_F(RecordingCacheTest, TheLeastRecentlyUsedGoesFirst) {

@@ -20,6 +20,10 @@ struct Backend {
   bool slurm() const { return name == "slurm"; }
 };
 
+/// Throws UsageError where the backend is Slurm and its command lines could not name the folder: each is one
+/// line of a file. To be called before anything is made.
+void require_usable(const Backend& backend, const std::string& folder);
+
 /// The options --jobs and --backend.
 void add_backend_options(CLI::App& command, Backend& backend);
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/json.h"
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/earlier.h"
@@ -59,7 +60,8 @@ bool is_of(const fs::path& result, sim::scenario::Scenario scenario, const Backe
 }  // namespace
 
 void take_origin(sim::scenario::ReadScenario& read, const fs::path& set_by) {
-  read.origin = nlohmann::json::parse(sim::files::read_text(set_by)).get<decltype(read.origin)>();
+  read.origin.clear();
+  for (const auto& [key, by] : sim::files::read_json(set_by).entries()) read.origin[key] = by.text();
 }
 
 std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, const Batch& batch) {
@@ -68,7 +70,7 @@ std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, cons
   const fs::path frozen =
       shared / (scenario.name + ".yaml");  // so that later edits of the file change no queued seed
   sim::files::write_text(frozen, sim::scenario::to_yaml(scenario));
-  sim::files::write_text(shared / kSetBy, nlohmann::json(batch.origin).dump());
+  sim::files::write_text(shared / kSetBy, sim::files::json_text(batch.origin));
   CommandLines lines;
   std::vector<Identity> before;
   for (const std::uint64_t seed : batch.seeds) {

@@ -78,7 +78,10 @@ std::string shell_lines(const CommandLines& lines) {
   std::string text;
   for (const auto& line : lines) {
     text += program;
-    for (const std::string& word : line) text += " " + shell_word(word);
+    for (const std::string& word : line) {
+      require_usable({"slurm"}, word);
+      text += " " + shell_word(word);
+    }
     text += '\n';
   }
   return text;

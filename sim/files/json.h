@@ -1,0 +1,60 @@
+// Values of a JSON file, read strictly: one that is missing or of another type is an error that names the
+// file and the key.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sim/files/file_error.h"
+
+namespace sim::files {
+
+/// A value of a JSON document and its key there ("metrics.rmse_m.value", "limits[0].passed"). The document
+/// lives as long as any of its values. All members throw FileError "file: key: what was expected and found".
+class Json {
+ public:
+  /// The object that the whole text is. file: the name for errors.
+  Json(const std::filesystem::path& file, std::string_view text);
+
+  /// The value of a key of this object.
+  Json at(std::string_view key) const;
+  /// The same; nothing where the key is missing or its value is null.
+  std::optional<Json> find(std::string_view key) const;
+
+  std::string text() const;
+  double number() const;
+  std::uint64_t whole() const;  ///< a number without fraction and sign
+  bool flag() const;            ///< true or false
+  bool is_null() const;
+  std::optional<double> number_or_null() const;
+
+  std::vector<Json> items() const;                            ///< of a list
+  std::vector<std::pair<std::string, Json>> entries() const;  ///< of an object, in the order of the file
+
+  const nlohmann::ordered_json& value() const { return *value_; }
+  [[noreturn]] void fail(const std::string& why) const;
+
+ private:
+  struct Document;
+  Json(std::shared_ptr<const Document> document, const nlohmann::ordered_json& value, std::string key);
+  void require(bool holds, const char* expected) const;
+
+  std::shared_ptr<const Document> document_;
+  const nlohmann::ordered_json* value_;
+  std::string key_;
+};
+
+/// The JSON object in a file.
+Json read_json(const std::filesystem::path& file);
+
+/// JSON as text. Bytes that are no UTF-8, such as those of a file's name, become replacement characters.
+std::string json_text(const nlohmann::ordered_json& json, int indent = -1);
+
+}  // namespace sim::files

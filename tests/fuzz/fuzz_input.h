@@ -1,0 +1,56 @@
+// What the fuzz targets share: the input as text and as a file, and the exceptions that a reader may throw.
+#pragma once
+
+#include <stdlib.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "sim/files/text.h"
+#include "sim/scenario/yaml.h"
+
+namespace fuzz {
+
+inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
+
+/// A folder in the temporary folder, which tools/fuzz.sh removes.
+inline const std::filesystem::path& folder() {
+  static const std::filesystem::path made = [] {
+    std::string pattern = (std::filesystem::temp_directory_path() / "gaitslam-fuzz-XXXXXX").string();
+    return std::filesystem::path(::mkdtemp(pattern.data()));
+  }();
+  return made;
+}
+
+/// A file of that folder with the text.
+inline std::filesystem::path file(const std::string& name, std::string_view text) {
+  const std::filesystem::path path = folder() / name;
+  std::filesystem::create_directories(path.parent_path());
+  sim::files::write_text(path, text);
+  return path;
+}
+
+/// Whatever the input holds, it is read or refused with a message; any other exception ends the target.
+/// Returns true where it was read.
+template <class Read>
+bool read_or_refuse(const Read& read) {
+  try {
+    read();
+    return true;
+  } catch (const sim::files::FileError&) {
+  } catch (const sim::scenario::ConfigError&) {
+  }
+  return false;
+}
+
+/// Ends the target where a property of what was read does not hold.
+inline void require(bool holds) {
+  if (!holds) abort();
+}
+
+}  // namespace fuzz

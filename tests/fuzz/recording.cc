@@ -1,0 +1,69 @@
+// A recording of the program's own, of which one file is the input and the manifest says so; the input's
+// first byte says which file.
+#include "sim/recording/recording.h"
+
+#include <map>
+#include <opencv2/core.hpp>
+
+#include "sim/files/csv.h"
+#include "sim/recording/manifest.h"
+#include "tests/fuzz/fuzz_input.h"
+
+namespace {
+
+namespace recording = sim::recording;
+
+std::filesystem::path root() { return fuzz::folder() / "recording"; }
+
+void record() {
+  recording::RecordingSetup setup;
+  setup.calibration.camera = {48, 36, 30, 30, 24, 18, slam::OneParameterRadial{1e-4}};
+  setup.joints = {"KNEE"};
+  recording::RecordingWriter writer(root(), setup);
+  slam::Observation o;
+  o.image = cv::Mat(36, 48, CV_8UC1, cv::Scalar(7));
+  o.gyro = {{slam::Stamp{-5'000'000}, slam::Stamp{0}, {1, 2, 3}}};
+  o.accelerometer = o.gyro;
+  o.plan.emplace();
+  writer.add(o);
+  writer.add(recording::TruePoses{});
+  writer.add(recording::TrueFeet{});
+  writer.add(recording::RecordedSurface{"box"});
+  writer.finish();
+}
+
+// Relative path -> content of every listed file.
+std::map<std::string, std::string> contents() {
+  record();
+  std::map<std::string, std::string> all;
+  sim::files::CsvReader rows(root() / "manifest.csv", {"#xxh3_128,bytes,path"});
+  while (rows.next()) all[std::string(rows.text(2))] = sim::files::read_text(root() / rows.text(2));
+  return all;
+}
+
+std::string manifest_row(const std::string& name, std::string_view content) {
+  sim::files::Hash hash;
+  hash.add(content);
+  return hash.hex() + "," + std::to_string(content.size()) + "," + name + "\n";
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const std::map<std::string, std::string> whole = contents();
+  if (size == 0) return 0;
+  const auto changed = std::next(whole.begin(), data[0] % static_cast<std::ptrdiff_t>(whole.size()));
+  const std::string_view content = fuzz::text_of(data + 1, size - 1);
+  std::string manifest = "#xxh3_128,bytes,path\n";
+  for (const auto& [name, text] : whole)
+    manifest += manifest_row(name, name == changed->first ? content : text);
+  fuzz::file("recording/manifest.csv", manifest);
+  fuzz::file("recording/" + changed->first, content);
+  fuzz::read_or_refuse([] {
+    recording::RecordingReader reader(root());
+    while (reader.next()) continue;
+  });
+  fuzz::read_or_refuse([] { recording::read_truth(root()); });
+  fuzz::file("recording/" + changed->first, changed->second);
+  return 0;
+}

@@ -1,0 +1,69 @@
+#include "sim/result/score_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/files/text.h"
+#include "sim/result/score_table.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::result {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr const char* kScore = R"({"scenario": "walk", "seed": 3, "ending": "completed",
+  "metrics": {"rmse_m": {"value": 0.25, "unit": "m"}, "loop_closed": {"value": null, "unit": "1", "reason": "no loop"}},
+  "limits": [{"metric": "rmse_m", "at_most": 0.5, "value": 0.25, "passed": true}]})";
+constexpr const char* kTiming =
+    R"({"frame_cpu_ms_median": 0.5, "frame_cpu_ms_p99": 1, "realtime_factor": 2})";
+
+class ScoreFile : public testing::Test {
+ protected:
+  ScoreFile() { files::write_text(folder_ / "timing.json", kTiming); }
+  std::string table(const std::string& from = "", const std::string& to = "") const {
+    std::string text = kScore;
+    if (!from.empty()) text.replace(text.find(from), from.size(), to);
+    files::write_text(folder_ / "score.json", text);
+    return score_table(folder_.path());
+  }
+  const files::TemporaryFolder folder_;
+};
+
+TEST_F(ScoreFile, TheTableShowsMetricsWithTheirLimits) {
+  const std::string text = table();
+  EXPECT_THAT(text, HasSubstr("walk  seed 3  completed\n"));
+  EXPECT_THAT(text, HasSubstr("0.2500 m     <= 0.5000  ok"));
+  EXPECT_THAT(text, HasSubstr("filter 0.500 ms CPU per frame"));
+  EXPECT_EQ(read_score(folder_ / "score.json").value("rmse_m"), 0.25);
+  EXPECT_FALSE(read_score(folder_ / "score.json").value("loop_closed"));
+}
+
+TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
+  struct Fault {
+    const char *from, *to, *complaint;
+  };
+  for (const Fault& f :
+       {Fault{"\"walk\"", "1", "scenario: expected text, found number"},
+        {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
+        {"\"completed\"", "[]", "ending: expected text, found array"},
+        {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
+        {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
+        {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
+        {"\"at_most\": 0.5", "\"at_most\": {}", "limits[0].at_most: expected a number, found object"},
+        {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
+        {"true", "1", "limits[0].passed: expected true or false, found number"},
+        {"[{", "{\"a\": [{", "score.json: expected a JSON object"}})
+    EXPECT_THAT([&] { table(f.from, f.to); }, ThrowsMessage<files::FileError>(HasSubstr(f.complaint)))
+        << f.to;
+}
+
+TEST_F(ScoreFile, ATimingOfAnotherTypeIsNamedWithItsKey) {
+  files::write_text(folder_ / "timing.json", R"({"frame_cpu_ms_median": "fast"})");
+  EXPECT_THAT([&] { table(); }, ThrowsMessage<files::FileError>(HasSubstr(
+                                    "timing.json: frame_cpu_ms_median: expected a number, found string")));
+}
+
+}  // namespace
+}  // namespace sim::result
