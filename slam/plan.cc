@@ -100,6 +100,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kSwayVelocity, 3) = R_WC;
     m.H_robot.middleCols(kStrideError, 2) = R_WC * J_stride;
   }
+  m.plan_scale = planned.velocity;
   m.R.diagonal().setConstant(planned.sigma_m_s * planned.sigma_m_s);
   return m;
 }

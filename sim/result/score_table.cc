@@ -39,6 +39,21 @@ std::string verdicts(const json& limits, const std::string& metric) {
   return text;
 }
 
+// A line for each time in which tracking was lost or a sensor was suspect.
+std::string tracking_faults(const json& scored) {
+  std::string text;
+  if (!scored.contains("tracking")) return text;
+  for (const char* const kind : {"lost", "suspect"}) {
+    if (!scored["tracking"].contains(kind)) continue;
+    for (const json& fault : scored["tracking"][kind]) {
+      const std::string to = fault["to_s"].is_null() ? "the end" : fmt::format("{:.2f} s", fault["to_s"].get<double>());
+      text += fmt::format("  {} from {:.2f} s to {}: {}\n", kind, fault["from_s"].get<double>(), to,
+                          fault["cause"].get<std::string>());
+    }
+  }
+  return text;
+}
+
 // Where the scale is not known, the error up to scale is shown instead of ate_se3_rmse_m.
 bool is_substitute(const json& metrics, const std::string& name) {
   return name == "ate_sim3_rmse_m" && metrics[name]["value"].is_number() &&
@@ -52,6 +67,7 @@ std::string score_table(const std::filesystem::path& result_folder) {
              timing = read_json(result_folder / "timing.json");
   std::string text = fmt::format("{}  seed {}  {}\n", scored["scenario"].get<std::string>(),
                                  scored["seed"].get<std::uint64_t>(), scored["ending"].get<std::string>());
+  text += tracking_faults(scored);
   for (const auto& [name, metric] : scored["metrics"].items()) {
     const score::MetricDefinition* defined = score::find_metric(name);
     const std::string judged = verdicts(scored["limits"], name);
