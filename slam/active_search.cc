@@ -63,12 +63,12 @@ void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count
 
 void keep_affordable(std::vector<Candidate>& candidates, int most_px) {
   std::int64_t left = most_px;
-  for (const Candidate& candidate : candidates) left -= searched_pixels(candidate.S, kSigmas);
+  for (const Candidate& candidate : candidates) left -= searched_pixels(candidate.S, kSearchSigmas);
   if (left >= 0) return;
   std::sort(candidates.begin(), candidates.end(), more_informative);
   left = most_px;
   const auto too_much = [&](const Candidate& candidate) {
-    const int pixels = searched_pixels(candidate.S, kSigmas);
+    const int pixels = searched_pixels(candidate.S, kSearchSigmas);
     if (pixels > left) return true;
     left -= pixels;
     return false;
