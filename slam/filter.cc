@@ -40,7 +40,8 @@ Filter::Filter(const Options& options, const Calibration& calibration, const Eig
       internal_(options, calibration.X_CG),
       vision_(options.vision, options.bounds, camera_),
       map_(options, camera_, seed),
-      tracking_(options.tracking) {
+      tracking_(options.tracking),
+      plan_watch_(options) {
   publish();
 }
 
@@ -56,9 +57,10 @@ const FrameReport& Filter::step(const Observation& o) {
   const bool was_lost = tracking_.health() == Health::lost;
   const auto planned = internal_.advance_plan(o, seconds(interval));
   if (now_) predict_and_measure_internally(o, planned);  // eq. (6) and section IV
-  report_.scale_i = kalman_.take_scale_evidence();
+  report_.internal_scale = kalman_.take_scale_evidence();
   if (options_.vision.enabled) look(o, interval, planned);
-  report_.scale_v = kalman_.take_scale_evidence();
+  report_.vision_scale = kalman_.take_scale_evidence();
+  judge_plan();
   if (was_lost) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;
   now_ = o.t;
@@ -91,6 +93,12 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
     tracking_.blind(interval, unseen);
     if (was_blind) relocalise_in(o.image);
   }
+}
+
+void Filter::judge_plan() {
+  if (report_.relocalised) return plan_watch_.reset();
+  plan_watch_.take(report_.internal_scale);
+  plan_watch_.take(report_.vision_scale);
 }
 
 void Filter::predict_and_measure_internally(const Observation& o,
@@ -182,6 +190,7 @@ void Filter::clear_report(Stamp t) {
 void Filter::report_health() {
   report_.health = tracking_.health();
   report_.cause = tracking_.cause();
+  report_.suspect = plan_watch_.suspect();
 }
 
 /// Why the observation cannot be used at all; empty if it can.

@@ -69,7 +69,7 @@ struct FrameReport {
   std::vector<Search> searched;
   std::vector<DepthHypotheses> lines;  ///< landmarks that were lines before this frame, after its image
   std::vector<int> deleted;
-  ScaleEvidence scale_i, scale_v;
+  ScaleEvidence internal_scale, vision_scale;  ///< what this frame's innovations say of the plan
   bool relocalised = false;  ///< the map was recognised in this frame
   std::string refused;       ///< why the observation or parts of it were not used; empty if all was used
   Health health = Health::ok;
