@@ -286,7 +286,7 @@ struct Options {
     double height_bound = 10;
     bool relocalise = true;
     double give_up_s = 10;
-    double plan_error = 0.1;
+    double plan_bound = 5;
 
     static void keys(auto&& key) {
       key.number("lost_after_s", &Tracking::lost_after_s, 1e-3, 1e6,
@@ -299,9 +299,9 @@ struct Options {
                 "whether a lost filter searches the whole image for its map; otherwise it has diverged");
       key.number("give_up_s", &Tracking::give_up_s, 1e-3, 1e6,
                  "time for which tracking may be lost, after which the filter has diverged");
-      key.number("plan_error", &Tracking::plan_error, 0, 1e6,
-                 "relative error of the planned distances from which on the plan is suspect, if the innovations "
-                 "are sure of it");
+      key.number("plan_bound", &Tracking::plan_bound, 1e-3, 1e9,
+                 "number of standard deviations by which the innovations must contradict the planned distances "
+                 "for the plan to be suspect");
     }
   } tracking;
 

@@ -21,16 +21,17 @@ class PlanWatch {
   /// Forgets all; the filter has a new pose.
   void reset() { sum_ = {}; }
 
-  /// The estimate of δ, relative to the planned distances, and the standard deviation that it would have if the
-  /// filter's models were exact. 0 and infinite without evidence.
-  double error() const;
-  double sigma() const;
+  /// The signed square root of the likelihood ratio: the estimate of δ by its standard deviation, which is
+  /// normal with variance 1 where the filter's models are exact. 0 without evidence, positive where the plan is
+  /// too long.
+  double sigmas() const;
 
-  /// "plan: its distances are 18 % too long, ..."; empty as long as the plan agrees with the other sensors.
+  /// "plan: its distances are too long by 9 standard deviations of the innovations"; empty as long as the plan
+  /// agrees with the other sensors.
   std::string suspect() const;
 
  private:
-  double least_error_;
+  double bound_;
   bool enabled_;
   ScaleEvidence sum_;
 };

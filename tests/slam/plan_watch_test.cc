@@ -2,54 +2,52 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 
 namespace slam {
 namespace {
 
 /// What a plan whose distances are wrong by the relative error δ leaves, known with standard deviation sigma.
-ScaleEvidence evidence(double delta, double sigma) {
-  return {delta / (sigma * sigma), 1 / (sigma * sigma)};
-}
+ScaleEvidence evidence(double delta, double sigma) { return {delta / (sigma * sigma), 1 / (sigma * sigma)}; }
 
-std::string suspect_after(double delta, double sigma, const Options& options = {}) {
+PlanWatch watch_after(double delta, double sigma, const Options& options = {}) {
   PlanWatch watch(options);
   for (int k = 0; k < 100; ++k) watch.take(evidence(delta, 10 * sigma));  // together as sure as one of sigma
-  return watch.suspect();
+  return watch;
 }
 
-TEST(PlanWatch, NamesAPlanThatIsSurelyTooLongOrTooShort) {
-  EXPECT_EQ(suspect_after(1 - 1 / 1.2, 0.01), "plan: its distances are about 20 % too long by the other sensors");
-  EXPECT_EQ(suspect_after(1 - 1 / 0.8, 0.01), "plan: its distances are about 20 % too short by the other sensors");
+TEST(PlanWatch, NamesAPlanThatTheInnovationsContradictByMoreThanTheBound) {
+  EXPECT_EQ(watch_after(0.09, 0.01).suspect(),
+            "plan: its distances are too long by 9 standard deviations of the innovations");
+  EXPECT_EQ(watch_after(-0.06, 0.01).suspect(),
+            "plan: its distances are too short by 6 standard deviations of the innovations");
 }
 
-TEST(PlanWatch, IsSilentAboutASmallErrorAndAboutOneThatIsNotSure) {
+TEST(PlanWatch, IsSilentBelowItAndWithoutEvidence) {
   EXPECT_EQ(PlanWatch(Options{}).suspect(), "");
-  EXPECT_EQ(suspect_after(1 - 1 / 1.05, 0.001), "");
-  EXPECT_EQ(suspect_after(1 - 1 / 1.2, 0.1), "");
+  EXPECT_EQ(watch_after(0.049, 0.01).suspect(), "");
+  EXPECT_EQ(watch_after(-0.4, 0.1).suspect(), "");
 }
 
-TEST(PlanWatch, TheLeastErrorIsAnOption) {
+TEST(PlanWatch, TheBoundIsAnOption) {
   Options options;
-  options.tracking.plan_error = 0.03;
-  EXPECT_NE(suspect_after(1 - 1 / 1.05, 0.001, options), "");
+  options.tracking.plan_bound = 3;
+  EXPECT_NE(watch_after(0.04, 0.01, options).suspect(), "");
 }
 
 TEST(PlanWatch, IsSilentWhereNoOtherSensorKnowsTheMetre) {
   Options options;
   options.accelerometer.enabled = false;
-  EXPECT_EQ(suspect_after(1 - 1 / 1.2, 0.01, options), "");
+  EXPECT_EQ(watch_after(0.2, 0.01, options).suspect(), "");
 }
 
-TEST(PlanWatch, EstimatesTheErrorFromAllEvidenceAndForgetsItWhenReset) {
+TEST(PlanWatch, AddsUpAllEvidenceAndForgetsItWhenReset) {
   PlanWatch watch{Options{}};
   watch.take(evidence(0.1, 0.02));
   watch.take(evidence(0.3, 0.02));
-  EXPECT_NEAR(watch.error(), 0.2, 1e-12);
-  EXPECT_NEAR(watch.sigma(), 0.02 / std::sqrt(2), 1e-12);
+  EXPECT_NEAR(watch.sigmas(), 0.2 / (0.02 / 1.4142135623730951), 1e-12);
   watch.reset();
-  EXPECT_EQ(watch.error(), 0);
+  EXPECT_EQ(watch.sigmas(), 0);
 }
 
 }  // namespace
