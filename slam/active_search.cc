@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "slam/ellipse_search.h"
 
@@ -11,6 +12,11 @@ namespace {
 constexpr double kBorder = kPatchHalf + 2;  // px
 constexpr double kSearchSigmas = 3;
 constexpr double kRefinementGain = 0.15;  // correlation that the sub-pixel refinement may still add
+
+bool more_informative(const Candidate& a, const Candidate& b) {
+  const double trace_a = a.S.trace(), trace_b = b.S.trace();
+  return trace_a > trace_b || (trace_a == trace_b && a.index < b.index);
+}
 
 }  // namespace
 
@@ -51,11 +57,23 @@ void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, 
 
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count) {
   if (candidates.size() <= count) return;
-  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-    const double trace_a = a.S.trace(), trace_b = b.S.trace();
-    return trace_a > trace_b || (trace_a == trace_b && a.index < b.index);
-  });
+  std::sort(candidates.begin(), candidates.end(), more_informative);
   candidates.resize(count, candidates.front());
+}
+
+void keep_affordable(std::vector<Candidate>& candidates, int most_px) {
+  std::int64_t left = most_px;
+  for (const Candidate& candidate : candidates) left -= searched_pixels(candidate.S, kSearchSigmas);
+  if (left >= 0) return;
+  std::sort(candidates.begin(), candidates.end(), more_informative);
+  left = most_px;
+  const auto too_much = [&](const Candidate& candidate) {
+    const int pixels = searched_pixels(candidate.S, kSearchSigmas);
+    if (pixels > left) return true;
+    left -= pixels;
+    return false;
+  };
+  candidates.erase(std::remove_if(candidates.begin(), candidates.end(), too_much), candidates.end());
 }
 
 std::optional<Measurement> search_candidate(const cv::Mat& image, const Landmark& landmark,

@@ -42,6 +42,10 @@ inline std::vector<Candidate> predict_view(const Kalman& kalman, const std::vect
 /// (Davison et al. 2007).
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count);
 
+/// Keeps candidates whose searches compare templates at no more than `most_px` pixels together: the most
+/// informative ones first, and each that still fits.
+void keep_affordable(std::vector<Candidate>& candidates, int most_px);
+
 /// Searches a candidate inside its 3-sigma ellipse, refines the match to sub-pixel accuracy (if the options
 /// say so) and fills the innovation. Nothing where no place correlates well enough.
 std::optional<Measurement> search_candidate(const cv::Mat& image, const Landmark& landmark,

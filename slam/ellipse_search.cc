@@ -93,6 +93,11 @@ class Window {
 
 }  // namespace
 
+int searched_pixels(const Eigen::Matrix2d& S, double sigmas) {
+  const Eigen::Vector2d reach = (sigmas * S.diagonal().cwiseSqrt()).cwiseMin(kLargestSearch);
+  return (2 * static_cast<int>(reach.x()) + 1) * (2 * static_cast<int>(reach.y()) + 1);
+}
+
 std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
                                     const Eigen::Vector2d& centre, const Eigen::Matrix2d& S, double sigmas) {
   const Box box = search_box(image, centre, sigmas * S.diagonal().cwiseSqrt());

@@ -18,4 +18,7 @@ std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
 
 inline constexpr int kLargestSearch = 40;  ///< px
 
+/// The number of pixels of the box around that ellipse, which is what a search costs at most.
+int searched_pixels(const Eigen::Matrix2d& S, double sigmas);
+
 }  // namespace slam

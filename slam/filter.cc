@@ -1,5 +1,6 @@
 #include "slam/filter.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "slam/initial_state.h"
@@ -9,7 +10,9 @@ namespace slam {
 namespace {
 
 constexpr double kLongestStep_s = 10;         // a later time is taken for a broken clock
+constexpr double kLongestInterval_s = 0.5;    // between frames; in a longer one, frames are missing
 constexpr int kFramesBetweenFullChecks = 30;  // of the whole covariance
+constexpr int kMostChecked = 600;             // parameters of it, because the cost grows with their cube
 
 /// The pose part of the state; its covariance is symmetric to the last bit.
 Estimate pose_estimate(const State& state, Stamp t) {
@@ -35,9 +38,10 @@ Filter::Filter(const Options& options, const Calibration& calibration, const Eig
       kalman_(initial_state(X_WC_start, options),
               options.consistency.observability_constrained && options.known_landmarks.at_m.empty()),
       internal_(options, calibration.X_CG),
-      vision_(options.vision, camera_),
+      vision_(options.vision, options.bounds, camera_),
       map_(options, camera_, seed),
-      tracking_(options.tracking) {
+      tracking_(options.tracking),
+      plan_watch_(options) {
   publish();
 }
 
@@ -45,23 +49,56 @@ Filter::Filter(const Options& options, const Calibration& calibration, const Eig
 const FrameReport& Filter::step(const Observation& o) {
   clear_report(o.t);
   report_.refused = objection(o);
-  if (!report_.refused.empty()) return report_;
-
-  const double dt = now_ ? seconds(o.t - *now_) : 0;
-  const auto planned = internal_.advance_plan(o, dt);
-  if (now_) predict_and_measure_internally(o, planned);  // eq. (6) and section IV
-  if (options_.vision.enabled && !o.image.empty()) {
-    const std::string defect = image_check_.defect(o.image);
-    if (!defect.empty())
-      refuse(defect);
-    else if (tracking_.health() == Health::lost)
-      relocalise_in(o.image, dt);
-    else
-      measure_visually(o, dt);  // section III-A
+  if (!report_.refused.empty()) {
+    refuse_whole();
+    return report_;
   }
+  const Stamp interval = now_ ? o.t - *now_ : Stamp(0);
+  const bool was_lost = tracking_.health() == Health::lost;
+  const auto planned = internal_.advance_plan(o, seconds(interval));
+  if (now_) predict_and_measure_internally(o, planned);  // eq. (6) and section IV
+  report_.internal_scale = kalman_.take_scale_evidence();
+  if (options_.vision.enabled) look(o, interval, planned);
+  report_.vision_scale = kalman_.take_scale_evidence();
+  judge_plan();
+  if (was_lost) tracking_.remains_lost(interval);
+  if (now_) interval_ = interval;
   now_ = o.t;
   publish();
   return report_;
+}
+
+/// An observation that is refused changes nothing of the state; the health knows of it.
+void Filter::refuse_whole() {
+  const bool was_lost = tracking_.health() == Health::lost;
+  tracking_.blind(interval_, "observations are refused because " + report_.refused);
+  if (was_lost) tracking_.remains_lost(interval_);
+  report_health();
+}
+
+/// Uses the image of an observation, if it can be used, and tells the health what was seen.
+void Filter::look(const Observation& o, Stamp interval, const std::optional<PlannedVelocity>& planned) {
+  if (o.image.empty()) return tracking_.blind(interval, "no image arrives");
+  const ImageDefect defect = image_check_.defect(o.image, camera_motion(o, planned, options_));
+  refuse(defect.reason);
+  if (defect.blinds) tracking_.blind(interval, defect.reason);
+  if (!defect.reason.empty()) return;
+  const bool was_blind = tracking_.is_blind();
+  if (seconds(interval) > kLongestInterval_s) tracking_.blind(interval, "no frame arrives");
+  if (tracking_.health() == Health::lost && !tracking_.is_blind()) return relocalise_in(o.image);
+  const std::string unseen = measure_visually(o, seconds(interval));  // section III-A
+  if (unseen.empty()) {
+    if (was_blind || !tracking_.is_blind()) tracking_.sees();  // a loss is reported once at least
+  } else {
+    tracking_.blind(interval, unseen);
+    if (was_blind) relocalise_in(o.image);
+  }
+}
+
+void Filter::judge_plan() {
+  if (report_.relocalised) return plan_watch_.reset();
+  plan_watch_.take(report_.internal_scale);
+  plan_watch_.take(report_.vision_scale);
 }
 
 void Filter::predict_and_measure_internally(const Observation& o,
@@ -77,7 +114,8 @@ void Filter::predict_and_measure_internally(const Observation& o,
   report_.height = internal.height;
 }
 
-void Filter::measure_visually(const Observation& o, double dt) {
+/// Returns why nothing of the map was seen; empty if something was.
+std::string Filter::measure_visually(const Observation& o, double dt) {
   const std::size_t before = map_.landmarks().size();
   if (!map_.initialise_known(o.image, o.t, kalman_))
     refuse("a known landmark is not seen in the first image");
@@ -94,8 +132,13 @@ void Filter::measure_visually(const Observation& o, double dt) {
   const bool failed = matching_failed(statistics);
   if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
     for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);
-  manage_map(o, vision, !failed && !tracking_.in_doubt());
+  for (const std::size_t index : vision.visible_indices) map_.record_visible(index, o.t);
+  const InitialisationCount initialised = manage_map(o, vision, !failed && !tracking_.in_doubt());
   tracking_.judge(statistics);
+  if (failed) return "almost no landmark found";
+  if (!vision.inliers.empty() || !report_.lines.empty()) return "";
+  if (!vision.searched.empty()) return "no landmark found";
+  return initialised.wanted > 0 && initialised.added == 0 ? "the image has no corner for a landmark" : "";
 }
 
 void Filter::use_matches(const cv::Mat& image, const VisionResult& vision) {
@@ -106,19 +149,21 @@ void Filter::use_matches(const cv::Mat& image, const VisionResult& vision) {
   for (const std::size_t i : vision.inliers) map_.inflate_for_view_change(vision.searched[i].index, kalman_);
 }
 
-void Filter::manage_map(const Observation& o, const VisionResult& vision, bool may_initialise) {
+InitialisationCount Filter::manage_map(const Observation& o, const VisionResult& vision, bool may_initialise) {
   map_.prune(kalman_, report_.deleted);
   map_.convert_to_points(kalman_);
   map_.search_lines(o.image, kalman_, report_.deleted, report_.lines);
-  const std::size_t before = map_.landmarks().size();
-  if (may_initialise) map_.initialise(o.image, o.t, vision.visible, kalman_);
-  report_initialised(before);
+  InitialisationCount initialised;
+  if (may_initialise)
+    initialised = map_.initialise(o.image, o.t, vision.visible, kalman_, report_.deleted);
+  report_initialised(map_.landmarks().size() - static_cast<std::size_t>(initialised.added));
   report_.landmarks = static_cast<int>(map_.landmarks().size());
+  return initialised;
 }
 
-void Filter::relocalise_in(const cv::Mat& image, double dt) {
+void Filter::relocalise_in(const cv::Mat& image) {
   const auto found = relocalise(image, map_.landmarks(), kalman_.state(), camera_, options_.vision.sigma_px);
-  if (!found) return tracking_.relocalisation_failed(dt);
+  if (!found) return;
   kalman_.reset_robot(relocalised_state(*found, kalman_.state()));
   tracking_.relocalised();
   report_.relocalised = true;
@@ -139,8 +184,13 @@ void Filter::clear_report(Stamp t) {
   reuse_memory(report_.lines, last.lines);
   report_.t = t;
   report_.landmarks = static_cast<int>(map_.landmarks().size());
+  report_health();
+}
+
+void Filter::report_health() {
   report_.health = tracking_.health();
   report_.cause = tracking_.cause();
+  report_.suspect = plan_watch_.suspect();
 }
 
 /// Why the observation cannot be used at all; empty if it can.
@@ -176,11 +226,10 @@ void Filter::report_initialised(std::size_t first) {
 
 void Filter::publish() {
   const State& state = kalman_.state();
-  if (!kalman_.is_valid(++frames_ % kFramesBetweenFullChecks == 0 ? state.size : kRobot))
+  if (!kalman_.is_valid(++frames_ % kFramesBetweenFullChecks == 0 ? std::min(state.size, kMostChecked) : kRobot))
     tracking_.diverge("the state is not finite or its covariance not positive definite");
   estimate_ = pose_estimate(state, now_.value_or(Stamp{0}));
-  report_.health = tracking_.health();
-  report_.cause = tracking_.cause();
+  report_health();
 }
 
 }  // namespace slam

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@
 #include "slam/observation.h"
 #include "slam/observation_check.h"
 #include "slam/options.h"
+#include "slam/plan_watch.h"
 #include "slam/tracking_watch.h"
 #include "slam/vision.h"
 
@@ -41,16 +43,20 @@ class Filter {
  private:
   void clear_report(Stamp t);
   std::string objection(const Observation& observation) const;
+  void refuse_whole();
   void refuse(const std::string& reason);
   void predict_and_measure_internally(const Observation& observation,
                                       const std::optional<PlannedVelocity>& planned);
-  void measure_visually(const Observation& observation, double dt_s);
+  void look(const Observation& observation, Stamp interval, const std::optional<PlannedVelocity>& planned);
+  std::string measure_visually(const Observation& observation, double dt_s);
   void use_matches(const cv::Mat& image, const VisionResult& vision);
   void report_vision(const VisionResult& vision);
   void report_initialised(std::size_t first);
-  void manage_map(const Observation& observation, const VisionResult& vision, bool may_initialise);
-  void relocalise_in(const cv::Mat& image, double dt_s);
+  InitialisationCount manage_map(const Observation& observation, const VisionResult& vision, bool may_initialise);
+  void relocalise_in(const cv::Mat& image);
+  void judge_plan();
   void publish();
+  void report_health();
 
   Options options_;
   Camera camera_;
@@ -60,7 +66,9 @@ class Filter {
   Vision vision_;
   Map map_;
   TrackingWatch tracking_;
-  std::optional<Stamp> now_;  // of the last observation taken in
+  PlanWatch plan_watch_;
+  std::optional<Stamp> now_;       // of the last observation taken in
+  Stamp interval_ = std::chrono::milliseconds(33);  // between the last two observations taken in
   int frames_ = 0;            // estimates published
   FrameReport report_;
   Estimate estimate_;

@@ -35,6 +35,13 @@ struct Nis {
   double log_determinant = 0;
 };
 
+/// What innovations say of a relative error δ of the planned distances: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and
+/// of uᵀS⁻¹u. Where the filter is right the first has mean 0 and the second as its variance; where the plan is
+/// wrong by δ, the first has mean δ times the second.
+struct ScaleEvidence {
+  double score = 0, information = 0;
+};
+
 /// Where a landmark was searched for.
 struct Search {
   int landmark = 0;
@@ -62,10 +69,13 @@ struct FrameReport {
   std::vector<Search> searched;
   std::vector<DepthHypotheses> lines;  ///< landmarks that were lines before this frame, after its image
   std::vector<int> deleted;
+  ScaleEvidence internal_scale, vision_scale;  ///< what this frame's innovations say of the plan
   bool relocalised = false;  ///< the map was recognised in this frame
   std::string refused;       ///< why the observation or parts of it were not used; empty if all was used
   Health health = Health::ok;
   std::string cause;  ///< why the health is not ok
+  /// The sensor whose measurements contradict all others, and in what way: "plan: ..."; empty if none does.
+  std::string suspect;
 };
 
 /// Appends a reason to a list of reasons separated by "; ".

@@ -9,6 +9,12 @@ namespace {
 
 constexpr int kSpareParameters = 96;
 
+/// The parameters for which there is storage once `size` are needed.
+Eigen::Index room_for(int size, const State& state) {
+  const Eigen::Index now = state.storage_x.size();
+  return size <= now ? now : size + std::max(kSpareParameters, size / 2);
+}
+
 }  // namespace
 
 Kalman::Kalman(const RobotState& initial, bool observability_constrained)
@@ -30,6 +36,7 @@ void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatr
   }
   state_.storage_x.head<kRobot>() = f;
   state_.storage_null.head<kRobot>() = after;
+  state_.storage_plan_scale.head<kRobot>() = (F * state_.storage_plan_scale.head<kRobot>()).eval();
   const int rest = state_.size - kRobot;
   auto& P = state_.storage_P;
   P.topLeftCorner<kRobot, kRobot>() = A * state_.marginal<kRobot>(0) * A.transpose() + Q;
@@ -68,8 +75,20 @@ bool Kalman::update(const StackedMeasurement& stacked) {
   whitening_.L().transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(W);  // PHᵀL⁻ᵀ
   state_.storage_x.head(size).noalias() += W * whitening_.innovation();
   state_.storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>().rankUpdate(W, -1);
+  update_plan_scale(stacked);
   normalise_orientation();
   return true;
+}
+
+/// The state's derivative with respect to the scale of the plan is updated as the state is.
+void Kalman::update_plan_scale(const StackedMeasurement& stacked) {
+  if (stacked.rows > plan_scale_.size()) plan_scale_.resize(stacked.storage_plan_scale.size());
+  auto u = plan_scale_.head(stacked.rows);
+  u = stacked.plan_scale();
+  whitening_.L().triangularView<Eigen::Lower>().solveInPlace(u);
+  evidence_.score += u.dot(whitening_.innovation());
+  evidence_.information += u.squaredNorm();
+  state_.storage_plan_scale.head(state_.size).noalias() += W_.topLeftCorner(state_.size, stacked.rows) * u;
 }
 
 void Kalman::normalise_orientation() {
@@ -77,18 +96,24 @@ void Kalman::normalise_orientation() {
   const Eigen::Matrix4d N = normalised_jacobian(q);  // symmetric
   auto& P = state_.storage_P;
   state_.storage_x.segment<4>(kOrientation) = q.normalized();
-  state_.storage_null.segment<4>(kOrientation) = (N * state_.storage_null.segment<4>(kOrientation)).eval();
+  for (auto* values : {&state_.storage_null, &state_.storage_plan_scale})
+    values->segment<4>(kOrientation) = (N * values->segment<4>(kOrientation)).eval();
   P.block<4, kOrientation>(kOrientation, 0) = (N * P.block<4, kOrientation>(kOrientation, 0)).eval();
   P.block<4, 4>(kOrientation, kOrientation) = N * state_.marginal<4>(kOrientation) * N;
   for (int row = kOrientation + 4; row < state_.size; ++row)
     P.block<1, 4>(row, kOrientation) = (P.block<1, 4>(row, kOrientation) * N).eval();
 }
 
+double Kalman::covariance_bytes_with(int count) const {
+  const double side = static_cast<double>(room_for(state_.size + count, state_));
+  return sizeof(double) * side * side;
+}
+
 void Kalman::reserve(int size) {
-  if (size <= state_.storage_x.size()) return;
-  const int room = size + std::max(kSpareParameters, size / 2);
-  state_.storage_x.conservativeResize(room);
-  state_.storage_null.conservativeResize(room);
+  const Eigen::Index room = room_for(size, state_);
+  if (room == state_.storage_x.size()) return;
+  for (auto* values : {&state_.storage_x, &state_.storage_null, &state_.storage_plan_scale})
+    values->conservativeResize(room);
   state_.storage_P.conservativeResize(room, room);
   robot_columns_.resize(room, kRobot);
 }
@@ -98,7 +123,8 @@ int Kalman::append(const LandmarkInitialisation& landmark) {
   reserve(at + 6);
   state_.size += 6;
   state_.storage_x.segment<6>(at) = landmark.y;
-  state_.storage_null.segment<6>(at) = landmark.J_robot * state_.storage_null.head<kRobot>();
+  for (auto* values : {&state_.storage_null, &state_.storage_plan_scale})
+    values->segment<6>(at) = landmark.J_robot * values->head<kRobot>();
   auto& P = state_.storage_P;
   P.block<6, kRobot>(at, 0) = landmark.J_robot * state_.marginal<kRobot>(0);
   P.block(at, kRobot, 6, at - kRobot).noalias() =
@@ -117,7 +143,8 @@ void Kalman::replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>&
   P.block(at, at, new_count, new_count).noalias() = JP * J.transpose();
   for (int row = at + count; row < state_.size; ++row)
     P.block(row, at, 1, new_count) = Parameters(J * P.block(row, at, 1, count).transpose()).transpose();
-  state_.storage_null.segment(at, new_count) = Parameters(J * state_.storage_null.segment(at, count));
+  for (auto* values : {&state_.storage_null, &state_.storage_plan_scale})
+    values->segment(at, new_count) = Parameters(J * values->segment(at, count));
   state_.storage_x.segment(at, new_count) = y;
   erase(at + new_count, count - new_count);
 }
@@ -130,6 +157,7 @@ int Kalman::append_point(const Eigen::Vector3d& p_W, double sigma_m) {
   state_.size += 3;
   state_.storage_x.segment<3>(at) = p_W;
   state_.storage_null.segment<3>(at) = Eigen::Vector3d::UnitZ().cross(p_W);
+  state_.storage_plan_scale.segment<3>(at).setZero();
   state_.storage_P.block(at, 0, 3, at + 3).setZero();
   inflate(at, sigma_m * sigma_m * Eigen::Matrix3d::Identity());
   return at;
@@ -143,7 +171,7 @@ void Kalman::erase(int at, int count) {
     const double* const old = P.col(from).data();
     std::copy(old + std::max(at + count, from), old + size, P.col(column).data() + std::max(at, column));
   }
-  for (auto* values : {&state_.storage_x, &state_.storage_null})
+  for (auto* values : {&state_.storage_x, &state_.storage_null, &state_.storage_plan_scale})
     std::copy(values->data() + at + count, values->data() + size, values->data() + at);
   state_.size -= count;
 }
@@ -151,6 +179,7 @@ void Kalman::erase(int at, int count) {
 void Kalman::reset_robot(const RobotState& robot) {
   state_.storage_x.head<kRobot>() = robot.x;
   state_.storage_null.head<kRobot>() = robot_null_yaw(robot.x);
+  state_.storage_plan_scale.setZero();
   state_.storage_P.block(kRobot, 0, state_.size - kRobot, kRobot).setZero();
   state_.storage_P.topLeftCorner<kRobot, kRobot>() = robot.P;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 
 #include "slam/measurement.h"
 #include "slam/state.h"
@@ -33,6 +34,9 @@ class Kalman {
   /// nothing, where S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
 
+  /// What the updates since the last call say of the scale of the plan.
+  ScaleEvidence take_scale_evidence() { return std::exchange(evidence_, {}); }
+
   /// Adds a landmark at the end of the state; returns the first index of its parameters.
   int append(const LandmarkInitialisation& landmark);
   /// Adds a point known with standard deviation sigma_m, uncorrelated with the robot; returns its first
@@ -51,6 +55,9 @@ class Kalman {
   /// Replaces the robot's mean and covariance and makes it independent of all landmarks.
   void reset_robot(const RobotState& robot);
 
+  /// The memory of the covariance once `count` more parameters have been added, bytes.
+  double covariance_bytes_with(int count) const;
+
   /// True if everything is finite, no variance is negative, and the covariance of the first `count`
   /// parameters, scaled to unit variances, is positive semidefinite to 1e-9.
   bool is_valid(int count);
@@ -58,10 +65,13 @@ class Kalman {
  private:
   void reserve(int size);
   void normalise_orientation();
+  void update_plan_scale(const StackedMeasurement& stacked);
 
   State state_;
   bool observability_constrained_;
   Whitening whitening_;
+  ScaleEvidence evidence_;
+  Eigen::VectorXd plan_scale_;  // work space: whitened
   Eigen::MatrixXd W_, robot_columns_, scaled_;  // work space
 };
 

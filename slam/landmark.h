@@ -32,6 +32,7 @@ struct Landmark {
   Eigen::Vector3d p_WC_inflated =
       Eigen::Vector3d::Zero();      ///< camera position when its covariance was last inflated for the view, m
   int attempts = 0, successes = 0;  ///< searches for it, and those whose match was accepted
+  Stamp last_visible{0};            ///< when it was last predicted to be visible, or initialised
 
   int size() const {
     return std::visit([](const auto& k) { return std::decay_t<decltype(k)>::kSize; }, kind);

@@ -10,7 +10,7 @@ Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
   Landmark landmark;
   landmark.X_WC_first = X_WC;
   landmark.p_WC_inflated = X_WC.translation();
-  landmark.initialised = t;
+  landmark.initialised = landmark.last_visible = t;
   return landmark;
 }
 

@@ -67,8 +67,28 @@ int Map::number_wanted(std::size_t visible, const State& state) const {
   return std::min(missing, particles.at_once - static_cast<int>(lines));
 }
 
-void Map::initialise(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible,
-                     Kalman& kalman) {
+bool Map::is_full(const Kalman& kalman) const {
+  return landmarks_.size() >= static_cast<std::size_t>(options_.bounds.landmarks) ||
+         kalman.covariance_bytes_with(InverseDepth::kSize) > 1e6 * options_.bounds.memory_mb;
+}
+
+/// Makes room for one landmark; false where all that are there are in view at t.
+bool Map::make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted) {
+  while (is_full(kalman)) {
+    auto worst = landmarks_.end();
+    for (auto it = landmarks_.begin(); it != landmarks_.end(); ++it)
+      if (it->last_visible < t && !is_line(*it) &&
+          (worst == landmarks_.end() || it->successes < worst->successes))
+        worst = it;
+    if (worst == landmarks_.end()) return false;
+    deleted.push_back(worst->id);
+    erase(static_cast<std::size_t>(worst - landmarks_.begin()), kalman);
+  }
+  return true;
+}
+
+InitialisationCount Map::initialise(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible,
+                            Kalman& kalman, std::vector<int>& deleted) {
   const State& state = kalman.state();
   const int wanted = number_wanted(visible.size(), state);
   occupied_ = visible;
@@ -83,11 +103,13 @@ void Map::initialise(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vec
     const auto corner = propose_corner(image, occupied_, options_.vision, random_);
     if (!corner) continue;
     occupied_.push_back(corner->cast<double>());
+    if (!make_room(t, kalman, deleted)) return {0, added};
     auto landmark = initialise_landmark(image, t, *corner, camera_, options_, kalman);
     if (!landmark) continue;
     add(std::move(*landmark));
     ++added;
   }
+  return {wanted, added};
 }
 
 bool Map::initialise_known(const cv::Mat& image, Stamp t, Kalman& kalman) {

@@ -14,6 +14,11 @@
 
 namespace slam {
 
+/// How many landmarks were to be initialised in a frame, and how many were.
+struct InitialisationCount {
+  int wanted = 0, added = 0;
+};
+
 /// All methods that take a Kalman filter need the one whose state holds the landmarks' parameters.
 class Map {
  public:
@@ -23,12 +28,18 @@ class Map {
   std::vector<MapPoint> points(const State& state) const;
 
   /// Initialises landmarks at corners away from the visible landmarks, given by their predicted pixels, until
-  /// as many are visible as the options want. New landmarks are at the end of landmarks().
-  void initialise(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible, Kalman& kalman);
+  /// as many are visible as the options want. New landmarks are at the end of landmarks(). Where the map is as
+  /// large as its bounds allow, landmarks out of view are deleted for them, those found least often first; their
+  /// ids are appended to `deleted`.
+  InitialisationCount initialise(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible,
+                         Kalman& kalman, std::vector<int>& deleted);
 
   /// Initialises, in the first image, the landmarks whose positions the options give. Returns false where one
   /// of them is not seen.
   bool initialise_known(const cv::Mat& image, Stamp t, Kalman& kalman);
+
+  /// Takes down that a landmark is predicted to be visible at t.
+  void record_visible(std::size_t index, Stamp t) { landmarks_[index].last_visible = t; }
 
   /// Counts one search for a landmark, and whether its match was accepted.
   void record_search(std::size_t index, bool success);
@@ -55,6 +66,8 @@ class Map {
 
  private:
   int number_wanted(std::size_t visible, const State& state) const;
+  bool is_full(const Kalman& kalman) const;
+  bool make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted);
   void add(Landmark landmark);
   void make_point(Landmark& landmark, const Eigen::Vector3d& p_W, const Eigen::Ref<const Eigen::MatrixXd>& J,
                   Kalman& kalman);

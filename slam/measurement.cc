@@ -26,6 +26,17 @@ void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eige
       PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
 }
 
+/// The derivative of the innovation with respect to the relative error of the planned distances, which acts on
+/// the measurement itself and through all earlier ones on the state.
+Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> innovation_plan_scale(const State& state,
+                                                                        const Measurement& m) {
+  const int count = static_cast<int>(m.H_landmark.cols());
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> derivative = m.plan_scale;
+  derivative -= m.H_robot.lazyProduct(state.storage_plan_scale.head<kRobot>());
+  if (count > 0) derivative -= m.H_landmark.lazyProduct(state.storage_plan_scale.segment(m.landmark_at, count));
+  return derivative;
+}
+
 }  // namespace
 
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& m) {
@@ -64,7 +75,8 @@ void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns) {
 void StackedMeasurement::resize(int state_size, int row_count) {
   size = state_size;
   rows = row_count;
-  if (rows > storage_innovation.size()) storage_innovation.resize(rows + kSpareRows);
+  for (auto* values : {&storage_innovation, &storage_plan_scale})
+    if (rows > values->size()) values->resize(rows + kSpareRows);
   reserve_workspace(storage_H_robot, rows, kRobot);
   reserve_workspace(storage_PHt, size, rows);
   reserve_workspace(storage_S, rows, rows);
@@ -78,6 +90,7 @@ void stack(const State& state, const std::vector<Measurement>& measurements, Sta
     const Measurement& m = measurements[i];
     stacked.innovation().segment(stacked.first_row[i], m.rows) = m.innovation;
     stacked.H_robot().middleRows(stacked.first_row[i], m.rows) = m.H_robot;
+    stacked.plan_scale().segment(stacked.first_row[i], m.rows) = innovation_plan_scale(state, m);
   }
   const int rest = state.size - kRobot;
   stacked.PHt().topRows<kRobot>().noalias() = state.marginal<kRobot>(0) * stacked.H_robot().transpose();
@@ -114,6 +127,7 @@ void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& i
     const int from = stacked.first_row[indices[k]], to = selected.first_row[k];
     const int rows = selected.first_row[k + 1] - to;
     selected.innovation().segment(to, rows) = stacked.innovation().segment(from, rows);
+    selected.plan_scale().segment(to, rows) = stacked.plan_scale().segment(from, rows);
     selected.PHt().middleCols(to, rows) = stacked.PHt().middleCols(from, rows);
     for (std::size_t l = 0; l < indices.size(); ++l) {
       const int column = stacked.first_row[indices[l]], count = stacked.first_row[indices[l] + 1] - column;

@@ -29,6 +29,22 @@ double contrast(const cv::Mat& image) {
   return std::sqrt(std::max(0.0, static_cast<double>(square) / static_cast<double>(count) - mean * mean));
 }
 
+constexpr double kStandingSpeed = 1e-3;  // m/s and rad/s, planned
+constexpr double kMoving_rad_s = 0.05;   // a third of a pixel in a frame
+constexpr double kStill_rad_s = 0.02;
+constexpr int kNoisyImages = 5;
+
+/// The rate above which the gyro's readings of a frame interval cannot be noise and bias alone.
+double moving_rad_s(const Options::Gyro& gyro) {
+  return std::max(kMoving_rad_s, 6 * gyro.sigma_rad_s) + 4 * gyro.sigma_bias_rad_s;
+}
+
+double mean_gyro_rad_s(const std::vector<InertialSample>& gyro) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const InertialSample& reading : gyro) sum += reading.value;
+  return sum.norm() / static_cast<double>(gyro.size());
+}
+
 }  // namespace
 
 std::string malformation(const Observation& o, const CameraIntrinsics& camera) {
@@ -42,13 +58,36 @@ std::string malformation(const Observation& o, const CameraIntrinsics& camera) {
   return "";
 }
 
-std::string ImageCheck::defect(const cv::Mat& image) {
+CameraMotion camera_motion(const Observation& o, const std::optional<PlannedVelocity>& planned,
+                           const Options& options) {
+  const bool plan = options.plan_velocity.enabled && planned, gyro = options.gyro.enabled && !o.gyro.empty();
+  const bool walks =
+      plan && (planned->velocity.norm() > kStandingSpeed || planned->rate.norm() > kStandingSpeed);
+  const double rate = gyro ? mean_gyro_rad_s(o.gyro) : 0;
+  if (walks || rate > moving_rad_s(options.gyro)) return CameraMotion::moving;
+  return plan && gyro && rate < kStill_rad_s ? CameraMotion::still : CameraMotion::unknown;
+}
+
+/// A camera at rest shows the same scene twice, so that differences all over the image are its noise.
+void ImageCheck::look_for_noise(const cv::Mat& image) {
+  if (previous_.empty() || noisy_ >= kNoisyImages) return;
+  int differing = 0, count = 0;
+  for (int row = 0; row < image.rows; row += 4, count += image.cols) {
+    const uchar *now = image.ptr<uchar>(row), *before = previous_.ptr<uchar>(row);
+    for (int column = 0; column < image.cols; ++column) differing += now[column] != before[column];
+  }
+  noisy_ = 2 * differing > count ? noisy_ + 1 : 0;
+}
+
+ImageDefect ImageCheck::defect(const cv::Mat& image, CameraMotion motion) {
   const bool frozen =
       !previous_.empty() && std::equal(image.begin<uchar>(), image.end<uchar>(), previous_.begin<uchar>());
+  if (motion == CameraMotion::still && !frozen) look_for_noise(image);
   image.copyTo(previous_);
-  if (contrast(image) < kFlatContrast) return "the image is flat";
-  if (frozen) return "the image is the last one again";
-  return "";
+  if (contrast(image) < kFlatContrast) return {"the image is flat", true};
+  if (frozen)
+    return {"the image is the last one again", motion == CameraMotion::moving || noisy_ >= kNoisyImages};
+  return {};
 }
 
 }  // namespace slam

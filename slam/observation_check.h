@@ -2,10 +2,12 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 
 #include "slam/observation.h"
 #include "slam/options.h"
+#include "slam/plan.h"
 
 namespace slam {
 
@@ -13,15 +15,34 @@ namespace slam {
 /// finite. Empty if it is well-formed.
 std::string malformation(const Observation& observation, const CameraIntrinsics& camera);
 
+/// Whether the camera moved in a frame interval, as far as gyro and plan tell.
+enum class CameraMotion { unknown, still, moving };
+
+/// moving: the plan moves, or the gyro's mean exceeds its noise by far; still: the plan stands and the gyro reads
+/// nothing but noise. Sensors that the options do not enable are not asked.
+/// planned: the planned motion of the interval, if there is one.
+CameraMotion camera_motion(const Observation& observation, const std::optional<PlannedVelocity>& planned,
+                           const Options& options);
+
+/// Why an image cannot be used.
+struct ImageDefect {
+  std::string reason;  ///< empty if it can
+  /// Nothing is seen. False for an image identical with the previous one that may yet be a true one, because
+  /// nothing says that the camera moved, and it is not known to have noise.
+  bool blinds = false;
+};
+
 /// Recognises images that contain no information.
 class ImageCheck {
  public:
-  /// Why the image, which is not empty, cannot be used: it is flat, or identical with the previous one.
-  /// Empty if it can.
-  std::string defect(const cv::Mat& image);
+  /// The defect of an image that is not empty: it is flat, or identical with the previous one.
+  ImageDefect defect(const cv::Mat& image, CameraMotion motion);
 
  private:
+  void look_for_noise(const cv::Mat& image);
+
   cv::Mat previous_;
+  int noisy_ = 0;  // images that differed all over from the previous one while the camera stood still
 };
 
 }  // namespace slam

@@ -286,10 +286,11 @@ struct Options {
     double height_bound = 10;
     bool relocalise = true;
     double give_up_s = 10;
+    double plan_bound = 5;
 
     static void keys(auto&& key) {
       key.number("lost_after_s", &Tracking::lost_after_s, 1e-3, 1e6,
-                 "time with almost no landmark found after which tracking is lost");
+                 "time without a usable image, or with almost no landmark found, after which tracking is lost");
       key.number("vision_bound", &Tracking::vision_bound, 1e-3, 1e9,
                  "mean NIS of 15 frames' matches, per degree of freedom, above which tracking is lost");
       key.number("height_bound", &Tracking::height_bound, 1e-3, 1e9,
@@ -297,9 +298,33 @@ struct Options {
       key.value("relocalise", &Tracking::relocalise,
                 "whether a lost filter searches the whole image for its map; otherwise it has diverged");
       key.number("give_up_s", &Tracking::give_up_s, 1e-3, 1e6,
-                 "time of searching for the map without success after which the filter has diverged");
+                 "time for which tracking may be lost, after which the filter has diverged");
+      key.number("plan_bound", &Tracking::plan_bound, 1e-3, 1e9,
+                 "number of standard deviations by which the innovations must contradict the planned distances "
+                 "for the plan to be suspect");
     }
   } tracking;
+
+  /// What a frame may cost at most, whatever the other options ask for.
+  struct Bounds {
+    int landmarks = 300;
+    int measured = 100;
+    int searched_px = 400000;
+    double memory_mb = 256;
+
+    static void keys(auto&& key) {
+      key.number("landmarks", &Bounds::landmarks, 1, 10000,
+                 "greatest number of landmarks in the map; those out of view that were found least often make "
+                 "room for new ones");
+      key.number("measured", &Bounds::measured, 1, 1000,
+                 "greatest number of landmarks measured in a frame, however large vision.measured_landmarks is");
+      key.number("searched_px", &Bounds::searched_px, 6561, 1000000000,
+                 "greatest number of pixels at which templates are compared in a frame; the least informative "
+                 "landmarks are then not searched for");
+      key.number("memory_mb", &Bounds::memory_mb, 1, 1e6,
+                 "greatest memory of the state's covariance, in 10^6 bytes, to which the map is held too");
+    }
+  } bounds;
 
   struct Depth {
     FirstSight first_sight = FirstSight::inverse_depth;
@@ -378,6 +403,7 @@ struct Options {
     key.part("plan_position", &Options::plan_position);
     key.part("vision", &Options::vision);
     key.part("tracking", &Options::tracking);
+    key.part("bounds", &Options::bounds);
     key.part("depth", &Options::depth);
     key.part("known_landmarks", &Options::known_landmarks);
     key.part("consistency", &Options::consistency);

@@ -40,10 +40,12 @@ struct RobotState {
 /// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
 /// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; what the
 /// storage holds above the diagonal is undefined. null_yaw is the direction of the state in which the whole
-/// world turns about the vertical, which no measurement can observe.
+/// world turns about the vertical, which no measurement can observe. plan_scale is the derivative of the mean
+/// with respect to the relative error of the planned distances (plan_watch.h).
 struct State {
   int size = kRobot;
   Eigen::VectorXd storage_x = Eigen::VectorXd::Zero(kRobot), storage_null = Eigen::VectorXd::Zero(kRobot);
+  Eigen::VectorXd storage_plan_scale = Eigen::VectorXd::Zero(kRobot);
   Eigen::MatrixXd storage_P = Eigen::MatrixXd::Zero(kRobot, kRobot);
 
   auto x() const { return storage_x.head(size); }

@@ -37,11 +37,29 @@ std::string TrackingWatch::loss(const TrackingStatistics& s) {
 void TrackingWatch::judge(const TrackingStatistics& statistics) {
   if (health_ != Health::ok) return;
   const std::string why = loss(statistics);
-  if (why.empty()) return;
+  if (!why.empty()) lose(why);
+}
+
+void TrackingWatch::lose(const std::string& why) {
   if (!options_.relocalise) return diverge("tracking lost: " + why);
   health_ = Health::lost;
   cause_ = "tracking lost: " + why;
-  lost_s_ = 0;
+  lost_ = Stamp(0);
+  blind_loss_ = false;
+}
+
+void TrackingWatch::blind(Stamp interval, const std::string& why) {
+  blind_ += interval;
+  if (health_ != Health::ok || !(seconds(blind_) > options_.lost_after_s)) return;
+  lose(why);
+  blind_loss_ = true;
+}
+
+void TrackingWatch::sees() {
+  blind_ = Stamp(0);
+  if (!is_blind()) return;
+  health_ = Health::ok;
+  cause_.clear();
 }
 
 void TrackingWatch::diverge(const std::string& cause) {
@@ -50,9 +68,10 @@ void TrackingWatch::diverge(const std::string& cause) {
   cause_ = cause;
 }
 
-void TrackingWatch::relocalisation_failed(double dt_s) {
-  lost_s_ += dt_s;
-  if (lost_s_ > options_.give_up_s) diverge(cause_ + ", and the map was not found again");
+void TrackingWatch::remains_lost(Stamp interval) {
+  if (health_ != Health::lost) return;
+  lost_ += interval;
+  if (seconds(lost_) > options_.give_up_s) diverge(cause_ + "; the map was not found again");
 }
 
 }  // namespace slam

@@ -1,4 +1,4 @@
-// Judges whether the filter tracks: by how many landmarks are found and by the innovations.
+// Judges whether the filter tracks: by what the images show, how many landmarks are found, and the innovations.
 #pragma once
 
 #include <array>
@@ -32,16 +32,23 @@ class TrackingWatch {
   const std::string& cause() const { return cause_; }
   /// True if matching failed in the last frame.
   bool in_doubt() const { return failing_s_ > 0; }
+  /// True if tracking is lost because nothing was seen: the pose is then still the one predicted, with its
+  /// honest uncertainty, and not in contradiction to the images.
+  bool is_blind() const { return health_ == Health::lost && blind_loss_; }
 
   /// Takes in a frame, after which tracking may be lost. Does nothing if the health is not ok.
   void judge(const TrackingStatistics& statistics);
+  /// Takes in a frame interval in which nothing was seen that the filter could use, and why. After lost_after_s
+  /// of such intervals without sees() in between, tracking is lost.
+  void blind(Stamp interval, const std::string& why);
+  /// Something was seen: ends a loss for want of it.
+  void sees();
   /// The filter is broken. The first cause is kept.
   void diverge(const std::string& cause);
   /// The map was recognised: the health is ok, and all earlier frames are forgotten.
   void relocalised() { *this = TrackingWatch(options_); }
-  /// The map was not recognised in an image dt_s after the previous one; after give_up_s of such images the
-  /// filter has diverged.
-  void relocalisation_failed(double dt_s);
+  /// A filter that was lost before this frame interval is lost after it; after give_up_s it has diverged.
+  void remains_lost(Stamp interval);
 
  private:
   /// The mean of the last 15 values of a NIS.
@@ -53,11 +60,14 @@ class TrackingWatch {
   };
 
   std::string loss(const TrackingStatistics& statistics);
+  void lose(const std::string& why);
 
   Options::Tracking options_;
   Health health_ = Health::ok;
   std::string cause_;
-  double failing_s_ = 0, lost_s_ = 0;
+  double failing_s_ = 0;
+  Stamp blind_{0}, lost_{0};  // for how long
+  bool blind_loss_ = false;
   MovingMean vision_, height_;
 };
 

@@ -1,5 +1,6 @@
 #include "slam/vision.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace slam {
@@ -19,8 +20,14 @@ double image_coverage(const std::vector<SearchedLandmark>& searched, const Camer
 void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, const Kalman& kalman) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
   result_.visible.clear();
-  for (const Candidate& candidate : candidates_) result_.visible.push_back(candidate.pixel);
-  keep_most_informative(candidates_, static_cast<std::size_t>(options_.measured_landmarks));
+  result_.visible_indices.clear();
+  for (const Candidate& candidate : candidates_) {
+    result_.visible.push_back(candidate.pixel);
+    result_.visible_indices.push_back(candidate.index);
+  }
+  keep_most_informative(candidates_,
+                        static_cast<std::size_t>(std::min(options_.measured_landmarks, bounds_.measured)));
+  keep_affordable(candidates_, bounds_.searched_px);
   result_.searched.clear();
   matches_.clear();
   searched_of_.clear();

@@ -26,6 +26,7 @@ struct SearchedLandmark {
 
 struct VisionResult {
   std::vector<Eigen::Vector2d> visible;  ///< predicted pixels of all landmarks that should be visible
+  std::vector<std::size_t> visible_indices;  ///< their indices in the list of landmarks
   std::vector<SearchedLandmark> searched;
   std::vector<std::size_t> inliers;  ///< rising indices of `searched`
   int matches = 0;                   ///< how many of those searched for were found
@@ -37,7 +38,8 @@ struct VisionResult {
 
 class Vision {
  public:
-  Vision(const Options::Vision& options, const Camera& camera) : options_(options), camera_(camera) {}
+  Vision(const Options::Vision& options, const Options::Bounds& bounds, const Camera& camera)
+      : options_(options), bounds_(bounds), camera_(camera) {}
 
   /// Searches the image for the landmarks and updates the state with the inliers. The result is valid until
   /// the next call.
@@ -48,6 +50,7 @@ class Vision {
   void find_inliers(const State& state);
 
   Options::Vision options_;
+  Options::Bounds bounds_;
   Camera camera_;
   Consensus consensus_;
   VisionResult result_;

@@ -26,17 +26,24 @@ ordered_json metrics_json(const score::Metrics& metrics) {
   return json;
 }
 
-// When tracking was lost and why, and how many observations were refused, wholly or in part.
+ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
+  ordered_json json = ordered_json::array();
+  for (const tracking::TrackingFault& fault : faults)
+    json.push_back({{"from_s", slam::seconds(fault.from)},
+                    {"to_s", fault.to ? ordered_json(slam::seconds(*fault.to)) : ordered_json(nullptr)},
+                    {"cause", fault.cause}});
+  return json;
+}
+
+// When tracking was lost and why, when a sensor was suspect, and how many observations were refused, wholly or
+// in part.
 ordered_json tracking_json(const tracking::Tracked& tracked) {
   const auto refused =
       std::count_if(tracked.frames.begin(), tracked.frames.end(),
                     [](const tracking::TrackedFrame& frame) { return !frame.report.refused.empty(); });
-  ordered_json lost = ordered_json::array();
-  for (const tracking::Loss& loss : tracked.losses())
-    lost.push_back({{"from_s", slam::seconds(loss.from)},
-                    {"to_s", loss.to ? ordered_json(slam::seconds(*loss.to)) : ordered_json(nullptr)},
-                    {"cause", loss.cause}});
-  return {{"observations_refused", refused}, {"lost", lost}};
+  return {{"observations_refused", refused},
+          {"lost", faults_json(tracked.losses())},
+          {"suspect", faults_json(tracked.suspicions())}};
 }
 
 ordered_json limits_json(const std::vector<JudgedLimit>& limits) {

@@ -49,6 +49,14 @@ auto innovations(const tracking::Tracked& tracked) {
   return all;
 }
 
+std::vector<score::TimedHealth> health(const tracking::Tracked& tracked) {
+  std::vector<score::TimedHealth> all;
+  for (const tracking::TrackedFrame& frame : tracked.frames)
+    all.push_back({frame.report.t, frame.report.health == slam::Health::ok, !frame.report.suspect.empty()});
+  for (const slam::Stamp t : tracked.after_divergence) all.push_back({t, false, false});
+  return all;
+}
+
 std::vector<score::MappedPoint> map(const tracking::Tracked& tracked) {
   std::vector<score::MappedPoint> points;
   for (const slam::MapPoint& point : tracked.map) points.push_back({point.id, point.p_W, point.covariance});
@@ -132,6 +140,7 @@ score::Run score_input(const RunRecord& record) {
   run.planned = planned_times(record.scenario.scenario.walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);
+  run.health = health(*record.tracked);
   run.landmarks = landmarks(*record.tracked);
   run.innovations = innovations(*record.tracked);
   run.map = map(*record.tracked);

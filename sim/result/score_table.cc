@@ -45,6 +45,23 @@ std::optional<double> value_of(const Json& metrics, const char* name) {
   return metric ? metric->at("value").number_or_null() : std::nullopt;
 }
 
+// A line for each time in which tracking was lost or a sensor was suspect.
+std::string tracking_faults(const Json& scored) {
+  std::string text;
+  const auto tracking = scored.find("tracking");
+  if (!tracking) return text;
+  for (const char* const kind : {"lost", "suspect"}) {
+    const auto faults = tracking->find(kind);
+    if (!faults) continue;
+    for (const Json& fault : faults->items()) {
+      const auto to = fault.at("to_s").number_or_null();
+      text += fmt::format("  {} from {:.2f} s to {}: {}\n", kind, fault.at("from_s").number(),
+                          to ? fmt::format("{:.2f} s", *to) : "the end", fault.at("cause").text());
+    }
+  }
+  return text;
+}
+
 // Where the scale is not known, the error up to scale is shown instead of ate_se3_rmse_m.
 bool is_substitute(const Json& metrics, const std::string& name) {
   return name == "ate_sim3_rmse_m" && value_of(metrics, "ate_sim3_rmse_m") &&
@@ -68,6 +85,7 @@ std::string score_table(const std::filesystem::path& result_folder) {
   const std::vector<Json> limits = scored.at("limits").items();
   std::string text = fmt::format("{}  seed {}  {}\n", scored.at("scenario").text(), scored.at("seed").whole(),
                                  scored.at("ending").text());
+  text += tracking_faults(scored);
   for (const auto& [name, metric] : metrics.entries()) {
     const score::MetricDefinition* defined = score::find_metric(name);
     const std::string judged = verdicts(limits, name);

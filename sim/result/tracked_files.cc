@@ -28,13 +28,13 @@ std::string nis_fields(const std::optional<slam::Nis>& nis) {
 void write_frames(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string text = "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted";
   for (const std::string_view sensor : score::kSensors) text += fmt::format(",nis_{0},dof_{0}", sensor);
-  text += ",health,cause,refused\n";
+  text += ",health,cause,refused,suspect\n";
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
     text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
                         r.initialised.size(), r.deleted.size());
     for (const auto nis : kSensorInnovations) text += nis_fields(r.*nis);
-    text += fmt::format(",{},{},{}\n", name(r.health), r.cause, r.refused);
+    text += fmt::format(",{},{},{},{}\n", name(r.health), r.cause, r.refused, r.suspect);
   }
   files::write_text(folder / "frames.csv", text);
 }

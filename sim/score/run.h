@@ -34,6 +34,13 @@ struct StampedInnovation {
   Innovation innovation;
 };
 
+/// What the filter said of itself after an observation.
+struct TimedHealth {
+  Stamp t{0};
+  bool tracks = true;    ///< neither lost nor diverged
+  bool suspects = false;  ///< a sensor contradicts the others
+};
+
 /// When the plan ends, and when it puts feet on the ground.
 struct PlannedTimes {
   Stamp end{0};
@@ -47,6 +54,7 @@ struct Run {
   std::vector<FootRow> feet;                           ///< of decompose_drift(); empty without feet
   std::optional<std::vector<EstimatedPose>> estimate;  ///< absent: the filter was not run
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
+  std::vector<TimedHealth> health;  ///< after every observation; not tracking after a divergence
   std::vector<LandmarkHistory> landmarks;
   std::vector<MappedPoint> map;  ///< at the end
   std::vector<Surface> surfaces;

@@ -50,6 +50,22 @@ Value track_completion(const Scored& s) {
   return completion(s, s.run.estimate->back().t);
 }
 
+// The fraction of the time between the first and the last observation for which `holds` was true. An interval
+// has the state after the observation that ends it; observations that come late are not counted.
+Value share_of_time(const Scored& s, bool (*holds)(const TimedHealth&)) {
+  if (!s.run.estimate) return Value::none("the filter was not run");
+  if (s.run.health.empty()) return Value::none("no observation reached the filter");
+  Stamp last = s.run.health.front().t, held{0};
+  for (const TimedHealth& now : s.run.health) {
+    if (now.t <= last) continue;
+    if (holds(now)) held += now.t - last;
+    last = now.t;
+  }
+  const Stamp all = last - s.run.health.front().t;
+  if (all.count() == 0) return Value::none("the filter had fewer than two observations");
+  return static_cast<double>(held.count()) / static_cast<double>(all.count());
+}
+
 }  // namespace
 
 MetricDefinitions walk_metrics() {
@@ -83,7 +99,19 @@ MetricDefinitions completion_metrics() {
           {"track_completion", "1",
            "Fraction of the plan's duration up to the last estimate; a filter that diverged gives none after "
            "that.",
-           Needs::walk, track_completion, smallest, kHeadline}};
+           Needs::walk, track_completion, smallest, kHeadline},
+          {"tracked_share", "1",
+           "Fraction of the time from the first observation to the last in which the filter tracked: it was "
+           "neither lost nor diverged.",
+           Needs::walk,
+           [](S s) { return share_of_time(s, [](const TimedHealth& h) { return h.tracks; }); }, smallest,
+           kHeadline},
+          {"suspect_share", "1",
+           "Fraction of the time from the first observation to the last in which the filter found that a "
+           "sensor contradicts the others.",
+           Needs::walk,
+           [](S s) { return share_of_time(s, [](const TimedHealth& h) { return h.suspects; }); }, largest,
+           kHeadline}};
 }
 
 }  // namespace sim::score

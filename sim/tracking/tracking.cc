@@ -28,14 +28,28 @@ std::vector<slam::Estimate> Tracked::estimates() const {
   return all;
 }
 
-std::vector<Loss> Tracked::losses() const {
-  std::vector<Loss> all;
+std::vector<TrackingFault> Tracked::losses() const {
+  std::vector<TrackingFault> all;
   bool ok = true;
   for (const TrackedFrame& frame : frames) {
     const slam::FrameReport& report = frame.report;
     if (ok && report.health != slam::Health::ok) all.push_back({report.t, std::nullopt, report.cause});
     if (!ok && report.health == slam::Health::ok) all.back().to = report.t;
     ok = report.health == slam::Health::ok;
+    if (!ok) all.back().cause = report.cause;
+  }
+  return all;
+}
+
+std::vector<TrackingFault> Tracked::suspicions() const {
+  std::vector<TrackingFault> all;
+  bool trusted = true;
+  for (const TrackedFrame& frame : frames) {
+    const slam::FrameReport& report = frame.report;
+    if (trusted && !report.suspect.empty()) all.push_back({report.t, std::nullopt, ""});
+    if (!trusted && report.suspect.empty()) all.back().to = report.t;
+    trusted = report.suspect.empty();
+    if (!trusted) all.back().cause = report.suspect;
   }
   return all;
 }
@@ -58,7 +72,10 @@ void Tracking::step(const slam::Observation& arrived) {
     return;
   }
   const auto& frames = tracked_.frames;
-  if (!frames.empty() && frames.back().report.health == slam::Health::diverged) return;
+  if (!frames.empty() && frames.back().report.health == slam::Health::diverged) {
+    tracked_.after_divergence.push_back(arrived.t);
+    return;
+  }
   const slam::FrameReport& report = filter_.step(arrived);
   tracked_.frames.push_back({filter_.estimate(), report});
   auto& maps = tracked_.maps;

@@ -19,10 +19,10 @@ struct TrackedFrame {
   slam::FrameReport report;
 };
 
-/// A time over which tracking was lost.
-struct Loss {
+/// A time over which tracking was lost, or a sensor was suspect.
+struct TrackingFault {
   slam::Stamp from{0};
-  std::optional<slam::Stamp> to;  ///< absent where it was not found again
+  std::optional<slam::Stamp> to;  ///< absent where it did not end
   std::string cause;
 };
 
@@ -37,12 +37,15 @@ struct Tracked {
   std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
   std::vector<slam::MapPoint> map;   ///< at the end
   std::vector<TimedMap> maps;        ///< one each second
+  std::vector<slam::Stamp> after_divergence;  ///< of the observations that it was not given any more
   /// The filter diverged, or was still lost when the run ended.
   bool diverged() const;
   const std::string& cause() const;  ///< of the divergence
   /// The estimates, each once: a refused observation makes no new one.
   std::vector<slam::Estimate> estimates() const;
-  std::vector<Loss> losses() const;
+  std::vector<TrackingFault> losses() const;
+  /// When a sensor contradicted all others; the cause is that of the last frame of each time.
+  std::vector<TrackingFault> suspicions() const;
 };
 
 /// Sensor errors, then the filter or the estimator that the scenario names: the same for a live run and a

@@ -115,5 +115,23 @@ TEST(ActiveSearch, KeepsTheMostUncertainInnovationsInFallingOrder) {
   EXPECT_EQ(candidates[2].index, 2u);
 }
 
+TEST(ActiveSearch, KeepsTheMostUncertainCandidatesThatTheBoundOnPixelsAllows) {
+  const Scene scene({170, 120});
+  std::vector<Candidate> candidates(4, scene.view()[0]);
+  for (std::size_t i = 0; i < 4; ++i) {
+    candidates[i].index = i;
+    const double sigma = i == 1 ? 1 : 1 + static_cast<double>(i);  // boxes of 7, 7, 19 and 25 px
+    candidates[i].S = sigma * sigma * Eigen::Matrix2d::Identity();
+  }
+  const auto all = candidates;
+  keep_affordable(candidates, 49 + 49 + 361 + 625);
+  EXPECT_EQ(candidates.size(), 4u);
+  EXPECT_EQ(candidates[3].index, 3u);  // nothing is sorted as long as all are affordable
+  keep_affordable(candidates, 49 + 625);
+  ASSERT_EQ(candidates.size(), 2u);
+  EXPECT_EQ(candidates[0].index, 3u);
+  EXPECT_EQ(candidates[1].index, 0u);  // the one of 19 px does not fit any more
+}
+
 }  // namespace
 }  // namespace slam

@@ -23,6 +23,11 @@ const synthetic::Recording& short_walk() {
   return recording;
 }
 
+/// What its camera sees while it stands at the start, without noise.
+cv::Mat short_walk_image() {
+  return synthetic::Room().render(Camera(synthetic::calibration().camera), short_walk().walk().X_WC(0), 1);
+}
+
 Filter filter_at_start(const Options& options, std::uint64_t seed = 1) {
   return {options, synthetic::calibration(), short_walk().walk().X_WC(0), seed};
 }
@@ -107,9 +112,10 @@ TEST(Filter, GatesAndReportsASpikeOfTheGyroAndOfTheAccelerometer) {
 }
 
 TEST(Filter, StandingStillWithARateOfExactlyZeroIsFinite) {
-  const Errors e = walk(Options{}, [](int, Observation& o) {
+  Options blind;
+  blind.vision.enabled = false;
+  const Errors e = walk(blind, [](int, Observation& o) {
     for (InertialSample& sample : o.gyro) sample.value.setZero();
-    o.image = cv::Mat();
   });
   EXPECT_TRUE(e.sound);
 }
@@ -178,6 +184,103 @@ TEST(Filter, FlatAndFrozenImagesAreNamedAndCostNoLandmark) {
     EXPECT_EQ(filter.map().size(), landmarks);
     EXPECT_GT(filter.step(recording.observation(45)).accepted, 5);
   }
+}
+
+/// The short walk until its end, spoiled from frame 20 on; the report of the last frame.
+FrameReport end_of_walk(Filter& filter, const std::function<void(Observation&)>& spoil) {
+  FrameReport last;
+  for (int k = 0; k < short_walk().walk().frames(); ++k) {
+    Observation o = short_walk().observation(k);
+    if (k >= 20) spoil(o);
+    last = filter.step(o);
+    EXPECT_TRUE(k >= 20 || last.health == Health::ok) << k;
+  }
+  return last;
+}
+
+TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostAndNamesTheCause) {
+  const cv::Mat last = short_walk().observation(19).image;
+  cv::Mat noise(240, 320, CV_8UC1);
+  const std::vector<std::pair<std::string, std::function<void(Observation&)>>> kinds{
+      {"no image arrives", [](Observation& o) { o.image = cv::Mat(); }},
+      {"the image is flat", [](Observation& o) { o.image.setTo(cv::Scalar(0)); }},
+      {"the image is the last one again", [&](Observation& o) { o.image = last; }},
+      {"almost no landmark found", [](Observation& o) { cv::flip(o.image, o.image, -1); }},
+      {"observations are refused because its image is not 8-bit grey of the camera's size",
+       [](Observation& o) { o.image = cv::Mat(10, 10, CV_8UC1, cv::Scalar(0)); }}};
+  for (const auto& [cause, spoil] : kinds) {
+    Filter filter = filter_at_start(Options{});
+    const FrameReport report = end_of_walk(filter, spoil);
+    EXPECT_EQ(report.health, Health::lost) << cause;
+    EXPECT_EQ(report.cause, "tracking lost: " + cause);
+  }
+}
+
+TEST(Filter, ABlindFilterIsOkAgainOnceItSeesItsMapAndDivergesIfItDoesNotInTime) {
+  Options options;
+  options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;
+  Filter filter = filter_at_start(options), other = filter_at_start(options);
+  for (int k = 0; k < 40; ++k) {
+    Observation o = short_walk().observation(k);
+    if (k >= 20) o.image = cv::Mat();
+    EXPECT_EQ(filter.step(o).health, k < 35 ? Health::ok : Health::lost) << k;
+    other.step(o);
+  }
+  const FrameReport found = filter.step(short_walk().observation(40));
+  EXPECT_EQ(found.health, Health::ok);
+  EXPECT_GT(found.accepted, 5);
+  EXPECT_FALSE(found.relocalised);  // the predicted pose was good enough
+  for (int k = 40; k < 60; ++k) {
+    Observation o = short_walk().observation(k);
+    o.image = cv::Mat();
+    other.step(o);
+  }
+  EXPECT_EQ(other.step(short_walk().observation(60)).health, Health::diverged);
+}
+
+TEST(Filter, AGapWithoutAnyFrameIsReportedAsALoss) {
+  Filter filter = filter_at_start(Options{});
+  for (int k = 0; k < 20; ++k) filter.step(short_walk().observation(k));
+  const FrameReport after = filter.step(short_walk().observation(85));  // 2.2 s later
+  EXPECT_EQ(after.health, Health::lost);
+  EXPECT_EQ(after.cause, "tracking lost: no frame arrives");
+}
+
+TEST(Filter, AClockThatStandsStillIsALoss) {
+  Filter filter = filter_at_start(Options{});
+  for (int k = 0; k < 20; ++k) filter.step(short_walk().observation(k));
+  for (int k = 0; k < 58; ++k) EXPECT_EQ(filter.step(short_walk().observation(19)).health, Health::ok) << k;
+  for (int k = 0; k < 4; ++k) filter.step(short_walk().observation(19));
+  EXPECT_EQ(filter.step(short_walk().observation(19)).health, Health::lost);
+  EXPECT_EQ(filter.step(short_walk().observation(20)).health, Health::ok);
+}
+
+TEST(Filter, StandingStillInTheLightIsNoLossWithAndWithoutNoise) {
+  for (const double noise : {0.0, 2.0}) {
+    synthetic::Walk still = short_walk().walk();
+    still.duration_s = 6, still.stand_s = 6, still.turns = 0, still.image_sigma = noise;
+    still.sway_m = still.bounce_m = 0;
+    const synthetic::Recording recording(
+        still, std::vector<cv::Mat>(static_cast<std::size_t>(still.frames()), short_walk_image()));
+    Filter filter(Options{}, synthetic::calibration(), still.X_WC(0), 1);
+    for (int k = 0; k < still.frames(); ++k)
+      ASSERT_EQ(filter.step(recording.observation(k)).health, Health::ok) << noise << ' ' << k;
+  }
+}
+
+TEST(Filter, KeepsToTheBoundsOfItsMapAndOfItsWork) {
+  Options options;
+  options.vision.visible_landmarks = options.vision.measured_landmarks = 1000;
+  options.bounds.landmarks = 9;
+  options.bounds.measured = 7;
+  Filter filter = filter_at_start(options);
+  for (int k = 0; k < short_walk().walk().frames(); ++k) {
+    const FrameReport& report = filter.step(short_walk().observation(k));
+    ASSERT_LE(report.landmarks, 9);
+    ASSERT_LE(report.searched.size(), 7u);
+    ASSERT_EQ(report.health, Health::ok) << report.cause;
+  }
+  EXPECT_EQ(filter.map().size(), 9u);
 }
 
 TEST(Filter, WithoutImagesPlanAndSensorsTheUncertaintyGrowsFromFrameToFrame) {

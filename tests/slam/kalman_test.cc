@@ -275,5 +275,37 @@ TEST(Kalman, NullDirectionOfTheRobotIsTheDerivativeOfTurningItAboutTheVertical) 
   EXPECT_LT((robot_null_yaw(x) - numeric).norm(), 1e-9);  // rounding 1e-16 / step 1e-6, with room
 }
 
+/// A filter whose plan was wrong by `delta` from the start on, after a few steps of all kinds.
+Kalman with_plan_error(double delta) {
+  Normal normal(11);
+  Kalman kalman = random_filter(2, false, normal);
+  for (int k = 0; k < 3; ++k) {
+    const RobotMatrix F = RobotMatrix::Identity() + 0.1 * random_matrix(kRobot, kRobot, normal);
+    const RobotVector before = kalman.state().robot();
+    kalman.predict(F * before, F, random_covariance(normal));
+    Measurement plan = random_measurement(3, 0, 0.1, normal), landmark = random_measurement(2, kRobot, 0.1, normal);
+    plan.plan_scale = random_matrix(3, 1, normal);
+    // both measured values are given; what is predicted depends on the state
+    plan.innovation += delta * plan.plan_scale - plan.H_robot * kalman.state().robot();
+    landmark.innovation -= landmark.H_robot * kalman.state().robot() +
+                           landmark.H_landmark * kalman.state().storage_x.segment<6>(kRobot);
+    EXPECT_TRUE(update(kalman, {plan, landmark}));
+    LandmarkInitialisation added = random_landmark(normal);
+    added.y = added.J_robot * kalman.state().robot();
+    kalman.append(added);
+    if (k == 1) kalman.erase(kRobot + 6, 6);
+  }
+  return kalman;
+}
+
+TEST(Kalman, CarriesTheDerivativeOfItsMeanWithRespectToTheScaleOfThePlan) {
+  constexpr double kStep = 1e-6;
+  const Kalman at_zero = with_plan_error(0), more = with_plan_error(kStep), less = with_plan_error(-kStep);
+  const Eigen::VectorXd expected = (more.state().x() - less.state().x()) / (2 * kStep);
+  const Eigen::VectorXd carried = at_zero.state().storage_plan_scale.head(at_zero.state().size);
+  EXPECT_GT(expected.norm(), 0.1);
+  EXPECT_LT((carried - expected).norm(), 1e-6 * expected.norm());  // of the difference, cubic in the step
+}
+
 }  // namespace
 }  // namespace slam

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "slam/active_search.h"
@@ -22,7 +23,7 @@ struct Initialised {
   explicit Initialised(int count, std::uint64_t seed = 1) : Initialised(options_for(count), seed) {}
   explicit Initialised(const Options& options, std::uint64_t seed = 1)
       : camera(CameraIntrinsics{}), map(options, camera, seed) {
-    map.initialise(image, Stamp(7), {}, kalman);
+    map.initialise(image, Stamp(7), {}, kalman, removed);
   }
   std::vector<int> pruned() {
     std::vector<int> deleted;
@@ -30,6 +31,7 @@ struct Initialised {
     return deleted;
   }
   cv::Mat image = random_blocks(320, 8, 5);
+  std::vector<int> removed;
   Camera camera;
   Kalman kalman{{looking_ahead({0.3, -0.2, 1.4}), 1e-4 * RobotMatrix::Identity()}, true};
   Map map;
@@ -80,10 +82,10 @@ TEST(Map, InitialisesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleO
   Initialised b(8);
   ASSERT_EQ(b.size(), 8u);
   ASSERT_EQ(b.kalman.state().size, kRobot + 48);
-  b.map.initialise(b.image, Stamp(8), b.pixels(), b.kalman);
+  b.map.initialise(b.image, Stamp(8), b.pixels(), b.kalman, b.removed);
   EXPECT_EQ(b.size(), 8u);  // none is missing
   const std::vector<Eigen::Vector2d> two{b.pixel(0), b.pixel(1)};
-  b.map.initialise(b.image, Stamp(8), two, b.kalman);
+  b.map.initialise(b.image, Stamp(8), two, b.kalman, b.removed);
   EXPECT_EQ(b.size(), 11u);  // three a frame
   const std::vector<Eigen::Vector2d> all = b.pixels();
   const auto expect_apart = [&](std::size_t i, std::size_t j) {
@@ -98,7 +100,10 @@ TEST(Map, InitialisesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleO
 TEST(Map, InitialisesNothingInAnImageWithoutCorners) {
   Initialised b(0);
   Map map(Options{}, b.camera, 1);
-  map.initialise(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), Stamp(1), {}, b.kalman);
+  const InitialisationCount count =
+      map.initialise(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), Stamp(1), {}, b.kalman, b.removed);
+  EXPECT_EQ(count.wanted, 12);
+  EXPECT_EQ(count.added, 0);
   EXPECT_TRUE(map.landmarks().empty());
   EXPECT_EQ(b.kalman.state().size, kRobot);
 }
@@ -111,7 +116,7 @@ TEST(Map, LinesAreInitialisedOneAtATimeAndOnlyWhileTheCameraMoves) {
   RobotVector x = b.kalman.state().robot();
   x(kVelocity) = 0.2;
   b.kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
-  for (int k = 0; k < 2; ++k) b.map.initialise(b.image, Stamp(8), {}, b.kalman);
+  for (int k = 0; k < 2; ++k) b.map.initialise(b.image, Stamp(8), {}, b.kalman, b.removed);
   EXPECT_EQ(b.size(), 1u);
 }
 
@@ -153,6 +158,30 @@ TEST(Map, ItsPointsAreTheLandmarksWithPositionCovarianceAndCounts) {
   EXPECT_EQ(points[1].initialised, Stamp(7));
   EXPECT_EQ(points[1].attempts, 2);
   EXPECT_EQ(points[1].successes, 1);
+}
+
+TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeRoom) {
+  Options options = options_for(8);
+  options.bounds.landmarks = 5;
+  Initialised b(options);
+  ASSERT_EQ(b.size(), 5u);
+  b.map.initialise(b.image, Stamp(7), {}, b.kalman, b.removed);
+  EXPECT_TRUE(b.removed.empty());  // all are in view
+  for (const std::size_t i : {0, 1, 4}) b.map.record_search(i, true);
+  b.map.record_search(0, true);
+  for (const std::size_t i : {1, 2}) b.map.record_visible(i, Stamp(9));
+  b.map.initialise(b.image, Stamp(9), {}, b.kalman, b.removed);
+  EXPECT_EQ(b.removed, (std::vector<int>{3, 4, 0}));  // 1 and 2 are in view
+  EXPECT_EQ(b.size(), 5u);
+  EXPECT_EQ(b.kalman.state().size, kRobot + 5 * InverseDepth::kSize);
+}
+
+TEST(Map, ItsCovarianceIsHeldToTheBoundOfMemory) {
+  Options options = options_for(200);
+  options.bounds.memory_mb = 1;  // 353 parameters
+  const Initialised b(options);
+  EXPECT_GT(b.size(), 20u);
+  EXPECT_LT(8 * std::pow(b.kalman.state().storage_x.size(), 2), 1e6);
 }
 
 TEST(Map, IsTheSameFromTheSameSeedAndAnotherFromAnother) {

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 namespace slam {
 namespace {
 
 const TrackingStatistics kFailed{0.5, 12, 1, 1, {}, {}}, kGood{0.5, 12, 10, 1, {}, {}};
+
+constexpr Stamp kHalf = std::chrono::milliseconds(500);
 
 /// A watch after `frames` frames of the given statistics.
 TrackingWatch after(int frames, const TrackingStatistics& statistics, const Options::Tracking& options = {}) {
@@ -65,11 +69,53 @@ TEST(TrackingWatch, RelocalisationEndsTheLossAndGivingUpIsADivergence) {
   EXPECT_EQ(found.health(), Health::ok);
   EXPECT_EQ(found.cause(), "");
   EXPECT_FALSE(found.in_doubt());
-  for (int k = 0; k < 20; ++k) given_up.relocalisation_failed(0.5);
+  for (int k = 0; k < 20; ++k) given_up.remains_lost(kHalf);
   EXPECT_EQ(given_up.health(), Health::lost);
-  given_up.relocalisation_failed(0.5);
+  given_up.remains_lost(kHalf);
   EXPECT_EQ(given_up.health(), Health::diverged);
-  EXPECT_EQ(given_up.cause(), "tracking lost: almost no landmark found, and the map was not found again");
+  EXPECT_EQ(given_up.cause(), "tracking lost: almost no landmark found; the map was not found again");
+}
+
+TEST(TrackingWatch, TwoSecondsWithoutAnythingSeenAreALossThatEndsWithTheFirstThingSeen) {
+  TrackingWatch watch{Options::Tracking{}};
+  for (int k = 0; k < 4; ++k) watch.blind(kHalf, "no image arrives");
+  EXPECT_EQ(watch.health(), Health::ok);
+  EXPECT_FALSE(watch.is_blind());
+  watch.blind(kHalf, "the image is flat");
+  EXPECT_EQ(watch.health(), Health::lost);
+  EXPECT_TRUE(watch.is_blind());
+  EXPECT_EQ(watch.cause(), "tracking lost: the image is flat");
+  watch.sees();
+  EXPECT_EQ(watch.health(), Health::ok);
+  EXPECT_EQ(watch.cause(), "");
+  for (int k = 0; k < 4; ++k) watch.blind(kHalf, "no image arrives");
+  EXPECT_EQ(watch.health(), Health::ok);  // counted anew
+}
+
+TEST(TrackingWatch, OneThingSeenInTwoSecondsIsEnough) {
+  TrackingWatch watch{Options::Tracking{}};
+  for (int k = 0; k < 40; ++k) {
+    watch.blind(kHalf, "no image arrives");
+    if (k % 3 == 0) watch.sees();
+  }
+  EXPECT_EQ(watch.health(), Health::ok);
+}
+
+TEST(TrackingWatch, SeeingEndsNoLossThatHasAnotherCause) {
+  TrackingWatch watch = after(5, kFailed);
+  EXPECT_FALSE(watch.is_blind());
+  watch.sees();
+  EXPECT_EQ(watch.health(), Health::lost);
+}
+
+TEST(TrackingWatch, ABlindFilterDivergesAfterTheTimeThatTheOptionsAllow) {
+  TrackingWatch watch{Options::Tracking{}};
+  for (int k = 0; k < 5; ++k) watch.blind(kHalf, "no image arrives");
+  for (int k = 0; k < 20; ++k) watch.remains_lost(kHalf);
+  EXPECT_EQ(watch.health(), Health::lost);
+  watch.remains_lost(kHalf);
+  EXPECT_EQ(watch.health(), Health::diverged);
+  EXPECT_EQ(watch.cause(), "tracking lost: no image arrives; the map was not found again");
 }
 
 TEST(TrackingWatch, KeepsTheFirstCauseOfADivergence) {

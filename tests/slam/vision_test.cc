@@ -33,7 +33,7 @@ struct Scene {
   cv::Mat image = random_blocks(320, 8, 5);
   Kalman kalman{{looking_ahead(), 1e-8 * RobotMatrix::Identity()}, false};
   std::vector<Landmark> landmarks;
-  Vision vision{options.vision, camera};
+  Vision vision{options.vision, options.bounds, camera};
 };
 
 TEST(Vision, FindsTheLandmarksOfAnUnchangedViewAndReducesTheUncertainty) {
@@ -71,10 +71,18 @@ TEST(Vision, AMatchThatContradictsTheOthersIsNoInlier) {
 TEST(Vision, MeasuresAtMostAsManyLandmarksAsTheOptionsSay) {
   Scene scene;
   scene.options.vision.measured_landmarks = 3;
-  Vision vision(scene.options.vision, scene.camera);
+  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
   const VisionResult& result = vision.update(scene.image, scene.landmarks, scene.kalman);
   EXPECT_EQ(result.visible.size(), 8u);
   EXPECT_EQ(result.searched.size(), 3u);
+}
+
+TEST(Vision, MeasuresNoMoreLandmarksThanTheBoundHoweverManyTheOptionsWant) {
+  Scene scene;
+  scene.options.vision.measured_landmarks = 1000;
+  scene.options.bounds.measured = 5;
+  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
+  EXPECT_EQ(vision.update(scene.image, scene.landmarks, scene.kalman).searched.size(), 5u);
 }
 
 TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {

@@ -92,4 +92,17 @@ TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlan) {
       EXPECT_GT(without, with_all.at(name)) << name << " with " << changes;
 }
 
+TEST_F(TangentCircle, APlanThatIsAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
+  for (const auto& [factor, said] : {std::pair{"1.2", "too long"}, {"0.8", "too short"}})
+    for (int n = 1; n <= kSeeds; ++n) {
+      const std::string fault = std::string("'errors.faults=[{plan_scaled: {duration_s: 100, factor: ") + factor + "}}]'";
+      EXPECT_EQ(gaitslam("replay two_jobs/" + seed(n) + " " + fault + " --force --out wrong"), 1);
+      const auto suspect = tests::json_of(folder_ / "wrong/score.json")["tracking"]["suspect"];
+      ASSERT_FALSE(suspect.empty()) << factor << ' ' << n;
+      EXPECT_NE(suspect.back()["cause"].get<std::string>().find(said), std::string::npos) << suspect;
+      EXPECT_TRUE(suspect.back()["to_s"].is_null());
+      EXPECT_GT(tests::metric(folder_ / "wrong", "suspect_share"), 0.3);
+    }
+}
+
 }  // namespace

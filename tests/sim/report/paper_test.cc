@@ -91,7 +91,7 @@ TEST(PaperRows, OneRunHasNoStandardDeviationAndNoRange) {
 TEST(PaperRows, TimesOnOtherComputersAreNotCompared) {
   PaperRuns runs;
   runs["tangent_circle"] = {run(1, {})};
-  runs["tangent_circle"][0].timing["frame_cpu_ms_median"] = 0.5;
+  runs["tangent_circle"][0].frame_cpu_ms_median = 0.5;
   const PaperRow time = row(paper_rows(runs), "CPU time of a frame, this bench's filter");
   EXPECT_EQ(time.bench, "0.5 ms, on another computer: not comparable");
   EXPECT_EQ(time.agreement, Agreement::none);

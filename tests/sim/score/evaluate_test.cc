@@ -286,6 +286,20 @@ TEST(Evaluate, CompletionIsThePartOfThePlansTime) {
   EXPECT_NEAR(value(evaluate(run), "track_completion"), 0.25, 1e-12);
 }
 
+TEST(Evaluate, TheTrackedAndTheSuspectShareArePartsOfTheObservedTime) {
+  auto run = circle();
+  run.health.clear();
+  EXPECT_FALSE(evaluate(run).at("tracked_share").value);
+  // 4 s in which the last of 1 s is lost, and 1 s after a divergence; one observation comes late
+  run.health = {{milliseconds(0), true, false},    {milliseconds(2000), true, true},
+                {milliseconds(1500), false, true}, {milliseconds(3000), true, false},
+                {milliseconds(4000), false, false}, {milliseconds(5000), false, false}};
+  EXPECT_NEAR(value(evaluate(run), "tracked_share"), 0.6, 1e-12);
+  EXPECT_NEAR(value(evaluate(run), "suspect_share"), 0.4, 1e-12);
+  run.diverged = "lost";
+  EXPECT_NEAR(value(evaluate(run), "tracked_share"), 0.6, 1e-12);
+}
+
 TEST(Evaluate, NeesHasMeanVarianceAndThePartWithinItsBand) {
   auto run = circle();
   for (std::size_t i = 0; i < run.estimate->size(); ++i)  // squares of 1 and 9 in turns

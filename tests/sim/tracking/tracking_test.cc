@@ -66,5 +66,37 @@ TEST(Tracking, LossesHaveTheirTimesAndCauses) {
   EXPECT_TRUE(tracked.diverged());  // a run that ends lost has not found its way
 }
 
+TEST(Tracking, SuspicionsHaveTheirTimesAndTheLastOfTheirCauses) {
+  Tracked tracked;
+  for (int k = 0; k < 6; ++k) {
+    TrackedFrame frame;
+    frame.report.t = std::chrono::seconds(k);
+    if (k == 1 || k == 2 || k == 5) frame.report.suspect = "plan: " + std::to_string(k);
+    tracked.frames.push_back(frame);
+  }
+  const auto suspicions = tracked.suspicions();
+  ASSERT_EQ(suspicions.size(), 2U);
+  EXPECT_EQ(suspicions[0].from, std::chrono::seconds(1));
+  EXPECT_EQ(suspicions[0].to, std::optional<slam::Stamp>(std::chrono::seconds(3)));
+  EXPECT_EQ(suspicions[0].cause, "plan: 2");
+  EXPECT_EQ(suspicions[1].cause, "plan: 5");
+  EXPECT_FALSE(suspicions[1].to);
+  EXPECT_FALSE(tracked.diverged());  // it still tracks
+}
+
+TEST(Tracking, AFilterThatNeverSeesIsLostAfterTwoSecondsAndDivergesAfterTenMore) {
+  std::vector<slam::Observation> dark;
+  for (int k = 0; k < 150; ++k) dark.push_back(observation(100 * k, 0));
+  const Tracked tracked = track("filter", dark);
+  const auto losses = tracked.losses();
+  ASSERT_EQ(losses.size(), 1U);
+  EXPECT_EQ(losses[0].from, std::chrono::milliseconds(2100));
+  EXPECT_FALSE(losses[0].to);
+  EXPECT_EQ(tracked.cause(), "tracking lost: no image arrives; the map was not found again");
+  EXPECT_TRUE(tracked.diverged());
+  EXPECT_EQ(tracked.frames.back().report.t, std::chrono::milliseconds(12200));
+  EXPECT_EQ(tracked.after_divergence.size(), 150U - 123U);
+}
+
 }  // namespace
 }  // namespace sim::tracking

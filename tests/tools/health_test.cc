@@ -1,0 +1,108 @@
+// A filter that cannot see says so, and says the same in every file, in the table and by the exit code.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+using tests::Ran;
+
+// Times that suit a walk of 3 s.
+constexpr const char* kShortTimes = R"(
+slam.tracking: {lost_after_s: 0.4, give_up_s: 0.6}
+limits: {ending: [completed], tracked_share: {at_least: 0.99}}
+)";
+
+// One run serves all tests of the process.
+class Health : public tests::CommandLine {
+ protected:
+  Health() {
+    if (!std::filesystem::exists(run_)) {
+      write("walk.yaml", tests::kShortWalk);
+      EXPECT_EQ(gaitslam("run walk.yaml --out '" + run_.string() + "'").exit_code, 0);
+    }
+    std::filesystem::create_directory_symlink(run_, folder_ / "r");
+    write("times.yaml", kShortTimes);
+  }
+  static void TearDownTestSuite() { std::filesystem::remove_all(run_); }
+
+  Ran replay(const std::string& changes) const {
+    return gaitslam("replay r/seed-1 --with times.yaml --out out --force " + changes);
+  }
+  nlohmann::json score() const { return nlohmann::json::parse(text_of("out/score.json")); }
+  // The fields of frames.csv from `health` on, one row each.
+  std::vector<std::string> health_rows() const {
+    std::istringstream file(text_of("out/frames.csv"));
+    std::vector<std::string> rows;
+    for (std::string line; std::getline(file, line);) {
+      const auto at = std::min({line.find(",ok,"), line.find(",lost,"), line.find(",diverged,")});
+      if (at != line.npos) rows.push_back(line.substr(at + 1));
+    }
+    return rows;
+  }
+
+  static inline const std::filesystem::path run_ =
+      std::filesystem::temp_directory_path() / ("gaitslam health " + std::to_string(getpid()));
+};
+
+TEST_F(Health, AFilterThatSeesTracksAllTheTime) {
+  const Ran ran = replay("");
+  EXPECT_EQ(ran.exit_code, 0) << ran.out;
+  EXPECT_EQ(score()["metrics"]["tracked_share"]["value"], 1);
+  EXPECT_TRUE(score()["tracking"]["lost"].empty());
+  EXPECT_TRUE(score()["tracking"]["suspect"].empty());
+  for (const std::string& row : health_rows()) EXPECT_THAT(row, testing::StartsWith("ok,,"));
+}
+
+TEST_F(Health, AFilterThatNeverSeesAnythingNewDivergesAndEveryFileSaysSo) {
+  for (const auto& [change, cause] :
+       {std::pair<std::string, std::string>{"'errors.faults=[{frames_lost: {duration_s: 100}}]'", "no image arrives"},
+        {"errors.image.gain=0", "the image is flat"},
+        {"'errors.faults=[{frames_frozen: {from_s: 0.4, duration_s: 100}}]'", "the image is the last one again"}}) {
+    const Ran ran = replay(change);
+    const std::string whole = "tracking lost: " + cause + "; the map was not found again";
+    EXPECT_EQ(ran.exit_code, 3) << change << ran.out << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("diverged"));
+    EXPECT_THAT(ran.out, HasSubstr("to the end: " + whole));
+    const nlohmann::json scored = score();
+    EXPECT_EQ(scored["ending"], "diverged");
+    ASSERT_EQ(scored["tracking"]["lost"].size(), 1U);
+    EXPECT_EQ(scored["tracking"]["lost"][0]["cause"], whole);
+    EXPECT_TRUE(scored["tracking"]["lost"][0]["to_s"].is_null());
+    EXPECT_LT(scored["metrics"]["tracked_share"]["value"], 0.5);
+    const auto rows = health_rows();
+    ASSERT_FALSE(rows.empty());
+    EXPECT_THAT(rows.back(), HasSubstr("diverged," + whole + ","));
+    EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const std::string& row) {
+      return row.starts_with("lost,tracking lost: " + cause + ",");
+    })) << cause;
+  }
+}
+
+TEST_F(Health, AFilterThatSeesAgainTracksAgainAndALimitOnTheShareOfTimeIsMissed) {
+  const Ran ran = replay("'errors.faults=[{frames_lost: {from_s: 0.5, duration_s: 0.6}}]'");
+  EXPECT_EQ(ran.exit_code, 1) << ran.out << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("lost from "));
+  EXPECT_THAT(ran.out, HasSubstr(">= 0.9900  MISSED"));
+  EXPECT_EQ(score()["ending"], "completed");
+  ASSERT_EQ(score()["tracking"]["lost"].size(), 1U);
+  const auto loss = score()["tracking"]["lost"][0];
+  EXPECT_NEAR(loss["from_s"], 0.9, 0.04);  // 0.4 s after the last image, within a frame
+  EXPECT_NEAR(loss["to_s"], 1.1, 0.04);
+  EXPECT_THAT(health_rows().back(), testing::StartsWith("ok,,"));
+}
+
+TEST_F(Health, AsManyLandmarksAsTheKeysAllowAreHeldByTheBounds) {
+  const Ran ran = replay("slam.vision.visible_landmarks=1000 slam.vision.measured_landmarks=1000 "
+                         "slam.bounds.landmarks=20 slam.bounds.measured=10 slam.bounds.memory_mb=1");
+  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
+  const std::string map = text_of("out/map.csv");
+  EXPECT_EQ(std::count(map.begin(), map.end(), '\n'), 21);  // and the head
+}
+
+}  // namespace
