@@ -12,7 +12,7 @@ namespace sim::live {
 /// Walks the scenario and leaves a complete result folder, whatever the ending.
 /// place: where models lie and results go. Throws std::invalid_argument or std::runtime_error when the
 /// scenario cannot be begun (a walk that cannot be planned, a model that does not load, a folder that cannot
-/// be written); then no folder is left behind.
+/// be written) and ConfigError when the planned walk is not clear of its room; then no folder is left behind.
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress);
 

@@ -83,6 +83,7 @@ int record(const Request& request) {
   if (request.parent) die_with(*request.parent);
   const scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   const Recordings recordings(request.models);
+  if (request.seeds) require_clear_walk(read, request.models);  // once, and by the name of the user's file
   return request.seeds ? record_seeds(read, request, recordings) : record_one(read, recordings);
 }
 

@@ -32,7 +32,7 @@ Examples:
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
 Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>.
-Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, diverged or crashed. Of several seeds
+Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. Of several seeds
 the highest.)";
 
 struct Request : OutRequest {
@@ -103,6 +103,7 @@ int run(const Request& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   const OutFolder out(request, fs::path("results") / read.scenario.name);
+  if (request.seeds) require_clear_walk(read, request.models);  // once, and by the name of the user's file
   return request.seeds ? run_seeds(read, request, out.path()) : run_one(read, request, out.path());
 }
 
