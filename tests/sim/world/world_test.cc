@@ -165,7 +165,10 @@ TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
       models_with_floor("few_contacts",
                         "<mujoco><size nconmax='4'/><worldbody><geom name='floor' type='plane' "
                         "size='20 20 1' condim='3'/></worldbody></mujoco>");
-  World world({}, {}, half_sitting(), Eigen::Isometry3d::Identity(), folder);  // ten pads touch the floor
+  WorldOptions options;
+  options.room = "floor";
+  World world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(),
+              folder);  // ten pads touch the floor
   world.step();
   EXPECT_EQ(world.status().condition, Condition::physics_failed);
   EXPECT_THAT(world.status().cause, HasSubstr("contact"));
