@@ -9,7 +9,7 @@ namespace slam {
 namespace {
 
 constexpr double kBorder = kPatchHalf + 2;  // px
-constexpr double kSigmas = 3;
+constexpr double kSearchSigmas = 3;
 constexpr double kRefinementGain = 0.15;  // correlation that the sub-pixel refinement may still add
 
 }  // namespace
@@ -64,7 +64,7 @@ std::optional<Measurement> search_candidate(const cv::Mat& image, const Landmark
       warp(landmark.patch,
            options.warped_patches ? candidate.view_change : Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
   if (!patch) return std::nullopt;
-  auto match = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSigmas);
+  auto match = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSearchSigmas);
   if (!match || match->correlation < options.minimum_correlation - (options.sub_pixel ? kRefinementGain : 0))
     return std::nullopt;
   if (options.sub_pixel) match = refine(image, *patch, match->pixel);

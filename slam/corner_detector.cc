@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kOnStack = 1024;    // columns, more than regions have
 constexpr double kLeastDistance_px = 20;  // between the corners of two landmarks
 constexpr double kFewVisible = 12;        // up to so many landmarks a box has a quarter of the image's sides
-constexpr double kSigmas = 3;
+constexpr double kCornerGateSigmas = 3;
 
 /// Σ gx², gxgy, gy² over a column of 11 pixels, with doubled gradients so that the sums are integers.
 struct Moments {
@@ -105,7 +105,8 @@ std::optional<Eigen::Vector2d> corner_near(const cv::Mat& image, const Eigen::Ve
   const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
   cv::cornerSubPix(image, at, {kPatchHalf, kPatchHalf}, {-1, -1}, criteria);
   const Eigen::Vector2d corner(at[0].x, at[0].y), moved = corner - predicted;
-  if (at[0] == start || !(moved.dot(S.llt().solve(moved)) < kSigmas * kSigmas)) return std::nullopt;
+  if (at[0] == start || !(moved.dot(S.llt().solve(moved)) < kCornerGateSigmas * kCornerGateSigmas))
+    return std::nullopt;
   return corner;
 }
 

@@ -6,7 +6,7 @@ namespace slam {
 namespace {
 
 constexpr double kWidest = 1.5;  // rad; a ray (x, y, 1) cannot reach π/2
-constexpr int kIterations = 50;
+constexpr int kUndistortIterations = 50;
 constexpr double kConverged = 1e-13;  // of rays and angles, which are of order 1
 
 // Brown's and the equidistant model map n = (x/z, y/z) to g(n), here with ∂g/∂n.
@@ -43,7 +43,7 @@ Distorted distort_normalised(const Equidistant& k, const Eigen::Vector2d& n) {
 
 std::optional<Eigen::Vector2d> undistort_normalised(const RadialTangential& k, const Eigen::Vector2d& m) {
   Eigen::Vector2d n = m;
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < kUndistortIterations; ++i) {
     const Distorted distorted = distort_normalised(k, n);
     const Eigen::Vector2d step = distorted.J.inverse() * (m - distorted.point);
     n += step;
@@ -56,7 +56,7 @@ std::optional<Eigen::Vector2d> undistort_normalised(const Equidistant& k, const 
   const double distorted = m.norm();
   if (distorted < 1e-8) return m;
   double angle = distorted;
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < kUndistortIterations; ++i) {
     const double step = (distorted - distorted_angle(k, angle)) / distorted_angle_slope(k, angle);
     angle += step;
     if (std::abs(step) < kConverged)

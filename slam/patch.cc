@@ -8,7 +8,7 @@ namespace slam {
 namespace {
 
 constexpr double kObliqueCosine = 0.42;  // cos 65°
-constexpr int kIterations = 8;
+constexpr int kRefineIterations = 8;
 constexpr double kConverged = 0.01;    // px
 constexpr double kLargestShift = 1.5;  // px
 
@@ -120,7 +120,7 @@ std::optional<Match> refine(const cv::Mat& image, const Template& patch, const E
   const Eigen::Matrix2f inverse = information.inverse();
   if (!inverse.allFinite()) return std::nullopt;
   Match match{start, 0};
-  for (int k = 0; k < kIterations; ++k) {
+  for (int k = 0; k < kRefineIterations; ++k) {
     if (match.pixel.x() < margin || match.pixel.y() < margin || match.pixel.x() > image.cols - 1 - margin ||
         match.pixel.y() > image.rows - 1 - margin)
       return std::nullopt;

@@ -16,7 +16,7 @@ constexpr double kLargestRelativeVariance = 0.04;  // of the position, relative 
 constexpr double kLeastCorrelation = 0.85;
 constexpr double kInlierResidual_px = 4;
 constexpr std::size_t kLeastInliers = 6;
-constexpr int kIterations = 10;
+constexpr int kPoseIterations = 10;
 constexpr double kWalkingSigma_m_s = 0.3, kWalkingSigma_rad_s = 0.5;
 
 /// A landmark found in the image, perhaps wrongly.
@@ -110,7 +110,7 @@ Eigen::Vector3d intersection(const BearingObservation& first, const BearingObser
 Relocation refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections,
                   const std::vector<std::size_t>& inliers, const Camera& camera, double sigma_px) {
   Matrix6d information = Matrix6d::Identity();
-  for (int k = 0; k < kIterations; ++k) {
+  for (int k = 0; k < kPoseIterations; ++k) {
     information.setZero();
     Vector6d gradient = Vector6d::Zero();
     for (const std::size_t i : inliers) {

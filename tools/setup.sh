@@ -61,6 +61,7 @@ build() {
     }
   fi
   shift
+  export CCACHE_SLOPPINESS=pch_defines,time_macros  # without it the compiler cache leaves files with precompiled headers out
   ninja -C "$folder" "$@" >&2 || { say "the build failed"; exit 2; }
   exec 9>&-
 }

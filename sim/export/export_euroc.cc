@@ -13,7 +13,7 @@ namespace {
 
 using namespace recording::recording_format;
 
-constexpr const char* kReadme =
+constexpr const char* kEurocReadme =
     R"(Layout of EuRoC/ASL (Burri et al. 2016). `mav0/cam0` and `mav0/imu0` are the sensors,
 `mav0/state_groundtruth_estimate0` the true motion of the chest IMU, `times.txt` the images' stamps in ns,
 one per line. `mav0/plan0` is an extension: the planned motion of the camera at each frame.
@@ -66,7 +66,7 @@ void write_mav0(const ExportContext& out) {
 
 void export_euroc(const ExportContext& out) {
   write_mav0(out);
-  out.write_readme(kReadme);
+  out.write_readme(kEurocReadme);
 }
 
 }  // namespace sim::exports

@@ -7,7 +7,7 @@
 namespace sim::exports {
 namespace {
 
-constexpr const char* kReadme =
+constexpr const char* kKittiReadme =
     R"(Layout of the KITTI odometry benchmark (Geiger et al. 2012): images of one grey camera, numbered;
 `times.txt` in s from the first image; `calib.txt`; `poses/00.txt`: true poses of the camera in the axes of the
 first one, as the upper three rows of a matrix, row by row. `settings.yaml` is for ORB-SLAM3 (v1.0). In the folder of
@@ -49,7 +49,7 @@ void export_kitti(const ExportContext& out) {
   out.write("sequences/00/calib.txt", "P0: " + P + "P1: " + P + "P2: " + P + "P3: " + P);
   out.write("poses/00.txt", poses);
   out.write("settings.yaml", orbslam3_settings(out, false));
-  out.write_readme(kReadme);
+  out.write_readme(kKittiReadme);
 }
 
 }  // namespace sim::exports

@@ -5,7 +5,7 @@
 namespace sim::exports {
 namespace {
 
-constexpr const char* kReadme =
+constexpr const char* kMcapReadme =
     R"(`run.mcap` holds ROS 2 messages (CDR), `metadata.yaml` makes the folder a bag:
 
     ros2 bag play FOLDER                      # or: ros2 bag info FOLDER
@@ -27,7 +27,7 @@ Foxglove, Lichtblick and Rerun open `run.mcap` itself.
 
 void export_mcap(const ExportContext& out) {
   write_ros_bag(out, {"", "/camera/image/compressed", "/camera/camera_info", "/imu", true});
-  out.write_readme(kReadme);
+  out.write_readme(kMcapReadme);
 }
 
 }  // namespace sim::exports

@@ -10,7 +10,7 @@
 namespace sim::exports {
 namespace {
 
-constexpr const char* kReadme =
+constexpr const char* kOpenvinsReadme =
     R"(For OpenVINS (2.7 with ROS 2): a bag with raw images, and `estimator_config.yaml` with the two calibration
 files that it names. In two terminals:
 
@@ -141,7 +141,7 @@ void export_openvins(const ExportContext& out) {
   out.write("groundtruth.csv",
             recording::Manifest(out.run.result / "recording").read(recording::recording_format::kMotionRows));
   out.write("groundtruth.tum", tum_text(out.truth().camera));
-  out.write_readme(kReadme);
+  out.write_readme(kOpenvinsReadme);
 }
 
 }  // namespace sim::exports

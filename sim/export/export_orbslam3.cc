@@ -7,7 +7,7 @@
 namespace sim::exports {
 namespace {
 
-constexpr const char* kReadme =
+constexpr const char* kOrbslam3Readme =
     R"(For ORB-SLAM3 (v1.0). `settings.yaml` serves its programs without and with the IMU. In the folder of ORB-SLAM3:
 
     ./Examples/Monocular/mono_euroc Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER FOLDER/times.txt run
@@ -26,7 +26,7 @@ void export_orbslam3(const ExportContext& out) {
   write_mav0(out);
   out.write("settings.yaml", orbslam3_settings(out, true));
   out.write("groundtruth.tum", tum_text(out.truth().camera));
-  out.write_readme(kReadme);
+  out.write_readme(kOrbslam3Readme);
 }
 
 }  // namespace sim::exports

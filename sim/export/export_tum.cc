@@ -9,7 +9,7 @@
 namespace sim::exports {
 namespace {
 
-constexpr const char* kReadme =
+constexpr const char* kTumReadme =
     R"(Layout of the TUM RGB-D benchmark (Sturm et al. 2012): `rgb/`, `rgb.txt`, `accelerometer.txt`, and true
 camera poses in `groundtruth.txt`; `plan.txt` has the camera poses of the walking plan, `estimate.txt` (if a filter
 ran) those of GaitSLAM's filter. `settings.yaml` is for ORB-SLAM3 (v1.0). In the folder of ORB-SLAM3:
@@ -49,7 +49,7 @@ void export_tum(const ExportContext& out) {
     out.write("estimate.txt",
               header("estimated trajectory", out, poses) + tum_text({rows.begin(), rows.end()}));
   out.write("settings.yaml", orbslam3_settings(out, false));
-  out.write_readme(kReadme);
+  out.write_readme(kTumReadme);
 }
 
 }  // namespace sim::exports

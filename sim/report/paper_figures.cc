@@ -8,11 +8,10 @@
 #include "sim/report/paper_depths.h"
 #include "sim/report/paper_height.h"
 #include "sim/report/run_figures.h"
+#include "sim/report/units.h"
 
 namespace sim::report {
 namespace {
-
-constexpr double kMm = 1e3;
 
 const RunData* first(const PaperRuns& all, const std::string& experiment) {
   const auto& runs = runs_of(all, experiment);

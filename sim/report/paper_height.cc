@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "sim/report/units.h"
 #include "sim/score/significance.h"
 #include "sim/score/statistics.h"
 
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double kAfter_s = 0.1;    // after an impact
 constexpr double kLongest_s = 1.2;  // a step; longer is a pause
-constexpr double kBin_s = 1.0 / 30, kMm = 1e3;
+constexpr double kBin_s = 1.0 / 30;
 
 double correlation(const Column& a, const Column& b) {
   const double mean_a = score::mean(a), mean_b = score::mean(b);

@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "sim/report/paper_height.h"
+#include "sim/report/units.h"
 #include "sim/score/statistics.h"
 
 namespace sim::report {
 namespace {
 
-constexpr double kMm = 1e3;
 constexpr const char* kNotRun = "not run";
 
 using Runs = std::vector<RunData>;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "sim/report/units.h"
 #include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
 #include "sim/score/run.h"
@@ -17,7 +18,6 @@
 namespace sim::report {
 namespace {
 
-constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
 constexpr int kHalfSecond = 15;  // frames
 constexpr const char* kTime = "time [s]";
 

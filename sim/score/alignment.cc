@@ -61,10 +61,10 @@ std::variant<Similarity, NoAlignment> align_umeyama(const Moments& m, bool with_
   if (!(D(0) > rounding_error(m))) return NoAlignment{"the positions are all in one point"};
   if (!(D(1) > rounding_error(m)))
     return NoAlignment{"the positions are on one line: the rotation about it is not determined"};
-  Eigen::Vector3d S = Eigen::Vector3d::Ones();
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) S(2) = -1;
-  const Eigen::Matrix3d R = svd.matrixU() * S.asDiagonal() * svd.matrixV().transpose();
-  return about_means(m, R, with_scale ? D.dot(S) / m.square_estimate : 1);
+  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs(2) = -1;
+  const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return about_means(m, R, with_scale ? D.dot(signs) / m.square_estimate : 1);
 }
 
 // The scale that Umeyama finds, without the turn and the shift it finds with it.

@@ -17,10 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string walk_ending(const fs::path& about) {
-  const auto json = nlohmann::json::parse(files::read_text(about), nullptr, false);
-  if (!json.is_object() || !json.contains("walk_ending") || !json["walk_ending"].is_string())
+  const auto document = nlohmann::json::parse(files::read_text(about), nullptr, false);
+  if (!document.is_object() || !document.contains("walk_ending") || !document["walk_ending"].is_string())
     throw files::FileError(about, "expected JSON with walk_ending");
-  return json["walk_ending"];
+  return document["walk_ending"];
 }
 
 std::string name_of(const fs::path& result_folder) {

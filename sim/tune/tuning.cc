@@ -62,9 +62,9 @@ ordered_json column(const Records& records,
 }
 
 ordered_json to_json(const StartAndBest& both, const Spec& spec) {
-  ordered_json json{{"runs", both.runs}};
+  ordered_json document{{"runs", both.runs}};
   const auto add = [&](const std::string& name, const auto& of) {
-    json["values"][name] = {{"start", column(both.start, of)}, {"best", column(both.best, of)}};
+    document["values"][name] = {{"start", column(both.start, of)}, {"best", column(both.best, of)}};
   };
   add(std::string(name(spec.objective)),
       [&](const TrialRecord& r) -> std::optional<double> { return loss_of(r, spec.objective); });
@@ -73,7 +73,7 @@ ordered_json to_json(const StartAndBest& both, const Spec& spec) {
       const auto found = r.values.find(metric);
       return found == r.values.end() ? std::nullopt : std::optional(found->second);
     });
-  return json;
+  return document;
 }
 
 ordered_json to_json(const Profile& profile) {
@@ -208,16 +208,16 @@ Found find(const Spec& spec, TrialLog& log, const Execution& execution,
 }
 
 std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& holdout, bool accepted) {
-  ordered_json json{{"format_version", 2},
-                    {"name", spec.name},
-                    {"objective", name(spec.objective)},
-                    {"accepted", accepted},
-                    {"parameters", parameters_json(spec, found.best)},
-                    {"training", to_json(found.training, spec)},
-                    {"holdout", to_json(holdout, spec)},
-                    {"profiles", ordered_json::array()}};
-  for (const Profile& profile : found.profiles) json["profiles"].push_back(to_json(profile));
-  return json.dump(2) + "\n";
+  ordered_json document{{"format_version", 2},
+                        {"name", spec.name},
+                        {"objective", name(spec.objective)},
+                        {"accepted", accepted},
+                        {"parameters", parameters_json(spec, found.best)},
+                        {"training", to_json(found.training, spec)},
+                        {"holdout", to_json(holdout, spec)},
+                        {"profiles", ordered_json::array()}};
+  for (const Profile& profile : found.profiles) document["profiles"].push_back(to_json(profile));
+  return document.dump(2) + "\n";
 }
 
 }  // namespace

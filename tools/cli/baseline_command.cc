@@ -16,7 +16,7 @@ namespace {
 
 namespace regression = sim::regression;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kBaselineExamples = R"(
 Examples:
   gaitslam baseline update --reason "the stabiliser damps the ankles" --jobs 2
   gaitslam baseline update scenarios/suites/ci.yaml --seeds 1..10 --reason "ten seeds"
@@ -24,7 +24,7 @@ Examples:
 Shows what changes, then writes the file. A result that misses a limit of its scenario is not written.
 Exit codes: 0 written; 1 a limit is missed; 2 wrong usage or configuration; 3 a run failed.)";
 
-struct Request : SuiteRequest {
+struct BaselineRequest : SuiteRequest {
   std::string reason;
   bool dry_run = false;
 };
@@ -39,8 +39,8 @@ void print_differences(const regression::Baseline& before, const SuiteRun& run) 
 }
 
 /// Compares with the old baseline whatever it was made of, and prints that.
-regression::Comparison show(const regression::Baseline& before, const SuiteRun& run, const Request& request,
-                            const std::string& file) {
+regression::Comparison show(const regression::Baseline& before, const SuiteRun& run,
+                            const BaselineRequest& request, const std::string& file) {
   const regression::Comparison comparison =
       compare_with(before.scenarios, run, request, "gaitslam baseline update: " + file + " before and after");
   std::cout << regression::verdict_table(comparison, colours());
@@ -54,7 +54,7 @@ int limits_exit_code(std::vector<regression::ScenarioVerdict> verdicts) {
   return regression::exit_code(verdicts);
 }
 
-int update(const Request& request) {
+int update(const BaselineRequest& request) {
   if (request.reason.find_first_not_of(" \t") == request.reason.npos)
     throw UsageError("--reason: is empty, expected the reason for the change");
   const std::string file = baseline_file(request).string();
@@ -78,7 +78,7 @@ int update(const Request& request) {
 }  // namespace
 
 void add_baseline(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<BaselineRequest>();
   request->models = GAITSLAM_MODELS;
   CLI::App* baseline = app.add_subcommand("baseline", "Manage the results that a suite is compared with");
   baseline->require_subcommand(1);
@@ -88,8 +88,8 @@ void add_baseline(CLI::App& app, int& exit_code) {
       ->required();
   add_suite_options(*command, *request);
   command->add_flag("--dry-run", request->dry_run, "show what would change and write nothing");
-  command->footer(kExamples);
-  baseline->footer(kExamples);
+  command->footer(kBaselineExamples);
+  baseline->footer(kBaselineExamples);
   command->callback([request, &exit_code] { exit_code = update(*request); });
 }
 

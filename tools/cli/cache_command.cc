@@ -14,7 +14,7 @@ namespace {
 
 using sim::tune::RecordingCache;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kCacheExamples = R"(
 Examples:
   gaitslam cache list
   gaitslam cache clean            # removes all recordings that are not in use
@@ -51,7 +51,7 @@ int clean(double gigabytes) {
 void add_cache(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("cache", "List or remove the recordings that are kept for replays");
   command->require_subcommand(1);
-  command->footer(kExamples);
+  command->footer(kCacheExamples);
   CLI::App* lister = command->add_subcommand("list", "List the recordings, the least recently used first");
   lister->callback([&exit_code] { exit_code = list(); });
   auto gigabytes = std::make_shared<double>(0);

@@ -14,7 +14,7 @@
 namespace cli {
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kCheckExamples = R"(
 Examples:
   gaitslam check scenarios/*.yaml
 Exit codes: 0 all scenarios are valid; 2 one is not.)";
@@ -47,7 +47,7 @@ void add_check(CLI::App& app, int& exit_code) {
                                          "those are clear of their rooms, without simulating");
   command->add_option("scenarios", *files, "YAML files")->required();
   add_with(*command, *changes);
-  command->footer(kExamples);
+  command->footer(kCheckExamples);
   command->callback([files, changes, &exit_code] {
     for (const std::string& file : *files) exit_code = is_valid(file, *changes) ? exit_code : 2;
   });

@@ -21,7 +21,7 @@ namespace regression = sim::regression;
 namespace scenario = sim::scenario;
 namespace fs = std::filesystem;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kCompareExamples = R"(
 Examples:
   gaitslam compare results/before results/after
   gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
@@ -29,7 +29,7 @@ Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios
 have are paired and compared by the signed rank test; sets without a common seed by the rank sum test.
 The verdicts and exit codes are those of gaitslam regress.)";
 
-struct Request {
+struct CompareRequest {
   fs::path before, after;
   std::vector<std::string> gates;
   std::optional<std::string> json, markdown;
@@ -56,7 +56,7 @@ regression::Gate parse_gate(const std::string& text) {
   return gate;
 }
 
-std::vector<regression::Gate> gates_of(const Request& request) {
+std::vector<regression::Gate> gates_of(const CompareRequest& request) {
   if (request.gates.empty()) return regression::default_gates();
   if (request.gates.size() > regression::kMostGates)
     throw UsageError(fmt::format("--gate: given {} times, expected at most {}", request.gates.size(),
@@ -81,7 +81,7 @@ regression::ScenarioVerdict judge(const regression::ResultSet* before, const reg
   return verdict;
 }
 
-int compare(const Request& request) {
+int compare(const CompareRequest& request) {
   const auto gates = gates_of(request);
   const auto before = regression::read_result_sets(request.before),
              now = regression::read_result_sets(request.after);
@@ -114,7 +114,7 @@ int compare(const Request& request) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<CompareRequest>();
   CLI::App* command = app.add_subcommand("compare", "Compare two sets of results");
   command->add_option("before", request->before, "the folder of results to compare with")->required();
   command->add_option("after", request->after, "the folder of results to judge")->required();
@@ -124,7 +124,7 @@ void add_compare(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_option("--json", request->json, "write the verdicts as JSON to a file");
   command->add_option("--markdown", request->markdown, "write a Markdown table to a file");
-  command->footer(kExamples);
+  command->footer(kCompareExamples);
   command->callback([request, &exit_code] { exit_code = compare(*request); });
 }
 

@@ -16,13 +16,13 @@ namespace {
 
 namespace scenario = sim::scenario;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kConfigExamples = R"(
 Examples:
   gaitslam config scenarios/tangent_circle.yaml slam.gyro.sigma_rad_s=0.02
   gaitslam config scenarios/tangent_circle.yaml --yaml
   gaitslam config --keys)";
 
-struct Request {
+struct ConfigRequest {
   std::string scenario;
   scenario::Changes changes;
   bool keys = false, yaml = false;
@@ -86,7 +86,7 @@ void print_keys() {
   }
 }
 
-void config(const Request& request) {
+void config(const ConfigRequest& request) {
   if (request.keys) return print_keys();
   if (request.scenario.empty()) throw UsageError("config: expected a scenario's YAML file, or --keys");
   const scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
@@ -96,13 +96,13 @@ void config(const Request& request) {
 }  // namespace
 
 void add_config(CLI::App& app, int&) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<ConfigRequest>();
   CLI::App* command =
       app.add_subcommand("config", "Print the value of every key of a scenario and where it comes from");
   add_scenario(*command, request->scenario, request->changes);
   command->add_flag("--keys", request->keys, "list all keys with range, default and meaning");
   command->add_flag("--yaml", request->yaml, "print the whole scenario as YAML");
-  command->footer(kExamples);
+  command->footer(kConfigExamples);
   command->callback([request] { config(*request); });
 }
 

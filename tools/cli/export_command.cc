@@ -20,7 +20,7 @@ namespace exports = sim::exports;
 namespace files = sim::files;
 namespace scenario = sim::scenario;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kExportExamples = R"(
 Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format mcap
@@ -28,7 +28,7 @@ Examples:
 The export contains what the filter received, sensor errors included. Its folder, RESULT/export/FORMAT unless --out
 names another, has a README.md with the command line of the program that the format is for.)";
 
-struct Request : OutRequest {
+struct ExportRequest : OutRequest {
   fs::path result;
   std::string format;
   bool undistort = false;
@@ -42,7 +42,7 @@ void check_format(const std::string& name) {
                     scenario::did_you_mean(name, std::vector<std::string_view>(names.begin(), names.end()))));
 }
 
-int export_result(const Request& request) {
+int export_result(const ExportRequest& request) {
   check_format(request.format);
   if (!fs::is_directory(request.result))
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
@@ -60,7 +60,7 @@ int export_result(const Request& request) {
 }  // namespace
 
 void add_export(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<ExportRequest>();
   CLI::App* command =
       app.add_subcommand("export", "Write a run in the format of another SLAM program or viewer");
   add_result(*command, request->result);
@@ -71,7 +71,7 @@ void add_export(CLI::App& app, int& exit_code) {
   add_out(*command, *request);
   command->add_flag("--undistort", request->undistort,
                     "rectify images to a pinhole camera, as tum and kitti always do");
-  command->footer(kExamples);
+  command->footer(kExportExamples);
   command->callback([request, &exit_code] { exit_code = export_result(*request); });
 }
 

@@ -18,7 +18,7 @@ constexpr const char* kDescription =
     "camera "
     "with a SLAM filter, and scores the walk and the estimate against ground truth.";
 
-constexpr const char* kExamples = R"(
+constexpr const char* kProgramExamples = R"(
 Examples:
   gaitslam run scenarios/tangent_circle.yaml
   gaitslam replay results/tangent_circle/seed-1 slam.vision.sigma_px=1.5
@@ -53,7 +53,7 @@ int run_program(int argc, char** argv) {
   int exit_code = 0;
   app.set_version_flag("--version", cli::version_text());
   app.require_subcommand(1);
-  app.footer(kExamples);
+  app.footer(kProgramExamples);
   cli::add_run(app, exit_code);
   cli::add_record(app, exit_code);
   cli::add_replay(app, exit_code);

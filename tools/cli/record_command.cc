@@ -22,7 +22,7 @@ namespace scenario = sim::scenario;
 
 constexpr double kWalkSeconds = 15;  // of computing, for the shipped scenarios
 
-constexpr const char* kExamples = R"(
+constexpr const char* kRecordExamples = R"(
 Examples:
   gaitslam record scenarios/tangent_circle.yaml --seeds 1..20 --jobs 2
   gaitslam record scenarios/hall.yaml world.seed=3
@@ -32,7 +32,7 @@ keys walk.*, stabilizer.*, world.* and camera.*, the seed, the models, and the s
 sensor errors and filter may differ.
 Exit codes: 0 all recordings are there; 2 wrong usage or configuration; 3 the simulation of a walk failed.)";
 
-struct Request {
+struct RecordRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
@@ -56,7 +56,8 @@ int record_one(const scenario::ReadScenario& read, const Recordings& recordings)
   return report_walk(read.scenario.seed, recordings.get(read, [&](double part) { progress.show(part); }));
 }
 
-int record_seeds(const scenario::ReadScenario& read, const Request& request, const Recordings& recordings) {
+int record_seeds(const scenario::ReadScenario& read, const RecordRequest& request,
+                 const Recordings& recordings) {
   std::vector<scenario::Scenario> scenarios;
   for (const std::uint64_t seed : parse_seeds(*request.seeds)) {
     scenarios.push_back(read.scenario);
@@ -79,7 +80,7 @@ int record_seeds(const scenario::ReadScenario& read, const Request& request, con
   return exit_code;
 }
 
-int record(const Request& request) {
+int record(const RecordRequest& request) {
   if (request.parent) die_with(*request.parent);
   const scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   const Recordings recordings(request.models);
@@ -90,7 +91,7 @@ int record(const Request& request) {
 }  // namespace
 
 void add_record(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<RecordRequest>();
   CLI::App* command =
       app.add_subcommand("record", "Simulate a walk and keep the readings of ideal sensors for replays");
   add_scenario(*command, request->scenario, request->changes)->required();
@@ -98,7 +99,7 @@ void add_record(CLI::App& app, int& exit_code) {
   add_backend_options(*command, request->backend);
   add_models(*command, request->models);
   add_parent(*command, request->parent);
-  command->footer(kExamples);
+  command->footer(kRecordExamples);
   command->callback([request, &exit_code] { exit_code = record(*request); });
 }
 

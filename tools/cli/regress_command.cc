@@ -19,7 +19,7 @@ namespace {
 namespace regression = sim::regression;
 namespace result = sim::result;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kRegressExamples = R"(
 Examples:
   gaitslam regress scenarios/suites/ci.yaml --jobs 2
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
@@ -37,7 +37,7 @@ at 5 %. With fewer than 8 seeds more than half of them must be beyond the tolera
 Exit codes: 0 as good as the baseline; 1 worse, or a limit missed; 2 wrong usage, configuration or baseline; 3 a run
 ended in a way that its scenario does not allow.)";
 
-struct Request : SuiteRequest {
+struct RegressRequest : SuiteRequest {
   std::optional<std::string> junit, markdown, json;
   bool github = false;
 };
@@ -66,7 +66,7 @@ void require_comparable(const regression::Baseline& baseline, const SuiteRun& ru
   }
 }
 
-void write(const Request& request, const regression::Comparison& comparison) {
+void write(const RegressRequest& request, const regression::Comparison& comparison) {
   using sim::files::write_durably;
   if (request.junit) write_durably(*request.junit, regression::junit(comparison));
   if (request.markdown) write_durably(*request.markdown, regression::markdown(comparison));
@@ -77,7 +77,7 @@ void write(const Request& request, const regression::Comparison& comparison) {
     std::ofstream(summary, std::ios::app) << regression::markdown(comparison);
 }
 
-int regress(const Request& request) {
+int regress(const RegressRequest& request) {
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
   const regression::Baseline baseline = regression::read_baseline(file);
@@ -94,7 +94,7 @@ int regress(const Request& request) {
 }  // namespace
 
 void add_regress(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<RegressRequest>();
   request->models = GAITSLAM_MODELS;
   CLI::App* command = app.add_subcommand("regress", "Run a suite and compare it with its baseline");
   command->add_option("suite", request->suite, "the suite's YAML file")->required();
@@ -104,7 +104,7 @@ void add_regress(CLI::App& app, int& exit_code) {
   command->add_option("--markdown", request->markdown, "write a Markdown table to a file");
   command->add_option("--json", request->json, "write the verdicts as JSON to a file");
   command->add_flag("--github", request->github, "annotate the log and the summary of a GitHub Actions job");
-  command->footer(kExamples);
+  command->footer(kRegressExamples);
   command->callback([request, &exit_code] { exit_code = regress(*request); });
 }
 

@@ -25,7 +25,7 @@ namespace replay = sim::replay;
 namespace result = sim::result;
 namespace scenario = sim::scenario;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kReplayExamples = R"(
 Examples:
   gaitslam replay results/tangent_circle/seed-1
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
@@ -33,7 +33,7 @@ Examples:
   gaitslam replay MH_01_easy --out DIR                        # a EuRoC/ASL folder recorded elsewhere
 The results go to RESULT/replay, replacing earlier ones, or to DIR. The exit codes are those of gaitslam run.)";
 
-struct Request : OutRequest {
+struct ReplayRequest : OutRequest {
   fs::path result;
   std::optional<std::string> scenario;
   scenario::Changes changes;
@@ -51,7 +51,7 @@ void require_replayable(const scenario::ReadScenario& read) {
 }
 
 void require_same_walk(const scenario::Scenario& recorded, const scenario::Scenario& scenario,
-                       const std::string& file, const Request& request) {
+                       const std::string& file, const ReplayRequest& request) {
   if (const auto other = sim::tune::first_difference(recorded, scenario))
     throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file, other->key,
                                  other->recorded, request.result.string(), other->now));
@@ -68,7 +68,7 @@ void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
   read.origin = std::move(origin);
 }
 
-scenario::ReadScenario read_request(const Request& request) {
+scenario::ReadScenario read_request(const ReplayRequest& request) {
   const fs::path own = request.result / "scenario.yaml";
   if (!fs::exists(own))
     throw UsageError(
@@ -83,7 +83,7 @@ scenario::ReadScenario read_request(const Request& request) {
   return read;
 }
 
-int replay_result(const Request& request) {
+int replay_result(const ReplayRequest& request) {
   if (request.batch.parent) die_with(*request.batch.parent);
   if (!fs::is_directory(request.result)) {
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
@@ -116,7 +116,7 @@ int replay_result(const Request& request) {
 }  // namespace
 
 void add_replay(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<ReplayRequest>();
   CLI::App* command = app.add_subcommand("replay", "Run the filter again on the recording of a run");
   add_result(*command, request->result, ", or a folder in the EuRoC/ASL layout");
   add_overrides(*command, request->changes.overrides, "(errors.*, slam.*, limits.* and seed)");
@@ -125,7 +125,7 @@ void add_replay(CLI::App& app, int& exit_code) {
                       "replay with another scenario's file, which must describe the walk that was recorded");
   add_out(*command, *request);
   add_batch_member(*command, request->batch);
-  command->footer(kExamples);
+  command->footer(kReplayExamples);
   command->callback([request, &exit_code] { exit_code = replay_result(*request); });
 }
 

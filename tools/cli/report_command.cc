@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace report = sim::report;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kReportExamples = R"(
 Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam report results/tangent_circle --out report.html            # all seeds of the folder
@@ -28,7 +28,7 @@ The page contains everything that it shows and needs no network.)";
 
 constexpr double kWidth = 720, kHeight = 300, kEqualHeight = 560;  // px of pictures
 
-struct Request {
+struct ReportRequest {
   std::vector<std::string> results;
   std::string out;
   std::vector<std::string> plots;
@@ -65,7 +65,8 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
 }
 
 /// Writes figures as files; rsvg-convert makes the PNG files.
-void write_plots(const std::vector<report::Figure>& figures, const fs::path& folder, const Request& request) {
+void write_plots(const std::vector<report::Figure>& figures, const fs::path& folder,
+                 const ReportRequest& request) {
   const auto wanted = [&](const char* format) {
     return std::find(request.plots.begin(), request.plots.end(), format) != request.plots.end();
   };
@@ -77,7 +78,7 @@ void write_plots(const std::vector<report::Figure>& figures, const fs::path& fol
   }
 }
 
-int make_plots(const std::vector<report::RunData>& runs, const Request& request) {
+int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& request) {
   sim::files::DurableFolder folder(
       request.out, request.force ? sim::files::Existing::replace : sim::files::Existing::refuse);
   for (const report::RunData& run : runs) {
@@ -91,7 +92,7 @@ int make_plots(const std::vector<report::RunData>& runs, const Request& request)
   return 0;
 }
 
-int make_report(const Request& request) {
+int make_report(const ReportRequest& request) {
   std::vector<report::RunData> runs;
   for (const fs::path& folder : result_folders(request.results)) runs.push_back(report::read_run(folder));
   if (!request.plots.empty()) return make_plots(runs, request);
@@ -103,7 +104,7 @@ int make_report(const Request& request) {
 }  // namespace
 
 void add_report(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<ReportRequest>();
   CLI::App* command = app.add_subcommand("report", "Write an HTML page, or pictures, about results");
   command->add_option("results", request->results, "result folders, or folders that hold seed-<n>")
       ->required();
@@ -112,7 +113,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->check(CLI::IsMember({"svg", "png"}));
   command->add_flag("--force", request->force, "replace an existing folder of pictures");
-  command->footer(kExamples);
+  command->footer(kReportExamples);
   command->callback([request, &exit_code] { exit_code = make_report(*request); });
 }
 

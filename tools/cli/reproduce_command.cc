@@ -26,13 +26,13 @@ namespace {
 namespace report = sim::report;
 namespace scenario = sim::scenario;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kReproduceExamples = R"(
 Examples:
   gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
   gaitslam reproduce --seeds 1..3 --out DIR
 Every result is kept in the folder. After an interruption the same program continues where it stopped.)";
 
-struct Request {
+struct ReproduceRequest {
   std::string seeds = "1..10";
   int jobs = 1;
   bool cached = false;
@@ -78,13 +78,13 @@ struct Experiment {
 };
 
 /// The folder of the recordings that an experiment replays; empty where it simulates its walks.
-fs::path recordings_of(const report::PaperExperiment& what, const Request& request) {
+fs::path recordings_of(const report::PaperExperiment& what, const ReproduceRequest& request) {
   const std::string& name = what.recordings.empty() ? what.name : what.recordings;
   if (request.recordings && fs::is_directory(*request.recordings / name)) return *request.recordings / name;
   return what.recordings.empty() ? fs::path() : request.out / what.recordings;
 }
 
-std::vector<Experiment> plan(const Request& request) {
+std::vector<Experiment> plan(const ReproduceRequest& request) {
   std::vector<Experiment> all;
   for (const report::PaperExperiment& what : report::paper_experiments())
     all.push_back({what, scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
@@ -125,7 +125,7 @@ class RemainingCost {
 };
 
 /// Runs the seeds that have no result yet; returns whether every seed has one now.
-bool run_experiment(const Experiment& experiment, const Request& request,
+bool run_experiment(const Experiment& experiment, const ReproduceRequest& request,
                     const std::vector<std::uint64_t>& seeds, RemainingCost& cost) {
   Batch batch{still_to_run(experiment, seeds), experiment.root, request.models};
   batch.backend.jobs = request.jobs;
@@ -166,7 +166,7 @@ void print(const std::vector<report::PaperRow>& rows) {
                              agreement_text(row.agreement));
 }
 
-int reproduce(const Request& request) {
+int reproduce(const ReproduceRequest& request) {
   require_simulator();
   const std::vector<std::uint64_t> seeds = parse_seeds(request.seeds);
   const std::vector<Experiment> experiments = plan(request);
@@ -188,7 +188,7 @@ int reproduce(const Request& request) {
 }  // namespace
 
 void add_reproduce(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<ReproduceRequest>();
   CLI::App* command =
       app.add_subcommand("reproduce", "Run the experiments of the paper and compare numbers and figures");
   command->add_option("--seeds", request->seeds, "seeds, as in 1..10 or 1,2,7")->capture_default_str();
@@ -201,7 +201,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
       "replay the recordings in DIR/<scenario>/seed-<n>, where they exist, instead of simulating");
   add_models(*command, request->models);
   command->add_option("--scenarios", request->scenarios, "folder of the scenarios of the experiments");
-  command->footer(kExamples);
+  command->footer(kReproduceExamples);
   command->callback([request, &exit_code] { exit_code = reproduce(*request); });
 }
 

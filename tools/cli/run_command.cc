@@ -26,7 +26,7 @@ namespace replay = sim::replay;
 namespace result = sim::result;
 namespace scenario = sim::scenario;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kRunExamples = R"(
 Examples:
   gaitslam run scenarios/tangent_circle.yaml
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
@@ -35,7 +35,7 @@ Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/see
 Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. Of several seeds
 the highest.)";
 
-struct Request : OutRequest {
+struct RunRequest : OutRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
@@ -53,7 +53,7 @@ result::Outcome run_cached(const scenario::ReadScenario& read, const result::Res
                         progress, replay::Recorded::copied);
 }
 
-int run_one(const scenario::ReadScenario& read, const Request& request, const fs::path& root) {
+int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
   result::Outcome outcome;
   {
@@ -63,7 +63,7 @@ int run_one(const scenario::ReadScenario& read, const Request& request, const fs
     const auto show = [&](double part) { progress.show(part); };
     outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show);
   }
-  return report(outcome, folder);
+  return result::report(outcome, folder);
 }
 
 /// Prints once what several seeds complain of alike.
@@ -75,7 +75,7 @@ void print_complaints(const std::vector<SeedOutcome>& outcomes) {
     std::cerr << fmt::format("seed{} {}: {}", of.size() > 1 ? "s" : "", fmt::join(of, ", "), complaint);
 }
 
-int run_seeds(const scenario::ReadScenario& read, const Request& request, const fs::path& root) {
+int run_seeds(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const bool seed_typed =
       std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
                   [](const std::string& argument) { return argument.starts_with("seed="); });
@@ -97,7 +97,7 @@ int run_seeds(const scenario::ReadScenario& read, const Request& request, const 
   return result::exit_code(summary);
 }
 
-int run(const Request& request) {
+int run(const RunRequest& request) {
   if (request.batch.parent) die_with(*request.batch.parent);
   require_simulator();
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
@@ -110,7 +110,7 @@ int run(const Request& request) {
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<RunRequest>();
   CLI::App* command = app.add_subcommand("run", "Simulate a walk, run the filter on it and score both");
   add_scenario(*command, request->scenario, request->changes)->required();
   add_seeds(*command, request->seeds);
@@ -121,7 +121,7 @@ void add_run(CLI::App& app, int& exit_code) {
       "--cached", request->cached,
       "replay the recording of this walk from the cache; record it there first if it is missing");
   add_batch_member(*command, request->batch);
-  command->footer(kExamples);
+  command->footer(kRunExamples);
   command->callback([request, &exit_code] { exit_code = run(*request); });
 }
 

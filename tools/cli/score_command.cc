@@ -20,7 +20,7 @@ namespace scenario = sim::scenario;
 namespace score = sim::score;
 namespace fs = std::filesystem;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kScoreExamples = R"(
 Examples:
   gaitslam score results/tangent_circle/seed-1
   gaitslam score truth.tum estimate.txt --align se3
@@ -33,7 +33,7 @@ computed without alignment. The score.json of a result begins with the first pla
 first pose.
 Exit codes: 0 scored; 2 nothing can be compared, for the reason that is printed.)";
 
-struct Request {
+struct ScoreRequest {
   fs::path truth;
   std::optional<fs::path> estimate;
   std::optional<std::string> align;
@@ -45,7 +45,7 @@ struct Request {
   bool json = false, csv = false, latex = false;
 };
 
-std::optional<score::Alignment> alignment(const Request& r) {
+std::optional<score::Alignment> alignment(const ScoreRequest& r) {
   if (r.align && (r.a || r.s)) throw UsageError("--align and -a or -s are both given, expected one of them");
   if (r.a) return r.s ? score::Alignment::sim3 : score::Alignment::se3;
   if (r.s) return score::Alignment::scale;
@@ -77,7 +77,7 @@ std::vector<score::Stamp> footsteps(const fs::path& truth) {
   return result::planned_times(scenario::read_scenario(scenario).scenario.walk).footsteps;
 }
 
-std::optional<score::Spans> spans(const Request& r) {
+std::optional<score::Spans> spans(const ScoreRequest& r) {
   if (!r.delta && !r.unit_typed) return std::nullopt;
   using Unit = score::Spans::Unit;
   static const std::map<std::string, Unit> units{{"f", Unit::frames},  {"m", Unit::metres},
@@ -99,7 +99,7 @@ std::optional<score::Spans> spans(const Request& r) {
                       unit->second == Unit::footsteps ? footsteps(r.truth) : std::vector<score::Stamp>{}};
 }
 
-void print(const Request& request) {
+void print(const ScoreRequest& request) {
   score::TrajectoryOptions options = request.options;
   options.alignment = alignment(request);
   options.relation = relation(request.relation);
@@ -116,7 +116,7 @@ void print(const Request& request) {
                                 : score::trajectory_table(report));
 }
 
-void add_options(CLI::App& command, Request& r) {
+void add_options(CLI::App& command, ScoreRequest& r) {
   command.add_option("truth", r.truth, "the true trajectory, or a result folder")->required();
   command.add_option("estimate", r.estimate, "the estimated trajectory, or a result folder");
   command.add_option("--align", r.align,
@@ -156,13 +156,13 @@ void add_options(CLI::App& command, Request& r) {
 }  // namespace
 
 void add_score(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<ScoreRequest>();
   CLI::App* command = app.add_subcommand("score", "Score an estimated trajectory against a true one");
   add_options(*command, *request);
   CLI::Option* json = command->add_flag("--json", request->json, "print JSON");
   CLI::Option* csv = command->add_flag("--csv", request->csv, "print CSV")->excludes(json);
   command->add_flag("--latex", request->latex, "print a LaTeX table")->excludes(json)->excludes(csv);
-  command->footer(kExamples);
+  command->footer(kScoreExamples);
   command->callback([request, command, &exit_code] {
     request->unit_typed = command->count("-u") > 0;
     print(*request);

@@ -30,7 +30,7 @@ namespace {
 namespace scenario = sim::scenario;
 namespace tune = sim::tune;
 
-constexpr const char* kExamples = R"help(
+constexpr const char* kSweepExamples = R"help(
 Examples:
   gaitslam sweep scenarios/tangent_circle.yaml slam.vision.sigma_px=1,1.5,2 --seeds 1..5 --jobs 2
   gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s=logspace(0.003, 0.03, 5)' 'world.seed=range(1, 3, 1)'
@@ -52,7 +52,7 @@ Methods: values and ranges make a grid; sobol samples cover several keys evenly;
 search for the best setting use gaitslam tune.
 Exit codes: 0 all were tried; 2 wrong usage or configuration; 3 some crashed or could not be started.)help";
 
-struct Request : OutRequest {
+struct SweepRequest : OutRequest {
   std::string file;
   std::vector<std::string> arguments;
   scenario::Changes changes;
@@ -63,7 +63,7 @@ struct Request : OutRequest {
   bool dry_run = false;
 };
 
-std::vector<std::uint64_t> seeds_of(const Request& request, const tune::SweepSpec& spec) {
+std::vector<std::uint64_t> seeds_of(const SweepRequest& request, const tune::SweepSpec& spec) {
   if (request.seeds) return parse_seeds(*request.seeds);
   if (!spec.seeds.empty()) return spec.seeds;
   return {scenario::read_scenario(spec.scenarios[0]).scenario.seed};
@@ -77,7 +77,7 @@ struct Sweep {
   std::set<std::string> missing;                          ///< recordings that are not in the cache
 };
 
-Sweep prepare(const Request& request, const Recordings& recordings) {
+Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
   const tune::SweepSpec spec = tune::read_sweep(request.file, request.arguments, request.sampling);
   Sweep sweep{tune::plan_sweep(spec, seeds_of(request, spec), request.changes), {}, {}, {}, {}};
   const std::string program = program_identity();
@@ -136,7 +136,7 @@ std::string purpose(const Sweep& sweep) {
 }
 
 /// Throws UsageError when the folder has the log of another sweep; with --force removes it.
-void require_own_folder(const Request& request, const fs::path& out, const std::string& purpose) {
+void require_own_folder(const SweepRequest& request, const fs::path& out, const std::string& purpose) {
   const fs::path log = out / "trials.jsonl";
   if (request.force) {
     for (const char* old : {"trials.jsonl", "parts", "slurm", "scores.csv", "scores.jsonl"})
@@ -192,7 +192,7 @@ int finish(const Sweep& sweep, const tune::TrialLog& log, const fs::path& out) {
   return causes.empty() ? 0 : 3;
 }
 
-int sweep(const Request& request) {
+int sweep(const SweepRequest& request) {
   const Recordings recordings(request.models);
   const Sweep sweep = prepare(request, recordings);
   announce(sweep);
@@ -223,7 +223,7 @@ int sweep(const Request& request) {
 }  // namespace
 
 void add_sweep(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<SweepRequest>();
   CLI::App* command = app.add_subcommand("sweep", "Try many values of a scenario's keys and score them");
   command->add_option("file", request->file, "the YAML file of a sweep or of a scenario")->required();
   command->add_option("values", request->arguments, "values to try (gaitslam config --keys)")
@@ -244,7 +244,7 @@ void add_sweep(CLI::App& app, int& exit_code) {
   add_models(*command, request->models);
   command->add_flag("--dry-run", request->dry_run,
                     "print what would be tried and simulated, and run nothing");
-  command->footer(kExamples);
+  command->footer(kSweepExamples);
   command->callback([request, &exit_code] { exit_code = sweep(*request); });
 }
 

@@ -27,7 +27,7 @@ namespace replay = sim::replay;
 namespace scenario = sim::scenario;
 namespace tune = sim::tune;
 
-struct Request {
+struct TrialsRequest {
   fs::path tasks;
   fs::path models = GAITSLAM_MODELS;
   std::optional<pid_t> parent;
@@ -92,7 +92,7 @@ class Runner {
   replay::WalkEnd walk_;
 };
 
-void run_tasks(const Request& request) {
+void run_tasks(const TrialsRequest& request) {
   const tune::TaskFile file = tune::read_tasks(request.tasks);
   tune::TrialLog log(log_of(request.tasks), file.purpose);
   Runner runner(request.models);
@@ -110,7 +110,7 @@ std::uint64_t seed_of(const tune::Task& task) {
 }
 
 /// Logs the second crash of the same trial as its result.
-void log_crash(const Request& request, const Running& running, int signal) {
+void log_crash(const TrialsRequest& request, const Running& running, int signal) {
   if (running.attempt < 2) return;
   const tune::TaskFile file = tune::read_tasks(request.tasks);
   for (const tune::Task& task : file.tasks)
@@ -123,7 +123,7 @@ void log_crash(const Request& request, const Running& running, int signal) {
                 {}});
 }
 
-int run_trials(const Request& request) {
+int run_trials(const TrialsRequest& request) {
   if (request.parent) die_with(*request.parent);
   Running before = read_running(request.tasks);
   for (const pid_t supervisor = getpid();;) {
@@ -150,7 +150,7 @@ int run_trials(const Request& request) {
 }  // namespace
 
 void add_trials(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<TrialsRequest>();
   CLI::App* command = app.add_subcommand("trials", "Run the tasks of a file")->group("");
   command->add_option("tasks", request->tasks)->required();
   add_models(*command, request->models);

@@ -23,7 +23,7 @@ namespace {
 namespace scenario = sim::scenario;
 namespace tune = sim::tune;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kTuneExamples = R"(
 Examples:
   gaitslam tune scenarios/tuning/circles.yaml --jobs 2
   gaitslam run scenarios/tangent_circle.yaml --with results/tune-circles/best.yaml
@@ -36,7 +36,7 @@ polish. To look at a grid or at samples instead of the best setting use gaitslam
 Exit codes: 0 tuned; 1 worse than the start on the hold-out recordings, so that there is no best.yaml; 2 wrong usage
 or configuration.)";
 
-struct Request {
+struct TuneRequest {
   std::string spec;
   OutRequest out;
   fs::path models = GAITSLAM_MODELS;
@@ -92,7 +92,7 @@ std::vector<tune::CachedRecording> take_from_cache(tune::Spec& spec, const fs::p
 }
 
 /// Runs trials as elements of job arrays; empty for the local backend.
-tune::RunTasks run_on_cluster(const Request& request, const fs::path& out, const Backend& backend) {
+tune::RunTasks run_on_cluster(const TuneRequest& request, const fs::path& out, const Backend& backend) {
   if (!backend.slurm()) return {};
   return [&request, out, backend](const std::vector<tune::Task>& tasks, tune::TrialLog& log) {
     run_parts(tasks, log,
@@ -101,7 +101,7 @@ tune::RunTasks run_on_cluster(const Request& request, const fs::path& out, const
   };
 }
 
-int tune_by(const Request& request) {
+int tune_by(const TuneRequest& request) {
   tune::Spec spec = tune::read_spec(request.spec);
   const OutFolder folder(request.out, fs::path("results") / ("tune-" + spec.name), true);
   const fs::path& out = folder.path();
@@ -126,13 +126,13 @@ int tune_by(const Request& request) {
 }  // namespace
 
 void add_tune(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<TuneRequest>();
   CLI::App* command = app.add_subcommand("tune", "Search for the filter parameters that fit recordings best");
   command->add_option("spec", request->spec, "the YAML file of the tuning")->required();
   add_backend_options(*command, request->backend);
   add_models(*command, request->models);
   command->add_option("--out", request->out.out, "folder for the results");
-  command->footer(kExamples);
+  command->footer(kTuneExamples);
   command->callback([request, &exit_code] { exit_code = tune_by(*request); });
 }
 

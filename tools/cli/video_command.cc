@@ -24,7 +24,7 @@ namespace recording = sim::recording;
 namespace scenario = sim::scenario;
 namespace fs = std::filesystem;
 
-constexpr const char* kExamples = R"(
+constexpr const char* kVideoExamples = R"(
 Examples:
   gaitslam video results/tangent_circle/seed-1
   gaitslam video results/tangent_circle/seed-1 --out walk.webm
@@ -33,13 +33,13 @@ search ellipses of the landmarks and the patches that were matched; the robot fr
 simulator, with its true waist and its measured joint angles; and the map from above. The video is RESULT/video.mp4
 unless --out names a .mp4 or .webm file.)";
 
-struct Request {
+struct VideoRequest {
   fs::path result;
   std::optional<std::string> out;
   bool force = false;
 };
 
-fs::path file_of(const Request& request) {
+fs::path file_of(const VideoRequest& request) {
   const fs::path file = request.out ? fs::path(*request.out) : request.result / "video.mp4";
   if (file.extension() != ".mp4" && file.extension() != ".webm")
     throw UsageError(fmt::format("--out: expected a .mp4 or .webm file, not '{}'", file.string()));
@@ -106,7 +106,7 @@ const files::TimedPose* at(const std::vector<files::TimedPose>& poses, slam::Sta
   return after == poses.begin() ? nullptr : &*std::prev(after);
 }
 
-int video(const Request& request) {
+int video(const VideoRequest& request) {
   if (!fs::is_directory(request.result / "recording"))
     throw UsageError(
         fmt::format("{}: has no recording/: expected the folder of a run", request.result.string()));
@@ -140,13 +140,13 @@ int video(const Request& request) {
 }  // namespace
 
 void add_video(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<VideoRequest>();
   CLI::App* command =
       app.add_subcommand("video", "Make a video of the camera images, the matched landmarks and the map");
   add_result(*command, request->result);
   command->add_option("--out", request->out, "the .mp4 or .webm file to write");
   command->add_flag("--force", request->force, "replace an existing file");
-  command->footer(kExamples);
+  command->footer(kVideoExamples);
   command->callback([request, &exit_code] { exit_code = video(*request); });
 }
 

@@ -19,7 +19,7 @@ namespace cli {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr useconds_t kPollUs = 10'000;
+constexpr useconds_t kChildPollUs = 10'000;
 
 /// Starts this program with its standard error written to a file.
 pid_t start(const std::vector<std::string>& command_line, const fs::path& log) {
@@ -81,7 +81,7 @@ std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, co
     int status = 0;
     const pid_t ended_one = waitpid(-1, &status, WNOHANG);
     const auto process = running.find(ended_one);
-    if (ended_one == 0) usleep(kPollUs);
+    if (ended_one == 0) usleep(kChildPollUs);
     if (process == running.end()) continue;
     all[process->second] = ended(status, log(process->second));
     running.erase(process);

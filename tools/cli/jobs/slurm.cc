@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr double kElementSeconds = 30;  // a shorter element is not worth the cost of starting it
 constexpr int kSubmissions = 3, kDefaultMaxArraySize = 1001;
-constexpr useconds_t kPollUs = 1'000'000;
+constexpr useconds_t kQueuePollUs = 1'000'000;
 
 /// Each element runs its share of the lines, one after another. That a line has ended is recorded atomically;
 /// a line during which the element itself ended (node lost, requeued) is run again, five times at most.
@@ -206,7 +206,7 @@ std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend
     if (!array.is_in_queue()) array.submit();
     while (array.is_in_queue()) {
       show(static_cast<double>(array.ended()) / static_cast<double>(array.size()));
-      usleep(kPollUs);
+      usleep(kQueuePollUs);
     }
   }
   std::vector<Ended> all = array.collect();

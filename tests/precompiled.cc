@@ -1,0 +1,1 @@
+// Only so that CMake has a source to compile precompiled.h for.
