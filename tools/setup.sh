@@ -30,7 +30,8 @@ install_packages() {
   exit 2
 }
 
-# What the tests read exported files back with, from npm: into build/interop, as the lock file has it.
+# What the tests read exported files back with, from npm: into build/interop, as the lock file has it. Without it those
+# tests are skipped, but not where CI is set.
 install_interop() {
   source=$root/tests/interop folder=$root/build/interop
   cmp -s "$source/package-lock.json" "$folder/node_modules/.installed" && return 0
@@ -38,8 +39,9 @@ install_interop() {
   cp "$source/package.json" "$source/package-lock.json" "$folder"
   (cd "$folder" && npm ci --no-audit --no-fund --ignore-scripts >install.log 2>&1) || {
     cat "$folder/install.log" >&2
-    say "npm's packages could not be installed; once the network is there, run tools/test.sh again"
-    exit 2
+    [ -z "${CI:-}" ] || { say "npm's packages could not be installed; once the network is there, run this again"; exit 2; }
+    say "npm's packages could not be installed: the tests that need them are skipped"
+    return 0
   }
   cp "$source/package-lock.json" "$folder/node_modules/.installed"
 }

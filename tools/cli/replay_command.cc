@@ -110,7 +110,7 @@ int replay_result(const ReplayRequest& request) {
                       : replay::replay(read, request.result / "recording",
                                        replay::read_walk_end(request.result), place, show);
   }
-  return report(outcome, out.path());
+  return cli::report(outcome, out.path());
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
     const auto show = [&](double part) { progress.show(part); };
     outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show);
   }
-  return result::report(outcome, folder);
+  return cli::report(outcome, folder);
 }
 
 /// Prints once what several seeds complain of alike.

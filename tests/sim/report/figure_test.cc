@@ -120,7 +120,7 @@ TEST(PageData, NotANumberBecomesNothing) {
 
 TEST(Page, TheBundleIsInTheProgram) {
   EXPECT_GT(page_script().size(), 100000u);
-  EXPECT_THAT(std::string(page_style()), HasSubstr(".u-legend"));
+  EXPECT_THAT(std::string(page_style()), HasSubstr(".dygraph-legend"));
   EXPECT_THAT(std::string(page_script()), Not(HasSubstr("</script")))
       << "it would end the element that holds it";
 }

@@ -1,6 +1,6 @@
 // The map in three dimensions: landmarks with their 3-sigma ellipsoids, the three paths, and the camera at a time.
-import * as THREE from 'three';
-import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import * as THREE from 'three/build/three.module.js';
+import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {color, countDrawn, countExpected, element} from './dom.js';
 
 function pathLine(path, role) {

@@ -1,0 +1,122 @@
+// A figure's data drawn with a cursor that all figures over time share; figures with equal axes come as SVG.
+import Dygraph from 'dygraphs/src/dygraph.js';
+import {color, countDrawn, countExpected, element} from './dom.js';
+
+const drawn = [];
+
+const isTime = (figure) => figure.x_label.startsWith('time');
+
+/// The columns of a figure: its lines, then both edges of each envelope.
+function columnsOf(figure) {
+  const edges = figure.envelopes.flatMap((e) => [['low', e.low], ['high', e.high]].map(([edge, y]) => (
+    {name: `${e.name}, ${edge}`, x: e.x, y, stroke: () => color(e.role) + '66', options: {strokeWidth: 1}})));
+  const lines = figure.lines.map((line) => ({name: line.name || 'run', x: line.x, y: line.y, stroke: () => color(line.role),
+    options: line.dots ? {strokeWidth: 0, drawPoints: true, pointSize: 2.5} : {strokeWidth: 1.6}}));
+  const names = new Set();
+  return [...lines, ...edges].map((column) => {
+    let name = column.name;
+    for (let k = 2; names.has(name); ++k) name = `${column.name} ${k}`;
+    names.add(name);
+    return {...column, name};
+  });
+}
+
+/// One row per x, ascending; columns that have several values at one x have several rows there.
+function rowsOf(columns, logarithmic) {
+  const points = columns.flatMap(({x, y}, column) => x.map((at, i) => ({at, column, y: y[i]})));
+  points.sort((a, b) => a.at - b.at);
+  const rows = [];
+  let first = 0;  // of the rows of the present x
+  for (const {at, column, y} of points) {
+    if (rows.length === first || rows[first][0] !== at) first = rows.length;
+    const value = logarithmic && !(y > 0) ? null : y;
+    let row = rows.slice(first).find((candidate) => candidate[1 + column] === null);
+    if (!row) rows.push(row = [at, ...columns.map(() => null)]);
+    row[1 + column] = value;
+  }
+  return rows;
+}
+
+function fillEnvelope(context, chart, {x, low, high, role}) {
+  context.fillStyle = color(role) + '2a';
+  context.beginPath();
+  x.forEach((at, i) => context.lineTo(...chart.toDomCoords(at, high[i])));
+  for (let i = x.length - 1; i >= 0; --i) context.lineTo(...chart.toDomCoords(x[i], low[i]));
+  context.fill();
+}
+
+/// Envelopes, levels and moments are drawn below the lines.
+const underlay = (figure) => (context, area, chart) => {
+  context.save();
+  for (const envelope of figure.envelopes) fillEnvelope(context, chart, envelope);
+  context.strokeStyle = context.fillStyle = color('soft');
+  context.setLineDash([6, 5]);
+  const stroke = (x0, y0, x1, y1) => { context.beginPath(); context.moveTo(x0, y0); context.lineTo(x1, y1); context.stroke(); };
+  for (const {y} of figure.levels) {
+    const at = chart.toDomYCoord(y);
+    if (at > area.y && at < area.y + area.h) stroke(area.x, at, area.x + area.w, at);
+  }
+  for (const {name, x} of figure.moments) {
+    const at = chart.toDomXCoord(x);
+    stroke(at, area.y, at, area.y + area.h);
+    context.fillText(name, at + 6, area.y + 14);
+  }
+  context.restore();
+};
+
+const colors = (columns) => ({colors: columns.map(({stroke}) => stroke()), axisLineColor: color('edge'), gridLineColor: color('edge')});
+
+/// The row nearest to x.
+function nearestRow(rows, x) {
+  let low = 0, high = rows.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (rows[middle][0] < x) low = middle;
+    else high = middle;
+  }
+  return Math.abs(rows[low][0] - x) <= Math.abs(rows[high][0] - x) ? low : high;
+}
+
+const othersOverTime = (chart) => drawn.filter((other) => other.overTime && other.chart !== chart);
+
+/// The cursor of a figure over time is shown in all of them.
+const sharedCursor = {
+  highlightCallback(_, x) { for (const {chart, rows} of othersOverTime(this)) chart.setSelection(nearestRow(rows, x)); },
+  unhighlightCallback() { for (const {chart} of othersOverTime(this)) chart.clearSelection(); },
+};
+
+function plot(figure, holder) {
+  const columns = columnsOf(figure), rows = rowsOf(columns, figure.logarithmic), overTime = isTime(figure);
+  const canvas = element('div', {class: 'plot'}), legend = element('div', {class: 'legend'});
+  holder.append(canvas, legend);
+  const chart = new Dygraph(canvas, rows, {
+    ...colors(columns), ...(overTime ? sharedCursor : {}), labels: [figure.x_label, ...columns.map(({name}) => name)],
+    series: Object.fromEntries(columns.map(({name, options}) => [name, options])), xlabel: figure.x_label, ylabel: figure.y_label,
+    logscale: figure.logarithmic, xRangePad: 4, yRangePad: 4, connectSeparatedPoints: true, legend: 'always', labelsDiv: legend, labelsSeparateLines: false,
+    underlayCallback: underlay(figure), axes: {
+      x: {valueFormatter: (x) => `${figure.x_label}: ${x.toPrecision(4)}`, drawGrid: true},
+      y: {valueFormatter: (y) => y.toPrecision(4), axisLabelFormatter: (y) => String(+y.toPrecision(6)), axisLabelWidth: 56}},
+  });
+  drawn.push({chart, columns, rows, overTime});
+  new ResizeObserver(() => chart.resize()).observe(holder);
+  countDrawn();
+}
+
+/// A figure's element; it is drawn when it has a place on the page.
+export function figureElement(figure) {
+  const holder = element('div', {'data-figure': figure.name});
+  const shown = element('figure', {}, element('figcaption', {}, figure.title), holder);
+  countExpected();
+  if (figure.svg) {
+    holder.innerHTML = figure.svg;
+    countDrawn();
+  } else {
+    setTimeout(() => plot(figure, holder));
+  }
+  return shown;
+}
+
+/// Colours follow the theme.
+export function redrawFigures() {
+  for (const {chart, columns} of drawn) chart.updateOptions(colors(columns));
+}
