@@ -12,6 +12,7 @@ constexpr int kSolidGroup = 0;
 constexpr double kFloor = 0.01;   // m: what is lower belongs to the floor, as a rug or a threshold does
 constexpr double kSheet = 0.02;   // m, thickness of a plane; the furniture behind a picture is thicker
 constexpr double kEndless = 1e6;  // m, half the size of a plane that has none
+constexpr double kRange = 0.1;    // m, up to which distances are wanted of what is not to touch
 constexpr int kContacts = 1000;
 
 // Half the extents in the geom's own frame, at least the true ones.
@@ -60,8 +61,8 @@ std::string name_of(const mjModel& model, mjtObj type, int id) {
 }  // namespace
 
 RoomClearance::RoomClearance(const std::string& robot, const std::string& room,
-                             const std::filesystem::path& models)
-    : model_(load_model(robot, room, models)) {
+                             const std::filesystem::path& models, double margin_m)
+    : model_(load_model(robot, room, models)), margin_(margin_m), range_(margin_m > 0 ? margin_m : kRange) {
   mjModel& m = *model_;
   m.nconmax = kContacts;
   data_.reset(mj_makeData(&m));
@@ -85,7 +86,7 @@ void RoomClearance::add_solid(int geom) {
   const Eigen::AlignedBox3d box = box_around(*model_, *data_, geom);
   if (box.max().z() < kFloor) return;
   if (model_->geom_type[geom] == mjGEOM_PLANE) make_sheet(*model_, geom);
-  model_->geom_margin[geom] = kRange_m;
+  model_->geom_margin[geom] = range_;
   solids_.push_back({geom, box});
 }
 
@@ -104,14 +105,15 @@ double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
   double others = std::numeric_limits<double>::infinity();
   for (const Solid& solid : solids_) {
     const double distance = robot.exteriorDistance(solid.box);
-    const bool near = distance < kRange_m;
+    const bool near = distance < range_;
     model_->geom_contype[solid.geom] = near;
     if (!near) others = std::min(others, distance);
   }
   return others;
 }
 
-Clearance RoomClearance::at(const double* positions, double margin_m) {
+// Of two boxes that are apart MuJoCo 2.2 gives half the distance, but no contact beyond the margin.
+Clearance RoomClearance::at(const double* positions) {
   std::copy_n(positions, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
   Clearance clearance{select_near(robot_box()), {}};
@@ -121,8 +123,8 @@ Clearance RoomClearance::at(const double* positions, double margin_m) {
   const mjContact* const end = data_->contact + data_->ncon;
   const mjContact* const nearest = std::min_element<const mjContact*>(
       data_->contact, end, [](const mjContact& a, const mjContact& b) { return a.dist < b.dist; });
-  clearance.distance_m = std::min(clearance.distance_m, nearest == end ? kRange_m : nearest->dist);
-  if (nearest == end || nearest->dist > margin_m) return clearance;
+  clearance.distance_m = std::min(clearance.distance_m, nearest == end ? range_ : nearest->dist);
+  if (nearest == end || (margin_ == 0 && nearest->dist > 0)) return clearance;
   const bool first = is_robot(nearest->geom1);
   clearance.collision = collision(first ? nearest->geom1 : nearest->geom2,
                                   first ? nearest->geom2 : nearest->geom1, Eigen::Vector3d(nearest->pos));

@@ -31,14 +31,13 @@ struct Clearance {
 /// The robot is all that is drawn of it, and its soles.
 class RoomClearance {
  public:
-  /// Throws std::runtime_error when the model does not load.
-  RoomClearance(const std::string& robot, const std::string& room, const std::filesystem::path& models);
+  /// margin_m: what is nearer than that is a collision; 0: what touches. Throws std::runtime_error when the
+  /// model does not load.
+  RoomClearance(const std::string& robot, const std::string& room, const std::filesystem::path& models,
+                double margin_m = 0);
 
-  /// Largest margin, m.
-  static constexpr double kRange_m = 0.1;
-
-  /// positions: all of the robot's model (qpos). A collision is what is not farther away than margin_m.
-  Clearance at(const double* positions, double margin_m = 0);
+  /// positions: all of the robot's model (qpos).
+  Clearance at(const double* positions);
 
   const mjModel_& model() const { return *model_; }
 
@@ -56,6 +55,7 @@ class RoomClearance {
 
   Model model_;
   Data data_;
+  double margin_, range_;  // range: up to which shapes are looked at
   std::vector<int> robot_;
   std::vector<Solid> solids_;
 };
