@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 namespace sim::world {
 namespace {
@@ -181,6 +182,14 @@ void World::look_around() {
   status_ = {Condition::collided,
              fmt::format("{} touched {} at ({:.3f}, {:.3f}, {:.3f}) m in the room after {:.3f} s", link,
                          object, p_W.x(), p_W.y(), p_W.z(), std::chrono::duration<double>(time_).count())};
+}
+
+void World::start_clock(std::vector<Push> pushes) {
+  pushes_ = std::move(pushes);
+  time_ = next_look_ = std::chrono::nanoseconds(0);
+  data_->time = 0;
+  last_read_ = last_recorded_ = imu_state();
+  soles_.since_last();
 }
 
 void World::push() {

@@ -48,6 +48,9 @@ class World {
   const Status& status() const { return status_; }
   std::chrono::nanoseconds time() const { return time_; }
 
+  /// Now is t = 0: readings and contacts are counted from here, and the pushes are due by this clock.
+  void start_clock(std::vector<Push> pushes);
+
   /// Readings for the stabiliser, gyro and accelerometer as means since the last call (or the start).
   walking::SensorReadings sensor_readings();
 
