@@ -52,7 +52,9 @@ recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isomet
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const std::filesystem::path& models) {
   const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(start)).q;
-  const world::World nominal(scenario.world, {}, q, start.X_PB, models);
+  world::WorldOptions empty = scenario.world;
+  empty.room = world::kPhysicalRoom;
+  const world::World nominal(empty, {}, q, start.X_PB, models);
   return {nominal.X_WB().inverse() * nominal.X_WC(), nominal.X_WC().inverse() * nominal.X_WG()};
 }
 
@@ -95,7 +97,7 @@ std::string ending(world::Condition condition) {
   switch (condition) {
     case world::Condition::fell:
       return "fell";
-    case world::Condition::feet_touched:
+    case world::Condition::collided:
       return "collided";
     case world::Condition::physics_failed:
       return "failed";

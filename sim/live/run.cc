@@ -8,6 +8,7 @@
 #include "sim/live/pending_frames.h"
 #include "sim/live/planned_camera.h"
 #include "sim/live/recorded.h"
+#include "sim/live/room_check.h"
 #include "sim/sensor_errors/random.h"
 #include "sim/world/nominal_body.h"
 #include "sim/world/walking_robot.h"
@@ -182,6 +183,7 @@ result::RunRecord Run::record() {
 
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads) {
+  require_clear_walk(scenario, place.models);
   files::DurableFolder folder(place.folder, place.existing);
   Run live(scenario, folder.path(), place.models, threads);
   live.walk(progress);

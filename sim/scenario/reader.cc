@@ -16,7 +16,8 @@ namespace sim::scenario {
 namespace {
 
 constexpr const char* kArgument = "<argument>";
-constexpr int kMostBases = 100;        // a few files that name each other often would be read without end
+constexpr int kMostBases = 100;  // a few files that name each other often would be read without end
+constexpr const char* kCommands = "walk.commands";
 constexpr const char* kBase = "base";  // no key of the table: it sets nothing by itself
 
 /// The parts that can follow `section` ("" for the top): "walk" -> {"single_support_s", ...}.
@@ -175,6 +176,7 @@ void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Y
     Yaml placed = value;
     if (value.kind == Yaml::Kind::empty) placed.origin = at.origin;
     key->read(placed, result.scenario);
+    if (path == kCommands) note_commands(placed);
   } else if (path.starts_with("limits.")) {
     read_limit(at, path, value, result.scenario.limits.metrics);
   } else if (is_section(path)) {
@@ -186,6 +188,11 @@ void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Y
     fail_unknown(at, path);
   }
   result.origin[path] = origin;
+}
+
+void ScenarioReader::note_commands(const Yaml& commands) {
+  result.command_origins.clear();
+  for (const Yaml& command : commands.items) result.command_origins.push_back(command.origin);
 }
 
 // `a.b: 1` and `a: {b: 2}` name the same key.

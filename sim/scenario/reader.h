@@ -15,6 +15,7 @@ namespace sim::scenario {
 struct ReadScenario {
   Scenario scenario;
   std::map<std::string, std::string, std::less<>> origin;
+  std::vector<Origin> command_origins = {};  ///< of each of walk.commands
 };
 
 /// The text of a scenario file. Throws ConfigError when it cannot be read or is larger than 1 MiB.
@@ -41,6 +42,7 @@ class ScenarioReader {
   void read_map(const Yaml& map, const std::string& section);
   void read_entry(const Yaml& at, const std::string& path, const Yaml& value);
   void read_value(const Yaml& at, const std::string& path, const Yaml& value, const std::string& origin);
+  void note_commands(const Yaml& commands);
   void note_once(const Yaml& at, const std::string& path);
   void begin_section(std::string_view path);
   void require_section(const Yaml& at, const std::string& path);

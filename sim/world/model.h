@@ -20,8 +20,8 @@ struct FreeData {
 using Model = std::unique_ptr<mjModel_, FreeModel>;
 using Data = std::unique_ptr<mjData_, FreeData>;
 
-/// The room of the physics. The furnished room is for the head camera alone: its geoms touch nothing, yet
-/// would cost time at each step.
+/// The room of the physics, a bare floor: the shapes of a furnished one would cost time at each step. Whether
+/// the robot touches them is looked for apart (room_clearance.h).
 inline constexpr char kPhysicalRoom[] = "floor";
 
 /// Which of the models' shapes are kept: all that can be seen, or only what can be touched (faster to step).

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "sim/world/model.h"
+#include "sim/world/robot_positions.h"
 
 namespace sim::world {
 namespace {
@@ -17,9 +18,7 @@ class NominalBody {
         data_(mj_makeData(model_.get())) {
     for (int joint = 0; joint < walking::kJoints; ++joint) {
       // The actuators are in the order of JointVector.
-      const int id = model_->actuator_trnid[2 * joint];
-      position_[joint] = model_->jnt_qposadr[id];
-      velocity_[joint] = model_->jnt_dofadr[id];
+      velocity_[joint] = model_->jnt_dofadr[model_->actuator_trnid[2 * joint]];
     }
   }
 
@@ -30,19 +29,15 @@ class NominalBody {
 
   Model model_;
   Data data_;
-  std::array<int, walking::kJoints> position_{}, velocity_{};
+  std::array<int, walking::kJoints> velocity_{};
 };
 
 void NominalBody::place(const walking::BodyMotion& motion) {
+  Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = robot_positions(*model_, motion.pose);
   const Eigen::Quaterniond turn(motion.pose.X_PB.linear());
-  Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos) << motion.pose.X_PB.translation(), turn.w(),
-      turn.vec();
   // The velocity of a free joint: linear in the world, angular in the body.
   Eigen::Map<Eigen::Matrix<double, 6, 1>>(data_->qvel) << motion.v, turn.conjugate() * motion.w;
-  for (int joint = 0; joint < walking::kJoints; ++joint) {
-    data_->qpos[position_[joint]] = motion.pose.q[joint];
-    data_->qvel[velocity_[joint]] = motion.dq[joint];
-  }
+  for (int joint = 0; joint < walking::kJoints; ++joint) data_->qvel[velocity_[joint]] = motion.dq[joint];
 }
 
 walking::BodyMomentum NominalBody::momentum(const walking::BodyMotion& motion) {

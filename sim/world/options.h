@@ -107,7 +107,7 @@ struct WorldOptions {
 
   static void keys(auto&& key) {
     key.value("robot", &WorldOptions::robot, "model of the robot, models/<robot>.xml");
-    key.value("room", &WorldOptions::room, "model of the room that the head camera sees, models/<room>.xml");
+    key.value("room", &WorldOptions::room, "model of the room, models/<room>.xml: what the head camera sees and the robot must not touch");
     key.value("seed", &WorldOptions::seed, "seed of the patterns painted on the room's surfaces");
     key.number("floor_friction", &WorldOptions::floor_friction, 0.01, 5, "sliding friction of sole on floor");
     key.value("floor_patches", &WorldOptions::floor_patches,

@@ -15,7 +15,7 @@ constexpr double kReach = 0.8;     // m, beyond which nothing shades
 constexpr double kFlush = 0.002;   // m: a plane this near another is part of it
 constexpr double kDarkest = 0.55;  // share of the light that contact takes
 
-using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using AxesByRow = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 struct Neighbour {
   Eigen::Vector2d centre, half;  // m, in the plane's frame
@@ -23,8 +23,8 @@ struct Neighbour {
 };
 
 Neighbour neighbour(const mjModel& model, const mjData& data, int plane, int geom) {
-  const Eigen::Matrix3d R_WP = Eigen::Map<const RowMajor>(data.geom_xmat + 9 * plane);
-  const Eigen::Matrix3d R_WG = Eigen::Map<const RowMajor>(data.geom_xmat + 9 * geom);
+  const Eigen::Matrix3d R_WP = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * plane);
+  const Eigen::Matrix3d R_WG = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * geom);
   const Eigen::Vector3d p_PG =
       R_WP.transpose() * (Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom) -
                           Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * plane));

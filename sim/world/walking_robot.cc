@@ -1,10 +1,30 @@
 #include "sim/world/walking_robot.h"
 
+#include <cmath>
 #include <utility>
 
 #include "walking/inverse_kinematics.h"
 
 namespace sim::world {
+namespace {
+
+// At rest: gravity and the chest's specific force have differed by less than kRestForce, and its gyro has
+// read less than kRestRate, for kRest. A robot that does not come to rest starts as it is.
+constexpr double kRestForce = 0.05;  // m/s²; standing sways by a third of it
+constexpr double kRestRate = 0.01;   // rad/s
+constexpr std::chrono::milliseconds kRest{200}, kLongestSettling{3000};
+
+bool is_at_rest(const walking::SensorReadings& readings) {
+  return std::abs(readings.accelerometer.norm() - walking::kGravity) < kRestForce &&
+         readings.gyro.norm() < kRestRate;
+}
+
+WorldOptions without_pushes(WorldOptions options) {
+  options.pushes.clear();
+  return options;
+}
+
+}  // namespace
 
 WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
                            const WorldOptions& options, const Draw& draw, const std::filesystem::path& models,
@@ -12,7 +32,20 @@ WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::Stabil
     : plan_(std::move(plan)),
       stabilizer_(stabilizer),
       q_(walking::inverse_kinematics(walking::posture_of(reference_)).q),
-      world_(options, draw, q_, X_WP * reference_.X_PB, models) {}
+      world_(without_pushes(options), draw, q_, X_WP * reference_.X_PB, models) {
+  settle();
+  world_.start_clock(options.pushes);
+}
+
+void WalkingRobot::settle() {
+  std::chrono::nanoseconds rest{0};
+  while (is_ok() && rest < kRest && world_.time() < kLongestSettling) {
+    const walking::SensorReadings readings = world_.sensor_readings();
+    rest = is_at_rest(readings) ? rest + walking::kTick : std::chrono::nanoseconds(0);
+    command(readings);
+    step();
+  }
+}
 
 void WalkingRobot::command(const walking::SensorReadings& readings) {
   const walking::Posture posture = stabilizer_.step(reference_, readings);
@@ -26,9 +59,13 @@ void WalkingRobot::advance() {
   ++tick_;
 }
 
+void WalkingRobot::step() {
+  for (const auto end = world_.time() + walking::kTick; is_ok() && world_.time() < end;) world_.step();
+}
+
 void WalkingRobot::tick() {
   command(world_.sensor_readings());
-  for (const auto end = world_.time() + walking::kTick; is_ok() && world_.time() < end;) world_.step();
+  step();
   advance();
 }
 

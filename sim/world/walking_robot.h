@@ -12,7 +12,8 @@ namespace sim::world {
 /// Per tick of 5 ms: command(), the steps of world() until the tick has passed, advance().
 class WalkingRobot {
  public:
-  /// Stands in the plan's first posture, the plan's world P being at X_WP.
+  /// Stands in the plan's first posture, the plan's world P being at X_WP, and has come to rest there: loaded
+  /// pads, bushes and servos give way by some mm, which is over before t = 0.
   WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
                const WorldOptions& options, const Draw& draw, const std::filesystem::path& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());
@@ -37,6 +38,9 @@ class WalkingRobot {
   const World& world() const { return world_; }
 
  private:
+  void step();
+  void settle();
+
   walking::PatternGenerator plan_;
   walking::Reference reference_ = plan_.next(), following_ = plan_.next();
   walking::Stabilizer stabilizer_;

@@ -1,5 +1,6 @@
 #include "sim/world/world.h"
 
+#include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 namespace sim::world {
 namespace {
@@ -64,6 +66,7 @@ World::World(const WorldOptions& options, const Draw& draw, const walking::Joint
     : model_(load_model(options.robot, kPhysicalRoom, models, Shapes::colliding)),
       data_(mj_makeData(model_.get())),
       soles_(*model_, draw.floor_friction, options.floor_patches, draw.floor),
+      room_(options.robot, options.room, models),
       pushes_(options.pushes) {
   find_ids();
   apply(draw);
@@ -165,7 +168,28 @@ const Status& World::step() {
   mj_step1(model_.get(), data_.get());
   time_ += kStep;
   status_ = check();
+  if (status_.condition == Condition::ok && time_ >= next_look_) look_around();
   return status_;
+}
+
+// What is far away cannot be touched soon: most steps need no look.
+void World::look_around() {
+  const Clearance clearance = room_.at(data_->qpos);
+  next_look_ = time_ + std::chrono::nanoseconds(
+                           std::llround(1e9 * std::min(clearance.distance_m / kFastest_m_s, 1.0)));
+  if (!clearance.collision) return;
+  const auto& [link, object, p_W] = *clearance.collision;
+  status_ = {Condition::collided,
+             fmt::format("{} touched {} at ({:.3f}, {:.3f}, {:.3f}) m in the room after {:.3f} s", link,
+                         object, p_W.x(), p_W.y(), p_W.z(), std::chrono::duration<double>(time_).count())};
+}
+
+void World::start_clock(std::vector<Push> pushes) {
+  pushes_ = std::move(pushes);
+  time_ = next_look_ = std::chrono::nanoseconds(0);
+  data_->time = 0;
+  last_read_ = last_recorded_ = imu_state();
+  soles_.since_last();
 }
 
 void World::push() {
@@ -195,7 +219,7 @@ Status World::check() const {
     return {Condition::physics_failed, "the physics has restarted itself"};
   }
   if (feet_touch()) {
-    return {Condition::feet_touched, "one foot touched the other"};
+    return {Condition::collided, "one foot touched the other"};
   }
   const Eigen::Isometry3d X = X_WB();
   if (X.translation().z() < kFallenHeight || X.linear()(2, 2) < std::cos(kFallenTilt)) {

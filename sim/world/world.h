@@ -10,6 +10,7 @@
 #include "sim/world/imu.h"
 #include "sim/world/model.h"
 #include "sim/world/options.h"
+#include "sim/world/room_clearance.h"
 #include "sim/world/soles.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
@@ -19,15 +20,17 @@ namespace sim::world {
 /// Of the 30 joints, in the order of walking::JointVector.
 std::vector<std::string> joint_names();
 
-/// What has become of the robot. All but `ok` are final: the physics then stands still.
-enum class Condition { ok, fell, feet_touched, physics_failed };
+/// What has become of the robot. All but `ok` are final: the physics then stands still. `collided`: a foot
+/// touched the other one, or the robot touched something of the room but its floor.
+enum class Condition { ok, fell, collided, physics_failed };
 struct Status {
   Condition condition = Condition::ok;
   std::string cause;  ///< of a condition other than ok
 };
 
 /// One robot in one room. World W: x ahead and z up, under the robot's waist at the start as the plan has it.
-/// The base is free; nothing but contact, gravity and the servos acts on the robot.
+/// The base is free; nothing but contact, gravity and the servos acts on the robot. A touch of the room ends
+/// the walk, so that no force of the room is needed.
 class World {
  public:
   /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved
@@ -44,6 +47,9 @@ class World {
 
   const Status& status() const { return status_; }
   std::chrono::nanoseconds time() const { return time_; }
+
+  /// Now is t = 0: readings and contacts are counted from here, and the pushes are due by this clock.
+  void start_clock(std::vector<Push> pushes);
 
   /// Readings for the stabiliser, gyro and accelerometer as means since the last call (or the start).
   walking::SensorReadings sensor_readings();
@@ -82,6 +88,7 @@ class World {
   void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
   void push();
   Status check() const;
+  void look_around();
   bool feet_touch() const;
   ImuState imu_state() const;
   walking::Wrench wrench(int sole_body, int force, int torque) const;
@@ -90,6 +97,8 @@ class World {
   Data data_;
   Ids ids_;
   Soles soles_;
+  RoomClearance room_;
+  std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before
   std::vector<Push> pushes_;
   walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's
   std::chrono::nanoseconds time_{0};

@@ -20,6 +20,9 @@ sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
 /// Throws UsageError in a build without the simulator. To be called before anything is started.
 void require_simulator();
 
+/// sim::live::require_clear_walk; false in a build without the simulator, which cannot look.
+bool require_clear_walk(const sim::scenario::ReadScenario& read, const std::filesystem::path& models);
+
 /// The model of the scenario's robot for the plan; empty without the simulator. Throws std::runtime_error
 /// when it cannot be loaded.
 walking::WholeBody whole_body(const sim::scenario::Scenario& scenario, const std::filesystem::path& models);

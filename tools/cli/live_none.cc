@@ -13,6 +13,8 @@ void require_simulator() {
   throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF); replay, check and config work");
 }
 
+bool require_clear_walk(const sim::scenario::ReadScenario&, const std::filesystem::path&) { return false; }
+
 walking::WholeBody whole_body(const sim::scenario::Scenario&, const std::filesystem::path&) { return {}; }
 
 RobotView robot_from_outside(const sim::scenario::Scenario&, const std::filesystem::path&,

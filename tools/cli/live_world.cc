@@ -1,5 +1,6 @@
 #include <mujoco/mujoco.h>
 
+#include "sim/live/room_check.h"
 #include "sim/live/run.h"
 #include "sim/world/nominal_body.h"
 #include "tools/cli/live.h"
@@ -13,6 +14,11 @@ sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
 }
 
 void require_simulator() {}
+
+bool require_clear_walk(const sim::scenario::ReadScenario& read, const std::filesystem::path& models) {
+  sim::live::require_clear_walk(read, models);
+  return true;
+}
 
 walking::WholeBody whole_body(const sim::scenario::Scenario& scenario, const std::filesystem::path& models) {
   return sim::world::nominal_body(scenario.world.robot, models);

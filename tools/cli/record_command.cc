@@ -58,7 +58,8 @@ int record_one(const scenario::ReadScenario& read, const Recordings& recordings)
   return report_walk(read.scenario.seed, recordings.get(read, [&](double part) { progress.show(part); }));
 }
 
-int record_seeds(const scenario::ReadScenario& read, const RecordRequest& request, const Recordings& recordings) {
+int record_seeds(const scenario::ReadScenario& read, const RecordRequest& request,
+                 const Recordings& recordings) {
   std::vector<scenario::ReadScenario> scenarios;
   for (const std::uint64_t seed : parse_seeds(*request.seeds)) {
     scenarios.push_back(read);
@@ -87,6 +88,7 @@ int record(const RecordRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   const Recordings recordings(request.models);
+  if (request.seeds) require_clear_walk(read, request.models);  // once, and by the name of the user's file
   const OnInterrupt on_interrupt(
       fmt::format("finished recordings are kept in {}; the same command makes the others",
                   recordings.place().folder.string()));

@@ -39,7 +39,7 @@ Examples:
 Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>. Only what gaitslam made is
 replaced, each result when the new one is whole. With --seeds, results of other seeds there are moved to earlier-<n>,
 and after an interruption the same command goes on with the seeds that are left.
-Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, diverged or crashed. Of several seeds
+Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. Of several seeds
 the highest.)";
 
 struct RunRequest : OutRequest {
@@ -141,6 +141,7 @@ int run(const RunRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   require_models(read, request.models);
+  if (request.seeds) require_clear_walk(read, request.models);  // once, and by the name of the user's file
   if (request.seeds) return run_seeds(read, request);
   const OutFolder out(request, standard_folder(read),
                       {.results = {fmt::format("seed-{}", read.scenario.seed)}});

@@ -40,6 +40,21 @@ TEST(Walk, GoesTheSameWayFiftyMetresFromTheOrigin) {
   EXPECT_LT((here.X_PB.translation() - there.X_PB.translation()).norm(), 0.001);
 }
 
+// The clock starts when the robot has come to rest.
+TEST(Walk, BeginsAtTimeZeroWithThePushesStillToCome) {
+  WorldOptions options;
+  options.pushes = {{.time_s = 0, .impulse_ns = 5, .direction_rad = 0, .duration_s = 0.1}};
+  const auto moved = [](const WorldOptions& world) {
+    WalkingRobot robot(walking::PatternGenerator(commanded(walking::Stand{1})), {}, world, {}, models());
+    EXPECT_EQ(robot.world().time().count(), 0);
+    const Eigen::Vector3d before = robot.world().com();
+    for (int tick = 0; tick < 20; ++tick) robot.tick();
+    return Eigen::Vector3d(robot.world().com() - before);
+  };
+  EXPECT_LT(moved({}).norm(), 2e-4);    // at rest
+  EXPECT_GT(moved(options).x(), 1e-3);  // free, 5 Ns on 57 kg would be 4.4 mm in 0.1 s
+}
+
 TEST(Walk, EndsInAFallWithoutTheStabilizer) {
   walking::StabilizerOptions off;
   off.enabled = false;

@@ -106,7 +106,39 @@ TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {
   q[7] = -0.25;  // left hip rolls inwards
   world.command(q, walking::JointVector::Zero());
   run(world, 2000);
-  EXPECT_EQ(world.status().condition, Condition::feet_touched);
+  EXPECT_EQ(world.status().condition, Condition::collided);
+}
+
+/// Standing in the office with the waist at (x, y), heading along x.
+World in_office(double x, double y) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translation() << x, y, 0;
+  return World({}, {}, half_sitting(), X_WB, models());
+}
+
+// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs a third of a metre from the
+// waist.
+TEST(World, AHandThatBrushesADeskIsACollision) {
+  World world = in_office(3.9, 2.4);
+  run(world, 200);
+  ASSERT_EQ(world.status().condition, Condition::ok) << world.status().cause;
+  walking::JointVector q = half_sitting();
+  q[walking::hrp2::kRightArm + 1] = -0.6;  // the shoulder rolls outwards
+  world.command(q, walking::JointVector::Zero());
+  run(world, 1000);
+  EXPECT_EQ(world.status().condition, Condition::collided);
+  EXPECT_THAT(world.status().cause, testing::MatchesRegex("RARM_LINK[3-6] touched desk_1 at .*"));
+  const auto when = world.time();
+  EXPECT_GT(when, 200ms);
+  run(world, 10);
+  EXPECT_EQ(world.time(), when);  // final: the physics stands still
+}
+
+TEST(World, WhatStandsInAnObjectHasCollidedFromTheBeginning) {
+  World world = in_office(3.9, 1.2);
+  world.step();
+  EXPECT_EQ(world.status().condition, Condition::collided);
+  EXPECT_THAT(world.status().cause, HasSubstr(" touched desk_1 at "));
 }
 
 TEST(World, EndsAsFailedWhenThePhysicsIsGivenNumbersThatAreNotFinite) {
@@ -133,7 +165,10 @@ TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
       models_with_floor("few_contacts",
                         "<mujoco><size nconmax='4'/><worldbody><geom name='floor' type='plane' "
                         "size='20 20 1' condim='3'/></worldbody></mujoco>");
-  World world({}, {}, half_sitting(), Eigen::Isometry3d::Identity(), folder);  // ten pads touch the floor
+  WorldOptions options;
+  options.room = "floor";
+  World world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(),
+              folder);  // ten pads touch the floor
   world.step();
   EXPECT_EQ(world.status().condition, Condition::physics_failed);
   EXPECT_THAT(world.status().cause, HasSubstr("contact"));
