@@ -12,7 +12,6 @@ constexpr int kSolidGroup = 0;
 constexpr double kFloor = 0.01;   // m: what is lower belongs to the floor, as a rug or a threshold does
 constexpr double kSheet = 0.02;   // m, thickness of a plane; the furniture behind a picture is thicker
 constexpr double kEndless = 1e6;  // m, half the size of a plane that has none
-constexpr double kRange = 0.1;    // m, up to which distances are wanted of what is not to touch
 constexpr int kContacts = 1000;
 
 // Half the extents in the geom's own frame, at least the true ones.
@@ -62,7 +61,7 @@ std::string name_of(const mjModel& model, mjtObj type, int id) {
 
 RoomClearance::RoomClearance(const std::string& robot, const std::string& room,
                              const std::filesystem::path& models, double margin_m)
-    : model_(load_model(robot, room, models)), margin_(margin_m), range_(margin_m > 0 ? margin_m : kRange) {
+    : model_(load_model(robot, room, models)), margin_(margin_m) {
   mjModel& m = *model_;
   m.nconmax = kContacts;
   data_.reset(mj_makeData(&m));
@@ -86,7 +85,7 @@ void RoomClearance::add_solid(int geom) {
   const Eigen::AlignedBox3d box = box_around(*model_, *data_, geom);
   if (box.max().z() < kFloor) return;
   if (model_->geom_type[geom] == mjGEOM_PLANE) make_sheet(*model_, geom);
-  model_->geom_margin[geom] = range_;
+  model_->geom_margin[geom] = margin_;
   solids_.push_back({geom, box});
 }
 
@@ -105,30 +104,29 @@ double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
   double others = std::numeric_limits<double>::infinity();
   for (const Solid& solid : solids_) {
     const double distance = robot.exteriorDistance(solid.box);
-    const bool near = distance < range_;
+    const bool near = distance <= margin_;
     model_->geom_contype[solid.geom] = near;
     if (!near) others = std::min(others, distance);
   }
   return others;
 }
 
-// Of two boxes that are apart MuJoCo 2.2 gives half the distance, but no contact beyond the margin.
+// Whether there is a contact within the margin MuJoCo knows exactly; the distance of what is apart it
+// overrates or underrates, by centimetres for ellipsoids and cylinders: it only chooses what is named.
 Clearance RoomClearance::at(const double* positions) {
   std::copy_n(positions, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
-  Clearance clearance{select_near(robot_box()), {}};
+  const double others = select_near(robot_box());
   const auto is_near = [this](const Solid& solid) { return model_->geom_contype[solid.geom] != 0; };
-  if (std::none_of(solids_.begin(), solids_.end(), is_near)) return clearance;
+  if (std::none_of(solids_.begin(), solids_.end(), is_near)) return {others, {}};
   mj_collision(model_.get(), data_.get());
   const mjContact* const end = data_->contact + data_->ncon;
-  const mjContact* const nearest = std::min_element<const mjContact*>(
+  const mjContact* const deepest = std::min_element<const mjContact*>(
       data_->contact, end, [](const mjContact& a, const mjContact& b) { return a.dist < b.dist; });
-  clearance.distance_m = std::min(clearance.distance_m, nearest == end ? range_ : nearest->dist);
-  if (nearest == end || (margin_ == 0 && nearest->dist > 0)) return clearance;
-  const bool first = is_robot(nearest->geom1);
-  clearance.collision = collision(first ? nearest->geom1 : nearest->geom2,
-                                  first ? nearest->geom2 : nearest->geom1, Eigen::Vector3d(nearest->pos));
-  return clearance;
+  if (deepest == end) return {margin_, {}};
+  const bool first = is_robot(deepest->geom1);
+  return {0, collision(first ? deepest->geom1 : deepest->geom2, first ? deepest->geom2 : deepest->geom1,
+                       Eigen::Vector3d(deepest->pos))};
 }
 
 Collision RoomClearance::collision(int robot_geom, int room_geom, const Eigen::Vector3d& p_W) const {

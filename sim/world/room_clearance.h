@@ -23,7 +23,8 @@ struct Collision {
 };
 
 struct Clearance {
-  double distance_m = 0;  ///< no shape of the robot is nearer to the room's; a lower bound
+  double distance_m =
+      0;  ///< nothing of the robot is nearer to anything of the room: a lower bound, of boxes around both
   std::optional<Collision> collision;
 };
 
@@ -55,7 +56,7 @@ class RoomClearance {
 
   Model model_;
   Data data_;
-  double margin_, range_;  // range: up to which shapes are looked at
+  double margin_;
   std::vector<int> robot_;
   std::vector<Solid> solids_;
 };

@@ -62,12 +62,12 @@ TEST(RoomClearance, WallsAreSolidAllAround) {
 }
 
 TEST(RoomClearance, NamesLinkAndObjectAndTellsWhere) {
-  const Clearance clearance = Stander("office").at(-0.9, 3.265);  // beside the left wall, y = 3.65
+  const Clearance clearance = Stander("hall").at(0, -4.965);  // beside the right wall, y = -5.35
   ASSERT_TRUE(clearance.collision.has_value());
-  EXPECT_THAT(clearance.collision->link, StartsWith("LARM_LINK"));
-  EXPECT_EQ(clearance.collision->object, "wall_left");
-  EXPECT_NEAR(clearance.collision->p_W.x(), -0.9, 0.3);
-  EXPECT_NEAR(clearance.collision->p_W.y(), 3.65, 0.05);
+  EXPECT_THAT(clearance.collision->link, StartsWith("RARM_LINK"));
+  EXPECT_EQ(clearance.collision->object, "wall_right");
+  EXPECT_NEAR(clearance.collision->p_W.x(), 0, 0.3);
+  EXPECT_NEAR(clearance.collision->p_W.y(), -5.35, 0.05);
   EXPECT_LE(clearance.distance_m, 0);
 }
 
@@ -87,12 +87,12 @@ TEST(RoomClearance, ARugIsPartOfTheFloor) {
 // Walking sideways into a flat wall, in steps of 1 mm.
 TEST(RoomClearance, AMarginIsADistance) {
   const auto first = [](double margin_m) {
-    Stander robot("office", margin_m);
-    double y = 3;
-    while (!robot.at(-0.9, y).collision) y += 0.001;
+    Stander robot("hall", margin_m);
+    double y = -4.7;
+    while (!robot.at(0, y).collision) y -= 0.001;
     return y;
   };
-  EXPECT_NEAR(first(0) - first(0.05), 0.05, 0.002);
+  EXPECT_NEAR(first(0.05) - first(0), 0.05, 0.002);
 }
 
 // What World's sparse looks rely on.
