@@ -91,7 +91,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kSlip, 3).setIdentity();
     m.H_robot.middleCols(kSwayVelocity, 3).setIdentity();
     m.H_robot.middleCols(kStrideError, 2) = J_stride;
-    m.plan_scale = planned.steady_C;
+    m.plan_scale.head<3>() = planned.steady_C;
     if (options.pivots_on_foot) add_pivoting(x, planned, m);
   } else {
     m.innovation.head<3>() = planned.velocity - v - R_WC * error;
@@ -100,7 +100,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kSlip, 3) = R_WC;
     m.H_robot.middleCols(kSwayVelocity, 3) = R_WC;
     m.H_robot.middleCols(kStrideError, 2) = R_WC * J_stride;
-    m.plan_scale = R_WC * planned.steady_C;
+    m.plan_scale.head<3>() = R_WC * planned.steady_C;
   }
   m.R.diagonal().setConstant(planned.sigma_m_s * planned.sigma_m_s);
   return m;
