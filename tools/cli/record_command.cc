@@ -66,7 +66,8 @@ int record_seeds(const scenario::ReadScenario& read, const RecordRequest& reques
     scenarios.back().scenario.seed = seed;
   }
   std::vector<bool> there;
-  for (const auto& [scenario, origin] : scenarios) there.push_back(recordings.find(scenario).has_value());
+  for (const scenario::ReadScenario& one : scenarios)
+    there.push_back(recordings.find(one.scenario).has_value());
   Backend backend = request.backend;
   backend.spool = recordings.place().folder / "slurm";
   backend.seconds_each = kWalkSeconds;

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/tune/recording_key.h"
 #include "tools/cli/jobs/progress.h"
@@ -55,11 +56,11 @@ std::vector<Ended> Recordings::make(const std::vector<scenario::ReadScenario>& s
   CommandLines lines;
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
-    const auto& [scenario, origin] = scenarios[i];
-    if (find(scenario)) continue;
-    const fs::path frozen = shared / (key(scenario) + ".yaml"), set_by = shared / (key(scenario) + ".json");
-    sim::files::write_text(frozen, scenario::to_yaml(scenario));
-    sim::files::write_text(set_by, nlohmann::json(origin).dump());
+    const scenario::Scenario& walked = scenarios[i].scenario;
+    if (find(walked)) continue;
+    const fs::path frozen = shared / (key(walked) + ".yaml"), set_by = shared / (key(walked) + ".json");
+    sim::files::write_text(frozen, scenario::to_yaml(walked));
+    sim::files::write_text(set_by, sim::files::json_text(nlohmann::ordered_json(scenarios[i].origin)));
     lines.push_back(
         {"record", frozen.string(), "--models", fs::absolute(models_).string(), "--set-by", set_by.string()});
     missing.push_back(i);
