@@ -95,9 +95,10 @@ std::string score_table(const std::filesystem::path& result_folder) {
   if (const auto poses = value_of(metrics, "poses_matched"))
     text += fmt::format(
         "  errors over {} poses, without alignment except ate_se3; score.json has all metrics\n", *poses);
-  text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f}), {:.2f} x real time\n",
-                      timing.at("frame_cpu_ms_median").number(), timing.at("frame_cpu_ms_p99").number(),
-                      timing.at("realtime_factor").number());
+  const double median = timing.at("frame_cpu_ms_median").number(),
+               p99 = timing.at("frame_cpu_ms_p99").number();
+  text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f}), {:.2f} x real time\n", median,
+                      p99, timing.at("realtime_factor").number());
   return text;
 }
 

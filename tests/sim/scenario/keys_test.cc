@@ -20,6 +20,7 @@ std::vector<std::string> values_for(const Key<Scenario>& key) {
       "true",
       "false",
       "37",
+      "20000",
       "3",
       "0.0625",
       "0.3",
