@@ -235,6 +235,7 @@ std::string sides_table(const Tuning& t) {
   }
   html += "</table>\n<p class='soft'>The expected NEES of position and orientation is 3.";
   const auto runs = static_cast<int>(holdout.at("runs").items().size());
+  if (runs == 0) holdout.at("runs").fail("is empty, expected the names of the hold-out runs");
   if (runs > 1) {
     const score::Band band = score::mean_band(3, runs);
     html +=

@@ -10,8 +10,8 @@
 
 namespace sim::world {
 
-/// How far a planned robot keeps from the room, m: the robot leaves its plan by 1 to 3 cm for each metre that
-/// it walks, and its stabiliser sways it by 1 to 2 cm.
+/// How far a planned robot keeps from the room, m: for the sway about its plan. A long walk drifts farther; a run
+/// that thereby touches something ends as "collided".
 inline constexpr double kPlannedMargin_m = 0.05;
 
 struct PlannedCollision : Collision {
