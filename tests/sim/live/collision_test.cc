@@ -23,7 +23,8 @@ walk:
     - straight: {forward_m: 9}
 )";
 constexpr const char* kToTheWall =
-    "walk: {commands: [{tangent_arc: {radius_m: 0.3, angle_deg: 90}}, {straight: {forward_m: 4}}]}\n";
+    "walk: {commands: [{straight: {forward_m: -1.3}}, {tangent_arc: {radius_m: 0.3, angle_deg: 90}}, "
+    "{straight: {forward_m: 4}}]}\n";
 constexpr const char* kStanding = "walk: {commands: [{stand: {duration_s: 4}}]}\nworld: {room: narrow}\n";
 
 // A cupboard 0.4 m ahead of the start.
