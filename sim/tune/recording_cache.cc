@@ -57,10 +57,11 @@ constexpr std::size_t kKeyLetters = 32;
 constexpr int kAttempts = 5;  // to get a recording that other processes keep removing
 
 /// A hash of the names and contents of the files beside the recording, which its manifest does not list.
+/// Times are other ones each time, and no result depends on them.
 std::string hash_of_files_in(const fs::path& result) {
   std::set<fs::path> beside;
   for (const auto& entry : fs::directory_iterator(result))
-    if (!entry.is_directory()) beside.insert(entry.path());
+    if (!entry.is_directory() && entry.path().stem() != "timing") beside.insert(entry.path());
   files::Hash hash;
   for (const fs::path& file : beside) {
     const std::string content = files::read_text(file);

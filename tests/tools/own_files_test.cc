@@ -55,14 +55,14 @@ TEST_F(OwnFiles, ForceOverwritesNoFileThatOtherCommandsWouldWrite) {
     write(std::string("home/") + name, "mine");
   write("home/parts/engine.txt", "mine");
   write("home/seed-1/diary.txt", "mine");
-  expect_spared(kBlind + "--seeds 1,2 --out home --force", "home", "home/summary.json: was not made");
+  expect_spared(kBlind + "--seeds 2,1 --out home --force", "home", "home/seed-1: would be replaced");
   expect_spared(kBlind + "--out home --force", "home", "home/seed-1: would be replaced with diary.txt in it");
   const Ran sweep = gaitslam("sweep walk.yaml slam.vision.sigma_px=1,2 --out home --force");
   EXPECT_EQ(sweep.exit_code, 2);
   EXPECT_THAT(sweep.err, HasSubstr("home/trials.jsonl: was not made by this version of gaitslam"));
   EXPECT_EQ(text_of("home/parts/engine.txt"), "mine");
-  fs::remove(folder_ / "home/summary.json");
-  expect_spared(kBlind + "--seeds 2,1 --out home --force", "home", "home/seed-1: would be replaced");
+  fs::remove_all(folder_ / "home/seed-1");
+  expect_spared(kBlind + "--seeds 1,2 --out home --force", "home", "home/summary.json: was not made");
 }
 
 TEST_F(OwnFiles, NotesInTheFoldersOfAResultAreSpared) {
