@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using files::FileError;
 using nlohmann::json;
 
-constexpr int kAttempts = 20;
+constexpr int kTriesOfTheLock = 20;
 constexpr useconds_t kPauseUs = 100'000;
 
 json number(double value) {
@@ -45,7 +45,7 @@ double number(const files::Json& value) {
 /// Waits a moment for a process that was killed and may be about to end.
 files::FileLock lock_for_writing(const fs::path& file) {
   using files::FileLock;
-  for (int attempt = 0; attempt <= kAttempts; ++attempt) {
+  for (int attempt = 0; attempt <= kTriesOfTheLock; ++attempt) {
     if (auto lock = FileLock::take(file, FileLock::Mode::exclusive, FileLock::IfHeld::give_up))
       return std::move(*lock);
     ::usleep(kPauseUs);

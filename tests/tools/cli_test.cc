@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <sstream>
 
+#include "sim/files/text.h"
 #include "tests/tools/command_line.h"
 
 namespace {
@@ -33,6 +35,21 @@ TEST_F(Cli, VersionNamesRevisionAndLibraries) {
   EXPECT_THAT(ran.out, HasSubstr("(revision "));
   EXPECT_THAT(ran.out, HasSubstr("Eigen 3."));
   EXPECT_THAT(ran.out, HasSubstr("OpenCV 4."));
+}
+
+// tools/gaitslam names the commands for which it builds the runner alone.
+TEST_F(Cli, TheRunnerHasTheCommandsForWhichTheLauncherBuildsIt) {
+  const std::string launcher = sim::files::read_text(std::string(GAITSLAM_SOURCE_DIR) + "/tools/gaitslam");
+  const size_t begin = launcher.find("  check |");
+  const size_t end = launcher.find(')', begin);
+  ASSERT_NE(begin, std::string::npos);
+  std::istringstream names(launcher.substr(begin, end - begin));
+  std::string expected;
+  for (std::string name; names >> name;)
+    if (name != "|") expected += (expected.empty() ? "" : ", ") + name;
+  const Ran ran = shell("'" GAITSLAM_RUNNER "' rnu 2>&1 | sed 's/.*expected one of //; s/;.*//' | tr ',' '\n' | "
+                        "tr -d ' ' | sort | paste -sd , | sed 's/,/, /g'");
+  EXPECT_EQ(ran.out, expected + "\n");
 }
 
 TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {

@@ -7,6 +7,10 @@ class App;
 
 namespace cli {
 
+/// All that the program has: runner_commands.cc defines it for the program that is built first, all_commands.cc for the
+/// whole one.
+void add_commands(CLI::App& app, int& exit_code);
+
 void add_run(CLI::App& app, int& exit_code);
 void add_record(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);

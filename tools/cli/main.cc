@@ -70,23 +70,7 @@ int run_program(int argc, char** argv) {
   app.set_version_flag("--version", cli::version_text());
   app.require_subcommand(1);
   app.footer(kProgramExamples);
-  cli::add_run(app, exit_code);
-  cli::add_record(app, exit_code);
-  cli::add_replay(app, exit_code);
-  cli::add_export(app, exit_code);
-  cli::add_video(app, exit_code);
-  cli::add_score(app, exit_code);
-  cli::add_regress(app, exit_code);
-  cli::add_compare(app, exit_code);
-  cli::add_baseline(app, exit_code);
-  cli::add_sweep(app, exit_code);
-  cli::add_trials(app, exit_code);
-  cli::add_tune(app, exit_code);
-  cli::add_check(app, exit_code);
-  cli::add_report(app, exit_code);
-  cli::add_reproduce(app, exit_code);
-  cli::add_cache(app, exit_code);
-  cli::add_config(app, exit_code);
+  cli::add_commands(app, exit_code);
   check_command_name(app, argc, argv);
   try {
     app.parse(argc, argv);
