@@ -25,7 +25,7 @@ class CsvReader {
   /// not count, and the last line feed may be missing.
   explicit CsvReader(const std::filesystem::path& file) : CsvReader(file, Writer::other) {}
 
-  /// Likewise; the header begins with # and has at least so many columns.
+  /// A file that another program may have written, whose header begins with # and has at least so many columns.
   CsvReader(const std::filesystem::path& file, std::size_t least_fields);
 
   std::size_t header() const { return header_; }  ///< which of the headers the file has

@@ -19,8 +19,8 @@ using Mode = FileLock::Mode;
 using IfHeld = FileLock::IfHeld;
 using IfAbsent = FileLock::IfAbsent;
 
-constexpr int kAttempts = 20;
-constexpr useconds_t kPauseUs = 20'000;  // a process that was killed, or looks for leftovers, is done by then
+constexpr int kAttempts = 150;
+constexpr useconds_t kPauseUs = 20'000;  // 3 s in all: a process that was killed, or looks for leftovers, is done by then
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
   throw FileError(file, what + ": " + std::strerror(errno));

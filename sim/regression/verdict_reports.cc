@@ -143,7 +143,7 @@ std::string verdicts_json(const Comparison& comparison) {
     for (const MetricVerdict& m : s.metrics) entry["metrics"].push_back(json_of(m));
     entry["limits"] = ordered_json::array();
     for (const LimitVerdict& l : s.limits)
-      entry["limits"].push_back({{"limit", l.what}, {"kept", l.observed}, {"passed", l.passed}});
+      entry["limits"].push_back({{"limit", l.what}, {"observed", l.observed}, {"passed", l.passed}});
     json["scenarios"].push_back(entry);
   }
   return files::json_text(json, 2) + "\n";

@@ -81,7 +81,7 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
   write(picture, "squares: matched, blue: initialised; ellipses: searched, yellow: not found",
         {8, kPanelHeight - 30}, kPaper, kDark);
   write(picture,
-        fmt::format("{:.2f} s   {} landmarks, {} looked for, {} used", slam::seconds(report.t),
+        fmt::format("{:.2f} s   {} landmarks, {} searched for, {} matched", slam::seconds(report.t),
                     report.landmarks, report.searched.size(), report.accepted),
         {8, kPanelHeight - 10}, kPaper, kDark);
   return picture;

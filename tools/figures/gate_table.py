@@ -66,7 +66,7 @@ def rows(verdicts):
                 continue
             tolerance = max(m["tolerance_absolute"], m["tolerance_percent"] / 100 * abs(before))
             metrics.append((m["verdict"], abs(m["change"] or 0) / tolerance, f"`{m['metric']}` {before:.3g} -> {now:.3g}"))
-        missed += [f"`{limit['limit']}` kept by {limit['kept']}" for limit in scenario["limits"] if not limit["passed"]]
+        missed += [f"`{limit['limit']}` met by {limit['observed']}" for limit in scenario["limits"] if not limit["passed"]]
     return metrics, missed
 
 
