@@ -192,7 +192,9 @@ TEST(Plan, HeightIsThatOfTheCameraAlone) {
 
 TEST(Plan, OrientationAndPositionJacobiansAreDerivatives) {
   const Eigen::Matrix3d R_PC = pose(0.8, {0.3, -0.5, 0.7}, {0, 0, 0}).linear();
-  const auto numerical = [&](const auto& h) { return -tests::numerical_jacobian(h, generic_state()); };
+  const auto numerical = [&](const auto& h) -> Eigen::MatrixXd {
+    return -tests::numerical_jacobian(h, generic_state());
+  };
   const auto turn = [&](const Eigen::VectorXd& at) {
     return Eigen::VectorXd(measure_orientation(at, R_PC, {}).innovation);
   };

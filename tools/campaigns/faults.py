@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Replays one recorded walk under forty faults of its sensors and says how each run ended.
+"""Replays one recorded walk under forty-two faults of its sensors and says how each run ended.
 
-The recording is a result folder of `gaitslam run scenarios/tangent_circle.yaml`. No fault may crash the program, and a filter
+The recording is a result of `gaitslam run scenarios/tangent_circle.yaml`: results/tangent_circle/seed-1. No fault may crash the program, and a filter
 that is far from the truth must say so: health other than ok, or an exit code other than 0."""
 import json
 import subprocess

@@ -91,6 +91,16 @@ def undisturbed(place, command):
     return code, digests(place.folder), time.monotonic() - begin
 
 
+def wait_for_end(group):
+    """Until no process of the group is left: a killed one takes a while to give back its memory."""
+    try:
+        while True:
+            os.killpg(group, 0)
+            time.sleep(0.01)
+    except ProcessLookupError:
+        pass
+
+
 def try_once(place, command, reference, moment):
     """What was lost by a kill at this part of the command's duration; empty if nothing."""
     code, files, duration = reference
@@ -100,6 +110,7 @@ def try_once(place, command, reference, moment):
     time.sleep(moment * duration)
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
+    wait_for_end(process.pid)
     after = digests(place.folder)
     if any(after.get(name) != digest for name, digest in kept.items()):
         return 'a file from before is gone or changed'

@@ -144,8 +144,9 @@ TEST(DamagedInput, ATrajectoryIsReadOrRefused) {
   }
   for (const auto& [name, text] :
        std::map<std::string, std::string>{{"a.tum", tum}, {"data.csv", euroc}, {"00.txt", kitti}}) {
-    replace(folder / name, text);
-    read_damaged(folder / name, [&] { files::read_trajectory(folder / name); });
+    const std::filesystem::path file = folder / name;
+    replace(file, text);
+    read_damaged(file, [&] { files::read_trajectory(file); });
   }
   read_damaged(folder / "a.tum", [&] { files::read_tum(folder / "a.tum"); });
 }
