@@ -1,7 +1,6 @@
 #include "sim/world/head_camera.h"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -10,11 +9,6 @@ namespace sim::world {
 namespace {
 
 constexpr char kName[] = "head_camera";
-
-// Without multisampling a slightly denser picture, smoothed, takes its place: corners are then found again
-// within 0.15 px (rms), with it within 0.14 px, and a denser picture yet (1.3) does no better (render_bench
-// measures both).
-double source_density(const CameraOptions& options) { return options.samples > 1 ? 1.0 : 1.15; }
 
 }  // namespace
 
@@ -34,7 +28,7 @@ HeadCamera::HeadCamera(Model robot_in_room, const CameraOptions& options, std::u
       data_(mj_makeData(model_.get())),
       camera_(camera_model(options)),
       lens_(camera_, source_density(options)),
-      scene_(*model_, lens_.source().width_px, lens_.source().height_px, options.samples, texture_seed),
+      scene_(*model_, lens_.views(), options.samples, texture_seed, Channels::grey),
       shutter_(options) {
   mj_kinematics(model_.get(), data_.get());
   camera_pose(*model_, *data_, kName);
@@ -45,9 +39,7 @@ cv::Mat HeadCamera::picture(const double* q, float light) {
   mj_kinematics(model_.get(), data_.get());
   mj_camlight(model_.get(), data_.get());
   const Eigen::Isometry3d X_WC = camera_pose(*model_, *data_, kName);
-  cv::Mat1b grey;
-  cv::cvtColor(scene_.draw(*data_, X_WC, lens_.source(), false, light), grey, cv::COLOR_RGB2GRAY);
-  return lens_.warp(grey);
+  return lens_.warp(scene_.draw(*data_, X_WC, light));
 }
 
 cv::Mat HeadCamera::render(const mjData& plant) { return picture(plant.qpos, 1); }

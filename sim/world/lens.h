@@ -28,32 +28,43 @@ struct CameraModel {
 /// k1 7.37e-6; about 91.6° across), scaled to the image's size, or a centred pinhole of 90° across.
 CameraModel camera_model(const CameraOptions& options);
 
-/// A pinhole picture with square pixels that covers all the camera sees: column c, row r (from the top) look
-/// along x/z = left + (c + 0.5) / focal_px, y/z = top + (r + 0.5) / focal_px.
+/// A pinhole picture with square pixels, or a part of one that holds several side by side. Its frame is the
+/// camera's, turned by `yaw` about y (down), positive to the right: column c, row r (from the top) look along
+/// x/z = left + (c + 0.5) / focal_px, y/z = top + (r + 0.5) / focal_px of that frame.
 struct Pinhole {
   int width_px, height_px;
   double focal_px;
   double left, top;                 ///< x/z and y/z at the picture's upper left edge
-  std::vector<cv::Rect> unsampled;  ///< parts of the picture that no pixel of the image samples
+  double yaw = 0;                   ///< rad
+  int first_column = 0;             ///< of the whole picture
+  std::vector<cv::Rect> unsampled{};  ///< parts of this one that no pixel of the image samples
 };
 
-/// Warps the renderer's pinhole picture through the camera's lens.
+/// Pixels of the renderer's picture per pixel of the image: more than 1 where it does not multisample.
+double source_density(const CameraOptions& options);
+
+/// Warps the renderer's pinhole pictures through the camera's lens. A wide lens that compresses the outer
+/// parts of its image is covered by two pinholes turned apart, each for half of the columns: one alone would
+/// draw these parts in more pixels than they are sampled by.
 class LensWarp {
  public:
-  /// `density`: pixels of the pinhole picture per pixel of the image at its centre. Above 1 the picture is
-  /// smoothed before it is sampled, as a lens would, so that finer detail does not alias.
+  /// `density`: pixels of the pinhole pictures per pixel of the image, at least, in any direction. Above 1
+  /// the picture is smoothed before it is sampled, as a lens would, so that finer detail does not alias.
   LensWarp(const CameraModel& camera, double density);
 
-  const Pinhole& source() const { return source_; }
-  /// Where pixel (u, v) samples the source, in its pixel centres.
+  /// One or two, whichever has fewer pixels.
+  const std::vector<Pinhole>& views() const { return views_; }
+  /// Where pixel (u, v) samples the picture of the views side by side, in its pixel centres.
   Eigen::Vector2d source_pixel(int u, int v) const;
-  /// The image of a source picture whose rows run from the bottom up, as OpenGL reads them.
-  cv::Mat warp(const cv::Mat& bottom_up) const;
+  /// The image of a picture of the views side by side, first row on top.
+  cv::Mat warp(const cv::Mat& views) const;
 
  private:
+  const Pinhole& view_of(int u) const;
+
   CameraModel camera_;
   double density_;
-  Pinhole source_;
+  std::vector<Pinhole> views_;
   cv::Mat map_, fraction_;  ///< cv::remap's fixed-point maps
 };
 

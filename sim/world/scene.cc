@@ -1,19 +1,19 @@
 #include "sim/world/scene.h"
 
-#include <GL/gl.h>
-
 #include <algorithm>
 #include <array>
+#include <memory>
+#include <span>
+#include <utility>
 
-#include "sim/world/textures.h"
+#include "sim/world/model.h"
 
 namespace sim::world {
 namespace {
 
 constexpr float kNear = 0.05f, kFar = 40.0f;
-constexpr int kSpareGeoms = 200;  // beyond the model's own: screens over the unsampled parts of the picture
 
-// Planes through the camera's centre along the four sides of the view: normals in the camera's frame,
+// Planes through the camera's centre along the four sides of the view: normals in the view's frame,
 // pointing inside.
 std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
   const float l = float(view.left), t = float(view.top);
@@ -22,132 +22,193 @@ std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
           Eigen::Vector3f(0, 1, -t).normalized(), Eigen::Vector3f(0, -1, b).normalized()};
 }
 
-// Half the extent of a geom along a direction of its own frame; never less than the true one.
-float half_extent(const mjvGeom& geom, const Eigen::Vector3f& direction) {
-  Eigen::Vector3f half(geom.size[0], geom.size[1], geom.size[2]);
-  if (geom.type == mjGEOM_PLANE) half.z() = 0;
-  if (geom.type == mjGEOM_CAPSULE) half.z() += half.x();
-  return half.dot(direction.cwiseAbs());
+// OpenGL's clip coordinates of a point of the view: the picture's left and top sides at -1, z from near to
+// far.
+Eigen::Matrix4f clip_from_view(const Pinhole& view) {
+  const double x = 2 * view.focal_px / view.width_px, y = 2 * view.focal_px / view.height_px;
+  Eigen::Matrix4f clip;
+  clip << float(x), 0, float(-x * view.left - 1), 0,                              //
+      0, float(y), float(-y * view.top - 1), 0,                                   //
+      0, 0, (kFar + kNear) / (kFar - kNear), -2 * kFar * kNear / (kFar - kNear),  //
+      0, 0, 1, 0;
+  return clip;
 }
 
-struct Placement {
-  Eigen::Vector3f position;  // in the camera's frame
-  Eigen::Matrix3f axes;
-};
-
-Placement seen_from(const mjvGeom& geom, const Eigen::Isometry3f& X_CW) {
-  using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
-  return {X_CW * Eigen::Map<const Eigen::Vector3f>(geom.pos),
-          X_CW.linear() * Eigen::Map<const RowMajor>(geom.mat)};
+Eigen::Isometry3f pose_of(const mjData& data, int geom) {
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Eigen::Isometry3f X_WG = Eigen::Isometry3f::Identity();
+  X_WG.translation() = Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom).cast<float>();
+  X_WG.linear() = Eigen::Map<const RowMajor>(data.geom_xmat + 9 * geom).cast<float>();
+  return X_WG;
 }
 
-bool in_view(const mjvGeom& geom, const Placement& placed, const std::array<Eigen::Vector3f, 4>& sides) {
-  if (geom.type == mjGEOM_PLANE && placed.position.dot(placed.axes.col(2)) > 0)
-    return false;  // seen from behind
-  return std::all_of(sides.begin(), sides.end(), [&](const Eigen::Vector3f& side) {
-    return placed.position.dot(side) + half_extent(geom, placed.axes.transpose() * side) > 0;
-  });
+Eigen::Vector3f mesh_half_extents(const GeomMesh& mesh) {
+  Eigen::Vector3f half = Eigen::Vector3f::Zero();
+  for (const GeomMesh::Vertex& vertex : mesh.vertices) half = half.cwiseMax(vertex.p.cwiseAbs());
+  return half;
 }
 
-float farthest_depth(const mjvGeom& geom, const Placement& placed) {
-  return placed.position.z() + half_extent(geom, placed.axes.row(2).transpose());
+bool drawn(const mjModel& model, int geom, Robot robot) {
+  const int material = model.geom_matid[geom];
+  const float alpha = material < 0 ? model.geom_rgba[4 * geom + 3] : model.mat_rgba[4 * material + 3];
+  return alpha > 0 && model.geom_group[geom] <= (robot == Robot::whole ? 2 : 1);
 }
 
-// A black screen before the camera that fills a rectangle of the picture.
-mjvGeom screen(const cv::Rect& area, const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
-  constexpr double depth = 1.1 * kNear;
-  const auto at = [&](double x, double y) -> Eigen::Vector3d {
-    return depth *
-           Eigen::Vector3d(pinhole.left + x / pinhole.focal_px, pinhole.top + y / pinhole.focal_px, 1);
-  };
-  const Eigen::Vector3d corner = at(area.x, area.y), opposite = at(area.x + area.width, area.y + area.height);
-  const mjtNum size[3] = {(opposite - corner).x() / 2, (opposite - corner).y() / 2, 0};
-  const Eigen::Vector3d p_W = X_WC * Eigen::Vector3d((corner + opposite) / 2);
-  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> axes = X_WC.linear();
-  axes.rightCols<2>() *= -1;  // its front towards the camera
-  const float black[4] = {0, 0, 0, 1};
-  mjvGeom geom;
-  mjv_initGeom(&geom, mjGEOM_PLANE, size, p_W.data(), axes.data(), black);
-  return geom;
+bool moves(const mjModel& model, int geom) { return model.body_weldid[model.geom_bodyid[geom]] != 0; }
+
+cv::Size joint_size(const std::vector<Pinhole>& views) {
+  cv::Size size(0, 0);
+  for (const Pinhole& view : views) {
+    size.width = std::max(size.width, view.first_column + view.width_px);
+    size.height = std::max(size.height, view.height_px);
+  }
+  return size;
+}
+
+Lamps lamps_of(const mjModel& model) {
+  const Data data(mj_makeData(&model));
+  mj_kinematics(&model, data.get());
+  mj_camlight(&model, data.get());
+  return Lamps(model, *data);
+}
+
+// OpenCV's weights, as in its conversion of pictures.
+Eigen::Vector3f in_channels(const Eigen::Vector3f& rgb, Channels channels) {
+  return channels == Channels::rgb ? rgb
+                                   : Eigen::Vector3f(rgb.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)), 0, 0);
 }
 
 }  // namespace
 
-Scene::Scene(const mjModel& model, int width_px, int height_px, int samples, std::uint64_t texture_seed)
-    : model_(model), gl_(model, width_px, height_px, samples) {
-  upload_textures(model, gl_.mjr(), texture_seed);
-  mjv_defaultScene(&scene_);
-  mjv_makeScene(&model_, &scene_, model.ngeom + kSpareGeoms);
-  std::fill_n(scene_.flags, mjNRNDFLAG, mjtByte{0});
-  scene_.flags[mjRND_CULL_FACE] = 1;
+Scene::Scene(const mjModel& model, std::vector<Pinhole> views, int samples, std::uint64_t texture_seed,
+             Channels channels, Robot robot)
+    : model_(model),
+      views_(std::move(views)),
+      channels_(channels),
+      frame_(joint_size(views_).width, joint_size(views_).height, samples, channels),
+      textures_(model, texture_seed, channels),
+      lamps_(lamps_of(model)) {
+  for (const bool moving : {false, true}) {
+    if (moving) still_vertices_ = vertices_.size();
+    for (int geom = 0; geom < model.ngeom; ++geom)
+      if (drawn(model, geom, robot) && moves(model, geom) == moving)
+        add_piece(geom, textures_.on(model, geom));
+  }
+  add_masks();
+  rasteriser_ = std::make_unique<Rasteriser>(channels, vertices_.size());
+  rasteriser_->set_vertices(0, vertices_);
 }
 
-Scene::~Scene() { mjv_freeScene(&scene_); }
+Scene::~Scene() { gl_.make_current(); }  // for its buffers and textures to be freed there
 
-void Scene::dim(float light) {
-  for (mjvLight* lamp = scene_.lights; lamp != scene_.lights + scene_.nlight; ++lamp)
-    for (int channel = 0; channel < 3; ++channel)
-      lamp->ambient[channel] *= light, lamp->diffuse[channel] *= light;
-  for (mjvGeom* geom = scene_.geoms; geom != scene_.geoms + scene_.ngeom; ++geom)
-    if (geom->type == mjGEOM_PLANE && geom->mat[8] < -0.9f) geom->emission *= light;
+void Scene::add_piece(int geom, unsigned texture) {
+  const std::size_t first = vertices_.size();
+  Piece piece{geom, texture, moves(model_, geom), paint_of(model_, geom), geom_mesh(model_, geom), first,
+              {},   {}};
+  piece.half = mesh_half_extents(piece.mesh);
+  for (std::uint32_t& index : piece.mesh.indices) index += std::uint32_t(first);
+  vertices_.resize(first + piece.mesh.vertices.size());
+  pieces_.push_back(std::move(piece));
 }
 
-void Scene::place_camera(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
-  mjvGLCamera camera{};
-  Eigen::Map<Eigen::Vector3f>(camera.pos) = X_WC.translation().cast<float>();
-  Eigen::Map<Eigen::Vector3f>(camera.forward) = X_WC.linear().col(2).cast<float>();
-  Eigen::Map<Eigen::Vector3f>(camera.up) = -X_WC.linear().col(1).cast<float>();
-  const double width = pinhole.width_px / pinhole.focal_px, height = pinhole.height_px / pinhole.focal_px;
-  camera.frustum_center = float(kNear * (pinhole.left + width / 2));
-  camera.frustum_top = float(-kNear * pinhole.top);
-  camera.frustum_bottom = float(-kNear * (pinhole.top + height));
-  camera.frustum_near = kNear, camera.frustum_far = kFar;
-  scene_.camera[0] = scene_.camera[1] = camera;
+// Nothing is nearer than these rectangles in clip coordinates: what they cover costs no drawing.
+void Scene::add_masks() {
+  for (const Pinhole& view : views_) {
+    std::vector<std::uint32_t> mask;
+    for (const cv::Rect& area : view.unsampled) {
+      const auto first = std::uint32_t(vertices_.size());
+      for (const auto& [x, y] :
+           {std::pair(area.x, area.y), std::pair(area.x, area.y + area.height),
+            std::pair(area.x + area.width, area.y + area.height), std::pair(area.x + area.width, area.y)})
+        vertices_.push_back(
+            {{2.0f * float(x) / float(view.width_px) - 1, 2.0f * float(y) / float(view.height_px) - 1, -1},
+             {0, 0},
+             {0, 0, 0}});
+      for (const std::uint32_t i : {0, 1, 2, 0, 2, 3}) mask.push_back(first + i);
+    }
+    masks_.push_back(std::move(mask));
+  }
 }
 
-void Scene::cover_unsampled(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
-  for (const cv::Rect& area : pinhole.unsampled) scene_.geoms[scene_.ngeom++] = screen(area, X_WC, pinhole);
+void Scene::place(const Piece& piece, float light) {
+  Paint paint = piece.paint;
+  const bool ceiling = model_.geom_type[piece.geom] == mjGEOM_PLANE && piece.X_WG.linear()(2, 2) < -0.9f;
+  if (ceiling) paint.emission *= light;
+  Vertex* vertex = vertices_.data() + piece.first_vertex;
+  for (const GeomMesh::Vertex& corner : piece.mesh.vertices)
+    *vertex++ = {piece.X_WG * corner.p, corner.uv,
+                 in_channels(lamps_.lit(paint, piece.X_WG.linear() * corner.normal, light), channels_)};
 }
 
-// What is outside the view is dropped, the rest drawn from near to far so that hidden surfaces cost no
-// texturing.
-void Scene::cull_and_sort(const Eigen::Isometry3d& X_WC, const Pinhole& pinhole) {
-  const auto sides = view_sides(pinhole);
-  const Eigen::Isometry3f X_CW = X_WC.inverse().cast<float>();
-  mjvGeom* const end = scene_.geoms + scene_.ngeom;
-  mjvGeom* const kept = std::remove_if(
-      scene_.geoms, end, [&](const mjvGeom& geom) { return !in_view(geom, seen_from(geom, X_CW), sides); });
-  for (mjvGeom* geom = scene_.geoms; geom != kept; ++geom)
-    geom->camdist = farthest_depth(*geom, seen_from(*geom, X_CW));
-  std::stable_sort(scene_.geoms, kept,
-                   [](const mjvGeom& a, const mjvGeom& b) { return a.camdist < b.camdist; });
-  scene_.ngeom = int(kept - scene_.geoms);
+void Scene::place_still(const mjData& data, float light) {
+  if (light == placed_light_) return;
+  placed_light_ = light;
+  for (Piece& piece : pieces_) {
+    if (piece.moves) continue;
+    piece.X_WG = pose_of(data, piece.geom);
+    place(piece, light);
+  }
+  rasteriser_->set_vertices(0, std::span(vertices_).first(still_vertices_));
 }
 
-cv::Mat3b Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, const Pinhole& pinhole, bool head,
-                      float light) {
+void Scene::place_moving(float light, const std::vector<std::vector<Seen>>& seen) {
+  bool any = false;
+  for (const std::vector<Seen>& view : seen)
+    for (const auto& [piece, depth] : view)
+      if (piece->moves) place(*piece, light), any = true;
+  if (any) rasteriser_->set_vertices(still_vertices_, std::span(vertices_).subspan(still_vertices_));
+}
+
+// From near to far, so that hidden surfaces cost no texturing.
+std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isometry3f& X_VW) const {
+  const auto sides = view_sides(view);
+  std::vector<Seen> seen;
+  for (const Piece& piece : pieces_) {
+    const Eigen::Isometry3f X_VG = X_VW * piece.X_WG;
+    if (model_.geom_type[piece.geom] == mjGEOM_PLANE && X_VG.translation().dot(X_VG.linear().col(2)) > 0)
+      continue;  // seen from behind
+    const auto reach = [&](const Eigen::Vector3f& along_V) {
+      return along_V.dot(X_VG.translation()) +
+             (X_VG.linear().transpose() * along_V).cwiseAbs().dot(piece.half);
+    };
+    if (std::all_of(sides.begin(), sides.end(), [&](const auto& side) { return reach(side) > 0; }))
+      seen.push_back({&piece, reach(Eigen::Vector3f::UnitZ())});
+  }
+  std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.depth < b.depth; });
+  return seen;
+}
+
+// Plain surfaces in one call; they are most of what is near, and cost little where they are hidden.
+void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen) {
+  const Pinhole& pinhole = views_[view];
+  const cv::Rect viewport(pinhole.first_column, 0, pinhole.width_px, pinhole.height_px);
+  rasteriser_->set_view(viewport, Eigen::Matrix4f::Identity());
+  rasteriser_->draw(masks_[view], 0);
+  rasteriser_->set_view(viewport, clip_from_view(pinhole) * X_VW.matrix());
+  std::vector<std::uint32_t> plain;
+  for (const auto& [piece, depth] : seen)
+    if (!piece->texture) plain.insert(plain.end(), piece->mesh.indices.begin(), piece->mesh.indices.end());
+  rasteriser_->draw(plain, 0);
+  for (const auto& [piece, depth] : seen)
+    if (piece->texture) rasteriser_->draw(piece->mesh.indices, piece->texture);
+}
+
+cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light) {
   gl_.make_current();
-  mjvOption option;
-  mjv_defaultOption(&option);
-  std::fill_n(option.flags, mjNVISFLAG, mjtByte{0});
-  option.flags[mjVIS_TEXTURE] = option.flags[mjVIS_STATIC] = 1;
-  std::fill_n(option.sitegroup, mjNGROUP, mjtByte{0});
-  std::fill_n(option.geomgroup, mjNGROUP, mjtByte{0});
-  option.geomgroup[0] = option.geomgroup[1] = 1;
-  option.geomgroup[2] = head;
-  mjvCamera unused;
-  mjv_defaultCamera(&unused);
-  // mjv_updateScene takes a non-const mjData for its perturbation and inertia displays, which are off.
-  mjv_updateScene(&model_, const_cast<mjData*>(&data), &option, nullptr, &unused, mjCAT_ALL, &scene_);
-  if (light != 1) dim(light);
-  place_camera(X_WC, pinhole);
-  cover_unsampled(X_WC, pinhole);
-  cull_and_sort(X_WC, pinhole);
-  const mjrRect viewport{0, 0, pinhole.width_px, pinhole.height_px};
-  mjr_render(viewport, &scene_, &gl_.mjr());
-  cv::Mat3b picture(pinhole.height_px, pinhole.width_px);
-  mjr_readPixels(picture.data, nullptr, viewport, &gl_.mjr());
-  return picture;
+  place_still(data, light);
+  for (Piece& piece : pieces_)
+    if (piece.moves) piece.X_WG = pose_of(data, piece.geom);
+  std::vector<Eigen::Isometry3f> X_VW;
+  std::vector<std::vector<Seen>> seen;
+  for (const Pinhole& view : views_) {
+    const Eigen::AngleAxisd turn(view.yaw, Eigen::Vector3d::UnitY());
+    X_VW.push_back((X_WC * turn).inverse().cast<float>());
+    seen.push_back(seen_by(view, X_VW.back()));
+  }
+  place_moving(light, seen);
+  frame_.clear();
+  for (std::size_t view = 0; view < views_.size(); ++view) draw_view(view, X_VW[view], seen[view]);
+  return frame_.read();
 }
 
 }  // namespace sim::world

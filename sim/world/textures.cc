@@ -1,10 +1,11 @@
 #include "sim/world/textures.h"
 
-#include <GL/gl.h>
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <string>
 
+#include "sim/world/gl.h"
 #include "sim/world/model.h"
 #include "sim/world/office_paint.h"
 #include "sim/world/shadows.h"
@@ -14,13 +15,14 @@ namespace {
 
 // Area-averaged mipmaps: each level from the one above, down to one texel. The nearest level alone is
 // sampled: blending two costs 6 % of a frame and finds corners no better.
-void load(unsigned int texture, cv::Mat picture) {
-  glBindTexture(GL_TEXTURE_2D, texture);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+void load(unsigned texture, cv::Mat picture) {
+  const bool grey = picture.channels() == 1;
+  gl().glBindTexture(GL_TEXTURE_2D, texture);
+  gl().glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  gl().glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   for (int level = 0;; ++level) {
-    glTexImage2D(GL_TEXTURE_2D, level, GL_RGB, picture.cols, picture.rows, 0, GL_RGB, GL_UNSIGNED_BYTE,
-                 picture.data);
+    gl().glTexImage2D(GL_TEXTURE_2D, level, grey ? GL_R8 : GL_RGB8, picture.cols, picture.rows, 0,
+                      grey ? GL_RED : GL_RGB, GL_UNSIGNED_BYTE, picture.data);
     if (picture.cols == 1 && picture.rows == 1) break;
     cv::Mat half;
     cv::resize(picture, half, {std::max(1, picture.cols / 2), std::max(1, picture.rows / 2)}, 0, 0,
@@ -37,23 +39,47 @@ bool takes_shadows(const mjModel& model, int geom) {
          model.mat_texrepeat[2 * material] == 1;
 }
 
-int texture_of(const mjModel& model, int geom) { return model.mat_texid[model.geom_matid[geom]]; }
+int texture_of(const mjModel& model, int geom) {
+  const int material = model.geom_matid[geom];
+  return material < 0 ? -1 : model.mat_texid[material];
+}
+
+cv::Mat3b picture_of(const mjModel& model, const mjData& data, int texture, std::uint64_t seed) {
+  const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
+  const cv::Mat3b painted = name ? paint_texture(name, seed) : cv::Mat3b();
+  if (painted.empty())
+    return cv::Mat(model.tex_height[texture], model.tex_width[texture], CV_8UC3,
+                   model.tex_rgb + model.tex_adr[texture])
+        .clone();
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (takes_shadows(model, geom) && texture_of(model, geom) == texture)
+      bake_shadows(painted, model, data, geom);
+  return painted;
+}
 
 }  // namespace
 
-void upload_textures(const mjModel& model, const mjrContext& context, std::uint64_t seed) {
+Textures::Textures(const mjModel& model, std::uint64_t seed, Channels channels)
+    : names_(std::size_t(model.ntex)) {
   const Data data(mj_makeData(&model));
   mj_kinematics(&model, data.get());
-  for (int id = 0; id < model.ntex; ++id) {
-    const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, id);
-    if (model.tex_type[id] != mjTEXTURE_2D || !name) continue;
-    const cv::Mat3b picture = paint_texture(name, seed);
-    if (picture.empty()) continue;
-    for (int geom = 0; geom < model.ngeom; ++geom)
-      if (takes_shadows(model, geom) && texture_of(model, geom) == id)
-        bake_shadows(picture, model, *data, geom);
-    load(context.texture[id], picture);
+  gl().glGenTextures(model.ntex, names_.data());
+  for (int texture = 0; texture < model.ntex; ++texture) {
+    if (model.tex_type[texture] != mjTEXTURE_2D) continue;
+    cv::Mat picture = picture_of(model, *data, texture, seed);
+    if (channels == Channels::grey) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
+    load(names_[std::size_t(texture)], picture);
   }
+}
+
+Textures::~Textures() { gl().glDeleteTextures(int(names_.size()), names_.data()); }
+
+unsigned Textures::on(const mjModel& model, int geom) const {
+  const int texture = texture_of(model, geom);
+  if (texture < 0) return 0;
+  if (model.tex_type[texture] != mjTEXTURE_2D)
+    throw std::invalid_argument("only 2d textures can be drawn on a geom");
+  return names_[std::size_t(texture)];
 }
 
 }  // namespace sim::world

@@ -1,15 +1,29 @@
-// Gives a model's textures their painted pictures: the model file only names them, so that physics loads
-// fast.
+// The pictures on a model's surfaces: the model file only names them, so that physics loads fast.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
 #include <cstdint>
+#include <vector>
+
+#include "sim/world/frame_buffer.h"
 
 namespace sim::world {
 
-/// Paints each of the model's 2d textures that paint_texture knows by name, and loads it with its mipmaps
-/// into the current OpenGL context in place of the flat colour of the model file.
-void upload_textures(const mjModel& model, const mjrContext& context, std::uint64_t seed);
+/// The model's 2d textures with their mipmaps in the current OpenGL context: those that paint_texture knows
+/// by name are painted from a seed, in place of the flat colour of the model file.
+class Textures {
+ public:
+  Textures(const mjModel& model, std::uint64_t seed, Channels channels);
+  ~Textures();
+  Textures(const Textures&) = delete;
+  Textures& operator=(const Textures&) = delete;
+
+  /// OpenGL's name of the texture on a geom; 0 for none. Throws std::invalid_argument for a cube texture.
+  unsigned on(const mjModel& model, int geom) const;
+
+ private:
+  std::vector<unsigned> names_;
+};
 
 }  // namespace sim::world

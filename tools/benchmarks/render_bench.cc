@@ -1,6 +1,7 @@
 // CPU time of one frame of the head camera, all threads counted, along the tangent circle in its room; and
 // how well corners are found again in such frames (see corner_error.h). `least_ms` is the mean over all
-// headings of the least time each took: what a frame costs when nothing else disturbs it.
+// headings of the least time each took: what a frame costs when nothing else disturbs it; positions_ms,
+// drawing_ms and lens_ms are the parts of it.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -18,7 +19,32 @@ namespace {
 using namespace sim::world;
 
 constexpr int kHeadings = 24, kRounds = 6;
+constexpr int kPartRounds = 3;
 constexpr double kTurn = 0.04;  // rad along the circle, between two frames that are compared
+
+// CPU time of the parts of a frame, mean over all headings: the robot's positions, OpenGL, the lens.
+void measure_parts(benchmark::State& state, const std::string& room, const CameraOptions& options) {
+  const Model model = load_model("hrp2", room, GAITSLAM_MODELS);
+  const Data data(mj_makeData(model.get()));
+  const LensWarp lens(camera_model(options), source_density(options));
+  Scene scene(*model, lens.views(), options.samples, 1, Channels::grey);
+  std::array<double, 3> ms{};
+  for (int step = 0; step <= kPartRounds * kHeadings; ++step) {
+    if (step == 1) ms.fill(0);  // the first frame compiles shaders
+    stand_on_circle(*data, 2 * CV_PI * step / kHeadings);
+    std::array<double, 4> at{cpu_ms()};
+    mj_kinematics(model.get(), data.get());
+    mj_camlight(model.get(), data.get());
+    at[1] = cpu_ms();
+    const cv::Mat views = scene.draw(*data, camera_pose(*model, *data, "head_camera"));
+    at[2] = cpu_ms();
+    benchmark::DoNotOptimize(lens.warp(views).data);
+    at[3] = cpu_ms();
+    for (std::size_t i = 0; i < ms.size(); ++i) ms[i] += (at[i + 1] - at[i]) / (kPartRounds * kHeadings);
+  }
+  state.counters["positions_ms"] = ms[0], state.counters["drawing_ms"] = ms[1],
+  state.counters["lens_ms"] = ms[2];
+}
 
 void frame(benchmark::State& state, const std::string& room, CameraOptions options,
            WorldOptions::LightsOff lights_off) {
@@ -41,6 +67,7 @@ void frame(benchmark::State& state, const std::string& room, CameraOptions optio
   }
   state.counters["least_ms"] = std::accumulate(least_ms.begin(), least_ms.end(), 0.0) / kHeadings;
   if (options.exposure_s > 0 || options.readout_s > 0 || lights_off.duration_s > 0) return;
+  measure_parts(state, room, options);
   const CornerError error = corner_error(camera, kHeadings, kTurn);
   state.counters["corners"] = error.corners;
   state.counters["rms_px"] = error.rms_px;

@@ -20,6 +20,11 @@ using namespace sim::world;
 using Eigen::Vector3d;
 
 constexpr double kFocal_px = 620;
+const Pinhole kView{.width_px = kPanelWidth,
+                    .height_px = kPanelHeight,
+                    .focal_px = kFocal_px,
+                    .left = -0.5 * kPanelWidth / kFocal_px,
+                    .top = -0.5 * kPanelHeight / kFocal_px};
 const Vector3d kFromWaist(2.0, 1.45, 1.1), kLookedAt(0, 0, 0.15);  // m, from the waist
 
 Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
@@ -36,19 +41,16 @@ class Drawing {
           const std::filesystem::path& models)
       : model_(load_model(scenario.world.robot, scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
-        scene_(*model_, kPanelWidth, kPanelHeight, 4, scenario.world.seed),
+        scene_(*model_, {kView}, 4, scenario.world.seed, Channels::rgb, Robot::whole),
         encoders_(recording / "mav0/encoders0/data.csv", 1 + walking::kJoints),
         more_(encoders_.next()) {}
 
   cv::Mat draw(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
     pose(t, X_WB);
     const Vector3d waist = X_WB.translation();
-    const Pinhole view{
-        kPanelWidth, kPanelHeight, kFocal_px, -0.5 * kPanelWidth / kFocal_px, -0.5 * kPanelHeight / kFocal_px,
-        {}};
     cv::Mat picture;
-    cv::flip(scene_.draw(*data_, looking(waist + kFromWaist, waist + kLookedAt), view, true), picture, 0);
-    cv::cvtColor(picture, picture, cv::COLOR_RGB2BGR);
+    cv::cvtColor(scene_.draw(*data_, looking(waist + kFromWaist, waist + kLookedAt)), picture,
+                 cv::COLOR_RGB2BGR);
     return picture;
   }
 

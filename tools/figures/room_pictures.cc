@@ -61,10 +61,9 @@ cv::Mat3b robot_in(const std::string& room, const Vector3d& from, const Vector3d
   const Model model = load_model("hrp2", room, kModels);
   const Data data(mj_makeData(model.get()));
   walk(*model, *data, 0.5);
-  Scene scene(*model, 2 * width, 2 * height, 4, WorldOptions{}.seed);
-  const Pinhole view{2 * width, 2 * height, 2 * focal, -0.5 * width / focal, -0.5 * height / focal, {}};
-  cv::Mat3b picture = scene.draw(*data, looking(from, at), view, true);
-  cv::flip(picture, picture, 0);
+  const Pinhole view{2 * width, 2 * height, 2 * focal, -0.5 * width / focal, -0.5 * height / focal, 0, 0, {}};
+  Scene scene(*model, {view}, 4, WorldOptions{}.seed, Channels::rgb, Robot::whole);
+  cv::Mat picture = scene.draw(*data, looking(from, at));
   cv::resize(picture, picture, {width, height}, 0, 0, cv::INTER_AREA);
   cv::cvtColor(picture, picture, cv::COLOR_RGB2BGR);
   return picture;

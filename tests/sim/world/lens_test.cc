@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -24,6 +25,11 @@ double degrees_across(const CameraModel& camera) {
   const double left = camera.direction({-0.5, camera.v0_px}).x();
   const double right = camera.direction({camera.width_px - 0.5, camera.v0_px}).x();
   return (std::atan(right) - std::atan(left)) * 180 / std::numbers::pi;
+}
+
+// The view of a column, by where the columns' shares begin.
+const Pinhole& view_of(const LensWarp& lens, const CameraOptions& options, int u) {
+  return lens.views()[std::size_t(u) * lens.views().size() / std::size_t(options.width_px)];
 }
 
 }  // namespace
@@ -56,23 +62,51 @@ TEST(CameraModel, WideCameraSees91Point6DegreesAndThePinhole90AtBothSizes) {
   }
 }
 
-TEST(LensWarp, NoPixelSamplesOutsideTheSource) {
+TEST(LensWarp, NoPixelSamplesOutsideItsView) {
   constexpr double kKernel = 2;  // px a bicubic sample reaches
   for (const CameraOptions& options : all_cameras())
     for (double density : {1.0, 1.4}) {
       const LensWarp lens(camera_model(options), density);
       for (int v = 0; v < options.height_px; ++v)
         for (int u = 0; u < options.width_px; ++u) {
-          const Eigen::Vector2d pixel = lens.source_pixel(u, v);
+          const Pinhole& view = view_of(lens, options, u);
+          const Eigen::Vector2d pixel = lens.source_pixel(u, v) - Eigen::Vector2d(view.first_column, 0);
           ASSERT_GE(pixel.minCoeff(), kKernel - 1);
-          ASSERT_LE(pixel.x(), lens.source().width_px - kKernel);
-          ASSERT_LE(pixel.y(), lens.source().height_px - kKernel);
+          ASSERT_LE(pixel.x(), view.width_px - kKernel);
+          ASSERT_LE(pixel.y(), view.height_px - kKernel);
         }
     }
 }
 
-// A smooth pattern over directions, painted into the source by its definition, must appear in the image where
-// the lens formula puts it: half pixels, the flip of OpenGL's rows and the scale all show in this.
+// In a view's own columns; where two views meet, the step leads from one to the other.
+TEST(LensWarp, NeighbouringPixelsAreAtLeastAsFarApartInTheSourceAsTheDensitySays) {
+  for (const CameraOptions& options : all_cameras()) {
+    const LensWarp lens(camera_model(options), 1.2);
+    for (int v = 0; v + 1 < options.height_px; v += 3)
+      for (int u = 0; u + 1 < options.width_px; u += 3) {
+        if (&view_of(lens, options, u) != &view_of(lens, options, u + 1)) continue;
+        const Eigen::Vector2d pixel = lens.source_pixel(u, v);
+        ASSERT_GE((lens.source_pixel(u + 1, v) - pixel).norm(), 1.2 * 0.999) << u << " " << v;
+        ASSERT_GE((lens.source_pixel(u, v + 1) - pixel).norm(), 1.2 * 0.999) << u << " " << v;
+      }
+  }
+}
+
+// One pinhole that covers the wide lens at this density has 597 x 447 px; the ideal pinhole is its own best
+// view.
+TEST(LensWarp, AWideLensIsDrawnInTwoViewsOfTwoThirdsOfThePixelsAndAPinholeInOne) {
+  CameraOptions options;
+  const LensWarp wide(camera_model(options), 1.15);
+  ASSERT_EQ(wide.views().size(), 2u);
+  EXPECT_LT(wide.views()[0].width_px * wide.views()[0].height_px +
+                wide.views()[1].width_px * wide.views()[1].height_px,
+            0.67 * 597 * 447);
+  options.lens = Lens::pinhole;
+  EXPECT_EQ(LensWarp(camera_model(options), 1.15).views().size(), 1u);
+}
+
+// A smooth pattern over directions, painted into the views by their definition, must appear in the image
+// where the lens formula puts it: half pixels, the views' turns, their seam and the scale all show in this.
 TEST(LensWarp, ImageShowsAtEachPixelWhatItsDirectionSees) {
   const auto pattern = [](double x, double y) {
     return 127.5 + 100 * std::sin(9 * x + 1) * std::cos(7 * y - 0.5);
@@ -80,13 +114,20 @@ TEST(LensWarp, ImageShowsAtEachPixelWhatItsDirectionSees) {
   for (const CameraOptions& options : all_cameras()) {
     const CameraModel camera = camera_model(options);
     const LensWarp lens(camera, 1.0);
-    const Pinhole source = lens.source();
-    cv::Mat1b bottom_up(source.height_px, source.width_px);
-    for (int row = 0; row < source.height_px; ++row)
-      for (int column = 0; column < source.width_px; ++column)
-        bottom_up(source.height_px - 1 - row, column) = cv::saturate_cast<uchar>(pattern(
-            source.left + (column + 0.5) / source.focal_px, source.top + (row + 0.5) / source.focal_px));
-    const cv::Mat1b image = lens.warp(bottom_up);
+    int height = 0, width = 0;
+    for (const Pinhole& view : lens.views())
+      height = std::max(height, view.height_px), width = view.first_column + view.width_px;
+    cv::Mat1b views(height, width, uchar(0));
+    for (const Pinhole& view : lens.views())
+      for (int row = 0; row < view.height_px; ++row)
+        for (int column = 0; column < view.width_px; ++column) {
+          const Eigen::Vector3d ray = Eigen::AngleAxisd(view.yaw, Eigen::Vector3d::UnitY()) *
+                                      Eigen::Vector3d(view.left + (column + 0.5) / view.focal_px,
+                                                      view.top + (row + 0.5) / view.focal_px, 1);
+          views(row, view.first_column + column) =
+              cv::saturate_cast<uchar>(pattern(ray.x() / ray.z(), ray.y() / ray.z()));
+        }
+    const cv::Mat1b image = lens.warp(views);
     ASSERT_EQ(image.size(), cv::Size(options.width_px, options.height_px));
     for (int v = 0; v < image.rows; v += 7)
       for (int u = 0; u < image.cols; u += 5) {
