@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "sim/files/text.h"
+#include "sim/recording/grey_png.h"
 #include "slam/observation.h"
 
 namespace sim::exports {
@@ -56,8 +56,7 @@ void ExportContext::write(const std::string& name, std::string_view bytes) const
 }
 
 void ExportContext::write_png(const std::string& name, const cv::Mat& image) const {
-  const std::vector<unsigned char> bytes = png(exported(image));
-  write(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  write(name, recording::encode_grey_png(exported(image)));
 }
 
 std::string ExportContext::lens_text() const {
@@ -96,13 +95,6 @@ The stamps of the IMU are {} s later than those of the camera.
                                  setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density,
                                  noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
                                  kLeastAccelerometerWalk, run.errors.motion.time_offset_s, lens_text()));
-}
-
-std::vector<unsigned char> png(const cv::Mat& image) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1}))
-    throw std::logic_error("export: an image cannot be encoded");
-  return bytes;
 }
 
 }  // namespace sim::exports

@@ -52,7 +52,4 @@ class ExportContext {
   std::optional<Undistortion> undistortion_;
 };
 
-/// The bytes of a PNG file.
-std::vector<unsigned char> png(const cv::Mat& image);
-
 }  // namespace sim::exports

@@ -7,6 +7,7 @@
 #include "sim/export/imu_merger.h"
 #include "sim/export/mcap.h"
 #include "sim/export/ros_messages.h"
+#include "sim/recording/grey_png.h"
 
 namespace sim::exports {
 namespace {
@@ -62,7 +63,7 @@ BagWriter::BagWriter(const ExportContext& out, const BagLayout& layout)
 void BagWriter::add_image(const slam::Observation& o) {
   const cv::Mat image = out_.exported(o.image);
   add(image_, o.t,
-      layout_.compressed ? ros::compressed_image(o.t, kCameraFrame, png(image))
+      layout_.compressed ? ros::compressed_image(o.t, kCameraFrame, recording::encode_grey_png(image))
                          : ros::image(o.t, kCameraFrame, image));
   add(info_, o.t, ros::camera_info(o.t, kCameraFrame, out_.camera()));
 }

@@ -110,8 +110,8 @@ const MessageType kPoseWithCovarianceStamped{
          kPoint,
          kQuaternion})};
 
-std::string compressed_image(slam::Stamp t, const std::string& frame, const std::vector<unsigned char>& png) {
-  return Cdr{}.header(t, frame).text("png").raw(png.data(), png.size()).bytes();
+std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png) {
+  return Cdr{}.header(t, frame).text("png").raw(reinterpret_cast<const unsigned char*>(png.data()), png.size()).bytes();
 }
 
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey) {

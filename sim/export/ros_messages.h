@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/export/imu_merger.h"
@@ -18,7 +19,7 @@ extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamp
     kPoseWithCovarianceStamped;
 
 /// Messages are bytes; their stamps are recording::kEpoch later than t.
-std::string compressed_image(slam::Stamp t, const std::string& frame, const std::vector<unsigned char>& png);
+std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey);
 /// The sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
 std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,

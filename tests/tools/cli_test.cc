@@ -28,6 +28,14 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
   }
 }
 
+// They come with 120 libraries and a compiler, 90 ms of a process that may only print its help.
+TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
+  const Ran ran = shell("LD_TRACE_LOADED_OBJECTS=1 " GAITSLAM_PROGRAM);
+  ASSERT_THAT(ran.out, HasSubstr("libopencv_core"));
+  for (const char* library : {"libopencv_imgcodecs", "libgdal", "libOSMesa", "libLLVM"})
+    EXPECT_EQ(ran.out.find(library), std::string::npos) << library;
+}
+
 TEST_F(Cli, VersionNamesRevisionAndLibraries) {
   const Ran ran = gaitslam("--version");
   EXPECT_EQ(ran.exit_code, 0);
