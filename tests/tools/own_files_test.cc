@@ -65,6 +65,23 @@ TEST_F(OwnFiles, ForceOverwritesNoFileThatOtherCommandsWouldWrite) {
   expect_spared(kBlind + "--seeds 1,2 --out home --force", "home", "home/summary.json: was not made");
 }
 
+TEST_F(OwnFiles, VerdictsReplaceThoseOfAnEarlierCallAlone) {
+  run("--without camera,slam --out one");
+  for (const std::string option : {"--json", "--junit", "--markdown"}) {
+    const std::string compare = "compare one/seed-1 one/seed-1 " + option + " verdicts";
+    ASSERT_EQ(gaitslam(compare).exit_code, 0) << option;
+    const std::string verdicts = text_of("verdicts");
+    write("verdicts", "");
+    EXPECT_EQ(gaitslam(compare).exit_code, 0) << option << " replaces an empty file";
+    EXPECT_EQ(gaitslam(compare).exit_code, 0) << option << " replaces what it wrote";
+    EXPECT_EQ(text_of("verdicts"), verdicts);
+    write("verdicts", "### my notes");
+    EXPECT_THAT(refusal(compare), HasSubstr("verdicts: exists and was not written by gaitslam")) << option;
+    EXPECT_EQ(text_of("verdicts"), "### my notes");
+    fs::remove(folder_ / "verdicts");
+  }
+}
+
 TEST_F(OwnFiles, NotesInTheFoldersOfAResultAreSpared) {
   run("");
   const std::string result = "results/walk/seed-1";

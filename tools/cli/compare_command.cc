@@ -4,7 +4,6 @@
 #include <iostream>
 #include <memory>
 
-#include "sim/files/durable_file.h"
 #include "sim/regression/result_set.h"
 #include "sim/regression/verdict_reports.h"
 #include "sim/scenario/yaml.h"
@@ -14,6 +13,7 @@
 #include "tools/cli/jobs/shell.h"
 #include "tools/cli/suite_run.h"
 #include "tools/cli/usage_error.h"
+#include "tools/cli/verdict_files.h"
 
 namespace cli {
 namespace {
@@ -34,7 +34,7 @@ The verdicts and exit codes are those of gaitslam regress.)";
 struct CompareRequest {
   fs::path before, after;
   std::vector<std::string> gates;
-  std::optional<std::string> json, markdown;
+  VerdictFiles files;
   bool across = false;
 };
 
@@ -113,6 +113,7 @@ void require_comparable(const std::vector<regression::ResultSet>& before,
 }
 
 int compare(const CompareRequest& request) {
+  request.files.require_replaceable();
   const auto gates = gates_of(request);
   const auto before = regression::read_result_sets(request.before),
              now = regression::read_result_sets(request.after);
@@ -138,8 +139,7 @@ int compare(const CompareRequest& request) {
       comparison.scenarios.push_back(
           regression::without_counterpart(set.results, gates, regression::Verdict::missing));
   std::cout << regression::verdict_table(comparison, colours());
-  if (request.json) sim::files::write_durably(*request.json, regression::verdicts_json(comparison));
-  if (request.markdown) sim::files::write_durably(*request.markdown, regression::markdown(comparison));
+  request.files.write(comparison);
   return regression::exit_code(comparison.scenarios);
 }
 
@@ -155,8 +155,7 @@ void add_compare(CLI::App& app, int& exit_code) {
                    "a metric and its tolerance, as in rmse_m=10% or rmse_m=0.002; may be given several times")
       ->allow_extra_args(false);
   command->add_flag("--across", request->across, "compare different scenarios, too");
-  command->add_option("--json", request->json, "write the verdicts as JSON to a file");
-  command->add_option("--markdown", request->markdown, "write a Markdown table to a file");
+  add_verdict_files(*command, request->files);
   command->footer(kCompareExamples);
   command->callback([request, &exit_code] { exit_code = compare(*request); });
 }

@@ -6,13 +6,13 @@
 #include <iostream>
 #include <memory>
 
-#include "sim/files/durable_file.h"
 #include "sim/files/file_error.h"
 #include "sim/regression/baseline.h"
 #include "sim/regression/verdict_reports.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/options.h"
 #include "tools/cli/suite_run.h"
+#include "tools/cli/verdict_files.h"
 
 namespace cli {
 namespace {
@@ -39,7 +39,7 @@ Exit codes: 0 as good as the baseline; 1 worse, or a limit missed; 2 wrong usage
 ended in a way that its scenario does not allow.)";
 
 struct RegressRequest : SuiteRequest {
-  std::optional<std::string> junit, markdown, json;
+  VerdictFiles files;
   bool github = false;
 };
 
@@ -68,10 +68,7 @@ void require_comparable(const regression::Baseline& baseline, const SuiteRun& ru
 }
 
 void write(const RegressRequest& request, const regression::Comparison& comparison) {
-  using sim::files::write_durably;
-  if (request.junit) write_durably(*request.junit, regression::junit(comparison));
-  if (request.markdown) write_durably(*request.markdown, regression::markdown(comparison));
-  if (request.json) write_durably(*request.json, regression::verdicts_json(comparison));
+  request.files.write(comparison);
   if (!request.github) return;
   std::cout << regression::github_annotations(comparison);
   const char* const summary = std::getenv("GITHUB_STEP_SUMMARY");
@@ -83,6 +80,7 @@ void write(const RegressRequest& request, const regression::Comparison& comparis
 }
 
 int regress(const RegressRequest& request) {
+  request.files.require_replaceable();
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
   const regression::Baseline baseline = regression::read_baseline(file);
@@ -105,9 +103,7 @@ void add_regress(CLI::App& app, int& exit_code) {
   command->add_option("suite", request->suite, "the suite's YAML file")->required();
   add_overrides(*command, request->overrides, "in all scenarios");
   add_suite_options(*command, *request);
-  command->add_option("--junit", request->junit, "write JUnit XML to a file");
-  command->add_option("--markdown", request->markdown, "write a Markdown table to a file");
-  command->add_option("--json", request->json, "write the verdicts as JSON to a file");
+  add_verdict_files(*command, request->files);
   command->add_flag("--github", request->github, "annotate the log and the summary of a GitHub Actions job");
   command->footer(kRegressExamples);
   command->callback([request, &exit_code] { exit_code = regress(*request); });

@@ -1,0 +1,55 @@
+#include "tools/cli/verdict_files.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include "sim/files/durable_file.h"
+#include "tools/cli/usage_error.h"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+namespace regression = sim::regression;
+
+// How each file begins, whatever the verdicts are.
+constexpr std::string_view kJunit = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"gaitslam ";
+constexpr std::string_view kMarkdown = "### gaitslam ";
+constexpr std::string_view kJson = "{\n  \"title\": \"gaitslam ";
+
+void require_beginning(const std::optional<fs::path>& file, std::string_view beginning) {
+  if (!file || !fs::exists(fs::symlink_status(*file))) return;
+  std::string found(beginning.size(), '\0');
+  std::ifstream in(*file, std::ios::binary);
+  in.read(found.data(), static_cast<std::streamsize>(found.size()));
+  found.resize(static_cast<std::size_t>(in.gcount()));
+  if (!fs::is_regular_file(*file) || (!found.empty() && found != beginning))
+    throw UsageError(fmt::format("{}: exists and was not written by gaitslam; name another file, or remove it",
+                                 file->string()));
+}
+
+}  // namespace
+
+void VerdictFiles::require_replaceable() const {
+  require_beginning(junit, kJunit);
+  require_beginning(markdown, kMarkdown);
+  require_beginning(json, kJson);
+}
+
+void VerdictFiles::write(const regression::Comparison& comparison) const {
+  using sim::files::write_durably;
+  if (junit) write_durably(*junit, regression::junit(comparison));
+  if (markdown) write_durably(*markdown, regression::markdown(comparison));
+  if (json) write_durably(*json, regression::verdicts_json(comparison));
+}
+
+void add_verdict_files(CLI::App& command, VerdictFiles& files) {
+  command.add_option("--junit", files.junit, "write JUnit XML to a file");
+  command.add_option("--markdown", files.markdown, "write a Markdown table to a file");
+  command.add_option("--json", files.json, "write the verdicts as JSON to a file");
+}
+
+}  // namespace cli

@@ -1,0 +1,24 @@
+// The files that verdicts of a comparison are written to, in the formats of other tools.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+
+#include "sim/regression/verdict_reports.h"
+
+namespace cli {
+
+/// What --junit, --markdown and --json ask for.
+struct VerdictFiles {
+  std::optional<std::filesystem::path> junit, markdown, json;
+
+  /// Throws UsageError for a file that exists and does not begin as what would replace it, as one of an
+  /// earlier call does: it is somebody else's. To be called before the work of which the verdicts tell.
+  void require_replaceable() const;
+  /// Throws sim::files::FileError.
+  void write(const sim::regression::Comparison& comparison) const;
+};
+void add_verdict_files(CLI::App& command, VerdictFiles& files);
+
+}  // namespace cli
