@@ -87,6 +87,14 @@ TEST_F(Cli, AModelThatIsNotThereIsRefusedByCheck) {
   expect_refused("check robot.yaml", "robot.yaml:2: world.robot: is 'office', expected one of hrp2");
 }
 
+TEST_F(Cli, CheckTakesChangesAsRunDoes) {
+  write("stand.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld: {room: office}\n");
+  EXPECT_THAT(gaitslam("check stand.yaml").out, HasSubstr("stand.yaml: valid, a walk of "));
+  EXPECT_THAT(gaitslam("check world.seed=3 stand.yaml").out, HasSubstr("stand.yaml: valid"));
+  EXPECT_THAT(refusal("check stand.yaml world.room=kitchen"), HasSubstr("world.room: is 'kitchen'"));
+  expect_refused("check world.seed=3", "check: names no scenario, expected a YAML file");
+}
+
 // The cause stands in the message: here no shorter step of the walk would help.
 TEST_F(Cli, AnImpossibleStepIsBlamedOnItsOwnKey) {
   write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");

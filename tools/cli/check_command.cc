@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
@@ -10,6 +13,7 @@
 #include "tools/cli/live.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
+#include "tools/cli/usage_error.h"
 #include "walking/pattern_generator.h"
 
 namespace cli {
@@ -18,6 +22,7 @@ namespace {
 constexpr const char* kCheckExamples = R"(
 Examples:
   gaitslam check scenarios/*.yaml
+  gaitslam check scenarios/hall.yaml scenarios/tangent_circle.yaml world.seed=7
 Exit codes: 0 all scenarios are valid; 2 one is not.)";
 
 /// Reads the file, plans its walk and looks whether that is clear of the room; prints the first fault.
@@ -39,6 +44,25 @@ bool is_valid(const std::string& file, const sim::scenario::Changes& changes) {
   return false;
 }
 
+/// Whether an argument is a change, as in world.seed=7, and no file.
+bool is_change(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  return equals != std::string::npos &&
+         argument.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") == equals;
+}
+
+int check(std::vector<std::string> files, sim::scenario::Changes changes) {
+  const auto first_change = std::stable_partition(
+      files.begin(), files.end(), [](const std::string& argument) { return !is_change(argument); });
+  changes.overrides.assign(first_change, files.end());
+  files.erase(first_change, files.end());
+  if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
+  int exit_code = 0;
+  for (const std::string& file : files)
+    if (!is_valid(file, changes)) exit_code = 2;
+  return exit_code;
+}
+
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
@@ -47,12 +71,13 @@ void add_check(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("check",
                                          "Check scenarios: read them, plan their walks and look whether "
                                          "those are clear of their rooms, without simulating");
-  command->add_option("scenarios", *files, "YAML files")->required();
+  command->add_option("scenarios", *files, "YAML files, and keys with new values for all of them")
+      ->option_text("FILE ... [key=value ...]")
+      ->required();
   add_with(*command, *changes);
+  add_without(*command, *changes);
   command->footer(kCheckExamples);
-  command->callback([files, changes, &exit_code] {
-    for (const std::string& file : *files) exit_code = is_valid(file, *changes) ? exit_code : 2;
-  });
+  command->callback([files, changes, &exit_code] { exit_code = check(*files, *changes); });
 }
 
 }  // namespace cli
