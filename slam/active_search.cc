@@ -37,6 +37,7 @@ std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& 
   m.H_robot.middleCols(kOrientation, 4) = projection->J * d.J_q;
   m.H_landmark = projection->J * d.J_y;
   m.landmark_at = landmark.at;
+  m.sensitivity.col(kLensDistortion).head<2>() = -camera.displacement(d.h_C, projection->pixel);
   const double sigma = camera.sigma(projection->pixel, sigma_px);
   m.R.diagonal().setConstant(sigma * sigma);
   kalman.constrain(m);

@@ -36,6 +36,11 @@ class Camera {
   /// The exact inverse of project. Nothing outside the image circle of the lens.
   std::optional<Ray> unproject(const Eigen::Vector2d& pixel) const;
 
+  /// By how much the lens moves a pixel from where a pinhole camera would have it, px.
+  Eigen::Vector2d displacement(const Eigen::Vector3d& h, const Eigen::Vector2d& pixel) const {
+    return pixel - centre_ - focal_.cwiseProduct(h.head<2>()) / h.z();
+  }
+
   /// True if the pixel lies at least margin_px inside the image on every side.
   bool inside(const Eigen::Vector2d& pixel, double margin_px) const;
   /// Standard deviation of a measured pixel, px: sigma_px at the centre, growing linearly to twice that at

@@ -36,12 +36,13 @@ Filter::Filter(const Options& options, const Calibration& calibration, const Eig
     : options_(options),
       camera_(calibration.camera),
       kalman_(initial_state(X_WC_start, options),
-              options.consistency.observability_constrained && options.known_landmarks.at_m.empty()),
+              options.consistency.observability_constrained && options.known_landmarks.at_m.empty(),
+              MatchErrors::places(options.vision, options.bounds)),
       internal_(options, calibration.X_CG),
       vision_(options.vision, options.bounds, camera_),
       map_(options, camera_, seed),
       tracking_(options.tracking),
-      plan_watch_(options) {
+      sensor_watch_(options) {
   publish();
 }
 
@@ -57,10 +58,9 @@ const FrameReport& Filter::step(const Observation& o) {
   const bool was_lost = tracking_.health() == Health::lost;
   const auto planned = internal_.advance_plan(o, seconds(interval));
   if (now_) predict_and_measure_internally(o, planned);  // eq. (6) and section IV
-  report_.internal_scale = kalman_.take_scale_evidence();
+  good_image_ = false;
   if (options_.vision.enabled) look(o, interval, planned);
-  report_.vision_scale = kalman_.take_scale_evidence();
-  judge_plan();
+  judge_sensors(o, seconds(interval));
   if (was_lost) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;
   now_ = o.t;
@@ -83,6 +83,7 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
   refuse(defect.reason);
   if (defect.blinds) tracking_.blind(interval, defect.reason);
   if (!defect.reason.empty()) return;
+  good_image_ = !(seconds(interval) > kLongestInterval_s);
   const bool was_blind = tracking_.is_blind();
   if (seconds(interval) > kLongestInterval_s) tracking_.blind(interval, "no frame arrives");
   if (tracking_.health() == Health::lost && !tracking_.is_blind()) return relocalise_in(o.image);
@@ -95,10 +96,12 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
   }
 }
 
-void Filter::judge_plan() {
-  if (report_.relocalised) return plan_watch_.reset();
-  plan_watch_.take(report_.internal_scale);
-  plan_watch_.take(report_.vision_scale);
+void Filter::judge_sensors(const Observation& o, double dt) {
+  report_.evidence = kalman_.take_evidence();
+  sensor_watch_.gyro().take(o.gyro);
+  sensor_watch_.images().take_health(dt, tracking_.health() != Health::ok, good_image_);
+  if (report_.relocalised) return sensor_watch_.reset();
+  sensor_watch_.take(report_.evidence, dt);
 }
 
 void Filter::predict_and_measure_internally(const Observation& o,
@@ -106,6 +109,7 @@ void Filter::predict_and_measure_internally(const Observation& o,
   const GatedPrediction gated = internal_.predict(o, *now_, planned, kalman_.state());
   if (gated.accelerometer_rejected) refuse("accelerometer is beyond its gate");
   kalman_.predict(gated.prediction.x, gated.prediction.F, gated.prediction.Q);
+  vision_.errors().predict(seconds(o.t - *now_), kalman_);
   const InternalResult internal = internal_.update(o, *now_, planned, kalman_);
   refuse(internal.rejected);
   if (!internal.updated) tracking_.diverge("the internal innovation covariance is not positive definite");
@@ -133,6 +137,8 @@ std::string Filter::measure_visually(const Observation& o, double dt) {
   if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
     for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, o.t);
+  map_.prune(kalman_, report_.deleted);
+  sensor_watch_.images().take(dt, statistics.searched, statistics.accepted, report_.deleted.size());
   const InitialisationCount initialised = manage_map(o, vision, !failed && !tracking_.in_doubt());
   tracking_.judge(statistics);
   if (failed) return "almost no landmark found";
@@ -150,12 +156,14 @@ void Filter::use_matches(const cv::Mat& image, const VisionResult& vision) {
 }
 
 InitialisationCount Filter::manage_map(const Observation& o, const VisionResult& vision, bool may_initialise) {
-  map_.prune(kalman_, report_.deleted);
   map_.convert_to_points(kalman_);
   map_.search_lines(o.image, kalman_, report_.deleted, report_.lines);
   InitialisationCount initialised;
   if (may_initialise)
     initialised = map_.initialise(o.image, o.t, vision.visible, kalman_, report_.deleted);
+  const auto& landmarks = map_.landmarks();
+  for (std::size_t i = landmarks.size() - static_cast<std::size_t>(initialised.added); i < landmarks.size(); ++i)
+    vision_.errors().add(landmarks[i].id, true, kalman_);
   report_initialised(map_.landmarks().size() - static_cast<std::size_t>(initialised.added));
   report_.landmarks = static_cast<int>(map_.landmarks().size());
   return initialised;
@@ -165,6 +173,7 @@ void Filter::relocalise_in(const cv::Mat& image) {
   const auto found = relocalise(image, map_.landmarks(), kalman_.state(), camera_, options_.vision.sigma_px);
   if (!found) return;
   kalman_.reset_robot(relocalised_state(*found, kalman_.state()));
+  vision_.errors().clear(kalman_);
   tracking_.relocalised();
   report_.relocalised = true;
 }
@@ -190,7 +199,7 @@ void Filter::clear_report(Stamp t) {
 void Filter::report_health() {
   report_.health = tracking_.health();
   report_.cause = tracking_.cause();
-  report_.suspect = plan_watch_.suspect();
+  report_.suspect = sensor_watch_.suspect();
 }
 
 /// Why the observation cannot be used at all; empty if it can.

@@ -17,7 +17,7 @@
 #include "slam/observation.h"
 #include "slam/observation_check.h"
 #include "slam/options.h"
-#include "slam/plan_watch.h"
+#include "slam/sensor_watch.h"
 #include "slam/tracking_watch.h"
 #include "slam/vision.h"
 
@@ -54,7 +54,7 @@ class Filter {
   void report_initialised(std::size_t first);
   InitialisationCount manage_map(const Observation& observation, const VisionResult& vision, bool may_initialise);
   void relocalise_in(const cv::Mat& image);
-  void judge_plan();
+  void judge_sensors(const Observation& observation, double dt);
   void publish();
   void report_health();
 
@@ -66,9 +66,10 @@ class Filter {
   Vision vision_;
   Map map_;
   TrackingWatch tracking_;
-  PlanWatch plan_watch_;
+  SensorWatch sensor_watch_;
   std::optional<Stamp> now_;       // of the last observation taken in
   Stamp interval_ = std::chrono::milliseconds(33);  // between the last two observations taken in
+  bool good_image_ = false;   // of this frame: not missing, flat or frozen, and the next one after the last
   int frames_ = 0;            // estimates published
   FrameReport report_;
   Estimate estimate_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,12 +36,14 @@ struct Nis {
   double log_determinant = 0;
 };
 
-/// What innovations say of a relative error δ of the planned distances: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and
-/// of uᵀS⁻¹u. Where the filter is right the first has mean 0 and the second as its variance; where the plan is
-/// wrong by δ, the first has mean δ times the second.
-struct ScaleEvidence {
+/// What innovations say of a systematic error δ: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and of uᵀS⁻¹u. Where the filter is
+/// right the first has mean 0 and the second as its variance; where there is an error of δ, the first has mean δ times the
+/// second.
+struct SystematicEvidence {
   double score = 0, information = 0;
 };
+/// By systematic error (kPlanScale, kLensDistortion).
+using Evidence = std::array<SystematicEvidence, kSystematicErrors>;
 
 /// Where a landmark was searched for.
 struct Search {
@@ -69,12 +72,13 @@ struct FrameReport {
   std::vector<Search> searched;
   std::vector<DepthHypotheses> lines;  ///< landmarks that were lines before this frame, after its image
   std::vector<int> deleted;
-  ScaleEvidence internal_scale, vision_scale;  ///< what this frame's innovations say of the plan
+  Evidence evidence{};  ///< what this frame's innovations say of systematic errors
   bool relocalised = false;  ///< the map was recognised in this frame
   std::string refused;       ///< why the observation or parts of it were not used; empty if all was used
   Health health = Health::ok;
   std::string cause;  ///< why the health is not ok
-  /// The sensor whose measurements contradict all others, and in what way: "plan: ..."; empty if none does.
+  /// The sensor whose measurements are not what the filter is told of it, and in what way: "inconsistent: plan, ...",
+  /// "inconsistent: gyro, ..." or "inconsistent: images, ..."; empty if there is none.
   std::string suspect;
 };
 

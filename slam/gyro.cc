@@ -44,4 +44,12 @@ Measurement measure_rate(const RobotVector& x, const MeanRate& rate) {
   return m;
 }
 
+Measurement measure_rest(const RobotVector& x, double sigma_rad_s) {
+  Measurement m(3);
+  m.innovation.head<3>() = -x.segment<3>(kRate);
+  m.H_robot.middleCols(kRate, 3).setIdentity();
+  m.R.diagonal().setConstant(sigma_rad_s * sigma_rad_s);
+  return m;
+}
+
 }  // namespace slam

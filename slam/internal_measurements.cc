@@ -66,6 +66,8 @@ InternalResult InternalMeasurements::update(const Observation& o, Stamp previous
   if (options_.gyro.enabled)
     if (const auto rate = mean_rate(o.gyro, previous, o.t, X_CG_.linear(), options_))
       result.gyro = gate(measure_rate(x, *rate), kGate3, "gyro");
+  if (options_.gyro.enabled && options_.start.sigma_rest_rad_s > 0 && planned && plan_.at_rest())
+    gate(measure_rest(x, options_.start.sigma_rest_rad_s), kGate3, "rest");
   if (options_.plan_velocity.enabled && planned)
     result.plan_velocity =
         gate(measure_velocity(x, *planned, options_.plan_velocity), kGate3, "planned velocity");

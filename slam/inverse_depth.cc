@@ -33,6 +33,7 @@ Matrix32d bearing_jacobian(double theta, double phi) {
 }
 
 LandmarkInitialisation initialise_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
+                                                const Eigen::Vector2d& displacement,
                                                 const Options::Depth& options) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
@@ -46,6 +47,7 @@ LandmarkInitialisation initialise_inverse_depth(const RobotVector& x, const Ray&
   landmark.J_robot.block<2, 4>(3, kOrientation) = J_angles * rotated_jacobian(q, ray.h);
   const Eigen::Matrix2d J_pixel = J_angles * R_WC * ray.J;
   landmark.noise.block<2, 2>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
+  landmark.distortion.segment<2>(3) = -J_pixel * displacement;
   landmark.noise(5, 5) = options.sigma_inverse_1_m * options.sigma_inverse_1_m;
   return landmark;
 }

@@ -20,8 +20,10 @@ struct InverseDepth {
 Eigen::Vector3d bearing(double theta, double phi);
 Matrix32d bearing_jacobian(double theta, double phi);
 
-/// The parameters of a new landmark on the ray of a pixel with standard deviation sigma_px.
+/// The parameters of a new landmark on the ray of a pixel with standard deviation sigma_px, which the lens has moved by
+/// `displacement`, px.
 LandmarkInitialisation initialise_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
+                                                const Eigen::Vector2d& displacement,
                                                 const Options::Depth& options);
 
 /// c₀ + m/ρ, where ρ is limited to at least 1/(100 m), and its derivative.

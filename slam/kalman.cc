@@ -17,12 +17,16 @@ Eigen::Index room_for(int size, const State& state) {
 
 }  // namespace
 
-Kalman::Kalman(const RobotState& initial, bool observability_constrained)
+Kalman::Kalman(const RobotState& initial, bool observability_constrained, int match_errors)
     : observability_constrained_(observability_constrained) {
-  state_.storage_x = initial.x;
-  state_.storage_P = initial.P;
-  state_.storage_null = robot_null_yaw(initial.x);
-  robot_columns_.resize(kRobot, kRobot);
+  state_.size = kRobot + 2 * match_errors;
+  for (auto* values : {&state_.storage_x, &state_.storage_null}) values->setZero(state_.size);
+  state_.storage_sensitivity.setZero(state_.size, kSystematicErrors);
+  state_.storage_P.setZero(state_.size, state_.size);
+  state_.storage_x.head<kRobot>() = initial.x;
+  state_.storage_P.topLeftCorner<kRobot, kRobot>() = initial.P;
+  state_.storage_null.head<kRobot>() = robot_null_yaw(initial.x);
+  robot_columns_.resize(state_.size, kRobot);
 }
 
 void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q) {
@@ -36,7 +40,7 @@ void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatr
   }
   state_.storage_x.head<kRobot>() = f;
   state_.storage_null.head<kRobot>() = after;
-  state_.storage_plan_scale.head<kRobot>() = (F * state_.storage_plan_scale.head<kRobot>()).eval();
+  state_.storage_sensitivity.topRows<kRobot>() = (F * state_.storage_sensitivity.topRows<kRobot>()).eval();
   const int rest = state_.size - kRobot;
   auto& P = state_.storage_P;
   P.topLeftCorner<kRobot, kRobot>() = A * state_.marginal<kRobot>(0) * A.transpose() + Q;
@@ -75,20 +79,24 @@ bool Kalman::update(const StackedMeasurement& stacked) {
   whitening_.L().transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(W);  // PHᵀL⁻ᵀ
   state_.storage_x.head(size).noalias() += W * whitening_.innovation();
   state_.storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>().rankUpdate(W, -1);
-  update_plan_scale(stacked);
+  update_sensitivity(stacked);
   normalise_orientation();
   return true;
 }
 
-/// The state's derivative with respect to the scale of the plan is updated as the state is.
-void Kalman::update_plan_scale(const StackedMeasurement& stacked) {
-  if (stacked.rows > plan_scale_.size()) plan_scale_.resize(stacked.storage_plan_scale.size());
-  auto u = plan_scale_.head(stacked.rows);
-  u = stacked.plan_scale();
-  whitening_.L().triangularView<Eigen::Lower>().solveInPlace(u);
-  evidence_.score += u.dot(whitening_.innovation());
-  evidence_.information += u.squaredNorm();
-  state_.storage_plan_scale.head(state_.size).noalias() += W_.topLeftCorner(state_.size, stacked.rows) * u;
+/// The state's derivative with respect to the systematic errors is updated as the state is.
+void Kalman::update_sensitivity(const StackedMeasurement& stacked) {
+  if (stacked.rows > sensitivity_.rows()) sensitivity_.resize(stacked.storage_sensitivity.rows(), kSystematicErrors);
+  auto U = sensitivity_.topRows(stacked.rows);
+  U = stacked.sensitivity();
+  whitening_.L().triangularView<Eigen::Lower>().solveInPlace(U);
+  const auto W = W_.topLeftCorner(state_.size, stacked.rows);
+  for (int k = 0; k < kSystematicErrors; ++k) {
+    SystematicEvidence& evidence = evidence_[static_cast<std::size_t>(k)];
+    evidence.score += U.col(k).dot(whitening_.innovation());
+    evidence.information += U.col(k).squaredNorm();
+    state_.storage_sensitivity.col(k).head(state_.size).noalias() += W * U.col(k);
+  }
 }
 
 void Kalman::normalise_orientation() {
@@ -96,8 +104,9 @@ void Kalman::normalise_orientation() {
   const Eigen::Matrix4d N = normalised_jacobian(q);  // symmetric
   auto& P = state_.storage_P;
   state_.storage_x.segment<4>(kOrientation) = q.normalized();
-  for (auto* values : {&state_.storage_null, &state_.storage_plan_scale})
-    values->segment<4>(kOrientation) = (N * values->segment<4>(kOrientation)).eval();
+  auto& s = state_.storage_sensitivity;
+  state_.storage_null.segment<4>(kOrientation) = (N * state_.storage_null.segment<4>(kOrientation)).eval();
+  s.middleRows<4>(kOrientation) = (N * s.middleRows<4>(kOrientation)).eval();
   P.block<4, kOrientation>(kOrientation, 0) = (N * P.block<4, kOrientation>(kOrientation, 0)).eval();
   P.block<4, 4>(kOrientation, kOrientation) = N * state_.marginal<4>(kOrientation) * N;
   for (int row = kOrientation + 4; row < state_.size; ++row)
@@ -112,8 +121,8 @@ double Kalman::covariance_bytes_with(int count) const {
 void Kalman::reserve(int size) {
   const Eigen::Index room = room_for(size, state_);
   if (room == state_.storage_x.size()) return;
-  for (auto* values : {&state_.storage_x, &state_.storage_null, &state_.storage_plan_scale})
-    values->conservativeResize(room);
+  for (auto* values : {&state_.storage_x, &state_.storage_null}) values->conservativeResize(room);
+  state_.storage_sensitivity.conservativeResize(room, kSystematicErrors);
   state_.storage_P.conservativeResize(room, room);
   robot_columns_.resize(room, kRobot);
 }
@@ -123,8 +132,10 @@ int Kalman::append(const LandmarkInitialisation& landmark) {
   reserve(at + 6);
   state_.size += 6;
   state_.storage_x.segment<6>(at) = landmark.y;
-  for (auto* values : {&state_.storage_null, &state_.storage_plan_scale})
-    values->segment<6>(at) = landmark.J_robot * values->head<kRobot>();
+  state_.storage_null.segment<6>(at) = landmark.J_robot * state_.storage_null.head<kRobot>();
+  auto& s = state_.storage_sensitivity;
+  s.middleRows<6>(at).noalias() = landmark.J_robot * s.topRows<kRobot>();
+  s.col(kLensDistortion).segment<6>(at) += landmark.distortion;
   auto& P = state_.storage_P;
   P.block<6, kRobot>(at, 0) = landmark.J_robot * state_.marginal<kRobot>(0);
   P.block(at, kRobot, 6, at - kRobot).noalias() =
@@ -143,10 +154,28 @@ void Kalman::replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>&
   P.block(at, at, new_count, new_count).noalias() = JP * J.transpose();
   for (int row = at + count; row < state_.size; ++row)
     P.block(row, at, 1, new_count) = Parameters(J * P.block(row, at, 1, count).transpose()).transpose();
-  for (auto* values : {&state_.storage_null, &state_.storage_plan_scale})
-    values->segment(at, new_count) = Parameters(J * values->segment(at, count));
+  const auto replace_in = [&](auto&& values) {
+    values.segment(at, new_count) = Parameters(J * values.segment(at, count));
+  };
+  replace_in(state_.storage_null);
+  for (int k = 0; k < kSystematicErrors; ++k) replace_in(state_.storage_sensitivity.col(k));
   state_.storage_x.segment(at, new_count) = y;
   erase(at + new_count, count - new_count);
+}
+
+void Kalman::reset_match_error(int at, double variance) {
+  predict_match_error(at, 0, variance);
+}
+
+void Kalman::predict_match_error(int at, double decay, double variance) {
+  auto& P = state_.storage_P;
+  for (int i = at; i < at + 2; ++i) {
+    P.row(i).head(i) *= decay;
+    P.col(i).segment(i + 1, state_.size - i - 1) *= decay;
+    P(i, i) = decay * decay * P(i, i) + variance;
+    state_.storage_x(i) *= decay;
+    state_.storage_sensitivity.row(i) *= decay;
+  }
 }
 
 void Kalman::inflate(int at, const Eigen::Matrix3d& Q) { state_.storage_P.block<3, 3>(at, at) += Q; }
@@ -157,7 +186,7 @@ int Kalman::append_point(const Eigen::Vector3d& p_W, double sigma_m) {
   state_.size += 3;
   state_.storage_x.segment<3>(at) = p_W;
   state_.storage_null.segment<3>(at) = Eigen::Vector3d::UnitZ().cross(p_W);
-  state_.storage_plan_scale.segment<3>(at).setZero();
+  state_.storage_sensitivity.middleRows<3>(at).setZero();
   state_.storage_P.block(at, 0, 3, at + 3).setZero();
   inflate(at, sigma_m * sigma_m * Eigen::Matrix3d::Identity());
   return at;
@@ -171,15 +200,17 @@ void Kalman::erase(int at, int count) {
     const double* const old = P.col(from).data();
     std::copy(old + std::max(at + count, from), old + size, P.col(column).data() + std::max(at, column));
   }
-  for (auto* values : {&state_.storage_x, &state_.storage_null, &state_.storage_plan_scale})
-    std::copy(values->data() + at + count, values->data() + size, values->data() + at);
+  const auto close_gap = [&](double* values) { std::copy(values + at + count, values + size, values + at); };
+  close_gap(state_.storage_x.data());
+  close_gap(state_.storage_null.data());
+  for (int k = 0; k < kSystematicErrors; ++k) close_gap(state_.storage_sensitivity.col(k).data());
   state_.size -= count;
 }
 
 void Kalman::reset_robot(const RobotState& robot) {
   state_.storage_x.head<kRobot>() = robot.x;
   state_.storage_null.head<kRobot>() = robot_null_yaw(robot.x);
-  state_.storage_plan_scale.setZero();
+  state_.storage_sensitivity.setZero();
   state_.storage_P.block(kRobot, 0, state_.size - kRobot, kRobot).setZero();
   state_.storage_P.topLeftCorner<kRobot, kRobot>() = robot.P;
 }

@@ -15,11 +15,13 @@ struct LandmarkInitialisation {
   Vector6d y;
   Eigen::Matrix<double, 6, kRobot> J_robot;
   Matrix6d noise;
+  Vector6d distortion = Vector6d::Zero();  ///< ∂y/∂δ, δ being the relative error of the lens distortion
 };
 
 class Kalman {
  public:
-  Kalman(const RobotState& initial, bool observability_constrained);
+  /// match_errors: the number of lasting errors of matches (match_errors.h) for which the state has room.
+  Kalman(const RobotState& initial, bool observability_constrained, int match_errors = 0);
 
   const State& state() const { return state_; }
 
@@ -34,8 +36,8 @@ class Kalman {
   /// nothing, where S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
 
-  /// What the updates since the last call say of the scale of the plan.
-  ScaleEvidence take_scale_evidence() { return std::exchange(evidence_, {}); }
+  /// What the updates since the last call say of systematic errors.
+  Evidence take_evidence() { return std::exchange(evidence_, {}); }
 
   /// Adds a landmark at the end of the state; returns the first index of its parameters.
   int append(const LandmarkInitialisation& landmark);
@@ -48,6 +50,11 @@ class Kalman {
                const Eigen::Ref<const Eigen::MatrixXd>& J);
   /// Removes `count` parameters from the state.
   void erase(int at, int count);
+
+  /// Makes the two parameters from `at` on, a lasting error of a match, zero with this variance, independent of all others.
+  void reset_match_error(int at, double variance);
+  /// Predicts a lasting error of a match: e ← decay e, plus noise of this variance.
+  void predict_match_error(int at, double decay, double variance);
 
   /// Adds Q to the covariance of the three parameters from `at` on.
   void inflate(int at, const Eigen::Matrix3d& Q);
@@ -65,13 +72,13 @@ class Kalman {
  private:
   void reserve(int size);
   void normalise_orientation();
-  void update_plan_scale(const StackedMeasurement& stacked);
+  void update_sensitivity(const StackedMeasurement& stacked);
 
   State state_;
   bool observability_constrained_;
   Whitening whitening_;
-  ScaleEvidence evidence_;
-  Eigen::VectorXd plan_scale_;  // work space: whitened
+  Evidence evidence_{};
+  Sensitivity sensitivity_;  // work space: whitened
   Eigen::MatrixXd W_, robot_columns_, scaled_;  // work space
 };
 

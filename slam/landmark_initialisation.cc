@@ -29,7 +29,8 @@ std::optional<Landmark> initialise_landmark(const cv::Mat& image, Stamp t, const
     landmark.kind = SemiInfiniteLine{uniform_prior(options.depth.particles)};
     landmark.at = kalman.append(initialise_line(x, *ray, sigma_px));
   } else {
-    landmark.at = kalman.append(initialise_inverse_depth(x, *ray, sigma_px, options.depth));
+    landmark.at = kalman.append(initialise_inverse_depth(
+        x, *ray, sigma_px, camera.displacement(ray->h, landmark.pixel_first), options.depth));
   }
   return landmark;
 }

@@ -26,14 +26,38 @@ void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eige
       PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
 }
 
-/// The derivative of the innovation with respect to the relative error of the planned distances, which acts on
-/// the measurement itself and through all earlier ones on the state.
-Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> innovation_plan_scale(const State& state,
-                                                                        const Measurement& m) {
+/// Adds to PHᵀ the columns of P that belong to the lasting error of a match.
+void add_error_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
+  if (m.error_at < 0) return;
+  const auto& P = state.storage_P;
+  for (int row = 0; row < m.rows; ++row) {
+    const int at = m.error_at + row, below = state.size - at;
+    PHt.col(row).head(at) += m.error_gain * P.block(at, 0, 1, at).transpose();
+    PHt.col(row).tail(below) += m.error_gain * P.col(at).segment(at, below);
+  }
+}
+
+/// Adds to S what the lasting error of a match contributes.
+void add_error_part(const State& state, const Measurement& m, Measurement::Small<3, 3>& S) {
+  if (m.error_at < 0) return;
+  const auto& P = state.storage_P;
+  Measurement::Small<3, 3> cross = m.H_robot.lazyProduct(P.block<2, kRobot>(m.error_at, 0).transpose());
   const int count = static_cast<int>(m.H_landmark.cols());
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> derivative = m.plan_scale;
-  derivative -= m.H_robot.lazyProduct(state.storage_plan_scale.head<kRobot>());
-  if (count > 0) derivative -= m.H_landmark.lazyProduct(state.storage_plan_scale.segment(m.landmark_at, count));
+  if (count > 0) cross += m.H_landmark.lazyProduct(P.middleCols<2>(m.error_at).middleRows(m.landmark_at, count));
+  S += m.error_gain * (cross + cross.transpose());
+  S += m.error_gain * m.error_gain * state.marginal<2>(m.error_at);
+}
+
+/// The derivative of the innovation with respect to the systematic errors, which act on the measurement itself and through
+/// all earlier ones on the state.
+Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors> innovation_sensitivity(
+    const State& state, const Measurement& m) {
+  const auto& s = state.storage_sensitivity;
+  const int count = static_cast<int>(m.H_landmark.cols());
+  auto derivative = m.sensitivity;
+  derivative -= m.H_robot.lazyProduct(s.topRows<kRobot>());
+  if (count > 0) derivative -= m.H_landmark.lazyProduct(s.middleRows(m.landmark_at, count));
+  if (m.error_at >= 0) derivative -= m.error_gain * s.middleRows<2>(m.error_at);
   return derivative;
 }
 
@@ -45,6 +69,7 @@ Measurement::Small<3, 3> innovation_covariance(const State& state, const Measure
   const Measurement::Small<3, kRobot> HP_robot = m.H_robot * P_robot;
   Measurement::Small<3, 3> S = m.R;
   S.noalias() += HP_robot * m.H_robot.transpose();
+  add_error_part(state, m, S);
   const int count = static_cast<int>(m.H_landmark.cols());
   if (count == 0) return S;
   const Measurement::Small<3, 6> cross = m.H_robot * P.block(m.landmark_at, 0, count, kRobot).transpose();
@@ -75,8 +100,8 @@ void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns) {
 void StackedMeasurement::resize(int state_size, int row_count) {
   size = state_size;
   rows = row_count;
-  for (auto* values : {&storage_innovation, &storage_plan_scale})
-    if (rows > values->size()) values->resize(rows + kSpareRows);
+  if (rows > storage_innovation.size()) storage_innovation.resize(rows + kSpareRows);
+  if (rows > storage_sensitivity.rows()) storage_sensitivity.resize(rows + kSpareRows, kSystematicErrors);
   reserve_workspace(storage_H_robot, rows, kRobot);
   reserve_workspace(storage_PHt, size, rows);
   reserve_workspace(storage_S, rows, rows);
@@ -90,21 +115,24 @@ void stack(const State& state, const std::vector<Measurement>& measurements, Sta
     const Measurement& m = measurements[i];
     stacked.innovation().segment(stacked.first_row[i], m.rows) = m.innovation;
     stacked.H_robot().middleRows(stacked.first_row[i], m.rows) = m.H_robot;
-    stacked.plan_scale().segment(stacked.first_row[i], m.rows) = innovation_plan_scale(state, m);
+    stacked.sensitivity().middleRows(stacked.first_row[i], m.rows) = innovation_sensitivity(state, m);
   }
   const int rest = state.size - kRobot;
   stacked.PHt().topRows<kRobot>().noalias() = state.marginal<kRobot>(0) * stacked.H_robot().transpose();
   stacked.PHt().bottomRows(rest).noalias() =
       state.storage_P.block(kRobot, 0, rest, kRobot) * stacked.H_robot().transpose();
-  for (std::size_t i = 0; i < measurements.size(); ++i)
-    add_landmark_part(state, measurements[i],
-                      stacked.PHt().middleCols(stacked.first_row[i], measurements[i].rows));
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    auto columns = stacked.PHt().middleCols(stacked.first_row[i], measurements[i].rows);
+    add_landmark_part(state, measurements[i], columns);
+    add_error_part(state, measurements[i], columns);
+  }
   stacked.S().noalias() = stacked.H_robot() * stacked.PHt().topRows<kRobot>();
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
     const int count = static_cast<int>(m.H_landmark.cols());
     auto S_rows = stacked.S().middleRows(stacked.first_row[i], m.rows);
     if (count > 0) S_rows += m.H_landmark.lazyProduct(stacked.PHt().middleRows(m.landmark_at, count));
+    if (m.error_at >= 0) S_rows += m.error_gain * stacked.PHt().middleRows(m.error_at, m.rows);
     S_rows.middleCols(stacked.first_row[i], m.rows) += m.R;
   }
 }
@@ -127,7 +155,7 @@ void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& i
     const int from = stacked.first_row[indices[k]], to = selected.first_row[k];
     const int rows = selected.first_row[k + 1] - to;
     selected.innovation().segment(to, rows) = stacked.innovation().segment(from, rows);
-    selected.plan_scale().segment(to, rows) = stacked.plan_scale().segment(from, rows);
+    selected.sensitivity().middleRows(to, rows) = stacked.sensitivity().middleRows(from, rows);
     selected.PHt().middleCols(to, rows) = stacked.PHt().middleCols(from, rows);
     for (std::size_t l = 0; l < indices.size(); ++l) {
       const int column = stacked.first_row[indices[l]], count = stacked.first_row[indices[l] + 1] - column;

@@ -12,24 +12,27 @@
 namespace slam {
 
 /// A linearised measurement of at most 3 rows: the innovation z − h(x), the Jacobian ∂h/∂x with respect to
-/// the robot and to at most one landmark, and the noise covariance R. plan_scale is the derivative of z with
-/// respect to the relative error of the planned distances, zero for all but the planned velocity.
+/// the robot and to at most one landmark, and the noise covariance R. sensitivity is the derivative of the
+/// innovation with respect to the systematic errors at a given state.
 struct Measurement {
   template <int Rows, int Columns>
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Rows, Columns>;
 
   explicit Measurement(int row_count) : rows(row_count) {
     innovation.setZero(rows);
-    plan_scale.setZero(rows);
+    sensitivity.setZero(rows, kSystematicErrors);
     H_robot.setZero(rows, kRobot);
     R.setZero(rows, rows);
   }
 
   int rows;
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> innovation, plan_scale;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> innovation;
+  Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors> sensitivity;
   Small<3, kRobot> H_robot;
   int landmark_at = 0;  ///< first index of the landmark's parameters in the state, if H_landmark has columns
   Small<3, 6> H_landmark;  ///< has no columns when the measurement depends on the robot alone
+  int error_at = -1;       ///< first index of the lasting error of a match (match_errors.h); -1: it has none
+  double error_gain = 0;   ///< ∂h/∂(lasting error) is this times the unit matrix
   Small<3, 3> R;
 };
 
@@ -43,19 +46,20 @@ Nis normalised_innovation_squared(const State& state, const Measurement& measure
 /// Its previous contents are lost when it grows.
 void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns);
 
-/// Stacked measurements: innovation ν, its derivative with respect to the relative error of the planned
-/// distances, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it seldom grows.
+/// Stacked measurements: innovation ν, its derivative with respect to the systematic errors, also through the
+/// state, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it seldom grows.
 struct StackedMeasurement {
   int size = 0, rows = 0;  ///< number of parameters in the state, number of rows of all the measurements
-  Eigen::VectorXd storage_innovation, storage_plan_scale;
+  Eigen::VectorXd storage_innovation;
+  Sensitivity storage_sensitivity;
   Eigen::MatrixXd storage_H_robot, storage_PHt, storage_S;
   std::vector<int> first_row;  ///< first row of each measurement, and the number of rows at the end
 
   std::size_t count() const { return first_row.size() - 1; }
   auto innovation() { return storage_innovation.head(rows); }
   auto innovation() const { return storage_innovation.head(rows); }
-  auto plan_scale() { return storage_plan_scale.head(rows); }
-  auto plan_scale() const { return storage_plan_scale.head(rows); }
+  auto sensitivity() { return storage_sensitivity.topRows(rows); }
+  auto sensitivity() const { return storage_sensitivity.topRows(rows); }
   auto H_robot() { return storage_H_robot.topLeftCorner(rows, kRobot); }
   auto PHt() { return storage_PHt.topLeftCorner(size, rows); }
   auto PHt() const { return storage_PHt.topLeftCorner(size, rows); }

@@ -62,6 +62,7 @@ struct Options {
   struct Start {  ///< covers the robot's settling on its feet
     double sigma_position_m = 0.001, sigma_orientation_rad = 0.002, sigma_velocity_m_s = 0.05,
            sigma_rate_rad_s = 0.05;
+    double sigma_rest_rad_s = 0.01;
 
     static void keys(auto&& key) {
       key.number("sigma_position_m", &Start::sigma_position_m, 1e-9, 1e6,
@@ -72,6 +73,9 @@ struct Options {
                  "standard deviation of the first velocity");
       key.number("sigma_rate_rad_s", &Start::sigma_rate_rad_s, 1e-9, 1e6,
                  "standard deviation of the first angular velocity");
+      key.number("sigma_rest_rad_s", &Start::sigma_rest_rad_s, 0, 1e6,
+                 "standard deviation of a frame's angular velocity as long as the plan has not moved yet, which tells the "
+                 "gyro's bias; 0: standing still is not used");
     }
   } start;
 
@@ -90,7 +94,7 @@ struct Options {
     bool enabled = true;
     GyroReadings readings = GyroReadings::all;
     double sigma_rad_s = 0.01;
-    double sigma_bias_rad_s = 0;
+    double sigma_bias_rad_s = 0.01;
     double sigma_bias_walk_rad_s2 = 0;
 
     static void keys(auto&& key) {
@@ -138,7 +142,7 @@ struct Options {
     bool enabled = true;
     VelocityAxes axes = VelocityAxes::robot;
     bool pivots_on_foot = true;
-    double sigma_m_s = 0.01;
+    double sigma_m_s = 0.02;
     double standing_factor = 1;
     double double_support_factor = 1;
     double landing_factor = 1;
@@ -239,9 +243,11 @@ struct Options {
     bool enabled = true;
     double sigma_px = 0.25;
     double sigma_first_px = 0.12;
-    double sigma_view_px = 0.25;
+    double sigma_view_px = 0.5;
+    double sigma_lasting_px = 0.2;
+    double lasting_s = 3;
     double gate_sigma_px = 0.15;
-    int visible_landmarks = 12;
+    int visible_landmarks = 18;
     int measured_landmarks = 12;
     double minimum_correlation = 0.8;
     double corner_threshold = 20000;
@@ -260,6 +266,11 @@ struct Options {
           "sigma_view_px", &Vision::sigma_view_px, 0, 100,
           "standard deviation of the shift of a patch's apparent centre once the camera has moved by the "
           "landmark's distance");
+      key.number("sigma_lasting_px", &Vision::sigma_lasting_px, 0, 100,
+                 "standard deviation of the part of a match's error that lasts over frames, at the image's centre; 0: there "
+                 "is none");
+      key.number("lasting_s", &Vision::lasting_s, 1e-3, 1e6,
+                 "correlation time of the part of a match's error that lasts");
       key.number("gate_sigma_px", &Vision::gate_sigma_px, 0.01, 100,
                  "standard deviation of a single correct match, by which wrong matches are gated");
       key.number("visible_landmarks", &Vision::visible_landmarks, 1, 1000,
@@ -286,7 +297,8 @@ struct Options {
     double height_bound = 10;
     bool relocalise = true;
     double give_up_s = 10;
-    double plan_bound = 5;
+    double plan_bound = 4;
+    double lens_bound = 6;
 
     static void keys(auto&& key) {
       key.number("lost_after_s", &Tracking::lost_after_s, 1e-3, 1e6,
@@ -300,8 +312,11 @@ struct Options {
       key.number("give_up_s", &Tracking::give_up_s, 1e-3, 1e6,
                  "time for which tracking may be lost, after which the filter has diverged");
       key.number("plan_bound", &Tracking::plan_bound, 1e-3, 1e9,
-                 "number of standard deviations by which the innovations must contradict the planned distances "
-                 "for the plan to be suspect");
+                 "number of standard deviations by which the innovations must contradict planned distances that are right "
+                 "within 2 % for the plan to be suspect");
+      key.number("lens_bound", &Tracking::lens_bound, 1e-3, 1e9,
+                 "number of standard deviations by which the innovations must contradict a lens distortion that is right "
+                 "within 2 % for the images to be suspect");
     }
   } tracking;
 

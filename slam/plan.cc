@@ -69,6 +69,7 @@ std::optional<PlannedVelocity> PlanHistory::advance(const std::optional<PlannedM
     planned = planned_velocity(*previous_, *plan, dt_s, options.axes);
     gait_ = planned_gait(*previous_, *plan, *planned, gait_, dt_s);
     planned->steady_C = gait_.steady_C;
+    moved_ = moved_ || !gait_.standing;
     planned->sigma_m_s = velocity_sigma(gait_, options);
   }
   previous_ = plan;
@@ -91,7 +92,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kSlip, 3).setIdentity();
     m.H_robot.middleCols(kSwayVelocity, 3).setIdentity();
     m.H_robot.middleCols(kStrideError, 2) = J_stride;
-    m.plan_scale.head<3>() = planned.steady_C;
+    m.sensitivity.col(kPlanScale).head<3>() = planned.steady_C;
     if (options.pivots_on_foot) add_pivoting(x, planned, m);
   } else {
     m.innovation.head<3>() = planned.velocity - v - R_WC * error;
@@ -100,7 +101,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kSlip, 3) = R_WC;
     m.H_robot.middleCols(kSwayVelocity, 3) = R_WC;
     m.H_robot.middleCols(kStrideError, 2) = R_WC * J_stride;
-    m.plan_scale.head<3>() = R_WC * planned.steady_C;
+    m.sensitivity.col(kPlanScale).head<3>() = R_WC * planned.steady_C;
   }
   m.R.diagonal().setConstant(planned.sigma_m_s * planned.sigma_m_s);
   return m;

@@ -49,9 +49,13 @@ class PlanHistory {
   std::optional<PlannedVelocity> advance(const std::optional<PlannedMotion>& plan, double dt_s,
                                          const Options::PlanVelocity& options);
 
+  /// True as long as all planned motions are those of a robot that stands.
+  bool at_rest() const { return previous_ && !moved_; }
+
  private:
   std::optional<PlannedMotion> previous_;
   Gait gait_;
+  bool moved_ = false;
 };
 
 /// The measurement h = R(q)ᵀ v + e in the robot's axes, or h = v + R(q) e in the plan's (Stasse et al. 2006,

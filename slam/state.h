@@ -21,6 +21,11 @@ inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying
 inline constexpr int kStrideError = 28;   ///< relative error of the strides' length, and their angle, rad
 inline constexpr int kRobot = 30;
 
+// Systematic errors of which the innovations tell (systematic_watch.h), both relative.
+inline constexpr int kPlanScale = 0;       ///< of the planned distances
+inline constexpr int kLensDistortion = 1;  ///< of the lens distortion that the filter is told
+inline constexpr int kSystematicErrors = 2;
+
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
 using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -31,6 +36,9 @@ using Matrix36d = Eigen::Matrix<double, 3, 6>;
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 using ParameterJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
+/// The derivative of values with respect to the systematic errors, a row for each value.
+using Sensitivity = Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors>;
+
 /// Mean and covariance of the robot alone.
 struct RobotState {
   RobotVector x;
@@ -40,12 +48,12 @@ struct RobotState {
 /// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
 /// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; what the
 /// storage holds above the diagonal is undefined. null_yaw is the direction of the state in which the whole
-/// world turns about the vertical, which no measurement can observe. plan_scale is the derivative of the mean
-/// with respect to the relative error of the planned distances (plan_watch.h).
+/// world turns about the vertical, which no measurement can observe. sensitivity is the derivative of the mean
+/// with respect to the systematic errors, a column for each.
 struct State {
   int size = kRobot;
   Eigen::VectorXd storage_x = Eigen::VectorXd::Zero(kRobot), storage_null = Eigen::VectorXd::Zero(kRobot);
-  Eigen::VectorXd storage_plan_scale = Eigen::VectorXd::Zero(kRobot);
+  Sensitivity storage_sensitivity = Sensitivity::Zero(kRobot, kSystematicErrors);
   Eigen::MatrixXd storage_P = Eigen::MatrixXd::Zero(kRobot, kRobot);
 
   auto x() const { return storage_x.head(size); }

@@ -15,16 +15,40 @@ double image_coverage(const std::vector<SearchedLandmark>& searched, const Camer
   return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
 }
 
+/// Adds to a candidate the lasting error of its match, which is at `at` in the state; at < 0: it is not in the state.
+void predict_lasting_error(int at, const State& state, double gain, double variance, Candidate& candidate) {
+  Measurement& m = candidate.measurement;
+  m.error_at = at;
+  m.error_gain = gain;
+  if (at < 0)
+    m.R.diagonal().array() += gain * gain * variance;
+  else
+    candidate.pixel += gain * state.storage_x.segment<2>(at);
+  candidate.S = innovation_covariance(state, m);
+}
+
 }  // namespace
 
-void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, const Kalman& kalman) {
+/// The lasting error of a match, which so far is part of its noise, becomes a state of the filter where one is free.
+void Vision::add_lasting_error(int landmark, Measurement& m, Kalman& kalman) {
+  if (m.error_at >= 0 || !(options_.sigma_lasting_px > 0)) return;
+  m.error_at = errors_.add(landmark, false, kalman);
+  if (m.error_at >= 0) m.R.diagonal().array() -= m.error_gain * m.error_gain * errors_.variance();
+}
+
+void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
+  if (options_.sigma_lasting_px > 0)
+    for (Candidate& candidate : candidates_)
+      predict_lasting_error(errors_.at(landmarks[candidate.index].id), kalman.state(),
+                            camera_.sigma(candidate.pixel, 1), errors_.variance(), candidate);
   result_.visible.clear();
   result_.visible_indices.clear();
   for (const Candidate& candidate : candidates_) {
     result_.visible.push_back(candidate.pixel);
     result_.visible_indices.push_back(candidate.index);
   }
+  errors_.keep_visible(result_.visible_indices, landmarks, kalman);
   keep_most_informative(candidates_,
                         static_cast<std::size_t>(std::min(options_.measured_landmarks, bounds_.measured)));
   keep_affordable(candidates_, bounds_.searched_px);
@@ -37,6 +61,7 @@ void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks
       searched.match = candidate.pixel + m->innovation;
       searched_of_.push_back(result_.searched.size());
       matches_.push_back(*m);
+      add_lasting_error(landmarks[candidate.index].id, matches_.back(), kalman);
     }
     result_.searched.push_back(searched);
   }

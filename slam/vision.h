@@ -11,6 +11,7 @@
 #include "slam/consensus.h"
 #include "slam/kalman.h"
 #include "slam/landmark.h"
+#include "slam/match_errors.h"
 #include "slam/options.h"
 
 namespace slam {
@@ -39,19 +40,24 @@ struct VisionResult {
 class Vision {
  public:
   Vision(const Options::Vision& options, const Options::Bounds& bounds, const Camera& camera)
-      : options_(options), bounds_(bounds), camera_(camera) {}
+      : options_(options), bounds_(bounds), camera_(camera), errors_(options, bounds) {}
 
   /// Searches the image for the landmarks and updates the state with the inliers. The result is valid until
   /// the next call.
   const VisionResult& update(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
 
+  /// The errors of matches that last: to be predicted as the state is; landmarks initialised after the update are to be added.
+  MatchErrors& errors() { return errors_; }
+
  private:
-  void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, const Kalman& kalman);
+  void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
+  void add_lasting_error(int landmark, Measurement& match, Kalman& kalman);
   void find_inliers(const State& state);
 
   Options::Vision options_;
   Options::Bounds bounds_;
   Camera camera_;
+  MatchErrors errors_;
   Consensus consensus_;
   VisionResult result_;
   // Work space, kept so that a step in the steady state takes no heap memory.

@@ -50,6 +50,14 @@ void write_map(const fs::path& folder, const tracking::Tracked& tracked) {
   files::write_text(folder / "map.csv", text);
 }
 
+void write_landmarks(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string text = "#landmark,begun [ns],u [px],v [px]\n";
+  for (const tracking::TrackedFrame& frame : tracked.frames)
+    for (const slam::Sighting& first : frame.report.initialised)
+      text += fmt::format("{},{},{},{}\n", first.landmark, frame.report.t.count(), first.pixel.x(), first.pixel.y());
+  files::write_text(folder / "landmarks.csv", text);
+}
+
 void write_maps(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string text = fmt::format("#timestamp [ns],id,{}\n", kPointColumns);
   for (const tracking::TimedMap& map : tracked.maps)
@@ -97,6 +105,7 @@ void write_depths(const fs::path& folder, const tracking::Tracked& tracked) {
 void write_tracked(const fs::path& folder, const tracking::Tracked& tracked) {
   write_frames(folder, tracked);
   write_map(folder, tracked);
+  write_landmarks(folder, tracked);
   write_maps(folder, tracked);
   write_searches(folder, tracked);
   write_depths(folder, tracked);

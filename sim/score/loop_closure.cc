@@ -72,22 +72,26 @@ std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& lan
                                          const TurnMarks& marks, const Trajectory& truth_X_WC,
                                          const std::vector<Surface>& surfaces, const TrueCamera& camera,
                                          const LoopRule& rule) {
-  const auto found_again = [&](const LandmarkHistory& landmark) -> std::optional<Stamp> {
+  const auto found_again = [&](const LandmarkHistory& landmark) -> std::optional<LoopLandmark> {
     if (landmark.begun.t >= marks.quarter) return std::nullopt;
     const auto p_W = surface_point(landmark.begun, truth_X_WC, surfaces, camera);
     if (!p_W) return std::nullopt;
     const auto lost = lost_from_view(*p_W, landmark.begun.t, truth_X_WC, camera, rule.out_of_view);
     if (!lost) return std::nullopt;
-    for (const StampedPixel& match : landmark.accepted)
-      if (match.t >= marks.three_quarters && match.t > *lost &&
-          matches_truth(match, *p_W, truth_X_WC, camera, rule.tolerance_px))
-        return match.t;
-    return std::nullopt;
+    const auto match_from = [&](Stamp t) {
+      return std::find_if(landmark.accepted.begin(), landmark.accepted.end(), [&](const StampedPixel& match) {
+        return match.t > *lost && match.t >= t &&
+               matches_truth(match, *p_W, truth_X_WC, camera, rule.tolerance_px);
+      });
+    };
+    const auto first = match_from(*lost);
+    if (first == landmark.accepted.end()) return std::nullopt;
+    return LoopLandmark{landmark.id, first->t, match_from(marks.three_quarters) != landmark.accepted.end()};
   };
-  std::vector<LoopLandmark> closing;
+  std::vector<LoopLandmark> all;
   for (const LandmarkHistory& landmark : landmarks)
-    if (const auto found = found_again(landmark)) closing.push_back({landmark.id, *found});
-  return closing;
+    if (const auto found = found_again(landmark)) all.push_back(*found);
+  return all;
 }
 
 }  // namespace sim::score

@@ -14,7 +14,7 @@ namespace {
 using enum Worst;
 using S = const Scored&;
 
-// When a landmark first closed the loop, the frame before that, and the last one not later than 1 s after.
+// When an early landmark was first found again, the frame before that, and the last one not later than 1 s after.
 struct Closure {
   Stamp found{0};
   PosePair before, after;
@@ -29,19 +29,20 @@ const PosePair* last_until(const Scored& s, Stamp t) {
 
 Value landmark_count(const Scored& s) {
   if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  return static_cast<double>(s.loop.size());
+  return static_cast<double>(
+      std::count_if(s.loop.begin(), s.loop.end(), [](const LoopLandmark& landmark) { return landmark.closes; }));
 }
 
 Value is_closed(const Scored& s) {
-  if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  return s.loop.size() >= 3 ? 1 : 0;
+  const Value count = landmark_count(s);
+  return count.value ? Value(*count.value >= 3 ? 1 : 0) : count;
 }
 
 // of(the closure), if there is one.
 template <typename F>
 Value of_closure(const Scored& s, F of) {
   if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  if (s.loop.empty()) return Value::none("no landmark closed the loop");
+  if (s.loop.empty()) return Value::none("no early landmark was found again");
   const auto earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
   const Stamp found = std::min_element(s.loop.begin(), s.loop.end(), earlier)->found;
   const PosePair *before = last_until(s, found - Stamp(1)),
@@ -91,7 +92,9 @@ MetricDefinitions loop_metrics() {
        Needs::estimate, landmark_count, smallest, kHeadline},
       {"loop_closed", "1", "1 if loop_landmarks is at least 3, else 0.", Needs::estimate, is_closed, smallest,
        kHeadline},
-      {"loop_time_s", "s", "When the first of the loop_landmarks was found again.", Needs::estimate,
+      {"loop_time_s", "s", "When an early landmark was first found again, wherever on the path: begun before the plan has turned a quarter of "
+       "its total turn, out of the field of view for at least 5 s in one stretch, and matched within 3 px of where truth "
+       "puts it.", Needs::estimate,
        [](S s) { return of_closure(s, [](C c) { return static_cast<double>(c.found.count()) * 1e-9; }); },
        largest, kHeadline},
       {"loop_error_before_m", "m", position_error + before + ".", Needs::scale,

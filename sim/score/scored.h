@@ -20,7 +20,7 @@ struct Scored {
   std::vector<PosePair> pairs;        ///< of these two
   std::vector<PoseNees> nees;         ///< of the pairs; shorter if one of them has none
   std::string no_estimate;            ///< why nothing can be said of the estimate; empty if something can
-  std::vector<LoopLandmark> loop;     ///< the landmarks that close the loop
+  std::vector<LoopLandmark> loop;     ///< the early landmarks that were found again
   std::string no_loop;                ///< why there can be none; empty if there can
 };
 

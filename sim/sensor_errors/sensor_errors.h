@@ -78,6 +78,14 @@ struct ErrorOptions {
                  "camera's");
     }
   } motion;
+  struct Calibration {
+    double distortion_fraction = 0;
+
+    static void keys(auto&& key) {
+      key.number("distortion_fraction", &Calibration::distortion_fraction, -1, 1,
+                 "error of the lens distortion that the filter is told, relative to the true one");
+    }
+  } calibration;
   std::vector<Fault> faults;
 
   static void keys(auto&& key) {
@@ -86,6 +94,7 @@ struct ErrorOptions {
     key.part("image", &ErrorOptions::image);
     key.part("plan", &ErrorOptions::plan);
     key.part("motion", &ErrorOptions::motion);
+    key.part("calibration", &ErrorOptions::calibration);
     key.value("faults", &ErrorOptions::faults, "temporary faults of the sensors and of the plan");
   }
 };

@@ -15,6 +15,13 @@ estimators::Estimator make_estimator(const std::string& name, const slam::Calibr
   return {};
 }
 
+/// The calibration as the filter is told it.
+slam::Calibration miscalibrated(slam::Calibration calibration, const sensor_errors::ErrorOptions& errors) {
+  if (auto* lens = std::get_if<slam::OneParameterRadial>(&calibration.camera.lens))
+    lens->k1_px2 *= 1 + errors.calibration.distortion_fraction;
+  return calibration;
+}
+
 }  // namespace
 
 bool Tracked::diverged() const { return !frames.empty() && frames.back().report.health != slam::Health::ok; }
@@ -57,8 +64,8 @@ std::vector<TrackingFault> Tracked::suspicions() const {
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start)
     : errors_(scenario.errors, scenario.seed),
-      filter_(*scenario.slam, calibration, X_WC_start, scenario.seed),
-      estimator_(make_estimator(scenario.estimator, calibration, X_WC_start)) {}
+      filter_(*scenario.slam, miscalibrated(calibration, scenario.errors), X_WC_start, scenario.seed),
+      estimator_(make_estimator(scenario.estimator, miscalibrated(calibration, scenario.errors), X_WC_start)) {}
 
 void Tracking::take(slam::Observation ideal) {
   for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);

@@ -156,7 +156,7 @@ CameraModel camera_model(const CameraOptions& options) {
   const int w = options.width_px, h = options.height_px;
   if (options.lens == Lens::pinhole) return {w, h, w / 2.0, w / 2.0, (w - 1) / 2.0, (h - 1) / 2.0, 0};
   const double s = w / 320.0;
-  return {w, h, 197 * s, 195 * s, (157 + 0.5) * s - 0.5, (127 + 0.5) * s - 0.5, 7.37e-6 / (s * s)};
+  return {w, h, 197 * s, 195 * s, (157 + 0.5) * s - 0.5, (127 + 0.5) * s - 0.5, 7.37e-6 * options.distortion / (s * s)};
 }
 
 // Without multisampling a slightly denser picture, smoothed, takes its place: corners are then found again

@@ -25,7 +25,7 @@ struct CameraModel {
 };
 
 /// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; centre 157, 127;
-/// k1 7.37e-6; about 91.6° across), scaled to the image's size, or a centred pinhole of 90° across.
+/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size, or a centred pinhole of 90° across.
 CameraModel camera_model(const CameraOptions& options);
 
 /// A pinhole picture with square pixels, or a part of one that holds several side by side. Its frame is the

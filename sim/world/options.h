@@ -126,6 +126,7 @@ struct CameraOptions {
   int width_px = 320, height_px = 240;
   double rate_hz = 30;
   Lens lens = Lens::wide;
+  double distortion = 1;
   int samples = 0;
   double exposure_s = 0;
   double readout_s = 0;
@@ -137,6 +138,8 @@ struct CameraOptions {
     key.number("rate_hz", &CameraOptions::rate_hz, 0.1, 1000, "frames per second of simulated time");
     key.choice("lens", &CameraOptions::lens, kLenses,
                "lens: wide (one-parameter radial, 91.6 deg across) or pinhole (ideal, 90 deg across)");
+    key.number("distortion", &CameraOptions::distortion, 0, 1.3,
+               "radial parameter of the wide lens relative to that of the paper's camera");
     key.number(
         "samples", &CameraOptions::samples, 0, 16,
         "multisamples of the renderer; 0: a denser picture is smoothed instead, which is twice as fast");

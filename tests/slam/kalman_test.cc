@@ -279,7 +279,7 @@ TEST(Kalman, NullDirectionOfTheRobotIsTheDerivativeOfTurningItAboutTheVertical) 
 /// measured is what a filter with the right plan predicts: the gain depends on the mean by the quaternion's
 /// normalisation, and that, which an extended Kalman filter leaves out of its derivatives, does not count
 /// where innovations vanish.
-Kalman with_plan_error(double delta) {
+Kalman with_systematic_error(int which, double delta) {
   Normal normal(11);
   Kalman wrong = random_filter(2, false, normal), right = wrong;
   for (int k = 0; k < 3; ++k) {
@@ -288,17 +288,20 @@ Kalman with_plan_error(double delta) {
     for (Kalman* kalman : {&wrong, &right}) kalman->predict(F * kalman->state().robot(), F, Q);
     Measurement plan = random_measurement(3, 0, 0.1, normal),
                 landmark = random_measurement(2, kRobot, 0.1, normal);
-    plan.plan_scale = random_matrix(3, 1, normal);
+    plan.sensitivity = random_matrix(3, kSystematicErrors, normal);
+    landmark.sensitivity = random_matrix(2, kSystematicErrors, normal);
     const Eigen::VectorXd error = right.state().x() - wrong.state().x();
-    plan.innovation = plan.H_robot * error.head<kRobot>() + delta * plan.plan_scale;
-    landmark.innovation =
-        landmark.H_robot * error.head<kRobot>() + landmark.H_landmark * error.segment<6>(kRobot);
+    plan.innovation = plan.H_robot * error.head<kRobot>() + delta * plan.sensitivity.col(which);
+    landmark.innovation = landmark.H_robot * error.head<kRobot>() +
+                          landmark.H_landmark * error.segment<6>(kRobot) + delta * landmark.sensitivity.col(which);
     EXPECT_TRUE(update(wrong, {plan, landmark}));
     plan.innovation.setZero(), landmark.innovation.setZero();
     EXPECT_TRUE(update(right, {plan, landmark}));
     LandmarkInitialisation added = random_landmark(normal);
+    added.distortion = random_matrix(6, 1, normal);
     for (Kalman* kalman : {&wrong, &right}) {
       added.y = added.J_robot * kalman->state().robot();
+      if (kalman == &wrong && which == kLensDistortion) added.y += delta * added.distortion;
       kalman->append(added);
       if (k == 1) kalman->erase(kRobot + 6, 6);
     }
@@ -306,13 +309,68 @@ Kalman with_plan_error(double delta) {
   return wrong;
 }
 
-TEST(Kalman, CarriesTheDerivativeOfItsMeanWithRespectToTheScaleOfThePlan) {
+TEST(Kalman, CarriesTheDerivativesOfItsMeanWithRespectToTheSystematicErrors) {
   constexpr double kStep = 1e-6;
-  const Kalman at_zero = with_plan_error(0), more = with_plan_error(kStep), less = with_plan_error(-kStep);
-  const Eigen::VectorXd expected = (more.state().x() - less.state().x()) / (2 * kStep);
-  const Eigen::VectorXd carried = at_zero.state().storage_plan_scale.head(at_zero.state().size);
-  EXPECT_GT(expected.norm(), 0.1);
-  EXPECT_LT((carried - expected).norm(), 1e-6 * expected.norm());  // of the difference, cubic in the step
+  for (const int which : {kPlanScale, kLensDistortion}) {
+    const Kalman at_zero = with_systematic_error(which, 0), more = with_systematic_error(which, kStep),
+                 less = with_systematic_error(which, -kStep);
+    const Eigen::VectorXd expected = (more.state().x() - less.state().x()) / (2 * kStep);
+    const Eigen::VectorXd carried = at_zero.state().storage_sensitivity.col(which).head(at_zero.state().size);
+    EXPECT_GT(expected.norm(), 0.1);
+    EXPECT_LT((carried - expected).norm(), 1e-6 * expected.norm());  // of the difference, cubic in the step
+  }
+}
+
+/// The 2x2 covariance of a lasting error at `at`, and what a match that contains it makes of the state, as if H were dense.
+TEST(Kalman, AMatchWithALastingErrorUpdatesAsItsDenseJacobianSays) {
+  Normal normal(5);
+  Kalman kalman({random_matrix(kRobot, 1, normal), random_covariance(normal)}, false, 3);
+  kalman.append(random_landmark(normal));
+  kalman.append(random_landmark(normal));
+  kalman.reset_match_error(kRobot + 2, 0.3);
+  const int first = kRobot + 6, size = kalman.state().size;
+  Measurement m = random_measurement(2, first, 0.1, normal);
+  m.error_at = kRobot + 2;
+  m.error_gain = 1.4;
+  ASSERT_TRUE(update(kalman, {m}));  // correlates the error with robot and landmark
+  kalman.predict_match_error(kRobot + 2, 0.9, 0.01);
+  m = random_measurement(2, first, 0.1, normal);
+  m.error_at = kRobot + 2;
+  m.error_gain = 1.4;
+  m.innovation = random_matrix(2, 1, normal);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(2, size);
+  H.leftCols<kRobot>() = m.H_robot;
+  H.middleCols(first, 6) = m.H_landmark;
+  H.middleCols<2>(kRobot + 2) = 1.4 * Eigen::Matrix2d::Identity();
+  const Eigen::MatrixXd P = kalman.state().P(), S = H * P * H.transpose() + m.R;
+  EXPECT_LT((innovation_covariance(kalman.state(), m) - S).norm(), 1e-9 * S.norm());
+  ASSERT_TRUE(update(kalman, {m}));
+  const Eigen::MatrixXd K = P * H.transpose() * S.inverse();
+  const Eigen::MatrixXd after = P - K * S * K.transpose();
+  const int from = kOrientation + 4;  // the quaternion is normalised besides
+  EXPECT_LT((kalman.state().P() - after).bottomRightCorner(size - from, size - from).norm(), 1e-9 * P.norm());
+}
+
+TEST(Kalman, AResetErrorIsIndependentOfAllOthersAndAPredictedOneDecays) {
+  Normal normal(6);
+  Kalman kalman({random_matrix(kRobot, 1, normal), random_covariance(normal)}, false, 2);
+  kalman.append(random_landmark(normal));
+  kalman.reset_match_error(kRobot, 0.5);
+  Measurement m = random_measurement(2, kRobot + 4, 0.1, normal);
+  m.error_at = kRobot, m.error_gain = 1, m.innovation = random_matrix(2, 1, normal);
+  ASSERT_TRUE(update(kalman, {m}));
+  const Eigen::MatrixXd P = kalman.state().P();
+  const Eigen::VectorXd x = kalman.state().x();
+  Eigen::VectorXd decay = Eigen::VectorXd::Ones(x.size());
+  decay.segment<2>(kRobot).setConstant(0.8);
+  Eigen::MatrixXd expected = decay.asDiagonal() * P * decay.asDiagonal();
+  expected.diagonal().segment<2>(kRobot).array() += 0.2;
+  kalman.predict_match_error(kRobot, 0.8, 0.2);
+  EXPECT_LT((kalman.state().P() - expected).norm(), 1e-12 * P.norm());
+  EXPECT_LT((kalman.state().x() - decay.cwiseProduct(x)).norm(), 1e-12);
+  kalman.reset_match_error(kRobot, 0.7);
+  EXPECT_DOUBLE_EQ(kalman.state().P().middleRows<2>(kRobot).norm(), std::sqrt(2) * 0.7);
+  EXPECT_EQ(kalman.state().x().segment<2>(kRobot).norm(), 0);
 }
 
 }  // namespace

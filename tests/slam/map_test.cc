@@ -102,7 +102,7 @@ TEST(Map, InitialisesNothingInAnImageWithoutCorners) {
   Map map(Options{}, b.camera, 1);
   const InitialisationCount count =
       map.initialise(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), Stamp(1), {}, b.kalman, b.removed);
-  EXPECT_EQ(count.wanted, 12);
+  EXPECT_EQ(count.wanted, Options{}.vision.visible_landmarks);
   EXPECT_EQ(count.added, 0);
   EXPECT_TRUE(map.landmarks().empty());
   EXPECT_EQ(b.kalman.state().size, kRobot);

@@ -31,7 +31,9 @@ struct Scene {
   Options options;
   Camera camera{CameraIntrinsics{}};
   cv::Mat image = random_blocks(320, 8, 5);
-  Kalman kalman{{looking_ahead(), 1e-8 * RobotMatrix::Identity()}, false};
+  Kalman kalman{{looking_ahead(), 1e-8 * RobotMatrix::Identity()},
+                false,
+                MatchErrors::places(options.vision, options.bounds)};
   std::vector<Landmark> landmarks;
   Vision vision{options.vision, options.bounds, camera};
 };
@@ -45,7 +47,9 @@ TEST(Vision, FindsTheLandmarksOfAnUnchangedViewAndReducesTheUncertainty) {
   EXPECT_EQ(result.matches, 8);
   EXPECT_EQ(result.inliers.size(), 8u);
   EXPECT_TRUE(result.updated);
-  EXPECT_GT(result.coverage, 0.3);
+  Eigen::AlignedBox2d box;
+  for (const Landmark& landmark : scene.landmarks) box.extend(landmark.pixel_first);
+  EXPECT_NEAR(result.coverage, box.volume() / (320 * 240), 0.001);
   ASSERT_TRUE(result.nis && result.update_nis);
   EXPECT_EQ(result.nis->dof, 16);
   EXPECT_GT(result.nis->value, result.update_nis->value);  // the gate assumes less noise than the update

@@ -1,194 +1,159 @@
-// Consistency of the filter: settings of it tried on recorded walks, with accuracy, NEES, and the share of
-// frames in which its mean over the seeds is inside the 95 % band; with --by-time also when and along which
-// axis it is not. Usage: consistency_table [--by-time] [--csv FILE] RESULTS FIRST..LAST ["name: key=value
-// ..."]... where RESULTS/seed-N are results with recordings. See Variant (recorded_walk.h) for what a setting
-// may be.
+// Accuracy and consistency of the filter on a suite of walks, condition by condition and over all of them, for any number of
+// settings. Usage: consistency_table [--images-of RESULT] SUITE ["name: key=value ..."]... where SUITE is a file as in
+// scenarios/suites; recordings come from the cache and are made first where it lacks them. --images-of gives the filter the
+// images of another walk. For each condition: medians over its seeds, and the worst in brackets; scale and NEES are means.
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
+#include <functional>
 #include <map>
-#include <numbers>
 
 #include "sim/score/band_share.h"
 #include "sim/score/statistics.h"
 #include "tools/benchmarks/recorded_walk.h"
+#include "tools/benchmarks/suite_recordings.h"
 
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
+constexpr double kCertain = 25;  // NEES of a landmark beyond which it is not where it is believed to be
 
-constexpr double kWindow_s = 4;
-constexpr std::array kAxes{"ahead", "left", "up", "roll", "pitch", "yaw"};
-
-/// One frame of one seed: errors and standard deviations along kAxes (position m, then orientation rad),
-/// NEES.
-struct Frame {
-  double position = 0, orientation = 0;
-  Vector6d error = Vector6d::Zero(), sigma = Vector6d::Zero();
-};
-/// By time, then a frame of each seed.
-using Frames = std::map<double, std::vector<Frame>>;
-
-/// Axes of the true heading, in W.
-Eigen::Matrix3d heading_axes(const Eigen::Isometry3d& X_WC) {
-  const Eigen::Vector3d forward = X_WC.linear().col(2);
-  const double yaw = std::atan2(forward.y(), forward.x());
-  return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-}
-
-void add_frames(const Trial& trial, Frames& frames) {
-  std::map<std::int64_t, const Eigen::Isometry3d*> truth;
-  for (const auto& pose : trial.run.truth_camera) truth[pose.t.count()] = &pose.X;
-  for (const auto& estimate : *trial.run.estimate) {
-    const auto found = truth.find(estimate.t.count());
-    if (found == truth.end()) continue;
-    const Eigen::Isometry3d& X = *found->second;
-    const auto nees = sim::score::pose_nees(X, estimate.X_WC, estimate.covariance);
-    if (!nees) continue;
-    const Eigen::Matrix3d A = heading_axes(X).transpose(), B = A * estimate.X_WC.linear();
-    Frame f{nees->position, nees->orientation};
-    f.error << A * (X.translation() - estimate.X_WC.translation()),
-        B * sim::score::rotation_vector(estimate.X_WC.linear().transpose() * X.linear());
-    f.sigma << (A * estimate.covariance.bottomRightCorner<3, 3>() * A.transpose()).diagonal().cwiseSqrt(),
-        (B * estimate.covariance.topLeftCorner<3, 3>() * B.transpose()).diagonal().cwiseSqrt();
-    frames[1e-9 * static_cast<double>(estimate.t.count())].push_back(f);
-  }
-}
-
-double mean_of(const std::vector<Frame>& seeds, const auto& value) {
-  double sum = 0;
-  for (const Frame& f : seeds) sum += value(f);
-  return sum / static_cast<double>(seeds.size());
-}
-
-/// Of the frames after sim::score::kSettled_s.
-sim::score::BandShare share(const Frames& frames, const auto& nees) {
-  std::vector<std::vector<double>> moments;
-  for (auto at = frames.lower_bound(sim::score::kSettled_s); at != frames.end(); ++at) {
-    moments.emplace_back();
-    for (const Frame& f : at->second) moments.back().push_back(nees(f));
-  }
-  return sim::score::share_in_band(moments, 3).value_or(sim::score::BandShare{});
-}
-
-double position(const Frame& f) { return f.position; }
-double orientation(const Frame& f) { return f.orientation; }
-
-/// Means over the window's frames and all seeds. error: mean, and standard deviation between seeds of the
-/// window's means, both in mm or mrad; sigma: as believed.
-void print_windows(const Frames& frames) {
-  fmt::print("  t      NEES pos  orient |");
-  for (const char* axis : kAxes) fmt::print(" {:>5}: error (sd)  sigma |", axis);
-  fmt::print("\n");
-  for (double from = 0; from < frames.rbegin()->first; from += kWindow_s) {
-    const auto begin = frames.lower_bound(from), end = frames.lower_bound(from + kWindow_s);
-    double p = 0, o = 0, count = 0;
-    Vector6d sigma = Vector6d::Zero();
-    std::vector<Vector6d> errors(begin->second.size(), Vector6d::Zero());
-    for (auto it = begin; it != end; ++it, ++count) {
-      p += mean_of(it->second, position), o += mean_of(it->second, orientation);
-      for (std::size_t s = 0; s < std::min(errors.size(), it->second.size()); ++s) {
-        errors[s] += it->second[s].error;
-        sigma += it->second[s].sigma / static_cast<double>(errors.size());
-      }
-    }
-    fmt::print("{:4.0f} s {:8.2f} {:8.2f}  |", from, p / count, o / count);
-    for (int a = 0; a < 6; ++a) {
-      double sum = 0, squares = 0;
-      for (const Vector6d& e : errors) sum += e(a) / count, squares += e(a) * e(a) / count / count;
-      const double n = static_cast<double>(errors.size()), mean = sum / n;
-      fmt::print(" {:6.1f} ({:4.1f}) {:5.1f}       |", 1e3 * mean,
-                 1e3 * std::sqrt(std::max(0.0, squares / n - mean * mean)), 1e3 * sigma(a) / count);
-    }
-    fmt::print("\n");
-  }
-}
-
-void write_csv(const std::string& file, const std::string& name, const Frames& frames) {
-  std::ofstream out(file, std::ios::app);
-  for (const auto& [t, seeds] : frames)
-    for (std::size_t s = 0; s < seeds.size(); ++s) {
-      out << fmt::format("{},{},{},{},{}", name, t, s, seeds[s].position, seeds[s].orientation);
-      for (int a = 0; a < 6; ++a) out << fmt::format(",{},{}", seeds[s].error(a), seeds[s].sigma(a));
-      out << '\n';
-    }
-}
-
-struct Arguments {
-  bool by_time = false;
-  std::string csv, results;
-  int first = 0, last = 0;
-  std::vector<Variant> variants;
-};
-
-Arguments read_arguments(const std::vector<std::string>& words) {
-  Arguments arguments;
-  std::size_t i = 0;
-  for (; i < words.size() && words[i].starts_with("--"); ++i) {
-    if (words[i] == "--by-time")
-      arguments.by_time = true;
-    else if (words[i] == "--csv" && i + 1 < words.size())
-      arguments.csv = words[++i];
-    else
-      throw std::invalid_argument("unknown option " + words[i]);
-  }
-  if (words.size() < i + 2 ||
-      std::sscanf(words[i + 1].c_str(), "%d..%d", &arguments.first, &arguments.last) != 2)
-    throw std::invalid_argument("expected [--by-time] RESULTS FIRST..LAST [\"name: key=value ...\"]...");
-  arguments.results = words[i];
-  for (i += 2; i < words.size(); ++i) arguments.variants.push_back(read_variant(words[i]));
-  if (arguments.variants.empty()) arguments.variants.push_back({"as recorded", {}, {}});
-  return arguments;
-}
-
-/// What the seeds of one variant gave.
-struct Results {
-  Frames frames;
+/// What the seeds of one condition gave under one variant.
+struct Row {
+  std::string name;
   std::map<std::string, std::vector<double>> values;
+  std::map<std::int64_t, std::vector<double>> position, orientation;  // NEES of the seeds at a time, ns
+  std::vector<std::string> notes;
 };
 
-void print(const Variant& variant, const Results& g, bool by_time) {
-  const auto of = [&](const char* metric) {
-    const auto found = g.values.find(metric);
-    return found == g.values.end() ? std::nan("") : sim::score::median(found->second);
+double landmarks_beyond(const sim::score::Run& run) {
+  const auto errors =
+      sim::score::landmark_errors(run.map, run.landmarks, run.truth_camera, run.surfaces, run.camera);
+  const auto beyond =
+      std::count_if(errors.begin(), errors.end(), [](const auto& e) { return !e.nees || *e.nees > kCertain; });
+  return errors.empty() ? std::nan("") : 100.0 * static_cast<double>(beyond) / static_cast<double>(errors.size());
+}
+
+void add_nees(const sim::score::Run& run, Row& row) {
+  std::map<std::int64_t, const Eigen::Isometry3d*> truth;
+  for (const auto& pose : run.truth_camera) truth[pose.t.count()] = &pose.X;
+  for (const auto& estimate : *run.estimate) {
+    const auto found = truth.find(estimate.t.count());
+    if (found == truth.end() || 1e-9 * static_cast<double>(estimate.t.count()) < sim::score::kSettled_s) continue;
+    const auto nees = sim::score::pose_nees(*found->second, estimate.X_WC, estimate.covariance);
+    if (!nees) continue;
+    row.position[estimate.t.count()].push_back(nees->position);
+    row.orientation[estimate.t.count()].push_back(nees->orientation);
+  }
+}
+
+void add(const Trial& trial, std::uint64_t seed, Row& row) {
+  for (const auto& [name, metric] : trial.metrics)
+    if (metric.value) row.values[name].push_back(*metric.value);
+  row.values["landmarks_beyond_percent"].push_back(landmarks_beyond(trial.run));
+  row.values["filter_ms"].push_back(trial.filter_ms);
+  add_nees(trial.run, row);
+  const auto note = [&](const auto& faults) {
+    for (const auto& fault : faults)
+      row.notes.push_back(
+          fmt::format("{}, seed {}, {:.1f} s: {}", row.name, seed, slam::seconds(fault.from), fault.cause));
   };
-  const sim::score::BandShare p = share(g.frames, position), o = share(g.frames, orientation);
-  fmt::print(
-      "{:<28} {:6.4f} {:6.4f} {:6.4f} {:5.2f} {:6.2f} {:5.1f} | {:6.2f} {:5.1f} ({:3.0f}) | {:6.2f} {:5.1f} "
-      "({:3.0f}) | {:5.2f}\n",
-      variant.name, of("ate_se3_rmse_m"), of("rmse_m"), of("end_position_error_m"), of("end_yaw_error_deg"),
-      of("scale_error_percent"), of("loop_landmarks"), p.mean, 100 * p.inside, 100 * p.below, o.mean,
-      100 * o.inside, 100 * o.below, of("filter_ms"));
-  if (by_time) print_windows(g.frames);
+  note(trial.tracked.losses());
+  note(trial.tracked.suspicions());
+}
+
+std::vector<double> moments_inside(const std::map<std::int64_t, std::vector<double>>& nees) {
+  std::vector<std::vector<double>> moments;
+  for (const auto& [t, squares] : nees) moments.push_back(squares);
+  const auto share = sim::score::share_in_band(moments, 3).value_or(sim::score::BandShare{});
+  return {100 * share.inside, 100 * share.below};
+}
+
+void print_header() {
+  fmt::print("{:<30}{:>15}{:>15}{:>15}{:>12}{:>15}{:>13}{:>13}{:>12}{:>9}{:>7}{:>6}\n", "", "ATE mm", "rmse mm",
+             "end mm", "yaw deg", "scale % (sd)", "NEES p", "NEES o", "in band p,o", "lm>25 %", "loop", "ms");
+}
+
+/// inside: of the frames, position and orientation, %.
+void print(const std::string& name, const Row& row, const std::array<double, 2>& inside) {
+  const auto values = [&](const char* metric) {
+    const auto found = row.values.find(metric);
+    return found == row.values.end() || found->second.empty() ? std::vector<double>{std::nan("")} : found->second;
+  };
+  const auto median_worst = [&](const char* metric, double factor, int digits) {
+    const auto all = values(metric);
+    return fmt::format("{:.{}f} ({:.{}f})", factor * sim::score::median(all), digits,
+                       factor * *std::max_element(all.begin(), all.end()), digits);
+  };
+  const auto mean_worst = [&](const char* metric) {
+    const auto all = values(metric);
+    return fmt::format("{:.1f} ({:.1f})", sim::score::mean(all), *std::max_element(all.begin(), all.end()));
+  };
+  const auto scale = values("scale_error_percent");
+  const double sd = scale.size() > 1 ? sim::score::standard_deviation(scale) : 0;
+  fmt::print("{:<30}{:>15}{:>15}{:>15}{:>12}{:>15}{:>13}{:>13}{:>12}{:>9.1f}{:>7.0f}{:>6.2f}\n", name,
+             median_worst("ate_se3_rmse_m", 1e3, 1), median_worst("rmse_m", 1e3, 1),
+             median_worst("end_position_error_m", 1e3, 1), median_worst("end_yaw_error_deg", 1, 2),
+             fmt::format("{:+.2f} ({:.2f})", sim::score::mean(scale), sd), mean_worst("nees_position_mean"),
+             mean_worst("nees_orientation_mean"), fmt::format("{:.0f}, {:.0f}", inside[0], inside[1]),
+             sim::score::mean(values("landmarks_beyond_percent")), sim::score::median(values("loop_landmarks")),
+             sim::score::median(values("filter_ms")));
+}
+
+void print(const Variant& variant, const std::vector<Row>& rows) {
+  if (!variant.name.empty()) fmt::print("== {}\n", variant.name);
+  print_header();
+  Row all;
+  std::array<double, 2> mean_inside{0, 0};
+  for (const Row& row : rows) {
+    const std::array<double, 2> inside{moments_inside(row.position)[0], moments_inside(row.orientation)[0]};
+    print(row.name, row, inside);
+    for (const auto& [name, values] : row.values)
+      all.values[name].insert(all.values[name].end(), values.begin(), values.end());
+    for (std::size_t i = 0; i < inside.size(); ++i) mean_inside[i] += inside[i] / static_cast<double>(rows.size());
+  }
+  print("all", all, mean_inside);
+  for (const Row& row : rows)
+    for (const std::string& note : row.notes) fmt::print("  {}\n", note);
   std::fflush(stdout);
 }
 
+struct Arguments {
+  std::string images_of, suite;
+  std::vector<Variant> variants;
+};
+
+Arguments read_arguments(std::vector<std::string> words) {
+  Arguments arguments;
+  if (words.size() > 1 && words[0] == "--images-of") {
+    arguments.images_of = words[1];
+    words.erase(words.begin(), words.begin() + 2);
+  }
+  if (words.empty() || words[0].starts_with("--"))
+    throw std::invalid_argument("expected [--images-of RESULT] SUITE [\"name: key=value ...\"]...");
+  arguments.suite = words[0];
+  for (std::size_t i = 1; i < words.size(); ++i) arguments.variants.push_back(read_variant(words[i]));
+  if (arguments.variants.empty()) arguments.variants.push_back({});
+  return arguments;
+}
+
 void work(const Arguments& arguments) {
-  std::vector<Results> results(arguments.variants.size());
-  for (int seed = arguments.first; seed <= arguments.last; ++seed) {
-    const RecordedWalk walk(std::filesystem::path(arguments.results) / fmt::format("seed-{}", seed));
-    for (std::size_t v = 0; v < arguments.variants.size(); ++v) {
-      const Trial trial = try_on(walk, arguments.variants[v]);
-      add_frames(trial, results[v].frames);
-      for (const auto& [name, metric] : trial.metrics)
-        if (metric.value) results[v].values[name].push_back(*metric.value);
-      results[v].values["filter_ms"].push_back(trial.filter_ms);
-      if (trial.tracked.diverged())
-        fmt::print(stderr, "{}, seed {}: diverged: {}\n", arguments.variants[v].name, seed,
-                   trial.tracked.cause());
+  std::vector<std::vector<Row>> rows(arguments.variants.size());
+  const auto suite = sim::regression::read_suite(arguments.suite);
+  for (const RecordedEntry& entry : record_suite(suite, GAITSLAM_PROGRAM)) {
+    for (auto& of_variant : rows) of_variant.push_back({entry.name, {}, {}, {}, {}});
+    for (const auto& folder : entry.folders) {
+      RecordedWalk walk(folder);
+      if (!arguments.images_of.empty()) walk.take_images_of(RecordedWalk(arguments.images_of));
+      for (std::size_t v = 0; v < rows.size(); ++v) {
+        std::vector<std::string> changes = entry.changes;
+        changes.insert(changes.end(), arguments.variants[v].changes.begin(), arguments.variants[v].changes.end());
+        add(try_on(walk, entry.scenario, changes), walk.seed, rows[v].back());
+      }
     }
   }
-  fmt::print("{:<28} {:>6} {:>6} {:>6} {:>5} {:>6} {:>5} | {:>6} {:>5} {:>5} | {:>6} {:>5} {:>5} | {:>5}\n",
-             "", "ATE", "rmse", "end", "yaw", "scale%", "loop", "NEES p", "in %", "(low)", "NEES o", "in %",
-             "(low)", "ms");
-  for (std::size_t v = 0; v < arguments.variants.size(); ++v) {
-    print(arguments.variants[v], results[v], arguments.by_time);
-    if (!arguments.csv.empty()) write_csv(arguments.csv, arguments.variants[v].name, results[v].frames);
-  }
+  for (std::size_t v = 0; v < rows.size(); ++v) print(arguments.variants[v], rows[v]);
 }
 
 }  // namespace

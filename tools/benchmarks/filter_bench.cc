@@ -94,7 +94,9 @@ struct Scene {
       landmark.id = i;
       landmark.X_WC_first = X;
       landmark.patch = cut_patch(image, {100 + i % 100, 100});
-      landmark.at = kalman.append(initialise_inverse_depth(x, *camera.unproject(pixel), 1, Options{}.depth));
+      const Eigen::Vector2d undisplaced = Eigen::Vector2d::Zero();
+      landmark.at = kalman.append(
+          initialise_inverse_depth(x, *camera.unproject(pixel), 1, undisplaced, Options{}.depth));
       const Vector6d y = kalman.state().storage_x.segment<6>(landmark.at);
       kalman.replace(landmark.at, 6, inverse_depth_position(y), inverse_depth_position_jacobian(y));
       landmark.kind = Point{};

@@ -15,20 +15,22 @@
 struct RecordedWalk {
   explicit RecordedWalk(const std::filesystem::path& result_folder);
 
-  std::filesystem::path folder;  ///< of the result whose recording it is
+  /// Replaces the images, frame by frame, by those of another walk, as long as it lasts.
+  void take_images_of(const RecordedWalk& other);
+
+  std::uint64_t seed;
   sim::recording::RecordingSetup setup;
   std::vector<slam::Observation> observations;
   sim::recording::Truth truth;
 };
 
-/// A setting of the filter: changes "key=value" to the recording's own scenario, or to another one.
+/// A setting of the filter: changes "key=value" to the scenario.
 struct Variant {
   std::string name;
   std::vector<std::string> changes;
-  std::string scenario;  ///< file; empty: the recording's own
 };
 
-/// Reads "name: [scenario=FILE] [key=value]...". Throws std::invalid_argument.
+/// Reads "name: [key=value]...". Throws std::invalid_argument.
 Variant read_variant(std::string_view line);
 
 /// A setting tried on one walk.
@@ -39,4 +41,6 @@ struct Trial {
   double filter_ms = 0;  ///< CPU, mean of a frame
 };
 
-Trial try_on(const RecordedWalk& walk, const Variant& variant);
+/// Replays the walk with the scenario's file under these changes.
+Trial try_on(const RecordedWalk& walk, const std::filesystem::path& scenario,
+             const std::vector<std::string>& changes);

@@ -117,7 +117,7 @@ TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
   run("live", scenario());
   for (const char* name :
        {"scenario.yaml", "about.json", "truth.tum", "plan.tum", "estimate.tum", "waist_truth.tum",
-        "waist_plan.tum", "estimate_cov.txt", "map.csv", "frames.csv", "searches.csv", "timing.csv",
+        "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv", "timing.csv",
         "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
     EXPECT_TRUE(fs::exists(folder_ / "live" / name)) << name;
   const nlohmann::json timing = tests::json_of(folder_ / "live/timing.json");

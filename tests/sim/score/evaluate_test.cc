@@ -136,7 +136,7 @@ TEST(Evaluate, TheErrorsAboutTheClosureAreThoseBeforeAndASecondAfter) {
   EXPECT_NEAR(value(m, "loop_error_before_m"), 0.5, 1e-12);
   EXPECT_NEAR(value(m, "loop_error_after_m"), 0.125, 1e-12);
   run.landmarks.clear();
-  EXPECT_EQ(evaluate(run).at("loop_error_after_m").reason, "no landmark closed the loop");
+  EXPECT_EQ(evaluate(run).at("loop_error_after_m").reason, "no early landmark was found again");
 }
 
 TEST(Evaluate, ATooLargeEstimateShowsAsScale) {

@@ -66,7 +66,7 @@ struct Circle {
   std::vector<int> found(const LandmarkHistory& l) const {
     std::vector<int> ids;
     for (const LoopLandmark& closing : loop_landmarks({l}, marks, truth, surfaces, camera))
-      ids.push_back(closing.id);
+      if (closing.closes) ids.push_back(closing.id);
     return ids;
   }
 
@@ -97,10 +97,25 @@ TEST(LoopClosure, ALandmarkBegunAfterTheFirstQuarterDoesNotCount) {
   EXPECT_FALSE(circle.found(circle.landmark(0)).empty());
 }
 
-TEST(LoopClosure, AMatchBeforeThreeQuartersDoesNotCount) {
+TEST(LoopClosure, AMatchBeforeThreeQuartersIsFoundAgainButDoesNotClose) {
   Circle circle;
   circle.marks.three_quarters = milliseconds(40000);
-  EXPECT_TRUE(circle.found(circle.landmark(0)).empty());
+  const auto again =
+      loop_landmarks({circle.landmark(0)}, circle.marks, circle.truth, circle.surfaces, circle.camera);
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_EQ(again[0].found, milliseconds(39900));
+  EXPECT_FALSE(again[0].closes);
+}
+
+TEST(LoopClosure, TheFirstMatchAfterTheLossCountsWhereverOnThePath) {
+  Circle circle;
+  circle.marks.three_quarters = milliseconds(39500);
+  LandmarkHistory l = circle.landmark(0);
+  l.accepted.insert(l.accepted.begin() + 1, {milliseconds(39000), circle.image_of_first_point(39000)});
+  const auto again = loop_landmarks({l}, circle.marks, circle.truth, circle.surfaces, circle.camera);
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_EQ(again[0].found, milliseconds(39000));
+  EXPECT_TRUE(again[0].closes);
 }
 
 TEST(LoopClosure, ALandmarkNeverMatchedAgainDoesNotCount) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
+
 namespace sim::tracking {
 namespace {
 
@@ -33,6 +36,33 @@ TEST(Tracking, AnotherEstimatorIsOneFunctionThatStandsInForTheFilter) {
   EXPECT_EQ(estimates[2].t, std::chrono::milliseconds(67));
   EXPECT_TRUE(tracked.map.empty());
   EXPECT_FALSE(tracked.diverged());
+}
+
+/// The landmarks that the filter initialises in an image of random blocks.
+std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
+  slam::Observation o;
+  o.image.create(240, 320, CV_8UC1);
+  std::uint32_t random = 1;
+  for (int row = 0; row < 240; row += 8)
+    for (int column = 0; column < 320; column += 8) {
+      random = 1664525 * random + 1013904223;
+      o.image(cv::Rect(column, row, 8, 8)).setTo(random >> 24);
+    }
+  slam::Calibration calibration;
+  Tracking tracking(scenario({override}), calibration, Eigen::Isometry3d::Identity());
+  tracking.take(o);
+  return tracking.finish().map;
+}
+
+TEST(Tracking, AFilterThatIsToldTheWrongLensSeesItsLandmarksElsewhere) {
+  const auto told_right = first_landmarks("errors.calibration.distortion_fraction=0"),
+             told_wrong = first_landmarks("errors.calibration.distortion_fraction=0.2");
+  ASSERT_FALSE(told_right.empty());
+  ASSERT_EQ(told_right.size(), told_wrong.size());
+  double widest = 0;
+  for (std::size_t i = 0; i < told_right.size(); ++i)
+    widest = std::max(widest, (told_right[i].p_W.normalized() - told_wrong[i].p_W.normalized()).norm());
+  EXPECT_GT(widest, 0.01);  // rad
 }
 
 TEST(Tracking, EveryEstimatorCanBeNamedInAScenarioAndNoOther) {

@@ -55,6 +55,14 @@ TEST(CameraModel, APixelsDirectionProjectsToThatPixel) {
   }
 }
 
+TEST(CameraModel, TheDistortionIsRelativeToThatOfThePapersCamera) {
+  CameraOptions options;
+  options.distortion = 0.7;
+  EXPECT_DOUBLE_EQ(camera_model(options).k1_px2, 0.7 * 7.37e-6);
+  options.distortion = 1.3;  // the most: every pixel still has a direction
+  EXPECT_TRUE(camera_model(options).direction({319, 0}).allFinite());
+}
+
 TEST(CameraModel, WideCameraSees91Point6DegreesAndThePinhole90AtBothSizes) {
   for (const CameraOptions& options : all_cameras()) {
     const double expected = options.lens == Lens::wide ? 91.6 : 90.0;

@@ -1,0 +1,95 @@
+// Judges whether the sensors are what the filter is told of them: the plan's distances, the gyro's noise, and the images.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "slam/frame_report.h"
+#include "slam/observation.h"
+#include "slam/options.h"
+
+namespace slam {
+
+/// Tests the hypothesis of a constant systematic error δ from the start on against δ = 0 (Willsky & Jones 1976:
+/// generalised likelihood ratio). The filter carries ∂ν/∂δ of every innovation ν with it. Evidence is forgotten with a time
+/// constant of 30 s, and an error of up to 2 % is ordinary: the small one that every plan has would otherwise become certain
+/// on a long walk.
+class SystematicWatch {
+ public:
+  /// dt_s: the interval since the evidence before.
+  void take(const SystematicEvidence& evidence, double dt_s);
+
+  /// By how many of its standard deviations the estimate of δ is beyond ±2 %, with the sign of δ; 0 if it is not, and
+  /// without evidence.
+  double sigmas() const;
+
+ private:
+  SystematicEvidence sum_;
+};
+
+/// Compares the scatter of successive gyro readings with the noise that the filter assumes. Second differences of readings
+/// 5 ms apart hardly know of the motion, and the part of them beyond a threshold nothing of its impacts.
+class GyroWatch {
+ public:
+  explicit GyroWatch(const Options::Gyro& options) : options_(options) {}
+
+  void take(const std::vector<InertialSample>& readings);
+
+  /// True if the median of the last seconds' second differences is more than 1.5 times what the noise would give.
+  bool scatters() const;
+
+ private:
+  Options::Gyro options_;
+  InertialSample last_, before_;
+  double count_ = 0, beyond_ = 0;  // of second differences, older ones weighing less
+};
+
+/// Compares how many landmarks are found again with how many should be. Images of another place or of another motion than
+/// the other sensors' give ever new landmarks, which are not found where they should be, and tracking is lost again and again
+/// or for long, although the images are good.
+class ImageWatch {
+ public:
+  /// Takes in whether tracking is lost after a frame. A loss counts if it began with a good image: one that was not missing,
+  /// flat or frozen.
+  void take_health(double dt_s, bool lost, bool good_image);
+
+  /// Takes in the landmarks that were searched for, accepted, and deleted because they were not found, in a frame interval.
+  void take(double dt_s, std::size_t searched, std::size_t accepted, std::size_t unreliable);
+
+  bool fails() const;
+
+ private:
+  double searched_ = 0, accepted_ = 0, unreliable_ = 0;  // older ones weigh less
+  bool lost_ = false, loss_counts_ = false;
+  double losses_ = 0;  // older ones weigh less; one more for every two seconds for which tracking remains lost
+};
+
+class SensorWatch {
+ public:
+  explicit SensorWatch(const Options& options) : options_(options), gyro_(options.gyro) {}
+
+  void take(const Evidence& evidence, double dt_s);
+  GyroWatch& gyro() { return gyro_; }
+  ImageWatch& images() { return images_; }
+
+  /// Forgets what the innovations said; the filter has a new pose.
+  void reset();
+
+  /// Of a systematic error, see SystematicWatch::sigmas.
+  double sigmas(int error) const { return systematic_[static_cast<std::size_t>(error)].sigmas(); }
+
+  /// "inconsistent: plan, its distances are too long by 9 standard deviations of the innovations" or the like; empty as
+  /// long as all is consistent. What is wrong with the gyro is said first and what is wrong with the plan last, because
+  /// the evidence for the latter needs the others.
+  std::string suspect() const;
+
+ private:
+  Options options_;
+  std::array<SystematicWatch, kSystematicErrors> systematic_;
+  GyroWatch gyro_;
+  ImageWatch images_;
+};
+
+}  // namespace slam
