@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -34,6 +35,8 @@ void require(bool holds, const std::string& complaint) {
 }
 
 std::vector<Footstep> steps_of(const Stand&, double) { return {}; }
+std::vector<Footstep> steps_of(const Repeat&, double) { return {}; }
+std::vector<Footstep> steps_of(const GoTo&, double) { return {}; }  // see steps_to()
 
 /// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
 /// the foot spacing, so that the feet never cross and the lateral distance is never below the spacing.
@@ -73,6 +76,22 @@ std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
   for (const double angle : angles) {
     const double yaw = turn * angle;
     steps.push_back(footstep_at({circle_centre - rotated(yaw, circle_centre), yaw}, side));
+    side = other(side);
+  }
+  return steps;
+}
+
+/// Feet alternate, each one step of the turn ahead of the other; the foot on the side of the turn goes first,
+/// so that toes never meet.
+std::vector<Footstep> steps_of(const Turn& turn, double) {
+  check(turn);
+  const double sign = std::copysign(1.0, turn.angle_rad);
+  std::vector<double> angles = progress(std::abs(turn.angle_rad), turn.step_rad);
+  angles.push_back(angles.back());  // the closing step
+  Side side = sign > 0 ? Side::left : Side::right;
+  std::vector<Footstep> steps;
+  for (const double angle : angles) {
+    steps.push_back(footstep_at({{0, 0}, sign * angle}, side));
     side = other(side);
   }
   return steps;
@@ -127,11 +146,40 @@ std::vector<Footstep> steps_of(const Steps& steps, double) {
   return landings;
 }
 
+/// Appends a command's landings, from feet together around `start`.
+void append(std::vector<Footstep>& steps, const Command& command, const FootPose& start, double step) {
+  const auto more = footsteps(command, start, step);
+  steps.insert(steps.end(), more.begin(), more.end());
+}
+
+std::vector<Footstep> steps_to(const GoTo& goal, const FootPose& start, double step) {
+  constexpr double kThere = 1e-9;  // m and rad
+  check_ranges(goal, GoTo::kName);
+  const FootPose end = FootPose{{goal.x_m, goal.y_m}, goal.heading_rad} * FootPose{{hrp2::kAnkleX, 0}, 0};
+  FootPose at = start;
+  std::vector<Footstep> steps;
+  const auto turn_to = [&](double heading) {
+    const double angle = std::remainder(heading - at.yaw, 2 * std::numbers::pi);
+    if (std::abs(angle) > kThere) append(steps, Turn{.angle_rad = angle}, at, step);
+    at.yaw += angle;
+  };
+  const Eigen::Vector2d way = end.position - at.position;
+  if (way.norm() > kThere) {
+    turn_to(std::atan2(way.y(), way.x()));
+    append(steps, Straight{way.norm(), 0}, at, step);
+    at.position = end.position;
+  }
+  turn_to(end.yaw);
+  return steps;
+}
+
 }  // namespace
 
 FootPose operator*(const FootPose& frame, const FootPose& local) {
   return {frame.position + rotated(frame.yaw, local.position), frame.yaw + local.yaw};
 }
+
+FootPose inverse(const FootPose& pose) { return {rotated(-pose.yaw, -pose.position), -pose.yaw}; }
 
 Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
 
@@ -144,6 +192,7 @@ FootPose centre_of(const Stance& stance) {
 }
 
 std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m) {
+  if (const auto* goal = std::get_if<GoTo>(&command)) return steps_to(*goal, start, step_length_m);
   auto steps = std::visit([&](const auto& c) { return steps_of(c, step_length_m); }, command);
   for (Footstep& step : steps) step.pose = start * step.pose;
   return steps;

@@ -33,6 +33,9 @@ struct Stance {
 /// `local` given in the frame of `frame`, in the frame that `frame` itself is given in.
 FootPose operator*(const FootPose& frame, const FootPose& local);
 
+/// The pose that undoes `pose`: inverse(pose) * pose is the identity.
+FootPose inverse(const FootPose& pose);
+
 Side other(Side side);
 
 /// Feet together (hrp2::kFootSpacing apart) around the point `centre`, both heading where it heads.
@@ -45,7 +48,9 @@ FootPose centre_of(const Stance& stance);
 /// feet together at the command's end; none for Stand. `step_length_m` is what the stance's centre advances
 /// with a step (with a pair of steps where the feet go sideways): floor(distance / step length) whole steps,
 /// one for the rest, and the closing one (Stasse et al. 2006, section II; the step stack of the JRL pattern
-/// generator). Throws std::invalid_argument naming what is wrong with the command.
+/// generator). go_to alone depends on where P is: it turns to its goal, walks straight to it and turns to the
+/// heading there. repeat has none of its own. Throws std::invalid_argument naming what is wrong with the
+/// command.
 std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m);
 
 }  // namespace walking

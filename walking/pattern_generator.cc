@@ -1,5 +1,6 @@
 #include "walking/pattern_generator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -66,12 +67,32 @@ class FirstStage {
         control_(cart, gains, hrp2::kComInWaist.head<2>()) {
     for (; !window_.full(); ++pushed_) window_.push(zmp_reference_.smoothed(pushed_));
   }
-  FirstStage(const FirstStage&) = delete;  // zmp_reference_ refers to timeline_
+  FirstStage(const FirstStage& other)
+      : options_(other.options_),
+        timeline_(other.timeline_),
+        zmp_reference_(timeline_),  // refers to the copy's own
+        window_(other.window_),
+        control_(other.control_),
+        tick_(other.tick_),
+        pushed_(other.pushed_),
+        free_step_(other.free_step_) {}
+  FirstStage& operator=(const FirstStage&) = delete;
 
-  std::size_t ticks() const { return timeline_.ticks(); }
+  const Timeline& timeline() const { return timeline_; }
   Reference next();
 
+  /// The tick that next() makes.
+  std::ptrdiff_t tick() const { return tick_; }
+  /// The first step that may still be changed: it has not lifted off, and the preview that was used ends
+  /// before it carries the robot.
+  std::size_t free_step() const { return free_step_; }
+  bool is_due() const;
+  void replan(std::size_t first, const std::vector<Footstep>& landings);
+
  private:
+  /// The unsmoothed ZMP reference has been used up to and including this tick.
+  std::ptrdiff_t used() const { return pushed_ - 2 + kSmoothingAdvance; }
+  bool is_free(std::size_t step, std::ptrdiff_t ticks_later = 0) const;
   void place_feet(const Phase& phase, double elapsed, Reference& reference) const;
   void place_waist(const Phase& phase, double elapsed, Reference& reference) const;
 
@@ -81,7 +102,21 @@ class FirstStage {
   PreviewWindow window_;  // the smoothed reference
   PreviewControl control_;
   std::ptrdiff_t tick_ = 0, pushed_ = 0;
+  std::size_t free_step_ = 0;
 };
+
+bool FirstStage::is_free(std::size_t step, std::ptrdiff_t ticks_later) const {
+  return static_cast<std::ptrdiff_t>(timeline_.lift_off(step)) >= tick_ + ticks_later &&
+         static_cast<std::ptrdiff_t>(timeline_.touch_down(step)) > used() + ticks_later;
+}
+
+bool FirstStage::is_due() const { return free_step_ < timeline_.steps() && !is_free(free_step_, 1); }
+
+void FirstStage::replan(std::size_t first, const std::vector<Footstep>& landings) {
+  if (first < free_step_ || first > timeline_.steps() || (landings.empty() && first != timeline_.steps()))
+    throw std::logic_error("a step that can no longer be changed was planned anew");
+  timeline_.replan(first, landings, static_cast<std::size_t>(used() + 1));
+}
 
 Reference FirstStage::next() {
   const auto [phase, tick_of_phase] = timeline_.at(tick_);
@@ -102,6 +137,7 @@ Reference FirstStage::next() {
   window_.pop();
   window_.push(zmp_reference_.smoothed(pushed_++));
   ++tick_;
+  while (free_step_ < timeline_.steps() && !is_free(free_step_)) ++free_step_;
   return reference;
 }
 
@@ -128,6 +164,7 @@ void FirstStage::place_waist(const Phase& phase, double elapsed, Reference& refe
 
 }  // namespace
 
+/// Copies go on by themselves.
 struct PatternGenerator::State {
   State(const WalkOptions& options, const Timeline& timeline, const CartTable& cart,
         const PreviewGains& gains, const WholeBody& model)
@@ -174,7 +211,34 @@ PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::m
 PatternGenerator::~PatternGenerator() = default;
 PatternGenerator::PatternGenerator(PatternGenerator&&) noexcept = default;
 
-std::size_t PatternGenerator::ticks() const { return state_->first.ticks(); }
+std::size_t PatternGenerator::ticks() const { return state_->first.timeline().ticks(); }
+
+std::size_t PatternGenerator::steps() const { return state_->first.timeline().steps(); }
+Footstep PatternGenerator::landing(std::size_t step) const { return state_->first.timeline().landing(step); }
+std::size_t PatternGenerator::touch_down(std::size_t step) const {
+  return state_->first.timeline().touch_down(step);
+}
+const Stance& PatternGenerator::stance_before(std::size_t step) const {
+  return state_->first.timeline().stance_before(step);
+}
+std::size_t PatternGenerator::free_step() const { return state_->first.free_step(); }
+bool PatternGenerator::is_due() const { return state_->first.is_due(); }
+
+void PatternGenerator::replan(std::size_t first, const std::vector<Footstep>& landings) {
+  state_->first.replan(first, landings);
+}
+
+bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>& landings) const {
+  constexpr std::size_t kEvery = 4;  // ticks: angles are smooth
+  PatternGenerator trial(std::make_unique<State>(*state_));
+  trial.replan(first, landings);
+  const std::size_t end = trial.touch_down(std::min(first + 1, trial.steps() - 1));
+  for (std::size_t tick = trial.state_->tick; tick < end; ++tick) {
+    const Reference reference = trial.next();
+    if (tick % kEvery == 0 && leg_obstacle(inverse_kinematics(posture_of(reference)))) return false;
+  }
+  return true;
+}
 
 Reference PatternGenerator::next() {
   State& s = *state_;

@@ -91,7 +91,44 @@ struct Steps {
   static constexpr const char* kName = "steps";
   std::vector<Step> list;
 };
-using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Steps>;
+/// Turn on the spot; angle > 0 turns left.
+struct Turn {
+  static constexpr const char* kName = "turn";
+  double angle_rad = std::numbers::pi / 2;
+  double step_rad = std::numbers::pi / 18;
+
+  static void keys(auto&& key) {
+    key.degrees("angle_deg", &Turn::angle_rad, -36000, 36000, "angle to turn on the spot; positive: left");
+    key.degrees("step_deg", &Turn::step_rad, 1, 15, "largest turn in one step");
+  }
+};
+/// Go to a place of the world W, whose origin is under the waist at the start: turn towards it, walk
+/// straight, turn to the heading.
+struct GoTo {
+  static constexpr const char* kName = "go_to";
+  double x_m = 1.0;
+  double y_m = 0.0;
+  double heading_rad = 0.0;
+
+  static void keys(auto&& key) {
+    key.number("x_m", &GoTo::x_m, -1000, 1000, "place of the waist, ahead of where the walk began");
+    key.number("y_m", &GoTo::y_m, -1000, 1000, "place of the waist, to the left of where the walk began");
+    key.degrees("heading_deg", &GoTo::heading_rad, -36000, 36000,
+                "heading at the end, against that at the walk's begin; positive: to the left");
+  }
+};
+/// Carry out the last commands again; each time is a lap, the time before the repetition the first one.
+struct Repeat {
+  static constexpr const char* kName = "repeat";
+  int last = 1;
+  int times = 1;
+
+  static void keys(auto&& key) {
+    key.number("last", &Repeat::last, 1, 1000, "how many of the commands before this one are repeated");
+    key.number("times", &Repeat::times, 1, 1000, "how often they are carried out again");
+  }
+};
+using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Steps, Turn, GoTo, Repeat>;
 
 enum class SwingPolynomial { quintic, cubic };
 inline constexpr std::array<std::string_view, 2> kSwingPolynomials{"quintic", "cubic"};

@@ -37,9 +37,11 @@ class Exchanger {
   }
   void choice(const auto&...) const {}
   void value(const auto&...) const {}
+  void part(const auto&...) const {}
 
  private:
-  void exchange(const char* key, auto member, double unit) const {
+  void exchange(const char*, int Part::*, double) const {}  // of repeat, whose commands were possible before
+  void exchange(const char* key, double Part::*member, double unit) const {
     Exchange one{prefix_ + key, 0, unit * other_.*member, options_};
     double& value = part_(one.changed).*member;
     if (value == other_.*member) return;

@@ -23,6 +23,10 @@ class RangeCheck {
   }
   void choice(const auto&...) const {}
   void value(const auto&...) const {}
+  template <class Part>
+  void part(const char* key, Part Options::*member) const {
+    Part::keys(RangeCheck<Part>(options_.*member, name_ + "." + key));
+  }
 
  private:
   void check(const char* key, double value, double lowest, double highest, const char* unit = "") const {

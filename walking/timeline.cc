@@ -34,7 +34,9 @@ Eigen::Vector2d Phase::zmp(int tick) const {
 Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot)
     : zmp_in_foot_(zmp_in_foot), stance_(feet_together(start)), waist_yaw_(start.yaw) {
   check(options);
-  stop_ramp_ticks_ = std::max(1, ticks_of(options.double_support_s) / 2);
+  double_support_ticks_ = ticks_of(options.double_support_s);
+  single_support_ticks_ = ticks_of(options.single_support_s);
+  stop_ramp_ticks_ = std::max(1, double_support_ticks_ / 2);
   zmp_ = zmp_under(centre_of(stance_));
   const int first = ticks_of(options.preview_s) + kSmoothingTicks, last = ticks_of(kFinalStanding);
   const int n = static_cast<int>(options.commands.size());
@@ -45,14 +47,35 @@ Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eige
 
 void Timeline::carry_out(int command, const WalkOptions& options, int least_standing) try {
   const Command& what = options.commands[command];
-  if (const auto* standing = std::get_if<Stand>(&what)) {
+  if (static_cast<std::size_t>(command) == command_begins_.size()) command_begins_.push_back(ticks());
+  if (std::holds_alternative<Repeat>(what)) {
+    repeat(command, options);
+  } else if (const auto* standing = std::get_if<Stand>(&what)) {
     stand(command, std::max(ticks_of(*standing), least_standing));
   } else {
     const auto steps = footsteps(what, centre_of(stance_), options.step_length_m);
-    for (const Footstep& landing : steps) step(command, landing, options);
+    for (const Footstep& landing : steps) step(command, landing);
   }
 } catch (const std::invalid_argument& e) {
   throw std::invalid_argument("walk.commands[" + std::to_string(command) + "]." + e.what());
+}
+
+void Timeline::repeat(int command, const WalkOptions& options) {
+  const Repeat& again = std::get<Repeat>(options.commands[command]);
+  check_ranges(again, Repeat::kName);
+  const int first = command - again.last;
+  if (first < 0)
+    throw std::invalid_argument("repeat.last: " + std::to_string(again.last) + " commands, but there are " +
+                                std::to_string(command) + " before it");
+  for (int i = first; i < command; ++i)
+    if (std::holds_alternative<Repeat>(options.commands[i]))
+      throw std::invalid_argument("repeat.last: " + std::to_string(again.last) +
+                                  " commands, of which one is a repeat itself");
+  laps_.push_back({command_begins_[first], ticks()});
+  for (int lap = 0; lap < again.times; ++lap) {
+    for (int i = first; i < command; ++i) carry_out(i, options, 0);
+    laps_.push_back({laps_.back().end, ticks()});
+  }
 }
 
 Eigen::Vector2d Timeline::zmp_under(const FootPose& foot) const {
@@ -90,17 +113,59 @@ void Timeline::stand(int command, int ticks) {
 }
 
 /// Double support, in which the ZMP goes to the foot that stays, then single support on it.
-void Timeline::step(int command, const Footstep& step, const WalkOptions& options) {
+void Timeline::step(int command, const Footstep& step) {
   const Side carrying = other(step.side);
-  Phase shift = next_phase(command, Support::both, ticks_of(options.double_support_s));
+  Phase shift = next_phase(command, Support::both, double_support_ticks_);
   shift.zmp_to = zmp_under(stance_.of(carrying));
   shift.zmp_ramp_ticks = shift.ticks;
   append(std::move(shift));
-  Phase swing = next_phase(command, carrying == Side::left ? Support::left : Support::right,
-                           ticks_of(options.single_support_s));
+  Phase swing =
+      next_phase(command, carrying == Side::left ? Support::left : Support::right, single_support_ticks_);
   swing.to.of(step.side) = step.pose;
   swing.waist_yaw_to = step.pose.yaw;
+  swings_.push_back(phases_.size());
   append(std::move(swing));
+}
+
+Footstep Timeline::landing(std::size_t step) const {
+  const Phase& swing = phases_[swings_[step]];
+  const Side side = swing.support == Support::left ? Side::right : Side::left;
+  return {side, swing.to.of(side)};
+}
+
+/// Keeps the first so many phases.
+void Timeline::truncate(std::size_t phases) {
+  const Phase& next = phases_[phases];
+  stance_ = next.from;
+  waist_yaw_ = next.waist_yaw_from;
+  zmp_ = next.zmp_from;
+  phases_.resize(phases);
+  begins_.resize(phases + 1);
+  while (!swings_.empty() && swings_.back() >= phases) swings_.pop_back();
+}
+
+void Timeline::replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free) {
+  const std::size_t kept = first < steps() ? swings_[first] - 1 : phases_.size() - 1;
+  const std::vector<Phase> replaced(phases_.begin() + static_cast<std::ptrdiff_t>(kept), phases_.end());
+  const std::size_t standing_from = final_standing();
+  Phase standing = replaced.back();
+  truncate(kept);
+  auto landing = landings.begin();
+  for (std::size_t i = 0; i + 1 < replaced.size() && landing != landings.end(); ++i) {
+    // A step is two phases, of which the first is made anew with the second.
+    const bool shifts = replaced[i].support == Support::both && replaced[i + 1].support != Support::both;
+    if (replaced[i].support != Support::both)
+      step(replaced[i].command, *landing++);
+    else if (!shifts)
+      stand(replaced[i].command, replaced[i].ticks);
+  }
+  if (landing != landings.end() && first == steps()) {
+    const int begun = std::max(static_cast<int>(free - standing_from), stop_ramp_ticks_);
+    stand(standing.command, begun);
+    standing.ticks = std::max(standing.ticks - begun, ticks_of(kFinalStanding));
+  }
+  while (landing != landings.end()) step(standing.command, *landing++);
+  stand(standing.command, standing.ticks);
 }
 
 Timeline::Moment Timeline::at(std::ptrdiff_t tick) const {

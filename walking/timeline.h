@@ -37,6 +37,30 @@ class Timeline {
   std::size_t ticks() const { return begins_.back(); }
   const std::vector<Phase>& phases() const { return phases_; }
 
+  std::size_t steps() const { return swings_.size(); }
+  /// Which foot a step sets down, and where.
+  Footstep landing(std::size_t step) const;
+  /// The first tick of a step's single support, and the first tick after it.
+  std::size_t lift_off(std::size_t step) const { return begins_[swings_[step]]; }
+  std::size_t touch_down(std::size_t step) const { return begins_[swings_[step] + 1]; }
+  /// The first tick of the standing that ends the walk.
+  std::size_t final_standing() const { return begins_[phases_.size() - 1]; }
+
+  /// Replaces the landings of all steps from `first` on. The standing between them is kept; the walk ends
+  /// after the last landing given, at least one unless first = steps(). Landings beyond those that the walk
+  /// had are put before its final standing; when first = steps(), that standing is interrupted at tick
+  /// `free`.
+  void replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free);
+
+  /// From the begin of a lap to its end, in ticks.
+  struct Lap {
+    std::size_t begin, end;
+  };
+  /// The laps of each repeat, in order; none in a walk without repeat.
+  const std::vector<Lap>& laps() const { return laps_; }
+  /// Both feet when a step begins.
+  const Stance& stance_before(std::size_t step) const { return phases_[swings_[step]].from; }
+
   struct Moment {
     const Phase& phase;
     int tick;  ///< within the phase
@@ -46,8 +70,10 @@ class Timeline {
 
  private:
   void carry_out(int command, const WalkOptions& options, int least_standing);
+  void repeat(int command, const WalkOptions& options);
   void stand(int command, int ticks);
-  void step(int command, const Footstep& step, const WalkOptions& options);
+  void step(int command, const Footstep& step);
+  void truncate(std::size_t phases);
   Phase next_phase(int command, Support support, int ticks) const;
   void append(Phase phase);
   Eigen::Vector2d zmp_under(const FootPose& foot) const;
@@ -56,9 +82,12 @@ class Timeline {
   Stance stance_;  // where the phases so far end
   double waist_yaw_ = 0;
   Eigen::Vector2d zmp_ = Eigen::Vector2d::Zero();
-  int stop_ramp_ticks_ = 1;
+  int double_support_ticks_ = 1, single_support_ticks_ = 1, stop_ramp_ticks_ = 1;
   std::vector<Phase> phases_;
-  std::vector<std::size_t> begins_{0};  // first tick of each phase, then the number of all
+  std::vector<std::size_t> begins_{0};       // first tick of each phase, then the number of all
+  std::vector<std::size_t> swings_;          // the phase of each step's single support
+  std::vector<std::size_t> command_begins_;  // the first tick of each command
+  std::vector<Lap> laps_;
 };
 
 }  // namespace walking

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "walking/hrp2.h"
@@ -208,6 +209,48 @@ TEST(Footsteps, WhatCannotBeWalkedIsRefused) {
   EXPECT_THROW(footsteps(TangentArc{0.75, 0}, {}, 0.15), std::invalid_argument);
   EXPECT_THROW(footsteps(PerpendicularArc{-1, 1}, {}, 0.15), std::invalid_argument);
   EXPECT_THROW(footsteps(PerpendicularArc{0.75, INFINITY}, {}, 0.15), std::invalid_argument);
+}
+
+TEST(Turn, FeetGoRoundOnTheSpotAndEndTogether) {
+  for (const double angle : {90.0, -45.0, 7.0, 200.0}) {
+    const auto steps = footsteps(Turn{angle * kDegree, 10 * kDegree}, {{1, 2}, 0.3}, 0.15);
+    EXPECT_EQ(steps.size(), static_cast<std::size_t>(std::ceil(std::abs(angle) / 10)) + 1);
+    EXPECT_EQ(steps.front().side, angle > 0 ? Side::left : Side::right);
+    expect_ends_together_at(steps, {{1, 2}, 0.3 + angle * kDegree});
+    for (const Footstep& step : steps)
+      EXPECT_NEAR((step.pose.position - Eigen::Vector2d(1, 2)).norm(), hrp2::kFootSpacing / 2, kExact);
+  }
+}
+
+/// Of a robot whose waist is there, feet together.
+FootPose feet_below(double x, double y, double degrees) {
+  return FootPose{{x, y}, degrees * kDegree} * FootPose{{hrp2::kAnkleX, 0}, 0};
+}
+
+TEST(GoTo, EndsUnderTheWaistAtItsPlaceWhereverItBegins) {
+  for (const FootPose& start :
+       {FootPose{{hrp2::kAnkleX, 0}, 0}, FootPose{{-1, 2}, 2.5}, FootPose{{0, 0}, 9}}) {
+    const auto steps = footsteps(GoTo{0.5, -0.8, 120 * kDegree}, start, 0.15);
+    FootPose goal = feet_below(0.5, -0.8, 120);
+    goal.yaw = steps.back().pose.yaw;  // whole turns more or less
+    EXPECT_NEAR(std::remainder(goal.yaw - 120 * kDegree, 2 * std::numbers::pi), 0, kExact);
+    expect_ends_together_at(steps, goal);
+  }
+}
+
+TEST(GoTo, TurnsFirstAndWalksAhead) {
+  const auto steps = footsteps(GoTo{0, 1, 0}, feet_below(0, 0, 0), 0.15);
+  // A turn on the spot by about 90 degrees, then straight towards the goal.
+  const Eigen::Vector2d begin(hrp2::kAnkleX, 0);
+  std::size_t turning = 0;
+  while ((steps[turning].pose.position - begin).norm() < 0.096) ++turning;
+  EXPECT_EQ(turning, 9u + 1);
+  for (std::size_t k = turning; k < turning + 3; ++k) EXPECT_NEAR(steps[k].pose.yaw, 90 * kDegree, 1e-9);
+}
+
+TEST(GoTo, WhereItIsAlreadyNeedsNoStep) {
+  EXPECT_TRUE(footsteps(GoTo{1, 2, 30 * kDegree}, feet_below(1, 2, 30), 0.15).empty());
+  EXPECT_EQ(footsteps(GoTo{1, 2, 0}, feet_below(1, 2, 0.0), 0.15).size(), 0u);
 }
 
 }  // namespace

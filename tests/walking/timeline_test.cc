@@ -86,6 +86,22 @@ TEST(Timeline, AMomentBeforeOrAfterTheWalkIsItsFirstOrLast) {
   EXPECT_EQ(&timeline.at(400).phase, &timeline.phases()[1]);
 }
 
+TEST(Timeline, RepeatCarriesTheLastCommandsOutAgainAndKnowsTheLaps) {
+  const auto lap = walk({Stand{2}, Straight{0.3, 0}, Turn{}, Stand{1}, Straight{0.3, 0}, Turn{}, Stand{1}});
+  const auto repeated =
+      timeline_of(walk({Stand{2}, Straight{0.3, 0}, Turn{}, Stand{1}, Repeat{3, 1}, Stand{2}}));
+  auto written = lap;
+  written.commands.back() = Stand{1};
+  written.commands.emplace_back(Stand{2});
+  EXPECT_EQ(repeated.ticks(), timeline_of(written).ticks());
+  ASSERT_EQ(repeated.laps().size(), 2u);
+  EXPECT_EQ(repeated.laps()[0].begin, 400u);
+  EXPECT_EQ(repeated.laps()[0].end, repeated.laps()[1].begin);
+  EXPECT_EQ(repeated.laps()[1].end - repeated.laps()[1].begin, repeated.laps()[0].end - 400);
+  EXPECT_EQ(repeated.laps()[1].end, repeated.ticks() - 400);
+  EXPECT_TRUE(timeline_of(lap).laps().empty());
+}
+
 void expect_complaint(const std::string& about, const std::function<void(WalkOptions&)>& spoil) {
   WalkOptions options = walk({Stand{1}, TangentArc{}});
   spoil(options);
@@ -107,6 +123,13 @@ TEST(Timeline, ImpossibleOptionsAreRefusedByName) {
   expect_complaint("walk.commands", [](auto& o) { o.commands.clear(); });
   expect_complaint("walk.commands[0]", [](auto& o) { o.commands[0] = Stand{-1}; });
   expect_complaint("walk.commands[1]", [](auto& o) { o.commands[1] = TangentArc{0, 1}; });
+  expect_complaint("walk.commands[1].turn", [](auto& o) { o.commands[1] = Turn{0}; });
+  expect_complaint("walk.commands[1].go_to", [](auto& o) { o.commands[1] = GoTo{NAN, 0, 0}; });
+  expect_complaint("walk.commands[1].repeat.last: 2 commands", [](auto& o) { o.commands[1] = Repeat{2, 1}; });
+  expect_complaint("walk.commands[1].repeat.times", [](auto& o) { o.commands[1] = Repeat{1, 0}; });
+  expect_complaint("one is a repeat itself", [](auto& o) {
+    o.commands = {Stand{1}, Repeat{1, 1}, Repeat{1, 1}};
+  });
 }
 
 }  // namespace

@@ -135,6 +135,9 @@ TEST(Keys, ThereIsOneForEachFieldOfAnItem) {
   Count::expect_one_for_each_member<walking::TangentArc>("tangent_arc");
   Count::expect_one_for_each_member<walking::PerpendicularArc>("perpendicular_arc");
   Count::expect_one_for_each_member<walking::Step>("steps");
+  Count::expect_one_for_each_member<walking::Turn>("turn");
+  Count::expect_one_for_each_member<walking::GoTo>("go_to");
+  Count::expect_one_for_each_member<walking::Repeat>("repeat");
   Count::expect_one_for_each_member<world::Push>("push");
   Count::expect_one_for_each_member<world::FloorPatch>("patch");
 }

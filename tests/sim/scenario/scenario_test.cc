@@ -180,7 +180,7 @@ TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
   EXPECT_EQ(
       of("walk.commands=[{hop: {}}]"),
       "<argument>:2:17: walk.commands: unknown command 'hop', expected one of stand, straight, tangent_arc, "
-      "perpendicular_arc, steps");
+      "perpendicular_arc, steps, turn, go_to, repeat");
 }
 
 TEST(Overrides, DoNotBeginASectionThatTheFileLeavesOut) {

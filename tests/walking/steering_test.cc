@@ -1,0 +1,190 @@
+#include "walking/steering.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "tests/walking/smooth_walk.h"
+#include "walking/feasible_step.h"
+#include "walking/inverse_kinematics.h"
+#include "walking/leg_limits.h"
+
+namespace walking {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+WalkOptions straight() {
+  WalkOptions options;
+  options.commands = {Stand{1}, Straight{1.5, 0}, Stand{1}};
+  return options;
+}
+
+SteeringOptions eager() {
+  SteeringOptions options;
+  options.by = SteeredBy::estimate;
+  options.gain = 1;
+  return options;
+}
+
+/// Where the plan's world is in W at a time.
+using Drift = std::function<FootPose(double t_s)>;
+
+/// A walk that is steered by an estimate that knows the drift, with a latency of 0.1 s.
+struct SteeredWalk {
+  SteeredWalk(
+      const SteeringOptions& options, const Drift& drift,
+      const std::function<bool(double)>& known = [](double) { return true; })
+      : plan(straight()), steering(options, plan) {
+    std::optional<PlaceEstimate> newest;
+    for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
+      const double t_s = static_cast<double>(tick) * kPeriod - 0.1;
+      if (t_s > 0 && known(t_s)) {
+        const Eigen::Isometry3d& X_PL = walk[walk.size() - 20].X_PL;
+        const FootPose planned{X_PL.translation().head<2>(), 0};
+        newest = PlaceEstimate{t_s, planned, drift(t_s) * planned};
+      }
+      if (steering.is_due(plan, tick)) steering.decide(plan, tick, newest);
+      walk.push_back(plan.next());
+    }
+  }
+
+  FootPose end_in_world(const Drift& drift) const {
+    const Reference& r = walk.back();
+    const FootPose left{r.X_PL.translation().head<2>(), yaw_of(r.X_PL)},
+        right{r.X_PR.translation().head<2>(), yaw_of(r.X_PR)};
+    return drift(r.t_s) * centre_of({left, right});
+  }
+
+  PatternGenerator plan;
+  Steering steering;
+  std::vector<Reference> walk;
+};
+
+void expect_within_limits(const SteeredWalk& steered, const SteeringOptions& options) {
+  for (const StepCorrection& c : steered.steering.corrections()) {
+    EXPECT_LE(std::abs(c.correction.position.x()), options.largest_ahead_m) << c.step;
+    EXPECT_LE(std::abs(c.correction.position.y()), options.largest_aside_m) << c.step;
+    EXPECT_LE(std::abs(c.correction.yaw), options.largest_turn_rad) << c.step;
+  }
+  for (const Reference& r : steered.walk)
+    ASSERT_FALSE(leg_obstacle(inverse_kinematics(posture_of(r)))) << "at " << r.t_s;
+  for (std::size_t k = 0; k < steered.plan.steps(); ++k) {
+    const Footstep landing = steered.plan.landing(k);
+    EXPECT_EQ(distance_outside(steered.plan.stance_before(k).of(other(landing.side)), landing), 0) << k;
+  }
+}
+
+TEST(Steering, WithoutAnErrorThePlanKeepsItsBits) {
+  const SteeredWalk steered(eager(), [](double) { return FootPose{}; });
+  const auto plain = planned(straight());
+  ASSERT_EQ(steered.walk.size(), plain.size());
+  for (std::size_t k = 0; k < plain.size(); ++k) {
+    // Corrections of zero are composed with the path: rounding.
+    ASSERT_LT((steered.walk[k].X_PB.matrix() - plain[k].X_PB.matrix()).norm(), 1e-9) << k;
+  }
+}
+
+// The plan drifts while the robot walks, as soles slip, and no more once it has arrived.
+TEST(Steering, EndsWithinTheToleranceOfItsGoalAlthoughThePlanDrifts) {
+  const Drift drift = [](double t_s) {
+    const double t = std::min(t_s, 10.0);
+    return FootPose{{0.004 * t, 0.005 * t}, 0.2 * kDegree * t};
+  };
+  const SteeringOptions options = eager();
+  const SteeredWalk steered(options, drift);
+  const FootPose end = steered.end_in_world(drift), goal{{1.5 + hrp2::kAnkleX, 0}, 0};
+  EXPECT_LT((end.position - goal.position).norm(), options.tolerance_m + 1e-9);
+  EXPECT_LT(std::abs(end.yaw), options.tolerance_rad + 1e-9);
+  expect_within_limits(steered, options);
+  expect_smooth(steered.walk);
+  const auto plain = planned(straight());
+  EXPECT_GT(((drift(plain.back().t_s) * goal).position - goal.position).norm(), 0.08);
+}
+
+TEST(Steering, AJumpOfTheEstimateIsTakenUpInLimitedSteps) {
+  for (const FootPose& jump :
+       {FootPose{{0.3, 0}, 0}, FootPose{{0, -0.3}, 0}, FootPose{{0, 0}, 10 * kDegree}}) {
+    const Drift drift = [&](double t) { return t < 4 ? FootPose{} : jump; };
+    const SteeringOptions options = eager();
+    const SteeredWalk steered(options, drift);
+    expect_within_limits(steered, options);
+    expect_smooth(steered.walk);
+  }
+}
+
+TEST(Steering, AStepIsCorrectedFromTheFirstDecisionAfterTheEstimateOn) {
+  const Drift drift = [](double t) { return t < 4 ? FootPose{} : FootPose{{0.01, 0}, 0}; };
+  const SteeredWalk steered(eager(), drift);
+  for (const StepCorrection& c : steered.steering.corrections())
+    if (c.decided_s < 4.1) {
+      EXPECT_EQ(c.correction.position.norm(), 0) << c.decided_s;
+    }
+  const auto& all = steered.steering.corrections();
+  const auto first = std::find_if(all.begin(), all.end(), [](const auto& c) { return c.decided_s >= 4.1; });
+  ASSERT_NE(first, all.end());
+  EXPECT_NEAR(first->correction.position.x(), -0.01, 1e-9);  // the whole error at gain 1
+  EXPECT_NEAR(static_cast<double>(steered.plan.touch_down(first->step)) * kPeriod - first->decided_s, 1.6,
+              0.02);
+}
+
+TEST(Steering, ErrorsWithinTheDeadBandAreLeftAlone) {
+  PatternGenerator plan(straight());
+  Steering steering(eager(), plan);
+  for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
+    if (steering.is_due(plan, tick)) {
+      PlaceEstimate estimate{static_cast<double>(tick) * kPeriod, {}, {{0.004, 0.009}, 0}, {}};
+      estimate.covariance = Eigen::Vector3d(0.005 * 0.005, 0.005 * 0.005, 0).asDiagonal();
+      steering.decide(plan, tick, estimate);
+    }
+    plan.next();
+  }
+  for (const StepCorrection& c : steering.corrections()) {
+    EXPECT_EQ(c.correction.position.x(), 0);
+    if (c.step == 0) {
+      EXPECT_NEAR(c.correction.position.y(), -0.004, 1e-9);
+    }
+  }
+}
+
+TEST(Steering, StopsOnBothFeetWhenTheEstimateStaysLost) {
+  SteeringOptions options = eager();
+  options.lost_s = 2;
+  const auto until_4_s = [](double t) { return t < 4; };
+  const SteeredWalk steered(
+      options, [](double) { return FootPose{}; }, until_4_s);
+  ASSERT_TRUE(steered.steering.stopped_s());
+  EXPECT_GT(*steered.steering.stopped_s(), 5.9);
+  EXPECT_LT(*steered.steering.stopped_s(), 5.9 + 0.9);  // at the next step
+  EXPECT_LT(steered.walk.size(), planned(straight()).size());
+  const Reference& end = steered.walk.back();
+  EXPECT_NEAR((end.X_PL.translation() - end.X_PR.translation()).norm(), 0.19, 1e-9);
+  expect_smooth(steered.walk);
+}
+
+TEST(Steering, GoesOnByThePlanWhenToldTo) {
+  SteeringOptions options = eager();
+  options.lost_s = 2;
+  options.on_lost = OnLost::go_on;
+  const SteeredWalk steered(
+      options, [](double) { return FootPose{}; }, [](double t) { return t < 4; });
+  EXPECT_FALSE(steered.steering.stopped_s());
+  EXPECT_EQ(steered.walk.size(), planned(straight()).size());
+}
+
+TEST(Steering, AddsNoMoreStepsAtTheEndThanStated) {
+  SteeringOptions options = eager();
+  for (const int most : {0, 3, 8}) {
+    options.final_steps = most;
+    // An error that no step can correct: the drift undoes it.
+    const SteeredWalk steered(options, [](double t) { return FootPose{{0.05 * t, 0}, 0}; });
+    EXPECT_EQ(steered.plan.steps(),
+              PatternGenerator(straight()).steps() + static_cast<std::size_t>(most / 2 * 2));
+  }
+}
+
+}  // namespace
+}  // namespace walking

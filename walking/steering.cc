@@ -1,0 +1,133 @@
+#include "walking/steering.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "walking/feasible_step.h"
+
+namespace walking {
+namespace {
+
+/// From the last landing to the decision whether the end of the path is reached.
+constexpr std::size_t kSettlingTicks = 160;
+
+/// Without its dead band, times the gain, within the limit.
+double limited(double error, double dead_band, double gain, double largest) {
+  const double beyond = std::copysign(std::max(0.0, std::abs(error) - dead_band), error);
+  return std::clamp(gain * beyond, -largest, largest);
+}
+
+FootPose scaled(double share, const FootPose& pose) { return {share * pose.position, share * pose.yaw}; }
+
+}  // namespace
+
+Steering::Steering(const SteeringOptions& options, const PatternGenerator& plan) : options_(options) {
+  for (std::size_t step = 0; step < plan.steps(); ++step) desired_.push_back(plan.landing(step));
+}
+
+bool Steering::is_due(const PatternGenerator& plan, std::size_t tick) const {
+  if (stopped_s_ || plan.steps() == 0) return false;
+  return plan.is_due() || tick == plan.touch_down(plan.steps() - 1) + kSettlingTicks;
+}
+
+void Steering::decide(PatternGenerator& plan, std::size_t tick, const std::optional<PlaceEstimate>& newest) {
+  const double now_s = static_cast<double>(tick) * kPeriod;
+  if (newest) take(*newest);
+  const bool lost = now_s - (newest_ ? newest_->t_s : 0) > options_.lost_s;
+  if (plan.free_step() == plan.steps())
+    approach_goal(plan);
+  else if (lost && options_.on_lost == OnLost::stop)
+    stop(plan, now_s);
+  else
+    correct(plan, now_s);
+}
+
+/// X_WP maps the planned sole to the estimated one; its heading is never wrapped.
+void Steering::take(const PlaceEstimate& newest) {
+  const double turn = newest.estimated.yaw - newest.planned.yaw - X_WP_.yaw;
+  X_WP_.yaw += std::remainder(turn, 2 * std::numbers::pi);
+  X_WP_.position = newest.estimated.position - (FootPose{{0, 0}, X_WP_.yaw} * newest.planned).position;
+  newest_ = newest;
+}
+
+/// Where a pose of the path is wanted, seen from where it is planned.
+FootPose Steering::error_of(const FootPose& desired) const {
+  return inverse(X_PW_plan_ * desired) * (inverse(X_WP_) * desired);
+}
+
+/// Standard deviations of the estimate at a landing in P, along its axes: that of the heading acts over the
+/// distance from the sole that was estimated.
+Eigen::Vector3d Steering::sigma_at(const FootPose& landing) const {
+  if (!newest_) return Eigen::Vector3d::Zero();
+  const Eigen::Vector2d lever = (X_WP_ * landing).position - newest_->estimated.position;
+  Eigen::Matrix<double, 2, 3> J;
+  J << 1, 0, -lever.y(), 0, 1, lever.x();
+  const Eigen::Matrix2d R = Eigen::Rotation2Dd(-landing.yaw - X_WP_.yaw).toRotationMatrix();
+  const Eigen::Vector2d variance = (R * J * newest_->covariance * J.transpose() * R.transpose()).diagonal();
+  return Eigen::Vector3d(variance.x(), variance.y(), newest_->covariance(2, 2)).cwiseMax(0).cwiseSqrt();
+}
+
+FootPose Steering::limited(const FootPose& error, const Eigen::Vector3d& sigma) const {
+  const Eigen::Vector3d band = options_.dead_band_sigma * sigma;
+  const double gain = options_.gain;
+  return {{walking::limited(error.position.x(), band.x(), gain, options_.largest_ahead_m),
+           walking::limited(error.position.y(), band.y(), gain, options_.largest_aside_m)},
+          walking::limited(error.yaw, band.z(), gain, options_.largest_turn_rad)};
+}
+
+/// The landings from `step` on, with the corrections so far.
+std::vector<Footstep> Steering::planned_from(std::size_t step) const {
+  std::vector<Footstep> landings(desired_.begin() + static_cast<std::ptrdiff_t>(step), desired_.end());
+  for (Footstep& landing : landings) landing.pose = X_PW_plan_ * landing.pose;
+  return landings;
+}
+
+void Steering::correct(PatternGenerator& plan, double now_s) {
+  const std::size_t step = plan.free_step();
+  const bool closes = step + 1 == plan.steps();  // the feet are together at the end
+  const FootPose before = X_PW_plan_, desired = desired_[step].pose, uncorrected = before * desired;
+  StepCorrection made{step, now_s, desired_[step], X_WP_ * uncorrected, error_of(desired), {}};
+  const FootPose wanted = closes || !newest_ ? FootPose{} : limited(made.error, sigma_at(uncorrected));
+  const FootPose& standing = plan.stance_before(step).of(other(desired_[step].side));
+  const auto outside = [&](const FootPose& pose) {
+    return distance_outside(standing, {desired_[step].side, pose});
+  };
+  for (const double share : {1.0, 0.5, 0.25, 0.0}) {
+    made.correction = scaled(share, wanted);
+    const FootPose landing = uncorrected * made.correction;
+    X_PW_plan_ = share == 0 ? before : landing * inverse(desired);
+    if (share == 0) break;
+    // A step that is outside already is not moved farther out.
+    if (outside(landing) > outside(uncorrected)) continue;
+    if (plan.can_follow(step, planned_from(step))) break;
+  }
+  plan.replan(step, planned_from(step));
+  corrections_.push_back(made);
+}
+
+/// The step that is due, whose support is already planned, brings the feet together.
+void Steering::stop(PatternGenerator& plan, double now_s) {
+  const std::size_t step = plan.free_step();
+  const Side side = desired_[step].side;
+  const double aside = side == Side::left ? hrp2::kFootSpacing : -hrp2::kFootSpacing;
+  plan.replan(step, {{side, plan.stance_before(step).of(other(side)) * FootPose{{0, aside}, 0}}});
+  stopped_s_ = now_s;
+}
+
+void Steering::approach_goal(PatternGenerator& plan) {
+  Stance end;
+  for (const Footstep& step : desired_) end.of(step.side) = step.pose;
+  const FootPose error = error_of(centre_of(end));
+  const bool there =
+      error.position.norm() <= options_.tolerance_m && std::abs(error.yaw) <= options_.tolerance_rad;
+  if (there || final_steps_ + 2 > options_.final_steps) return;
+  const Side first = error.position.y() > 0 ? Side::left : Side::right;
+  const std::size_t step = plan.steps();
+  for (const Side side : {first, other(first)}) desired_.push_back({side, end.of(side)});
+  final_steps_ += 2;
+  plan.replan(step, planned_from(step));
+}
+
+}  // namespace walking
