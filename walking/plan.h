@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "walking/hrp2.h"
+#include "walking/steering_options.h"
 
 namespace walking {
 
@@ -158,6 +159,7 @@ struct WalkOptions {
   SwingPolynomial swing = SwingPolynomial::quintic;
   ArmMotion arm_motion = ArmMotion::still;
   bool second_preview = false;
+  SteeringOptions steering;
   std::vector<Command> commands;
 
   static void keys(auto&& key) {
@@ -180,6 +182,7 @@ struct WalkOptions {
               "whether a second preview stage makes the ZMP of the whole body, not only the cart-table's, "
               "follow the "
               "reference");
+    key.part("steering", &WalkOptions::steering);
     key.value("commands", &WalkOptions::commands, "walk commands, carried out in this order");
   }
 };

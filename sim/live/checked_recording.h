@@ -22,6 +22,7 @@ class CheckedRecording {
   void add(const recording::BodyReading& reading) { writer_.add(reading); }
   void add(const recording::TruePoses& poses) { writer_.add(poses); }
   void add(const recording::TrueFeet& feet) { writer_.add(feet); }
+  void add(const std::vector<recording::CorrectedStep>& steps) { writer_.add(steps); }
   void add(const Frame& frame);
   /// A reading of the chest IMU, which the frame it belongs to records, and the true motion at its end.
   void add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,

@@ -61,6 +61,7 @@ void PendingFrames::draw_all() {
 void PendingFrames::draw_oldest() {
   auto frame = std::make_shared<Frame>(std::move(frames_.front()));
   frames_.pop_front();
+  drawn_stamps_.push_back(frame->observation.t);
   drawn_.push_back(worker_.do_next([this, frame, motion = motion_] {
     if (camera_) {
       const result::StageClock clock(frame->render_ms);
@@ -73,6 +74,7 @@ void PendingFrames::draw_oldest() {
 Frame PendingFrames::pop() {
   std::future<Frame> frame = std::move(drawn_.front());
   drawn_.pop_front();
+  drawn_stamps_.pop_front();
   return frame.get();
 }
 

@@ -50,6 +50,10 @@ class PendingFrames {
   /// Whether so many images are being drawn that the oldest frame is to be taken now.
   bool is_full() const { return drawn_.size() > in_flight_; }
   bool empty() const { return drawn_.empty(); }
+  /// The stamp of the frame that pop() gives next; there must be one.
+  std::chrono::nanoseconds next_stamp() const { return drawn_stamps_.front(); }
+  /// Time from a frame's stamp until its shutter has closed.
+  std::chrono::nanoseconds lead() const { return lead_; }
   /// The oldest frame, with its image, once that is drawn. Throws what drawing it has thrown.
   Frame pop();
 
@@ -66,6 +70,7 @@ class PendingFrames {
   world::RecentMotion motion_;
   std::deque<Frame> frames_;              // their shutters are open
   std::deque<std::future<Frame>> drawn_;  // or being drawn
+  std::deque<std::chrono::nanoseconds> drawn_stamps_;
   std::size_t in_flight_;
   int next_ = 0;
   std::unique_ptr<world::HeadCamera> camera_;  // made, used and destroyed by the worker

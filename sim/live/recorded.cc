@@ -41,6 +41,10 @@ Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
   return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
 }
 
+Eigen::Vector3d planar(const walking::FootPose& pose) {
+  return {pose.position.x(), pose.position.y(), pose.yaw};
+}
+
 recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
                               const world::SoleContact& contact) {
   return {on_ground(X_WS), on_ground(X_PS), planned_down, contact.load,
@@ -74,6 +78,15 @@ recording::RecordedSurface recorded(const world::RoomPrimitive& surface) {
   const bool round_about_z = surface.kind == cylinder || surface.kind == capsule;
   const Eigen::Vector3d& s = surface.size;
   return {kind(surface.kind), surface.X_WS, round_about_z ? Eigen::Vector3d(s.x(), s.z(), 0) : s};
+}
+
+std::vector<recording::CorrectedStep> recorded(const std::vector<walking::StepCorrection>& corrections) {
+  std::vector<recording::CorrectedStep> steps;
+  for (const walking::StepCorrection& c : corrections)
+    steps.push_back({std::chrono::nanoseconds(std::llround(1e9 * c.decided_s)),
+                     c.desired.side == walking::Side::left, planar(c.desired.pose), planar(c.expected),
+                     planar(c.correction)});
+  return steps;
 }
 
 recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
@@ -11,6 +12,7 @@
 #include "sim/world/world.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
+#include "walking/steering.h"
 
 namespace sim::live {
 
@@ -26,6 +28,7 @@ recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, co
                                           const Eigen::Isometry3d& X_PB);
 
 recording::RecordedSurface recorded(const world::RoomPrimitive& surface);
+std::vector<recording::CorrectedStep> recorded(const std::vector<walking::StepCorrection>& corrections);
 recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings);
 
 /// True motion of the chest IMU at the world's time.

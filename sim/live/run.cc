@@ -1,17 +1,21 @@
 #include "sim/live/run.h"
 
+#include <fmt/format.h>
+
 #include <optional>
 #include <utility>
 
 #include "sim/live/checked_recording.h"
 #include "sim/live/draw.h"
 #include "sim/live/pending_frames.h"
+#include "sim/live/place_estimates.h"
 #include "sim/live/planned_camera.h"
 #include "sim/live/recorded.h"
 #include "sim/live/room_check.h"
 #include "sim/sensor_errors/random.h"
 #include "sim/world/nominal_body.h"
 #include "sim/world/walking_robot.h"
+#include "walking/steering.h"
 
 namespace sim::live {
 namespace {
@@ -61,6 +65,9 @@ class Run {
   void stamp_frame();
   void read_imu();
   void deliver_frame();
+  void note_place(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
+  void steer();
+  result::Ending walk_ending() const;
 
   const scenario::ReadScenario& read_;
   std::filesystem::path folder_;
@@ -71,7 +78,9 @@ class Run {
   PendingFrames frames_;
   CheckedRecording recording_;
   std::optional<tracking::Tracking> tracking_;
-  slam::Observation next_;  // the IMU readings since the last frame
+  std::optional<walking::Steering> steering_;
+  std::optional<PlaceEstimates> places_;  // with steering_
+  slam::Observation next_;                // the IMU readings since the last frame
   result::Timing timing_;
   result::FrameTiming frame_timing_;
 };
@@ -86,6 +95,10 @@ Run::Run(const scenario::ReadScenario& read, const std::filesystem::path& folder
       frames_(read.scenario, models, threads > 1),
       recording_(folder_, setup_, true_motion(robot_.world()), frames_.surfaces()) {
   if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
+  const walking::SteeringOptions& steering = read.scenario.walk.steering;
+  if (steering.by == walking::SteeredBy::plan) return;
+  steering_.emplace(steering, robot_.plan());
+  places_.emplace(steering, read.scenario.errors.faults, frames_.lead());
 }
 
 void Run::walk(const result::Progress& progress) {
@@ -99,6 +112,7 @@ void Run::walk(const result::Progress& progress) {
     }
     read_imu();
     recording_.add(true_feet(robot_.world(), robot_.reference()));
+    steer();
     robot_.advance();
     progress(robot_.progress());
   }
@@ -135,6 +149,7 @@ void Run::stamp_frame() {
   read_imu();
   next_.t = world.time();
   next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
+  if (places_) places_->add(next_.t, *next_.plan);
   frames_.push({std::exchange(next_, {}), world.X_WC()});
   recording_.add(
       recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
@@ -152,7 +167,8 @@ void Run::read_imu() {
 // To the recording and, when the scenario has one, to the filter.
 void Run::deliver_frame() {
   Frame frame = frames_.pop();
-  frame_timing_.t = frame.observation.t;
+  const slam::Stamp t = frame.observation.t;
+  frame_timing_.t = t;
   frame_timing_.render_ms = frame.render_ms;
   {
     const result::StageClock clock(frame_timing_.record_ms);
@@ -163,16 +179,46 @@ void Run::deliver_frame() {
     tracking_->take(std::move(frame.observation));
     frame_timing_.landmarks = tracking_->landmarks();
   }
+  if (places_) note_place(t, frame.X_WC);
   timing_.frames.push_back(std::exchange(frame_timing_, {}));
+}
+
+// The estimate after a frame; where the truth is to steer, the truth as if it were one.
+void Run::note_place(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true) {
+  if (read_.scenario.walk.steering.by == walking::SteeredBy::truth) {
+    places_->add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
+  } else if (const tracking::TrackedFrame* const newest = tracking_->newest()) {
+    places_->add(frame, newest->estimate, newest->report.health == slam::Health::ok);
+  }
+}
+
+// Where a footstep is due, with all frames that it may depend on and no others: whether images are drawn
+// beside the walk makes no difference.
+void Run::steer() {
+  const auto tick = static_cast<std::size_t>(robot_.world().time() / walking::kTick);
+  if (!steering_ || !robot_.is_ok() || !steering_->is_due(robot_.plan(), tick)) return;
+  const slam::Stamp until = places_->usable_until(robot_.world().time());
+  while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
+  const result::StageClock clock(frame_timing_.plan_and_physics_ms);
+  steering_->decide(robot_.plan(), tick, places_->newest(until));
+}
+
+result::Ending Run::walk_ending() const {
+  const world::Status& status = robot_.world().status();
+  if (status.condition == world::Condition::ok && steering_ && steering_->stopped_s())
+    return {"stopped",
+            fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
+                        read_.scenario.walk.steering.lost_s, *steering_->stopped_s())};
+  return {ending(status.condition), status.cause};
 }
 
 result::RunRecord Run::record() {
   frames_.close_camera();
+  if (steering_) recording_.add(recorded(steering_->corrections()));
   const std::string complaint = recording_.finish();
-  const world::Status& status = robot_.world().status();
-  result::RunRecord left{read_,  ending(status.condition),       status.cause,
-                         setup_, recording::read_truth(folder_), std::nullopt,
-                         ""};
+  const result::Ending walked = walk_ending();
+  result::RunRecord left{
+      read_, walked.ending, walked.cause, setup_, recording::read_truth(folder_), std::nullopt, ""};
   if (left.ending != "failed" && !complaint.empty()) left.ending = "failed", left.cause = complaint;
   if (tracking_) left.tracked = tracking_->finish();
   left.recording_hash = recording::RecordingReader(folder_).hash();

@@ -24,6 +24,7 @@ inline const std::string kTrueCamera = "truth/camera.csv";
 inline const std::string kTrueWaist = "truth/waist.csv";
 inline const std::string kPlannedWaist = "truth/waist_plan.csv";
 inline const std::string kFeet = "truth/feet.csv";
+inline const std::string kCorrectedSteps = "truth/corrected_steps.csv";
 inline const std::string kSurfaces = "truth/surfaces.csv";
 
 inline std::string body_sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
@@ -49,6 +50,10 @@ inline const std::string kFootColumns =
     ",x [m],y [m],yaw [rad],plan_x [m],plan_y [m],plan_yaw [rad],planned_down,load [N]"
     ",creep_x [m],creep_y [m],creep_yaw [rad]";
 inline const std::string kFeetHeader = kStampColumn + kFootColumns + kFootColumns;
+inline const std::string kCorrectedStepsHeader =
+    kStampColumn +
+    ",foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],expected_yaw [rad]"
+    ",ahead [m],aside [m],turn [rad]";
 inline const std::string kSurfacesHeader =
     "#kind," + files::pose_columns("WS") + ",size_1 [m],size_2 [m],size_3 [m]";
 

@@ -56,6 +56,18 @@ std::vector<TrueFeet> read_feet(const Manifest& manifest) {
   return feet;
 }
 
+// Steps are decided at least a tick apart, and the time is that of the decision.
+std::vector<CorrectedStep> read_corrected_steps(const Manifest& manifest) {
+  std::vector<CorrectedStep> steps;
+  StampedRows rows = rows_of(manifest, kCorrectedSteps, {kCorrectedStepsHeader});
+  for (; rows.stamp(); rows.advance()) {
+    const files::CsvReader& row = rows.row();
+    if (row.text(1) != "left" && row.text(1) != "right") row.fail(1, "expected left or right");
+    steps.push_back({*rows.stamp(), row.text(1) == "left", row.vector(2), row.vector(5), row.vector(8)});
+  }
+  return steps;
+}
+
 std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
   std::vector<RecordedSurface> surfaces;
   files::CsvReader rows(manifest.check(kSurfaces), {kSurfacesHeader});
@@ -153,6 +165,7 @@ Truth read_truth(const fs::path& folder) {
   truth.waist_plan = read_poses(manifest, kPlannedWaist, kPlannedWaistHeader);
   truth.feet = read_feet(manifest);
   truth.surfaces = read_surfaces(manifest);
+  if (manifest.lists(kCorrectedSteps)) truth.corrected_steps = read_corrected_steps(manifest);
   return truth;
 }
 

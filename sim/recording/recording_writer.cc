@@ -170,6 +170,15 @@ void RecordingWriter::add(const RecordedSurface& surface) {
                                           files::csv_fields(surface.size)));
 }
 
+void RecordingWriter::add(const std::vector<CorrectedStep>& steps) {
+  std::string text = kCorrectedStepsHeader + "\n";
+  for (const CorrectedStep& step : steps)
+    text += fmt::format("{},{},{},{},{}\n", file_stamp(step.t), kSupport[step.left ? 1 : 2],
+                        files::csv_fields(step.desired), files::csv_fields(step.expected),
+                        files::csv_fields(step.correction));
+  files_->write_whole(kCorrectedSteps, text);
+}
+
 void RecordingWriter::add(const std::string& name, std::string_view text) { files_->write_whole(name, text); }
 
 void RecordingWriter::finish() {

@@ -43,6 +43,7 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   result::RunRecord record{
       scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
       std::nullopt, reader.hash()};
+  record.counterfactual = walk.counterfactual;
   if (tracking) record.tracked = tracking->finish();
   const result::Outcome outcome =
       result::write_result(folder.path(), record, place, timing, 1e-9 * static_cast<double>(last.count()));

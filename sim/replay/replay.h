@@ -12,6 +12,8 @@ namespace sim::replay {
 /// How a recorded walk ended, and the cause if it was not completed.
 struct WalkEnd {
   std::string ending, cause;
+  /// Why the filter that is replayed would have steered another walk; empty if it would not.
+  std::string counterfactual = {};
 };
 
 /// Reads the walk's end from the about.json of a result folder. Throws FileError.

@@ -80,6 +80,7 @@ ordered_json run_data(const RunData& run) {
                     {"verdict", verdict.text},
                     {"exit_code", verdict.exit_code},
                     {"cause", run.about.cause},
+                    {"counterfactual", run.about.counterfactual},
                     {"score", run.score},
                     {"figures", all(run_figures(run))},
                     {"has_estimate", run.errors.has_value()}};

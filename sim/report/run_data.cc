@@ -77,6 +77,24 @@ std::optional<Table> table_if_there(const fs::path& file) {
   return Table(file);
 }
 
+/// The estimated waist: the camera is as far from it as planned at the start.
+std::optional<Path> waist_of_estimate(const fs::path& folder) {
+  if (!fs::exists(folder / "estimate.tum")) return std::nullopt;
+  const auto waist = files::read_tum(folder / "waist_plan.tum"),
+             camera = files::read_tum(folder / "plan.tum");
+  auto estimate = files::read_tum(folder / "estimate.tum");
+  if (waist.empty() || camera.empty()) return std::nullopt;
+  const Eigen::Isometry3d X_CB = camera.front().X.inverse() * waist.front().X;
+  for (files::TumRow& row : estimate) row.X = row.X * X_CB;
+  return path_of(estimate);
+}
+
+void read_steering(RunData& run) {
+  run.waist_desired = read_path(run.folder / "waist_desired.tum");
+  run.waist_estimate = waist_of_estimate(run.folder);
+  run.corrected_steps = table_if_there(run.folder / "corrected_steps.csv");
+}
+
 }  // namespace
 
 std::optional<double> RunData::metric(const std::string& name) const {
@@ -107,6 +125,7 @@ RunData read_run(const fs::path& folder) {
     run.estimate = path_of(estimate);
     run.errors = errors_of(truth, estimate, file);
   }
+  if (fs::exists(folder / "waist_desired.tum")) read_steering(run);
   run.frames = table_if_there(folder / "frames.csv");
   run.map = table_if_there(folder / "map.csv");
   run.maps = table_if_there(folder / "map_over_time.csv");

@@ -43,8 +43,10 @@ struct RunData {
   std::string scenario_yaml;
   Path truth, plan, waist_truth, waist_plan;
   std::optional<Path> estimate;
+  std::optional<Path> waist_estimate;  ///< of a steered walk, as waist_desired and corrected_steps
+  std::optional<Path> waist_desired;
   std::optional<Errors> errors;
-  std::optional<Table> frames, map, maps, searches, feet, frame_times;
+  std::optional<Table> frames, map, maps, searches, feet, frame_times, corrected_steps;
 
   /// The value of a metric, if it has one.
   std::optional<double> metric(const std::string& name) const;

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -251,12 +252,52 @@ Figure camera_from_above(const RunData& run) {
   return f;
 }
 
+// From where each foot would have landed, by the estimate, to where it was sent; both barbs of the head are a
+// quarter as long. Drawn larger, since corrections are some mm.
+Line correction_arrows(const Table& steps) {
+  constexpr double kLarger = 5;
+  Line arrows{"corrections, 5 times as large", Role::second};
+  const Column x = steps.numbers("expected_x"), y = steps.numbers("expected_y"),
+               yaw = steps.numbers("expected_yaw"), ahead = steps.numbers("ahead"),
+               aside = steps.numbers("aside");
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector2d from(x[i], y[i]);
+    const Eigen::Vector2d way = kLarger * (Eigen::Rotation2Dd(yaw[i]) * Eigen::Vector2d(ahead[i], aside[i]));
+    const Eigen::Vector2d tip = from + way;
+    const Eigen::Vector2d left = tip + Eigen::Rotation2Dd(2.6) * way / 4,
+                          right = tip + Eigen::Rotation2Dd(-2.6) * way / 4;
+    for (const Eigen::Vector2d& p : {from, tip, left, tip, right, Eigen::Vector2d(NAN, NAN)}) {
+      arrows.x.push_back(p.x());
+      arrows.y.push_back(p.y());
+    }
+  }
+  return arrows;
+}
+
 Figure waist_from_above(const RunData& run) {
   Figure f{"waist_from_above", "Waist from above: planned and walked", "x [m]", "y [m]"};
   f.equal_axes = true;
   f.lines.push_back(line("plan", Role::plan, run.waist_plan.x, run.waist_plan.y));
   f.lines.push_back(line("truth", Role::truth, run.waist_truth.x, run.waist_truth.y));
+  if (run.waist_desired)
+    f.lines.push_back(line("desired", Role::first, run.waist_desired->x, run.waist_desired->y));
+  if (run.waist_estimate)
+    f.lines.push_back(line("estimate", Role::estimate, run.waist_estimate->x, run.waist_estimate->y));
+  if (run.corrected_steps) f.lines.push_back(correction_arrows(*run.corrected_steps));
   return f;
+}
+
+// How far and how much each step was corrected.
+void add_corrections(std::vector<Figure>& figures, const Table& steps) {
+  const Column t = steps.seconds("time");
+  Figure moved{"corrections", "Corrections of footsteps", kTime, "moved [mm]"},
+      turned{"corrected_turns", "Corrections of the footsteps' heading", kTime, "turned [deg]"};
+  moved.lines = {line("ahead", Role::first, t, scaled(steps.numbers("ahead"), kMm)),
+                 line("aside", Role::second, t, scaled(steps.numbers("aside"), kMm))};
+  turned.lines = {line("turn", Role::first, t, scaled(steps.numbers("turn"), kDeg))};
+  for (Figure* figure : {&moved, &turned})
+    for (Line& values : figure->lines) values.dots = true;
+  figures.insert(figures.end(), {moved, turned});
 }
 
 Figure camera_height(const RunData& run) {
@@ -278,6 +319,7 @@ std::vector<Figure> run_figures(const RunData& run) {
     figures.push_back(matches(*run.frames));
   }
   if (const auto around = closure(run)) figures.push_back(*around);
+  if (run.corrected_steps && run.corrected_steps->rows() > 0) add_corrections(figures, *run.corrected_steps);
   if (run.feet && run.feet->rows() > 0) add_slip(figures, *run.feet);
   if (run.frame_times && run.errors) figures.push_back(cpu(*run.frame_times));
   if (run.frame_times && run.frames && run.errors)

@@ -16,7 +16,8 @@ struct About {
   std::uint64_t seed = 0;
   std::string cause;  ///< of the run's ending
   std::string walk_ending, walk_cause;
-  std::string recording;  ///< the hash of its manifest
+  std::string counterfactual;  ///< of a replay: why its filter would have steered another walk
+  std::string recording;       ///< the hash of its manifest
   std::map<std::string, std::string, std::less<>> set_by;
 };
 

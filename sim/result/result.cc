@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include "sim/files/csv.h"
 #include "sim/files/text.h"
 #include "sim/files/tum.h"
 #include "sim/result/json.h"
@@ -40,6 +41,21 @@ void write_trajectories(const fs::path& folder, const RunRecord& record) {
   if (record.tracked) write_estimate(folder, *record.tracked);
 }
 
+/// A steered walk's desired path, and the corrections of its steps.
+void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
+  std::string path;
+  for (const score::StampedPose& pose : desired.waist) path += files::tum_row(pose.t, pose.X);
+  files::write_text(folder / "waist_desired.tum", path);
+  std::string steps =
+      "#time [ns],foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],"
+      "expected_yaw [rad],ahead [m],aside [m],turn [rad]\n";
+  for (const recording::CorrectedStep& step : record.truth.corrected_steps)
+    steps += fmt::format("{},{},{},{},{}\n", step.t.count(), step.left ? "left" : "right",
+                         files::csv_fields(step.desired), files::csv_fields(step.expected),
+                         files::csv_fields(step.correction));
+  files::write_text(folder / "corrected_steps.csv", steps);
+}
+
 std::string planar_fields(const score::Planar& p) { return fmt::format(",{},{},{}", p.x, p.y, p.yaw); }
 
 void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
@@ -69,19 +85,20 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
   const scenario::Scenario& scenario = record.scenario.scenario;
   auto set_by = record.scenario.origin;
   set_by.erase("seed");  // a seed's result must not depend on whether it was run alone or in a batch
-  const nlohmann::ordered_json json{{"format_version", 1},
-                                    {"program", "gaitslam"},
-                                    {"version", place.version},
-                                    {"revision", place.revision},
-                                    {"libraries", place.libraries},
-                                    {"scenario", scenario.name},
-                                    {"seed", scenario.seed},
-                                    {"ending", ended.ending},
-                                    {"cause", ended.cause},
-                                    {"walk_ending", record.ending},
-                                    {"walk_cause", record.cause},
-                                    {"recording_xxh3_128", record.recording_hash},
-                                    {"set_by", set_by}};
+  nlohmann::ordered_json json{{"format_version", 1},
+                              {"program", "gaitslam"},
+                              {"version", place.version},
+                              {"revision", place.revision},
+                              {"libraries", place.libraries},
+                              {"scenario", scenario.name},
+                              {"seed", scenario.seed},
+                              {"ending", ended.ending},
+                              {"cause", ended.cause},
+                              {"walk_ending", record.ending},
+                              {"walk_cause", record.cause},
+                              {"recording_xxh3_128", record.recording_hash},
+                              {"set_by", set_by}};
+  if (!record.counterfactual.empty()) json["counterfactual"] = record.counterfactual;
   write_json(file, json);
 }
 
@@ -96,6 +113,7 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
   if (record.tracked) write_tracked(folder, *record.tracked);
   const score::Run input = score_input(record);
   write_feet(folder / "feet.csv", input.feet);
+  if (input.steered && input.desired) write_steering(folder, record, *input.desired);
   const score::Metrics metrics = ended.ending == "failed" ? unscored(ended.cause) : score::evaluate(input);
   const auto limits = judge_run(scenario, [&](const std::string& name) { return metrics.at(name).value; });
   write_score(folder / "score.json", scenario, ended.ending, metrics,

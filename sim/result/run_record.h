@@ -24,7 +24,8 @@ struct RunRecord {
   std::optional<tracking::Tracked> tracked;  ///< absent without slam
   std::string recording_hash;
   std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, where no waist was planned
-  std::string no_scale = {};  ///< why the estimate's scale means nothing; empty if it does
+  std::string counterfactual = {};  ///< why the replayed filter would have steered another walk; else empty
+  std::string no_scale = {};        ///< why the estimate's scale means nothing; empty if it does
 };
 
 /// The ending of the walk, or of the filter on a walk that was completed.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "sim/result/desired_path.h"
 #include "sim/result/sensor_innovations.h"
 #include "slam/camera.h"
 #include "walking/hrp2.h"
@@ -137,6 +138,11 @@ score::Run score_input(const RunRecord& record) {
   for (const recording::RecordedSurface& recorded : record.truth.surfaces)
     run.surfaces.push_back(surface(recorded));
   run.feet = feet(record.truth);
+  const walking::WalkOptions& walk = record.scenario.scenario.walk;
+  if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth.waist_plan);
+  run.steered = walk.steering.by != walking::SteeredBy::plan;
+  for (const recording::CorrectedStep& step : record.truth.corrected_steps)
+    run.corrections.push_back({step.t, step.correction.x(), step.correction.y(), step.correction.z()});
   run.planned = planned_times(record.scenario.scenario.walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);

@@ -41,6 +41,22 @@ bool shapes_recording(std::string_view key) {
   return find_key(key) && std::find(kSections.begin(), kSections.end(), section) != kSections.end();
 }
 
+bool shapes_estimate(std::string_view key) {
+  return find_key(key) && (key.starts_with("errors.") || key.starts_with("slam.") || key == "estimator");
+}
+
+bool shapes_recording(const Scenario& scenario, std::string_view key) {
+  switch (scenario.walk.steering.by) {
+    case walking::SteeredBy::plan:
+      break;
+    case walking::SteeredBy::truth:
+      return shapes_recording(key) || key == "errors.faults";
+    case walking::SteeredBy::estimate:
+      return shapes_recording(key) || shapes_estimate(key);
+  }
+  return shapes_recording(key);
+}
+
 std::string_view unit_of(std::string_view key) {
   using Ending = std::pair<std::string_view, std::string_view>;
   static constexpr Ending kUnits[]{{"_per_s2", "1/s²"},

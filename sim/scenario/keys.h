@@ -26,6 +26,13 @@ bool has_section(const Scenario& scenario, std::string_view key);
 /// errors, filter, limits and the name shape no recording; the seed does.
 bool shapes_recording(std::string_view key);
 
+/// True for a key on which what a filter estimates depends: below errors or slam, and `estimator`.
+bool shapes_estimate(std::string_view key);
+
+/// True for a key on which the recording of that scenario depends: shapes_recording(key), and in a walk that
+/// is steered by its estimate also what shapes the estimate.
+bool shapes_recording(const Scenario& scenario, std::string_view key);
+
 /// The unit that a key's name ends in: "walk.step_length_m" -> "m", "gyro.sigma_rad_s" -> "rad/s"; "" for
 /// none.
 std::string_view unit_of(std::string_view key);

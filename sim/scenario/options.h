@@ -18,9 +18,10 @@
 
 namespace sim::scenario {
 
-/// How a run can end. `failed`: the simulator or the filter broke in a way that no scenario can allow.
-inline constexpr std::array<std::string_view, 5> kEndings{"completed", "fell", "collided", "diverged",
-                                                          "failed"};
+/// How a run can end. `stopped`: a steered walk had no estimate for too long. `failed`: the simulator or the
+/// filter broke in a way that no scenario can allow.
+inline constexpr std::array<std::string_view, 6> kEndings{"completed", "fell",    "collided",
+                                                          "diverged",  "stopped", "failed"};
 
 /// Which way a limit holds its metric.
 enum class Bound { at_most, at_least };

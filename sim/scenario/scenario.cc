@@ -33,6 +33,14 @@ void check_whole(const Scenario& scenario, const Yaml& at) {
     fail(at, "slam",
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
   }
+  using enum walking::SteeredBy;
+  const walking::SteeredBy steered_by = scenario.walk.steering.by;
+  if (steered_by == estimate && !scenario.slam)
+    fail(at, "walk.steering.by", "is estimate, which needs the sections 'camera' and 'slam'");
+  for (const sensor_errors::Fault& fault : scenario.errors.faults)
+    if (steered_by == plan && sensor_errors::is_of_steering(fault))
+      fail(at, "errors.faults",
+           "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
 }
 
 /// Writes "a: \n  b: value" for "a.b", repeating only the sections that change from key to key.

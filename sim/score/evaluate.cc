@@ -7,6 +7,7 @@
 #include "sim/score/feet_metrics.h"
 #include "sim/score/landmark_metrics.h"
 #include "sim/score/loop_metrics.h"
+#include "sim/score/navigation_metrics.h"
 #include "sim/score/relative_metrics.h"
 #include "sim/score/scored.h"
 #include "sim/score/walk_metrics.h"
@@ -16,8 +17,9 @@ namespace sim::score {
 const MetricDefinitions& metric_definitions() {
   static const MetricDefinitions definitions = [] {
     MetricDefinitions all;
-    for (const auto group : {absolute_metrics, relative_metrics, end_metrics, walk_metrics, feet_metrics,
-                             loop_metrics, consistency_metrics, landmark_metrics, completion_metrics})
+    for (const auto group :
+         {absolute_metrics, relative_metrics, end_metrics, walk_metrics, navigation_metrics, feet_metrics,
+          loop_metrics, consistency_metrics, landmark_metrics, completion_metrics})
       for (MetricDefinition& definition : group()) all.push_back(std::move(definition));
     return all;
   }();

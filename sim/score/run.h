@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "sim/score/consistency.h"
@@ -37,7 +38,7 @@ struct StampedInnovation {
 /// What the filter said of itself after an observation.
 struct TimedHealth {
   Stamp t{0};
-  bool tracks = true;    ///< neither lost nor diverged
+  bool tracks = true;     ///< neither lost nor diverged
   bool suspects = false;  ///< a sensor contradicts the others
 };
 
@@ -47,10 +48,26 @@ struct PlannedTimes {
   std::vector<Stamp> footsteps;
 };
 
+/// A footstep that steering was free to correct, and by how much: ahead, aside (m), turn (rad).
+struct StepCorrection {
+  Stamp t{0};
+  double ahead = 0, aside = 0, turn = 0;
+};
+
+/// The path that the commands of a walk describe, laid into W at the start.
+struct DesiredPath {
+  Trajectory waist;                                       ///< X_WB wanted at the stamps of the true waist
+  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();  ///< X_WB wanted at the end
+  std::vector<std::pair<Stamp, Stamp>> laps;  ///< begin and end of each lap, if the walk repeats commands
+};
+
 /// One run. W is the plan's world P at t = 0.
 struct Run {
-  Trajectory truth_camera, plan_camera;                ///< X_WC, X_PC
-  Trajectory truth_waist, plan_waist;                  ///< X_WB, X_PB
+  Trajectory truth_camera, plan_camera;     ///< X_WC, X_PC
+  Trajectory truth_waist, plan_waist;       ///< X_WB, X_PB
+  std::optional<DesiredPath> desired;       ///< absent where no walk was planned
+  std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
+  bool steered = false;
   std::vector<FootRow> feet;                           ///< of decompose_drift(); empty without feet
   std::optional<std::vector<EstimatedPose>> estimate;  ///< absent: the filter was not run
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;

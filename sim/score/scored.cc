@@ -55,7 +55,8 @@ Scored::Scored(const Run& run_) : run(run_), begin(first_motion(run_.plan_waist)
   pairs = pair_by_stamp(truth_camera, estimate);
   nees = nees_of(pairs, run);
   no_estimate = no_loop = why_no_estimate(*this);
-  const auto marks = turn_marks(run.plan_waist);
+  // Corrections turn the plan of a steered walk; its commands turn as often as the robot.
+  const auto marks = turn_marks(run.steered && run.desired ? run.desired->waist : run.plan_waist);
   if (no_loop.empty() && !marks) no_loop = "what was walked of the plan turns by less than 350 degrees";
   if (no_loop.empty() && run.surfaces.empty()) no_loop = "the surfaces of the room are not known";
   if (no_loop.empty())

@@ -122,17 +122,17 @@ TrajectoryRow row(const std::string& name, const std::string& unit, const std::v
 // All pairs under one alignment, or why there is none.
 std::variant<std::vector<PosePair>, std::string> aligned(const std::vector<PosePair>& pairs,
                                                          Alignment alignment, std::size_t count,
-                                                         Similarity& S) {
+                                                         Similarity& similarity) {
   const auto found = align_first(pairs, alignment, count);
   if (const auto* none = std::get_if<NoAlignment>(&found)) return none->reason;
-  S = std::get<Similarity>(found);
-  return transformed(S, pairs);
+  similarity = std::get<Similarity>(found);
+  return transformed(similarity, pairs);
 }
 
 TrajectoryRow pose_row(const std::vector<PosePair>& pairs, Alignment alignment,
                        const TrajectoryOptions& options) {
-  Similarity S;
-  const auto moved = aligned(pairs, alignment, options.poses_to_align, S);
+  Similarity similarity;
+  const auto moved = aligned(pairs, alignment, options.poses_to_align, similarity);
   const std::string name = "APE " + name_of(alignment), unit_name = unit(options.relation);
   if (const auto* why = std::get_if<std::string>(&moved)) return {name, unit_name, {}, *why};
   return row(name, unit_name, pose_errors(std::get<std::vector<PosePair>>(moved), options.relation), "");

@@ -122,9 +122,35 @@ struct PlanScaled : Span {  ///< the planned way and velocity are longer by the 
   }
 };
 
-using Fault =
-    std::variant<FramesLost, FramesFrozen, FramesDimmed, FramesCovered, FramesDoubled, FramesReordered,
-                 GyroSilent, GyroSpike, AccelerometerSilent, AccelerometerSpike, PlanMissing, PlanScaled>;
+// Of the estimate that steers a walk (walk.steering); the filter itself goes on undisturbed.
+struct EstimateJump : Span {  ///< the estimate is displaced and turned, as when a wrong loop closes
+  static constexpr const char* kName = "estimate_jump";
+  double x_m = 0.3, y_m = 0, yaw_rad = 0;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    key.number("x_m", &EstimateJump::x_m, -100, 100, "displacement of the estimate that steers, along x");
+    key.number("y_m", &EstimateJump::y_m, -100, 100, "displacement of the estimate that steers, along y");
+    key.degrees("yaw_deg", &EstimateJump::yaw_rad, -180, 180,
+                "turn of the estimate that steers, to the left");
+  }
+};
+struct EstimateFrozen : Span {  ///< the pose stays what it was, with new stamps
+  static constexpr const char* kName = "estimate_frozen";
+};
+struct EstimateLost : Span {  ///< there is none
+  static constexpr const char* kName = "estimate_lost";
+};
+
+using Fault = std::variant<FramesLost, FramesFrozen, FramesDimmed, FramesCovered, FramesDoubled,
+                           FramesReordered, GyroSilent, GyroSpike, AccelerometerSilent, AccelerometerSpike,
+                           PlanMissing, PlanScaled, EstimateJump, EstimateFrozen, EstimateLost>;
+
+/// Whether a fault is one of the estimate that steers a walk.
+inline bool is_of_steering(const Fault& fault) {
+  return std::holds_alternative<EstimateJump>(fault) || std::holds_alternative<EstimateFrozen>(fault) ||
+         std::holds_alternative<EstimateLost>(fault);
+}
 
 /// The faults of one kind, in their order.
 template <class Kind>

@@ -63,6 +63,9 @@ class Tracking {
   /// Gives the filter an observation to which sensor errors are already applied.
   void step(const slam::Observation& arrived);
 
+  /// The newest frame; nullptr before the first.
+  const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
+
   /// In the filter's map after the last observation.
   int landmarks() const { return tracked_.frames.empty() ? 0 : tracked_.frames.back().report.landmarks; }
 

@@ -49,7 +49,8 @@ std::string recording_key(const scenario::Scenario& scenario, const std::string&
   add_part(hash, models_hash);
   add_part(hash, fmt::format("seed {}", scenario.seed));
   for (const auto& key : scenario::scenario_keys()) {
-    if (!scenario::shapes_recording(key.name) || !scenario::has_section(scenario, key.name)) continue;
+    if (!scenario::shapes_recording(scenario, key.name) || !scenario::has_section(scenario, key.name))
+      continue;
     add_part(hash, key.name);
     add_part(hash, key.print(scenario));
   }
@@ -65,6 +66,20 @@ std::optional<RecordingDifference> first_difference(const scenario::Scenario& re
     if (there != now) return RecordingDifference{key.name, there, now};
   }
   return std::nullopt;
+}
+
+std::string counterfactual(const scenario::Scenario& recorded, const scenario::Scenario& scenario) {
+  if (recorded.walk.steering.by != walking::SteeredBy::estimate) return "";
+  if (recorded.seed != scenario.seed)
+    return fmt::format("the recorded walk was steered with seed {}, not {}", recorded.seed, scenario.seed);
+  for (const auto& key : scenario::scenario_keys()) {
+    if (!scenario::shapes_estimate(key.name) || !scenario::has_section(recorded, key.name)) continue;
+    const std::string there = key.print(recorded), now = key.print(scenario);
+    if (there != now)
+      return fmt::format("the recorded walk was steered by an estimate with {} {}, not {}", key.name, there,
+                         now);
+  }
+  return "";
 }
 
 }  // namespace sim::tune

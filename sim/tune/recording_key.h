@@ -13,9 +13,9 @@ namespace sim::tune {
 std::string models_hash(const std::filesystem::path& models);
 
 /// A hash (32 hexadecimal digits) of the scenario's keys that shape recordings
-/// (scenario::shapes_recording), its seed, whether it has a camera, the models and the program. Sensor
-/// errors, filter, limits and name are not in it. program: what tells the programs apart that may record
-/// other bits.
+/// (scenario::shapes_recording), its seed, whether it has a camera, the models and the program. Limits and
+/// name are not in it, nor are sensor errors and filter unless the walk is steered by its estimate. program:
+/// what tells the programs apart that may record other bits.
 std::string recording_key(const scenario::Scenario& scenario, const std::string& models_hash,
                           const std::string& program);
 
@@ -28,5 +28,10 @@ struct RecordingDifference {
 /// replay cannot change it.
 std::optional<RecordingDifference> first_difference(const scenario::Scenario& recorded,
                                                     const scenario::Scenario& scenario);
+
+/// Why this scenario, which has slam, would not have made the recorded walk: that was steered by an estimate,
+/// and here the estimate is another. Empty where it would have. A replay is possible, but what it estimates
+/// steered nothing.
+std::string counterfactual(const scenario::Scenario& recorded, const scenario::Scenario& scenario);
 
 }  // namespace sim::tune

@@ -130,6 +130,7 @@ TEST(Timeline, ImpossibleOptionsAreRefusedByName) {
   expect_complaint("one is a repeat itself", [](auto& o) {
     o.commands = {Stand{1}, Repeat{1, 1}, Repeat{1, 1}};
   });
+  expect_complaint("walk.steering.gain", [](auto& o) { o.steering.gain = 2; });
 }
 
 }  // namespace

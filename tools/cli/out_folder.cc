@@ -12,6 +12,7 @@
 #include "sim/files/durable_file.h"
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
+#include "sim/result/about_file.h"
 #include "sim/result/score_table.h"
 #include "tools/cli/usage_error.h"
 
@@ -144,6 +145,8 @@ OutFolder::~OutFolder() {
 
 int report(const sim::result::Outcome& outcome, const fs::path& result_folder) {
   std::cout << sim::result::score_table(result_folder) << "results in " << result_folder.string() << '\n';
+  if (const auto about = sim::result::read_about(result_folder / "about.json"); !about.counterfactual.empty())
+    std::cout << "counterfactual: " << about.counterfactual << '\n';
   if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
   return outcome.exit_code;
 }

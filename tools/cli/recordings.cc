@@ -42,10 +42,10 @@ std::optional<sim::tune::CachedRecording> Recordings::find(const scenario::Scena
 sim::tune::CachedRecording Recordings::get(const scenario::ReadScenario& read,
                                            const result::Progress& progress) const {
   const auto walk = [&](const fs::path& folder) {
-    scenario::ReadScenario without_filter = read;
-    without_filter.scenario.slam.reset();
-    run_live(without_filter,
-             {folder, sim::files::Existing::refuse, models_, kVersion, kRevision, libraries()}, progress);
+    scenario::ReadScenario recorded = read;
+    if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
+    run_live(recorded, {folder, sim::files::Existing::refuse, models_, kVersion, kRevision, libraries()},
+             progress);
   };
   return cache_.get(key(read.scenario), walk, report_damage);
 }

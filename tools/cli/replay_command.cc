@@ -100,6 +100,12 @@ int replay_result(const ReplayRequest& request) {
   if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to run");
   const OutFolder out(request, request.result / "replay", {.replaces = true});
   require_outside(out.path(), request.result);
+  replay::WalkEnd walk;
+  if (!foreign) {
+    walk = replay::read_walk_end(request.result);
+    walk.counterfactual = sim::tune::counterfactual(
+        scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
+  }
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());
@@ -107,8 +113,7 @@ int replay_result(const ReplayRequest& request) {
                                     libraries()};
     const auto show = [&](double part) { progress.show(part); };
     outcome = foreign ? replay::replay_foreign(read, request.result, place, show)
-                      : replay::replay(read, request.result / "recording",
-                                       replay::read_walk_end(request.result), place, show);
+                      : replay::replay(read, request.result / "recording", walk, place, show);
   }
   return cli::report(outcome, out.path());
 }

@@ -95,10 +95,18 @@ Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
   return sweep;
 }
 
+/// In a walk that is steered by its estimate filter and errors shape the recording, too.
+bool shapes_any_recording(const Sweep& sweep, const std::string& key) {
+  const auto& all = sweep.scenario_of;
+  return std::any_of(all.begin(), all.end(), [&](const auto& recorded) {
+    return scenario::shapes_recording(recorded.second.scenario, key);
+  });
+}
+
 std::vector<std::string> keys_that(const Sweep& sweep, bool shape_recordings) {
   std::vector<std::string> keys;
   for (const std::string& key : sweep.plan.keys)
-    if (scenario::shapes_recording(key) == shape_recordings) keys.push_back(key);
+    if (shapes_any_recording(sweep, key) == shape_recordings) keys.push_back(key);
   return keys;
 }
 

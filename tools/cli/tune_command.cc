@@ -64,6 +64,15 @@ class TuningProgress {
   ProgressLine line_{"tune"};
 };
 
+/// Throws UsageError where another filter would need another recording: trials are replays.
+void require_unsteered(const scenario::Scenario& scenario) {
+  if (scenario.walk.steering.by == walking::SteeredBy::estimate)
+    throw UsageError(
+        fmt::format("{}: walk.steering.by is estimate, so that each trial would need a recording of its own; "
+                    "expected plan or truth",
+                    scenario.name));
+}
+
 /// Finds the recordings that the spec takes from the cache, after making those that are missing. They are in
 /// use while the result lives.
 std::vector<tune::CachedRecording> take_from_cache(tune::Spec& spec, const fs::path& models,
@@ -76,6 +85,7 @@ std::vector<tune::CachedRecording> take_from_cache(tune::Spec& spec, const fs::p
         cached.push_back(&set);
         scenarios.push_back(scenario_of(set, seed));
         scenarios.back().scenario.seed = seed;
+        require_unsteered(scenarios.back().scenario);
       }
   std::vector<tune::CachedRecording> all;
   if (scenarios.empty()) return all;

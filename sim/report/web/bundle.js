@@ -62,9 +62,9 @@ function closureText(run) {
 
 function sections(run) {
   const all = [
-    section('verdict', data.runs.length > 1 ? run.label : 'Verdict', element('p', {}, verdict(run), ' ', run.cause), cards(run),
+    section('verdict', data.runs.length > 1 ? run.label : 'Verdict', element('p', {}, verdict(run), ' ', run.cause, run.counterfactual ? ` Counterfactual: ${run.counterfactual}.` : ''), cards(run),
       run.score.limits.length ? limitsTable(run.score.limits) : element('p', {class: 'soft'}, 'The scenario sets no limits.')),
-    section('paths', 'Plan, truth and estimate', figures(named(run, ['from_above', 'waist_from_above', 'height']))),
+    section('paths', 'Plan, truth and estimate', figures(named(run, ['from_above', 'waist_from_above', 'height', 'correct']))),
   ];
   if (run.has_estimate) {
     all.push(section('errors', 'Errors with 3-sigma envelopes', figures(named(run, ['error_']))),

@@ -35,6 +35,8 @@ std::optional<Scenario> changed(const scenario::Key<Scenario>& key) {
                            "delayed_zmp",
                            "momentum",
                            "last",
+                           "truth",
+                           "go_on",
                            "particles",
                            "plan",
                            "pinhole",
@@ -69,6 +71,36 @@ TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndNoKeyOfErrorsFilterAndLimits) {
     ASSERT_TRUE(other) << key.name << ": the test has no other value for it";
     EXPECT_EQ(key_of(*other) != unchanged, is_walk_or_world(key.name)) << key.name;
   }
+}
+
+TEST(RecordingKey, OfAWalkSteeredByItsEstimateKnowsErrorsAndFilterToo) {
+  const auto steered = [](Scenario scenario, walking::SteeredBy by) {
+    scenario.walk.steering.by = by;
+    return key_of(scenario);
+  };
+  for (const auto& key : scenario::scenario_keys()) {
+    if (key.name == "walk.steering.by") continue;
+    const Scenario same = scenario::default_scenario(), other = *changed(key);
+    const auto changes = [&](walking::SteeredBy by) { return steered(other, by) != steered(same, by); };
+    const bool walk = is_walk_or_world(key.name);
+    EXPECT_EQ(changes(walking::SteeredBy::estimate), walk || scenario::shapes_estimate(key.name)) << key.name;
+    EXPECT_EQ(changes(walking::SteeredBy::truth), walk || key.name == "errors.faults") << key.name;
+  }
+}
+
+TEST(Counterfactual, IsAReplayWhoseEstimateWouldHaveSteeredAnotherWalk) {
+  Scenario recorded = scenario::default_scenario(), replayed = recorded;
+  replayed.slam->gyro.sigma_rad_s *= 2;
+  EXPECT_EQ(counterfactual(recorded, replayed), "") << "nobody steered";
+  recorded.walk.steering.by = replayed.walk.steering.by = walking::SteeredBy::estimate;
+  EXPECT_EQ(counterfactual(recorded, recorded), "");
+  EXPECT_NE(counterfactual(recorded, replayed).find("slam.gyro.sigma_rad_s"), std::string::npos);
+  replayed = recorded;
+  replayed.seed = 7;
+  EXPECT_NE(counterfactual(recorded, replayed).find("seed"), std::string::npos);
+  replayed = recorded;
+  replayed.limits.ending = {"fell"};
+  EXPECT_EQ(counterfactual(recorded, replayed), "");
 }
 
 TEST(RecordingKey, KnowsWhetherThereIsACameraAndNotWhetherThereIsAFilter) {

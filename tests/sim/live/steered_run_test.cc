@@ -1,0 +1,160 @@
+// Runs whose footsteps are corrected: by the truth without a camera, by the estimate in the real office.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "sim/live/run.h"
+#include "sim/replay/replay.h"
+#include "sim/scenario/yaml.h"
+#include "tests/sim/result/result_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using sim::result::Outcome;
+using sim::scenario::ReadScenario;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// On the slippery floor, so that a few steps drift.
+constexpr const char* kWalk = R"(
+walk:
+  single_support_s: 0.78
+  double_support_s: 0.02
+  step_length_m: 0.15
+  commands:
+    - stand: {duration_s: 0.5}
+    - perpendicular_arc: {radius_m: 0.75, angle_deg: 60}
+world.room: floor
+)";
+constexpr const char* kShortWalkInOffice = R"(
+walk:
+  steering: {by: estimate}
+  commands:
+    - stand: {duration_s: 0.5}
+    - tangent_arc: {radius_m: 0.75, angle_deg: 25}
+camera: {}
+slam: {}
+)";
+
+class SteeredRunTest : public testing::Test {
+ protected:
+  SteeredRunTest() { fs::create_directories(folder_); }
+  ~SteeredRunTest() override { fs::remove_all(folder_); }
+
+  static ReadScenario scenario(const char* text, const std::vector<std::string>& overrides = {}) {
+    return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, {}});
+  }
+  sim::result::ResultPlace place(const std::string& name) const {
+    return {folder_ / name,
+            sim::files::Existing::refuse,
+            fs::path(GAITSLAM_SOURCE_DIR) / "models",
+            "1",
+            "test",
+            {}};
+  }
+  Outcome run(const std::string& name, const ReadScenario& read, int threads = 1) const {
+    return sim::live::run(
+        read, place(name), [](double) {}, threads);
+  }
+  double metric(const std::string& name, const std::string& metric) const {
+    return tests::json_of(folder_ / name / "score.json")["metrics"][metric]["value"].get<double>();
+  }
+
+  const fs::path folder_ =
+      fs::temp_directory_path() /
+      ("gaitslam steered " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) +
+       " " + std::to_string(getpid()));
+};
+
+TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
+  ASSERT_EQ(run("plan", scenario(kWalk)).ending, "completed");
+  ASSERT_EQ(run("truth", scenario(kWalk, {"walk.steering.by=truth"})).ending, "completed");
+  EXPECT_GT(metric("plan", "navigation_end_position_error_m"), 0.03);
+  EXPECT_LT(metric("truth", "navigation_end_position_error_m"), 0.01);
+  EXPECT_LT(metric("truth", "navigation_end_yaw_error_deg"), 1);
+  EXPECT_LT(metric("truth", "navigation_rmse_m"), metric("plan", "navigation_rmse_m"));
+  EXPECT_GT(metric("truth", "steps_corrected"), 5);
+  EXPECT_LE(metric("truth", "correction_largest_deg"), 3 + 1e-9);
+  EXPECT_FALSE(fs::exists(folder_ / "plan/corrected_steps.csv"));
+  EXPECT_TRUE(fs::exists(folder_ / "truth/recording/truth/corrected_steps.csv"));
+}
+
+TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawn) {
+  ASSERT_EQ(run("one", scenario(kShortWalkInOffice)).ending, "completed");
+  ASSERT_EQ(run("two", scenario(kShortWalkInOffice), 2).ending, "completed");
+  EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
+  EXPECT_GT(metric("one", "steps_corrected"), 0);
+}
+
+// What the filter is told to be the plan is the corrected one: a replay, which has the recording alone, gives
+// the estimate that steered.
+TEST_F(SteeredRunTest, AReplayOfASteeredWalkIsTheSameBits) {
+  ASSERT_EQ(run("live", scenario(kShortWalkInOffice)).ending, "completed");
+  sim::replay::replay(scenario(kShortWalkInOffice), folder_ / "live/recording", {"completed", ""},
+                      place("replay"), [](double) {});
+  EXPECT_THAT(
+      tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
+      IsEmpty());
+}
+
+// plan_alone estimates what was planned: without a difference nothing is corrected, however the true robot
+// drifts. A steering that saw the truth would correct.
+TEST_F(SteeredRunTest, SteeringSeesTheEstimateAlone) {
+  ASSERT_EQ(run("blind", scenario(kShortWalkInOffice, {"estimator=plan_alone", "world.floor_friction=0.08",
+                                                       "walk.steering.dead_band_sigma=0"}))
+                .ending,
+            "completed");
+  EXPECT_GT(metric("blind", "navigation_end_position_error_m"), 0.002);
+  EXPECT_LT(metric("blind", "correction_largest_m"), 1e-9);  // rounding
+  EXPECT_LT(metric("blind", "correction_largest_deg"), 1e-6);
+}
+
+TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
+  const ReadScenario read =
+      scenario(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1", "limits.ending=[stopped]",
+                       "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"});
+  const Outcome outcome = run("stopped", read);
+  EXPECT_EQ(outcome.ending, "stopped");
+  EXPECT_THAT(outcome.cause, HasSubstr("stopped on both feet"));
+  EXPECT_EQ(outcome.exit_code, 0);
+  ASSERT_EQ(run("on", scenario(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1",
+                                       "walk.steering.on_lost=go_on",
+                                       "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"}))
+                .ending,
+            "completed");
+}
+
+TEST_F(SteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
+  for (const char* jump : {"x_m: 0.3", "x_m: 0, y_m: -0.3", "x_m: 0, yaw_deg: 10"}) {
+    const std::string name = "jump " + std::string(jump);
+    const Outcome outcome =
+        run(name, scenario(kWalk, {"walk.steering.by=truth",
+                                   "errors.faults=[{estimate_jump: {from_s: 4, duration_s: 100, " +
+                                       std::string(jump) + "}}]"}));
+    EXPECT_EQ(outcome.ending, "completed") << outcome.cause;
+    EXPECT_LE(metric(name, "correction_largest_m"), std::hypot(0.03, 0.02) + 1e-9);
+  }
+}
+
+TEST(SteeredScenario, WithoutAnEstimatorIsRefused) {
+  const auto complaint = [](const std::vector<std::string>& overrides) {
+    try {
+      sim::scenario::read_scenario_text(kWalk, "walk.yaml", {overrides, {}});
+    } catch (const sim::scenario::ConfigError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(complaint({}), "");
+  EXPECT_EQ(complaint({"walk.steering.by=truth"}), "");
+  EXPECT_THAT(complaint({"walk.steering.by=estimate"}),
+              HasSubstr("walk.steering.by: is estimate, which needs the sections 'camera' and 'slam'"));
+  EXPECT_THAT(complaint({"errors.faults=[{estimate_frozen: {}}]"}),
+              HasSubstr("errors.faults: disturb the estimate that steers, but walk.steering.by is plan"));
+}
+
+}  // namespace
