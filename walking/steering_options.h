@@ -20,7 +20,7 @@ struct SteeringOptions {
   SteeredBy by = SteeredBy::plan;
   double latency_s = 0.1;
   double gain = 0.8;
-  double dead_band_sigma = 1.0;
+  double dead_band_sigma = 0.5;
   double largest_ahead_m = 0.03;
   double largest_aside_m = 0.02;
   double largest_turn_rad = 3 * std::numbers::pi / 180;

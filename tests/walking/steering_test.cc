@@ -133,7 +133,9 @@ TEST(Steering, AStepIsCorrectedFromTheFirstDecisionAfterTheEstimateOn) {
 
 TEST(Steering, ErrorsWithinTheDeadBandAreLeftAlone) {
   PatternGenerator plan(straight());
-  Steering steering(eager(), plan);
+  SteeringOptions options = eager();
+  options.dead_band_sigma = 1;
+  Steering steering(options, plan);
   for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
     if (steering.is_due(plan, tick)) {
       PlaceEstimate estimate{static_cast<double>(tick) * kPeriod, {}, {{0.004, 0.009}, 0}, {}};

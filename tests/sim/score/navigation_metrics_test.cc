@@ -96,7 +96,7 @@ TEST(Navigation, CorrectionsAreCountedAndMeasured) {
 
 // The corrections take back what the robot drifts, here 20 of the 360 degrees.
 TEST(Navigation, TheLoopOfASteeredWalkIsThatOfItsCommands) {
-  Run run = straight();
+  auto run = straight();
   run.estimate.emplace();
   for (int i = 0; i <= 10; ++i) {
     run.desired->waist[i].X.linear() = waist_at(0, 0, 36 * kDeg * i).linear();
