@@ -6,6 +6,7 @@ SCENARIO: names of scenarios/*.yaml, the steered ones unless given. Walks by pla
 GAITSLAM names another program than tools/gaitslam. Median and worst over the seeds, in mm and degrees.
 """
 import argparse
+import collections
 import json
 import os
 import subprocess
@@ -52,8 +53,9 @@ def main():
         for by in args.by.split(','):
             summary = run(scenario, by, args)
             cells = [cell(summary['metrics'].get(metric), scale) for _, metric, scale in COLUMNS]
-            endings = ', '.join(f'{n} {ending}' for ending, n in summary.get('endings', {}).items())
-            print(f'| {scenario} | {by} | ' + ' | '.join(cells) + f' | {endings} |')
+            endings = collections.Counter(seed['ending'] for seed in summary['seeds'])
+            ended = ', '.join(f'{n} {ending}' for ending, n in sorted(endings.items()))
+            print(f'| {scenario} | {by} | ' + ' | '.join(cells) + f' | {ended} |')
             sys.stdout.flush()
 
 
