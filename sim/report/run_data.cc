@@ -40,10 +40,13 @@ score::Trajectory trajectory(const std::vector<files::TumRow>& rows) {
 // The standard deviation of the heading: of the orientation error's part along the world's vertical.
 double sigma_yaw(const Eigen::Isometry3d& X_WC, const score::Matrix6d& covariance) {
   const Eigen::Vector3d vertical_C = X_WC.linear().transpose() * Eigen::Vector3d::UnitZ();
-  return std::sqrt(std::max(0.0, vertical_C.dot(covariance.topLeftCorner<3, 3>() * vertical_C)));
+  const double variance = vertical_C.dot(covariance.topLeftCorner<3, 3>() * vertical_C);
+  return variance < 0 ? 0 : std::sqrt(variance);
 }
 
-void add(Errors& errors, const score::PosePair& pair, const score::Matrix6d& covariance) {
+// Without a covariance there is neither envelope nor NEES: the figures leave out what is not a number.
+void add(Errors& errors, const score::PosePair& pair, const std::optional<score::Matrix6d>& stated) {
+  const score::Matrix6d covariance = stated.value_or(score::Matrix6d::Constant(NAN));
   const Eigen::Vector3d e = pair.X_estimate.translation() - pair.X_true.translation();
   const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, covariance);
   errors.t.push_back(seconds(pair.t));
@@ -60,14 +63,12 @@ void add(Errors& errors, const score::PosePair& pair, const score::Matrix6d& cov
   errors.nees_orientation.push_back(nees ? nees->orientation : NAN);
 }
 
-Errors errors_of(const std::vector<files::TumRow>& truth, const std::vector<files::TumRow>& estimate,
-                 const fs::path& file) {
+Errors errors_of(const std::vector<files::TumRow>& truth, const std::vector<files::TumRow>& estimate) {
   Errors errors;
   std::size_t row = 0;
   for (const score::PosePair& pair : score::pair_by_stamp(trajectory(truth), trajectory(estimate))) {
     while (estimate[row].t != pair.t) ++row;
-    if (!estimate[row].covariance) throw files::FileError(file, "expected 20 columns");
-    add(errors, pair, *estimate[row].covariance);
+    add(errors, pair, estimate[row].covariance);
   }
   return errors;
 }
@@ -115,6 +116,8 @@ RunData read_run(const fs::path& folder) {
   if (const auto median = timing.find("frame_cpu_ms_median")) run.frame_cpu_ms_median = median->number();
   run.scenario_yaml = files::read_text(folder / "scenario.yaml");
   run.label = fmt::format("{}, seed {}", score.at("scenario").text(), score.at("seed").whole());
+  if (const auto estimator = score.find("estimator"); estimator && estimator->text() != "filter")
+    run.label += ", " + estimator->text();
   const auto truth = files::read_tum(folder / "truth.tum");
   run.truth = path_of(truth);
   run.plan = read_path(folder / "plan.tum");
@@ -123,7 +126,7 @@ RunData read_run(const fs::path& folder) {
   if (const fs::path file = folder / "estimate_cov.txt"; fs::exists(file)) {
     const auto estimate = files::read_tum(file);
     run.estimate = path_of(estimate);
-    run.errors = errors_of(truth, estimate, file);
+    run.errors = errors_of(truth, estimate);
   }
   if (fs::exists(folder / "waist_desired.tum")) read_steering(run);
   run.frames = table_if_there(folder / "frames.csv");

@@ -34,7 +34,7 @@ struct Errors {
 
 /// A result folder as read. Parts that the run did not leave (no filter, no camera) are absent.
 struct RunData {
-  std::string label;  ///< "tangent_circle, seed 1"
+  std::string label;  ///< "tangent_circle, seed 1", followed by the estimator where that is not the filter
   std::filesystem::path folder;
   std::filesystem::path recording;  ///< its own; of a replay nothing, unless who read it knows where it is
   nlohmann::ordered_json score;     ///< score.json, every value of the type that write_score() gives it

@@ -28,13 +28,17 @@ Column scaled(Column values, double factor) {
   return values;
 }
 
+bool any_finite(const Column& values) {
+  return std::any_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
+
 Line line(const std::string& name, Role role, const Column& x, const Column& y) { return {name, role, x, y}; }
 
 Figure error(const std::string& name, const std::string& title, const std::string& unit, const Column& t,
              const Column& value, const Column& sigma, double factor) {
   Figure f{name, title, kTime, "estimate minus truth [" + unit + "]"};
   const Column three = scaled(sigma, 3 * factor);
-  f.envelopes.push_back({"3 sigma", Role::estimate, t, scaled(three, -1), three});
+  if (any_finite(three)) f.envelopes.push_back({"3 sigma", Role::estimate, t, scaled(three, -1), three});
   f.lines.push_back(line("error", Role::estimate, t, scaled(value, factor)));
   f.levels.push_back({"none", 0});
   return f;
@@ -312,7 +316,7 @@ std::vector<Figure> run_figures(const RunData& run) {
   std::vector<Figure> figures{camera_from_above(run), waist_from_above(run), camera_height(run)};
   if (run.errors) {
     add_errors(figures, *run.errors);
-    figures.push_back(nees(*run.errors));
+    if (any_finite(run.errors->nees_position)) figures.push_back(nees(*run.errors));
   }
   if (run.frames && run.errors) {
     figures.push_back(nis(*run.frames));
@@ -344,7 +348,7 @@ std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
   const auto scored = std::count_if(runs.begin(), runs.end(), [](const RunData& r) { return !!r.errors; });
   if (scored < 2) return figures;
   figures.push_back(error_over_seeds(at));
-  figures.push_back(nees_over_seeds(runs));
+  if (const Figure nees = nees_over_seeds(runs); !nees.lines[0].x.empty()) figures.push_back(nees);
   return figures;
 }
 

@@ -87,7 +87,8 @@ ordered_json poses(const std::filesystem::path& file) {
     json.push_back({{"t", rounded(t)},
                     {"p", row(rows[i].X.translation())},
                     {"q", {rounded(q.x()), rounded(q.y()), rounded(q.z()), rounded(q.w())}},
-                    {"axes", ellipsoid(rows[i].covariance->bottomRightCorner<3, 3>())}});
+                    {"axes", ellipsoid(rows[i].covariance ? rows[i].covariance->bottomRightCorner<3, 3>().eval()
+                                                          : Eigen::Matrix3d::Zero().eval())}});
   }
   return json;
 }

@@ -15,8 +15,7 @@ using Squares = std::vector<double>;
 template <typename F>
 auto of_nees(double PoseNees::*part, F of) {
   return [part, of](S s) -> Value {
-    if (s.nees.size() != s.pairs.size())
-      return Value::none("a covariance of the estimate is not positive definite");
+    if (!s.no_nees.empty()) return Value::none(s.no_nees);
     Squares squares;
     for (const PoseNees& nees : s.nees) squares.push_back(nees.*part);
     return of(squares);

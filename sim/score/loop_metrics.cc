@@ -51,10 +51,11 @@ Value of_closure(const Scored& s, F of) {
   return of(Closure{found, *before, *after});
 }
 
+// The filter's, which always states one: no other estimator reports the landmarks that make a closure.
 const Matrix6d& covariance(const Scored& s, const PosePair& at) {
   return std::find_if(s.run.estimate->begin(), s.run.estimate->end(),
                       [&](const EstimatedPose& pose) { return pose.t == at.t; })
-      ->covariance;
+      ->covariance.value();
 }
 
 double sigma(const Scored& s, const PosePair& at) {

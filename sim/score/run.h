@@ -17,11 +17,11 @@
 
 namespace sim::score {
 
-/// Where the filter believed the camera was. covariance: see pose_nees.
+/// Where the estimator believed the camera was. covariance: see pose_nees; absent where it states none.
 struct EstimatedPose {
   Stamp t{0};
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-  Matrix6d covariance = Matrix6d::Identity();
+  std::optional<Matrix6d> covariance = Matrix6d::Identity();
 };
 
 /// The sensors whose innovations are scored, in the order of Run::innovations. A new one is named here and in
@@ -79,6 +79,7 @@ struct Run {
   std::optional<PlannedTimes> planned;
   std::string no_scale = {};            ///< why the estimate's scale means nothing; empty if it does
   std::optional<std::string> diverged;  ///< the cause, if the filter gave up
+  std::optional<std::string> failed = {};  ///< the cause, if the estimator failed as a program
 };
 
 }  // namespace sim::score

@@ -26,21 +26,29 @@ Trajectory poses(const std::vector<EstimatedPose>& estimate) {
 
 std::string why_no_estimate(const Scored& s) {
   if (!s.run.estimate) return "the filter was not run";
+  if (s.run.failed) return "the estimator failed: " + *s.run.failed;
   if (s.run.diverged) return "the filter diverged: " + *s.run.diverged;
   if (!s.begin) return s.run.plan_waist.empty() ? "there is no truth" : "the plan never moves";
   if (s.pairs.empty()) return "no estimate has the stamp of a true pose";
   return "";
 }
 
-// Of the pairs' estimates, up to the first without.
-std::vector<PoseNees> nees_of(const std::vector<PosePair>& pairs, const Run& run) {
+// Of the pairs' estimates, up to the first without, and why that one has none.
+std::vector<PoseNees> nees_of(const std::vector<PosePair>& pairs, const Run& run, std::string& why_none) {
   std::vector<PoseNees> all;
   if (pairs.empty()) return all;
   auto pose = run.estimate->begin();
   for (const PosePair& pair : pairs) {
     while (pose->t != pair.t) ++pose;
-    const auto nees = pose_nees(pair.X_true, pair.X_estimate, pose->covariance);
-    if (!nees) break;
+    if (!pose->covariance) {
+      why_none = "the estimator states no covariance";
+      break;
+    }
+    const auto nees = pose_nees(pair.X_true, pair.X_estimate, *pose->covariance);
+    if (!nees) {
+      why_none = "a covariance of the estimate is not positive definite";
+      break;
+    }
     all.push_back(*nees);
   }
   return all;
@@ -53,7 +61,7 @@ Scored::Scored(const Run& run_) : run(run_), begin(first_motion(run_.plan_waist)
   if (begin) truth_camera = from(*begin, run.truth_camera);
   if (begin && run.estimate) estimate = from(*begin, poses(*run.estimate));
   pairs = pair_by_stamp(truth_camera, estimate);
-  nees = nees_of(pairs, run);
+  nees = nees_of(pairs, run, no_nees);
   no_estimate = no_loop = why_no_estimate(*this);
   // Corrections turn the plan of a steered walk; its commands turn as often as the robot.
   const auto marks = turn_marks(run.steered && run.desired ? run.desired->waist : run.plan_waist);

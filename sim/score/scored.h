@@ -19,6 +19,7 @@ struct Scored {
   Trajectory truth_camera, estimate;  ///< from then on
   std::vector<PosePair> pairs;        ///< of these two
   std::vector<PoseNees> nees;         ///< of the pairs; shorter if one of them has none
+  std::string no_nees;                ///< why one has none; empty if all have
   std::string no_estimate;            ///< why nothing can be said of the estimate; empty if something can
   std::vector<LoopLandmark> loop;     ///< the early landmarks that were found again
   std::string no_loop;                ///< why there can be none; empty if there can

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "sim/score/consistency.h"
 #include "sim/score/statistics.h"
@@ -28,9 +31,9 @@ Trajectory trajectory(const files::TrajectoryFile& file) {
 }
 
 std::string describe_file(const fs::path& file, const files::TrajectoryFile& read) {
-  return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}", file.string(), read.format,
-                     read.rows.size(), seconds(read.rows.front().t), seconds(read.rows.back().t),
-                     read.stamps);
+  return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}{}", file.string(), read.format,
+                     read.rows.size(), seconds(read.rows.front().t), seconds(read.rows.back().t), read.stamps,
+                     read.warning.empty() ? "" : "; warning: " + read.warning);
 }
 
 std::vector<PosePair> pair(const Trajectory& truth, Trajectory estimate, const TrajectoryOptions& options) {
@@ -40,9 +43,47 @@ std::vector<PosePair> pair(const Trajectory& truth, Trajectory estimate, const T
   return pair_by_interpolation(truth, estimate);
 }
 
+// An offset, and how many poses are paired with it.
+struct Offset {
+  Stamp t{0};
+  std::size_t pairs = 0;
+};
+
+// The differences that most stamps of the two have, of some of the estimate's.
+std::vector<Stamp> likely_offsets(const Trajectory& truth, const Trajectory& estimate, Stamp apart) {
+  constexpr std::size_t kSome = 40, kBest = 8;
+  std::map<std::int64_t, std::pair<std::size_t, Stamp>> votes;  // by the offset in units of `apart`
+  const std::size_t every = std::max<std::size_t>(1, estimate.size() / kSome);
+  for (std::size_t i = 0; i < estimate.size(); i += every)
+    for (const StampedPose& pose : truth) {
+      auto& [count, offset] = votes[(pose.t - estimate[i].t) / apart];
+      offset = count++ == 0 ? pose.t - estimate[i].t : offset;
+    }
+  std::vector<std::pair<std::size_t, Stamp>> all;
+  for (const auto& [unit, vote] : votes) all.push_back(vote);
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Stamp> best;
+  for (std::size_t i = 0; i < std::min(kBest, all.size()); ++i) best.push_back(all[i].second);
+  return best;
+}
+
+// The offset with which most stamps meet. Of several as good the one of the clocks that are known: results begin at 0,
+// their exports at 1e9 s.
+Offset best_offset(const Trajectory& truth, const Trajectory& estimate, Stamp apart) {
+  constexpr Stamp kEpoch = std::chrono::seconds(1'000'000'000);
+  std::vector<Stamp> candidates{Stamp(0), -kEpoch, kEpoch, truth.front().t - estimate.front().t};
+  for (const Stamp likely : likely_offsets(truth, estimate, std::max(apart, Stamp(1)))) candidates.push_back(likely);
+  Offset best;
+  for (const Stamp candidate : candidates)
+    if (const std::size_t pairs = pair_by_nearest(truth, estimate, apart, candidate).size(); pairs > best.pairs)
+      best = {candidate, pairs};
+  return best;
+}
+
 // Why no poses are paired, and which option may help.
 std::string why_unmatched(const Trajectory& truth, const Trajectory& estimate,
                           const TrajectoryOptions& options) {
+  const Offset best = best_offset(truth, estimate, stamp(options.most_apart_s));
   const double a0 = seconds(truth.front().t), a1 = seconds(truth.back().t),
                b0 = seconds(estimate.front().t) + options.offset_s,
                b1 = seconds(estimate.back().t) + options.offset_s;
@@ -50,8 +91,8 @@ std::string why_unmatched(const Trajectory& truth, const Trajectory& estimate,
   if (b0 > a1 || b1 < a0)
     return none + fmt::format(
                       "the truth is from {:.3f} to {:.3f} s, the estimate from {:.3f} to {:.3f} s; "
-                      "--t-offset {:.9g} would move its first pose to the truth's",
-                      a0, a1, b0, b1, options.offset_s + a0 - b0);
+                      "with --t-offset {} {} of its poses have a true one",
+                      a0, a1, b0, b1, seconds(best.t), best.pairs);
   return none + fmt::format("no stamps nearer than {} s (--t-max-diff)", options.most_apart_s);
 }
 

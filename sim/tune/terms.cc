@@ -18,7 +18,8 @@ std::optional<double> mean_pose_nll(const score::Scored& scored) {
   auto pose = scored.run.estimate->begin();
   for (const score::PosePair& pair : scored.pairs) {
     while (pose->t != pair.t) ++pose;
-    const auto nll = pose_nll(pair.X_true, pair.X_estimate, pose->covariance);
+    if (!pose->covariance) return std::nullopt;
+    const auto nll = pose_nll(pair.X_true, pair.X_estimate, *pose->covariance);
     if (!nll) return std::nullopt;
     sum += *nll;
   }

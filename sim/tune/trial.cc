@@ -63,11 +63,13 @@ tracking::Tracked track(const Recording& recording, const scenario::Scenario& sc
   return tracking.finish();
 }
 
-// The fraction of the recording until the filter diverged.
+// The fraction of the recording until the filter diverged or the estimator failed.
 double lasted_fraction(const Recording& recording, const tracking::Tracked& tracked) {
+  const double end_s = slam::seconds(recording.observations.back().t);
+  if (tracked.failed)
+    return tracked.frames.empty() || end_s <= 0 ? 0 : slam::seconds(tracked.frames.back().report.t) / end_s;
   if (!tracked.diverged()) return 1;
   const auto losses = tracked.losses();
-  const double end_s = slam::seconds(recording.observations.back().t);
   return end_s > 0 ? slam::seconds(losses.back().from) / end_s : 0;
 }
 

@@ -346,7 +346,7 @@ TEST(Evaluate, TheClosureSaysHowSureTheFilterWasAndHowMuchItCorrected) {
   run.landmarks = closing(run, 3);  // found again in the last frame, at 42 s
   for (EstimatedPose& pose : *run.estimate) {
     const bool before = pose.t < run.truth_camera.back().t;
-    pose.covariance *= before ? 4 : 1;
+    *pose.covariance *= before ? 4 : 1;
     if (before) pose.X_WC.translation().z() += 0.25;
   }
   const Metrics m = evaluate(run);
@@ -366,8 +366,28 @@ TEST(Evaluate, NumbersThatAreNoneBecomeReasons) {
     EXPECT_FALSE(m.at(name).reason.empty()) << name;
   }
   run = circle();
-  (*run.estimate)[50].covariance(0, 0) = -1;
+  (*(*run.estimate)[50].covariance)(0, 0) = -1;
   EXPECT_THAT(evaluate(run).at("nees_position_mean").reason, HasSubstr("positive definite"));
+}
+
+TEST(Evaluate, AnEstimatorWithoutCovarianceHasNoNeesAndTheReasonSaysSo) {
+  auto run = circle();
+  for (EstimatedPose& pose : *run.estimate) pose.covariance.reset();
+  const Metrics m = evaluate(run);
+  for (const char* name : {"nees_position_mean", "nees_position_variance", "nees_position_within_95",
+                           "nees_orientation_mean", "nees_orientation_variance", "nees_orientation_within_95"}) {
+    EXPECT_FALSE(m.at(name).value) << name;
+    EXPECT_EQ(m.at(name).reason, "the estimator states no covariance") << name;
+  }
+  EXPECT_TRUE(m.at("rmse_m").value);
+}
+
+TEST(Evaluate, AnEstimatorThatFailedIsNotScoredAndItsWalkIs) {
+  auto run = circle();
+  run.failed = "killed by signal 9";
+  const Metrics m = evaluate(run);
+  EXPECT_EQ(m.at("rmse_m").reason, "the estimator failed: killed by signal 9");
+  EXPECT_TRUE(m.at("path_length_m").value);
 }
 
 TEST(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
