@@ -1,34 +1,30 @@
-// Estimators that can replace the filter, with the same observations and the same score. Each is one function
-// of an Observation.
+// Estimators that can replace the filter, with the same observations and the same score.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <functional>
 #include <span>
 #include <string_view>
-#include <vector>
 
-#include "slam/filter.h"
-#include "slam/observation.h"
-#include "slam/options.h"
+#include "sim/estimators/estimator.h"
+#include "sim/estimators/estimator_choice.h"
 
 namespace sim::estimators {
 
-/// Takes the observations in the order of arrival and returns the estimated pose of the camera. An estimator
-/// without a covariance leaves it as it is; its NEES then means nothing.
-using Estimator = std::function<slam::Estimate(const slam::Observation&)>;
-
-/// An estimator and its name, a value of the scenario's key `estimator`. make: creates one at the start of a
-/// run from what the filter is given then.
+/// A built-in estimator and its name, a value of the scenario's key `estimator`. make: creates one at the start of a
+/// run.
 struct NamedEstimator {
   std::string_view name;
-  Estimator (*make)(const slam::Calibration& calibration, const Eigen::Isometry3d& X_WC_start);
+  Step (*make)(const Start& start);
 };
 
 /// All of them. To add one: write its function in estimators.cc and name it there.
 std::span<const NamedEstimator> estimators();
 
-/// The values of the scenario's key `estimator`: "filter" for slam::Filter, and the names of estimators().
+/// The names of the built-in ones: "filter" for slam::Filter, and those of estimators().
 std::span<const std::string_view> estimator_names();
+
+/// Makes the chosen estimator; one without a step for the filter. Throws std::invalid_argument where its program or
+/// library cannot be started at all (a file that is missing, another version), EstimatorFailed where it fails as it
+/// starts.
+Estimator make_estimator(const EstimatorChoice& choice, const Start& start);
 
 }  // namespace sim::estimators

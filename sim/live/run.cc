@@ -177,6 +177,7 @@ void Run::deliver_frame() {
   if (tracking_) {
     const result::StageClock clock(frame_timing_.filter_ms);
     tracking_->take(std::move(frame.observation));
+    frame_timing_.filter_ms += tracking_->take_outside_cpu_ms();
     frame_timing_.landmarks = tracking_->landmarks();
   }
   if (places_) note_place(t, frame.X_WC);
@@ -188,7 +189,9 @@ void Run::note_place(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true) {
   if (read_.scenario.walk.steering.by == walking::SteeredBy::truth) {
     places_->add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
   } else if (const tracking::TrackedFrame* const newest = tracking_->newest()) {
-    places_->add(frame, newest->estimate, newest->report.health == slam::Health::ok);
+    const estimators::PoseEstimate& pose = newest->estimate;
+    places_->add(frame, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
+                 newest->report.health == slam::Health::ok && !tracking_->failed());
   }
 }
 

@@ -85,6 +85,7 @@ result::Outcome replay_foreign(const scenario::ReadScenario& scenario, const fs:
     {
       const result::StageClock clock(frame.filter_ms);
       tracking.take(std::move(*observation));
+      frame.filter_ms += tracking.take_outside_cpu_ms();
     }
     timing.frames.push_back(frame);
     progress(0);

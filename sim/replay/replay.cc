@@ -15,6 +15,7 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
     if (tracking) {
       const result::StageClock clock(frame.filter_ms);
       tracking->take(std::move(*observation));
+      frame.filter_ms += tracking->take_outside_cpu_ms();
     }
     frame.landmarks = tracking ? tracking->landmarks() : 0;
     timing.frames.push_back(frame);

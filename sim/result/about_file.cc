@@ -18,6 +18,7 @@ About about_of(const files::Json& json) {
   about.version = text_or_empty(json, "version");
   about.revision = text_or_empty(json, "revision");
   about.scenario = text_or_empty(json, "scenario");
+  about.estimator = text_or_empty(json, "estimator");
   if (const auto seed = json.find("seed")) about.seed = seed->whole();
   about.cause = text_or_empty(json, "cause");
   about.walk_ending = text_or_empty(json, "walk_ending");

@@ -12,7 +12,7 @@ namespace sim::result {
 /// What about.json says. What the file leaves out is empty.
 struct About {
   std::string program, version, revision;
-  std::string scenario;
+  std::string scenario, estimator;
   std::uint64_t seed = 0;
   std::string cause;  ///< of the run's ending
   std::string walk_ending, walk_cause;

@@ -23,12 +23,15 @@ std::string tum(const std::vector<files::TimedPose>& poses) {
   return text;
 }
 
+// Poses for which the estimator states no covariance have eight columns in both files.
 void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string poses, with_covariance = files::kTumCovarianceHeader;
-  for (const slam::Estimate& e : tracked.estimates()) {
+  for (const estimators::PoseEstimate& e : tracked.estimates()) {
     poses += files::tum_row(e.t, e.X_WC);
-    with_covariance += files::tum_row(e.t, e.X_WC, e.covariance);
+    with_covariance +=
+        e.covariance ? files::tum_row(e.t, e.X_WC, *e.covariance) : files::tum_row(e.t, e.X_WC);
   }
+  if (!tracked.log.empty()) files::write_text(folder / "estimator.log", tracked.log);
   files::write_text(folder / "estimate.tum", poses);
   files::write_text(folder / "estimate_cov.txt", with_covariance);
 }
@@ -91,6 +94,7 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
                               {"revision", place.revision},
                               {"libraries", place.libraries},
                               {"scenario", scenario.name},
+                              {"estimator", scenario.estimator.name},
                               {"seed", scenario.seed},
                               {"ending", ended.ending},
                               {"cause", ended.cause},

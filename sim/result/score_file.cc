@@ -69,7 +69,8 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, const
                  const score::Metrics& metrics, const tracking::Tracked* tracked,
                  const std::vector<JudgedLimit>& limits) {
   ordered_json json{
-      {"format_version", 1}, {"scenario", scenario.name}, {"seed", scenario.seed}, {"ending", ending}};
+      {"format_version", 1}, {"scenario", scenario.name},  {"estimator", scenario.estimator.name},
+      {"seed", scenario.seed}, {"ending", ending}};
   json["metrics"] = metrics_json(metrics);
   if (tracked) json["tracking"] = tracking_json(*tracked);
   json["limits"] = limits_json(limits);
@@ -95,6 +96,7 @@ files::Json read_whole_score(const fs::path& file) {
   files::Json json = files::read_json(file);
   for (const char* key : {"scenario", "ending"}) json.at(key).text();
   json.at("seed").whole();
+  if (const auto estimator = json.find("estimator")) estimator->text();
   for (const auto& [name, metric] : json.at("metrics").entries()) {
     metric.at("unit").text();
     metric.at("value").number_or_null();

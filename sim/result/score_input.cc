@@ -22,7 +22,7 @@ score::Trajectory trajectory(const std::vector<files::TimedPose>& poses) {
 
 std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
   std::vector<score::EstimatedPose> poses;
-  for (const slam::Estimate& e : tracked.estimates()) poses.push_back({e.t, e.X_WC, e.covariance});
+  for (const estimators::PoseEstimate& e : tracked.estimates()) poses.push_back({e.t, e.X_WC, e.covariance});
   return poses;
 }
 
@@ -150,6 +150,7 @@ score::Run score_input(const RunRecord& record) {
   run.landmarks = landmarks(*record.tracked);
   run.innovations = innovations(*record.tracked);
   run.map = map(*record.tracked);
+  run.failed = record.tracked->failed;
   if (record.tracked->diverged()) run.diverged = record.tracked->cause();
   return run;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "sim/scenario/estimator_key.h"
 #include "sim/scenario/lists.h"
 
 namespace sim::scenario {

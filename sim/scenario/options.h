@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/estimators/estimators.h"
+#include "sim/estimators/estimator_choice.h"
 #include "sim/sensor_errors/sensor_errors.h"
 #include "sim/world/options.h"
 #include "slam/options.h"
@@ -18,10 +18,11 @@
 
 namespace sim::scenario {
 
-/// How a run can end. `stopped`: a steered walk had no estimate for too long. `failed`: the simulator or the
-/// filter broke in a way that no scenario can allow.
-inline constexpr std::array<std::string_view, 6> kEndings{"completed", "fell",    "collided",
-                                                          "diverged",  "stopped", "failed"};
+/// How a run can end. `stopped`: a steered walk had no estimate for too long. `estimator_failed`: the estimator
+/// crashed, did not answer in time, or gave an answer that is none. `failed`: the simulator broke in a way that
+/// no scenario can allow.
+inline constexpr std::array<std::string_view, 7> kEndings{
+    "completed", "fell", "collided", "diverged", "stopped", "estimator_failed", "failed"};
 
 /// Which way a limit holds its metric.
 enum class Bound { at_most, at_least };
@@ -54,7 +55,7 @@ struct Scenario {
   world::WorldOptions world;
   std::optional<world::CameraOptions> camera;
   sensor_errors::ErrorOptions errors;
-  std::string estimator = "filter";  ///< options other than the filter's are unused by others
+  estimators::EstimatorChoice estimator;  ///< the section slam is unused by all but the filter
   std::optional<slam::Options> slam;
   Limits limits;
 
@@ -66,8 +67,8 @@ struct Scenario {
     key.part("world", &Scenario::world);
     key.part("camera", &Scenario::camera);
     key.part("errors", &Scenario::errors);
-    key.choice("estimator", &Scenario::estimator, estimators::estimator_names(),
-               "estimator that is run on the observations");
+    key.value("estimator", &Scenario::estimator,
+              "estimator that is run on the observations: a built-in one by its name, or another program or library");
     key.part("slam", &Scenario::slam);
     key.part("limits", &Scenario::limits);
   }

@@ -1,19 +1,15 @@
 #include "sim/tracking/tracking.h"
 
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <stdexcept>
 #include <utility>
 
 namespace sim::tracking {
 namespace {
 
 constexpr slam::Stamp kMapEvery = std::chrono::seconds(1);
-
-// Empty for the filter itself.
-estimators::Estimator make_estimator(const std::string& name, const slam::Calibration& calibration,
-                                     const Eigen::Isometry3d& X_WC_start) {
-  for (const estimators::NamedEstimator& estimator : estimators::estimators())
-    if (estimator.name == name) return estimator.make(calibration, X_WC_start);
-  return {};
-}
 
 /// The calibration as the filter is told it.
 slam::Calibration miscalibrated(slam::Calibration calibration, const sensor_errors::ErrorOptions& errors) {
@@ -28,8 +24,8 @@ bool Tracked::diverged() const { return !frames.empty() && frames.back().report.
 
 const std::string& Tracked::cause() const { return frames.back().report.cause; }
 
-std::vector<slam::Estimate> Tracked::estimates() const {
-  std::vector<slam::Estimate> all;
+std::vector<estimators::PoseEstimate> Tracked::estimates() const {
+  std::vector<estimators::PoseEstimate> all;
   for (const TrackedFrame& frame : frames)
     if (all.empty() || frame.estimate.t > all.back().t) all.push_back(frame.estimate);
   return all;
@@ -62,36 +58,86 @@ std::vector<TrackingFault> Tracked::suspicions() const {
 }
 
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
-                   const Eigen::Isometry3d& X_WC_start)
+                   const Eigen::Isometry3d& X_WC_start, estimators::Estimator estimator)
     : errors_(scenario.errors, scenario.seed),
       filter_(*scenario.slam, miscalibrated(calibration, scenario.errors), X_WC_start, scenario.seed),
-      estimator_(make_estimator(scenario.estimator, miscalibrated(calibration, scenario.errors), X_WC_start)) {}
+      estimator_(std::move(estimator)) {}
+
+Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
+                   const Eigen::Isometry3d& X_WC_start)
+    : Tracking(scenario, calibration, X_WC_start, {}) {
+  try {
+    estimator_ = estimators::make_estimator(
+        scenario.estimator, {miscalibrated(calibration, scenario.errors), X_WC_start, scenario.seed});
+  } catch (const estimators::EstimatorFailed& failure) {
+    tracked_.failed = failure.what();
+    tracked_.log = failure.log;
+  }
+}
+
+// What somebody else's code throws is its failure. That there is no memory left is this program's.
+template <class Action>
+void Tracking::guarded(const Action& action) {
+  try {
+    action();
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& failure) {
+    tracked_.failed = failure.what();
+  } catch (...) {
+    tracked_.failed = "it threw what is no exception of the standard library";
+  }
+}
+
 
 void Tracking::take(slam::Observation ideal) {
   for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
 }
 
 void Tracking::step(const slam::Observation& arrived) {
-  if (estimator_) {
-    slam::FrameReport report;
-    report.t = arrived.t;
-    tracked_.frames.push_back({estimator_(arrived), report});
-    return;
-  }
   const auto& frames = tracked_.frames;
-  if (!frames.empty() && frames.back().report.health == slam::Health::diverged) {
-    tracked_.after_divergence.push_back(arrived.t);
-    return;
-  }
+  const bool diverged = !frames.empty() && frames.back().report.health == slam::Health::diverged;
+  if (!diverged && !tracked_.failed)
+    guarded([&] { estimator_.step ? step_estimator(arrived) : step_filter(arrived); });
+  if (diverged || tracked_.failed) tracked_.after_divergence.push_back(arrived.t);
+}
+
+void Tracking::step_filter(const slam::Observation& arrived) {
   const slam::FrameReport& report = filter_.step(arrived);
-  tracked_.frames.push_back({filter_.estimate(), report});
+  const slam::Estimate& estimate = filter_.estimate();
+  tracked_.frames.push_back({{estimate.t, estimate.X_WC, estimate.covariance}, report});
+  const auto& maps = tracked_.maps;
+  if (maps.empty() || report.t - maps.back().t >= kMapEvery) keep_map(report.t, filter_.map());
+}
+
+void Tracking::step_estimator(const slam::Observation& arrived) {
+  newest_ = std::max(newest_, arrived.t);
+  estimators::Answer answer = estimator_.step(arrived);
+  outside_cpu_ms_ += answer.outside_cpu_ms;
+  estimators::require_sound(answer, tracked_.frames.empty() ? slam::Stamp(0) : tracked_.frames.back().estimate.t,
+                            newest_);
+  if (!answer.map.empty()) keep_map(arrived.t, std::move(answer.map));
+  slam::FrameReport report;
+  report.t = arrived.t;
+  report.health = answer.health;
+  report.cause = answer.cause;
+  report.landmarks = static_cast<int>(tracked_.map.size());
+  tracked_.frames.push_back({answer.estimate, report});
+}
+
+// Of another estimator the newest that it told is also the one at the end.
+void Tracking::keep_map(slam::Stamp t, std::vector<slam::MapPoint> map) {
   auto& maps = tracked_.maps;
-  if (maps.empty() || report.t - maps.back().t >= kMapEvery) maps.push_back({report.t, filter_.map()});
+  if (estimator_.step) tracked_.map = map;
+  if (maps.empty() || t - maps.back().t >= kMapEvery) maps.push_back({t, std::move(map)});
 }
 
 Tracked Tracking::finish() {
   for (const slam::Observation& arrived : errors_.flush()) step(arrived);
-  tracked_.map = filter_.map();
+  if (estimator_.step)
+    tracked_.log = estimator_.finish();
+  else if (!tracked_.failed)
+    tracked_.map = filter_.map();
   return std::move(tracked_);
 }
 

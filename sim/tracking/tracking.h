@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/estimators/estimators.h"
@@ -13,9 +14,9 @@
 
 namespace sim::tracking {
 
-/// The estimate after a frame, and the filter's report of it.
+/// The estimate after a frame, and the filter's report of it; of another estimator its health alone.
 struct TrackedFrame {
-  slam::Estimate estimate;
+  estimators::PoseEstimate estimate;
   slam::FrameReport report;
 };
 
@@ -32,17 +33,19 @@ struct TimedMap {
   std::vector<slam::MapPoint> points;
 };
 
-/// All that a filter gave in a run.
+/// All that a filter or another estimator gave in a run.
 struct Tracked {
   std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
   std::vector<slam::MapPoint> map;   ///< at the end
   std::vector<TimedMap> maps;        ///< one each second
-  std::vector<slam::Stamp> after_divergence;  ///< of the observations that it was not given any more
+  std::vector<slam::Stamp> after_divergence;  ///< of the observations that it was not given any more, or failed at
+  std::optional<std::string> failed = {};     ///< why it failed as a program: it crashed, hung or gave no answer
+  std::string log = {};                       ///< what an estimator outside wrote to its standard error
   /// The filter diverged, or was still lost when the run ended.
   bool diverged() const;
   const std::string& cause() const;  ///< of the divergence
   /// The estimates, each once: a refused observation makes no new one.
-  std::vector<slam::Estimate> estimates() const;
+  std::vector<estimators::PoseEstimate> estimates() const;
   std::vector<TrackingFault> losses() const;
   /// When a sensor contradicted all others; the cause is that of the last frame of each time.
   std::vector<TrackingFault> suspicions() const;
@@ -52,12 +55,17 @@ struct Tracked {
 /// replay, so that both give the same bits.
 class Tracking {
  public:
-  /// The scenario must have a slam section.
+  /// The scenario must have a slam section. Throws std::invalid_argument where a program or library that is to be
+  /// the estimator cannot be started at all.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start);
 
+  /// The same with an estimator in the place of the one that the scenario names.
+  Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
+           const Eigen::Isometry3d& X_WC_start, estimators::Estimator estimator);
+
   /// Applies the scenario's sensor errors to an ideal observation and gives the filter what arrives by then.
-  /// A filter that has diverged gets no more observations.
+  /// A filter that has diverged and an estimator that has failed get no more observations.
   void take(slam::Observation ideal);
 
   /// Gives the filter an observation to which sensor errors are already applied.
@@ -66,6 +74,12 @@ class Tracking {
   /// The newest frame; nullptr before the first.
   const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
 
+  /// The estimator has failed; its newest frame is the last that it answered.
+  bool failed() const { return tracked_.failed.has_value(); }
+
+  /// CPU time (ms) that answers took in another process since the last call.
+  double take_outside_cpu_ms() { return std::exchange(outside_cpu_ms_, 0); }
+
   /// In the filter's map after the last observation.
   int landmarks() const { return tracked_.frames.empty() ? 0 : tracked_.frames.back().report.landmarks; }
 
@@ -73,9 +87,17 @@ class Tracking {
   Tracked finish();
 
  private:
+  void step_filter(const slam::Observation& arrived);
+  void step_estimator(const slam::Observation& arrived);
+  void keep_map(slam::Stamp t, std::vector<slam::MapPoint> map);
+  template <class Action>
+  void guarded(const Action& action);
+
   sensor_errors::SensorErrors errors_;
   slam::Filter filter_;
-  estimators::Estimator estimator_;  ///< in the filter's place; empty where the filter runs
+  estimators::Estimator estimator_;  ///< in the filter's place; without a step where the filter runs
+  slam::Stamp newest_{0};            ///< of the observations that the estimator was given
+  double outside_cpu_ms_ = 0;
   Tracked tracked_;
 };
 

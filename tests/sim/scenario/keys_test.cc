@@ -30,6 +30,7 @@ std::vector<std::string> values_for(const Key<Scenario>& key) {
       "1e5",
       "[fell]",
       "[[1, 2, 3]]",
+      "{program: [./mine, --stdio], options: {a: {b: 1}}}",
       "[{stand: {duration_s: 2}}]",
       "[{gyro_silent: {}}]",
       "[{push: {time_s: 1, impulse_ns: 3}}]",

@@ -67,7 +67,7 @@ TEST(Tracking, AFilterThatIsToldTheWrongLensSeesItsLandmarksElsewhere) {
 
 TEST(Tracking, EveryEstimatorCanBeNamedInAScenarioAndNoOther) {
   for (const estimators::NamedEstimator& estimator : estimators::estimators())
-    EXPECT_EQ(scenario({"estimator=" + std::string(estimator.name)}).estimator, estimator.name);
+    EXPECT_EQ(scenario({"estimator=" + std::string(estimator.name)}).estimator.name, estimator.name);
   EXPECT_ANY_THROW(scenario({"estimator=plan_alnoe"}));
 }
 

@@ -1,0 +1,160 @@
+#include "sim/scenario/estimator_key.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/estimators/estimators.h"
+
+namespace sim::scenario {
+namespace {
+
+using estimators::EstimatorChoice;
+using estimators::Source;
+using std::string_view_literals::operator""sv;
+
+constexpr std::array kFields{"program"sv, "library"sv,        "command"sv,        "name"sv,
+                             "options"sv, "start_within_s"sv, "answer_within_s"sv};
+constexpr Domain kLimit{0.001, 1e6};
+constexpr std::size_t kMostOptions = 1000;
+
+const Domain& named() {
+  static const Domain domain{0, 0, estimators::estimator_names()};
+  return domain;
+}
+
+/// A scalar's text. Throws ConfigError.
+std::string word(const Yaml& node, const std::string& key) {
+  if (node.kind != Yaml::Kind::scalar || node.text.empty() || node.text.find('\0') != node.text.npos)
+    fail(node, key, "expected a word that is not empty");
+  return node.text;
+}
+
+std::vector<std::string> words(const Yaml& node, const std::string& key) {
+  if (node.kind == Yaml::Kind::scalar) return {word(node, key)};
+  if (node.kind != Yaml::Kind::list || node.items.empty())
+    fail(node, key, "expected the program and its arguments, as in [./my_slam, --stdio]");
+  std::vector<std::string> all;
+  for (const Yaml& item : node.items) all.push_back(word(item, key));
+  return all;
+}
+
+/// Nested sections become dotted keys.
+void read_options(const Yaml& node, const std::string& key, const std::string& section, EstimatorChoice& choice) {
+  if (node.kind != Yaml::Kind::map) fail(node, key, "expected keys and values, as in {threads: 2}");
+  for (std::size_t i = 0; i < node.keys.size(); ++i) {
+    const std::string name = section + node.keys[i].text;
+    const Yaml& value = node.items[i];
+    if (value.kind == Yaml::Kind::map) {
+      read_options(value, key, name + ".", choice);
+      continue;
+    }
+    if (value.kind != Yaml::Kind::scalar || name.empty() || name.find_first_of("=\n") != name.npos ||
+        value.text.find_first_of(std::string_view("\n\0", 2)) != value.text.npos)
+      fail(node.keys[i], key, fmt::format("'{}': expected a name without '=' and a value on one line", name));
+    for (const auto& [earlier, unused] : choice.options)
+      if (earlier == name) fail(node.keys[i], key, fmt::format("'{}' is given twice", name));
+    choice.options.emplace_back(name, value.text);
+    if (choice.options.size() > kMostOptions) fail(node, key, fmt::format("more than {} options", kMostOptions));
+  }
+}
+
+bool is_built_in(const std::string& name) {
+  const auto names = estimators::estimator_names();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// The name of the file of a program, library or command without folder and ending; not that of a built-in estimator.
+std::string standard_name(const EstimatorChoice& choice) {
+  const std::string& first = choice.words.front();
+  std::string name = std::filesystem::path(first.substr(0, first.find(' '))).stem().string();
+  const auto allowed = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; };
+  std::replace_if(name.begin(), name.end(), [&](char c) { return !allowed(c); }, '_');
+  if (name.empty()) name = "estimator";
+  return is_built_in(name) ? name + "_of_others" : name.substr(0, 100);
+}
+
+void take_source(const Yaml& at, const std::string& key, EstimatorChoice& choice, Source source, const Yaml& value) {
+  if (!choice.words.empty()) fail(at, key, "names two of program, library and command, expected one of them");
+  choice.source = source;
+  choice.words = source == Source::program ? words(value, key) : std::vector{word(value, key)};
+}
+
+void read_field(const Yaml& at, const std::string& key, const Yaml& value, EstimatorChoice& choice) {
+  const std::string& field = at.text;
+  const std::string path = key + "." + field;
+  if (field == "program") return take_source(at, path, choice, Source::program, value);
+  if (field == "library") return take_source(at, path, choice, Source::library, value);
+  if (field == "command") return take_source(at, path, choice, Source::command, value);
+  if (field == "name") return read(value, path, {}, choice.name);
+  if (field == "options") return read_options(value, path, "", choice);
+  if (field == "start_within_s") return read(value, path, kLimit, choice.start_within_s);
+  if (field == "answer_within_s") return read(value, path, kLimit, choice.answer_within_s);
+  fail(at, path, fmt::format("unknown, expected one of {}{}", fmt::join(kFields, ", "), did_you_mean(field, kFields)));
+}
+
+EstimatorChoice read_section(const Yaml& node, const std::string& key) {
+  EstimatorChoice choice;
+  choice.name.clear();
+  for (std::size_t i = 0; i < node.keys.size(); ++i) read_field(node.keys[i], key, node.items[i], choice);
+  if (choice.words.empty())
+    fail(node, key, "expected a program or a library, as in {program: [./my_slam, --stdio]} or {library: libmy.so}");
+  if (choice.name.empty()) choice.name = standard_name(choice);
+  if (is_built_in(choice.name))
+    fail(node, key + ".name", fmt::format("{} is a built-in estimator, expected a name of its own", choice.name));
+  return choice;
+}
+
+std::string quoted(const std::vector<std::string>& all) {
+  std::vector<std::string> each;
+  for (const std::string& text : all) each.push_back(quote_if_needed(text));
+  return fmt::format("[{}]", fmt::join(each, ", "));
+}
+
+std::string print_source(const EstimatorChoice& choice) {
+  switch (choice.source) {
+    case Source::program:
+      return "program: " + quoted(choice.words);
+    case Source::library:
+      return "library: " + quote_if_needed(choice.words.front());
+    default:
+      return "command: " + quote_if_needed(choice.words.front());
+  }
+}
+
+}  // namespace
+
+std::string expected(const Domain&, const estimators::EstimatorChoice&) {
+  return fmt::format("a built-in estimator ({}), {{program: [FILE, ARGUMENT...], options: {{...}}}} or {{library: FILE}}",
+                     fmt::join(named().choices, ", "));
+}
+
+void read(const Yaml& node, std::string_view key, const Domain&, estimators::EstimatorChoice& choice) {
+  if (node.kind == Yaml::Kind::map) {
+    choice = read_section(node, std::string(key));
+    return;
+  }
+  EstimatorChoice found;
+  found.name = named().choices[read_choice(node, key, named())];
+  choice = found;
+}
+
+std::string print(const Domain&, const estimators::EstimatorChoice& choice) {
+  if (choice.source == Source::built_in) return choice.name;
+  std::string text = fmt::format("{{{}, name: {}", print_source(choice), quote_if_needed(choice.name));
+  std::vector<std::string> options;
+  for (const auto& [name, value] : choice.options)
+    options.push_back(fmt::format("{}: {}", quote_if_needed(name), quote_if_needed(value)));
+  if (!options.empty()) text += fmt::format(", options: {{{}}}", fmt::join(options, ", "));
+  if (choice.source == Source::program)
+    text += fmt::format(", start_within_s: {}, answer_within_s: {}", choice.start_within_s, choice.answer_within_s);
+  return text + "}";
+}
+
+}  // namespace sim::scenario

@@ -1,0 +1,154 @@
+// The messages of gaitslam_estimator.h, byte by byte.
+#include "sim/estimators/messages.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <variant>
+
+#include "sim/scenario/scenario.h"
+#include "tests/sim/scenario/complaint.h"
+
+namespace sim::estimators {
+namespace {
+
+using testing::HasSubstr;
+
+/// The number at a byte of a message, as any language reads it.
+template <class Number>
+Number at(const std::string& message, std::size_t byte) {
+  Number number;
+  std::memcpy(&number, message.data() + byte, sizeof number);
+  return number;
+}
+
+TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
+  Start start;
+  start.calibration.camera.lens = slam::Equidistant{0.1, 0.2, 0.3, 0.4};
+  start.calibration.X_CG.translation() << 7, 8, 9;
+  start.X_WC.linear() = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  start.seed = 0x1122334455667788;
+  EstimatorChoice choice;
+  choice.options = {{"threads", "2"}, {"map.size", "big"}};
+  const std::string message = start_message(choice, start), options = "threads=2\nmap.size=big\n";
+  ASSERT_EQ(message.size(), 16 + 288 + options.size());
+  EXPECT_EQ(message.substr(0, 4), "GSLM");
+  EXPECT_EQ(message[4], 1);
+  EXPECT_EQ(at<std::uint64_t>(message, 8), 288 + options.size());
+  const std::string payload = message.substr(16);
+  EXPECT_EQ(at<std::uint32_t>(payload, 0), 1U);
+  EXPECT_EQ(at<std::uint32_t>(payload, 4), 2U);  // equidistant
+  EXPECT_EQ(at<std::uint32_t>(payload, 8), 320U);
+  EXPECT_EQ(at<std::uint32_t>(payload, 12), 240U);
+  EXPECT_EQ(at<double>(payload, 16), start.calibration.camera.fu_px);
+  EXPECT_EQ(at<double>(payload, 40), start.calibration.camera.v0_px);
+  EXPECT_EQ(at<double>(payload, 72), 0.4);
+  EXPECT_EQ(at<double>(payload, 80 + 72), 7);
+  EXPECT_EQ(at<double>(payload, 176 + 8), -std::sin(0.5));  // first row, second column
+  EXPECT_EQ(payload[272], '\x88');                          // least byte first
+  EXPECT_EQ(at<std::uint64_t>(payload, 280), options.size());
+  EXPECT_EQ(payload.substr(288), options);
+}
+
+TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
+  slam::Observation o;
+  o.t = std::chrono::nanoseconds(123456789);
+  cv::Mat wide(240, 400, CV_8UC1, cv::Scalar(1));
+  wide(cv::Rect(319, 239, 1, 1)) = 99;
+  o.image = wide(cv::Rect(0, 0, 320, 240));  // its rows do not adjoin
+  o.gyro = {{slam::Stamp(1), slam::Stamp(2), {1, 2, 3}}, {slam::Stamp(2), slam::Stamp(5), {4, 5, 6}}};
+  o.accelerometer = {{slam::Stamp(1), slam::Stamp(2), {0, 0, 9.81}}};
+  o.plan.emplace();
+  o.plan->v_PC_C << 0.1, 0.2, 0.3;
+  o.plan->support = slam::Support::right;
+  const std::string payload = observation_message(o).substr(16);
+  ASSERT_EQ(payload.size(), 208U + 3 * 40 + 320 * 240);
+  EXPECT_EQ(at<std::int64_t>(payload, 0), 123456789);
+  EXPECT_EQ(at<std::uint32_t>(payload, 8), 320U);
+  EXPECT_EQ(at<std::uint32_t>(payload, 16), 2U);
+  EXPECT_EQ(at<std::uint32_t>(payload, 20), 1U);
+  EXPECT_EQ(at<std::uint32_t>(payload, 24), 1U);
+  EXPECT_EQ(at<double>(payload, 32), 1);  // of the identity
+  EXPECT_EQ(at<double>(payload, 32 + 96), 0.1);
+  EXPECT_EQ(at<std::uint32_t>(payload, 32 + 168), 2U);
+  EXPECT_EQ(at<double>(payload, 208 + 40 + 16), 4);
+  EXPECT_EQ(at<double>(payload, 208 + 80 + 32), 9.81);
+  EXPECT_EQ(payload.back(), 99);
+}
+
+TEST(Messages, WhatIsMissingTakesNoBytes) {
+  const std::string payload = observation_message({}).substr(16);
+  EXPECT_EQ(payload, std::string(208, '\0'));
+  EXPECT_EQ(end_message(), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
+}
+
+TEST(Messages, AnAnswerComesBackWithAllItsBits) {
+  gaitslam_answer words{};
+  words.t_ns = 33;
+  words.status = GAITSLAM_LOST;
+  words.has_covariance = 1;
+  for (int i = 0; i < 9; ++i) words.X_WC.rotation[i] = 0.1 * i;
+  for (int i = 0; i < 36; ++i) words.covariance[i] = 1e-3 * i;
+  words.X_WC.translation_m[2] = 1.0 / 3;
+  words.landmark_count = 2;
+  words.cause_bytes = 4;
+  gaitslam_landmark landmarks[2]{};
+  landmarks[1].id = 9;
+  landmarks[1].has_covariance = 1;
+  landmarks[1].covariance[5] = 0.25;
+  std::string payload(reinterpret_cast<const char*>(&words), sizeof words);
+  payload.append(reinterpret_cast<const char*>(landmarks), sizeof landmarks);
+  const Answer answer = read_answer(payload + "d\nrk");
+  EXPECT_EQ(answer.estimate.t.count(), 33);
+  EXPECT_EQ(answer.health, slam::Health::lost);
+  EXPECT_EQ(answer.cause, "d rk");
+  EXPECT_EQ(answer.estimate.X_WC.linear()(1, 2), 0.1 * 5);
+  EXPECT_EQ(answer.estimate.X_WC.translation().z(), 1.0 / 3);
+  EXPECT_EQ((*answer.estimate.covariance)(1, 0), 1e-3 * 6);
+  ASSERT_EQ(answer.map.size(), 2U);
+  EXPECT_EQ(answer.map[1].id, 9);
+  EXPECT_EQ(answer.map[1].covariance(1, 2), 0.25);
+  EXPECT_TRUE(answer.map[0].covariance.isZero());
+}
+
+EstimatorChoice choice_of(const std::string& value) {
+  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
+  return scenario::read_scenario_text(kText, "test.yaml", {{"estimator=" + value}, {}}).scenario.estimator;
+}
+
+TEST(EstimatorKey, NamesAProgramWithItsOptions) {
+  const EstimatorChoice choice =
+      choice_of("{program: [bin/my slam, --stdio], options: {a: {b: 1, c: yes}, d: 'e f'}, answer_within_s: 2.5}");
+  EXPECT_EQ(choice.source, Source::program);
+  EXPECT_EQ(choice.name, "my");
+  EXPECT_EQ(choice.words, (std::vector<std::string>{"bin/my slam", "--stdio"}));
+  EXPECT_EQ(options_text(choice), "a.b=1\na.c=yes\nd=e f\n");
+  EXPECT_EQ(choice.answer_within_s, 2.5);
+  EXPECT_EQ(choice.start_within_s, 60);
+  EXPECT_EQ(choice_of("{library: /tmp/libmine.so, name: mine}").name, "mine");
+  EXPECT_EQ(choice_of("filter").source, Source::built_in);
+}
+
+TEST(EstimatorKey, WhatIsWrongIsNamedAtItsPlace) {
+  for (const auto& [value, complaint] :
+       {std::pair<const char*, const char*>{"{programm: [a]}", "estimator.programm: unknown, expected one of program"},
+        {"{}", "estimator: expected a program or a library"},
+        {"{options: {a: 1}}", "estimator: expected a program or a library"},
+        {"{program: [a], library: b}", "estimator.library: names two of program, library and command"},
+        {"{program: []}", "estimator.program: expected the program and its arguments"},
+        {"{program: [a, [b]]}", "estimator.program: expected a word that is not empty"},
+        {"{program: a, options: [b]}", "estimator.options: expected keys and values"},
+        {"{program: a, options: {b: [1]}}", "estimator.options: 'b': expected a name without '=' and a value"},
+        {"{program: a, options: {'b=c': 1}}", "estimator.options: 'b=c': expected a name without '='"},
+        {"{program: a, options: {b.c: 1, b: {c: 2}}}", "estimator.options: 'b.c' is given twice"},
+        {"{program: a, answer_within_s: 0}", "estimator.answer_within_s: is '0', expected a number from 0.001"},
+        {"{program: a, name: filter}", "estimator.name: filter is a built-in estimator"},
+        {"{program: a, name: a/b}", "estimator.name: is 'a/b', expected a name of letters"},
+        {"[a]", "estimator: is a list, expected one of filter, plan_alone"}})
+    EXPECT_THAT(scenario::complaint_of([&, text = value] { choice_of(text); }), HasSubstr(complaint)) << value;
+}
+
+}  // namespace
+}  // namespace sim::estimators

@@ -1,0 +1,225 @@
+// Whatever a program outside does, it is an answer or a failure of the estimator with a clear cause.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "sim/estimators/child_program.h"
+#include "sim/tracking/tracking.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::estimators {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using tracking::Tracked;
+using tracking::Tracking;
+
+constexpr int kObservations = 6;
+
+scenario::Scenario scenario_with(const std::string& estimator) {
+  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n";
+  return scenario::read_scenario_text(kText, "test.yaml", {{"estimator=" + estimator}, {}}).scenario;
+}
+
+std::string misbehaving(const std::string& behaviour, int message, const std::string& limits) {
+  return fmt::format("{{program: [\"{}\", {}, \"{}\"]{}}}", GAITSLAM_MISBEHAVING, behaviour, message, limits);
+}
+
+slam::Observation observation(int k) {
+  slam::Observation o;
+  o.t = std::chrono::milliseconds(33 * k);
+  o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(k));
+  o.gyro.push_back({std::chrono::milliseconds(33 * k - 33), o.t, {0.1, 0.2, 0.3}});
+  o.plan.emplace();
+  return o;
+}
+
+Tracked track(Tracking tracking) {
+  for (int k = 0; k < kObservations; ++k) tracking.step(observation(k));
+  return tracking.finish();
+}
+
+/// What became of a program that behaves like that at the message of this number.
+Tracked track(const std::string& behaviour, int message = 3, const std::string& limits = "") {
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  X_WC.translation() << 1, 2, 3;
+  return track(Tracking(scenario_with(misbehaving(behaviour, message, limits)), {}, X_WC));
+}
+
+TEST(Program, AnswersAreEstimates) {
+  const Tracked tracked = track("nothing");
+  EXPECT_FALSE(tracked.failed) << *tracked.failed;
+  const auto estimates = tracked.estimates();
+  ASSERT_EQ(estimates.size(), 6U);
+  EXPECT_EQ(estimates[5].t, std::chrono::milliseconds(165));
+  EXPECT_EQ(estimates[5].X_WC.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_FALSE(estimates[5].covariance);
+  EXPECT_TRUE(tracked.after_divergence.empty());
+}
+
+TEST(Program, WhatItDoesWrongIsNamed) {
+  for (const auto& [behaviour, cause] : {std::pair<std::string, std::string>{"crash", "killed by signal 6"},
+                                         {"killed", "killed by signal 9"},
+                                         {"exit", "ended with exit code 5"},
+                                         {"end", "ended with exit code 0"},
+                                         {"cut_off", "ended with exit code 0"},
+                                         {"says_why", "its last lines: first | the map is broken"},
+                                         {"closes_output", "closed its standard input or output"},
+                                         {"prints", "is no message: it begins with 'Loading the voca'"},
+                                         {"wrong_magic", "is no message: it begins with 'JUNK"},
+                                         {"wrong_type", "its message is of type 77, expected 4"},
+                                         {"huge_length", "18446744073709551615 bytes follow, expected at most"},
+                                         {"huge_counts", "announces 4294967295 landmarks (at most 100000)"},
+                                         {"huge_cause", "a cause of 4294967295 bytes (at most 4096)"},
+                                         {"counts_that_overflow", "announces 2147483648 landmarks"},
+                                         {"short", "its ANSWER has 100 bytes, expected at least 408"},
+                                         {"nan", "its pose is not finite"},
+                                         {"no_rotation", "is no rotation matrix"},
+                                         {"nan_covariance", "the covariance of its pose is not finite"},
+                                         {"not_symmetric", "the covariance of its pose is not symmetric"},
+                                         {"nan_landmark", "its landmark 0 is not finite"},
+                                         {"wrong_flag", "its has_covariance is 3, expected 0 or 1"},
+                                         {"wrong_status", "its status is 9, expected 0 (ok)"},
+                                         {"future", "its pose has the stamp 66000001 ns, expected one from 33000000"},
+                                         {"past", "its pose has the stamp -1 ns"}}) {
+    const Tracked tracked = track(behaviour);
+    ASSERT_TRUE(tracked.failed) << behaviour;
+    EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
+    EXPECT_EQ(tracked.frames.size(), 2U) << behaviour;            // those before are kept
+    EXPECT_EQ(tracked.after_divergence.size(), 4U) << behaviour;  // the one that failed counts as not tracked
+    EXPECT_FALSE(tracked.diverged()) << behaviour;
+  }
+}
+
+TEST(Program, WhatGoesWrongAtTheStartIsNamed) {
+  for (const auto& [behaviour, cause] :
+       {std::pair<std::string, std::string>{"crash", "failed at its start (limit 60 s): it was killed by signal 6"},
+        {"cannot_start", "it cannot start: no vocabulary"},
+        {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 1"},
+        {"prints", "is no message: it begins with 'Loading"}}) {
+    const Tracked tracked = track(behaviour, 0);
+    ASSERT_TRUE(tracked.failed) << behaviour;
+    EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
+    EXPECT_TRUE(tracked.frames.empty()) << behaviour;
+    EXPECT_TRUE(tracked.estimates().empty()) << behaviour;
+  }
+}
+
+TEST(Program, AHangEndsAtItsLimitWhateverElseItStarted) {
+  for (const char* behaviour : {"hang", "grandchild", "floods_output"}) {
+    const Tracked tracked = track(behaviour, 3, ", answer_within_s: 0.3");
+    ASSERT_TRUE(tracked.failed) << behaviour;
+    if (std::string(behaviour) != "floods_output") {
+      EXPECT_THAT(*tracked.failed, HasSubstr("at t = 0.066 s (limit 0.3 s): no answer within its time limit"));
+    }
+  }
+  const Tracked tracked = track("hang", 0, ", start_within_s: 0.3");
+  ASSERT_TRUE(tracked.failed);
+  EXPECT_THAT(*tracked.failed, HasSubstr("at its start (limit 0.3 s): no answer within its time limit"));
+}
+
+TEST(Program, ALongLogIsKeptInPartAndHoldsNothingUp) {
+  const Tracked tracked = track("floods_error");
+  EXPECT_FALSE(tracked.failed);
+  EXPECT_EQ(tracked.frames.size(), 6U);
+  EXPECT_THAT(tracked.log, StartsWith("(the first "));
+  EXPECT_THAT(tracked.log, HasSubstr("00029999: a line"));
+  EXPECT_LT(tracked.log.size(), 1100000U);
+}
+
+TEST(Program, GivingUpIsADivergenceAndNoFailure) {
+  const Tracked tracked = track("gives_up");
+  EXPECT_FALSE(tracked.failed);
+  EXPECT_TRUE(tracked.diverged());
+  EXPECT_EQ(tracked.cause(), "no luck");
+  EXPECT_EQ(tracked.frames.size(), 3U);
+  EXPECT_EQ(tracked.after_divergence.size(), 3U);
+}
+
+TEST(Program, TheMapThatItToldLastIsItsMap) {
+  const Tracked tracked = track("maps");
+  ASSERT_EQ(tracked.map.size(), 1U);
+  EXPECT_EQ(tracked.map[0].id, 42);
+  EXPECT_EQ(tracked.map[0].p_W.z(), 1.5);
+}
+
+TEST(Program, OneThatIsNotThereIsWrongInput) {
+  for (const char* estimator : {"{program: /nowhere/my_slam}", "{program: no-such-program-anywhere}",
+                                "{program: /tmp}", "{library: nowhere.so}"})
+    EXPECT_THROW(Tracking(scenario_with(estimator), {}, Eigen::Isometry3d::Identity()), std::invalid_argument)
+        << estimator;
+}
+
+TEST(Program, WhatABuiltInEstimatorThrowsIsItsFailure) {
+  int taken = 0;
+  const auto tracked_with = [&](Step step) {
+    taken = 0;
+    return track(Tracking(scenario_with("plan_alone"), {}, Eigen::Isometry3d::Identity(), Estimator{std::move(step)}));
+  };
+  const Tracked thrown = tracked_with([&](const slam::Observation& o) -> Answer {
+    if (++taken == 3) throw std::logic_error("no such landmark");
+    return {{o.t, Eigen::Isometry3d::Identity(), {}}, slam::Health::ok, "", {}, 0};
+  });
+  EXPECT_EQ(thrown.failed, "no such landmark");
+  EXPECT_EQ(thrown.frames.size(), 2U);
+  EXPECT_EQ(taken, 3);  // nothing is asked of it any more
+  const Tracked other = tracked_with([](const slam::Observation&) -> Answer { throw 7; });
+  EXPECT_EQ(other.failed, "it threw what is no exception of the standard library");
+  const Tracked nan = tracked_with([](const slam::Observation& o) {
+    Answer answer;
+    answer.estimate.t = o.t;
+    answer.estimate.X_WC.translation().x() = std::nan("");
+    return answer;
+  });
+  EXPECT_EQ(nan.failed, "its pose is not finite");
+}
+
+/// Whether the process is neither there nor waited for by nobody.
+bool is_gone(pid_t process) {
+  std::ifstream in(fmt::format("/proc/{}/stat", process));
+  std::string id, name, state;
+  return !(in >> id >> name >> state) || state == "Z" || state == "X";
+}
+
+pid_t wait_for_number(const std::filesystem::path& file) {
+  for (int k = 0; k < 2000; ++k) {
+    pid_t number = 0;
+    if (std::ifstream(file) >> number) return number;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return 0;
+}
+
+TEST(Program, ItDiesWithTheProcessThatRunsIt) {
+  const files::TemporaryFolder folder;
+  const pid_t bench = ::fork();
+  ASSERT_GE(bench, 0);
+  if (bench == 0) {
+    const ChildProgram child({"sh", "-c", "echo $$ > " + (folder / "its").string() + "; exec sleep 1000"});
+    for (;;) ::pause();
+  }
+  const pid_t program = wait_for_number(folder / "its");
+  ASSERT_GT(program, 0);
+  EXPECT_FALSE(is_gone(program));
+  ::kill(bench, SIGKILL);
+  ::waitpid(bench, nullptr, 0);
+  bool gone = false;
+  for (int k = 0; k < 2000 && !gone; ++k) {
+    gone = is_gone(program);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_TRUE(gone);
+}
+
+}  // namespace
+}  // namespace sim::estimators

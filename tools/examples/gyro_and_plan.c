@@ -1,0 +1,102 @@
+/* An estimator without images: the orientation is that of the integrated gyro, the position that of the planned velocity
+ * along it. While the plan stands still at the start, the mean of the gyro is taken for its bias.
+ *
+ *     cc -shared -fPIC -I sim/estimators -o libgyro_and_plan.so tools/examples/gyro_and_plan.c -lm
+ *     tools/gaitslam replay RESULT 'estimator={library: libgyro_and_plan.so}'
+ *
+ * With -DGAITSLAM_ESTIMATOR_MAIN and without -shared it is a program. Options: bias (0: it is not estimated). */
+#include "gaitslam_estimator.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct estimator {
+  gaitslam_pose X_CG, X_WC;
+  double bias[3], seconds_at_rest; /* rad/s, axes G */
+  double v_W[3];                   /* planned velocity at the observation before, along the estimated axes */
+  int64_t t_ns;
+  int has_moved, estimates_bias;
+} estimator;
+
+/* to = R v */
+static void rotate(const double R[9], const double v[3], double to[3]) {
+  int i;
+  for (i = 0; i < 3; ++i) to[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2];
+}
+
+/* R = R Exp(turn), by the formula of Rodrigues */
+static void turn_by(double R[9], const double turn[3]) {
+  const double angle = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+  const double a = angle > 1e-9 ? sin(angle) / angle : 1, b = angle > 1e-9 ? (1 - cos(angle)) / (angle * angle) : 0.5;
+  const double x = turn[0], y = turn[1], z = turn[2];
+  const double E[9] = {1 - b * (y * y + z * z), b * x * y - a * z,       b * x * z + a * y,
+                       b * x * y + a * z,       1 - b * (x * x + z * z), b * y * z - a * x,
+                       b * x * z - a * y,       b * y * z + a * x,       1 - b * (x * x + y * y)};
+  double product[9];
+  int i, j;
+  for (i = 0; i < 3; ++i)
+    for (j = 0; j < 3; ++j)
+      product[3 * i + j] = R[3 * i] * E[j] + R[3 * i + 1] * E[3 + j] + R[3 * i + 2] * E[6 + j];
+  memcpy(R, product, sizeof product);
+}
+
+static void take_reading(estimator* self, const gaitslam_reading* reading) {
+  const double dt = 1e-9 * (double)(reading->end_ns - reading->begin_ns);
+  double rate_G[3], turn_C[3];
+  int i;
+  if (!self->has_moved && self->estimates_bias && dt > 0) {
+    self->seconds_at_rest += dt;
+    for (i = 0; i < 3; ++i) self->bias[i] += (reading->value[i] - self->bias[i]) * dt / self->seconds_at_rest;
+  }
+  for (i = 0; i < 3; ++i) rate_G[i] = (reading->value[i] - self->bias[i]) * dt;
+  rotate(self->X_CG.rotation, rate_G, turn_C);
+  turn_by(self->X_WC.rotation, turn_C);
+}
+
+static void take_plan(estimator* self, const gaitslam_plan* plan, double dt) {
+  double v_W[3];
+  int i;
+  for (i = 0; i < 3; ++i)
+    if (plan->v_PC_C[i] != 0 || plan->w_PC_C[i] != 0) self->has_moved = 1;
+  rotate(self->X_WC.rotation, plan->v_PC_C, v_W);
+  for (i = 0; i < 3; ++i) {
+    self->X_WC.translation_m[i] += (self->v_W[i] + v_W[i]) / 2 * dt;
+    self->v_W[i] = v_W[i];
+  }
+}
+
+uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
+
+void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error, size_t error_bytes) {
+  estimator* self = (estimator*)calloc(1, sizeof(estimator));
+  const char* why = "unknown option, expected bias=0 or bias=1";
+  const int known = !options[0] || !strcmp(options, "bias=0\n") || !strcmp(options, "bias=1\n");
+  if (self && known) {
+    self->X_CG = start->X_CG;
+    self->X_WC = start->X_WC;
+    self->estimates_bias = strcmp(options, "bias=0\n") != 0;
+    return self;
+  }
+  strncpy(error, self ? why : "no memory", error_bytes - 1);
+  free(self);
+  return NULL;
+}
+
+int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation, const gaitslam_reading* gyro,
+                               const gaitslam_reading* accelerometer, const uint8_t* image, gaitslam_answer* answer,
+                               const gaitslam_landmark** landmarks, const char** cause) {
+  estimator* self = (estimator*)of;
+  uint32_t i;
+  (void)accelerometer, (void)image, (void)landmarks, (void)cause;
+  if (observation->t_ns >= self->t_ns) { /* else it is late: nothing is new */
+    for (i = 0; i < observation->gyro_count; ++i) take_reading(self, &gyro[i]);
+    if (observation->has_plan) take_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));
+    self->t_ns = observation->t_ns;
+  }
+  answer->t_ns = self->t_ns;
+  answer->X_WC = self->X_WC;
+  return 0;
+}
+
+void gaitslam_estimator_destroy(void* self) { free(self); }

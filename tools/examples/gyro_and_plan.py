@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""An estimator without images as a program: gyro_and_plan.c in Python.
+
+    tools/gaitslam replay RESULT 'estimator={program: [python3, tools/examples/gyro_and_plan.py], name: gyro}'
+
+It needs numpy. The layout of the messages is that of gaitslam_estimator.h."""
+import os
+import struct
+import sys
+
+import numpy as np
+
+VERSION = 1
+START, READY, OBSERVATION, ANSWER, END = 1, 2, 3, 4, 5
+HEADER = struct.Struct('<4sIQ')
+OBSERVATION_HEAD = struct.Struct('<qIIIIII')  # before the plan: 32 bytes
+ANSWER_HEAD = struct.Struct('<qII')           # before the pose: 16 bytes
+POSE, PLAN, READING = 96, 176, 40             # bytes
+
+
+def pose(data, at):
+    """Rotation matrix and position at a place in a message."""
+    numbers = np.frombuffer(data, '<f8', 12, at)
+    return numbers[:9].reshape(3, 3).copy(), numbers[9:].copy()
+
+
+def exponential(turn):
+    """The rotation matrix of a rotation vector, by the formula of Rodrigues."""
+    angle = np.linalg.norm(turn)
+    a, b = (np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2) if angle > 1e-9 else (1, 0.5)
+    x, y, z = turn
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + a * K + b * K @ K
+
+
+class Estimator:
+    def __init__(self, start):
+        self.R_CG, _ = pose(start, 80)
+        self.R_WC, self.p_W = pose(start, 80 + POSE)
+        self.bias, self.at_rest_s = np.zeros(3), 0.0
+        self.v_W, self.t_ns, self.has_moved = np.zeros(3), 0, False
+
+    def take(self, data):
+        t_ns, _, _, gyro_count, _, has_plan, _ = OBSERVATION_HEAD.unpack_from(data)
+        if t_ns < self.t_ns:  # late: nothing is new
+            return
+        for i in range(gyro_count):
+            at = OBSERVATION_HEAD.size + PLAN + i * READING
+            begin, end = struct.unpack_from('<qq', data, at)
+            self.take_reading(1e-9 * (end - begin), np.frombuffer(data, '<f8', 3, at + 16))
+        if has_plan:
+            self.take_plan(data, OBSERVATION_HEAD.size, 1e-9 * (t_ns - self.t_ns))
+        self.t_ns = t_ns
+
+    def take_reading(self, dt, rate_G):
+        if not self.has_moved and dt > 0:
+            self.at_rest_s += dt
+            self.bias += (rate_G - self.bias) * dt / self.at_rest_s
+        self.R_WC = self.R_WC @ exponential(self.R_CG @ (rate_G - self.bias) * dt)
+
+    def take_plan(self, data, at, dt):
+        velocities = np.frombuffer(data, '<f8', 6, at + POSE)
+        self.has_moved = self.has_moved or bool(velocities.any())
+        v_W = self.R_WC @ velocities[:3]
+        self.p_W = self.p_W + (self.v_W + v_W) / 2 * dt
+        self.v_W = v_W
+
+    def answer(self):
+        head = ANSWER_HEAD.pack(self.t_ns, 0, 0)  # status ok, no covariance
+        numbers = np.concatenate([self.R_WC.ravel(), self.p_W, np.zeros(36)])
+        return head + numbers.astype('<f8').tobytes() + struct.pack('<II', 0, 0)
+
+
+def read_exactly(stream, size):
+    data = stream.read(size)
+    if len(data) != size:
+        sys.exit(0)  # the other side has gone
+    return data
+
+
+def main():
+    # Messages keep the standard output for themselves: what is printed goes to the standard error.
+    out = os.fdopen(os.dup(1), 'wb')
+    os.dup2(2, 1)
+    estimator = None
+    while True:
+        magic, kind, size = HEADER.unpack(read_exactly(sys.stdin.buffer, HEADER.size))
+        assert magic == b'GSLM', magic
+        data = read_exactly(sys.stdin.buffer, size)
+        if kind == START:
+            estimator = Estimator(data)
+            kind, answer = READY, struct.pack('<II', VERSION, 0)
+        elif kind == OBSERVATION:
+            estimator.take(data)
+            kind, answer = ANSWER, estimator.answer()
+        else:
+            return
+        out.write(HEADER.pack(b'GSLM', kind, len(answer)) + answer)
+        out.flush()
+
+
+main()
