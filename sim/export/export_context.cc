@@ -42,7 +42,7 @@ ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, b
 
 std::vector<files::TumRow> ExportContext::estimate() const {
   const fs::path file = run.result / "estimate_cov.txt";
-  return fs::exists(file) ? files::read_tum(file) : std::vector<files::TumRow>{};
+  return run.with_truth && fs::exists(file) ? files::read_tum(file) : std::vector<files::TumRow>{};
 }
 
 fs::path ExportContext::new_file(const std::string& name) const {

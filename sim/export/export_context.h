@@ -29,8 +29,11 @@ class ExportContext {
 
   /// The observations from the beginning of the run.
   recording::FilterInput filter_input() const { return {run.result / "recording", run.errors, run.seed}; }
-  recording::Truth truth() const { return recording::read_truth(run.result / "recording"); }
-  /// The filter's X_WC; empty if no filter was run.
+  /// Empty where the export is to be without truth.
+  recording::Truth truth() const {
+    return run.with_truth ? recording::read_truth(run.result / "recording") : recording::Truth();
+  }
+  /// The filter's X_WC; empty if no filter was run, or where the export is to be without truth.
   std::vector<files::TumRow> estimate() const;
   const slam::CameraIntrinsics& camera() const { return setup.calibration.camera; }
   /// An image of the filter's input, as it is exported.
@@ -40,6 +43,10 @@ class ExportContext {
   std::filesystem::path new_file(const std::string& name) const;
   /// Writes a whole file.
   void write(const std::string& name, std::string_view bytes) const;
+  /// write() of true poses, but where the export is to be without truth.
+  void write_truth(const std::string& name, std::string_view bytes) const {
+    if (run.with_truth) write(name, bytes);
+  }
   /// Writes exported(image).
   void write_png(const std::string& name, const cv::Mat& image) const;
   /// Writes README.md: the text, then what holds for every export.

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <deque>
+#include <optional>
+
 #include "sim/export/imu_merger.h"
 #include "sim/files/hashed_file.h"
 #include "sim/recording/manifest.h"
@@ -39,28 +42,72 @@ void write_sensors(const ExportContext& out) {
   out.write(kCameraSensor, recording::camera_yaml(out.setup));
   out.write(kImuSensor, recording::imu_yaml(out.setup, out.noise));
   out.write(kPlanSensor, recording::plan_yaml(out.setup));
-  out.write(kMotionSensor, recording::motion_yaml());
-  out.write(kMotionRows, recording::Manifest(out.run.result / "recording").read(kMotionRows));
+  out.write_truth(kMotionSensor, recording::motion_yaml());
+  out.write_truth(kMotionRows, recording::Manifest(out.run.result / "recording").read(kMotionRows));
 }
+
+/// Images and their stamps. Programs that look for readings before the first image and after the last one leave their
+/// arrays where there are none: images_within_imu leaves such images out.
+class ImageWriter {
+ public:
+  ImageWriter(const ExportContext& out, bool images_within_imu)
+      : out_(out), within_(images_within_imu), camera_(rows(out, kCameraRows, kCameraHeader)),
+        times_(rows(out, "times.txt", "")) {}
+
+  void add(const slam::Observation& o) {
+    if (o.image.empty() || (within_ && (!first_reading_ || o.t <= *first_reading_))) return;
+    waiting_.push_back({o.t, o.image});
+    if (!within_) write_until(o.t);
+  }
+  void note_reading(slam::Stamp t) {
+    if (!first_reading_) first_reading_ = t;
+    if (within_) write_until(t - slam::Stamp(1));
+  }
+  void close() {
+    camera_.close();
+    times_.close();
+  }
+
+ private:
+  struct Image {
+    slam::Stamp t{0};
+    cv::Mat image;
+  };
+
+  void write_until(slam::Stamp t) {
+    for (; !waiting_.empty() && waiting_.front().t <= t; waiting_.pop_front()) {
+      const std::string name = fmt::format("{}.png", recording::file_stamp(waiting_.front().t));
+      out_.write_png(kCameraFolder + name, waiting_.front().image);
+      camera_.write(fmt::format("{},{}\n", recording::file_stamp(waiting_.front().t), name));
+      times_.write(fmt::format("{}\n", recording::file_stamp(waiting_.front().t)));
+    }
+  }
+
+  const ExportContext& out_;
+  bool within_;
+  files::HashedFile camera_, times_;
+  std::optional<slam::Stamp> first_reading_;
+  std::deque<Image> waiting_;  // for a reading after them
+};
 
 }  // namespace
 
-void write_mav0(const ExportContext& out) {
-  files::HashedFile camera = rows(out, kCameraRows, kCameraHeader), imu = rows(out, kImuRows, ""),
-                    plan = rows(out, kPlanRows, kPlanHeader), times = rows(out, "times.txt", "");
+void write_mav0(const ExportContext& out, bool images_within_imu) {
+  files::HashedFile imu = rows(out, kImuRows, ""), plan = rows(out, kPlanRows, kPlanHeader);
+  ImageWriter images(out, images_within_imu);
   ImuMerger imu_merger(out.setup.imu_rate_hz);
   bool imu_begun = false;
   for (recording::FilterInput input = out.filter_input(); auto o = input.next_in_order();) {
-    for (const ImuReading& reading : imu_merger.merge(*o)) write_imu(imu, reading, imu_begun);
+    for (const ImuReading& reading : imu_merger.merge(*o)) {
+      write_imu(imu, reading, imu_begun);
+      images.note_reading(reading.t);
+    }
     if (o->plan)
       plan.write(fmt::format("{},{}\n", recording::file_stamp(o->t), recording::plan_fields(*o->plan)));
-    if (o->image.empty()) continue;
-    const std::string name = fmt::format("{}.png", recording::file_stamp(o->t));
-    out.write_png(kCameraFolder + name, o->image);
-    camera.write(fmt::format("{},{}\n", recording::file_stamp(o->t), name));
-    times.write(fmt::format("{}\n", recording::file_stamp(o->t)));
+    images.add(*o);
   }
-  for (files::HashedFile* file : {&camera, &imu, &plan, &times}) file->close();
+  images.close();
+  for (files::HashedFile* file : {&imu, &plan}) file->close();
   write_sensors(out);
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/export/export_euroc.h"
 #include "sim/export/export_text.h"
 #include "sim/export/ros_bag.h"
 #include "sim/recording/manifest.h"
@@ -17,8 +18,15 @@ files that it names. In two terminals:
     ros2 run ov_msckf run_subscribe_msckf FOLDER/estimator_config.yaml
     ros2 bag play FOLDER/bag
 
+Without ROS, `mav0` has the same images and readings in EuRoC's layout.
+
 `groundtruth.csv` is the true motion of the IMU in EuRoC's columns (for `path_gt`), `groundtruth.tum` that of
-the camera.
+the camera. OpenVINS writes poses of the IMU. To compare:
+
+    gaitslam score FOLDER/groundtruth.csv ov_estimate.txt --align yaw
+
+Five lines of `estimator_config.yaml` differ from those of OpenVINS' own examples, because the walk begins at rest and shakes:
+`track_frequency: 10`, `init_dyn_use: true`, `init_window_time: 2.0`, `init_imu_thresh: 5.0`, `init_max_disparity: 3.0`.
 )";
 
 // T_imu_cam maps from the camera to the IMU.
@@ -82,11 +90,11 @@ zupt_max_velocity: 0.1
 zupt_noise_multiplier: 10
 zupt_max_disparity: 0.5
 zupt_only_at_beginning: false
-init_window_time: 0.8
-init_imu_thresh: 0.5
-init_max_disparity: 10.0
+init_window_time: 2.0
+init_imu_thresh: 5.0
+init_max_disparity: 3.0
 init_max_features: 75
-init_dyn_use: false
+init_dyn_use: true
 init_dyn_mle_opt_calib: false
 init_dyn_mle_max_iter: 50
 init_dyn_mle_max_time: 0.05
@@ -113,7 +121,7 @@ grid_x: 5
 grid_y: 5
 min_px_dist: 10
 knn_ratio: 0.70
-track_frequency: 31.0
+track_frequency: 10.0
 downsample_cameras: false
 num_opencv_threads: 4
 histogram_method: "HISTOGRAM"
@@ -134,13 +142,14 @@ relative_config_imucam: "kalibr_imucam_chain.yaml"
 }  // namespace
 
 void export_openvins(const ExportContext& out) {
+  write_mav0(out);
   write_ros_bag(out, {"bag/", "/cam0/image_raw", "/cam0/camera_info", "/imu0", false});
   out.write("estimator_config.yaml", kEstimator);
   out.write("kalibr_imu_chain.yaml", imu_chain(out));
   out.write("kalibr_imucam_chain.yaml", camera_chain(out));
-  out.write("groundtruth.csv",
+  out.write_truth("groundtruth.csv",
             recording::Manifest(out.run.result / "recording").read(recording::recording_format::kMotionRows));
-  out.write("groundtruth.tum", tum_text(out.truth().camera));
+  out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
   out.write_readme(kOpenvinsReadme);
 }
 

@@ -14,18 +14,24 @@ constexpr const char* kOrbslam3Readme =
     ./Examples/Monocular-Inertial/mono_inertial_euroc Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER \
       FOLDER/times.txt run
 
-Its trajectory `f_run.txt` has stamps in ns. `groundtruth.tum` has the true camera poses, with stamps in s. To compare:
+Both write `f_run.txt`, with stamps in ns: `mono_euroc` poses of the camera, whose scale is unknown, `mono_inertial_euroc` poses
+of the IMU. The truth of the camera is `groundtruth.tum`, that of the IMU `mav0/state_groundtruth_estimate0/data.csv`. To compare:
 
-    awk '{$1 = sprintf("%.9f", $1 / 1e9); print}' f_run.txt > run.tum
-    evo_ape tum FOLDER/groundtruth.tum run.tum --align --correct_scale
+    gaitslam score FOLDER/groundtruth.tum f_run.txt --align sim3                                  # mono_euroc
+    gaitslam score FOLDER/mav0/state_groundtruth_estimate0/data.csv f_run.txt --align se3         # mono_inertial_euroc
+
+evo wants stamps in s: awk '{$1 = sprintf("%.9f", $1 / 1e9); print}' f_run.txt > run.tum
+
+Images before the first reading of the IMU and after its last one are left out: `mono_inertial_euroc` reads beyond its arrays
+where there are such images.
 )";
 
 }  // namespace
 
 void export_orbslam3(const ExportContext& out) {
-  write_mav0(out);
+  write_mav0(out, true);
   out.write("settings.yaml", orbslam3_settings(out, true));
-  out.write("groundtruth.tum", tum_text(out.truth().camera));
+  out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
   out.write_readme(kOrbslam3Readme);
 }
 

@@ -15,6 +15,7 @@ struct ExportedRun {
   std::string name;  ///< of the scenario
   std::uint64_t seed = 1;
   sensor_errors::ErrorOptions errors;
+  bool with_truth = true;  ///< else neither true poses nor those of the filter are in the export
   bool undistort = false;  ///< remove the lens distortion from the images also where the format knows lenses
 };
 

@@ -28,6 +28,16 @@ Unit unit_of(const std::vector<TextLine>& lines) {
                                                                               : Unit::seconds;
 }
 
+// Drops a last pose that has the stamp of the one before. Throws FileError where stamps do not rise otherwise.
+void settle_stamps(TrajectoryFile& read, const std::vector<TextLine>& lines) {
+  const std::size_t n = read.rows.size();
+  if (n > 2 && read.rows[n - 1].t == read.rows[n - 2].t) {
+    read.rows.pop_back();
+    read.warning = "its last pose has the stamp of the one before and is left out";
+  }
+  require_rising_stamps(read.rows, lines);
+}
+
 TrajectoryFile read_tum_like(const std::vector<TextLine>& lines) {
   const std::size_t n = lines.front().size();
   const Unit unit = unit_of(lines);
@@ -38,7 +48,7 @@ TrajectoryFile read_tum_like(const std::vector<TextLine>& lines) {
       line.fail(fmt::format("expected {} numbers, found {}", n, line.size()));
     read.rows.push_back(parse_tum_row(line, unit));
   }
-  require_rising_stamps(read.rows, lines);
+  settle_stamps(read, lines);
   return read;
 }
 
@@ -58,7 +68,7 @@ TrajectoryFile read_euroc(const std::vector<TextLine>& lines) {
     row.X = parse_pose(line, 4, 5);
     read.rows.push_back(row);
   }
-  require_rising_stamps(read.rows, lines);
+  settle_stamps(read, lines);
   return read;
 }
 
@@ -78,7 +88,7 @@ TrajectoryFile read_kitti(const fs::path& file, const std::vector<TextLine>& lin
   if (stamps.size() != read.rows.size())
     throw FileError(times, fmt::format("has {} times for {} poses", stamps.size(), read.rows.size()));
   for (std::size_t i = 0; i < stamps.size(); ++i) read.rows[i].t = stamps[i].stamp(0, Unit::seconds);
-  require_rising_stamps(read.rows, stamps);
+  settle_stamps(read, stamps);
   read.stamps = "seconds";
   return read;
 }

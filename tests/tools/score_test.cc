@@ -61,6 +61,27 @@ TEST_F(Score, FrameNumbersAreNoTimes) {
   EXPECT_EQ(gaitslam("score poses.txt poses.csv").exit_code, 0) << "both count frames";
 }
 
+// Stamps of exports begin at 1e9 s, and a program that needs time to begin has no poses for the first seconds.
+TEST_F(Score, AnotherClockIsAnsweredWithTheOffsetByWhichMostStampsMeet) {
+  std::string late, shifted;
+  for (int i = 141; i < 300; ++i) late += line(fmt::format("{:.6f}", 1e9 + i / 30.0), i / 30.0, 0);
+  write("late.tum", late);
+  expect_refused("score truth.tum late.tum",
+                 "the truth is from 0.000 to 9.967 s, the estimate from 1000000004.700 to 1000000009.967 s; with --t-offset "
+                 "-1000000000 159 of its poses have a true one");
+  EXPECT_EQ(gaitslam("score truth.tum late.tum --t-offset -1000000000").exit_code, 0);
+  for (int i = 0; i < 300; ++i) shifted += line(fmt::format("{:.9f}", 77.25 + i / 30.0), i / 30.0, 0);
+  write("shifted.tum", shifted);
+  expect_refused("score truth.tum shifted.tum", "with --t-offset -77.25 300 of its poses have a true one");
+}
+
+TEST_F(Score, ARepeatedLastStampIsAWarning) {
+  write("repeated.tum", curve(30) + line("9.966666667", 1, 1));
+  const Ran ran = gaitslam("score truth.tum repeated.tum");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("warning: its last pose has the stamp of the one before and is left out"));
+}
+
 TEST_F(Score, CoordinatesBeyondReasonAreNamedWithTheirLine) {
   write("far.tum", line("0.0", 0, 0) + "0.033333333 1 1e308 1 0 0 0 1\n");
   expect_refused("score truth.tum far.tum", "far.tum:2:15: a position of more than 1e9 m");

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <stdexcept>
 #include <opencv2/core.hpp>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -17,6 +18,7 @@
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
 #include "sim/recording/filter_input.h"
+#include "sim/score/trajectory_report.h"
 #include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
@@ -26,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using slam::Stamp;
-using testing::HasSubstr;
+using testing::HasSubstr, testing::ThrowsMessage;
 using tests::random_image, tests::random_pose, tests::random_vector;
 
 // The default camera at a fifth of its size.
@@ -165,6 +167,39 @@ TEST_F(Exported, EurocIsReadBackByNumpy) { EXPECT_EQ(python(made("euroc")), "0\n
 TEST_F(Exported, OrbSlam3IsReadBackByNumpy) { EXPECT_EQ(python(made("orbslam3")), "0\n"); }
 TEST_F(Exported, TumIsReadBackByNumpy) { EXPECT_EQ(python(made("tum")), "0\n"); }
 TEST_F(Exported, KittiIsReadBackByNumpy) { EXPECT_EQ(python(made("kitti")), "0\n"); }
+TEST_F(Exported, OpenVinsHasImagesForThoseWithoutRos) { EXPECT_EQ(python(made("openvins")), "0\n"); }
+
+TEST_F(Exported, EachFormatsTruthIsThatOfTheResultInItsFrameAndOnItsClock) {
+  std::string truth;
+  for (const files::TimedPose& pose : recording::read_truth(run_.result / "recording").camera)
+    truth += files::tum_row(pose.t, pose.X);
+  files::write_text(run_.result / "truth.tum", truth);
+  score::TrajectoryOptions options;
+  options.offset_s = -1e9;
+  for (const char* file : {"tum/groundtruth.txt", "orbslam3/groundtruth.tum", "openvins/groundtruth.tum"}) {
+    const fs::path exported = folder_ / file;
+    made(exported.parent_path().filename());
+    const auto report = score::report_trajectories(run_.result / "truth.tum", exported, options);
+    EXPECT_EQ(report.matched, 12U) << file;
+    EXPECT_LT(report.rows.front().statistics->max, 1e-9) << file;
+    EXPECT_THAT([&] { score::report_trajectories(run_.result / "truth.tum", exported, {}); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("with --t-offset -1000000000 12 of its poses have a true one")));
+  }
+  score::TrajectoryOptions kitti;
+  kitti.alignment = score::Alignment::origin;
+  const auto report = score::report_trajectories(run_.result / "truth.tum", made("kitti") / "poses/00.txt", kitti);
+  EXPECT_GT(report.matched, 8U);
+  EXPECT_LT(report.rows.front().statistics->max, 1e-9);
+}
+
+TEST_F(Exported, WithoutTruthNoFileHasIt) {
+  run_.with_truth = false;
+  for (const std::string& format : export_formats())
+    for (const auto& file : fs::recursive_directory_iterator(made(format))) {
+      const std::string path = fs::relative(file.path(), folder_.path());
+      for (const char* word : {"truth", "poses", "estimate.txt"}) EXPECT_EQ(path.find(word), path.npos) << path;
+    }
+}
 
 TEST_F(Exported, TheReaderNoticesAPixelThatDiffers) {
   const fs::path out = made("euroc");
@@ -232,6 +267,11 @@ TEST_F(Exported, OpenVinsConfigurationIsReadByOpenCv) {
       imu(out / "kalibr_imu_chain.yaml", cv::FileStorage::READ);
   EXPECT_EQ(estimator["relative_config_imu"].string(), "kalibr_imu_chain.yaml");
   EXPECT_EQ(static_cast<int>(estimator["max_cameras"]), 1);
+  EXPECT_EQ(estimator["track_frequency"].real(), 10);
+  EXPECT_EQ(estimator["init_dyn_use"].string(), "true");
+  EXPECT_EQ(estimator["init_window_time"].real(), 2);
+  EXPECT_EQ(estimator["init_imu_thresh"].real(), 5);
+  EXPECT_EQ(estimator["init_max_disparity"].real(), 3);
   EXPECT_DOUBLE_EQ(imu["imu0"]["gyroscope_noise_density"].real(), density(0.01));
   EXPECT_EQ(imu["imu0"]["rostopic"].string(), "/imu0");
   const cv::FileStorage chain(out / "kalibr_imucam_chain.yaml", cv::FileStorage::READ);
