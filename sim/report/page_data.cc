@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "sim/files/number.h"
+#include "sim/report/comparison_figures.h"
 #include "sim/report/pictures.h"
 #include "sim/report/run_figures.h"
 #include "sim/report/scene_data.h"
@@ -143,7 +144,7 @@ ordered_json page_data(const std::vector<RunData>& runs) {
   ordered_json json{{"title", title(runs)},
                     {"subtitle", subtitle(runs[0])},
                     {"definitions", definitions()},
-                    {"figures", all(batch_figures(runs))},
+                    {"figures", all(comparison_figures(runs))},
                     {"runs", ordered_json::array()}};
   for (const RunData& run : runs) json["runs"].push_back(run_data(run));
   return json;

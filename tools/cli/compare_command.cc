@@ -1,8 +1,10 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <charconv>
 #include <iostream>
 #include <memory>
+#include <set>
 
 #include "sim/regression/result_set.h"
 #include "sim/regression/verdict_reports.h"
@@ -112,6 +114,13 @@ void require_comparable(const std::vector<regression::ResultSet>& before,
                                  request.before.string(), request.after.string()));
 }
 
+/// ", my_slam" where an estimator that is not the filter made the results.
+std::string estimators_of(const std::vector<regression::ResultSet>& sets) {
+  std::set<std::string> names;
+  for (const regression::ResultSet& set : sets) names.insert(set.scenario.estimator.name);
+  return names == std::set<std::string>{"filter"} ? "" : fmt::format(", {}", fmt::join(names, ", "));
+}
+
 int compare(const CompareRequest& request) {
   request.files.require_replaceable();
   const auto gates = gates_of(request);
@@ -119,8 +128,8 @@ int compare(const CompareRequest& request) {
              now = regression::read_result_sets(request.after);
   if (!request.across) require_comparable(before, now, request);
   regression::Comparison comparison{
-      fmt::format("gaitslam compare: {} (baseline) and {} (now)", request.before.string(),
-                  request.after.string()),
+      fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(), estimators_of(before),
+                  request.after.string(), estimators_of(now)),
       {},
       [](const std::string& name) { return name; },
       [&](const std::string& name, std::uint64_t seed) {

@@ -9,6 +9,7 @@
 
 #include "sim/files/durable_file.h"
 #include "sim/files/number.h"
+#include "sim/report/comparison_figures.h"
 #include "sim/report/page.h"
 #include "sim/report/run_figures.h"
 #include "tools/cli/commands.h"
@@ -97,7 +98,7 @@ int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& re
     fs::create_directories(own);
     write_plots(run_figures(run), own, request);
   }
-  write_plots(batch_figures(runs), folder.path(), request);
+  write_plots(comparison_figures(runs), folder.path(), request);
   folder.commit();
   std::cout << "figures in " << request.out << '\n';
   return 0;

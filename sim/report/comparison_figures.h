@@ -1,0 +1,16 @@
+// Figures of several runs: of one set of results, or of several scenarios and estimators, which are never pooled.
+#pragma once
+
+#include <vector>
+
+#include "sim/report/figure.h"
+#include "sim/report/run_data.h"
+
+namespace sim::report {
+
+/// For runs of one scenario and estimator batch_figures(). Otherwise for each scenario with several runs the paths, the
+/// error over time (median over the seeds of each estimator), the ATE of every run and the CPU time of every run, a line
+/// for each estimator.
+std::vector<Figure> comparison_figures(const std::vector<RunData>& runs);
+
+}  // namespace sim::report

@@ -1,0 +1,45 @@
+"""Checks a JSON file against a schema: python3 check_schema.py SCHEMA FILE. Of JSON Schema it knows what the schemas of
+results use, and refuses any other word. Properties that the schema does not name are refused, so that it stays complete."""
+import json
+import sys
+
+TYPES = {'object': dict, 'array': list, 'string': str, 'boolean': bool, 'null': type(None)}
+KNOWN = {'$schema', 'title', 'description', 'type', 'required', 'properties', 'additionalProperties', 'items', 'const',
+         'enum', 'minimum', '$ref', '$defs'}
+
+
+def is_of(value, name):
+    if name == 'integer':
+        return isinstance(value, int) and not isinstance(value, bool)
+    if name == 'number':
+        return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return isinstance(value, TYPES[name])
+
+
+def check(value, schema, root, path):
+    assert set(schema) <= KNOWN, f'{path}: the schema says {set(schema) - KNOWN}'
+    if '$ref' in schema:
+        return check(value, root['$defs'][schema['$ref'].rsplit('/', 1)[1]], root, path)
+    if 'const' in schema:
+        assert value == schema['const'], f'{path}: is {value}'
+    if 'enum' in schema:
+        assert value in schema['enum'], f'{path}: is {value}'
+    if 'type' in schema:
+        names = schema['type'] if isinstance(schema['type'], list) else [schema['type']]
+        assert any(is_of(value, name) for name in names), f'{path}: is {value!r}, expected {names}'
+    if 'minimum' in schema:
+        assert value >= schema['minimum'], f'{path}: is {value}'
+    if isinstance(value, dict):
+        for name in schema.get('required', []):
+            assert name in value, f'{path}.{name}: is missing'
+        for name, entry in value.items():
+            below = schema.get('properties', {}).get(name, schema.get('additionalProperties'))
+            assert below is not None, f'{path}.{name}: the schema does not know it'
+            check(entry, below, root, f'{path}.{name}')
+    if isinstance(value, list):
+        for i, entry in enumerate(value):
+            check(entry, schema.get('items', {}), root, f'{path}[{i}]')
+
+
+schema = json.load(open(sys.argv[1]))
+check(json.load(open(sys.argv[2])), schema, schema, sys.argv[2])

@@ -1,0 +1,182 @@
+// Estimators outside, as a user runs them: in the loop, on recordings, and as programs that read exports.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using testing::HasSubstr;
+using tests::Ran;
+namespace fs = std::filesystem;
+
+// One run serves all tests of the process.
+class OutsideEstimator : public tests::CommandLine {
+ protected:
+  OutsideEstimator() {
+    if (!fs::exists(run_)) {
+      write("walk.yaml", tests::kShortWalk);
+      EXPECT_EQ(gaitslam("run walk.yaml --out '" + run_.string() + "'").exit_code, 0);
+    }
+    fs::create_directory_symlink(run_, folder_ / "r");
+  }
+  static void TearDownTestSuite() { fs::remove_all(run_); }
+
+  Ran replay(const std::string& estimator, const std::string& more = "") const {
+    return gaitslam("replay r/seed-1 --out out --force \"estimator=" + estimator + "\" " + more);
+  }
+  nlohmann::json json(const std::string& file) const { return nlohmann::json::parse(text_of(file)); }
+  std::set<std::string> names(const fs::path& folder) const {
+    std::set<std::string> all;
+    for (const auto& entry : fs::directory_iterator(folder_ / folder)) all.insert(entry.path().filename());
+    return all;
+  }
+
+  static inline const fs::path run_ =
+      fs::temp_directory_path() / ("gaitslam estimator " + std::to_string(getpid()));
+};
+
+TEST_F(OutsideEstimator, KilledAtTenMomentsItLeavesTenWholeResults) {
+  const std::set<std::string> whole = [&] {
+    EXPECT_EQ(replay("filter").exit_code, 0);
+    return names("out");
+  }();
+  for (int message = 0; message < 50; message += 5) {
+    const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
+    EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));
+    EXPECT_THAT(ran.err, HasSubstr("it was killed by signal 9"));
+    EXPECT_EQ(json("out/score.json")["ending"], "estimator_failed");
+    EXPECT_EQ(json("out/about.json")["walk_ending"], "completed");
+    EXPECT_THAT(json("out/score.json")["metrics"]["rmse_m"]["reason"].get<std::string>(),
+                HasSubstr("the estimator failed: "));
+    EXPECT_TRUE(json("out/score.json")["metrics"]["path_length_m"]["value"].is_number());
+    EXPECT_LT(json("out/score.json")["metrics"]["tracked_share"]["value"], message / 40.0 + 0.01);
+    EXPECT_EQ(names("out"), whole) << message;
+  }
+}
+
+TEST_F(OutsideEstimator, TheProgramsWordsAreKept) {
+  ASSERT_EQ(replay(fmt::format("{{program: ['{}', says_why, 9], name: mine}}", GAITSLAM_MISBEHAVING)).exit_code, 3);
+  EXPECT_EQ(text_of("out/estimator.log"), "first\nthe map is broken\n");
+  EXPECT_EQ(json("out/score.json")["estimator"], "mine");
+  EXPECT_THAT(json("out/about.json")["cause"].get<std::string>(), HasSubstr("first | the map is broken"));
+}
+
+TEST_F(OutsideEstimator, TheFilterAsAProgramWritesTheSameBytes) {
+  ASSERT_EQ(replay("filter").exit_code, 0);
+  const std::string poses = text_of("out/estimate.tum"), covariances = text_of("out/estimate_cov.txt");
+  ASSERT_EQ(replay(fmt::format("{{program: '{}'}}", GAITSLAM_FILTER_PROGRAM)).exit_code, 0);
+  EXPECT_EQ(text_of("out/estimate.tum"), poses);
+  EXPECT_EQ(text_of("out/estimate_cov.txt"), covariances);
+  EXPECT_TRUE(json("out/score.json")["metrics"]["nees_position_mean"]["value"].is_number());
+}
+
+TEST_F(OutsideEstimator, WithoutCovarianceThereIsNoNeesAndTheReportIsDrawn) {
+  ASSERT_EQ(replay("plan_alone").exit_code, 0);
+  const auto metrics = json("out/score.json")["metrics"];
+  EXPECT_TRUE(metrics["nees_position_mean"]["value"].is_null());
+  EXPECT_EQ(metrics["nees_position_mean"]["reason"], "the estimator states no covariance");
+  EXPECT_TRUE(metrics["rmse_m"]["value"].is_number());
+  const Ran ran = gaitslam("report out --out page.html");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+}
+
+TEST_F(OutsideEstimator, AProgramThatIsNotThereIsWrongUsage) {
+  const Ran ran = replay("{program: ./nowhere}");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("the program ./nowhere cannot be started: No such file or directory"));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
+  write("walk.yaml", tests::kShortWalk);
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 2,3 --out more").exit_code, 0);
+  const std::string script = std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/plan_alone.sh";
+  const Ran ran = gaitslam("evaluate r/seed-1 more/seed-2 more/seed-3 --format tum --align none --out e --command '" + script +
+                           " {folder} {trajectory}'");
+  ASSERT_EQ(ran.exit_code, 0) << ran.out << ran.err;
+  ASSERT_EQ(replay("plan_alone").exit_code, 0);
+  const auto evaluated = json("e/walk/seed-1/score.json"), in_the_loop = json("out/score.json");
+  EXPECT_EQ(evaluated["estimator"], "plan_alone_of_others");
+  EXPECT_EQ(evaluated["metrics"]["tracked_share"]["value"], 1);
+  EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),
+              in_the_loop["metrics"]["rmse_m"]["value"].get<double>(), 1e-9);
+  EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-3/timing.json"));
+}
+
+TEST_F(OutsideEstimator, NoTruthIsInWhatACommandIsGiven) {
+  for (const char* format : {"euroc", "openvins", "orbslam3", "tum", "kitti"}) {
+    const Ran ran = gaitslam(fmt::format(
+        "evaluate r/seed-1 --format {} --out e --command 'cp -r {{folder}} kept-{} && false # {{trajectory}}'", format, format));
+    EXPECT_EQ(ran.exit_code, 3) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr("estimator_failed: the command failed: it ended with exit code 1"));
+    const Ran found = shell(fmt::format("find kept-{} | grep -i -E 'truth|poses|estimate.txt' || true", format));
+    EXPECT_EQ(found.out, "") << format;
+  }
+}
+
+TEST_F(OutsideEstimator, ACommandThatHangsEndsAtItsLimit) {
+  const Ran ran = gaitslam("evaluate r/seed-1 --format tum --within 0.5 --out e --command 'sleep 1000 # {trajectory}'");
+  EXPECT_EQ(ran.exit_code, 3);
+  EXPECT_THAT(ran.err, HasSubstr("it has not ended within its time limit"));
+}
+
+TEST_F(OutsideEstimator, EstimatorsStandSideBySideAndScenariosApart) {
+  write("walk.yaml", tests::kShortWalk);
+  write("other.yaml", "base: walk.yaml\nworld.room: hall\n");
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 --out tree/filter").exit_code, 0);
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 estimator=plan_alone --out tree/plan").exit_code, 0);
+  ASSERT_EQ(gaitslam("run other.yaml --out tree/hall").exit_code, 0);
+  const Ran ran = gaitslam("leaderboard tree --metric rmse_m --metric nees_position_mean --csv t.csv --html t.html");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  std::istringstream lines(text_of("t.csv"));
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(lines, line);) rows.push_back(line);
+  ASSERT_EQ(rows.size(), 4U);  // two seeds of one estimator are a row
+  EXPECT_EQ(rows[0], "scenario,estimator,runs,completed,rmse_m,nees_position_mean,cpu_ms,folder");
+  EXPECT_THAT(rows[1], testing::StartsWith("other,filter,1,1,"));
+  EXPECT_THAT(rows[2], testing::StartsWith("walk,filter,2,2,"));
+  EXPECT_THAT(rows[3], testing::StartsWith("walk,plan_alone,2,2,"));
+  EXPECT_THAT(rows[3], HasSubstr(",,"));  // it states no covariance
+  EXPECT_THAT(ran.out, HasSubstr("results of different scenarios are not compared"));
+  EXPECT_THAT(text_of("t.html"), HasSubstr("<h2>other</h2>"));
+  EXPECT_THAT(refusal("leaderboard tree --csv t.csv"), HasSubstr("exists already; --force replaces it"));
+
+  const Ran compared = gaitslam("compare tree/filter tree/plan");
+  EXPECT_THAT(compared.out, HasSubstr("tree/filter (baseline) and tree/plan (now, plan_alone)")) << compared.err;
+  ASSERT_EQ(gaitslam("report tree/filter tree/plan tree/hall --plots svg --out figures").exit_code, 0);
+  EXPECT_THAT(text_of("figures/error_over_time_walk.svg"), HasSubstr("plan_alone"));
+  EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_time_other.svg"));  // one run is no comparison
+  EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_seeds.svg"));       // nothing is pooled over estimators
+}
+
+TEST_F(OutsideEstimator, TheFilesOfAResultAreAsTheirSchemasSay) {
+  write("walk.yaml", tests::kShortWalk);
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 estimator=plan_alone --out s").exit_code, 0);
+  for (const auto& [schema, file] : {std::pair<std::string, std::string>{"score", "s/seed-1/score.json"},
+                                     {"about", "s/seed-1/about.json"},
+                                     {"summary", "s/summary.json"},
+                                     {"score", "r/seed-1/score.json"}}) {
+    const Ran ran = shell(fmt::format("/usr/bin/python3 '{0}/tests/tools/check_schema.py' '{0}/sim/result/schemas/{1}.schema.json' {2}",
+                                      GAITSLAM_SOURCE_DIR, schema, file));
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  }
+  write("wrong.json", R"({"format_version": 1, "scenario": 7})");
+  EXPECT_NE(shell(fmt::format("/usr/bin/python3 '{0}/tests/tools/check_schema.py' '{0}/sim/result/schemas/score.schema.json' wrong.json",
+                              GAITSLAM_SOURCE_DIR)).exit_code, 0);
+}
+
+TEST_F(OutsideEstimator, WhatEvaluateCannotDoIsRefused) {
+  expect_refused("evaluate r/seed-1 --format tum --command true --out e", "expected {trajectory} in it");
+  expect_refused("evaluate r/seed-1 --format tmu --command '{trajectory}' --out e", "did you mean 'tum'?");
+  expect_refused("evaluate r --format tum --command '{trajectory}' --out e", "expected the folder of a run");
+  expect_refused("evaluate r/seed-1 --format tum --pose head --command '{trajectory}' --out e", "expected camera or imu");
+}
+
+}  // namespace

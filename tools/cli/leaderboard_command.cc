@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "sim/files/durable_file.h"
+#include "sim/report/leaderboard.h"
+#include "sim/scenario/yaml.h"
+#include "sim/score/evaluate.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/out_folder.h"
+#include "tools/cli/usage_error.h"
+
+namespace cli {
+namespace {
+
+namespace report = sim::report;
+
+constexpr const char* kLeaderboardExamples = R"(
+Examples:
+  gaitslam leaderboard results
+  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_share
+  gaitslam leaderboard results --csv table.csv --html table.html
+A row for each scenario, estimator and folder of results; the first metric orders the rows of a scenario. Results of
+different scenarios are never pooled.)";
+
+struct LeaderboardRequest {
+  std::vector<fs::path> folders;
+  std::vector<std::string> metrics;
+  std::optional<std::string> csv, html;
+  bool force = false;
+};
+
+void require_metric(const std::string& name) {
+  if (sim::score::find_metric(name)) return;
+  std::vector<std::string_view> names;
+  for (const auto& metric : sim::score::metric_definitions()) names.push_back(metric.name);
+  throw UsageError(fmt::format("--metric {}: unknown metric{}", name, sim::scenario::did_you_mean(name, names)));
+}
+
+int show_leaderboard(const LeaderboardRequest& request) {
+  for (const auto& file : {request.csv, request.html})
+    if (file) require_new_file(*file, request.force);
+  for (const std::string& metric : request.metrics) require_metric(metric);
+  const auto metrics = request.metrics.empty() ? report::leaderboard_metrics() : request.metrics;
+  const auto rows = report::leaderboard(request.folders, metrics);
+  if (request.csv) sim::files::write_durably(*request.csv, report::leaderboard_csv(rows, metrics));
+  if (request.html) sim::files::write_durably(*request.html, report::leaderboard_page(rows, metrics));
+  std::cout << report::leaderboard_table(rows, metrics);
+  return 0;
+}
+
+}  // namespace
+
+void add_leaderboard(CLI::App& app, int& exit_code) {
+  auto request = std::make_shared<LeaderboardRequest>();
+  CLI::App* command = app.add_subcommand("leaderboard", "Put the estimators in a tree of results into one table");
+  command->add_option("folders", request->folders, "folders that hold results, at any depth")->required();
+  command->add_option("--metric", request->metrics, "a metric to show; may be given several times")
+      ->allow_extra_args(false);
+  command->add_option("--csv", request->csv, "write the table as CSV to a file");
+  command->add_option("--html", request->html, "write the table as a page to a file");
+  command->add_flag("--force", request->force, "replace existing files");
+  command->footer(kLeaderboardExamples);
+  command->callback([request, &exit_code] { exit_code = show_leaderboard(*request); });
+}
+
+}  // namespace cli
