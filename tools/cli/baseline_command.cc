@@ -7,6 +7,7 @@
 
 #include "sim/regression/baseline.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/suite_run.h"
 #include "tools/cli/usage_error.h"
 #include "tools/cli/version.h"
@@ -79,7 +80,7 @@ int update(const BaselineRequest& request) {
 
 void add_baseline(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<BaselineRequest>();
-  request->models = GAITSLAM_MODELS;
+  request->models = standard_models();
   CLI::App* baseline = app.add_subcommand("baseline", "Manage the results that a suite is compared with");
   baseline->require_subcommand(1);
   CLI::App* command = baseline->add_subcommand("update", "Run a suite and store its scores as the baseline");

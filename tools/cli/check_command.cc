@@ -29,9 +29,9 @@ Exit codes: 0 all scenarios are valid; 2 one is not.)";
 bool is_valid(const std::string& file, const sim::scenario::Changes& changes) {
   try {
     const auto read = sim::scenario::read_scenario(file, changes);
-    require_models(read, GAITSLAM_MODELS);
-    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, GAITSLAM_MODELS));
-    const bool looked = require_clear_walk(read, GAITSLAM_MODELS);
+    require_models(read, standard_models());
+    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, standard_models()));
+    const bool looked = require_clear_walk(read, standard_models());
     std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n", file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod,
                              looked ? "" : "; whether it is clear of its room was not checked: no simulator");

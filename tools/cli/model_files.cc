@@ -59,6 +59,14 @@ void require_model(const scenario::ReadScenario& read, const std::string& key, c
 
 }  // namespace
 
+std::filesystem::path standard_models() {
+  std::error_code fault;
+  const std::filesystem::path of_source = GAITSLAM_MODELS;
+  if (std::filesystem::is_directory(of_source, fault)) return of_source;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", fault);
+  return program.parent_path().parent_path() / "share/gaitslam/models";
+}
+
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   const ModelNames names = model_names(models);
   if (names.robots.empty() && names.rooms.empty()) throw sim::files::FileError(models, "has no models");

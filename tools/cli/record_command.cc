@@ -12,6 +12,7 @@
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/run_all.h"
 #include "tools/cli/live.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/recordings.h"
 
@@ -38,7 +39,7 @@ struct RecordRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
-  fs::path models = GAITSLAM_MODELS;
+  fs::path models = standard_models();
   Backend backend;
   BatchMember batch;
 };

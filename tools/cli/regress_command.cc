@@ -10,6 +10,7 @@
 #include "sim/regression/baseline.h"
 #include "sim/regression/verdict_reports.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/suite_run.h"
 #include "tools/cli/verdict_files.h"
@@ -98,7 +99,7 @@ int regress(const RegressRequest& request) {
 
 void add_regress(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<RegressRequest>();
-  request->models = GAITSLAM_MODELS;
+  request->models = standard_models();
   CLI::App* command = app.add_subcommand("regress", "Run a suite and compare it with its baseline");
   command->add_option("suite", request->suite, "the suite's YAML file")->required();
   add_overrides(*command, request->overrides, "in all scenarios");

@@ -17,6 +17,7 @@
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/version.h"
@@ -37,8 +38,8 @@ struct ReproduceRequest {
   std::string seeds = "1..10";
   int jobs = 1;
   bool cached = false;
-  fs::path out = "results/paper", models = GAITSLAM_MODELS,
-           scenarios = fs::path(GAITSLAM_MODELS).parent_path() / "scenarios";
+  fs::path out = "results/paper", models = standard_models(),
+           scenarios = standard_models().parent_path() / "scenarios";
   std::optional<fs::path> recordings;  ///< <experiment>/seed-<n> where it is there to be replayed
 };
 

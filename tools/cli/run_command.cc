@@ -46,7 +46,7 @@ struct RunRequest : OutRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
-  fs::path models = GAITSLAM_MODELS;
+  fs::path models = standard_models();
   std::optional<int> jobs;
   bool cached = false;
   BatchMember batch;

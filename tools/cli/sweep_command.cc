@@ -21,6 +21,7 @@
 #include "tools/cli/jobs/slurm.h"
 #include "tools/cli/jobs/trial_parts.h"
 #include "tools/cli/live.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/recordings.h"
@@ -60,7 +61,7 @@ struct SweepRequest : OutRequest {
   scenario::Changes changes;
   std::optional<std::string> seeds;
   tune::Sampling sampling;
-  fs::path models = GAITSLAM_MODELS;
+  fs::path models = standard_models();
   Backend backend;
   bool dry_run = false;
 };

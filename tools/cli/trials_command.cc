@@ -17,6 +17,7 @@
 #include "sim/tune/task.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/processes.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/recordings.h"
 
@@ -30,7 +31,7 @@ namespace tune = sim::tune;
 
 struct TrialsRequest {
   fs::path tasks;
-  fs::path models = GAITSLAM_MODELS;
+  fs::path models = standard_models();
   std::optional<pid_t> parent;
 };
 

@@ -13,6 +13,7 @@
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/slurm.h"
 #include "tools/cli/jobs/trial_parts.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/recordings.h"
@@ -40,7 +41,7 @@ or configuration.)";
 struct TuneRequest {
   std::string spec;
   OutRequest out;
-  fs::path models = GAITSLAM_MODELS;
+  fs::path models = standard_models();
   Backend backend;
 };
 

@@ -15,6 +15,7 @@
 #include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/video_frame.h"
@@ -120,7 +121,7 @@ int video(const VideoRequest& request) {
   const recording::Truth truth = recording::read_truth(request.result / "recording");
   recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);
   slam::Filter filter(*scenario.slam, input.setup().calibration, input.setup().X_WC_start, scenario.seed);
-  const RobotView robot_view = robot_from_outside(scenario, request.result / "recording", GAITSLAM_MODELS);
+  const RobotView robot_view = robot_from_outside(scenario, request.result / "recording", standard_models());
   MapView map(truth.camera);
   Encoder encoder(file, input.setup().camera_rate_hz);
   ProgressLine progress("video of " + request.result.string());
