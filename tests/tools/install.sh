@@ -1,0 +1,30 @@
+#!/bin/sh
+# What is installed is complete and works: install.sh CMAKE BUILD_FOLDER.
+set -eu
+cmake=$1 build=$2
+place=$(mktemp -d "${TMPDIR:-/tmp}/gaitslam install XXXXXX")
+trap 'rm -rf "$place"' EXIT
+"$cmake" --install "$build" --prefix "$place/usr" >"$place/log"
+cd "$place"
+for file in bin/gaitslam include/gaitslam_estimator.h share/gaitslam/models/hrp2.xml share/gaitslam/scenarios/tangent_circle.yaml \
+  share/gaitslam/schemas/score.schema.json share/man/man1/gaitslam.1 share/bash-completion/completions/gaitslam \
+  share/zsh/vendor-completions/_gaitslam share/doc/gaitslam/copyright share/doc/gaitslam/CITATION.cff; do
+  [ -f "usr/$file" ] || { echo "$file is not installed" >&2; exit 1; }
+done
+
+# An estimator is built from what is installed, in one line.
+cc -shared -fPIC -I usr/include -o libgyro.so usr/share/gaitslam/examples/gyro_and_plan.c -lm
+
+# The manual page names every command, and completion offers them and their options.
+usr/bin/gaitslam --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]*\) .*/\1/p' >commands
+[ "$(wc -l <commands)" -gt 10 ]
+while read -r command; do
+  grep -q -w "$command" usr/share/man/man1/gaitslam.1 || { echo "gaitslam.1 does not name $command" >&2; exit 1; }
+done <commands
+PATH=$place/usr/bin:$PATH bash -c '
+  . usr/share/bash-completion/completions/gaitslam
+  COMP_WORDS=(gaitslam ev) COMP_CWORD=1; _gaitslam; [ "${COMPREPLY[*]}" = evaluate ] || { echo "ev: ${COMPREPLY[*]}" >&2; exit 1; }
+  COMP_WORDS=(gaitslam run x.yaml --see) COMP_CWORD=3; _gaitslam; [ "${COMPREPLY[*]}" = --seeds ] || { echo "--see: ${COMPREPLY[*]}" >&2; exit 1; }'
+
+# Plans and keeps the walk off the furniture, which takes the models.
+usr/bin/gaitslam check usr/share/gaitslam/scenarios/tangent_circle.yaml
