@@ -51,7 +51,7 @@ Figure figure(const std::string& name, const std::string& scenario, const std::s
 }
 
 Figure paths(const std::string& scenario, const Runs& runs) {
-  Figure f = figure("paths", scenario, "camera from above, of the first seed of each estimator", "x [m]", "y [m]");
+  Figure f = figure("paths", scenario, "camera from above, first seed", "x [m]", "y [m]");
   f.equal_axes = true;
   const Path &plan = runs.front()->plan, &truth = runs.front()->truth;
   f.lines.push_back({"plan", Role::plan, plan.x, plan.y});
@@ -78,7 +78,7 @@ Line median_over_time(const std::string& name, Role role, const Runs& runs) {
 }
 
 Figure errors_over_time(const std::string& scenario, const Runs& runs) {
-  Figure f = figure("error_over_time", scenario, "position error, median over the seeds of each estimator", "time [s]", "mm");
+  Figure f = figure("error_over_time", scenario, "position error, median over seeds", "time [s]", "mm");
   f.logarithmic = true;
   std::size_t number = 0;
   for (const auto& [estimator, of_it] : grouped(runs, estimator_of))
@@ -103,6 +103,8 @@ Figure dots(Figure f, const Runs& runs, Value value) {
 void add_scenario(const std::string& scenario, const Runs& runs, std::vector<Figure>& figures) {
   figures.push_back(paths(scenario, runs));
   figures.push_back(errors_over_time(scenario, runs));
+  if (std::all_of(runs.begin(), runs.end(), [&](const RunData* run) { return seed_of(*run) == seed_of(*runs.front()); }))
+    return;
   Figure ate = figure("ate_by_seed", scenario, "ATE after SE(3) alignment of every run", "seed", "mm");
   ate.logarithmic = true;
   figures.push_back(dots(std::move(ate), runs, [](const RunData& run) -> std::optional<double> {

@@ -9,8 +9,8 @@
 namespace sim::report {
 
 /// For runs of one scenario and estimator batch_figures(). Otherwise for each scenario with several runs the paths, the
-/// error over time (median over the seeds of each estimator), the ATE of every run and the CPU time of every run, a line
-/// for each estimator.
+/// error over time (median over the seeds of each estimator), and, of more
+/// than one seed, the ATE and the CPU time of every run; a line for each estimator.
 std::vector<Figure> comparison_figures(const std::vector<RunData>& runs);
 
 }  // namespace sim::report
