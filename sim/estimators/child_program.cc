@@ -49,16 +49,19 @@ void open_pipe(Ends& ends) { require(::pipe2(ends.file.data(), O_CLOEXEC) == 0, 
 
 // A socket, whose writer is told that nobody reads any more by an error instead of a signal.
 void open_input(Ends& ends) {
-  require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.file.data()) == 0, "no socket to the program");
+  require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.file.data()) == 0,
+          "no socket to the program");
   ::setsockopt(ends.file[0], SOL_SOCKET, SO_SNDBUF, &kBuffer, sizeof kBuffer);
 }
 
-// In the new process, where only functions may be called that a signal handler may call: only this thread exists.
+// In the new process, where only functions may be called that a signal handler may call: only this thread
+// exists.
 [[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);  // it died before
-  for (const int signal_number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD}) ::signal(signal_number, SIG_DFL);
+  for (const int signal_number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD})
+    ::signal(signal_number, SIG_DFL);
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);

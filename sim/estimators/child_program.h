@@ -1,4 +1,5 @@
-// A program that runs beside this one and is spoken to over its standard input and output, within time limits.
+// A program that runs beside this one and is spoken to over its standard input and output, within time
+// limits.
 #pragma once
 
 #include <sys/types.h>
@@ -10,15 +11,15 @@
 
 namespace sim::estimators {
 
-/// Runs from its construction to its destruction, in a process group of its own. It is killed when it misses a time
-/// limit, and dies with the thread that started it. What it writes to its standard error is kept. No result depends on
-/// the clock but through a missed limit.
+/// Runs from its construction to its destruction, in a process group of its own. It is killed when it misses
+/// a time limit, and dies with the thread that started it. What it writes to its standard error is kept. No
+/// result depends on the clock but through a missed limit.
 class ChildProgram {
  public:
   using Deadline = std::chrono::steady_clock::time_point;
 
-  /// words: the program, found as a shell does, and its arguments. Throws std::invalid_argument where it cannot be
-  /// started.
+  /// words: the program, found as a shell does, and its arguments. Throws std::invalid_argument where it
+  /// cannot be started.
   explicit ChildProgram(const std::vector<std::string>& words);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
@@ -31,8 +32,8 @@ class ChildProgram {
   /// Closes its standard input, waits until it has ended, at most until the deadline, and kills it otherwise.
   void end(Deadline deadline);
 
-  /// Waits until a program that is told nothing has ended. Throws EstimatorFailed where it has not until the deadline, or
-  /// ends with another exit code than 0.
+  /// Waits until a program that is told nothing has ended. Throws EstimatorFailed where it has not until the
+  /// deadline, or ends with another exit code than 0.
   void run(Deadline deadline);
 
   /// What it wrote to its standard error: all, or the end of it.

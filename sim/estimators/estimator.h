@@ -1,4 +1,5 @@
-// What every estimator is to the bench: what it is told at the start, and the step that answers an observation.
+// What every estimator is to the bench: what it is told at the start, and the step that answers an
+// observation.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,7 +20,8 @@ struct Start {
   std::uint64_t seed = 1;                                  ///< of the run
 };
 
-/// Takes the observations in the order of arrival and answers each. Whatever it throws is a failure of the estimator.
+/// Takes the observations in the order of arrival and answers each. Whatever it throws is a failure of the
+/// estimator.
 using Step = std::function<Answer(const slam::Observation&)>;
 
 /// An estimator that is running.

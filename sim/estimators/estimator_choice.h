@@ -7,7 +7,8 @@
 
 namespace sim::estimators {
 
-/// Where an estimator comes from. command: a program that was run on an exported recording (gaitslam evaluate).
+/// Where an estimator comes from. command: a program that was run on an exported recording (gaitslam
+/// evaluate).
 enum class Source { built_in, program, library, command };
 
 /// The value of the scenario's key `estimator`.

@@ -56,7 +56,8 @@ Estimator make_estimator(const EstimatorChoice& choice, const Start& start) {
       break;
   }
   throw std::invalid_argument(
-      "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another estimator");
+      "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another "
+      "estimator");
 }
 
 }  // namespace sim::estimators

@@ -9,8 +9,8 @@
 
 namespace sim::estimators {
 
-/// A built-in estimator and its name, a value of the scenario's key `estimator`. make: creates one at the start of a
-/// run.
+/// A built-in estimator and its name, a value of the scenario's key `estimator`. make: creates one at the
+/// start of a run.
 struct NamedEstimator {
   std::string_view name;
   Step (*make)(const Start& start);
@@ -22,9 +22,9 @@ std::span<const NamedEstimator> estimators();
 /// The names of the built-in ones: "filter" for slam::Filter, and those of estimators().
 std::span<const std::string_view> estimator_names();
 
-/// Makes the chosen estimator; one without a step for the filter. Throws std::invalid_argument where its program or
-/// library cannot be started at all (a file that is missing, another version), EstimatorFailed where it fails as it
-/// starts.
+/// Makes the chosen estimator; one without a step for the filter. Throws std::invalid_argument where its
+/// program or library cannot be started at all (a file that is missing, another version), EstimatorFailed
+/// where it fails as it starts.
 Estimator make_estimator(const EstimatorChoice& choice, const Start& start);
 
 }  // namespace sim::estimators

@@ -1,13 +1,14 @@
-/* The interface of an estimator that GaitSLAM runs: as a program (messages over standard input and output) or as a shared
- * library (functions with the same structures). C99, no other file of GaitSLAM is needed.
+/* The interface of an estimator that GaitSLAM runs: as a program (messages over standard input and output) or
+ * as a shared library (functions with the same structures). C99, no other file of GaitSLAM is needed.
  *
- * An estimator is told the calibration, the start and its options once, then one observation after another, and answers
- * each before the next is sent. It is never told a true pose.
+ * An estimator is told the calibration, the start and its options once, then one observation after another,
+ * and answers each before the next is sent. It is never told a true pose.
  *
- * All numbers are little-endian; every structure below is laid out without hidden gaps, so that its bytes in memory are
- * its bytes in a message. Lengths are in m, angles in rad, times in ns since the start of the run. Frames: W world (z up,
- * under the start), P the world of the walking plan (equals W at the start, drifts from it), C camera (x right, y down,
- * z forward), G inertial sensor in the chest. X_WC maps points of C to W.
+ * All numbers are little-endian; every structure below is laid out without hidden gaps, so that its bytes in
+ * memory are its bytes in a message. Lengths are in m, angles in rad, times in ns since the start of the run.
+ * Frames: W world (z up, under the start), P the world of the walking plan (equals W at the start, drifts
+ * from it), C camera (x right, y down, z forward), G inertial sensor in the chest. X_WC maps points of C to
+ * W.
  *
  * A library defines the four functions at the end of this file:
  *     cc -shared -fPIC -o libmine.so mine.c
@@ -27,7 +28,7 @@ extern "C" {
 /* The version of this interface. A library or program of another version is refused. */
 #define GAITSLAM_ESTIMATOR_VERSION 1u
 
-/* ---- Structures ---------------------------------------------------------------------------------------------------- */
+/* ---- Structures */
 
 /* A pose X_AB: a point p of B is rotation p + translation_m in A. */
 typedef struct gaitslam_pose {
@@ -37,7 +38,7 @@ typedef struct gaitslam_pose {
 
 /* Lenses of the camera. parameters: what lens_parameters holds; (x, y, z) is the point in C. */
 enum {
-  /* u = u0 + uc / sqrt(1 + 2 k |uc|^2), uc = (fu x/z, fv y/z); parameters: k (1/px^2); 0 is the ideal pinhole */
+  /* u = u0 + uc / sqrt(1 + 2 k |uc|^2), uc = (fu x/z, fv y/z); parameter: k (1/px^2), 0: ideal pinhole */
   GAITSLAM_LENS_ONE_PARAMETER_RADIAL = 0,
   GAITSLAM_LENS_RADIAL_TANGENTIAL = 1, /* OpenCV's first four; parameters: k1 k2 p1 p2 */
   GAITSLAM_LENS_EQUIDISTANT = 2        /* OpenCV's fisheye; parameters: k1 k2 k3 k4 */
@@ -51,14 +52,14 @@ typedef struct gaitslam_start {
   double focal_px[2];           /* fu fv */
   double centre_px[2];          /* u0 v0 */
   double lens_parameters[4];
-  gaitslam_pose X_CG;           /* inertial sensor in the camera's frame */
-  gaitslam_pose X_WC;           /* camera at t = 0, as planned */
-  uint64_t seed;                /* of the run; for random numbers that are to be the same on the same seed */
-  uint64_t options_bytes;       /* in a message: length of the options that follow; in a library: of `options` */
-} gaitslam_start;               /* 288 bytes */
+  gaitslam_pose X_CG;     /* inertial sensor in the camera's frame */
+  gaitslam_pose X_WC;     /* camera at t = 0, as planned */
+  uint64_t seed;          /* of the run; for random numbers that are to be the same on the same seed */
+  uint64_t options_bytes; /* in a message: length of the options that follow; in a library: of `options` */
+} gaitslam_start;         /* 288 bytes */
 
-/* The mean over (begin_ns, end_ns] in axes of G: angular velocity in rad/s, or specific force in m/s^2 (+g upwards at
- * rest). */
+/* The mean over (begin_ns, end_ns] in axes of G: angular velocity in rad/s, or specific force in m/s^2 (+g
+ * upwards at rest). */
 typedef struct gaitslam_reading {
   int64_t begin_ns, end_ns;
   double value[3];
@@ -78,13 +79,13 @@ typedef struct gaitslam_plan {
 
 /* An image and what was measured since the one before. What is missing has size or count 0. */
 typedef struct gaitslam_observation {
-  int64_t t_ns;                  /* stamps may be lost, doubled or out of order where the scenario says so */
-  uint32_t width_px, height_px;  /* 0 0: the image is lost */
+  int64_t t_ns;                 /* stamps may be lost, doubled or out of order where the scenario says so */
+  uint32_t width_px, height_px; /* 0 0: the image is lost */
   uint32_t gyro_count, accelerometer_count;
-  uint32_t has_plan;             /* 1, or 0: `plan` is all zero */
-  uint32_t reserved;             /* 0 */
+  uint32_t has_plan; /* 1, or 0: `plan` is all zero */
+  uint32_t reserved; /* 0 */
   gaitslam_plan plan;
-} gaitslam_observation;          /* 208 bytes */
+} gaitslam_observation; /* 208 bytes */
 
 enum {
   GAITSLAM_OK = 0,      /* it tracks */
@@ -94,13 +95,14 @@ enum {
 
 /* The estimate after an observation. */
 typedef struct gaitslam_answer {
-  int64_t t_ns;            /* stamp of the pose: that of the observation, or of an earlier one where there is no new pose */
+  int64_t t_ns;            /* stamp of the pose: the observation's, or the last one's if there is no new pose */
   uint32_t status;         /* GAITSLAM_OK, _LOST or _DIVERGED */
   uint32_t has_covariance; /* 1, or 0: the estimator states none */
   gaitslam_pose X_WC;
-  double covariance[36];   /* of (Log(R_estimate^T R_true) in axes C, rad; p_true - p_estimate in axes W, m), row by row */
+  double covariance[36];   /* of (Log(R_estimate^T R_true) in axes C, rad; p_true - p_estimate in axes W, m),
+                              row by row */
   uint32_t landmark_count; /* landmarks that follow: the whole map; 0 where it is not sent this time */
-  uint32_t cause_bytes;    /* in a message: length of the text that follows the landmarks: why the status is not ok */
+  uint32_t cause_bytes;    /* in a message: length of the text after the landmarks, why the status is not ok */
 } gaitslam_answer;         /* 408 bytes */
 
 /* A landmark of the map. */
@@ -108,31 +110,33 @@ typedef struct gaitslam_landmark {
   uint32_t id;
   uint32_t has_covariance; /* 1, or 0: `covariance` is all zero */
   double p_W_m[3];
-  double covariance[9];    /* m^2, axes W, row by row */
-} gaitslam_landmark;       /* 104 bytes */
+  double covariance[9]; /* m^2, axes W, row by row */
+} gaitslam_landmark;    /* 104 bytes */
 
 /* What an answer may hold at most. */
 #define GAITSLAM_MOST_LANDMARKS 100000u
 #define GAITSLAM_MOST_TEXT_BYTES 4096u
 
-/* ---- Messages ------------------------------------------------------------------------------------------------------ */
+/* ---- Messages */
 
 /* A message is this header and `bytes` bytes after it:
  *
- *   GaitSLAM to the program                                    the program to GaitSLAM
- *   START        gaitslam_start, options                    -> READY   gaitslam_ready, text
- *   OBSERVATION  gaitslam_observation, gyro_count readings,
- *                accelerometer_count readings, the image
- *                row by row (one byte a pixel)              -> ANSWER  gaitslam_answer, landmark_count landmarks, cause
- *   END          nothing                                    -> the program ends
+ *   START        gaitslam_start, options
+ *     READY      gaitslam_ready, text
+ *   OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, the image row by row
+ *                (one byte a pixel)
+ *     ANSWER     gaitslam_answer, landmark_count landmarks, cause
+ *   END          nothing; the program ends
  *
- * Options are text, a line "key=value" for each. A program writes nothing else to its standard output; what it writes to
- * its standard error is kept in the result. */
+ * GaitSLAM sends START, OBSERVATION and END, the program answers the first two with READY and ANSWER.
+ *
+ * Options are text, a line "key=value" for each. A program writes nothing else to its standard output; what
+ * it writes to its standard error is kept in the result. */
 typedef struct gaitslam_header {
-  char magic[4];    /* "GSLM" */
-  uint32_t type;    /* one of GAITSLAM_MESSAGE_... */
-  uint64_t bytes;   /* of what follows */
-} gaitslam_header;  /* 16 bytes */
+  char magic[4];   /* "GSLM" */
+  uint32_t type;   /* one of GAITSLAM_MESSAGE_... */
+  uint64_t bytes;  /* of what follows */
+} gaitslam_header; /* 16 bytes */
 
 enum {
   GAITSLAM_MESSAGE_START = 1,
@@ -144,24 +148,27 @@ enum {
 
 typedef struct gaitslam_ready {
   uint32_t version;     /* GAITSLAM_ESTIMATOR_VERSION of the program */
-  uint32_t error_bytes; /* length of the text that follows: why the estimator cannot be started; 0 if it can */
+  uint32_t error_bytes; /* length of the text that follows, why it cannot be started; 0 if it can */
 } gaitslam_ready;       /* 8 bytes */
 
-/* ---- Functions of a library ---------------------------------------------------------------------------------------- */
+/* ---- Functions of a library */
 
 /* GAITSLAM_ESTIMATOR_VERSION. */
 uint32_t gaitslam_estimator_version(void);
 
-/* Makes an estimator. options: text, a line "key=value" for each, ending in a zero byte. Returns NULL where it cannot be
- * made, with the reason, ending in a zero byte, in error[0 .. error_bytes - 1]. */
-void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error, size_t error_bytes);
+/* Makes an estimator. options: text, a line "key=value" for each, ending in a zero byte. Returns NULL where
+ * it cannot be made, with the reason, ending in a zero byte, in error[0 .. error_bytes - 1]. */
+void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
+                                size_t error_bytes);
 
-/* Takes an observation and fills in *answer, which comes with t_ns set, the identity for X_WC and all else zero. image:
- * width_px * height_px bytes, row by row, NULL where it is lost. *landmarks: answer->landmark_count of them, *cause: text
- * ending in a zero byte; both belong to the estimator, are NULL before the call, and must live until the next one.
- * Returns 0, or another number where the estimator has failed, with the reason in *cause. */
-int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation, const gaitslam_reading* gyro,
-                               const gaitslam_reading* accelerometer, const uint8_t* image, gaitslam_answer* answer,
+/* Takes an observation and fills in *answer, which comes with t_ns set, the identity for X_WC and all else
+ * zero. image: width_px * height_px bytes, row by row, NULL where it is lost. *landmarks:
+ * answer->landmark_count of them, *cause: text ending in a zero byte; both belong to the estimator, are NULL
+ * before the call, and must live until the next one. Returns 0, or another number where the estimator has
+ * failed, with the reason in *cause. */
+int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
+                               const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
+                               const uint8_t* image, gaitslam_answer* answer,
                                const gaitslam_landmark** landmarks, const char** cause);
 
 /* The run is over. */
@@ -171,7 +178,7 @@ void gaitslam_estimator_destroy(void* estimator);
 }
 #endif
 
-/* ---- A program made of these functions ------------------------------------------------------------------------------ */
+/* ---- A program made of these functions */
 
 #ifdef GAITSLAM_ESTIMATOR_MAIN
 
@@ -181,10 +188,12 @@ void gaitslam_estimator_destroy(void* estimator);
 #include <unistd.h>
 
 /* Returns 1, or 0 at the end of the input. */
-static int gaitslam_read(FILE* in, void* to, size_t bytes) { return bytes == 0 || fread(to, bytes, 1, in) == 1; }
+static int gaitslam_read(FILE* in, void* to, size_t bytes) {
+  return bytes == 0 || fread(to, bytes, 1, in) == 1;
+}
 
-static int gaitslam_write(FILE* out, uint32_t type, const void* part, size_t bytes, const void* list, size_t list_bytes,
-                          const char* text, size_t text_bytes) {
+static int gaitslam_write(FILE* out, uint32_t type, const void* part, size_t bytes, const void* list,
+                          size_t list_bytes, const char* text, size_t text_bytes) {
   gaitslam_header header = {{'G', 'S', 'L', 'M'}, 0, 0};
   header.type = type;
   header.bytes = bytes + list_bytes + text_bytes;
@@ -209,9 +218,9 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
   memset(&answer, 0, sizeof answer);
   answer.t_ns = observation.t_ns;
   answer.X_WC.rotation[0] = answer.X_WC.rotation[4] = answer.X_WC.rotation[8] = 1;
-  if (gaitslam_estimator_observe(estimator, &observation, (const gaitslam_reading*)gyro,
-                                 (const gaitslam_reading*)accelerometer,
-                                 observation.width_px ? (const uint8_t*)image : NULL, &answer, &landmarks, &cause)) {
+  if (gaitslam_estimator_observe(
+          estimator, &observation, (const gaitslam_reading*)gyro, (const gaitslam_reading*)accelerometer,
+          observation.width_px ? (const uint8_t*)image : NULL, &answer, &landmarks, &cause)) {
     fprintf(stderr, "%s\n", cause ? cause : "the estimator failed");
     return 0;
   }
@@ -219,7 +228,8 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
   if (!landmarks) answer.landmark_count = 0;
   if (!cause) cause = "";
   while (cause[answer.cause_bytes] && answer.cause_bytes < GAITSLAM_MOST_TEXT_BYTES) ++answer.cause_bytes;
-  return gaitslam_write(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer, landmarks ? landmarks : (const void*)"",
+  return gaitslam_write(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer,
+                        landmarks ? landmarks : (const void*)"",
                         answer.landmark_count * sizeof(gaitslam_landmark), cause, answer.cause_bytes);
 }
 
@@ -245,7 +255,8 @@ static void* gaitslam_answer_start(const char* payload, uint64_t bytes, FILE* ou
 }
 
 int main(void) {
-  /* Messages keep the standard output for themselves: what the estimator prints goes to the standard error. */
+  /* Messages keep the standard output for themselves: what the estimator prints goes to the standard error.
+   */
   FILE* out = fdopen(dup(STDOUT_FILENO), "wb");
   gaitslam_header header;
   char* payload = NULL;
@@ -254,7 +265,8 @@ int main(void) {
   while (fine && gaitslam_read(stdin, &header, sizeof header) && header.type != GAITSLAM_MESSAGE_END) {
     free(payload);
     payload = (char*)malloc((size_t)header.bytes + 1);
-    fine = payload && memcmp(header.magic, "GSLM", 4) == 0 && gaitslam_read(stdin, payload, (size_t)header.bytes);
+    fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
+           gaitslam_read(stdin, payload, (size_t)header.bytes);
     if (fine && header.type == GAITSLAM_MESSAGE_START && !estimator) {
       estimator = gaitslam_answer_start(payload, header.bytes, out);
       fine = estimator != NULL;

@@ -30,7 +30,8 @@ class Library {
   Function* find(const char* name, Function*) const {
     void* const symbol = ::dlsym(handle_, name);
     if (!symbol)
-      throw std::invalid_argument(fmt::format("estimator: {} has no function {}; see gaitslam_estimator.h", file_, name));
+      throw std::invalid_argument(
+          fmt::format("estimator: {} has no function {}; see gaitslam_estimator.h", file_, name));
     return reinterpret_cast<Function*>(symbol);
   }
 
@@ -46,8 +47,9 @@ class Library {
 void require_version(const Library& library) {
   const std::uint32_t version = GAITSLAM_FIND(library, gaitslam_estimator_version)();
   if (version != GAITSLAM_ESTIMATOR_VERSION)
-    throw std::invalid_argument(fmt::format("estimator: {} is of version {} of gaitslam_estimator.h, expected {}",
-                                            library.file(), version, GAITSLAM_ESTIMATOR_VERSION));
+    throw std::invalid_argument(
+        fmt::format("estimator: {} is of version {} of gaitslam_estimator.h, expected {}", library.file(),
+                    version, GAITSLAM_ESTIMATOR_VERSION));
 }
 
 /// The estimator that a library has made, and the library.
@@ -64,7 +66,8 @@ class Loaded {
     estimator_ = create(&words, options.c_str(), error.data(), error.size());
     error.back() = '\0';
     if (!estimator_)
-      throw EstimatorFailed(fmt::format("the library {} cannot start: {}", library_.file(), printable(error.data())));
+      throw EstimatorFailed(
+          fmt::format("the library {} cannot start: {}", library_.file(), printable(error.data())));
   }
   ~Loaded() { destroy_(estimator_); }
   Loaded(const Loaded&) = delete;
@@ -77,15 +80,17 @@ class Loaded {
     for (const int diagonal : {0, 4, 8}) answer.X_WC.rotation[diagonal] = 1;
     const gaitslam_landmark* landmarks = nullptr;
     const char* cause = nullptr;
-    const int failed = observe_(estimator_, &parts.observation, parts.gyro.data(), parts.accelerometer.data(),
-                                parts.image.empty() ? nullptr : parts.image.data, &answer, &landmarks, &cause);
+    const int failed =
+        observe_(estimator_, &parts.observation, parts.gyro.data(), parts.accelerometer.data(),
+                 parts.image.empty() ? nullptr : parts.image.data, &answer, &landmarks, &cause);
     const std::string_view text(cause ? cause : "", cause ? ::strnlen(cause, GAITSLAM_MOST_TEXT_BYTES) : 0);
     if (failed)
       throw EstimatorFailed(fmt::format("the library {} failed at t = {:.3f} s: {}", library_.file(),
                                         slam::seconds(observation.t), printable(text)));
     if (answer.landmark_count > GAITSLAM_MOST_LANDMARKS || (answer.landmark_count > 0 && !landmarks))
-      throw EstimatorFailed(fmt::format("the library {} announces {} landmarks, expected at most {}, and where they are",
-                                        library_.file(), answer.landmark_count, GAITSLAM_MOST_LANDMARKS));
+      throw EstimatorFailed(
+          fmt::format("the library {} announces {} landmarks, expected at most {}, and where they are",
+                      library_.file(), answer.landmark_count, GAITSLAM_MOST_LANDMARKS));
     return answer_of(answer, {landmarks, answer.landmark_count}, text);
   }
 

@@ -12,9 +12,11 @@ namespace sim::estimators {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "structures in memory are messages");
-static_assert(sizeof(gaitslam_pose) == 96 && sizeof(gaitslam_start) == 288 && sizeof(gaitslam_reading) == 40 &&
-              sizeof(gaitslam_plan) == 176 && sizeof(gaitslam_observation) == 208 && sizeof(gaitslam_answer) == 408 &&
-              sizeof(gaitslam_landmark) == 104 && sizeof(gaitslam_header) == 16 && sizeof(gaitslam_ready) == 8);
+static_assert(sizeof(gaitslam_pose) == 96 && sizeof(gaitslam_start) == 288 &&
+              sizeof(gaitslam_reading) == 40 && sizeof(gaitslam_plan) == 176 &&
+              sizeof(gaitslam_observation) == 208 && sizeof(gaitslam_answer) == 408 &&
+              sizeof(gaitslam_landmark) == 104 && sizeof(gaitslam_header) == 16 &&
+              sizeof(gaitslam_ready) == 8);
 static_assert(GAITSLAM_SUPPORT_LEFT == static_cast<int>(slam::Support::left) &&
               GAITSLAM_SUPPORT_RIGHT == static_cast<int>(slam::Support::right));
 static_assert(GAITSLAM_LOST == static_cast<int>(slam::Health::lost) &&
@@ -101,7 +103,8 @@ std::string message(std::uint32_t type, std::initializer_list<std::string_view> 
 template <class Structure>
 Structure take(std::string_view& bytes, const char* of) {
   if (bytes.size() < sizeof(Structure))
-    throw EstimatorFailed(fmt::format("its {} has {} bytes, expected at least {}", of, bytes.size(), sizeof(Structure)));
+    throw EstimatorFailed(
+        fmt::format("its {} has {} bytes, expected at least {}", of, bytes.size(), sizeof(Structure)));
   Structure structure;
   std::memcpy(&structure, bytes.data(), sizeof structure);
   bytes.remove_prefix(sizeof structure);
@@ -181,24 +184,27 @@ std::string end_message() { return message(GAITSLAM_MESSAGE_END, {}); }
 std::size_t payload_bytes(std::string_view header, std::uint32_t type) {
   const auto words = take<gaitslam_header>(header, "header");
   if (std::string_view(words.magic, sizeof words.magic) != kMagic)
-    throw EstimatorFailed(fmt::format("what it wrote to its standard output is no message: it begins with '{}'",
-                                      printable(bytes_of(words))));
-  if (words.type != type) throw EstimatorFailed(fmt::format("its message is of type {}, expected {}", words.type, type));
+    throw EstimatorFailed(
+        fmt::format("what it wrote to its standard output is no message: it begins with '{}'",
+                    printable(bytes_of(words))));
+  if (words.type != type)
+    throw EstimatorFailed(fmt::format("its message is of type {}, expected {}", words.type, type));
   constexpr std::uint64_t kMost = sizeof(gaitslam_answer) + GAITSLAM_MOST_TEXT_BYTES +
                                   std::uint64_t{GAITSLAM_MOST_LANDMARKS} * sizeof(gaitslam_landmark);
   if (words.bytes > kMost)
-    throw EstimatorFailed(fmt::format("its message says that {} bytes follow, expected at most {}", words.bytes, kMost));
+    throw EstimatorFailed(
+        fmt::format("its message says that {} bytes follow, expected at most {}", words.bytes, kMost));
   return static_cast<std::size_t>(words.bytes);
 }
 
 void read_ready(std::string_view payload) {
   const auto ready = take<gaitslam_ready>(payload, "READY");
   if (ready.version != GAITSLAM_ESTIMATOR_VERSION)
-    throw EstimatorFailed(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}", ready.version,
-                                      GAITSLAM_ESTIMATOR_VERSION));
+    throw EstimatorFailed(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}",
+                                      ready.version, GAITSLAM_ESTIMATOR_VERSION));
   if (ready.error_bytes != payload.size() || ready.error_bytes > GAITSLAM_MOST_TEXT_BYTES)
-    throw EstimatorFailed(fmt::format("its READY announces a text of {} bytes, and {} follow", ready.error_bytes,
-                                      payload.size()));
+    throw EstimatorFailed(fmt::format("its READY announces a text of {} bytes, and {} follow",
+                                      ready.error_bytes, payload.size()));
   if (!payload.empty()) throw EstimatorFailed("it cannot start: " + printable(payload));
 }
 
@@ -208,17 +214,21 @@ Answer read_answer(std::string_view payload) {
   if (words.landmark_count > GAITSLAM_MOST_LANDMARKS || words.cause_bytes > GAITSLAM_MOST_TEXT_BYTES ||
       landmark_bytes + words.cause_bytes != payload.size())
     throw EstimatorFailed(
-        fmt::format("its ANSWER announces {} landmarks (at most {}) and a cause of {} bytes (at most {}), and {} bytes follow",
-                    words.landmark_count, GAITSLAM_MOST_LANDMARKS, words.cause_bytes, GAITSLAM_MOST_TEXT_BYTES,
-                    payload.size()));
+        fmt::format("its ANSWER announces {} landmarks (at most {}) and a cause of {} bytes (at most {}), "
+                    "and {} bytes follow",
+                    words.landmark_count, GAITSLAM_MOST_LANDMARKS, words.cause_bytes,
+                    GAITSLAM_MOST_TEXT_BYTES, payload.size()));
   std::vector<gaitslam_landmark> landmarks(words.landmark_count);
-  if (!landmarks.empty()) std::memcpy(landmarks.data(), payload.data(), static_cast<std::size_t>(landmark_bytes));
+  if (!landmarks.empty())
+    std::memcpy(landmarks.data(), payload.data(), static_cast<std::size_t>(landmark_bytes));
   return answer_of(words, landmarks, payload.substr(static_cast<std::size_t>(landmark_bytes)));
 }
 
-Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark> landmarks, std::string_view cause) {
+Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark> landmarks,
+                 std::string_view cause) {
   if (words.status > GAITSLAM_DIVERGED)
-    throw EstimatorFailed(fmt::format("its status is {}, expected 0 (ok), 1 (lost) or 2 (diverged)", words.status));
+    throw EstimatorFailed(
+        fmt::format("its status is {}, expected 0 (ok), 1 (lost) or 2 (diverged)", words.status));
   Answer answer;
   answer.estimate.t = slam::Stamp(words.t_ns);
   answer.estimate.X_WC = isometry_of(words.X_WC);

@@ -15,8 +15,8 @@ namespace sim::estimators {
 /// A header's size, and of what follows it.
 inline constexpr std::size_t kHeaderBytes = sizeof(gaitslam_header);
 
-/// An observation with the lists that its counts speak of. image: of the observation, or of a copy without gaps between
-/// its rows; it must not outlive the observation.
+/// An observation with the lists that its counts speak of. image: of the observation, or of a copy without
+/// gaps between its rows; it must not outlive the observation.
 struct ObservationParts {
   gaitslam_observation observation{};
   std::vector<gaitslam_reading> gyro, accelerometer;
@@ -34,17 +34,20 @@ std::string start_message(const EstimatorChoice& choice, const Start& start);
 std::string observation_message(const slam::Observation& observation);
 std::string end_message();
 
-/// The number of bytes after a header. Throws EstimatorFailed where it is none of that type, or too many follow.
+/// The number of bytes after a header. Throws EstimatorFailed where it is none of that type, or too many
+/// follow.
 std::size_t payload_bytes(std::string_view header, std::uint32_t type);
 
-/// Reads the bytes after the header of READY. Throws EstimatorFailed where they are none, or the program cannot start.
+/// Reads the bytes after the header of READY. Throws EstimatorFailed where they are none, or the program
+/// cannot start.
 void read_ready(std::string_view payload);
 
-/// Reads the bytes after the header of ANSWER. Throws EstimatorFailed where the counts do not fit the length, or a word
-/// is none of those defined. Whether the numbers make sense is for require_sound() to say.
+/// Reads the bytes after the header of ANSWER. Throws EstimatorFailed where the counts do not fit the length,
+/// or a word is none of those defined. Whether the numbers make sense is for require_sound() to say.
 Answer read_answer(std::string_view payload);
 
 /// An answer, its landmarks and its cause as the bench's own.
-Answer answer_of(const gaitslam_answer& answer, std::span<const gaitslam_landmark> landmarks, std::string_view cause);
+Answer answer_of(const gaitslam_answer& answer, std::span<const gaitslam_landmark> landmarks,
+                 std::string_view cause);
 
 }  // namespace sim::estimators

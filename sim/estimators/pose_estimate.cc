@@ -8,9 +8,10 @@
 namespace sim::estimators {
 namespace {
 
-constexpr double kMost_m = 1e9;         // beyond, squares of positions have no accuracy left
-constexpr double kRotation = 1e-6;      // by which R^T R of numbers that were written out may differ from the identity
-constexpr double kSymmetric = 1e-6;     // relative to the largest element
+constexpr double kMost_m = 1e9;  // beyond, squares of positions have no accuracy left
+constexpr double kRotation =
+    1e-6;  // by which R^T R of numbers that were written out may differ from the identity
+constexpr double kSymmetric = 1e-6;  // relative to the largest element
 
 void require_pose(const PoseEstimate& estimate) {
   if (!estimate.X_WC.matrix().allFinite()) throw EstimatorFailed("its pose is not finite");
@@ -34,8 +35,8 @@ void require_covariance(const Matrix& P, std::string_view of) {
 void require_sound(const Answer& answer, slam::Stamp earliest, slam::Stamp newest) {
   const slam::Stamp t = answer.estimate.t;
   if (t < earliest || t > newest)
-    throw EstimatorFailed(fmt::format("its pose has the stamp {} ns, expected one from {} to {} ns", t.count(),
-                                      earliest.count(), newest.count()));
+    throw EstimatorFailed(fmt::format("its pose has the stamp {} ns, expected one from {} to {} ns",
+                                      t.count(), earliest.count(), newest.count()));
   require_pose(answer.estimate);
   if (answer.estimate.covariance) require_covariance(*answer.estimate.covariance, "its pose");
   for (const slam::MapPoint& point : answer.map) {

@@ -15,7 +15,8 @@
 
 namespace sim::estimators {
 
-/// The estimated pose of the camera. covariance: as slam::Estimate defines it; absent where the estimator states none.
+/// The estimated pose of the camera. covariance: as slam::Estimate defines it; absent where the estimator
+/// states none.
 struct PoseEstimate {
   slam::Stamp t{0};
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
@@ -26,9 +27,9 @@ struct PoseEstimate {
 struct Answer {
   PoseEstimate estimate;
   slam::Health health = slam::Health::ok;
-  std::string cause;                 ///< why the health is not ok
-  std::vector<slam::MapPoint> map;   ///< the whole of it, or empty where it is not told this time
-  double outside_cpu_ms = 0;         ///< CPU time that the answer took in another process
+  std::string cause;                ///< why the health is not ok
+  std::vector<slam::MapPoint> map;  ///< the whole of it, or empty where it is not told this time
+  double outside_cpu_ms = 0;        ///< CPU time that the answer took in another process
 };
 
 /// The estimator crashed, did not answer in time, or gave an answer that is none. what(): the cause.
@@ -40,8 +41,8 @@ class EstimatorFailed : public std::runtime_error {
   std::string log;  ///< what it wrote to its standard error
 };
 
-/// Throws EstimatorFailed where a number of the answer is not finite, the pose is none, or its stamp is not within
-/// [earliest, newest]: the stamps of the answer before, and of the newest observation.
+/// Throws EstimatorFailed where a number of the answer is not finite, the pose is none, or its stamp is not
+/// within [earliest, newest]: the stamps of the answer before, and of the newest observation.
 void require_sound(const Answer& answer, slam::Stamp earliest, slam::Stamp newest);
 
 /// Text of others on one line of printable ASCII characters.

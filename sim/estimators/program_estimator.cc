@@ -65,10 +65,10 @@ class Conversation {
       exchange(after(within_s));
     } catch (const EstimatorFailed& failure) {
       const std::string lines = program_.last_lines();
-      throw EstimatorFailed(fmt::format("the program {} failed {} (limit {} s): {}{}", choice_.words.front(), when,
-                                        within_s, failure.what(),
-                                        lines.empty() ? "" : "; its last lines: " + lines),
-                            program_.log());
+      throw EstimatorFailed(
+          fmt::format("the program {} failed {} (limit {} s): {}{}", choice_.words.front(), when, within_s,
+                      failure.what(), lines.empty() ? "" : "; its last lines: " + lines),
+          program_.log());
     }
   }
 
@@ -80,7 +80,8 @@ class Conversation {
 
 Estimator program_estimator(const EstimatorChoice& choice, const Start& start) {
   const auto conversation = std::make_shared<Conversation>(choice, start);
-  return {.step = [conversation](const slam::Observation& observation) { return conversation->step(observation); },
+  return {.step = [conversation](
+                      const slam::Observation& observation) { return conversation->step(observation); },
           .finish = [conversation] { return conversation->finish(); }};
 }
 

@@ -6,9 +6,9 @@
 
 namespace sim::estimators {
 
-/// Starts the program and waits until it is ready. Throws std::invalid_argument where it cannot be started at all,
-/// EstimatorFailed with its last lines where it ends, misses its time limit or answers what is no answer; so does each
-/// step.
+/// Starts the program and waits until it is ready. Throws std::invalid_argument where it cannot be started at
+/// all, EstimatorFailed with its last lines where it ends, misses its time limit or answers what is no
+/// answer; so does each step.
 Estimator program_estimator(const EstimatorChoice& choice, const Start& start);
 
 }  // namespace sim::estimators

@@ -46,12 +46,14 @@ void write_sensors(const ExportContext& out) {
   out.write_truth(kMotionRows, recording::Manifest(out.run.result / "recording").read(kMotionRows));
 }
 
-/// Images and their stamps. Programs that look for readings before the first image and after the last one leave their
-/// arrays where there are none: images_within_imu leaves such images out.
+/// Images and their stamps. Programs that look for readings before the first image and after the last one
+/// leave their arrays where there are none: images_within_imu leaves such images out.
 class ImageWriter {
  public:
   ImageWriter(const ExportContext& out, bool images_within_imu)
-      : out_(out), within_(images_within_imu), camera_(rows(out, kCameraRows, kCameraHeader)),
+      : out_(out),
+        within_(images_within_imu),
+        camera_(rows(out, kCameraRows, kCameraHeader)),
         times_(rows(out, "times.txt", "")) {}
 
   void add(const slam::Observation& o) {

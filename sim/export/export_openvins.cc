@@ -147,8 +147,9 @@ void export_openvins(const ExportContext& out) {
   out.write("estimator_config.yaml", kEstimator);
   out.write("kalibr_imu_chain.yaml", imu_chain(out));
   out.write("kalibr_imucam_chain.yaml", camera_chain(out));
-  out.write_truth("groundtruth.csv",
-            recording::Manifest(out.run.result / "recording").read(recording::recording_format::kMotionRows));
+  out.write_truth(
+      "groundtruth.csv",
+      recording::Manifest(out.run.result / "recording").read(recording::recording_format::kMotionRows));
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
   out.write_readme(kOpenvinsReadme);
 }

@@ -44,7 +44,8 @@ void export_tum(const ExportContext& out) {
   out.write("rgb.txt", images);
   out.write("accelerometer.txt", accelerations);
   out.write("plan.txt", plan);
-  out.write_truth("groundtruth.txt", header("ground truth trajectory", out, poses) + tum_text(out.truth().camera));
+  out.write_truth("groundtruth.txt",
+                  header("ground truth trajectory", out, poses) + tum_text(out.truth().camera));
   if (const auto rows = out.estimate(); !rows.empty())
     out.write("estimate.txt",
               header("estimated trajectory", out, poses) + tum_text({rows.begin(), rows.end()}));

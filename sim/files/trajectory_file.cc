@@ -28,7 +28,8 @@ Unit unit_of(const std::vector<TextLine>& lines) {
                                                                               : Unit::seconds;
 }
 
-// Drops a last pose that has the stamp of the one before. Throws FileError where stamps do not rise otherwise.
+// Drops a last pose that has the stamp of the one before. Throws FileError where stamps do not rise
+// otherwise.
 void settle_stamps(TrajectoryFile& read, const std::vector<TextLine>& lines) {
   const std::size_t n = read.rows.size();
   if (n > 2 && read.rows[n - 1].t == read.rows[n - 2].t) {

@@ -22,7 +22,8 @@ struct TrajectoryFile {
 /// EuRoC: t, position, quaternion (w first) and whatever follows, with commas; stamps in ns where they are
 /// whole numbers, or frame numbers where these rise by less than 1000 from pose to pose, else in s. Lines
 /// beginning with # and blank ones are skipped; stamps must rise, but a last pose
-/// with the stamp of the one before, as a program leaves that was lost, is left out with a warning. Throws FileError.
+/// with the stamp of the one before, as a program leaves that was lost, is left out with a warning. Throws
+/// FileError.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);
 
 }  // namespace sim::files

@@ -14,7 +14,8 @@
 namespace sim::replay {
 namespace {
 
-constexpr slam::Stamp kSameFrame = std::chrono::milliseconds(2);  // stamps of others are rounded, some to 1e-3 s
+constexpr slam::Stamp kSameFrame =
+    std::chrono::milliseconds(2);  // stamps of others are rounded, some to 1e-3 s
 
 /// The frames of the recording: their stamps, and that of the first image.
 struct Frames {
@@ -58,7 +59,8 @@ score::Trajectory poses_at_frames(const files::TrajectoryFile& file, const Frame
 }
 
 /// Moves the poses into W. Throws estimators::EstimatorFailed where the truth does not determine how.
-void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose>& truth, score::Alignment alignment) {
+void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose>& truth,
+                    score::Alignment alignment) {
   score::Trajectory true_poses;
   for (const files::TimedPose& pose : truth) true_poses.push_back({pose.t, pose.X});
   const auto found = score::align(score::pair_by_stamp(true_poses, poses), alignment);
@@ -82,13 +84,16 @@ void take_poses(const score::Trajectory& poses, const Frames& frames, tracking::
   }
 }
 
-void read_run(const OutsideRun& run, const Frames& frames, const result::RunRecord& record, tracking::Tracked& tracked) {
+void read_run(const OutsideRun& run, const Frames& frames, const result::RunRecord& record,
+              tracking::Tracked& tracked) {
   const files::TrajectoryFile file = files::read_trajectory(run.trajectory);
   if (file.stamps == "frame numbers")
-    throw estimators::EstimatorFailed("its trajectory has the numbers of frames for stamps: write times.txt beside it");
+    throw estimators::EstimatorFailed(
+        "its trajectory has the numbers of frames for stamps: write times.txt beside it");
   score::Trajectory poses = poses_at_frames(file, frames, run.body, record.setup.calibration);
   if (poses.empty())
-    throw estimators::EstimatorFailed(fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
+    throw estimators::EstimatorFailed(
+        fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
   place_in_world(poses, record.truth.camera, run.alignment);
   take_poses(poses, frames, tracked);
 }
@@ -107,7 +112,8 @@ result::Outcome score_outside(const scenario::ReadScenario& scenario, const std:
   recording::RecordingReader reader(recording);
   const Frames frames = frames_of(reader);
   result::RunRecord record{
-      scenario, walk.ending, walk.cause, reader.setup(), recording::read_truth(recording), std::nullopt, reader.hash()};
+      scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
+      std::nullopt, reader.hash()};
   record.no_scale = why_no_scale(run.alignment);
   tracking::Tracked tracked;
   tracked.log = run.log;

@@ -45,7 +45,8 @@ Role role_of(std::size_t estimator) {
   return kRoles[estimator % kRoles.size()];
 }
 
-Figure figure(const std::string& name, const std::string& scenario, const std::string& title, const char* x, const char* y) {
+Figure figure(const std::string& name, const std::string& scenario, const std::string& title, const char* x,
+              const char* y) {
   Figure f{name + "_" + scenario, scenario + ": " + title, x, y};
   return f;
 }
@@ -59,7 +60,8 @@ Figure paths(const std::string& scenario, const Runs& runs) {
   std::size_t number = 0;
   for (const auto& [estimator, of_it] : grouped(runs, estimator_of)) {
     const Role role = role_of(number++);
-    if (const auto& estimate = of_it.front()->estimate) f.lines.push_back({estimator, role, estimate->x, estimate->y});
+    if (const auto& estimate = of_it.front()->estimate)
+      f.lines.push_back({estimator, role, estimate->x, estimate->y});
   }
   return f;
 }
@@ -103,7 +105,8 @@ Figure dots(Figure f, const Runs& runs, Value value) {
 void add_scenario(const std::string& scenario, const Runs& runs, std::vector<Figure>& figures) {
   figures.push_back(paths(scenario, runs));
   figures.push_back(errors_over_time(scenario, runs));
-  if (std::all_of(runs.begin(), runs.end(), [&](const RunData* run) { return seed_of(*run) == seed_of(*runs.front()); }))
+  if (std::all_of(runs.begin(), runs.end(),
+                  [&](const RunData* run) { return seed_of(*run) == seed_of(*runs.front()); }))
     return;
   Figure ate = figure("ate_by_seed", scenario, "ATE after SE(3) alignment of every run", "seed", "mm");
   ate.logarithmic = true;

@@ -1,4 +1,5 @@
-// Figures of several runs: of one set of results, or of several scenarios and estimators, which are never pooled.
+// Figures of several runs: of one set of results, or of several scenarios and estimators, which are never
+// pooled.
 #pragma once
 
 #include <vector>
@@ -8,9 +9,9 @@
 
 namespace sim::report {
 
-/// For runs of one scenario and estimator batch_figures(). Otherwise for each scenario with several runs the paths, the
-/// error over time (median over the seeds of each estimator), and, of more
-/// than one seed, the ATE and the CPU time of every run; a line for each estimator.
+/// For runs of one scenario and estimator batch_figures(). Otherwise for each scenario with several runs the
+/// paths, the error over time (median over the seeds of each estimator), and, of more than one seed, the ATE
+/// and the CPU time of every run; a line for each estimator.
 std::vector<Figure> comparison_figures(const std::vector<RunData>& runs);
 
 }  // namespace sim::report

@@ -37,16 +37,19 @@ void find_results(const fs::path& folder, std::vector<fs::path>& found) {
   if (fs::exists(folder / "score.json")) found.push_back(folder);
   std::vector<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && !entry.is_symlink() && !is_left_out(entry.path())) below.push_back(entry.path());
+    if (entry.is_directory() && !entry.is_symlink() && !is_left_out(entry.path()))
+      below.push_back(entry.path());
   std::sort(below.begin(), below.end());
   for (const fs::path& next : below) find_results(next, found);
 }
 
-void add_result(const fs::path& result, const std::vector<std::string>& metrics, std::map<RowKey, Collected>& all) {
+void add_result(const fs::path& result, const std::vector<std::string>& metrics,
+                std::map<RowKey, Collected>& all) {
   const files::Json score = result::read_whole_score(result / "score.json");
   const auto estimator = score.find("estimator");
   const fs::path whole = fs::absolute(result / "x").lexically_normal().parent_path();
-  Collected& row = all[{score.at("scenario").text(), estimator ? estimator->text() : "filter", whole.parent_path()}];
+  Collected& row =
+      all[{score.at("scenario").text(), estimator ? estimator->text() : "filter", whole.parent_path()}];
   ++row.runs;
   row.completed += score.at("ending").text() == "completed" ? 1 : 0;
   for (const std::string& name : metrics)
@@ -65,7 +68,8 @@ std::optional<double> median_of(const std::vector<double>& values) {
 std::pair<double, double> badness(const LeaderboardRow& row, const std::string& metric) {
   const auto& value = row.medians.at(metric);
   const double failed = 1 - static_cast<double>(row.completed) / static_cast<double>(row.runs);
-  return {failed, value ? score::loss(*value, score::direction_of(metric)) : std::numeric_limits<double>::infinity()};
+  return {failed,
+          value ? score::loss(*value, score::direction_of(metric)) : std::numeric_limits<double>::infinity()};
 }
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
@@ -101,10 +105,12 @@ std::string html_row(const std::vector<std::string>& row, const char* tag) {
 }  // namespace
 
 std::vector<std::string> leaderboard_metrics() {
-  return {"ate_se3_rmse_m", "ate_sim3_rmse_m", "rmse_m", "end_position_error_m", "tracked_share", "nees_position_mean"};
+  return {"ate_se3_rmse_m",       "ate_sim3_rmse_m", "rmse_m",
+          "end_position_error_m", "tracked_share",   "nees_position_mean"};
 }
 
-std::vector<LeaderboardRow> leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics) {
+std::vector<LeaderboardRow> leaderboard(const std::vector<fs::path>& folders,
+                                        const std::vector<std::string>& metrics) {
   std::vector<fs::path> found;
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(folder)) throw files::FileError(folder, "is no folder of results");
@@ -116,7 +122,8 @@ std::vector<LeaderboardRow> leaderboard(const std::vector<fs::path>& folders, co
   for (const fs::path& result : found) add_result(result, metrics, all);
   std::vector<LeaderboardRow> rows;
   for (const auto& [key, collected] : all) {
-    LeaderboardRow row{std::get<0>(key), std::get<1>(key), std::get<2>(key), collected.runs, collected.completed, {}, {}};
+    LeaderboardRow row{
+        std::get<0>(key), std::get<1>(key), std::get<2>(key), collected.runs, collected.completed, {}, {}};
     for (const std::string& metric : metrics) {
       const auto values = collected.values.find(metric);
       row.medians[metric] = values == collected.values.end() ? std::nullopt : median_of(values->second);
@@ -131,7 +138,8 @@ std::vector<LeaderboardRow> leaderboard(const std::vector<fs::path>& folders, co
   return rows;
 }
 
-std::string leaderboard_table(const std::vector<LeaderboardRow>& rows, const std::vector<std::string>& metrics) {
+std::string leaderboard_table(const std::vector<LeaderboardRow>& rows,
+                              const std::vector<std::string>& metrics) {
   std::vector<std::vector<std::string>> lines{titles(metrics)};
   for (const LeaderboardRow& row : rows) lines.push_back(cells(row, metrics));
   std::vector<std::size_t> widths(lines[0].size(), 0);
@@ -148,32 +156,43 @@ std::string leaderboard_table(const std::vector<LeaderboardRow>& rows, const std
                         : fmt::format("{:>{}}  ", lines[k][i], widths[i]);
     }
   }
-  return text + "medians over the runs of a row that have a value; results of different scenarios are not compared\n";
+  return text +
+         "medians over the runs of a row that have a value; results of different scenarios are not "
+         "compared\n";
 }
 
-std::string leaderboard_csv(const std::vector<LeaderboardRow>& rows, const std::vector<std::string>& metrics) {
+std::string leaderboard_csv(const std::vector<LeaderboardRow>& rows,
+                            const std::vector<std::string>& metrics) {
   std::string text = "scenario,estimator,runs,completed";
   for (const std::string& metric : metrics) text += "," + metric;
   text += ",cpu_ms,folder\n";
-  const auto exact = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; };
+  const auto exact = [](const std::optional<double>& value) {
+    return value ? fmt::format("{}", *value) : "";
+  };
   for (const LeaderboardRow& row : rows) {
-    text += fmt::format("{},{},{},{}", csv_field(row.scenario), csv_field(row.estimator), row.runs, row.completed);
+    text += fmt::format("{},{},{},{}", csv_field(row.scenario), csv_field(row.estimator), row.runs,
+                        row.completed);
     for (const std::string& metric : metrics) text += "," + exact(row.medians.at(metric));
     text += fmt::format(",{},{}\n", exact(row.cpu_ms), csv_field(fs::proximate(row.folder).string()));
   }
   return text;
 }
 
-std::string leaderboard_page(const std::vector<LeaderboardRow>& rows, const std::vector<std::string>& metrics) {
+std::string leaderboard_page(const std::vector<LeaderboardRow>& rows,
+                             const std::vector<std::string>& metrics) {
   std::string html = html_head("leaderboard", "", "light") + "<h1>Estimators side by side</h1>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (i == 0 || rows[i].scenario != rows[i - 1].scenario)
-      html += fmt::format("<h2>{}</h2>\n<table>\n{}", escaped(rows[i].scenario), html_row(titles(metrics), "th"));
+      html +=
+          fmt::format("<h2>{}</h2>\n<table>\n{}", escaped(rows[i].scenario), html_row(titles(metrics), "th"));
     html += html_row(cells(rows[i], metrics), "td");
     if (i + 1 == rows.size() || rows[i].scenario != rows[i + 1].scenario) html += "</table>\n";
   }
-  html += "<p>Medians over the runs of a row that have a value. A row is a folder of results of one scenario and one "
-          "estimator; the best one comes first: by the share of runs that were completed, then by the first metric.</p>\n<dl>\n";
+  html +=
+      "<p>Medians over the runs of a row that have a value. A row is a folder of results of one scenario and "
+      "one "
+      "estimator; the best one comes first: by the share of runs that were completed, then by the first "
+      "metric.</p>\n<dl>\n";
   for (const std::string& metric : metrics)
     html += fmt::format("<dt><code>{}</code></dt><dd>{}</dd>\n", escaped(metric),
                         escaped(score::find_metric(metric)->definition));

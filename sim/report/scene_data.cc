@@ -84,11 +84,12 @@ ordered_json poses(const std::filesystem::path& file) {
   for (std::size_t i = 0; i < rows.size(); i += kEvery) {
     const Eigen::Quaterniond q(rows[i].X.linear());
     const double t = 1e-9 * static_cast<double>(rows[i].t.count());
-    json.push_back({{"t", rounded(t)},
-                    {"p", row(rows[i].X.translation())},
-                    {"q", {rounded(q.x()), rounded(q.y()), rounded(q.z()), rounded(q.w())}},
-                    {"axes", ellipsoid(rows[i].covariance ? rows[i].covariance->bottomRightCorner<3, 3>().eval()
-                                                          : Eigen::Matrix3d::Zero().eval())}});
+    json.push_back(
+        {{"t", rounded(t)},
+         {"p", row(rows[i].X.translation())},
+         {"q", {rounded(q.x()), rounded(q.y()), rounded(q.z()), rounded(q.w())}},
+         {"axes", ellipsoid(rows[i].covariance ? rows[i].covariance->bottomRightCorner<3, 3>().eval()
+                                               : Eigen::Matrix3d::Zero().eval())}});
   }
   return json;
 }

@@ -68,9 +68,11 @@ void check_limit(const files::Json& limit) {
 void write_score(const fs::path& file, const scenario::Scenario& scenario, const std::string& ending,
                  const score::Metrics& metrics, const tracking::Tracked* tracked,
                  const std::vector<JudgedLimit>& limits) {
-  ordered_json json{
-      {"format_version", 1}, {"scenario", scenario.name},  {"estimator", scenario.estimator.name},
-      {"seed", scenario.seed}, {"ending", ending}};
+  ordered_json json{{"format_version", 1},
+                    {"scenario", scenario.name},
+                    {"estimator", scenario.estimator.name},
+                    {"seed", scenario.seed},
+                    {"ending", ending}};
   json["metrics"] = metrics_json(metrics);
   if (tracked) json["tracking"] = tracking_json(*tracked);
   json["limits"] = limits_json(limits);

@@ -46,7 +46,8 @@ std::vector<std::string> words(const Yaml& node, const std::string& key) {
 }
 
 /// Nested sections become dotted keys.
-void read_options(const Yaml& node, const std::string& key, const std::string& section, EstimatorChoice& choice) {
+void read_options(const Yaml& node, const std::string& key, const std::string& section,
+                  EstimatorChoice& choice) {
   if (node.kind != Yaml::Kind::map) fail(node, key, "expected keys and values, as in {threads: 2}");
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string name = section + node.keys[i].text;
@@ -61,7 +62,8 @@ void read_options(const Yaml& node, const std::string& key, const std::string& s
     for (const auto& [earlier, unused] : choice.options)
       if (earlier == name) fail(node.keys[i], key, fmt::format("'{}' is given twice", name));
     choice.options.emplace_back(name, value.text);
-    if (choice.options.size() > kMostOptions) fail(node, key, fmt::format("more than {} options", kMostOptions));
+    if (choice.options.size() > kMostOptions)
+      fail(node, key, fmt::format("more than {} options", kMostOptions));
   }
 }
 
@@ -70,17 +72,22 @@ bool is_built_in(const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// The name of the file of a program, library or command without folder and ending; not that of a built-in estimator.
+/// The name of the file of a program, library or command without folder and ending; not that of a built-in
+/// estimator.
 std::string standard_name(const EstimatorChoice& choice) {
   const std::string& first = choice.words.front();
   std::string name = std::filesystem::path(first.substr(0, first.find(' '))).stem().string();
-  const auto allowed = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; };
-  std::replace_if(name.begin(), name.end(), [&](char c) { return !allowed(c); }, '_');
+  const auto allowed = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+  };
+  std::replace_if(
+      name.begin(), name.end(), [&](char c) { return !allowed(c); }, '_');
   if (name.empty()) name = "estimator";
   return is_built_in(name) ? name + "_of_others" : name.substr(0, 100);
 }
 
-void take_source(const Yaml& at, const std::string& key, EstimatorChoice& choice, Source source, const Yaml& value) {
+void take_source(const Yaml& at, const std::string& key, EstimatorChoice& choice, Source source,
+                 const Yaml& value) {
   if (!choice.words.empty()) fail(at, key, "names two of program, library and command, expected one of them");
   choice.source = source;
   choice.words = source == Source::program ? words(value, key) : std::vector{word(value, key)};
@@ -96,7 +103,8 @@ void read_field(const Yaml& at, const std::string& key, const Yaml& value, Estim
   if (field == "options") return read_options(value, path, "", choice);
   if (field == "start_within_s") return read(value, path, kLimit, choice.start_within_s);
   if (field == "answer_within_s") return read(value, path, kLimit, choice.answer_within_s);
-  fail(at, path, fmt::format("unknown, expected one of {}{}", fmt::join(kFields, ", "), did_you_mean(field, kFields)));
+  fail(at, path,
+       fmt::format("unknown, expected one of {}{}", fmt::join(kFields, ", "), did_you_mean(field, kFields)));
 }
 
 EstimatorChoice read_section(const Yaml& node, const std::string& key) {
@@ -104,10 +112,12 @@ EstimatorChoice read_section(const Yaml& node, const std::string& key) {
   choice.name.clear();
   for (std::size_t i = 0; i < node.keys.size(); ++i) read_field(node.keys[i], key, node.items[i], choice);
   if (choice.words.empty())
-    fail(node, key, "expected a program or a library, as in {program: [./my_slam, --stdio]} or {library: libmy.so}");
+    fail(node, key,
+         "expected a program or a library, as in {program: [./my_slam, --stdio]} or {library: libmy.so}");
   if (choice.name.empty()) choice.name = standard_name(choice);
   if (is_built_in(choice.name))
-    fail(node, key + ".name", fmt::format("{} is a built-in estimator, expected a name of its own", choice.name));
+    fail(node, key + ".name",
+         fmt::format("{} is a built-in estimator, expected a name of its own", choice.name));
   return choice;
 }
 
@@ -131,8 +141,9 @@ std::string print_source(const EstimatorChoice& choice) {
 }  // namespace
 
 std::string expected(const Domain&, const estimators::EstimatorChoice&) {
-  return fmt::format("a built-in estimator ({}), {{program: [FILE, ARGUMENT...], options: {{...}}}} or {{library: FILE}}",
-                     fmt::join(named().choices, ", "));
+  return fmt::format(
+      "a built-in estimator ({}), {{program: [FILE, ARGUMENT...], options: {{...}}}} or {{library: FILE}}",
+      fmt::join(named().choices, ", "));
 }
 
 void read(const Yaml& node, std::string_view key, const Domain&, estimators::EstimatorChoice& choice) {
@@ -153,7 +164,8 @@ std::string print(const Domain&, const estimators::EstimatorChoice& choice) {
     options.push_back(fmt::format("{}: {}", quote_if_needed(name), quote_if_needed(value)));
   if (!options.empty()) text += fmt::format(", options: {{{}}}", fmt::join(options, ", "));
   if (choice.source == Source::program)
-    text += fmt::format(", start_within_s: {}, answer_within_s: {}", choice.start_within_s, choice.answer_within_s);
+    text += fmt::format(", start_within_s: {}, answer_within_s: {}", choice.start_within_s,
+                        choice.answer_within_s);
   return text + "}";
 }
 

@@ -18,9 +18,9 @@
 
 namespace sim::scenario {
 
-/// How a run can end. `stopped`: a steered walk had no estimate for too long. `estimator_failed`: the estimator
-/// crashed, did not answer in time, or gave an answer that is none. `failed`: the simulator broke in a way that
-/// no scenario can allow.
+/// How a run can end. `stopped`: a steered walk had no estimate for too long. `estimator_failed`: the
+/// estimator crashed, did not answer in time, or gave an answer that is none. `failed`: the simulator broke
+/// in a way that no scenario can allow.
 inline constexpr std::array<std::string_view, 7> kEndings{
     "completed", "fell", "collided", "diverged", "stopped", "estimator_failed", "failed"};
 
@@ -68,7 +68,8 @@ struct Scenario {
     key.part("camera", &Scenario::camera);
     key.part("errors", &Scenario::errors);
     key.value("estimator", &Scenario::estimator,
-              "estimator that is run on the observations: a built-in one by its name, or another program or library");
+              "estimator that is run on the observations: a built-in one by its name, or another program or "
+              "library");
     key.part("slam", &Scenario::slam);
     key.part("limits", &Scenario::limits);
   }

@@ -67,15 +67,17 @@ std::vector<Stamp> likely_offsets(const Trajectory& truth, const Trajectory& est
   return best;
 }
 
-// The offset with which most stamps meet. Of several as good the one of the clocks that are known: results begin at 0,
-// their exports at 1e9 s.
+// The offset with which most stamps meet. Of several as good the one of the clocks that are known: results
+// begin at 0, their exports at 1e9 s.
 Offset best_offset(const Trajectory& truth, const Trajectory& estimate, Stamp apart) {
   constexpr Stamp kEpoch = std::chrono::seconds(1'000'000'000);
   std::vector<Stamp> candidates{Stamp(0), -kEpoch, kEpoch, truth.front().t - estimate.front().t};
-  for (const Stamp likely : likely_offsets(truth, estimate, std::max(apart, Stamp(1)))) candidates.push_back(likely);
+  for (const Stamp likely : likely_offsets(truth, estimate, std::max(apart, Stamp(1))))
+    candidates.push_back(likely);
   Offset best;
   for (const Stamp candidate : candidates)
-    if (const std::size_t pairs = pair_by_nearest(truth, estimate, apart, candidate).size(); pairs > best.pairs)
+    if (const std::size_t pairs = pair_by_nearest(truth, estimate, apart, candidate).size();
+        pairs > best.pairs)
       best = {candidate, pairs};
   return best;
 }

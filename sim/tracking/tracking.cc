@@ -89,7 +89,6 @@ void Tracking::guarded(const Action& action) {
   }
 }
 
-
 void Tracking::take(slam::Observation ideal) {
   for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
 }
@@ -114,8 +113,8 @@ void Tracking::step_estimator(const slam::Observation& arrived) {
   newest_ = std::max(newest_, arrived.t);
   estimators::Answer answer = estimator_.step(arrived);
   outside_cpu_ms_ += answer.outside_cpu_ms;
-  estimators::require_sound(answer, tracked_.frames.empty() ? slam::Stamp(0) : tracked_.frames.back().estimate.t,
-                            newest_);
+  estimators::require_sound(
+      answer, tracked_.frames.empty() ? slam::Stamp(0) : tracked_.frames.back().estimate.t, newest_);
   if (!answer.map.empty()) keep_map(arrived.t, std::move(answer.map));
   slam::FrameReport report;
   report.t = arrived.t;

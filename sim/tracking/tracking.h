@@ -38,9 +38,10 @@ struct Tracked {
   std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
   std::vector<slam::MapPoint> map;   ///< at the end
   std::vector<TimedMap> maps;        ///< one each second
-  std::vector<slam::Stamp> after_divergence;  ///< of the observations that it was not given any more, or failed at
-  std::optional<std::string> failed = {};     ///< why it failed as a program: it crashed, hung or gave no answer
-  std::string log = {};                       ///< what an estimator outside wrote to its standard error
+  std::vector<slam::Stamp>
+      after_divergence;  ///< of the observations that it was not given any more, or failed at
+  std::optional<std::string> failed = {};  ///< why it failed as a program: it crashed, hung or gave no answer
+  std::string log = {};                    ///< what an estimator outside wrote to its standard error
   /// The filter diverged, or was still lost when the run ended.
   bool diverged() const;
   const std::string& cause() const;  ///< of the divergence
@@ -55,8 +56,8 @@ struct Tracked {
 /// replay, so that both give the same bits.
 class Tracking {
  public:
-  /// The scenario must have a slam section. Throws std::invalid_argument where a program or library that is to be
-  /// the estimator cannot be started at all.
+  /// The scenario must have a slam section. Throws std::invalid_argument where a program or library that is
+  /// to be the estimator cannot be started at all.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start);
 

@@ -8,8 +8,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (text.size() < 1 + estimators::kHeaderBytes) return 0;
   try {
     const bool start = text[0] % 2 == 0;
-    const std::size_t bytes = estimators::payload_bytes(text.substr(1, estimators::kHeaderBytes),
-                                                        start ? GAITSLAM_MESSAGE_READY : GAITSLAM_MESSAGE_ANSWER);
+    const std::size_t bytes = estimators::payload_bytes(
+        text.substr(1, estimators::kHeaderBytes), start ? GAITSLAM_MESSAGE_READY : GAITSLAM_MESSAGE_ANSWER);
     const std::string_view payload = text.substr(1 + estimators::kHeaderBytes);
     fuzz::require(bytes < 20'000'000);
     if (start) {

@@ -65,7 +65,8 @@ TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused(
       "rnu x.yaml",
       "unknown command 'rnu', expected one of run, record, replay, evaluate, export, video, score, regress, "
-      "compare, leaderboard, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean 'run'?");
+      "compare, leaderboard, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean "
+      "'run'?");
   expect_refused("check", "scenarios is required");
   expect_refused("config", "config: expected a scenario's YAML file, or --keys");
   expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");

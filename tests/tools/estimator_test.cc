@@ -62,7 +62,8 @@ TEST_F(OutsideEstimator, KilledAtTenMomentsItLeavesTenWholeResults) {
 }
 
 TEST_F(OutsideEstimator, TheProgramsWordsAreKept) {
-  ASSERT_EQ(replay(fmt::format("{{program: ['{}', says_why, 9], name: mine}}", GAITSLAM_MISBEHAVING)).exit_code, 3);
+  ASSERT_EQ(
+      replay(fmt::format("{{program: ['{}', says_why, 9], name: mine}}", GAITSLAM_MISBEHAVING)).exit_code, 3);
   EXPECT_EQ(text_of("out/estimator.log"), "first\nthe map is broken\n");
   EXPECT_EQ(json("out/score.json")["estimator"], "mine");
   EXPECT_THAT(json("out/about.json")["cause"].get<std::string>(), HasSubstr("first | the map is broken"));
@@ -98,8 +99,9 @@ TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   write("walk.yaml", tests::kShortWalk);
   ASSERT_EQ(gaitslam("run walk.yaml --seeds 2,3 --out more").exit_code, 0);
   const std::string script = std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/plan_alone.sh";
-  const Ran ran = gaitslam("evaluate r/seed-1 more/seed-2 more/seed-3 --format tum --align none --out e --command '" + script +
-                           " {folder} {trajectory}'");
+  const Ran ran =
+      gaitslam("evaluate r/seed-1 more/seed-2 more/seed-3 --format tum --align none --out e --command '" +
+               script + " {folder} {trajectory}'");
   ASSERT_EQ(ran.exit_code, 0) << ran.out << ran.err;
   ASSERT_EQ(replay("plan_alone").exit_code, 0);
   const auto evaluated = json("e/walk/seed-1/score.json"), in_the_loop = json("out/score.json");
@@ -112,17 +114,21 @@ TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
 
 TEST_F(OutsideEstimator, NoTruthIsInWhatACommandIsGiven) {
   for (const char* format : {"euroc", "openvins", "orbslam3", "tum", "kitti"}) {
-    const Ran ran = gaitslam(fmt::format(
-        "evaluate r/seed-1 --format {} --out e --command 'cp -r {{folder}} kept-{} && false # {{trajectory}}'", format, format));
+    const Ran ran =
+        gaitslam(fmt::format("evaluate r/seed-1 --format {} --out e --command 'cp -r {{folder}} kept-{} && "
+                             "false # {{trajectory}}'",
+                             format, format));
     EXPECT_EQ(ran.exit_code, 3) << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("estimator_failed: the command failed: it ended with exit code 1"));
-    const Ran found = shell(fmt::format("find kept-{} | grep -i -E 'truth|poses|estimate.txt' || true", format));
+    const Ran found =
+        shell(fmt::format("find kept-{} | grep -i -E 'truth|poses|estimate.txt' || true", format));
     EXPECT_EQ(found.out, "") << format;
   }
 }
 
 TEST_F(OutsideEstimator, ACommandThatHangsEndsAtItsLimit) {
-  const Ran ran = gaitslam("evaluate r/seed-1 --format tum --within 0.5 --out e --command 'sleep 1000 # {trajectory}'");
+  const Ran ran =
+      gaitslam("evaluate r/seed-1 --format tum --within 0.5 --out e --command 'sleep 1000 # {trajectory}'");
   EXPECT_EQ(ran.exit_code, 3);
   EXPECT_THAT(ran.err, HasSubstr("it has not ended within its time limit"));
 }
@@ -133,7 +139,8 @@ TEST_F(OutsideEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 --out tree/filter").exit_code, 0);
   ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 estimator=plan_alone --out tree/plan").exit_code, 0);
   ASSERT_EQ(gaitslam("run other.yaml --out tree/hall").exit_code, 0);
-  const Ran ran = gaitslam("leaderboard tree --metric rmse_m --metric nees_position_mean --csv t.csv --html t.html");
+  const Ran ran =
+      gaitslam("leaderboard tree --metric rmse_m --metric nees_position_mean --csv t.csv --html t.html");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   std::istringstream lines(text_of("t.csv"));
   std::vector<std::string> rows;
@@ -149,11 +156,12 @@ TEST_F(OutsideEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   EXPECT_THAT(refusal("leaderboard tree --csv t.csv"), HasSubstr("exists already; --force replaces it"));
 
   const Ran compared = gaitslam("compare tree/filter tree/plan");
-  EXPECT_THAT(compared.out, HasSubstr("tree/filter (baseline) and tree/plan (now, plan_alone)")) << compared.err;
+  EXPECT_THAT(compared.out, HasSubstr("tree/filter (baseline) and tree/plan (now, plan_alone)"))
+      << compared.err;
   ASSERT_EQ(gaitslam("report tree/filter tree/plan tree/hall --plots svg --out figures").exit_code, 0);
   EXPECT_THAT(text_of("figures/error_over_time_walk.svg"), HasSubstr("plan_alone"));
   EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_time_other.svg"));  // one run is no comparison
-  EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_seeds.svg"));       // nothing is pooled over estimators
+  EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_seeds.svg"));  // nothing is pooled over estimators
 }
 
 TEST_F(OutsideEstimator, TheFilesOfAResultAreAsTheirSchemasSay) {
@@ -163,20 +171,25 @@ TEST_F(OutsideEstimator, TheFilesOfAResultAreAsTheirSchemasSay) {
                                      {"about", "s/seed-1/about.json"},
                                      {"summary", "s/summary.json"},
                                      {"score", "r/seed-1/score.json"}}) {
-    const Ran ran = shell(fmt::format("/usr/bin/python3 '{0}/tests/tools/check_schema.py' '{0}/sim/result/schemas/{1}.schema.json' {2}",
-                                      GAITSLAM_SOURCE_DIR, schema, file));
+    const Ran ran = shell(fmt::format(
+        "/usr/bin/python3 '{0}/tests/tools/check_schema.py' '{0}/sim/result/schemas/{1}.schema.json' {2}",
+        GAITSLAM_SOURCE_DIR, schema, file));
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
   }
   write("wrong.json", R"({"format_version": 1, "scenario": 7})");
-  EXPECT_NE(shell(fmt::format("/usr/bin/python3 '{0}/tests/tools/check_schema.py' '{0}/sim/result/schemas/score.schema.json' wrong.json",
-                              GAITSLAM_SOURCE_DIR)).exit_code, 0);
+  EXPECT_NE(shell(fmt::format("/usr/bin/python3 '{0}/tests/tools/check_schema.py' "
+                              "'{0}/sim/result/schemas/score.schema.json' wrong.json",
+                              GAITSLAM_SOURCE_DIR))
+                .exit_code,
+            0);
 }
 
 TEST_F(OutsideEstimator, WhatEvaluateCannotDoIsRefused) {
   expect_refused("evaluate r/seed-1 --format tum --command true --out e", "expected {trajectory} in it");
   expect_refused("evaluate r/seed-1 --format tmu --command '{trajectory}' --out e", "did you mean 'tum'?");
   expect_refused("evaluate r --format tum --command '{trajectory}' --out e", "expected the folder of a run");
-  expect_refused("evaluate r/seed-1 --format tum --pose head --command '{trajectory}' --out e", "expected camera or imu");
+  expect_refused("evaluate r/seed-1 --format tum --pose head --command '{trajectory}' --out e",
+                 "expected camera or imu");
 }
 
 }  // namespace

@@ -61,13 +61,15 @@ TEST_F(Score, FrameNumbersAreNoTimes) {
   EXPECT_EQ(gaitslam("score poses.txt poses.csv").exit_code, 0) << "both count frames";
 }
 
-// Stamps of exports begin at 1e9 s, and a program that needs time to begin has no poses for the first seconds.
+// Stamps of exports begin at 1e9 s, and a program that needs time to begin has no poses for the first
+// seconds.
 TEST_F(Score, AnotherClockIsAnsweredWithTheOffsetByWhichMostStampsMeet) {
   std::string late, shifted;
   for (int i = 141; i < 300; ++i) late += line(fmt::format("{:.6f}", 1e9 + i / 30.0), i / 30.0, 0);
   write("late.tum", late);
   expect_refused("score truth.tum late.tum",
-                 "the truth is from 0.000 to 9.967 s, the estimate from 1000000004.700 to 1000000009.967 s; with --t-offset "
+                 "the truth is from 0.000 to 9.967 s, the estimate from 1000000004.700 to 1000000009.967 s; "
+                 "with --t-offset "
                  "-1000000000 159 of its poses have a true one");
   EXPECT_EQ(gaitslam("score truth.tum late.tum --t-offset -1000000000").exit_code, 0);
   for (int i = 0; i < 300; ++i) shifted += line(fmt::format("{:.9f}", 77.25 + i / 30.0), i / 30.0, 0);

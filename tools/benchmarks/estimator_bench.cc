@@ -1,5 +1,5 @@
-// What a frame costs more when the estimator is a program of its own: the time from an observation to the answer of one
-// that computes nothing, as built in and as a program.
+// What a frame costs more when the estimator is a program of its own: the time from an observation to the
+// answer of one that computes nothing, as built in and as a program.
 //   estimator_bench PROGRAM...
 #include <fmt/format.h>
 
@@ -37,7 +37,8 @@ std::vector<double> times_ms(const estimators::EstimatorChoice& choice) {
     const slam::Observation o = observation(frame);
     const auto begin = std::chrono::steady_clock::now();
     estimator.step(o);
-    times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+    times.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
   }
   estimator.finish();
   std::sort(times.begin(), times.end());

@@ -128,8 +128,8 @@ int compare(const CompareRequest& request) {
              now = regression::read_result_sets(request.after);
   if (!request.across) require_comparable(before, now, request);
   regression::Comparison comparison{
-      fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(), estimators_of(before),
-                  request.after.string(), estimators_of(now)),
+      fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(),
+                  estimators_of(before), request.after.string(), estimators_of(now)),
       {},
       [](const std::string& name) { return name; },
       [&](const std::string& name, std::uint64_t seed) {

@@ -107,25 +107,28 @@ class ScratchFolder {
 };
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += by.size()) text.replace(at, what.size(), by);
+  for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += by.size())
+    text.replace(at, what.size(), by);
   return text;
 }
 
 /// Runs the command on the export to its end.
 replay::OutsideRun run_command(const EvaluateRequest& request, const fs::path& scratch) {
   replay::OutsideRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
-  const std::string command = replaced(replaced(request.command, "{folder}", shell_word((scratch / "export").string())),
-                                       "{trajectory}", shell_word(run.trajectory.string()));
+  const std::string command =
+      replaced(replaced(request.command, "{folder}", shell_word((scratch / "export").string())),
+               "{trajectory}", shell_word(run.trajectory.string()));
   estimators::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command});
   try {
-    program.run(std::chrono::steady_clock::now() +
-                std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(request.within_s)));
+    program.run(std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                                       std::chrono::duration<double>(request.within_s)));
     if (!fs::exists(run.trajectory)) run.failed = "it ended without writing {trajectory}";
   } catch (const estimators::EstimatorFailed& failure) {
     run.failed = failure.what();
   }
   const std::string lines = program.last_lines();
-  if (run.failed) *run.failed = "the command failed: " + *run.failed + (lines.empty() ? "" : "; its last lines: " + lines);
+  if (run.failed)
+    *run.failed = "the command failed: " + *run.failed + (lines.empty() ? "" : "; its last lines: " + lines);
   run.log = program.log();
   run.cpu_ms = program.cpu_ms();
   return run;
@@ -136,7 +139,8 @@ scenario::ReadScenario with_command(const fs::path& folder, const EvaluateReques
     throw UsageError(
         fmt::format("{}: expected the folder of a run, with scenario.yaml and recording/", folder.string()));
   scenario::ReadScenario read = scenario::read_scenario(folder / "scenario.yaml");
-  if (!read.scenario.slam) throw UsageError(fmt::format("{}: its scenario has no section slam", folder.string()));
+  if (!read.scenario.slam)
+    throw UsageError(fmt::format("{}: its scenario has no section slam", folder.string()));
   const std::string name = request.name ? fmt::format(", name: {}", *request.name) : "";
   const std::string quoted = scenario::quote_if_needed(request.command);
   scenario::find_key("estimator")
@@ -159,7 +163,8 @@ int evaluate_one(const fs::path& folder, const EvaluateRequest& request, const f
     const result::Timing timing;
     const replay::OutsideRun run = run_command(request, scratch.path());
     const result::ResultPlace place{out, sim::files::Existing::replace, {}, kVersion, kRevision, libraries()};
-    outcome = replay::score_outside(read, folder / "recording", replay::read_walk_end(folder), run, place, timing);
+    outcome =
+        replay::score_outside(read, folder / "recording", replay::read_walk_end(folder), run, place, timing);
   }
   return cli::report(outcome, out);
 }
@@ -176,9 +181,11 @@ int evaluate(const EvaluateRequest& request) {
     name = s.estimator.name;
     results.push_back(fmt::format("{}/seed-{}", s.name, s.seed));
     if (const auto [earlier, is_new] = from.emplace(results.back(), folder); !is_new)
-      throw UsageError(fmt::format("{} and {} would both be written to {}", earlier->second, folder, results.back()));
+      throw UsageError(
+          fmt::format("{} and {} would both be written to {}", earlier->second, folder, results.back()));
   }
-  const OutFolder out(request, fs::path("results") / name, {.results = std::move(results), .continues = true});
+  const OutFolder out(request, fs::path("results") / name,
+                      {.results = std::move(results), .continues = true});
   int exit_code = 0;
   for (const std::string& folder : request.results)
     exit_code = std::max(exit_code, evaluate_one(folder, request, out.path()));
@@ -189,24 +196,31 @@ int evaluate(const EvaluateRequest& request) {
 
 void add_evaluate(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<EvaluateRequest>();
-  CLI::App* command = app.add_subcommand("evaluate", "Run another SLAM program on exported recordings and score it");
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Run another SLAM program on exported recordings and score it");
   command->add_option("results", request->results, "folders of runs")->required();
   command
       ->add_option("--command", request->command,
                    "shell command with {folder}, the export, and {trajectory}, the file that it is to write")
       ->required();
-  command->add_option("--format", request->format, "format of the export: euroc, openvins, orbslam3, tum or kitti")
+  command
+      ->add_option("--format", request->format,
+                   "format of the export: euroc, openvins, orbslam3, tum or kitti")
       ->required();
-  command->add_option("--name", request->name, "what the results call the program; without it, that of its file");
-  command->add_option("--pose", request->pose,
-                      "what its poses are of: camera or imu; unless given imu for euroc and openvins, else camera");
-  command->add_option("--align", request->align,
-                      "how its world is aligned with the true one: none, origin, yaw, se3, sim3 or scale; unless given "
-                      "yaw for euroc and openvins, else sim3");
+  command->add_option("--name", request->name,
+                      "what the results call the program; without it, that of its file");
+  command->add_option(
+      "--pose", request->pose,
+      "what its poses are of: camera or imu; unless given imu for euroc and openvins, else camera");
+  command->add_option(
+      "--align", request->align,
+      "how its world is aligned with the true one: none, origin, yaw, se3, sim3 or scale; unless given "
+      "yaw for euroc and openvins, else sim3");
   command->add_option("--within", request->within_s, "time limit of the command, in s")
       ->check(CLI::Range(0.001, 1e9))
       ->capture_default_str();
-  command->add_flag("--undistort", request->undistort, "rectify images to a pinhole camera, as tum and kitti always do");
+  command->add_flag("--undistort", request->undistort,
+                    "rectify images to a pinhole camera, as tum and kitti always do");
   add_out(*command, *request);
   command->footer(kEvaluateExamples);
   command->callback([request, &exit_code] { exit_code = evaluate(*request); });

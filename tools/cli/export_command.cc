@@ -52,8 +52,9 @@ int export_result(const ExportRequest& request) {
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
   require_outside(out.path(), request.result);
-  exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort},
-                      request.format, out.path(), files::Existing::replace);
+  exports::export_run(
+      {request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort},
+      request.format, out.path(), files::Existing::replace);
   std::cout << fmt::format("exported to {0}; how to use it is in {0}/README.md\n", out.path().string());
   return 0;
 }

@@ -37,7 +37,8 @@ void require_metric(const std::string& name) {
   if (sim::score::find_metric(name)) return;
   std::vector<std::string_view> names;
   for (const auto& metric : sim::score::metric_definitions()) names.push_back(metric.name);
-  throw UsageError(fmt::format("--metric {}: unknown metric{}", name, sim::scenario::did_you_mean(name, names)));
+  throw UsageError(
+      fmt::format("--metric {}: unknown metric{}", name, sim::scenario::did_you_mean(name, names)));
 }
 
 int show_leaderboard(const LeaderboardRequest& request) {
@@ -56,7 +57,8 @@ int show_leaderboard(const LeaderboardRequest& request) {
 
 void add_leaderboard(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<LeaderboardRequest>();
-  CLI::App* command = app.add_subcommand("leaderboard", "Put the estimators in a tree of results into one table");
+  CLI::App* command =
+      app.add_subcommand("leaderboard", "Put the estimators in a tree of results into one table");
   command->add_option("folders", request->folders, "folders that hold results, at any depth")->required();
   command->add_option("--metric", request->metrics, "a metric to show; may be given several times")
       ->allow_extra_args(false);

@@ -7,8 +7,8 @@
 
 namespace cli {
 
-/// The folder of the models that this program came with: of its source, or of its installation, share/gaitslam/models
-/// beside the folder of the program.
+/// The folder of the models that this program came with: of its source, or of its installation,
+/// share/gaitslam/models beside the folder of the program.
 std::filesystem::path standard_models();
 
 /// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." where the folder of the

@@ -1,5 +1,5 @@
-// The bench's own filter behind gaitslam_estimator.h: as a library or a program it gives the same poses as built in.
-// Its options are the scenario's keys slam.* without "slam.".
+// The bench's own filter behind gaitslam_estimator.h: as a library or a program it gives the same poses as
+// built in. Its options are the scenario's keys slam.* without "slam.".
 #include <algorithm>
 #include <cstring>
 #include <exception>
@@ -83,7 +83,8 @@ struct FilterEstimator {
 
 uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
 
-void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error, size_t error_bytes) {
+void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
+                                size_t error_bytes) {
   try {
     return new FilterEstimator{
         slam::Filter(options_of(options), calibration_of(*start), isometry(start->X_WC), start->seed)};
@@ -93,16 +94,17 @@ void* gaitslam_estimator_create(const gaitslam_start* start, const char* options
   }
 }
 
-int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation, const gaitslam_reading* gyro,
-                               const gaitslam_reading* accelerometer, const uint8_t* image, gaitslam_answer* answer,
-                               const gaitslam_landmark**, const char** cause) {
+int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
+                               const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
+                               const uint8_t* image, gaitslam_answer* answer, const gaitslam_landmark**,
+                               const char** cause) {
   auto& [filter, text] = *static_cast<FilterEstimator*>(estimator);
   try {
     slam::Observation taken;
     taken.t = slam::Stamp(observation->t_ns);
     if (image)
-      taken.image = cv::Mat(static_cast<int>(observation->height_px), static_cast<int>(observation->width_px), CV_8UC1,
-                            const_cast<uint8_t*>(image))
+      taken.image = cv::Mat(static_cast<int>(observation->height_px), static_cast<int>(observation->width_px),
+                            CV_8UC1, const_cast<uint8_t*>(image))
                         .clone();
     taken.gyro = samples(gyro, observation->gyro_count);
     taken.accelerometer = samples(accelerometer, observation->accelerometer_count);

@@ -1,15 +1,17 @@
-/* An estimator without images: the orientation is that of the integrated gyro, the position that of the planned velocity
- * along it. While the plan stands still at the start, the mean of the gyro is taken for its bias.
+/* An estimator without images: the orientation is that of the integrated gyro, the position that of the
+ * planned velocity along it. While the plan stands still at the start, the mean of the gyro is taken for its
+ * bias.
  *
  *     cc -shared -fPIC -I sim/estimators -o libgyro_and_plan.so tools/examples/gyro_and_plan.c -lm
  *     tools/gaitslam replay RESULT 'estimator={library: libgyro_and_plan.so}'
  *
- * With -DGAITSLAM_ESTIMATOR_MAIN and without -shared it is a program. Options: bias (0: it is not estimated). */
-#include "gaitslam_estimator.h"
-
+ * With -DGAITSLAM_ESTIMATOR_MAIN and without -shared it is a program. Options: bias (0: it is not estimated).
+ */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "gaitslam_estimator.h"
 
 typedef struct estimator {
   gaitslam_pose X_CG, X_WC;
@@ -28,7 +30,8 @@ static void rotate(const double R[9], const double v[3], double to[3]) {
 /* R = R Exp(turn), by the formula of Rodrigues */
 static void turn_by(double R[9], const double turn[3]) {
   const double angle = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
-  const double a = angle > 1e-9 ? sin(angle) / angle : 1, b = angle > 1e-9 ? (1 - cos(angle)) / (angle * angle) : 0.5;
+  const double a = angle > 1e-9 ? sin(angle) / angle : 1,
+               b = angle > 1e-9 ? (1 - cos(angle)) / (angle * angle) : 0.5;
   const double x = turn[0], y = turn[1], z = turn[2];
   const double E[9] = {1 - b * (y * y + z * z), b * x * y - a * z,       b * x * z + a * y,
                        b * x * y + a * z,       1 - b * (x * x + z * z), b * y * z - a * x,
@@ -68,7 +71,8 @@ static void take_plan(estimator* self, const gaitslam_plan* plan, double dt) {
 
 uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
 
-void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error, size_t error_bytes) {
+void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
+                                size_t error_bytes) {
   estimator* self = (estimator*)calloc(1, sizeof(estimator));
   const char* why = "unknown option, expected bias=0 or bias=1";
   const int known = !options[0] || !strcmp(options, "bias=0\n") || !strcmp(options, "bias=1\n");
@@ -83,15 +87,17 @@ void* gaitslam_estimator_create(const gaitslam_start* start, const char* options
   return NULL;
 }
 
-int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation, const gaitslam_reading* gyro,
-                               const gaitslam_reading* accelerometer, const uint8_t* image, gaitslam_answer* answer,
+int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation,
+                               const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
+                               const uint8_t* image, gaitslam_answer* answer,
                                const gaitslam_landmark** landmarks, const char** cause) {
   estimator* self = (estimator*)of;
   uint32_t i;
   (void)accelerometer, (void)image, (void)landmarks, (void)cause;
   if (observation->t_ns >= self->t_ns) { /* else it is late: nothing is new */
     for (i = 0; i < observation->gyro_count; ++i) take_reading(self, &gyro[i]);
-    if (observation->has_plan) take_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));
+    if (observation->has_plan)
+      take_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));
     self->t_ns = observation->t_ns;
   }
   answer->t_ns = self->t_ns;

@@ -25,7 +25,8 @@ const slam::synthetic::Recording& walk() {
 }
 
 Tracked track(const std::string& estimator, const std::vector<std::string>& more = {}) {
-  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\nseed: 5\n";
+  constexpr const char* kText =
+      "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\nseed: 5\n";
   std::vector<std::string> overrides{"estimator=" + estimator};
   overrides.insert(overrides.end(), more.begin(), more.end());
   Tracking tracking(scenario::read_scenario_text(kText, "test.yaml", {overrides, {}}).scenario,
@@ -67,15 +68,18 @@ TEST(Examples, GyroAndPlanFindTheirWayAsLibraryAndAsProgram) {
   expect_same(library, program);
   EXPECT_LT(distance_at_end(library), 0.05);  // of 1.2 m walked; the sway, which no plan has, is 0.03
   EXPECT_FALSE(library.estimates().back().covariance);
-  const Tracked wrong = track(fmt::format("{{library: \"{}\", options: {{bais: 0}}}}", GAITSLAM_GYRO_LIBRARY));
+  const Tracked wrong =
+      track(fmt::format("{{library: \"{}\", options: {{bais: 0}}}}", GAITSLAM_GYRO_LIBRARY));
   ASSERT_TRUE(wrong.failed);
-  EXPECT_NE(wrong.failed->find("unknown option, expected bias=0 or bias=1"), std::string::npos) << *wrong.failed;
+  EXPECT_NE(wrong.failed->find("unknown option, expected bias=0 or bias=1"), std::string::npos)
+      << *wrong.failed;
 }
 
 TEST(Examples, GyroAndPlanInPythonIsTheSameEstimatorToRounding) {
   const Tracked c = track(fmt::format("{{program: \"{}\"}}", GAITSLAM_GYRO_PROGRAM)),
-                python = track(fmt::format("{{program: [/usr/bin/python3, \"{}/tools/examples/gyro_and_plan.py\"]}}",
-                                           GAITSLAM_SOURCE_DIR));
+                python = track(
+                    fmt::format("{{program: [/usr/bin/python3, \"{}/tools/examples/gyro_and_plan.py\"]}}",
+                                GAITSLAM_SOURCE_DIR));
   ASSERT_FALSE(python.failed) << *python.failed;
   ASSERT_EQ(python.estimates().size(), c.estimates().size());
   EXPECT_TRUE(python.estimates().back().X_WC.isApprox(c.estimates().back().X_WC, 1e-9));
@@ -86,7 +90,8 @@ TEST(Examples, ALibraryOfAnotherVersionIsRefused) {
     track(fmt::format("{{library: \"{}\"}}", GAITSLAM_OTHER_VERSION));
     FAIL();
   } catch (const std::invalid_argument& refused) {
-    EXPECT_NE(std::string(refused.what()).find("is of version 99 of gaitslam_estimator.h, expected 1"), std::string::npos)
+    EXPECT_NE(std::string(refused.what()).find("is of version 99 of gaitslam_estimator.h, expected 1"),
+              std::string::npos)
         << refused.what();
   }
 }

@@ -119,8 +119,8 @@ EstimatorChoice choice_of(const std::string& value) {
 }
 
 TEST(EstimatorKey, NamesAProgramWithItsOptions) {
-  const EstimatorChoice choice =
-      choice_of("{program: [bin/my slam, --stdio], options: {a: {b: 1, c: yes}, d: 'e f'}, answer_within_s: 2.5}");
+  const EstimatorChoice choice = choice_of(
+      "{program: [bin/my slam, --stdio], options: {a: {b: 1, c: yes}, d: 'e f'}, answer_within_s: 2.5}");
   EXPECT_EQ(choice.source, Source::program);
   EXPECT_EQ(choice.name, "my");
   EXPECT_EQ(choice.words, (std::vector<std::string>{"bin/my slam", "--stdio"}));
@@ -133,21 +133,25 @@ TEST(EstimatorKey, NamesAProgramWithItsOptions) {
 
 TEST(EstimatorKey, WhatIsWrongIsNamedAtItsPlace) {
   for (const auto& [value, complaint] :
-       {std::pair<const char*, const char*>{"{programm: [a]}", "estimator.programm: unknown, expected one of program"},
+       {std::pair<const char*, const char*>{"{programm: [a]}",
+                                            "estimator.programm: unknown, expected one of program"},
         {"{}", "estimator: expected a program or a library"},
         {"{options: {a: 1}}", "estimator: expected a program or a library"},
         {"{program: [a], library: b}", "estimator.library: names two of program, library and command"},
         {"{program: []}", "estimator.program: expected the program and its arguments"},
         {"{program: [a, [b]]}", "estimator.program: expected a word that is not empty"},
         {"{program: a, options: [b]}", "estimator.options: expected keys and values"},
-        {"{program: a, options: {b: [1]}}", "estimator.options: 'b': expected a name without '=' and a value"},
+        {"{program: a, options: {b: [1]}}",
+         "estimator.options: 'b': expected a name without '=' and a value"},
         {"{program: a, options: {'b=c': 1}}", "estimator.options: 'b=c': expected a name without '='"},
         {"{program: a, options: {b.c: 1, b: {c: 2}}}", "estimator.options: 'b.c' is given twice"},
-        {"{program: a, answer_within_s: 0}", "estimator.answer_within_s: is '0', expected a number from 0.001"},
+        {"{program: a, answer_within_s: 0}",
+         "estimator.answer_within_s: is '0', expected a number from 0.001"},
         {"{program: a, name: filter}", "estimator.name: filter is a built-in estimator"},
         {"{program: a, name: a/b}", "estimator.name: is 'a/b', expected a name of letters"},
         {"[a]", "estimator: is a list, expected one of filter, plan_alone"}})
-    EXPECT_THAT(scenario::complaint_of([&, text = value] { choice_of(text); }), HasSubstr(complaint)) << value;
+    EXPECT_THAT(scenario::complaint_of([&, text = value] { choice_of(text); }), HasSubstr(complaint))
+        << value;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-/* An estimator that answers the start pose to every observation, until it misbehaves as its first argument says at the
- * message whose number is its second argument: 0 for the start, 1 for the first observation. */
+/* An estimator that answers the start pose to every observation, until it misbehaves as its first argument
+ * says at the message whose number is its second argument: 0 for the start, 1 for the first observation. */
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -40,7 +40,11 @@ static void misbehave_before(void) {
   if (is("prints")) printf("Loading the vocabulary, please wait ...\n"), fflush(stdout), pause();
   if (is("closes_output")) fclose(stdout), close(1), pause();
   if (is("floods_error"))
-    for (i = 0; i < 30000; ++i) fprintf(stderr, "%08d: a line of one hundred bytes or so, which nobody needs to read, but which is kept in part\n", i);
+    for (i = 0; i < 30000; ++i)
+      fprintf(
+          stderr,
+          "%08d: a line of one hundred bytes or so, which nobody needs to read, but which is kept in part\n",
+          i);
   if (is("floods_output"))
     for (;;) give(&behaviour, sizeof behaviour);
 }
@@ -65,7 +69,8 @@ static void give_answer(gaitslam_answer answer) {
   if (is("nan_landmark")) landmark.p_W_m[0] = NAN;
   if (is("maps") || is("nan_landmark")) answer.landmark_count = 1;
   if (is("maps")) landmark.id = 42, landmark.p_W_m[2] = 1.5;
-  give_header(GAITSLAM_MESSAGE_ANSWER, bytes + (is("gives_up") ? 7 : 0) + (answer.landmark_count == 1 ? sizeof landmark : 0));
+  give_header(GAITSLAM_MESSAGE_ANSWER,
+              bytes + (is("gives_up") ? 7 : 0) + (answer.landmark_count == 1 ? sizeof landmark : 0));
   give(&answer, bytes);
   if (answer.landmark_count == 1) give(&landmark, sizeof landmark);
   if (is("gives_up")) give("no\nluck", 7);
@@ -91,7 +96,8 @@ int main(int argc, char** argv) {
   memset(&start, 0, sizeof start);
   while (fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
     gaitslam_answer answer;
-    if (header.bytes > sizeof payload || (header.bytes > 0 && fread(payload, header.bytes, 1, stdin) != 1)) return 4;
+    if (header.bytes > sizeof payload || (header.bytes > 0 && fread(payload, header.bytes, 1, stdin) != 1))
+      return 4;
     if (++count == when) behaviour = argc > 1 ? argv[1] : "";
     if (count == 0) memcpy(&start, payload, sizeof start);
     misbehave_before();

@@ -68,30 +68,31 @@ TEST(Program, AnswersAreEstimates) {
 }
 
 TEST(Program, WhatItDoesWrongIsNamed) {
-  for (const auto& [behaviour, cause] : {std::pair<std::string, std::string>{"crash", "killed by signal 6"},
-                                         {"killed", "killed by signal 9"},
-                                         {"exit", "ended with exit code 5"},
-                                         {"end", "ended with exit code 0"},
-                                         {"cut_off", "ended with exit code 0"},
-                                         {"says_why", "its last lines: first | the map is broken"},
-                                         {"closes_output", "closed its standard input or output"},
-                                         {"prints", "is no message: it begins with 'Loading the voca'"},
-                                         {"wrong_magic", "is no message: it begins with 'JUNK"},
-                                         {"wrong_type", "its message is of type 77, expected 4"},
-                                         {"huge_length", "18446744073709551615 bytes follow, expected at most"},
-                                         {"huge_counts", "announces 4294967295 landmarks (at most 100000)"},
-                                         {"huge_cause", "a cause of 4294967295 bytes (at most 4096)"},
-                                         {"counts_that_overflow", "announces 2147483648 landmarks"},
-                                         {"short", "its ANSWER has 100 bytes, expected at least 408"},
-                                         {"nan", "its pose is not finite"},
-                                         {"no_rotation", "is no rotation matrix"},
-                                         {"nan_covariance", "the covariance of its pose is not finite"},
-                                         {"not_symmetric", "the covariance of its pose is not symmetric"},
-                                         {"nan_landmark", "its landmark 0 is not finite"},
-                                         {"wrong_flag", "its has_covariance is 3, expected 0 or 1"},
-                                         {"wrong_status", "its status is 9, expected 0 (ok)"},
-                                         {"future", "its pose has the stamp 66000001 ns, expected one from 33000000"},
-                                         {"past", "its pose has the stamp -1 ns"}}) {
+  for (const auto& [behaviour, cause] :
+       {std::pair<std::string, std::string>{"crash", "killed by signal 6"},
+        {"killed", "killed by signal 9"},
+        {"exit", "ended with exit code 5"},
+        {"end", "ended with exit code 0"},
+        {"cut_off", "ended with exit code 0"},
+        {"says_why", "its last lines: first | the map is broken"},
+        {"closes_output", "closed its standard input or output"},
+        {"prints", "is no message: it begins with 'Loading the voca'"},
+        {"wrong_magic", "is no message: it begins with 'JUNK"},
+        {"wrong_type", "its message is of type 77, expected 4"},
+        {"huge_length", "18446744073709551615 bytes follow, expected at most"},
+        {"huge_counts", "announces 4294967295 landmarks (at most 100000)"},
+        {"huge_cause", "a cause of 4294967295 bytes (at most 4096)"},
+        {"counts_that_overflow", "announces 2147483648 landmarks"},
+        {"short", "its ANSWER has 100 bytes, expected at least 408"},
+        {"nan", "its pose is not finite"},
+        {"no_rotation", "is no rotation matrix"},
+        {"nan_covariance", "the covariance of its pose is not finite"},
+        {"not_symmetric", "the covariance of its pose is not symmetric"},
+        {"nan_landmark", "its landmark 0 is not finite"},
+        {"wrong_flag", "its has_covariance is 3, expected 0 or 1"},
+        {"wrong_status", "its status is 9, expected 0 (ok)"},
+        {"future", "its pose has the stamp 66000001 ns, expected one from 33000000"},
+        {"past", "its pose has the stamp -1 ns"}}) {
     const Tracked tracked = track(behaviour);
     ASSERT_TRUE(tracked.failed) << behaviour;
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
@@ -103,7 +104,8 @@ TEST(Program, WhatItDoesWrongIsNamed) {
 
 TEST(Program, WhatGoesWrongAtTheStartIsNamed) {
   for (const auto& [behaviour, cause] :
-       {std::pair<std::string, std::string>{"crash", "failed at its start (limit 60 s): it was killed by signal 6"},
+       {std::pair<std::string, std::string>{"crash",
+                                            "failed at its start (limit 60 s): it was killed by signal 6"},
         {"cannot_start", "it cannot start: no vocabulary"},
         {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 1"},
         {"prints", "is no message: it begins with 'Loading"}}) {
@@ -120,7 +122,8 @@ TEST(Program, AHangEndsAtItsLimitWhateverElseItStarted) {
     const Tracked tracked = track(behaviour, 3, ", answer_within_s: 0.3");
     ASSERT_TRUE(tracked.failed) << behaviour;
     if (std::string(behaviour) != "floods_output") {
-      EXPECT_THAT(*tracked.failed, HasSubstr("at t = 0.066 s (limit 0.3 s): no answer within its time limit"));
+      EXPECT_THAT(*tracked.failed,
+                  HasSubstr("at t = 0.066 s (limit 0.3 s): no answer within its time limit"));
     }
   }
   const Tracked tracked = track("hang", 0, ", start_within_s: 0.3");
@@ -164,7 +167,8 @@ TEST(Program, WhatABuiltInEstimatorThrowsIsItsFailure) {
   int taken = 0;
   const auto tracked_with = [&](Step step) {
     taken = 0;
-    return track(Tracking(scenario_with("plan_alone"), {}, Eigen::Isometry3d::Identity(), Estimator{std::move(step)}));
+    return track(
+        Tracking(scenario_with("plan_alone"), {}, Eigen::Isometry3d::Identity(), Estimator{std::move(step)}));
   };
   const Tracked thrown = tracked_with([&](const slam::Observation& o) -> Answer {
     if (++taken == 3) throw std::logic_error("no such landmark");

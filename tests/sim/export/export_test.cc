@@ -9,10 +9,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <stdexcept>
 #include <opencv2/core.hpp>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 
 #include "sim/export/lens_conversion.h"
 #include "sim/files/csv.h"
@@ -183,11 +183,13 @@ TEST_F(Exported, EachFormatsTruthIsThatOfTheResultInItsFrameAndOnItsClock) {
     EXPECT_EQ(report.matched, 12U) << file;
     EXPECT_LT(report.rows.front().statistics->max, 1e-9) << file;
     EXPECT_THAT([&] { score::report_trajectories(run_.result / "truth.tum", exported, {}); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("with --t-offset -1000000000 12 of its poses have a true one")));
+                ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("with --t-offset -1000000000 12 of its poses have a true one")));
   }
   score::TrajectoryOptions kitti;
   kitti.alignment = score::Alignment::origin;
-  const auto report = score::report_trajectories(run_.result / "truth.tum", made("kitti") / "poses/00.txt", kitti);
+  const auto report =
+      score::report_trajectories(run_.result / "truth.tum", made("kitti") / "poses/00.txt", kitti);
   EXPECT_GT(report.matched, 8U);
   EXPECT_LT(report.rows.front().statistics->max, 1e-9);
 }
@@ -197,7 +199,8 @@ TEST_F(Exported, WithoutTruthNoFileHasIt) {
   for (const std::string& format : export_formats())
     for (const auto& file : fs::recursive_directory_iterator(made(format))) {
       const std::string path = fs::relative(file.path(), folder_.path());
-      for (const char* word : {"truth", "poses", "estimate.txt"}) EXPECT_EQ(path.find(word), path.npos) << path;
+      for (const char* word : {"truth", "poses", "estimate.txt"})
+        EXPECT_EQ(path.find(word), path.npos) << path;
     }
 }
 

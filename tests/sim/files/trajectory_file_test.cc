@@ -90,7 +90,8 @@ TEST_F(TrajectoryFileTest, ARepeatedLastStampIsDroppedWithAWarningAndNoOther) {
   EXPECT_EQ(dropped.rows[1].X.translation().x(), 0);
   EXPECT_EQ(dropped.warning, "its last pose has the stamp of the one before and is left out");
   EXPECT_EQ(read(two).warning, "");
-  EXPECT_EQ(read("1000000000,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n").rows.size(), 2u);
+  EXPECT_EQ(
+      read("1000000000,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n").rows.size(), 2u);
   expect_refused(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
   expect_refused(two + "1.5 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
 }

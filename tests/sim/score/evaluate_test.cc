@@ -374,8 +374,9 @@ TEST(Evaluate, AnEstimatorWithoutCovarianceHasNoNeesAndTheReasonSaysSo) {
   auto run = circle();
   for (EstimatedPose& pose : *run.estimate) pose.covariance.reset();
   const Metrics m = evaluate(run);
-  for (const char* name : {"nees_position_mean", "nees_position_variance", "nees_position_within_95",
-                           "nees_orientation_mean", "nees_orientation_variance", "nees_orientation_within_95"}) {
+  for (const char* name :
+       {"nees_position_mean", "nees_position_variance", "nees_position_within_95", "nees_orientation_mean",
+        "nees_orientation_variance", "nees_orientation_within_95"}) {
     EXPECT_FALSE(m.at(name).value) << name;
     EXPECT_EQ(m.at(name).reason, "the estimator states no covariance") << name;
   }
