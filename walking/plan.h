@@ -182,8 +182,8 @@ struct WalkOptions {
               "whether a second preview stage makes the ZMP of the whole body, not only the cart-table's, "
               "follow the "
               "reference");
-    key.part("steering", &WalkOptions::steering);
     key.value("commands", &WalkOptions::commands, "walk commands, carried out in this order");
+    key.part("steering", &WalkOptions::steering);
   }
 };
 

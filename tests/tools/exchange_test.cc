@@ -40,13 +40,15 @@ class Exchange : public tests::CommandLine {
       std::filesystem::temp_directory_path() / ("gaitslam exchange " + std::to_string(getpid()));
 };
 
-// The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px.
+// The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px. The error of a
+// single pose, the last, differs by what the filter says of it: its standard deviation is 8 mm there.
 TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
   const tests::Ran replayed = gaitslam("replay e --out back");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
-  for (const char* name : {"rmse_m", "ate_se3_rmse_m", "end_position_error_m"})
+  for (const auto& [name, tolerance_m] :
+       {std::pair{"rmse_m", 0.005}, {"ate_se3_rmse_m", 0.005}, {"end_position_error_m", 0.008}})
     EXPECT_NEAR(metric("back", name)["value"].get<double>(), metric("r/seed-1", name)["value"].get<double>(),
-                0.005)
+                tolerance_m)
         << name;
 }
 

@@ -92,7 +92,7 @@ const std::vector<Rule>& rules() {
         "sys/"}},
       {"sim/live/",
        {"sim/live/", "sim/world/", "sim/result/", "sim/tracking/", "sim/scenario/", "sim/recording/",
-        "sim/sensor_errors/random.h", "sim/score/", "sim/files/", "slam/", "walking/", "Eigen/", "fmt/",
+        "sim/sensor_errors/random.h", "sim/sensor_errors/faults.h", "sim/score/", "sim/files/", "slam/", "walking/", "Eigen/", "fmt/",
         "nlohmann/", "opencv2/core", "opencv2/imgproc"}},
       {"tools/cli/jobs/",
        {"tools/cli/jobs/", "tools/cli/usage_error.h", "sim/tune/", "sim/scenario/", "sim/files/", "CLI/",

@@ -40,8 +40,10 @@ void add_nees(const sim::score::Run& run, Row& row) {
   for (const auto& pose : run.truth_camera) truth[pose.t.count()] = &pose.X;
   for (const auto& estimate : *run.estimate) {
     const auto found = truth.find(estimate.t.count());
-    if (found == truth.end() || 1e-9 * static_cast<double>(estimate.t.count()) < sim::score::kSettled_s) continue;
-    const auto nees = sim::score::pose_nees(*found->second, estimate.X_WC, estimate.covariance);
+    if (found == truth.end() || !estimate.covariance ||
+        1e-9 * static_cast<double>(estimate.t.count()) < sim::score::kSettled_s)
+      continue;
+    const auto nees = sim::score::pose_nees(*found->second, estimate.X_WC, *estimate.covariance);
     if (!nees) continue;
     row.position[estimate.t.count()].push_back(nees->position);
     row.orientation[estimate.t.count()].push_back(nees->orientation);

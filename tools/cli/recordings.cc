@@ -32,7 +32,10 @@ Recordings::Recordings(fs::path models)
       cache_(sim::tune::cache_place()) {}
 
 std::string Recordings::key(const scenario::Scenario& scenario) const {
-  return sim::tune::recording_key(scenario, models_hash_, program_);
+  // A walk that its estimate steers is shaped by the filter and all that reaches it, too.
+  const bool by_estimate = scenario.walk.steering.by == walking::SteeredBy::estimate;
+  return sim::tune::recording_key(scenario, models_hash_,
+                                  by_estimate ? program_ + program_identity() : program_);
 }
 
 std::optional<sim::tune::CachedRecording> Recordings::find(const scenario::Scenario& scenario) const {

@@ -21,8 +21,8 @@ std::map<std::string, std::string> libraries();
 /// The model name of the processor.
 std::string processor();
 
-/// Identifies programs that record the same bits from a scenario: the sources of walk, world and recording,
-/// how they were built, the libraries, and the vendor of the processor.
+/// Identifies programs that record the same bits from a scenario whose walk its estimate does not steer: the
+/// sources of walk, world and recording, how they were built, the libraries, and the vendor of the processor.
 std::string recording_identity();
 
 /// Identifies programs that score a recording alike: by the revision, or by a hash of the program where files

@@ -57,11 +57,15 @@ static void take_reading(estimator* self, const gaitslam_reading* reading) {
   turn_by(self->X_WC.rotation, turn_C);
 }
 
+static int moves(const gaitslam_plan* plan) {
+  int i, moving = 0;
+  for (i = 0; i < 3; ++i) moving = moving || plan->v_PC_C[i] != 0 || plan->w_PC_C[i] != 0;
+  return moving;
+}
+
 static void take_plan(estimator* self, const gaitslam_plan* plan, double dt) {
   double v_W[3];
   int i;
-  for (i = 0; i < 3; ++i)
-    if (plan->v_PC_C[i] != 0 || plan->w_PC_C[i] != 0) self->has_moved = 1;
   rotate(self->X_WC.rotation, plan->v_PC_C, v_W);
   for (i = 0; i < 3; ++i) {
     self->X_WC.translation_m[i] += (self->v_W[i] + v_W[i]) / 2 * dt;
@@ -95,6 +99,7 @@ int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation
   uint32_t i;
   (void)accelerometer, (void)image, (void)landmarks, (void)cause;
   if (observation->t_ns >= self->t_ns) { /* else it is late: nothing is new */
+    if (observation->has_plan && moves(&observation->plan)) self->has_moved = 1;
     for (i = 0; i < observation->gyro_count; ++i) take_reading(self, &gyro[i]);
     if (observation->has_plan)
       take_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));

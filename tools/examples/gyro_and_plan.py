@@ -44,12 +44,15 @@ class Estimator:
         t_ns, _, _, gyro_count, _, has_plan, _ = OBSERVATION_HEAD.unpack_from(data)
         if t_ns < self.t_ns:  # late: nothing is new
             return
+        if has_plan:
+            velocities = np.frombuffer(data, '<f8', 6, OBSERVATION_HEAD.size + POSE)
+            self.has_moved = self.has_moved or bool(velocities.any())
         for i in range(gyro_count):
             at = OBSERVATION_HEAD.size + PLAN + i * READING
             begin, end = struct.unpack_from('<qq', data, at)
             self.take_reading(1e-9 * (end - begin), np.frombuffer(data, '<f8', 3, at + 16))
         if has_plan:
-            self.take_plan(data, OBSERVATION_HEAD.size, 1e-9 * (t_ns - self.t_ns))
+            self.take_plan(velocities[:3], 1e-9 * (t_ns - self.t_ns))
         self.t_ns = t_ns
 
     def take_reading(self, dt, rate_G):
@@ -58,10 +61,8 @@ class Estimator:
             self.bias += (rate_G - self.bias) * dt / self.at_rest_s
         self.R_WC = self.R_WC @ exponential(self.R_CG @ (rate_G - self.bias) * dt)
 
-    def take_plan(self, data, at, dt):
-        velocities = np.frombuffer(data, '<f8', 6, at + POSE)
-        self.has_moved = self.has_moved or bool(velocities.any())
-        v_W = self.R_WC @ velocities[:3]
+    def take_plan(self, v_PC_C, dt):
+        v_W = self.R_WC @ v_PC_C
         self.p_W = self.p_W + (self.v_W + v_W) / 2 * dt
         self.v_W = v_W
 

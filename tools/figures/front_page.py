@@ -68,11 +68,9 @@ def table(work):
 
 
 def shortened(output):
-    """The head, the metrics that have a limit and the end; '...' stands for what is left out."""
+    """The head, the metrics that have a limit and the end."""
     lines = output.rstrip().splitlines()
-    kept = [i < 1 or i >= len(lines) - 3 or "=" in line for i, line in enumerate(lines)]
-    return "\n".join(line if keep else "  ..." for i, (line, keep) in enumerate(zip(lines, kept))
-                     if keep or kept[i - 1])
+    return "\n".join(line for i, line in enumerate(lines) if i < 1 or i >= len(lines) - 3 or "=" in line)
 
 
 def first_run(work):

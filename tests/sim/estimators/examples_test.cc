@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <string>
 #include <vector>
 
@@ -24,6 +26,19 @@ const slam::synthetic::Recording& walk() {
   return recording;
 }
 
+/// An observation with the planned velocity, which the room leaves at 0: that since the frame before.
+slam::Observation observation(int frame) {
+  slam::Observation o = walk().observation(frame);
+  if (frame == 0) return o;
+  const Eigen::Isometry3d before = walk().observation(frame - 1).plan->X_PC;
+  const double rate_hz = walk().walk().rate_hz;
+  const Eigen::Isometry3d moved = before.inverse() * o.plan->X_PC;
+  const Eigen::AngleAxisd turned(moved.linear());
+  o.plan->v_PC_C = moved.linear().transpose() * moved.translation() * rate_hz;
+  o.plan->w_PC_C = turned.angle() * turned.axis() * rate_hz;
+  return o;
+}
+
 Tracked track(const std::string& estimator, const std::vector<std::string>& more = {}) {
   constexpr const char* kText =
       "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\nseed: 5\n";
@@ -31,7 +46,7 @@ Tracked track(const std::string& estimator, const std::vector<std::string>& more
   overrides.insert(overrides.end(), more.begin(), more.end());
   Tracking tracking(scenario::read_scenario_text(kText, "test.yaml", {overrides, {}}).scenario,
                     slam::synthetic::calibration(), walk().walk().X_WC(0));
-  for (int frame = 0; frame < walk().walk().frames(); ++frame) tracking.step(walk().observation(frame));
+  for (int frame = 0; frame < walk().walk().frames(); ++frame) tracking.step(observation(frame));
   return tracking.finish();
 }
 
