@@ -86,7 +86,7 @@ TEST_F(SlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice)
 TEST_F(SlurmTest, ATuningFromTheCacheEndsAsItDoesHereAlsoTakenUpByTheSameCommand) {
   write("steps.yaml", kSteps);
   write("spec.yaml",
-        "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
+        "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.29}}\n"
         "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3}]\n"
         "trials: 21\npopulation: 20\npolish: 0\nprofiles: false\n");
   const Ran here = gaitslam("tune spec.yaml --jobs 2 --out here");
