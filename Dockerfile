@@ -1,6 +1,6 @@
 # GaitSLAM from a bare Debian 12:
 #     docker build -t gaitslam .
-#     docker run --rm -v "$PWD/results:/work/results" gaitslam run /usr/share/gaitslam/scenarios/tangent_circle.yaml
+#     docker run --rm -v "$PWD/results:/data/results" gaitslam run /usr/share/gaitslam/scenarios/tangent_circle.yaml
 FROM debian:12 AS build
 WORKDIR /source
 COPY tools/packages.txt tools/
@@ -17,6 +17,6 @@ COPY --from=build /source/build/release/gaitslam_*.deb /tmp/
 RUN apt-get update \
  && apt-get install -y --no-install-recommends /tmp/gaitslam_*.deb \
  && rm -rf /var/lib/apt/lists/* /tmp/gaitslam_*.deb
-WORKDIR /work
+WORKDIR /data
 ENTRYPOINT ["gaitslam"]
 CMD ["--help"]
