@@ -38,7 +38,7 @@ Run straight() {
 }
 
 double value_of(const Run& run, const std::string& name) {
-  const Metric& metric = evaluate(run).at(name);
+  const Metric metric = evaluate(run).at(name);
   EXPECT_TRUE(metric.value) << name << ": " << metric.reason;
   return metric.value.value_or(std::nan(""));
 }
