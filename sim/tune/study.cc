@@ -106,8 +106,11 @@ std::vector<std::size_t> Runs::all() const {
 
 Task Runs::task(const Run& run, const std::vector<Parameter>& parameters,
                 const std::vector<double>& point) const {
-  const std::string scenario = scenario::to_yaml(with_values(run.scenario, parameters, point).scenario);
-  return {trial_key({run.recording.hash, scenario}), scenario, std::filesystem::absolute(run.folder)};
+  const scenario::Scenario changed = with_values(run.scenario, parameters, point).scenario;
+  const std::string scenario = scenario::to_yaml(changed);
+  const bool simulate = changed.walk.steering.by == walking::SteeredBy::estimate;
+  return {trial_key({run.recording.hash, scenario}), scenario,
+          simulate ? std::filesystem::path() : std::filesystem::absolute(run.folder)};
 }
 
 void Runs::run_remotely(std::vector<Task> tasks, TrialLog& log) const {

@@ -32,7 +32,8 @@ struct Candidate {
 /// Runs all tasks (on a cluster, for example) and adds their records to the log.
 using RunTasks = std::function<void(const std::vector<Task>&, TrialLog&)>;
 
-/// How trials run: in that many threads of this process, or by `remote` where that is set.
+/// How trials run: in that many threads of this process, or by `remote` where that is set. It must be set
+/// where walks are steered by their estimate: each setting then needs a simulation.
 struct Execution {
   int threads = 1;
   RunTasks remote{};
@@ -69,6 +70,7 @@ class Runs {
     scenario::ReadScenario scenario;
     Recording recording;  ///< name and hash alone where trials run remotely
   };
+  /// A walk that its estimate steers is another one with each setting: its task names no recording.
   Task task(const Run& run, const std::vector<Parameter>& parameters, const std::vector<double>& point) const;
   void run_remotely(std::vector<Task> tasks, TrialLog& log) const;
 

@@ -33,8 +33,9 @@ CMA-ES searches the whole range of the parameters, then Nelder and Mead's method
 loss is profiled along each parameter. The results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished
 trial), history.csv, tune.json, report.html and best.yaml. After an interruption the same command continues, and ends
 with the same result. Recordings that the spec names by scenario and seeds are taken from the cache, and recorded
-there first if they are missing. On Slurm each generation of CMA-ES is a job array, and so is each setting of the
-polish. To look at a grid or at samples instead of the best setting use gaitslam sweep.
+there first if they are missing. A walk that is steered by its estimate is simulated anew with each setting. On Slurm
+each generation of CMA-ES is a job array, and so is each setting of the polish.
+To look at a grid or at samples instead of the best setting use gaitslam sweep.
 Exit codes: 0 tuned; 1 worse than the start on the hold-out recordings, so that there is no best.yaml; 2 wrong usage
 or configuration.)";
 
@@ -65,13 +66,15 @@ class TuningProgress {
   ProgressLine line_{"tune"};
 };
 
-/// Throws UsageError where another filter would need another recording: trials are replays.
-void require_unsteered(const scenario::Scenario& scenario) {
-  if (scenario.walk.steering.by == walking::SteeredBy::estimate)
-    throw UsageError(
-        fmt::format("{}: walk.steering.by is estimate, so that each trial would need a recording of its own; "
-                    "expected plan or truth",
-                    scenario.name));
+bool steered_by_estimate(const tune::RecordingSet& set) {
+  return tune::first_scenario_of(set).scenario.walk.steering.by == walking::SteeredBy::estimate;
+}
+
+/// Whether the spec has walks that each setting of the filter steers differently, so that its trials are
+/// simulations instead of replays.
+bool simulates_each_setting(const tune::Spec& spec) {
+  return std::any_of(spec.training.begin(), spec.training.end(), steered_by_estimate) ||
+         std::any_of(spec.holdout.begin(), spec.holdout.end(), steered_by_estimate);
 }
 
 /// Finds the recordings that the spec takes from the cache, after making those that are missing. They are in
@@ -86,7 +89,6 @@ std::vector<tune::CachedRecording> take_from_cache(tune::Spec& spec, const fs::p
         cached.push_back(&set);
         scenarios.push_back(scenario_of(set, seed));
         scenarios.back().scenario.seed = seed;
-        require_unsteered(scenarios.back().scenario);
       }
   std::vector<tune::CachedRecording> all;
   if (scenarios.empty()) return all;
@@ -104,9 +106,8 @@ std::vector<tune::CachedRecording> take_from_cache(tune::Spec& spec, const fs::p
   return all;
 }
 
-/// Runs trials as elements of job arrays; empty for the local backend.
-tune::RunTasks run_on_cluster(const TuneRequest& request, const fs::path& out, const Backend& backend) {
-  if (!backend.slurm()) return {};
+/// Runs trials in processes of their own, which can simulate: here, or as elements of job arrays.
+tune::RunTasks run_in_processes(const TuneRequest& request, const fs::path& out, const Backend& backend) {
   return [&request, out, backend](const std::vector<tune::Task>& tasks, tune::TrialLog& log) {
     run_parts(tasks, log,
               {out / "parts", tune::log_purpose(program_identity()), request.models, "tune " + request.spec},
@@ -125,11 +126,16 @@ int tune_by(const TuneRequest& request) {
   Backend backend = request.backend;
   backend.spool = out / "slurm";
   const auto in_use = take_from_cache(spec, request.models, backend);
+  tune::Execution execution{std::max(backend.jobs, 1)};
+  const bool simulates = simulates_each_setting(spec);
+  if (simulates || backend.slurm()) execution.remote = run_in_processes(request, out, backend);
+  if (simulates)
+    std::cout << "a walk is steered by its estimate: it is simulated anew with each setting\n" << std::flush;
   tune::TuningResult result;
   {
     TuningProgress progress;
-    result = tune::tune(spec, out, {std::max(backend.jobs, 1), run_on_cluster(request, out, backend)},
-                        program_identity(), [&](const tune::Progress& at) { progress.show(at); });
+    result = tune::tune(spec, out, execution, program_identity(),
+                        [&](const tune::Progress& at) { progress.show(at); });
   }
   remove_arrays(backend.spool);
   sim::files::write_durably(out / "report.html", sim::report::tune_page(out));
