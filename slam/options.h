@@ -243,13 +243,13 @@ struct Options {
     bool enabled = true;
     double sigma_px = 0.25;
     double sigma_first_px = 0.12;
-    double sigma_view_px = 0.5;
+    double sigma_view_px = 0.3;
     double sigma_lasting_px = 0.2;
     double lasting_s = 3;
     double gate_sigma_px = 0.15;
     int visible_landmarks = 18;
     int measured_landmarks = 12;
-    double minimum_correlation = 0.8;
+    double minimum_correlation = 0.9;
     double corner_threshold = 20000;
     bool warped_patches = true;
     bool estimate_normals = true;
