@@ -98,6 +98,7 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   while ((told = ::read(report.file[0], &why, sizeof why)) < 0 && errno == EINTR) continue;
   in_ = in.take(0), out_ = out.take(0), error_ = error.take(0);
   for (const int file : {in_, out_, error_}) ::fcntl(file, F_SETFL, O_NONBLOCK);
+  guard_.watch(process_);
   if (told <= 0) return;
   wait_until_ended(Clock::now() + kToEnd);
   for (const int file : {in_, out_, error_}) ::close(file);
@@ -198,6 +199,7 @@ void ChildProgram::kill() {
   if (killed_) return;
   killed_ = true;
   ::kill(-process_, SIGKILL);
+  guard_.release();
   while (!reap(0) && errno == EINTR) continue;
   ended_ = true;
 }
