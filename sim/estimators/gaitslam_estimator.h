@@ -10,7 +10,7 @@
  * from it), C camera (x right, y down, z forward), G inertial sensor in the chest. X_WC maps points of C to
  * W.
  *
- * A library defines the four functions at the end of this file:
+ * A library defines the four functions below, under "Functions of a library":
  *     cc -shared -fPIC -o libmine.so mine.c
  * A program is the same source with a main() from this file:
  *     cc -DGAITSLAM_ESTIMATOR_MAIN -o mine mine.c
@@ -185,6 +185,7 @@ void gaitslam_estimator_destroy(void* estimator);
     !defined(GAITSLAM_ESTIMATOR_SERVED)
 #define GAITSLAM_ESTIMATOR_SERVED
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -203,19 +204,32 @@ static int gaitslam_read(FILE* in, void* to, size_t bytes) {
   return bytes == 0 || fread(to, bytes, 1, in) == 1;
 }
 
-static int gaitslam_write(FILE* out, uint32_t type, const void* part, size_t bytes, const void* list,
+/* Writes a message at once. Returns 0 where nobody reads it. */
+static int gaitslam_write(int out, uint32_t type, const void* part, size_t bytes, const void* list,
                           size_t list_bytes, const char* text, size_t text_bytes) {
   gaitslam_header header = {{'G', 'S', 'L', 'M'}, 0, 0};
+  const size_t whole = sizeof header + bytes + list_bytes + text_bytes;
+  char* const message = (char*)malloc(whole);
+  size_t at = 0;
   header.type = type;
   header.bytes = bytes + list_bytes + text_bytes;
-  return fwrite(&header, sizeof header, 1, out) == 1 && fwrite(part, bytes, 1, out) == 1 &&
-         (list_bytes == 0 || fwrite(list, list_bytes, 1, out) == 1) &&
-         (text_bytes == 0 || fwrite(text, text_bytes, 1, out) == 1) && fflush(out) == 0;
+  if (!message) return 0;
+  memcpy(message, &header, sizeof header);
+  memcpy(message + sizeof header, part, bytes);
+  if (list_bytes) memcpy(message + sizeof header + bytes, list, list_bytes);
+  if (text_bytes) memcpy(message + sizeof header + bytes + list_bytes, text, text_bytes);
+  while (at < whole) {
+    const ssize_t written = write(out, message + at, whole - at);
+    if (written < 0 && errno != EINTR) break;
+    if (written > 0) at += (size_t)written;
+  }
+  free(message);
+  return at == whole;
 }
 
 /* Answers the observation in `payload`. Returns 0 where the estimator failed or the message is none. */
 static int gaitslam_answer_observation(const gaitslam_functions* functions, void* estimator,
-                                       const char* payload, uint64_t bytes, FILE* out) {
+                                       const char* payload, uint64_t bytes, int out) {
   gaitslam_observation observation;
   gaitslam_answer answer;
   const gaitslam_landmark* landmarks = NULL;
@@ -244,14 +258,13 @@ static int gaitslam_answer_observation(const gaitslam_functions* functions, void
   answer.cause_bytes = 0;
   if (!cause) cause = "";
   while (cause[answer.cause_bytes] && answer.cause_bytes < GAITSLAM_MOST_TEXT_BYTES) ++answer.cause_bytes;
-  return gaitslam_write(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer,
-                        landmarks ? landmarks : (const void*)"",
+  return gaitslam_write(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer, landmarks,
                         answer.landmark_count * sizeof(gaitslam_landmark), cause, answer.cause_bytes);
 }
 
 /* Makes the estimator of the START message in `payload` and says whether it could. */
 static void* gaitslam_answer_start(const gaitslam_functions* functions, const char* payload, uint64_t bytes,
-                                   FILE* out) {
+                                   int out) {
   gaitslam_start start;
   gaitslam_ready ready = {GAITSLAM_ESTIMATOR_VERSION, 0};
   char error[512] = "", *options;
@@ -268,7 +281,7 @@ static void* gaitslam_answer_start(const gaitslam_functions* functions, const ch
     if (!estimator && !error[0]) strcpy(error, "the estimator could not be created");
   }
   ready.error_bytes = (uint32_t)strlen(error);
-  gaitslam_write(out, GAITSLAM_MESSAGE_READY, &ready, sizeof ready, "", 0, error, ready.error_bytes);
+  gaitslam_write(out, GAITSLAM_MESSAGE_READY, &ready, sizeof ready, NULL, 0, error, ready.error_bytes);
   return estimator;
 }
 
@@ -276,11 +289,11 @@ static void* gaitslam_answer_start(const gaitslam_functions* functions, const ch
 static int gaitslam_serve(const gaitslam_functions* functions) {
   /* Messages keep the standard output for themselves: what the estimator prints goes to the standard error.
    */
-  FILE* out = fdopen(dup(STDOUT_FILENO), "wb");
+  const int out = dup(STDOUT_FILENO);
   gaitslam_header header;
   char* payload = NULL;
   void* estimator = NULL;
-  int fine = out != NULL && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
+  int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
   while (fine && gaitslam_read(stdin, &header, sizeof header) && header.type != GAITSLAM_MESSAGE_END) {
     free(payload);
     payload = (char*)malloc((size_t)header.bytes + 1);
@@ -296,7 +309,7 @@ static int gaitslam_serve(const gaitslam_functions* functions) {
   }
   free(payload);
   if (estimator) functions->destroy(estimator);
-  if (out) fclose(out);
+  if (out >= 0) close(out);
   return fine ? 0 : 1;
 }
 

@@ -14,7 +14,8 @@ class ProcessGuard {
   ProcessGuard(const ProcessGuard&) = delete;
   ProcessGuard& operator=(const ProcessGuard&) = delete;
 
-  /// Once: the group that is to end with this process.
+  /// Once, here or in a process forked from this one: the group that is to end with this process. A function
+  /// that a signal handler may call.
   void watch(pid_t group) const;
   /// The group is left alone from now on.
   void release();

@@ -95,13 +95,13 @@ TEST_F(OutsideEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
 
 TEST_F(OutsideEstimator, AWalkThatAChangedProgramSteersIsRecordedAgain) {
   ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1);
-  write("walk.yaml", std::string(tests::kShortWalk) + "estimator: {program: [python3, gyro.py]}\n");
+  write("walk.yaml", std::string(tests::kShortWalk) + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   write("steered.yaml", "base: walk.yaml\nwalk: {steering: {by: estimate}}\n");
   fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const auto recorded = [&](const std::string& scenario) {
     const Ran ran = gaitslam("record " + scenario);
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
-    return ran.out.find("seed 1: recorded") != std::string::npos;
+    return ran.out.find("seed 1: recorded, completed") != std::string::npos;
   };
   EXPECT_TRUE(recorded("walk.yaml"));
   EXPECT_TRUE(recorded("steered.yaml"));

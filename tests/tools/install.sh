@@ -8,7 +8,8 @@ trap 'rm -rf "$place"' EXIT
 cd "$place"
 for file in bin/gaitslam include/gaitslam_estimator.h share/gaitslam/models/hrp2.xml share/gaitslam/scenarios/tangent_circle.yaml \
   share/gaitslam/schemas/score.schema.json share/man/man1/gaitslam.1 share/bash-completion/completions/gaitslam \
-  share/zsh/vendor-completions/_gaitslam share/doc/gaitslam/copyright share/doc/gaitslam/CITATION.cff; do
+  share/zsh/vendor-completions/_gaitslam share/doc/gaitslam/copyright share/doc/gaitslam/CITATION.cff \
+  share/doc/gaitslam/estimators.md share/doc/gaitslam/exports.md; do
   [ -f "usr/$file" ] || { echo "$file is not installed" >&2; exit 1; }
 done
 

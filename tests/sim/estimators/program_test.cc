@@ -163,6 +163,15 @@ TEST(Program, OneThatIsNotThereIsWrongInput) {
         << estimator;
 }
 
+TEST(Program, AProgramAndItsArgumentsInOneWordAreAnsweredWithHowTheyAreWritten) {
+  try {
+    Tracking(scenario_with("{program: './my_slam --stdio'}"), {}, Eigen::Isometry3d::Identity());
+    FAIL();
+  } catch (const std::invalid_argument& refused) {
+    EXPECT_THAT(refused.what(), HasSubstr("words of a list, as in [./my_slam, --stdio]"));
+  }
+}
+
 TEST(Program, WhatABuiltInEstimatorThrowsIsItsFailure) {
   int taken = 0;
   const auto tracked_with = [&](Step step) {

@@ -375,6 +375,17 @@ TEST_F(Exported, EachReadmeStatesTheCommandAndTheLens) {
   }
 }
 
+TEST_F(Exported, OrbSlam3sReadmeNamesTheTruthOfTheBodyWhosePosesEachProgramWrites) {
+  const fs::path out = made("orbslam3");
+  const std::string text = files::read_text(out / "README.md");
+  EXPECT_THAT(text, HasSubstr("gaitslam score FOLDER/groundtruth.tum f_run.txt --align sim3"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("gaitslam score FOLDER/mav0/state_groundtruth_estimate0/data.csv f_run.txt --align se3"));
+  EXPECT_TRUE(fs::exists(out / "groundtruth.tum"));
+  EXPECT_TRUE(fs::exists(out / "mav0/state_groundtruth_estimate0/data.csv"));
+}
+
 TEST_F(Exported, AnUnknownFormatIsRefusedBeforeAFolderIsMade) {
   EXPECT_THROW(made("kalibr"), std::out_of_range);
   EXPECT_FALSE(fs::exists(folder_ / "kalibr"));
