@@ -29,3 +29,10 @@ PATH=$place/usr/bin:$PATH bash -c '
 
 # Plans and keeps the walk off the furniture, which takes the models.
 usr/bin/gaitslam check usr/share/gaitslam/scenarios/tangent_circle.yaml
+
+# The package says what it needs: libraries that it is linked with, and those that it loads.
+(cd "$build" && cpack -G DEB -B "$place/package" >"$place/log") || { cat "$place/log" >&2; exit 1; }
+depends=$(dpkg-deb -f package/gaitslam_*.deb Depends)
+for library in libmujoco libopencv-core libopencv-imgcodecs libosmesa6; do
+  case $depends in *$library*) ;; *) echo "the package does not depend on $library: $depends" >&2; exit 1 ;; esac
+done
