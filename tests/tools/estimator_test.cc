@@ -145,9 +145,7 @@ TEST_F(OutsideEstimator, TheFilterAsAProgramWritesTheSameBytes) {
 TEST_F(OutsideEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/tools", folder_ / "tools");
-  const Ran built = shell(
-      "sh -c \"$(sed -n 's|^// *||; /^c++ /,/-lopencv_core/p' tools/examples/visual_odometry.cc "
-      "| tr '\\n' ' ')\"");
+  const Ran built = shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/visual_odometry.cc)\"");
   ASSERT_EQ(built.exit_code, 0) << built.err;
   write("line.yaml",
         "walk: {commands: [{stand: {duration_s: 0.5}}, {straight: {forward_m: 1, left_m: 0}}]}\ncamera: "

@@ -2,14 +2,16 @@
 // points best. The walking plan sets the scale: until the first points have depths, the camera is where it is
 // planned to be; from then on images alone tell where it is, and the plan only where to begin to look.
 //
-//     c++ -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry
-//         tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
+// clang-format off
+//     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
 //     tools/gaitslam replay RESULT 'estimator={program: ./visual_odometry}'
+// clang-format on
 //
 // On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has no loop closure and no map to
 // return to: its errors add up, and it states no covariance.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <exception>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/affine.hpp>
@@ -257,10 +259,12 @@ class VisualOdometry {
   std::vector<Track> tracks_;
   uint32_t next_id_ = 0;
   std::vector<gaitslam_landmark> map_;
-  std::string failure_;
+};
 
- public:
-  const char* fail(const char* why) { return (failure_ = why).c_str(); }
+/// What the functions of the interface know each other by.
+struct Estimator {
+  VisualOdometry odometry;
+  std::string failure;
 };
 
 }  // namespace
@@ -269,7 +273,7 @@ uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
 
 void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
                                 size_t error_bytes) {
-  if (!*options) return new VisualOdometry(*start);
+  if (!*options) return new Estimator{VisualOdometry(*start), ""};
   std::snprintf(error, error_bytes, "it has no options, and was given: %s", options);
   return nullptr;
 }
@@ -278,15 +282,16 @@ int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* obse
                                const gaitslam_reading*, const gaitslam_reading*, const uint8_t* image,
                                gaitslam_answer* answer, const gaitslam_landmark** landmarks,
                                const char** cause) {
-  auto& odometry = *static_cast<VisualOdometry*>(estimator);
+  auto& [odometry, failure] = *static_cast<Estimator*>(estimator);
   try {
     odometry.take(*observation, image);
     odometry.write(*answer, landmarks, cause);
     return 0;
   } catch (const std::exception& e) {
-    *cause = odometry.fail(e.what());
+    failure = e.what();
+    *cause = failure.c_str();
     return 1;
   }
 }
 
-void gaitslam_estimator_destroy(void* estimator) { delete static_cast<VisualOdometry*>(estimator); }
+void gaitslam_estimator_destroy(void* estimator) { delete static_cast<Estimator*>(estimator); }
