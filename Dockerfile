@@ -5,7 +5,7 @@ FROM debian:12 AS build
 WORKDIR /source
 COPY tools/packages.txt tools/
 RUN apt-get update \
- && sed 's/#.*//' tools/packages.txt | xargs apt-get install -y --no-install-recommends git file \
+ && sed 's/#.*//' tools/packages.txt | xargs apt-get install -y --no-install-recommends git dpkg-dev file \
  && rm -rf /var/lib/apt/lists/*
 COPY . .
 RUN cmake --preset release -DGAITSLAM_TESTS=OFF -DCMAKE_INSTALL_PREFIX=/usr \

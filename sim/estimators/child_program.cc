@@ -56,8 +56,10 @@ void open_input(Ends& ends) {
 
 // In the new process, where only functions may be called that a signal handler may call: only this thread
 // exists.
-[[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent) {
+[[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent,
+                         const ProcessGuard& guard) {
   ::setpgid(0, 0);
+  guard.watch(::getpid());  // before there is anything to guard: the parent may end at any moment
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);  // it died before
   for (const int signal_number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD})
@@ -90,7 +92,7 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   process_ = ::fork();
   require(process_ >= 0, "no process for the program");
   if (process_ == 0)
-    become(arguments.data(), {in.file[1], out.file[1], error.file[1]}, report.file[1], parent);
+    become(arguments.data(), {in.file[1], out.file[1], error.file[1]}, report.file[1], parent, guard_);
   ::setpgid(process_, process_);
   ::close(report.take(1));
   int why = 0;
@@ -101,8 +103,10 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   if (told <= 0) return;
   wait_until_ended(Clock::now() + kToEnd);
   for (const int file : {in_, out_, error_}) ::close(file);
+  const bool has_arguments = words.size() == 1 && words[0].find(' ') != std::string::npos;
   throw std::invalid_argument(
-      fmt::format("estimator: the program {} cannot be started: {}", words[0], std::strerror(why)));
+      fmt::format("estimator: the program {} cannot be started: {}{}", words[0], std::strerror(why),
+                  has_arguments ? "; its arguments are words of a list, as in [./my_slam, --stdio]" : ""));
 }
 
 ChildProgram::~ChildProgram() {
@@ -198,6 +202,7 @@ void ChildProgram::kill() {
   if (killed_) return;
   killed_ = true;
   ::kill(-process_, SIGKILL);
+  guard_.release();
   while (!reap(0) && errno == EINTR) continue;
   ended_ = true;
 }

@@ -9,11 +9,14 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/estimators/process_guard.h"
+
 namespace sim::estimators {
 
 /// Runs from its construction to its destruction, in a process group of its own. It is killed when it misses
-/// a time limit, and dies with the thread that started it. What it writes to its standard error is kept. No
-/// result depends on the clock but through a missed limit.
+/// a time limit, and dies with the thread that started it; its whole group dies with this process, however
+/// that ends. What it writes to its standard error is kept. No result depends on the clock but through a
+/// missed limit.
 class ChildProgram {
  public:
   using Deadline = std::chrono::steady_clock::time_point;
@@ -52,6 +55,7 @@ class ChildProgram {
   void wait_until_ended(Deadline deadline);
   void kill();
 
+  ProcessGuard guard_;
   pid_t process_ = -1;
   int in_ = -1, out_ = -1, error_ = -1;  // our ends of its standard input, output and error
   int status_ = 0;                       // as waitpid() gives it, once ended_

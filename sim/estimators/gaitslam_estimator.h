@@ -10,7 +10,7 @@
  * from it), C camera (x right, y down, z forward), G inertial sensor in the chest. X_WC maps points of C to
  * W.
  *
- * A library defines the four functions at the end of this file:
+ * A library defines the four functions below, under "Functions of a library":
  *     cc -shared -fPIC -o libmine.so mine.c
  * A program is the same source with a main() from this file:
  *     cc -DGAITSLAM_ESTIMATOR_MAIN -o mine mine.c
@@ -95,15 +95,15 @@ enum {
 
 /* The estimate after an observation. */
 typedef struct gaitslam_answer {
-  int64_t t_ns;            /* stamp of the pose: the observation's, or the last one's if there is no new pose */
-  uint32_t status;         /* GAITSLAM_OK, _LOST or _DIVERGED */
+  int64_t t_ns;    /* stamp of the pose: the observation's, or the last one's if there is no new pose */
+  uint32_t status; /* GAITSLAM_OK, _LOST or _DIVERGED */
   uint32_t has_covariance; /* 1, or 0: the estimator states none */
   gaitslam_pose X_WC;
   double covariance[36];   /* of (Log(R_estimate^T R_true) in axes C, rad; p_true - p_estimate in axes W, m),
                               row by row */
   uint32_t landmark_count; /* landmarks that follow: the whole map; 0 where it is not sent this time */
-  uint32_t cause_bytes;    /* in a message: length of the text after the landmarks, why the status is not ok */
-} gaitslam_answer;         /* 408 bytes */
+  uint32_t cause_bytes; /* in a message: length of the text after the landmarks, why the status is not ok */
+} gaitslam_answer;      /* 408 bytes */
 
 /* A landmark of the map. */
 typedef struct gaitslam_landmark {
@@ -123,10 +123,9 @@ typedef struct gaitslam_landmark {
  *
  *   START        gaitslam_start, options
  *     READY      gaitslam_ready, text
- *   OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, the image row by row
- *                (one byte a pixel)
- *     ANSWER     gaitslam_answer, landmark_count landmarks, cause
- *   END          nothing; the program ends
+ *   OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, the image row by
+ * row (one byte a pixel) ANSWER     gaitslam_answer, landmark_count landmarks, cause END          nothing;
+ * the program ends
  *
  * GaitSLAM sends START, OBSERVATION and END, the program answers the first two with READY and ANSWER.
  *
@@ -178,32 +177,59 @@ void gaitslam_estimator_destroy(void* estimator);
 }
 #endif
 
+#endif /* GAITSLAM_ESTIMATOR_H */
+
 /* ---- A program made of these functions */
 
-#ifdef GAITSLAM_ESTIMATOR_MAIN
+#if (defined(GAITSLAM_ESTIMATOR_MAIN) || defined(GAITSLAM_ESTIMATOR_SERVE)) && \
+    !defined(GAITSLAM_ESTIMATOR_SERVED)
+#define GAITSLAM_ESTIMATOR_SERVED
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+/* The functions of an estimator, as above. */
+typedef struct gaitslam_functions {
+  void* (*create)(const gaitslam_start*, const char*, char*, size_t);
+  int (*observe)(void*, const gaitslam_observation*, const gaitslam_reading*, const gaitslam_reading*,
+                 const uint8_t*, gaitslam_answer*, const gaitslam_landmark**, const char**);
+  void (*destroy)(void*);
+} gaitslam_functions;
 
 /* Returns 1, or 0 at the end of the input. */
 static int gaitslam_read(FILE* in, void* to, size_t bytes) {
   return bytes == 0 || fread(to, bytes, 1, in) == 1;
 }
 
-static int gaitslam_write(FILE* out, uint32_t type, const void* part, size_t bytes, const void* list,
+/* Writes a message at once. Returns 0 where nobody reads it. */
+static int gaitslam_write(int out, uint32_t type, const void* part, size_t bytes, const void* list,
                           size_t list_bytes, const char* text, size_t text_bytes) {
   gaitslam_header header = {{'G', 'S', 'L', 'M'}, 0, 0};
+  const size_t whole = sizeof header + bytes + list_bytes + text_bytes;
+  char* const message = (char*)malloc(whole);
+  size_t at = 0;
   header.type = type;
   header.bytes = bytes + list_bytes + text_bytes;
-  return fwrite(&header, sizeof header, 1, out) == 1 && fwrite(part, bytes, 1, out) == 1 &&
-         (list_bytes == 0 || fwrite(list, list_bytes, 1, out) == 1) &&
-         (text_bytes == 0 || fwrite(text, text_bytes, 1, out) == 1) && fflush(out) == 0;
+  if (!message) return 0;
+  memcpy(message, &header, sizeof header);
+  memcpy(message + sizeof header, part, bytes);
+  if (list_bytes) memcpy(message + sizeof header + bytes, list, list_bytes);
+  if (text_bytes) memcpy(message + sizeof header + bytes + list_bytes, text, text_bytes);
+  while (at < whole) {
+    const ssize_t written = write(out, message + at, whole - at);
+    if (written < 0 && errno != EINTR) break;
+    if (written > 0) at += (size_t)written;
+  }
+  free(message);
+  return at == whole;
 }
 
 /* Answers the observation in `payload`. Returns 0 where the estimator failed or the message is none. */
-static int gaitslam_answer_observation(void* estimator, const char* payload, uint64_t bytes, FILE* out) {
+static int gaitslam_answer_observation(const gaitslam_functions* functions, void* estimator,
+                                       const char* payload, uint64_t bytes, int out) {
   gaitslam_observation observation;
   gaitslam_answer answer;
   const gaitslam_landmark* landmarks = NULL;
@@ -218,23 +244,27 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
   memset(&answer, 0, sizeof answer);
   answer.t_ns = observation.t_ns;
   answer.X_WC.rotation[0] = answer.X_WC.rotation[4] = answer.X_WC.rotation[8] = 1;
-  if (gaitslam_estimator_observe(
-          estimator, &observation, (const gaitslam_reading*)gyro, (const gaitslam_reading*)accelerometer,
-          observation.width_px ? (const uint8_t*)image : NULL, &answer, &landmarks, &cause)) {
+  if (functions->observe(estimator, &observation, (const gaitslam_reading*)gyro,
+                         (const gaitslam_reading*)accelerometer,
+                         observation.width_px ? (const uint8_t*)image : NULL, &answer, &landmarks, &cause)) {
     fprintf(stderr, "%s\n", cause ? cause : "the estimator failed");
     return 0;
   }
+  if (answer.landmark_count > GAITSLAM_MOST_LANDMARKS || (answer.landmark_count > 0 && !landmarks)) {
+    fprintf(stderr, "it announces %lu landmarks, expected at most %lu, and where they are\n",
+            (unsigned long)answer.landmark_count, (unsigned long)GAITSLAM_MOST_LANDMARKS);
+    return 0;
+  }
   answer.cause_bytes = 0;
-  if (!landmarks) answer.landmark_count = 0;
   if (!cause) cause = "";
   while (cause[answer.cause_bytes] && answer.cause_bytes < GAITSLAM_MOST_TEXT_BYTES) ++answer.cause_bytes;
-  return gaitslam_write(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer,
-                        landmarks ? landmarks : (const void*)"",
+  return gaitslam_write(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer, landmarks,
                         answer.landmark_count * sizeof(gaitslam_landmark), cause, answer.cause_bytes);
 }
 
 /* Makes the estimator of the START message in `payload` and says whether it could. */
-static void* gaitslam_answer_start(const char* payload, uint64_t bytes, FILE* out) {
+static void* gaitslam_answer_start(const gaitslam_functions* functions, const char* payload, uint64_t bytes,
+                                   int out) {
   gaitslam_start start;
   gaitslam_ready ready = {GAITSLAM_ESTIMATOR_VERSION, 0};
   char error[512] = "", *options;
@@ -245,41 +275,50 @@ static void* gaitslam_answer_start(const char* payload, uint64_t bytes, FILE* ou
     memcpy(&start, payload, sizeof start);
     options = (char*)calloc(1, (size_t)(bytes - sizeof start) + 1);
     if (options) memcpy(options, payload + sizeof start, (size_t)(bytes - sizeof start));
-    if (options) estimator = gaitslam_estimator_create(&start, options, error, sizeof error);
+    if (options) estimator = functions->create(&start, options, error, sizeof error);
     free(options);
+    error[sizeof error - 1] = '\0';
     if (!estimator && !error[0]) strcpy(error, "the estimator could not be created");
   }
   ready.error_bytes = (uint32_t)strlen(error);
-  gaitslam_write(out, GAITSLAM_MESSAGE_READY, &ready, sizeof ready, "", 0, error, ready.error_bytes);
+  gaitslam_write(out, GAITSLAM_MESSAGE_READY, &ready, sizeof ready, NULL, 0, error, ready.error_bytes);
   return estimator;
 }
 
-int main(void) {
+/* Answers all messages of the standard input. Returns the exit code of a program that does nothing else. */
+static int gaitslam_serve(const gaitslam_functions* functions) {
   /* Messages keep the standard output for themselves: what the estimator prints goes to the standard error.
    */
-  FILE* out = fdopen(dup(STDOUT_FILENO), "wb");
+  const int out = dup(STDOUT_FILENO);
   gaitslam_header header;
   char* payload = NULL;
   void* estimator = NULL;
-  int fine = out != NULL && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
+  int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
   while (fine && gaitslam_read(stdin, &header, sizeof header) && header.type != GAITSLAM_MESSAGE_END) {
     free(payload);
     payload = (char*)malloc((size_t)header.bytes + 1);
     fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
            gaitslam_read(stdin, payload, (size_t)header.bytes);
     if (fine && header.type == GAITSLAM_MESSAGE_START && !estimator) {
-      estimator = gaitslam_answer_start(payload, header.bytes, out);
+      estimator = gaitslam_answer_start(functions, payload, header.bytes, out);
       fine = estimator != NULL;
     } else if (fine) {
       fine = header.type == GAITSLAM_MESSAGE_OBSERVATION && estimator != NULL &&
-             gaitslam_answer_observation(estimator, payload, header.bytes, out);
+             gaitslam_answer_observation(functions, estimator, payload, header.bytes, out);
     }
   }
   free(payload);
-  if (estimator) gaitslam_estimator_destroy(estimator);
+  if (estimator) functions->destroy(estimator);
+  if (out >= 0) close(out);
   return fine ? 0 : 1;
 }
 
-#endif /* GAITSLAM_ESTIMATOR_MAIN */
+#ifdef GAITSLAM_ESTIMATOR_MAIN
+int main(void) {
+  const gaitslam_functions functions = {gaitslam_estimator_create, gaitslam_estimator_observe,
+                                        gaitslam_estimator_destroy};
+  return gaitslam_serve(&functions);
+}
+#endif
 
-#endif /* GAITSLAM_ESTIMATOR_H */
+#endif

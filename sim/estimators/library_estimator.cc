@@ -2,24 +2,32 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
-#include <string.h>
 
-#include <array>
+#include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 
-#include "sim/estimators/messages.h"
+#include "sim/estimators/program_estimator.h"
+
+#define GAITSLAM_ESTIMATOR_SERVE
+#include "sim/estimators/gaitslam_estimator.h"
 
 namespace sim::estimators {
 namespace {
+
+constexpr std::string_view kHost = "--gaitslam-library-host";             // the first argument of the host
+constexpr std::string_view kRefused = "gaitslam: the library is none: ";  // in its log, before the reason
+
+bool main_hosts_libraries = false;
 
 /// A library while it is loaded. All members throw std::invalid_argument.
 class Library {
  public:
   explicit Library(const std::string& file)
-      : file_(file), handle_(::dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL)) {
-    if (!handle_) throw std::invalid_argument(fmt::format("estimator: cannot be loaded: {}", ::dlerror()));
+      : file_(file), handle_(::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    if (!handle_) throw std::invalid_argument(fmt::format("cannot be loaded: {}", ::dlerror()));
   }
   ~Library() { ::dlclose(handle_); }
   Library(const Library&) = delete;
@@ -31,11 +39,9 @@ class Library {
     void* const symbol = ::dlsym(handle_, name);
     if (!symbol)
       throw std::invalid_argument(
-          fmt::format("estimator: {} has no function {}; see gaitslam_estimator.h", file_, name));
+          fmt::format("{} has no function {}; see gaitslam_estimator.h", file_, name));
     return reinterpret_cast<Function*>(symbol);
   }
-
-  const std::string& file() const { return file_; }
 
  private:
   std::string file_;
@@ -44,70 +50,49 @@ class Library {
 
 #define GAITSLAM_FIND(library, function) (library).find(#function, static_cast<decltype(&function)>(nullptr))
 
-void require_version(const Library& library) {
+gaitslam_functions functions_of(const Library& library, const std::string& file) {
   const std::uint32_t version = GAITSLAM_FIND(library, gaitslam_estimator_version)();
   if (version != GAITSLAM_ESTIMATOR_VERSION)
-    throw std::invalid_argument(
-        fmt::format("estimator: {} is of version {} of gaitslam_estimator.h, expected {}", library.file(),
-                    version, GAITSLAM_ESTIMATOR_VERSION));
+    throw std::invalid_argument(fmt::format("{} is of version {} of gaitslam_estimator.h, expected {}", file,
+                                            version, GAITSLAM_ESTIMATOR_VERSION));
+  return {GAITSLAM_FIND(library, gaitslam_estimator_create),
+          GAITSLAM_FIND(library, gaitslam_estimator_observe),
+          GAITSLAM_FIND(library, gaitslam_estimator_destroy)};
 }
-
-/// The estimator that a library has made, and the library.
-class Loaded {
- public:
-  Loaded(const EstimatorChoice& choice, const Start& start) : library_(choice.words.front()) {
-    require_version(library_);
-    observe_ = GAITSLAM_FIND(library_, gaitslam_estimator_observe);
-    destroy_ = GAITSLAM_FIND(library_, gaitslam_estimator_destroy);
-    const auto create = GAITSLAM_FIND(library_, gaitslam_estimator_create);
-    const std::string options = options_text(choice);
-    const gaitslam_start words = start_of(start, options.size());
-    std::array<char, GAITSLAM_MOST_TEXT_BYTES> error{};
-    estimator_ = create(&words, options.c_str(), error.data(), error.size());
-    error.back() = '\0';
-    if (!estimator_)
-      throw EstimatorFailed(
-          fmt::format("the library {} cannot start: {}", library_.file(), printable(error.data())));
-  }
-  ~Loaded() { destroy_(estimator_); }
-  Loaded(const Loaded&) = delete;
-  Loaded& operator=(const Loaded&) = delete;
-
-  Answer step(const slam::Observation& observation) {
-    const ObservationParts parts = parts_of(observation);
-    gaitslam_answer answer{};
-    answer.t_ns = parts.observation.t_ns;
-    for (const int diagonal : {0, 4, 8}) answer.X_WC.rotation[diagonal] = 1;
-    const gaitslam_landmark* landmarks = nullptr;
-    const char* cause = nullptr;
-    const int failed =
-        observe_(estimator_, &parts.observation, parts.gyro.data(), parts.accelerometer.data(),
-                 parts.image.empty() ? nullptr : parts.image.data, &answer, &landmarks, &cause);
-    const std::string_view text(cause ? cause : "", cause ? ::strnlen(cause, GAITSLAM_MOST_TEXT_BYTES) : 0);
-    if (failed)
-      throw EstimatorFailed(fmt::format("the library {} failed at t = {:.3f} s: {}", library_.file(),
-                                        slam::seconds(observation.t), printable(text)));
-    if (answer.landmark_count > GAITSLAM_MOST_LANDMARKS || (answer.landmark_count > 0 && !landmarks))
-      throw EstimatorFailed(
-          fmt::format("the library {} announces {} landmarks, expected at most {}, and where they are",
-                      library_.file(), answer.landmark_count, GAITSLAM_MOST_LANDMARKS));
-    return answer_of(answer, {landmarks, answer.landmark_count}, text);
-  }
-
- private:
-  Library library_;
-  decltype(&gaitslam_estimator_observe) observe_ = nullptr;
-  decltype(&gaitslam_estimator_destroy) destroy_ = nullptr;
-  void* estimator_ = nullptr;
-};
 
 #undef GAITSLAM_FIND
 
 }  // namespace
 
+std::optional<int> hosted_library(int argc, char** argv) {
+  main_hosts_libraries = true;
+  if (argc != 3 || argv[1] != kHost) return std::nullopt;
+  std::optional<Library> library;
+  gaitslam_functions functions{};
+  try {
+    library.emplace(argv[2]);
+    functions = functions_of(*library, argv[2]);
+  } catch (const std::invalid_argument& reason) {
+    std::fprintf(stderr, "\n%s%s\n", kRefused.data(), reason.what());
+    return 1;
+  }
+  return gaitslam_serve(&functions);  // what the library throws ends the process
+}
+
 Estimator library_estimator(const EstimatorChoice& choice, const Start& start) {
-  const auto loaded = std::make_shared<Loaded>(choice, start);
-  return {.step = [loaded](const slam::Observation& observation) { return loaded->step(observation); }};
+  if (!main_hosts_libraries) throw std::logic_error("main() does not call hosted_library()");
+  const std::string& file = choice.words.front();
+  try {
+    return outside_estimator(
+        {"the library " + file,
+         {"/proc/self/exe", std::string(kHost), std::filesystem::absolute(file).string()}},
+        choice, start);
+  } catch (const EstimatorFailed& failure) {
+    const std::size_t at = failure.log.rfind(kRefused);
+    if (at == std::string::npos) throw;
+    std::string_view reason = std::string_view(failure.log).substr(at + kRefused.size());
+    throw std::invalid_argument("estimator: " + printable(reason.substr(0, reason.find('\n'))));
+  }
 }
 
 }  // namespace sim::estimators

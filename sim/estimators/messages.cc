@@ -6,7 +6,9 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <span>
 #include <variant>
+#include <vector>
 
 namespace sim::estimators {
 namespace {
@@ -127,14 +129,6 @@ slam::MapPoint point_of(const gaitslam_landmark& landmark) {
   return point;
 }
 
-}  // namespace
-
-std::string options_text(const EstimatorChoice& choice) {
-  std::string text;
-  for (const auto& [key, value] : choice.options) text += fmt::format("{}={}\n", key, value);
-  return text;
-}
-
 gaitslam_start start_of(const Start& start, std::size_t options_bytes) {
   const slam::CameraIntrinsics& camera = start.calibration.camera;
   gaitslam_start words{};
@@ -150,6 +144,14 @@ gaitslam_start start_of(const Start& start, std::size_t options_bytes) {
   words.options_bytes = options_bytes;
   return words;
 }
+
+// An observation with the lists that its counts speak of. image: of the observation, or of a copy without
+// gaps between its rows; it must not outlive the observation.
+struct ObservationParts {
+  gaitslam_observation observation{};
+  std::vector<gaitslam_reading> gyro, accelerometer;
+  cv::Mat image;
+};
 
 ObservationParts parts_of(const slam::Observation& observation) {
   ObservationParts parts;
@@ -167,6 +169,30 @@ ObservationParts parts_of(const slam::Observation& observation) {
   return parts;
 }
 
+Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark> landmarks,
+                 std::string_view cause) {
+  if (words.status > GAITSLAM_DIVERGED)
+    throw EstimatorFailed(
+        fmt::format("its status is {}, expected 0 (ok), 1 (lost) or 2 (diverged)", words.status));
+  Answer answer;
+  answer.estimate.t = slam::Stamp(words.t_ns);
+  answer.estimate.X_WC = isometry_of(words.X_WC);
+  if (flag(words.has_covariance, "has_covariance"))
+    answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
+  answer.health = static_cast<slam::Health>(words.status);
+  answer.cause = printable(cause);
+  if (answer.health != slam::Health::ok && answer.cause.empty()) answer.cause = "the estimator says no cause";
+  for (const gaitslam_landmark& landmark : landmarks) answer.map.push_back(point_of(landmark));
+  return answer;
+}
+
+}  // namespace
+
+std::string options_text(const EstimatorChoice& choice) {
+  std::string text;
+  for (const auto& [key, value] : choice.options) text += fmt::format("{}={}\n", key, value);
+  return text;
+}
 std::string start_message(const EstimatorChoice& choice, const Start& start) {
   const std::string options = options_text(choice);
   return message(GAITSLAM_MESSAGE_START, {bytes_of(start_of(start, options.size())), options});
@@ -222,23 +248,6 @@ Answer read_answer(std::string_view payload) {
   if (!landmarks.empty())
     std::memcpy(landmarks.data(), payload.data(), static_cast<std::size_t>(landmark_bytes));
   return answer_of(words, landmarks, payload.substr(static_cast<std::size_t>(landmark_bytes)));
-}
-
-Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark> landmarks,
-                 std::string_view cause) {
-  if (words.status > GAITSLAM_DIVERGED)
-    throw EstimatorFailed(
-        fmt::format("its status is {}, expected 0 (ok), 1 (lost) or 2 (diverged)", words.status));
-  Answer answer;
-  answer.estimate.t = slam::Stamp(words.t_ns);
-  answer.estimate.X_WC = isometry_of(words.X_WC);
-  if (flag(words.has_covariance, "has_covariance"))
-    answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
-  answer.health = static_cast<slam::Health>(words.status);
-  answer.cause = printable(cause);
-  if (answer.health != slam::Health::ok && answer.cause.empty()) answer.cause = "the estimator says no cause";
-  for (const gaitslam_landmark& landmark : landmarks) answer.map.push_back(point_of(landmark));
-  return answer;
 }
 
 }  // namespace sim::estimators

@@ -1,10 +1,8 @@
 // The messages of gaitslam_estimator.h: what an estimator outside is told, and what it answers.
 #pragma once
 
-#include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "sim/estimators/estimator.h"
 #include "sim/estimators/estimator_choice.h"
@@ -15,19 +13,8 @@ namespace sim::estimators {
 /// A header's size, and of what follows it.
 inline constexpr std::size_t kHeaderBytes = sizeof(gaitslam_header);
 
-/// An observation with the lists that its counts speak of. image: of the observation, or of a copy without
-/// gaps between its rows; it must not outlive the observation.
-struct ObservationParts {
-  gaitslam_observation observation{};
-  std::vector<gaitslam_reading> gyro, accelerometer;
-  cv::Mat image;
-};
-
 /// "key=value" lines.
 std::string options_text(const EstimatorChoice& choice);
-/// What precedes the options.
-gaitslam_start start_of(const Start& start, std::size_t options_bytes);
-ObservationParts parts_of(const slam::Observation& observation);
 
 /// A whole message with its header.
 std::string start_message(const EstimatorChoice& choice, const Start& start);
@@ -45,9 +32,5 @@ void read_ready(std::string_view payload);
 /// Reads the bytes after the header of ANSWER. Throws EstimatorFailed where the counts do not fit the length,
 /// or a word is none of those defined. Whether the numbers make sense is for require_sound() to say.
 Answer read_answer(std::string_view payload);
-
-/// An answer, its landmarks and its cause as the bench's own.
-Answer answer_of(const gaitslam_answer& answer, std::span<const gaitslam_landmark> landmarks,
-                 std::string_view cause);
 
 }  // namespace sim::estimators

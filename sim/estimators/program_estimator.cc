@@ -23,7 +23,8 @@ Clock::time_point after(double seconds) {
 /// The conversation with the program, from START to END.
 class Conversation {
  public:
-  Conversation(const EstimatorChoice& choice, const Start& start) : choice_(choice), program_(choice.words) {
+  Conversation(const OutsideProgram& program, const EstimatorChoice& choice, const Start& start)
+      : called_(program.called), answer_within_s_(choice.answer_within_s), program_(program.words) {
     guarded("at its start", choice.start_within_s, [&](ChildProgram::Deadline deadline) {
       program_.send(start_message(choice, start), deadline);
       read_ready(receive(GAITSLAM_MESSAGE_READY, deadline));
@@ -33,7 +34,7 @@ class Conversation {
   Answer step(const slam::Observation& observation) {
     Answer answer;
     const double before_ms = program_.cpu_ms();
-    guarded(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), choice_.answer_within_s,
+    guarded(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), answer_within_s_,
             [&](ChildProgram::Deadline deadline) {
               program_.send(observation_message(observation), deadline);
               answer = read_answer(receive(GAITSLAM_MESSAGE_ANSWER, deadline));
@@ -65,24 +66,29 @@ class Conversation {
       exchange(after(within_s));
     } catch (const EstimatorFailed& failure) {
       const std::string lines = program_.last_lines();
-      throw EstimatorFailed(
-          fmt::format("the program {} failed {} (limit {} s): {}{}", choice_.words.front(), when, within_s,
-                      failure.what(), lines.empty() ? "" : "; its last lines: " + lines),
-          program_.log());
+      throw EstimatorFailed(fmt::format("{} failed {} (limit {} s): {}{}", called_, when, within_s,
+                                        failure.what(), lines.empty() ? "" : "; its last lines: " + lines),
+                            program_.log());
     }
   }
 
-  EstimatorChoice choice_;
+  std::string called_;
+  double answer_within_s_;
   ChildProgram program_;
 };
 
 }  // namespace
 
-Estimator program_estimator(const EstimatorChoice& choice, const Start& start) {
-  const auto conversation = std::make_shared<Conversation>(choice, start);
+Estimator outside_estimator(const OutsideProgram& program, const EstimatorChoice& choice,
+                            const Start& start) {
+  const auto conversation = std::make_shared<Conversation>(program, choice, start);
   return {.step = [conversation](
                       const slam::Observation& observation) { return conversation->step(observation); },
           .finish = [conversation] { return conversation->finish(); }};
+}
+
+Estimator program_estimator(const EstimatorChoice& choice, const Start& start) {
+  return outside_estimator({"the program " + choice.words.front(), choice.words}, choice, start);
 }
 
 }  // namespace sim::estimators

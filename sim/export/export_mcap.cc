@@ -11,7 +11,8 @@ constexpr const char* kMcapReadme =
     ros2 bag play FOLDER                      # or: ros2 bag info FOLDER
     evo_ape mcap FOLDER/run.mcap /ground_truth/pose /slam/pose
 
-Foxglove, Lichtblick and Rerun open `run.mcap` itself.
+Foxglove, Lichtblick and Rerun open `run.mcap` itself. In a 3D panel with the frame `world`, switch on `/tf`, the paths and `/slam/map`;
+`/camera/image/compressed` goes into an image panel, `/joint_states` and the wrenches into plots.
 
 | topic | type | content |
 |---|---|---|
@@ -20,13 +21,19 @@ Foxglove, Lichtblick and Rerun open `run.mcap` itself.
 | /imu | sensor_msgs/Imu | chest IMU |
 | /ground_truth/pose | geometry_msgs/PoseStamped | true camera pose in the world |
 | /plan/pose | geometry_msgs/PoseStamped | planned camera pose |
-| /slam/pose | geometry_msgs/PoseWithCovarianceStamped | camera pose of GaitSLAM's filter, if one ran |
+| /slam/pose | geometry_msgs/PoseWithCovarianceStamped | estimated camera pose, if there was an estimate |
+| /tf | tf2_msgs/TFMessage | at each frame, in `world`: true `camera`, `waist`, `left_foot` and `right_foot`, `plan_camera`, `slam_camera` |
+| /tf_static | tf2_msgs/TFMessage | `imu` in `camera`, as calibrated |
+| /ground_truth/path, /plan/path, /slam/path | nav_msgs/Path | camera path so far, once a second and at the end |
+| /slam/map | sensor_msgs/PointCloud2 | landmarks, once a second: x, y, z and id |
+| /joint_states | sensor_msgs/JointState | joint encoders, the last reading until each frame |
+| /left_foot/wrench, /right_foot/wrench | geometry_msgs/WrenchStamped | force and torque of the ground on each sole, likewise |
 )";
 
 }  // namespace
 
 void export_mcap(const ExportContext& out) {
-  write_ros_bag(out, {"", "/camera/image/compressed", "/camera/camera_info", "/imu", true});
+  write_ros_bag(out, {"", "/camera/image/compressed", "/camera/camera_info", "/imu", true, true});
   out.write_readme(kMcapReadme);
 }
 

@@ -110,8 +110,54 @@ const MessageType kPoseWithCovarianceStamped{
          kPoint,
          kQuaternion})};
 
+const MessageType kTransforms{
+    "tf2_msgs/msg/TFMessage",
+    definition_with("geometry_msgs/TransformStamped[] transforms\n",
+                    {{"geometry_msgs/TransformStamped",
+                      "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
+                     kHeader,
+                     kTime,
+                     {"geometry_msgs/Transform",
+                      "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
+                     kVector,
+                     kQuaternion})};
+const MessageType kPath{
+    "nav_msgs/msg/Path",
+    definition_with("std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n",
+                    {kHeader,
+                     kTime,
+                     {"geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"},
+                     kPose,
+                     kPoint,
+                     kQuaternion})};
+const MessageType kPointCloud{
+    "sensor_msgs/msg/PointCloud2",
+    definition_with("std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
+                    "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n",
+                    {kHeader,
+                     kTime,
+                     {"sensor_msgs/PointField",
+                      "uint8 UINT32=6\nuint8 FLOAT32=7\nstring name\nuint32 offset\nuint8 datatype\n"
+                      "uint32 count\n"}})};
+const MessageType kJointState{
+    "sensor_msgs/msg/JointState",
+    definition_with(
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
+        {kHeader, kTime})};
+const MessageType kWrench{
+    "geometry_msgs/msg/WrenchStamped",
+    definition_with("std_msgs/Header header\ngeometry_msgs/Wrench wrench\n",
+                    {kHeader,
+                     kTime,
+                     {"geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"},
+                     kVector})};
+
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png) {
-  return Cdr{}.header(t, frame).text("png").raw(reinterpret_cast<const unsigned char*>(png.data()), png.size()).bytes();
+  return Cdr{}
+      .header(t, frame)
+      .text("png")
+      .raw(reinterpret_cast<const unsigned char*>(png.data()), png.size())
+      .bytes();
 }
 
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey) {
@@ -161,6 +207,53 @@ std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame
   J.bottomLeftCorner<3, 3>() = X.linear();
   const files::Matrix6d covariance = J * P * J.transpose();
   return Cdr{}.header(t, frame).pose(X).numbers(covariance.reshaped()).bytes();  // symmetric
+}
+
+std::string transforms(const std::vector<Transform>& all) {
+  Cdr cdr;
+  cdr.number(static_cast<std::uint32_t>(all.size()));
+  for (const Transform& each : all) cdr.header(each.t, each.parent).text(each.child).pose(each.X);
+  return cdr.bytes();
+}
+
+std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TimedPose> poses) {
+  Cdr cdr;
+  cdr.header(t, frame).number(static_cast<std::uint32_t>(poses.size()));
+  for (const files::TimedPose& pose : poses) cdr.header(pose.t, frame).pose(pose.X);
+  return cdr.bytes();
+}
+
+std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points) {
+  constexpr std::uint32_t kStep = 16;
+  constexpr std::uint8_t kUint32 = 6, kFloat32 = 7;
+  const auto count = static_cast<std::uint32_t>(points.size());
+  Cdr cdr;
+  cdr.header(t, frame).number(1u).number(count).number(4u);
+  std::uint32_t offset = 0;
+  for (const char* name : {"x", "y", "z", "id"}) {
+    cdr.text(name).number(offset).number(offset < 12 ? kFloat32 : kUint32).number(1u);
+    offset += 4;
+  }
+  cdr.number(std::uint8_t{0}).number(kStep).number(kStep * count).number(kStep * count);
+  for (const CloudPoint& point : points) {
+    for (const double x : point.p) cdr.number(static_cast<float>(x));
+    cdr.number(point.id);
+  }
+  return cdr.number(std::uint8_t{1}).bytes();
+}
+
+std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
+                        const std::vector<double>& positions) {
+  Cdr cdr;
+  cdr.header(t, "").number(static_cast<std::uint32_t>(names.size()));
+  for (const std::string& name : names) cdr.text(name);
+  cdr.number(static_cast<std::uint32_t>(positions.size())).numbers(positions);
+  return cdr.number(0u).number(0u).bytes();  // no velocities, no efforts
+}
+
+std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3d& force_n,
+                   const Eigen::Vector3d& torque_nm) {
+  return Cdr{}.header(t, frame).numbers(force_n).numbers(torque_nm).bytes();
 }
 
 }  // namespace sim::exports::ros

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +17,7 @@
 namespace sim::exports::ros {
 
 extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamped,
-    kPoseWithCovarianceStamped;
+    kPoseWithCovarianceStamped, kTransforms, kPath, kPointCloud, kJointState, kWrench;
 
 /// Messages are bytes; their stamps are recording::kEpoch later than t.
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
@@ -31,5 +32,27 @@ std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::I
 /// position first and the rotation about the world's axes.
 std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
                                          const files::Matrix6d& P);
+
+/// The pose of a frame in its parent frame.
+struct Transform {
+  slam::Stamp t{0};
+  std::string parent, child;
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+};
+std::string transforms(const std::vector<Transform>& all);
+std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TimedPose> poses);
+
+/// A point and the number that tells it from others.
+struct CloudPoint {
+  Eigen::Vector3d p;
+  std::uint32_t id = 0;
+};
+/// Fields x, y, z (float32) and id (uint32).
+std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points);
+/// Positions alone, rad.
+std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
+                        const std::vector<double>& positions);
+std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3d& force_n,
+                   const Eigen::Vector3d& torque_nm);
 
 }  // namespace sim::exports::ros

@@ -151,6 +151,10 @@ void read(const Yaml& node, std::string_view key, const Domain&, estimators::Est
     choice = read_section(node, std::string(key));
     return;
   }
+  if (node.kind == Yaml::Kind::scalar && node.text.find_first_of("/.") != node.text.npos)
+    fail(node, std::string(key),
+         fmt::format("is '{0}', expected a built-in estimator ({1}), {{program: {0}}} or {{library: {0}}}",
+                     node.text, fmt::join(named().choices, ", ")));
   EstimatorChoice found;
   found.name = named().choices[read_choice(node, key, named())];
   choice = found;

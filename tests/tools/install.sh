@@ -8,7 +8,8 @@ trap 'rm -rf "$place"' EXIT
 cd "$place"
 for file in bin/gaitslam include/gaitslam_estimator.h share/gaitslam/models/hrp2.xml share/gaitslam/scenarios/tangent_circle.yaml \
   share/gaitslam/schemas/score.schema.json share/man/man1/gaitslam.1 share/bash-completion/completions/gaitslam \
-  share/zsh/vendor-completions/_gaitslam share/doc/gaitslam/copyright share/doc/gaitslam/CITATION.cff; do
+  share/zsh/vendor-completions/_gaitslam share/doc/gaitslam/copyright share/doc/gaitslam/CITATION.cff \
+  share/doc/gaitslam/estimators.md share/doc/gaitslam/exports.md; do
   [ -f "usr/$file" ] || { echo "$file is not installed" >&2; exit 1; }
 done
 
@@ -28,3 +29,10 @@ PATH=$place/usr/bin:$PATH bash -c '
 
 # Plans and keeps the walk off the furniture, which takes the models.
 usr/bin/gaitslam check usr/share/gaitslam/scenarios/tangent_circle.yaml
+
+# The package says what it needs: libraries that it is linked with, and those that it loads.
+(cd "$build" && cpack -G DEB -B "$place/package" >"$place/log") || { cat "$place/log" >&2; exit 1; }
+depends=$(dpkg-deb -f package/gaitslam_*.deb Depends)
+for library in libmujoco libopencv-core libopencv-imgcodecs libosmesa6; do
+  case $depends in *$library*) ;; *) echo "the package does not depend on $library: $depends" >&2; exit 1 ;; esac
+done

@@ -1,15 +1,18 @@
 // What a frame costs more when the estimator is a program of its own: the time from an observation to the
-// answer of one that computes nothing, as built in and as a program.
-//   estimator_bench PROGRAM...
+// answer of one that computes next to nothing, as built in and as programs and libraries (*.so).
+//   estimator_bench FILE...
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <exception>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "sim/estimators/estimators.h"
+#include "sim/estimators/library_estimator.h"
 
 namespace {
 
@@ -53,12 +56,20 @@ void print(const std::string& name, const std::vector<double>& times) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (const auto exit_code = estimators::hosted_library(argc, argv)) return *exit_code;
   if (argc < 2) {
-    std::fputs("usage: estimator_bench PROGRAM...\n", stderr);
+    std::fputs("usage: estimator_bench FILE...\n", stderr);
     return 2;
   }
-  print("plan_alone, built in", times_ms({.name = "plan_alone", .words = {}, .options = {}}));
-  for (int i = 1; i < argc; ++i)
-    print(argv[i], times_ms({estimators::Source::program, "program", {argv[i]}, {}, 60, 10}));
+  try {
+    print("plan_alone, built in", times_ms({.name = "plan_alone", .words = {}, .options = {}}));
+    for (const std::string file : std::span(argv + 1, static_cast<std::size_t>(argc - 1))) {
+      const auto source = file.ends_with(".so") ? estimators::Source::library : estimators::Source::program;
+      print(file, times_ms({source, "outside", {file}, {}, 60, 10}));
+    }
+  } catch (const std::exception& failure) {
+    fmt::print(stderr, "{}\n", failure.what());
+    return 1;
+  }
   return 0;
 }

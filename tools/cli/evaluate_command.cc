@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +16,7 @@
 #include "sim/scenario/scenario.h"
 #include "sim/score/trajectory_report.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/processes.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/shell.h"
 #include "tools/cli/options.h"
@@ -86,26 +86,6 @@ score::Alignment alignment_of(const EvaluateRequest& request) {
   throw UsageError(fmt::format("--align {}: expected none, origin, yaw, se3, sim3 or scale", name));
 }
 
-/// A folder in the temporary folder, gone at the end of its life.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (fs::temp_directory_path() / "gaitslam-evaluate-XXXXXX").string();
-    if (!::mkdtemp(pattern.data())) throw UsageError(fmt::format("{}: cannot be made", pattern));
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code fault;
-    fs::remove_all(path_, fault);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
   for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += by.size())
     text.replace(at, what.size(), by);
@@ -113,7 +93,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 }
 
 /// Runs the command on the export to its end.
-replay::OutsideRun run_command(const EvaluateRequest& request, const fs::path& scratch) {
+replay::OutsideRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
   replay::OutsideRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
   const std::string command =
       replaced(replaced(request.command, "{folder}", shell_word((scratch / "export").string())),
@@ -157,11 +137,11 @@ int evaluate_one(const fs::path& folder, const EvaluateRequest& request, const f
   result::Outcome outcome;
   {
     ProgressLine progress(fmt::format("{} on {}", s.estimator.name, folder.string()));
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
-                        scratch.path() / "export", sim::files::Existing::refuse);
+                        scratch / "export", sim::files::Existing::refuse);
     const result::Timing timing;
-    const replay::OutsideRun run = run_command(request, scratch.path());
+    const replay::OutsideRun run = run_command(request, scratch);
     const result::ResultPlace place{out, sim::files::Existing::replace, {}, kVersion, kRevision, libraries()};
     outcome =
         replay::score_outside(read, folder / "recording", replay::read_walk_end(folder), run, place, timing);

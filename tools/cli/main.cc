@@ -6,6 +6,7 @@
 #include <iostream>
 #include <new>
 
+#include "sim/estimators/library_estimator.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/usage_error.h"
@@ -87,6 +88,7 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10,
                           8 << 20);  // blocking, and with it rounding, the same on every machine
+  if (const auto exit_code = sim::estimators::hosted_library(argc, argv)) return *exit_code;
   try {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();

@@ -8,6 +8,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/tune/recording_key.h"
+#include "tools/cli/estimator_files.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
 #include "tools/cli/version.h"
@@ -32,10 +33,11 @@ Recordings::Recordings(fs::path models)
       cache_(sim::tune::cache_place()) {}
 
 std::string Recordings::key(const scenario::Scenario& scenario) const {
-  // A walk that its estimate steers is shaped by the filter and all that reaches it, too.
-  const bool by_estimate = scenario.walk.steering.by == walking::SteeredBy::estimate;
-  return sim::tune::recording_key(scenario, models_hash_,
-                                  by_estimate ? program_ + program_identity() : program_);
+  std::string programs = program_;
+  // A walk that its estimate steers is shaped by the estimator and all that reaches it, too.
+  if (scenario.walk.steering.by == walking::SteeredBy::estimate)
+    programs += program_identity() + estimator_files_identity(scenario.estimator);
+  return sim::tune::recording_key(scenario, models_hash_, programs);
 }
 
 std::optional<sim::tune::CachedRecording> Recordings::find(const scenario::Scenario& scenario) const {

@@ -163,6 +163,15 @@ TEST(Program, OneThatIsNotThereIsWrongInput) {
         << estimator;
 }
 
+TEST(Program, AProgramAndItsArgumentsInOneWordAreAnsweredWithHowTheyAreWritten) {
+  try {
+    Tracking(scenario_with("{program: './my_slam --stdio'}"), {}, Eigen::Isometry3d::Identity());
+    FAIL();
+  } catch (const std::invalid_argument& refused) {
+    EXPECT_THAT(refused.what(), HasSubstr("words of a list, as in [./my_slam, --stdio]"));
+  }
+}
+
 TEST(Program, WhatABuiltInEstimatorThrowsIsItsFailure) {
   int taken = 0;
   const auto tracked_with = [&](Step step) {
@@ -204,25 +213,32 @@ pid_t wait_for_number(const std::filesystem::path& file) {
   return 0;
 }
 
-TEST(Program, ItDiesWithTheProcessThatRunsIt) {
+bool is_soon_gone(pid_t process) {
+  for (int k = 0; k < 2000 && !is_gone(process); ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  return is_gone(process);
+}
+
+// A shell whose own programs the kernel does not end with it.
+TEST(Program, ItDiesWithTheProcessThatRunsItAndSoDoesAllThatItStarted) {
   const files::TemporaryFolder folder;
+  const std::string its = (folder / "its").string(), theirs = (folder / "theirs").string();
   const pid_t bench = ::fork();
   ASSERT_GE(bench, 0);
   if (bench == 0) {
-    const ChildProgram child({"sh", "-c", "echo $$ > " + (folder / "its").string() + "; exec sleep 1000"});
+    const ChildProgram child(
+        {"sh", "-c", "sleep 1000 & echo $! > " + theirs + "; echo $$ > " + its + "; wait"});
     for (;;) ::pause();
   }
-  const pid_t program = wait_for_number(folder / "its");
+  const pid_t program = wait_for_number(its), started = wait_for_number(theirs);
   ASSERT_GT(program, 0);
+  ASSERT_GT(started, 0);
   EXPECT_FALSE(is_gone(program));
+  EXPECT_FALSE(is_gone(started));
   ::kill(bench, SIGKILL);
   ::waitpid(bench, nullptr, 0);
-  bool gone = false;
-  for (int k = 0; k < 2000 && !gone; ++k) {
-    gone = is_gone(program);
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  EXPECT_TRUE(gone);
+  EXPECT_TRUE(is_soon_gone(program));
+  EXPECT_TRUE(is_soon_gone(started));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -71,6 +72,13 @@ class Expected {
   void add(const std::string& file, Stamp t, const Eigen::Isometry3d& X) const {
     line(file, fmt::format("{},{}", recording::file_stamp(t), files::csv_fields(X)));
   }
+  void add(const std::string& file, Stamp t, const recording::BodyReading::Wrench& wrench) const {
+    line(file, fmt::format("{},{},{}", recording::file_stamp(t), files::csv_fields(wrench.force),
+                           files::csv_fields(wrench.torque)));
+  }
+  void line(const std::string& file, const std::string& text) const {
+    std::ofstream(folder_ / file, std::ios::app) << text << '\n';
+  }
 
  private:
   // Every 5 ms the mean over these 5 ms, at their middle.
@@ -81,9 +89,6 @@ class Expected {
     line("imu.csv", fmt::format("{},{},{}", recording::file_stamp(gyro.end - Stamp(2'500'000)),
                                 files::csv_fields(gyro_), files::csv_fields(accelerometer_)));
     gyro_.setZero(), accelerometer_.setZero();
-  }
-  void line(const std::string& file, const std::string& text) const {
-    std::ofstream(folder_ / file, std::ios::app) << text << '\n';
   }
 
   fs::path folder_;
@@ -97,6 +102,8 @@ class Exported : public testing::Test {
     sensor_errors::Random random(1, "export test");
     recording::RecordingSetup setup;
     setup.calibration = {small_camera(), random_pose(random)};
+    setup.joints = {"hip", "knee"};
+    expected_X_CG_ = setup.calibration.X_CG;
     recording::RecordingWriter writer(run_.result / "recording", setup);
     Expected expected(expected_);
     sensor_errors::SensorErrors errors(run_.errors, run_.seed);
@@ -109,10 +116,47 @@ class Exported : public testing::Test {
                                        random_pose(random)};
       const recording::TrueMotion motion{ideal.t, random_pose(random), random_vector(random)};
       writer.add(truth), writer.add(motion);
+      add_body(writer, expected, ideal.t, random);
+      expected.add("waist.csv", truth.t, truth.X_WB);
       expected.add("truth.csv", truth.t, truth.X_WC), expected.add("motion.csv", motion.t, motion.X_WG);
     }
     writer.finish();
+    expected.add("X_CG.csv", Stamp{0}, expected_X_CG_);
     add_estimate(expected, random);
+    const std::string map =
+        "#timestamp [ns],id,x,y,z\n0,7,1.5,-2.25,0.5\n0,9,3,4,5\n99000000,7,1.25,-2.5,0.75\n";
+    files::write_text(run_.result / "map_over_time.csv", map);
+    files::write_text(expected_ / "map.csv", map.substr(map.find('\n') + 1));
+  }
+
+  // Feet at the frame; two readings of joints and forces since the one before, of which the last counts.
+  static void add_body(recording::RecordingWriter& writer, const Expected& expected, Stamp t,
+                       sensor_errors::Random& random) {
+    recording::TrueFeet feet;
+    feet.t = t;
+    feet.left.truth = random_vector(random), feet.right.truth = random_vector(random);
+    writer.add(feet);
+    expected.add("left_foot.csv", t, on_ground(feet.left.truth));
+    expected.add("right_foot.csv", t, on_ground(feet.right.truth));
+    for (const Stamp before : {Stamp{7'000'000}, Stamp{2'000'000}}) {
+      if (t < before) continue;
+      recording::BodyReading reading{t - before, random_vector(random).head(2), {}, {}};
+      for (recording::BodyReading::Wrench* wrench : {&reading.left, &reading.right})
+        wrench->force = random_vector(random), wrench->torque = random_vector(random);
+      writer.add(reading);
+      if (before > Stamp{2'000'000}) continue;
+      expected.line("joints.csv",
+                    fmt::format("{},{},{}", recording::file_stamp(reading.t), reading.q[0], reading.q[1]));
+      expected.add("left_wrench.csv", reading.t, reading.left);
+      expected.add("right_wrench.csv", reading.t, reading.right);
+    }
+  }
+  static Eigen::Isometry3d on_ground(const Eigen::Vector3d& foot) {
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.linear() << std::cos(foot.z()), -std::sin(foot.z()), 0, std::sin(foot.z()), std::cos(foot.z()), 0, 0, 0,
+        1;
+    X.translation() << foot.x(), foot.y(), 0;
+    return X;
   }
 
   // Of two frames; the orientation is as uncertain about each axis, the position along each its own way.
@@ -161,6 +205,7 @@ class Exported : public testing::Test {
   files::TemporaryFolder folder_;
   ExportedRun run_{folder_ / "result", "a walk", 7, {}};
   fs::path expected_ = folder_ / "expected";
+  Eigen::Isometry3d expected_X_CG_ = Eigen::Isometry3d::Identity();
 };
 
 TEST_F(Exported, EurocIsReadBackByNumpy) { EXPECT_EQ(python(made("euroc")), "0\n"); }
@@ -222,7 +267,21 @@ TEST_F(Exported, McapIsReadBackByTheMcapProjectsReader) {
   for (const auto& file : fs::directory_iterator(made("euroc") / "mav0/cam0/data")) fs::copy(file, expected_);
   EXPECT_EQ(node(out / "run.mcap", "/camera/image/compressed /camera/camera_info /imu"), "0\n");
   EXPECT_EQ(YAML::LoadFile(out / "metadata.yaml")["rosbag2_bagfile_information"]["message_count"].as<int>(),
-            12 + 2 + 11 + 11 + 11 + 72);  // truth, estimate, plan, images, their calibration, IMU
+            12 + 2 + 11 + 11 + 11 + 72  // truth, estimate, plan, images, their calibration, IMU
+                + 12 + 1 + 3 * 2 + 2    // frames, a fixed one, paths, maps
+                + 11 + 2 * 11);         // joints, wrenches
+}
+
+TEST_F(Exported, WithoutTruthAnMcapHasNoTrueFramesPathsOrMap) {
+  run_.with_truth = false;
+  const YAML::Node bag = YAML::LoadFile(made("mcap") / "metadata.yaml")["rosbag2_bagfile_information"];
+  std::map<std::string, int> counts;
+  for (const YAML::Node& topic : bag["topics_with_message_count"])
+    counts[topic["topic_metadata"]["name"].as<std::string>()] = topic["message_count"].as<int>();
+  EXPECT_EQ(counts["/ground_truth/pose"], 0);
+  for (const char* topic : {"/ground_truth/path", "/slam/path", "/slam/map", "/slam/pose"})
+    EXPECT_EQ(counts.count(topic), 0u) << topic;
+  EXPECT_EQ(counts["/tf"], 11);  // the planned camera
 }
 
 TEST_F(Exported, OpenVinsBagIsReadBackByTheMcapProjectsReader) {
@@ -314,6 +373,17 @@ TEST_F(Exported, EachReadmeStatesTheCommandAndTheLens) {
     const bool pinhole = format == "tum" || format == "kitti";
     EXPECT_THAT(text, HasSubstr(pinhole ? "an ideal pinhole" : "px root mean square")) << format;
   }
+}
+
+TEST_F(Exported, OrbSlam3sReadmeNamesTheTruthOfTheBodyWhosePosesEachProgramWrites) {
+  const fs::path out = made("orbslam3");
+  const std::string text = files::read_text(out / "README.md");
+  EXPECT_THAT(text, HasSubstr("gaitslam score FOLDER/groundtruth.tum f_run.txt --align sim3"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("gaitslam score FOLDER/mav0/state_groundtruth_estimate0/data.csv f_run.txt --align se3"));
+  EXPECT_TRUE(fs::exists(out / "groundtruth.tum"));
+  EXPECT_TRUE(fs::exists(out / "mav0/state_groundtruth_estimate0/data.csv"));
 }
 
 TEST_F(Exported, AnUnknownFormatIsRefusedBeforeAFolderIsMade) {

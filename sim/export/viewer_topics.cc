@@ -1,0 +1,120 @@
+#include "sim/export/viewer_topics.h"
+
+#include "sim/files/csv.h"
+
+namespace sim::exports {
+namespace {
+
+namespace fs = std::filesystem;
+using Poses = std::vector<files::TimedPose>;
+
+constexpr const char* kWorld = "world";
+constexpr slam::Stamp kPathEvery = std::chrono::seconds(1);  // each message has the whole path so far
+
+Poses feet_of(const std::vector<recording::TrueFeet>& feet, recording::TrueFoot recording::TrueFeet::*which) {
+  Poses poses;
+  for (const recording::TrueFeet& at : feet) {
+    const Eigen::Vector3d& foot = (at.*which).truth;  // x, y, yaw
+    poses.push_back({at.t, Eigen::Translation3d(foot.x(), foot.y(), 0) *
+                               Eigen::Isometry3d(Eigen::AngleAxisd(foot.z(), Eigen::Vector3d::UnitZ()))});
+  }
+  return poses;
+}
+
+// Once a second, each landmark a row: stamp, id, position.
+std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_of(const ExportContext& out) {
+  std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps;
+  const fs::path file = out.run.result / "map_over_time.csv";
+  if (!out.run.with_truth || !fs::exists(file)) return maps;
+  for (files::CsvReader rows(file, 5); rows.next();)
+    maps[slam::Stamp(rows.integer(0))].push_back(
+        {rows.vector(2), static_cast<std::uint32_t>(rows.integer(1))});
+  return maps;
+}
+
+}  // namespace
+
+ViewerTopics::ViewerTopics(const ExportContext& out, Bag& bag)
+    : bag_(bag),
+      X_CG_(out.setup.calibration.X_CG),
+      maps_(maps_of(out)),
+      joints_(out.run.result / "recording", "encoders0"),
+      forces_(out.run.result / "recording", "forces0"),
+      transforms_(bag.add_topic("/tf", ros::kTransforms)),
+      fixed_transforms_(bag.add_topic("/tf_static", ros::kTransforms)) {
+  add("plan_camera", {}, "/plan/path");
+  const recording::Truth truth = out.truth();
+  add("camera", truth.camera, "/ground_truth/path");
+  add("waist", truth.waist);
+  add("left_foot", feet_of(truth.feet, &recording::TrueFeet::left));
+  add("right_foot", feet_of(truth.feet, &recording::TrueFeet::right));
+  const std::vector<files::TumRow> estimate = out.estimate();
+  add("slam_camera", Poses(estimate.begin(), estimate.end()), "/slam/path");
+  if (!maps_.empty()) map_ = bag.add_topic("/slam/map", ros::kPointCloud);
+  if (!joints_.names().empty()) joint_states_ = bag.add_topic("/joint_states", ros::kJointState);
+  if (forces_.names().empty()) return;
+  left_wrench_ = bag.add_topic("/left_foot/wrench", ros::kWrench);
+  right_wrench_ = bag.add_topic("/right_foot/wrench", ros::kWrench);
+}
+
+// The planned poses come with the observations; others that are not known are no frame.
+void ViewerTopics::add(const std::string& frame, Poses poses, const char* path) {
+  if (poses.empty() && frame != "plan_camera") return;
+  moving_.push_back({frame, std::move(poses)});
+  if (path) moving_.back().path = bag_.add_topic(path, ros::kPath);
+}
+
+std::vector<ros::Transform> ViewerTopics::transforms_at(slam::Stamp t) {
+  std::vector<ros::Transform> all;
+  for (Moving& moving : moving_) {
+    const std::size_t before = moving.passed;
+    while (moving.passed < moving.poses.size() && moving.poses[moving.passed].t <= t) ++moving.passed;
+    if (moving.passed == before) continue;
+    const files::TimedPose& now = moving.poses[moving.passed - 1];
+    all.push_back({now.t, kWorld, moving.frame, now.X});
+  }
+  return all;
+}
+
+void ViewerTopics::write(const slam::Observation& observation) {
+  const slam::Stamp t = observation.t;
+  if (!last_) bag_.add(fixed_transforms_, t, ros::transforms({{t, "camera", "imu", X_CG_}}));
+  last_ = t;
+  if (observation.plan) moving_.front().poses.push_back({t, observation.plan->X_PC});
+  if (const std::vector<ros::Transform> now = transforms_at(t); !now.empty())
+    bag_.add(transforms_, t, ros::transforms(now));
+  write_body(t);
+  write_map(t);
+  if (!paths_written_ || t - *paths_written_ >= kPathEvery) write_paths(t);
+}
+
+void ViewerTopics::write_body(slam::Stamp t) {
+  if (joint_states_)
+    if (const auto row = joints_.latest(t))
+      bag_.add(*joint_states_, row->t, ros::joint_state(row->t, joints_.names(), row->values));
+  if (!left_wrench_) return;
+  const auto row = forces_.latest(t);
+  if (!row || row->values.size() < 12) return;
+  const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&row->values[first]); };
+  bag_.add(*left_wrench_, row->t, ros::wrench(row->t, "left_foot", vector(0), vector(3)));
+  bag_.add(*right_wrench_, row->t, ros::wrench(row->t, "right_foot", vector(6), vector(9)));
+}
+
+void ViewerTopics::write_map(slam::Stamp t) {
+  for (; !maps_.empty() && maps_.begin()->first <= t; maps_.erase(maps_.begin()))
+    bag_.add(*map_, maps_.begin()->first,
+             ros::point_cloud(maps_.begin()->first, kWorld, maps_.begin()->second));
+}
+
+void ViewerTopics::write_paths(slam::Stamp t) {
+  paths_written_ = t;
+  for (const Moving& moving : moving_)
+    if (moving.path)
+      bag_.add(*moving.path, t, ros::path(t, kWorld, std::span(moving.poses).first(moving.passed)));
+}
+
+void ViewerTopics::finish() {
+  if (last_ && *last_ != paths_written_) write_paths(*last_);
+}
+
+}  // namespace sim::exports

@@ -1,0 +1,297 @@
+// Visual odometry of OpenCV's own parts: corners, optical flow, triangulation, and the pose that fits the
+// points best. The walking plan sets the scale: until the first points have depths, the camera is where it is
+// planned to be; from then on images alone tell where it is, and the plan only where to begin to look.
+//
+// clang-format off
+//     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
+//     tools/gaitslam replay RESULT 'estimator={program: ./visual_odometry}'
+// clang-format on
+//
+// On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has no loop closure and no map to
+// return to: its errors add up, and it states no covariance.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/affine.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gaitslam_estimator.h"
+
+namespace {
+
+using Pose = cv::Affine3d;
+
+constexpr int kMostTracks = 400, kFewestPoints = 12;
+constexpr double kAsPlanned_m = 0.5;  // the way on which the first depths are found
+constexpr double kApart_px = 6;       // between corners
+constexpr double kForwardBackward_px = 0.5;
+constexpr double kResidual_px = 1;      // of a point that is where it was
+constexpr double kParallax_rad = 0.06;  // with which a depth is trusted
+
+Pose pose_of(const gaitslam_pose& X) {
+  return Pose(cv::Matx33d(X.rotation), cv::Vec3d(X.translation_m[0], X.translation_m[1], X.translation_m[2]));
+}
+
+/// A corner while it is in view. Rays are points of the plane z = 1 of the camera.
+struct Track {
+  uint32_t id;
+  cv::Point2f pixel;
+  cv::Point2d ray, first_ray;
+  Pose first_X_WC;
+  std::optional<cv::Point3d> p_W = {};
+  double parallax_rad = kParallax_rad / 2;  // with which p_W was found
+};
+
+class Camera {
+ public:
+  explicit Camera(const gaitslam_start& start)
+      : start_(start),
+        K_(start.focal_px[0], 0, start.centre_px[0], 0, start.focal_px[1], start.centre_px[1], 0, 0, 1) {}
+
+  double focal_px() const { return start_.focal_px[0]; }
+
+  std::vector<cv::Point2d> rays(const std::vector<cv::Point2f>& pixels) const {
+    std::vector<cv::Point2d> all(pixels.begin(), pixels.end());
+    const cv::Vec4d k(start_.lens_parameters);
+    if (start_.lens == GAITSLAM_LENS_RADIAL_TANGENTIAL) {
+      cv::undistortPoints(all, all, K_, k);
+    } else if (start_.lens == GAITSLAM_LENS_EQUIDISTANT) {
+      cv::fisheye::undistortPoints(all, all, K_, k);
+    } else {
+      for (cv::Point2d& each : all) {  // u = u0 + uc / sqrt(1 + 2 k |uc|^2), solved for uc
+        const cv::Point2d bent(each.x - start_.centre_px[0], each.y - start_.centre_px[1]);
+        const double root = std::sqrt(std::max(1e-3, 1 - 2 * k[0] * bent.dot(bent)));
+        each = {bent.x / root / start_.focal_px[0], bent.y / root / start_.focal_px[1]};
+      }
+    }
+    return all;
+  }
+
+ private:
+  gaitslam_start start_;
+  cv::Matx33d K_;
+};
+
+cv::Vec3d direction(const Pose& X_WC, const cv::Point2d& ray) {
+  return cv::normalize(X_WC.rotation() * cv::Vec3d(ray.x, ray.y, 1));
+}
+
+/// The distance between where the point is seen and where it should be, in the plane z = 1; infinite behind
+/// the camera.
+double residual(const Pose& X_WC, const cv::Point3d& p_W, const cv::Point2d& ray) {
+  const cv::Point3d p_C = X_WC.inv() * p_W;
+  return p_C.z > 0.1 ? std::hypot(p_C.x / p_C.z - ray.x, p_C.y / p_C.z - ray.y) : HUGE_VAL;
+}
+
+cv::Matx34d projection(const Pose& X_WC) {
+  const cv::Matx44d X_CW = X_WC.inv().matrix;
+  return X_CW.get_minor<3, 4>(0, 0);
+}
+
+/// The point that two poses see, if it is in front of both and fits both.
+std::optional<cv::Point3d> triangulated(const Track& track, const Pose& X_WC, double largest_residual) {
+  cv::Mat homogeneous;
+  cv::triangulatePoints(projection(track.first_X_WC), projection(X_WC), std::vector{track.first_ray},
+                        std::vector{track.ray}, homogeneous);
+  const cv::Vec4d h(homogeneous.ptr<double>());
+  if (std::abs(h[3]) < 1e-9) return std::nullopt;
+  const cv::Point3d p_W(h[0] / h[3], h[1] / h[3], h[2] / h[3]);
+  const bool fits = residual(track.first_X_WC, p_W, track.first_ray) < largest_residual &&
+                    residual(X_WC, p_W, track.ray) < largest_residual;
+  return fits ? std::optional(p_W) : std::nullopt;
+}
+
+class VisualOdometry {
+ public:
+  explicit VisualOdometry(const gaitslam_start& start)
+      : camera_(start), X_WC_(pose_of(start.X_WC)), X_PC_(X_WC_) {
+    cv::setNumThreads(1);
+  }
+
+  void take(const gaitslam_observation& observation, const uint8_t* pixels) {
+    if (observation.t_ns <= t_ns_) return;  // late or doubled: nothing is new
+    t_ns_ = observation.t_ns;
+    move_as_planned(observation);
+    sees_ = pixels != nullptr;
+    if (!sees_) return begin_anew();
+    const cv::Mat image =
+        cv::Mat(static_cast<int>(observation.height_px), static_cast<int>(observation.width_px), CV_8UC1,
+                const_cast<uint8_t*>(pixels))
+            .clone();
+    follow(image);
+    if (locate())
+      begun_ = true, lost_ = false, as_planned_m_ = 0;
+    else if (begun_)
+      begin_anew();
+    triangulate();
+    add_corners(image);
+    before_ = image;
+  }
+
+  void write(gaitslam_answer& answer, const gaitslam_landmark** landmarks, const char** cause) {
+    answer.t_ns = std::max<int64_t>(t_ns_, 0);
+    std::copy_n(X_WC_.rotation().val, 9, answer.X_WC.rotation);
+    std::copy_n(X_WC_.translation().val, 3, answer.X_WC.translation_m);
+    answer.status = lost_ || as_planned_m_ > kAsPlanned_m ? GAITSLAM_LOST : GAITSLAM_OK;
+    if (answer.status == GAITSLAM_LOST) *cause = sees_ ? "too few points are in view" : "the image is lost";
+    map_.clear();
+    for (const Track& track : tracks_)
+      if (track.p_W) map_.push_back({track.id, 0, {track.p_W->x, track.p_W->y, track.p_W->z}, {}});
+    answer.landmark_count = static_cast<uint32_t>(map_.size());
+    *landmarks = map_.data();
+  }
+
+ private:
+  /// The camera moves as planned from where it was last, until there are points again.
+  void begin_anew() {
+    lost_ = lost_ || begun_;
+    begun_ = false;
+    tracks_.clear();
+  }
+
+  void move_as_planned(const gaitslam_observation& observation) {
+    if (!observation.has_plan) return;
+    const Pose X_PC = pose_of(observation.plan.X_PC);
+    const Pose step = X_PC_.inv() * X_PC;
+    if (!begun_) as_planned_m_ += cv::norm(step.translation());
+    X_WC_ = X_WC_ * step;
+    X_PC_ = X_PC;
+  }
+
+  /// Finds the corners in the new image: there and back again.
+  void follow(const cv::Mat& image) {
+    if (tracks_.empty()) return;
+    std::vector<cv::Point2f> from, to, back;
+    for (const Track& track : tracks_) from.push_back(track.pixel);
+    std::vector<uint8_t> found, found_back;
+    std::vector<float> errors;
+    const cv::Size window(21, 21);
+    cv::calcOpticalFlowPyrLK(before_, image, from, to, found, errors, window, 3);
+    cv::calcOpticalFlowPyrLK(image, before_, to, back, found_back, errors, window, 3);
+    const std::vector<cv::Point2d> rays = camera_.rays(to);
+    std::vector<Track> kept;
+    const cv::Rect2f inside(2, 2, static_cast<float>(image.cols - 4), static_cast<float>(image.rows - 4));
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      const bool same = found[i] && found_back[i] && cv::norm(back[i] - from[i]) < kForwardBackward_px;
+      if (!same || !inside.contains(to[i])) continue;
+      kept.push_back(tracks_[i]);
+      kept.back().pixel = to[i], kept.back().ray = rays[i];
+    }
+    tracks_ = std::move(kept);
+  }
+
+  /// Finds where the camera is from the points whose depth is known; false where they are too few. Those that
+  /// move against the others are given up.
+  bool locate() {
+    Pose X_WC = X_WC_;
+    for (int round = 0; round < 4; ++round) {
+      const double limit =
+          std::max(kResidual_px / camera_.focal_px(), round == 0 ? 3 * median_residual(X_WC) : 0);
+      std::vector<cv::Point3d> points;
+      std::vector<cv::Point2d> rays;
+      for (const Track& track : tracks_)
+        if (track.p_W && residual(X_WC, *track.p_W, track.ray) < limit)
+          points.push_back(*track.p_W), rays.push_back(track.ray);
+      if (points.size() < kFewestPoints) return false;
+      const Pose X_CW = X_WC.inv();
+      cv::Vec3d turn = X_CW.rvec(), shift = X_CW.translation();
+      cv::solvePnPRefineLM(points, rays, cv::Matx33d::eye(), cv::noArray(), turn, shift);
+      X_WC = Pose(turn, shift).inv();
+    }
+    X_WC_ = X_WC;
+    const double gone = 2 * kResidual_px / camera_.focal_px();
+    tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(),
+                                 [&](const Track& track) {
+                                   return track.p_W && residual(X_WC, *track.p_W, track.ray) > gone;
+                                 }),
+                  tracks_.end());
+    return true;
+  }
+
+  double median_residual(const Pose& X_WC) const {
+    std::vector<double> all;
+    for (const Track& track : tracks_)
+      if (track.p_W) all.push_back(residual(X_WC, *track.p_W, track.ray));
+    if (all.empty()) return 0;
+    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+    std::nth_element(all.begin(), middle, all.end());
+    return *middle;
+  }
+
+  /// Gives depths to corners that were seen from far enough apart, and better ones when it is twice as far.
+  void triangulate() {
+    for (Track& track : tracks_) {
+      const double cosine = direction(track.first_X_WC, track.first_ray).dot(direction(X_WC_, track.ray));
+      const double parallax = std::acos(std::clamp(cosine, -1.0, 1.0));
+      if (parallax < 2 * track.parallax_rad) continue;
+      const auto p_W = triangulated(track, X_WC_, kResidual_px / camera_.focal_px());
+      if (p_W) track.p_W = p_W, track.parallax_rad = parallax;
+    }
+  }
+
+  void add_corners(const cv::Mat& image) {
+    if (tracks_.size() > 3 * kMostTracks / 4) return;
+    cv::Mat free(image.size(), CV_8UC1, cv::Scalar(255));
+    for (const Track& track : tracks_)
+      cv::circle(free, track.pixel, static_cast<int>(kApart_px), cv::Scalar(0), cv::FILLED);
+    std::vector<cv::Point2f> corners;
+    cv::goodFeaturesToTrack(image, corners, kMostTracks - static_cast<int>(tracks_.size()), 0.01, kApart_px,
+                            free);
+    const std::vector<cv::Point2d> rays = camera_.rays(corners);
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      tracks_.push_back({next_id_++, corners[i], rays[i], rays[i], X_WC_});
+  }
+
+  Camera camera_;
+  Pose X_WC_, X_PC_;
+  int64_t t_ns_ = -1;
+  bool sees_ = false;        // an image
+  bool begun_ = false;       // points tell where the camera is
+  bool lost_ = false;        // they did before
+  double as_planned_m_ = 0;  // way without points
+  cv::Mat before_;
+  std::vector<Track> tracks_;
+  uint32_t next_id_ = 0;
+  std::vector<gaitslam_landmark> map_;
+};
+
+/// What the functions of the interface know each other by.
+struct Estimator {
+  VisualOdometry odometry;
+  std::string failure;
+};
+
+}  // namespace
+
+uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
+
+void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
+                                size_t error_bytes) {
+  if (!*options) return new Estimator{VisualOdometry(*start), ""};
+  std::snprintf(error, error_bytes, "it has no options, and was given: %s", options);
+  return nullptr;
+}
+
+int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
+                               const gaitslam_reading*, const gaitslam_reading*, const uint8_t* image,
+                               gaitslam_answer* answer, const gaitslam_landmark** landmarks,
+                               const char** cause) {
+  auto& [odometry, failure] = *static_cast<Estimator*>(estimator);
+  try {
+    odometry.take(*observation, image);
+    odometry.write(*answer, landmarks, cause);
+    return 0;
+  } catch (const std::exception& e) {
+    failure = e.what();
+    *cause = failure.c_str();
+    return 1;
+  }
+}
+
+void gaitslam_estimator_destroy(void* estimator) { delete static_cast<Estimator*>(estimator); }

@@ -1,0 +1,8 @@
+# Read by cpack: without these, CPack writes a package that does not say what it depends on, and so does not run.
+cmake_policy(VERSION 3.25)
+foreach(program dpkg-shlibdeps file)
+  find_program(${program}_program ${program})
+  if(NOT ${program}_program)
+    message(FATAL_ERROR "cpack: ${program} is missing; apt-get install dpkg-dev file")
+  endif()
+endforeach()
