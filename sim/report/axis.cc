@@ -30,6 +30,13 @@ std::vector<double> decades(double low, double high) {
   return ticks;
 }
 
+// Multiples of a round step.
+std::vector<double> multiples(double low, double high, double step) {
+  std::vector<double> ticks;
+  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step);
+  return ticks;
+}
+
 Axis widened(double low, double high, bool logarithmic) {
   if (logarithmic) return {low / 1.5, high * 1.5, 0, 1, true};
   const double margin = high > low ? kMargin * (high - low) : std::max(1e-3, 0.1 * std::abs(high));
@@ -52,11 +59,10 @@ double Axis::at(double value) const {
 }
 
 std::vector<double> Axis::ticks(int about) const {
-  if (logarithmic) return decades(low, high);
-  const double rough = round_step((high - low) / about), step = whole ? std::max(1.0, rough) : rough;
-  std::vector<double> ticks;
-  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step);
-  return ticks;
+  if (logarithmic)
+    if (std::vector<double> ticks = decades(low, high); ticks.size() > 1) return ticks;
+  const double step = round_step((high - low) / about);
+  return multiples(low, high, whole ? std::max(1.0, step) : step);
 }
 
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic) {

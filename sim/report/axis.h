@@ -14,7 +14,8 @@ struct Axis {
   bool whole = false;  ///< ticks are whole numbers
 
   double at(double value) const;
-  std::vector<double> ticks(int about) const;  ///< multiples of 1, 2 or 5 times a power of ten
+  std::vector<double> ticks(int about) const;  ///< multiples of 1, 2 or 5 times a power of ten; of a
+                                               ///< logarithm powers of ten where there are two
 };
 
 /// The least range that holds all finite values (positive ones on a logarithmic axis), widened by a margin;

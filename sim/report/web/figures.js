@@ -128,8 +128,16 @@ const decades = {ticker: (a, b) => {
   const ticks = [], low = Math.max(a, b * 1e-12);
   for (let exponent = Math.floor(Math.log10(low)); exponent <= Math.log10(b); ++exponent)
     for (const v of (b >= 100 * low ? [1] : [1, 2, 5]).map((factor) => factor * 10 ** exponent)) if (v >= low && v <= b) ticks.push({v, label: tick(v)});
-  return ticks;
+  return ticks.length > 1 ? ticks : multiples(a, b);
 }};
+
+/// About four multiples of 1, 2 or 5 times a power of ten.
+function multiples(a, b) {
+  const rough = (b - a) / 4, power = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].find((factor) => factor * power >= rough) * power;
+  const ticks = [];
+  for (let k = Math.ceil(a / step); k * step <= b; ++k) ticks.push({v: k * step, label: tick(k * step)});
+  return ticks;
+}
 const tickerOf = (figure) => (figure.logarithmic ? decades : figure.whole_y ? whole : {});
 
 function plot(figure, holder, run) {
