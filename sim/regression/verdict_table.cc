@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/files/number.h"
+#include "sim/result/table_style.h"
 #include "sim/score/evaluate.h"
 
 namespace sim::regression {
@@ -28,42 +30,63 @@ std::string p_text(const std::optional<double>& p) {
   return !p ? "-" : *p < 0.001 ? "<0.001" : fmt::format("{:.3f}", *p);
 }
 
-std::string painted(const std::string& text, bool bad, bool good, bool colour) {
-  if (!colour || (!bad && !good)) return text;
-  return fmt::format("\033[{}m{}\033[0m", bad ? 31 : 32, text);
+using result::Paint;
+using result::painted;
+
+// The seeds whose runs failing rows of a scenario name, in the order of the rows.
+using WorstSeeds = std::vector<std::uint64_t>;
+
+std::string worst_seed(std::uint64_t seed, WorstSeeds& worst) {
+  if (std::find(worst.begin(), worst.end(), seed) == worst.end()) worst.push_back(seed);
+  return fmt::format("worst seed {}", seed);
 }
 
-// Why a row fails and, if there is a run, the command that repeats it.
-std::string repro_lines(const Comparison& comparison, const std::string& scenario, std::uint64_t seed,
-                        const std::string& why) {
-  const std::string repro = comparison.repro(scenario, seed);
-  return repro.empty() ? fmt::format("    {}\n", why)
-                       : fmt::format("    {}; worst seed {}:\n    {}\n", why, seed, repro);
+// The commands that repeat these runs, each once.
+std::string repro_lines(const Comparison& comparison, const std::string& scenario, const WorstSeeds& worst) {
+  std::string text;
+  for (const std::uint64_t seed : worst)
+    if (const std::string repro = comparison.repro(scenario, seed); !repro.empty())
+      text += fmt::format("    {}\n", repro);
+  return text.empty() ? "" : "  again:\n" + text;
 }
 
-std::string row(const Comparison& comparison, const std::string& scenario, const MetricVerdict& m,
-                bool colour) {
-  const std::string verdict =
-      painted(std::string(word(m.verdict)), fails(m.verdict), m.verdict == Verdict::better, colour);
-  std::string text =
-      fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric, number(m.baseline),
-                  number(m.now), change_text(m), band_text(m), p_text(m.p), verdict);
-  const std::string remark = m.remark.empty() ? "" : ": " + m.remark;
-  if (fails(m.verdict) && m.n > 0)
-    text += repro_lines(comparison, scenario, m.worst_seed, "tolerance " + tolerance_text(m.gate) + remark);
-  else if (!remark.empty())
-    text += "    tolerance " + tolerance_text(m.gate) + remark + "\n";
-  return text;
-}
-
-std::string row(const Comparison& comparison, const std::string& scenario, const LimitVerdict& limit,
-                bool colour) {
-  std::string text = fmt::format("  {:<40} {:>25}  {}\n", "limit " + limit.what, limit.observed,
-                                 painted(std::string(word(limit)), !limit.passed, false, colour));
-  if (!limit.passed)
+std::string row(const MetricVerdict& m, bool colours, WorstSeeds& worst) {
+  const Paint paint = fails(m.verdict)               ? Paint::bad
+                      : m.verdict == Verdict::better ? Paint::good
+                                                     : Paint::none;
+  std::string text = fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric,
+                                 number(m.baseline), number(m.now), change_text(m), band_text(m), p_text(m.p),
+                                 painted(std::string(word(m.verdict)), paint, colours));
+  const bool has_run = fails(m.verdict) && m.n > 0;
+  if (has_run || !m.remark.empty())
     text +=
-        repro_lines(comparison, scenario, limit.worst_seed, "a limit must be met whatever the baseline says");
+        fmt::format("    tolerance {}{}{}\n", tolerance_text(m.gate), m.remark.empty() ? "" : ": " + m.remark,
+                    has_run ? "; " + worst_seed(m.worst_seed, worst) : "");
   return text;
+}
+
+std::string row(const LimitVerdict& limit, bool colours, WorstSeeds& worst) {
+  std::string text =
+      fmt::format("  {:<40} {:>25}  {}\n", "limit " + limit.what, limit.observed,
+                  painted(std::string(word(limit)), limit.passed ? Paint::good : Paint::bad, colours));
+  return limit.passed ? text : text + "    " + worst_seed(limit.worst_seed, worst) + "\n";
+}
+
+std::string scenario_table(const Comparison& comparison, const ScenarioVerdict& scenario, bool colours) {
+  std::string text = fmt::format("\n{}: {}\n", scenario.name, pairing_text(scenario));
+  for (const std::string& difference : scenario.other_config)
+    text += fmt::format("  configuration: {}\n", difference);
+  text += fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", "metric", "baseline", "now", "change",
+                      "95 % [%]", "p(Holm)", "verdict");
+  WorstSeeds worst;
+  for (const MetricVerdict& metric : scenario.metrics) text += row(metric, colours, worst);
+  for (const LimitVerdict& limit : scenario.limits) text += row(limit, colours, worst);
+  return text + repro_lines(comparison, scenario.name, worst);
+}
+
+bool misses_a_limit(const ScenarioVerdict& scenario) {
+  return std::any_of(scenario.limits.begin(), scenario.limits.end(),
+                     [](const LimitVerdict& limit) { return !limit.passed; });
 }
 
 }  // namespace
@@ -110,19 +133,15 @@ std::string pairing_text(const ScenarioVerdict& s) {
                      s.n_now < kSeedsForTest ? " (a test needs 8)" : "", recordings);
 }
 
-std::string verdict_table(const Comparison& comparison, bool colour) {
+std::string verdict_table(const Comparison& comparison, bool colours) {
   std::string text = comparison.title + "\n";
-  for (const ScenarioVerdict& scenario : comparison.scenarios) {
-    text += fmt::format("\n{}: {}\n", scenario.name, pairing_text(scenario));
-    for (const std::string& difference : scenario.other_config)
-      text += fmt::format("  configuration: {}\n", difference);
-    text += fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", "metric", "baseline", "now",
-                        "change", "95 % [%]", "p(Holm)", "verdict");
-    for (const MetricVerdict& metric : scenario.metrics)
-      text += row(comparison, scenario.name, metric, colour);
-    for (const LimitVerdict& limit : scenario.limits) text += row(comparison, scenario.name, limit, colour);
-  }
-  return text + "\n" + count_text(comparison) + "\n";
+  for (const ScenarioVerdict& scenario : comparison.scenarios)
+    text += scenario_table(comparison, scenario, colours);
+  text += "\n";
+  if (std::any_of(comparison.scenarios.begin(), comparison.scenarios.end(), misses_a_limit))
+    text += "A limit must be met whatever the baseline says.\n";
+  const std::string count = count_text(comparison);
+  return text + painted(count, count.starts_with("0 ") ? Paint::good : Paint::bad, colours) + "\n";
 }
 
 }  // namespace sim::regression

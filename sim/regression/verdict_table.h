@@ -27,7 +27,8 @@ std::string count_text(const Comparison& comparison);
 /// "3 seeds paired, the same recordings"
 std::string pairing_text(const ScenarioVerdict& scenario);
 
-/// The whole table. colour: paint the verdicts for a terminal.
-std::string verdict_table(const Comparison& comparison, bool colour);
+/// The whole table; the command that repeats a run stands once for all rows that name it. colours: paint the
+/// verdicts for a terminal.
+std::string verdict_table(const Comparison& comparison, bool colours);
 
 }  // namespace sim::regression

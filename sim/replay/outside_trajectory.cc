@@ -10,6 +10,7 @@
 
 #include "sim/recording/recording.h"
 #include "sim/score/trajectory.h"
+#include "sim/score/trajectory_report.h"
 
 namespace sim::replay {
 namespace {
@@ -114,6 +115,7 @@ result::Outcome score_outside(const scenario::ReadScenario& scenario, const std:
   result::RunRecord record{
       scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
       std::nullopt, reader.hash()};
+  record.alignment = score::name_of(run.alignment);
   record.no_scale = why_no_scale(run.alignment);
   tracking::Tracked tracked;
   tracked.log = run.log;

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -29,10 +30,25 @@ std::vector<double> decades(double low, double high) {
   return ticks;
 }
 
+// Multiples of a round step.
+std::vector<double> multiples(double low, double high, double step) {
+  std::vector<double> ticks;
+  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step);
+  return ticks;
+}
+
 Axis widened(double low, double high, bool logarithmic) {
   if (logarithmic) return {low / 1.5, high * 1.5, 0, 1, true};
   const double margin = high > low ? kMargin * (high - low) : std::max(1e-3, 0.1 * std::abs(high));
   return {low - margin, high + margin, 0, 1, false};
+}
+
+std::string superscript(int number) {
+  constexpr const char* kDigits[]{"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                  "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+  std::string text;
+  for (const char c : fmt::format("{}", number)) text += c == '-' ? "\u207b" : kDigits[c - '0'];
+  return text;
 }
 
 }  // namespace
@@ -43,11 +59,10 @@ double Axis::at(double value) const {
 }
 
 std::vector<double> Axis::ticks(int about) const {
-  if (logarithmic) return decades(low, high);
+  if (logarithmic)
+    if (std::vector<double> ticks = decades(low, high); ticks.size() > 1) return ticks;
   const double step = round_step((high - low) / about);
-  std::vector<double> ticks;
-  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step);
-  return ticks;
+  return multiples(low, high, whole ? std::max(1.0, step) : step);
 }
 
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic) {
@@ -62,6 +77,14 @@ Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarit
   return low <= high ? widened(low, high, logarithmic) : Axis{};
 }
 
-std::string tick_text(double value) { return std::abs(value) < 1e-12 ? "0" : fmt::format("{:.4g}", value); }
+std::string tick_text(double value) {
+  const double size = std::abs(value);
+  if (size < 1e-12) return "0";
+  if (size >= 0.99e-3 && size < 1e5) return fmt::format("{:.6g}", value);
+  int exponent = static_cast<int>(std::floor(std::log10(size) + 1e-9));
+  const std::string digits = fmt::format("{:.3g}", value / std::pow(10, exponent));
+  const std::string power = "10" + superscript(exponent);
+  return digits == "1" ? power : digits == "-1" ? "-" + power : digits + "\u00b7" + power;
+}
 
 }  // namespace sim::report

@@ -102,21 +102,50 @@ Figure dots(Figure f, const Runs& runs, Value value) {
   return f;
 }
 
-void add_scenario(const std::string& scenario, const Runs& runs, std::vector<Figure>& figures) {
-  figures.push_back(paths(scenario, runs));
-  figures.push_back(errors_over_time(scenario, runs));
-  if (std::all_of(runs.begin(), runs.end(),
-                  [&](const RunData* run) { return seed_of(*run) == seed_of(*runs.front()); }))
-    return;
+/// A box of the runs of each estimator.
+template <class Value>
+Figure boxes(Figure f, const Runs& runs, Value value) {
+  std::size_t number = 0;
+  for (const auto& [estimator, of_it] : grouped(runs, estimator_of)) {
+    Box box{estimator, role_of(number++)};
+    for (const RunData* run : of_it)
+      if (const std::optional<double> y = value(*run)) box.values.push_back(*y);
+    f.boxes.push_back(std::move(box));
+  }
+  return f;
+}
+
+std::optional<double> ate_mm(const RunData& run) {
+  const auto value = run.metric("ate_se3_rmse_m");
+  return value ? std::optional(kMm * *value) : std::nullopt;
+}
+
+/// Over the seeds: ATE and CPU time, as boxes of each estimator and as dots by seed.
+void add_seeds(const std::string& scenario, const Runs& runs, std::vector<Figure>& figures) {
+  constexpr const char* kBoxes = "quartiles over seeds, a dot for each run";
+  Figure ates = figure("ate_boxes", scenario, fmt::format("ATE after SE(3) alignment, {}", kBoxes), "", "mm");
+  ates.logarithmic = true;
+  figures.push_back(boxes(std::move(ates), runs, ate_mm));
+  const auto cpu_ms = [](const RunData& run) { return run.frame_cpu_ms_median; };
+  Figure costs =
+      figure("cpu_boxes", scenario, fmt::format("CPU time of a frame (median), {}", kBoxes), "", "ms");
+  costs.logarithmic = true;
+  figures.push_back(boxes(std::move(costs), runs, cpu_ms));
   Figure ate = figure("ate_by_seed", scenario, "ATE after SE(3) alignment of every run", "seed", "mm");
-  ate.logarithmic = true;
-  figures.push_back(dots(std::move(ate), runs, [](const RunData& run) -> std::optional<double> {
-    const auto value = run.metric("ate_se3_rmse_m");
-    return value ? std::optional(kMm * *value) : std::nullopt;
-  }));
+  ate.logarithmic = ate.whole_x = true;
+  figures.push_back(dots(std::move(ate), runs, ate_mm));
   Figure cpu = figure("cpu_by_seed", scenario, "CPU time of a frame (median) of every run", "seed", "ms");
-  cpu.logarithmic = true;
-  figures.push_back(dots(std::move(cpu), runs, [](const RunData& run) { return run.frame_cpu_ms_median; }));
+  cpu.logarithmic = cpu.whole_x = true;
+  figures.push_back(dots(std::move(cpu), runs, cpu_ms));
+}
+
+std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& runs) {
+  std::vector<Figure> figures{paths(scenario, runs), errors_over_time(scenario, runs)};
+  const auto same_seed = [&](const RunData* run) { return seed_of(*run) == seed_of(*runs.front()); };
+  if (!std::all_of(runs.begin(), runs.end(), same_seed)) add_seeds(scenario, runs, figures);
+  for (Figure& f : figures)
+    for (const RunData* run : runs) f.runs.push_back(run->folder.string());
+  return figures;
 }
 
 }  // namespace
@@ -127,8 +156,11 @@ std::vector<Figure> comparison_figures(const std::vector<RunData>& runs) {
   const auto scenarios = grouped(all, scenario_of);
   if (scenarios.size() < 2 && grouped(all, estimator_of).size() < 2) return batch_figures(runs);
   std::vector<Figure> figures;
-  for (const auto& [scenario, of_it] : scenarios)
-    if (of_it.size() > 1) add_scenario(scenario, of_it, figures);
+  for (const auto& [scenario, of_it] : scenarios) {
+    if (of_it.size() < 2) continue;
+    const std::vector<Figure> more = scenario_figures(scenario, of_it);
+    figures.insert(figures.end(), more.begin(), more.end());
+  }
   return figures;
 }
 

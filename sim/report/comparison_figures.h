@@ -11,7 +11,7 @@ namespace sim::report {
 
 /// For runs of one scenario and estimator batch_figures(). Otherwise for each scenario with several runs the
 /// paths, the error over time (median over the seeds of each estimator), and, of more than one seed, the ATE
-/// and the CPU time of every run; a line for each estimator.
+/// and the CPU time as boxes and of every run; a line, or a box, for each estimator.
 std::vector<Figure> comparison_figures(const std::vector<RunData>& runs);
 
 }  // namespace sim::report

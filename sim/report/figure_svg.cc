@@ -7,6 +7,7 @@
 #include "sim/report/axis.h"
 #include "sim/report/figure.h"
 #include "sim/report/html.h"
+#include "sim/score/statistics.h"
 
 namespace sim::report {
 namespace {
@@ -59,6 +60,7 @@ Axes axes_of(const Figure& figure, double width, double height) {
   Axes axes{axis_of(x, figure.logarithmic_x), axis_of(y, figure.logarithmic)};
   axes.x.begin = kLeft, axes.x.end = width - kRight;
   axes.y.begin = height - kBottom, axes.y.end = kTop;
+  axes.x.whole = figure.whole_x, axes.y.whole = figure.whole_y;
   if (figure.equal_axes) make_equal(axes);
   return axes;
 }
@@ -143,6 +145,19 @@ std::string legend(const Figure& figure, double right) {
   return svg;
 }
 
+std::string begin_svg(const Figure& figure, double width, double height) {
+  return fmt::format(
+      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' "
+      "height='{1:.0f}' "
+      "role='img' aria-label='{2}'>{3}<rect class='paper' width='100%' height='100%'/>",
+      width, height, escaped(figure.title), style());
+}
+
+std::string frame(const Axes& axes) {
+  return fmt::format("<rect class='frame' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>",
+                     axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
+}
+
 std::string labels(const Figure& figure, const Axes& axes, double height) {
   return fmt::format(
       "<text class='title' x='{:.0f}' y='18'>{}</text><text x='{:.1f}' y='{:.1f}' "
@@ -150,6 +165,98 @@ std::string labels(const Figure& figure, const Axes& axes, double height) {
       "<text transform='translate(14 {:.1f})rotate(-90)' text-anchor='middle'>{}</text>",
       8.0, escaped(figure.title), (axes.x.begin + axes.x.end) / 2, height - 10, escaped(figure.x_label),
       (axes.y.begin + axes.y.end) / 2, escaped(figure.y_label));
+}
+
+Axes axes_of_boxes(const Figure& figure, double width, double height) {
+  std::vector<const std::vector<double>*> values;
+  for (const Box& box : figure.boxes) values.push_back(&box.values);
+  Axes axes{{0, static_cast<double>(figure.boxes.size()), kLeft, width - kRight, false, false},
+            axis_of(values, figure.logarithmic)};
+  axes.y.begin = height - kBottom, axes.y.end = kTop;
+  return axes;
+}
+
+// Box from the first to the third quartile, a thick line at the median, whiskers to the least and the
+// greatest value, and the values as dots beside it.
+std::string draw(const Axes& axes, const Box& box, double middle, double half) {
+  std::string svg = fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='middle'>{}</text>", middle,
+                                axes.y.begin + 16, escaped(box.name));
+  if (box.values.empty()) return svg;
+  const auto at = [&](double q) { return axes.y.at(score::quantile(box.values, q)); };
+  const char* const role = role_name(box.role);
+  svg += fmt::format("<path class='line {0}' d='M{1:.1f} {2:.1f}V{3:.1f}M{1:.1f} {4:.1f}V{5:.1f}'/>", role,
+                     middle, at(0), at(0.25), at(0.75), at(1));
+  svg += fmt::format("<rect class='fill envelope {}' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>",
+                     role, middle - half, at(0.75), 2 * half, std::max(1.0, at(0.25) - at(0.75)));
+  svg += fmt::format("<path class='line {}' style='stroke-width:3' d='M{:.1f} {:.1f}H{:.1f}'/>", role,
+                     middle - half, at(0.5), middle + half);
+  svg += fmt::format("<g class='fill {}'>", role);
+  for (const double value : box.values)
+    svg += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='2.2'/>", middle + 1.35 * half, axes.y.at(value));
+  return svg + "</g>";
+}
+
+std::string boxes_svg(const Figure& figure, double width, double height) {
+  const Axes axes = axes_of_boxes(figure, width, height);
+  std::string svg = begin_svg(figure, width, height);
+  for (const double v : axes.y.ticks(6))
+    svg += fmt::format(
+        "<path class='grid' d='M{0:.1f} {1:.1f}H{2:.1f}'/><text x='{3:.1f}' y='{4:.1f}' "
+        "text-anchor='end'>{5}</text>",
+        axes.x.begin, axes.y.at(v), axes.x.end, axes.x.begin - 6, axes.y.at(v) + 4, tick_text(v));
+  const double each = (axes.x.end - axes.x.begin) / static_cast<double>(figure.boxes.size());
+  for (std::size_t i = 0; i < figure.boxes.size(); ++i)
+    svg += draw(axes, figure.boxes[i], axes.x.begin + (static_cast<double>(i) + 0.5) * each,
+                std::min(40.0, 0.25 * each));
+  return svg + frame(axes) + labels(figure, axes, height) + "</svg>\n";
+}
+
+// From light (the least value) to dark; the text on it is black or white.
+std::string cell_colour(double part) {
+  const auto mix = [part](double from, double to) { return static_cast<int>(from + part * (to - from)); };
+  return fmt::format("rgb({},{},{})", mix(253, 84), mix(231, 2), mix(150, 75));
+}
+
+// Where a loss lies between the least and the greatest one, by its logarithm where all are positive.
+double part_of_range(const Figure& figure, double loss) {
+  double low = INFINITY, high = -INFINITY;
+  for (const Cell& cell : figure.cells)
+    if (std::isfinite(cell.value)) low = std::min(low, cell.loss), high = std::max(high, cell.loss);
+  if (!(high > low)) return 0;
+  return low > 0 ? std::log(loss / low) / std::log(high / low) : (loss - low) / (high - low);
+}
+
+std::string draw(const Figure& figure, const Cell& cell, double x, double y, double width, double height) {
+  const bool known = std::isfinite(cell.value);
+  const double part = known ? part_of_range(figure, cell.loss) : 0;
+  const std::string inside = fmt::format(
+      "<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}' style='fill:{};stroke:#8888'/>"
+      "<text x='{:.1f}' y='{:.1f}' text-anchor='middle' style='fill:{}'>{}</text>",
+      x, y, width, height, known ? cell_colour(part) : "none", x + width / 2, y + height / 2 + 4,
+      !known       ? "var(--text,#333)"
+      : part > 0.5 ? "#fff"
+                   : "#000",
+      known ? fmt::format("{:.3g}", cell.value) : "-");
+  return cell.href.empty() ? inside : fmt::format("<a href='{}'>{}</a>", escaped(cell.href), inside);
+}
+
+std::string cells_svg(const Figure& figure, double width, double height) {
+  constexpr double kNames = 84;  // px left of the rows
+  Axes axes;
+  axes.x.begin = kNames, axes.x.end = width - kRight, axes.y.begin = height - kBottom, axes.y.end = kTop;
+  const double across = (axes.x.end - axes.x.begin) / static_cast<double>(figure.columns.size()),
+               down = (axes.y.begin - axes.y.end) / static_cast<double>(figure.rows.size());
+  std::string svg = begin_svg(figure, width, height);
+  const auto x = [&](std::size_t column) { return axes.x.begin + across * static_cast<double>(column); };
+  const auto y = [&](std::size_t row) { return axes.y.begin - down * static_cast<double>(row + 1); };
+  for (std::size_t i = 0; i < figure.columns.size(); ++i)
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='middle'>{}</text>", x(i) + across / 2,
+                       axes.y.begin + 16, escaped(figure.columns[i]));
+  for (std::size_t i = 0; i < figure.rows.size(); ++i)
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='end'>{}</text>", kNames - 6,
+                       y(i) + down / 2 + 4, escaped(figure.rows[i]));
+  for (const Cell& cell : figure.cells) svg += draw(figure, cell, x(cell.column), y(cell.row), across, down);
+  return svg + labels(figure, axes, height) + "</svg>\n";
 }
 
 }  // namespace
@@ -160,20 +267,15 @@ const char* role_name(Role role) {
 }
 
 std::string to_svg(const Figure& figure, double width, double height) {
+  if (!figure.boxes.empty()) return boxes_svg(figure, width, height);
+  if (!figure.cells.empty()) return cells_svg(figure, width, height);
   const Axes axes = axes_of(figure, width, height);
-  std::string svg = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' "
-      "height='{1:.0f}' "
-      "role='img' aria-label='{2}'>{3}",
-      width, height, escaped(figure.title), style());
-  svg += "<rect class='paper' width='100%' height='100%'/>" + grid(axes);
+  std::string svg = begin_svg(figure, width, height) + grid(axes);
   for (const Envelope& e : figure.envelopes) svg += draw(axes, e);
   for (const Level& level : figure.levels) svg += draw(axes, level);
   for (const Moment& moment : figure.moments) svg += draw(axes, moment);
   for (const Line& line : figure.lines) svg += draw(axes, line);
-  svg += fmt::format("<rect class='frame' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>",
-                     axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
-  return svg + labels(figure, axes, height) + legend(figure, width - kRight) + "</svg>\n";
+  return svg + frame(axes) + labels(figure, axes, height) + legend(figure, width - kRight) + "</svg>\n";
 }
 
 }  // namespace sim::report

@@ -10,6 +10,7 @@
 #include "sim/files/file_error.h"
 #include "sim/files/json.h"
 #include "sim/files/owned_folder.h"
+#include "sim/files/text_table.h"
 #include "sim/report/html.h"
 #include "sim/result/score_file.h"
 #include "sim/score/evaluate.h"
@@ -142,21 +143,7 @@ std::string leaderboard_table(const std::vector<LeaderboardRow>& rows,
                               const std::vector<std::string>& metrics) {
   std::vector<std::vector<std::string>> lines{titles(metrics)};
   for (const LeaderboardRow& row : rows) lines.push_back(cells(row, metrics));
-  std::vector<std::size_t> widths(lines[0].size(), 0);
-  for (const auto& line : lines)
-    for (std::size_t i = 0; i < line.size(); ++i) widths[i] = std::max(widths[i], line[i].size());
-  std::string text;
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    if (k > 1 && lines[k][0] != lines[k - 1][0]) text += '\n';
-    for (std::size_t i = 0; i < lines[k].size(); ++i) {
-      const bool is_last = i + 1 == lines[k].size();
-      const bool is_text = i < 2 || is_last;
-      text += is_last   ? lines[k][i] + "\n"
-              : is_text ? fmt::format("{:<{}}  ", lines[k][i], widths[i])
-                        : fmt::format("{:>{}}  ", lines[k][i], widths[i]);
-    }
-  }
-  return text +
+  return files::text_table(lines, {.naming = 2, .text = 2, .last_text = true}) +
          "medians over the runs of a row that have a value; results of different scenarios are not "
          "compared\n";
 }
@@ -180,13 +167,13 @@ std::string leaderboard_csv(const std::vector<LeaderboardRow>& rows,
 
 std::string leaderboard_page(const std::vector<LeaderboardRow>& rows,
                              const std::vector<std::string>& metrics) {
-  std::string html = html_head("leaderboard", "", "light") + "<h1>Estimators side by side</h1>\n";
+  std::string html = html_head("leaderboard", "") + "<h1>Estimators side by side</h1>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (i == 0 || rows[i].scenario != rows[i - 1].scenario)
-      html +=
-          fmt::format("<h2>{}</h2>\n<table>\n{}", escaped(rows[i].scenario), html_row(titles(metrics), "th"));
+      html += fmt::format("<h2>{}</h2>\n<div class='scroll'><table>\n{}", escaped(rows[i].scenario),
+                          html_row(titles(metrics), "th"));
     html += html_row(cells(rows[i], metrics), "td");
-    if (i + 1 == rows.size() || rows[i].scenario != rows[i + 1].scenario) html += "</table>\n";
+    if (i + 1 == rows.size() || rows[i].scenario != rows[i + 1].scenario) html += "</table></div>\n";
   }
   html +=
       "<p>Medians over the runs of a row that have a value. A row is a folder of results of one scenario and "

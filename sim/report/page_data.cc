@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "sim/files/number.h"
 #include "sim/report/comparison_figures.h"
@@ -21,7 +22,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr int kPictures = 8;
-constexpr double kWide = 640, kHigh = 520;  // px of an SVG in the page
+constexpr std::size_t kInFull = 12;                     // runs
+constexpr double kWide = 640, kHigh = 520, kLow = 300;  // px of an SVG in the page
 
 ordered_json rounded(double value) {
   if (!std::isfinite(value)) return nullptr;
@@ -74,22 +76,45 @@ ordered_json all(const std::vector<Figure>& figures) {
   return json;
 }
 
-ordered_json run_data(const RunData& run) {
+/// "by its yaw alignment": of a trajectory that the truth placed in the world.
+std::string alignment_text(const RunData& run) {
+  const std::string& by = run.about.alignment;
+  if (by.empty()) return "";
+  return by == "none"
+             ? "Its trajectory was scored as it is, without alignment."
+             : fmt::format(
+                   "Its trajectory was aligned with the truth ({}) before it was scored, so that errors "
+                   "are those that remain.",
+                   by);
+}
+
+/// What the table of runs shows of every run.
+ordered_json row_data(const RunData& run, const Verdict& verdict) {
+  return {{"label", run.label},
+          {"folder", run.folder.string()},
+          {"scenario", run.score.value("scenario", "?")},
+          {"verdict", verdict.text},
+          {"exit_code", verdict.exit_code},
+          {"score", run.score}};
+}
+
+ordered_json run_data(const RunData& run, bool in_full) {
   const scenario::Scenario scenario = scenario::read_scenario(run.folder / "scenario.yaml").scenario;
   const Verdict verdict = verdict_of(run, scenario);
-  ordered_json json{{"label", run.label},
-                    {"verdict", verdict.text},
-                    {"exit_code", verdict.exit_code},
-                    {"cause", run.about.cause},
-                    {"counterfactual", run.about.counterfactual},
-                    {"score", run.score},
-                    {"figures", all(run_figures(run))},
-                    {"has_estimate", run.errors.has_value()}};
+  ordered_json json = row_data(run, verdict);
+  if (!in_full) return json;
+  json.update({{"cause", run.about.cause},
+               {"counterfactual", run.about.counterfactual},
+               {"alignment", alignment_text(run)},
+               {"steered", run.waist_desired.has_value()},
+               {"figures", all(run_figures(run))},
+               {"has_estimate", run.errors.has_value()}});
   json["pictures"] = ordered_json::array();
   for (const Picture& picture : pictures(run, kPictures))
     json["pictures"].push_back({{"t", picture.t}, {"svg", picture.svg}});
   json["scene"] = run.map && run.errors ? scene_data(run) : ordered_json(nullptr);
   json["configuration"] = configuration(run, scenario);
+  json["view"] = fmt::format("tools/gaitslam view {}", run.folder.string());
   json["command"] = fmt::format("tools/gaitslam run {}/scenario.yaml --out DIR", run.folder.string());
   return json;
 }
@@ -105,6 +130,22 @@ std::string title(const std::vector<RunData>& runs) {
   return fmt::format("{}: {}", fmt::join(scenarios, ", "), files::counted(runs.size(), "run"));
 }
 
+/// What a page of many runs shows in full: the first and the worst run of each scenario and estimator.
+std::vector<bool> runs_in_full(const std::vector<RunData>& runs) {
+  std::vector<bool> in_full(runs.size(), runs.size() <= kInFull);
+  std::map<std::string, std::size_t> worst;  // by scenario and estimator
+  const auto ate = [&](std::size_t i) { return runs[i].metric("ate_se3_rmse_m").value_or(INFINITY); };
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const std::string group =
+        runs[i].score.value("scenario", "?") + "\n" + runs[i].score.value("estimator", "filter");
+    const auto [found, is_first] = worst.emplace(group, i);
+    if (is_first) in_full[i] = true;
+    if (ate(i) > ate(found->second)) found->second = i;
+  }
+  for (const auto& [group, i] : worst) in_full[i] = true;
+  return in_full;
+}
+
 std::string subtitle(const RunData& run) {
   const auto known = [](const std::string& text) { return text.empty() ? "?" : text; };
   return fmt::format("{} {}, revision {}", known(run.about.program), known(run.about.version),
@@ -115,12 +156,16 @@ std::string subtitle(const RunData& run) {
 
 ordered_json to_json(const Figure& figure) {
   ordered_json json{{"name", figure.name}, {"title", figure.title}};
-  if (figure.equal_axes) {
-    json["svg"] = to_svg(figure, kWide, kHigh);
+  if (!figure.runs.empty()) json["runs"] = figure.runs;
+  if (figure.is_still()) {
+    json["svg"] = to_svg(figure, kWide, figure.equal_axes ? kHigh : kLow);
     return json;
   }
-  json.update(
-      {{"x_label", figure.x_label}, {"y_label", figure.y_label}, {"logarithmic", figure.logarithmic}});
+  json.update({{"x_label", figure.x_label},
+               {"y_label", figure.y_label},
+               {"logarithmic", figure.logarithmic},
+               {"whole_x", figure.whole_x},
+               {"whole_y", figure.whole_y}});
   for (const char* list : {"lines", "envelopes", "levels", "moments"}) json[list] = ordered_json::array();
   for (const Line& line : figure.lines)
     json["lines"].push_back({{"name", line.name},
@@ -146,7 +191,8 @@ ordered_json page_data(const std::vector<RunData>& runs) {
                     {"definitions", definitions()},
                     {"figures", all(comparison_figures(runs))},
                     {"runs", ordered_json::array()}};
-  for (const RunData& run : runs) json["runs"].push_back(run_data(run));
+  const std::vector<bool> in_full = runs_in_full(runs);
+  for (std::size_t i = 0; i < runs.size(); ++i) json["runs"].push_back(run_data(runs[i], in_full[i]));
   return json;
 }
 

@@ -111,6 +111,7 @@ Figure nis(const Table& frames) {
 
 Figure matches(const Table& frames) {
   Figure f{"matches", "Landmarks in the map, searched for and accepted", kTime, "count"};
+  f.whole_y = true;
   const Column t = frames.seconds("timestamp");
   f.lines.push_back(line("in the map", Role::truth, t, frames.numbers("landmarks")));
   f.lines.push_back(line("measured", Role::first, t, frames.numbers("measured")));
@@ -126,6 +127,7 @@ Figure cpu(const Table& times) {
 
 Figure cpu_by_map(const Table& times, const Table& frames) {
   Figure f{"cpu_by_map", "CPU of the filter by size of the map", "landmarks in the map", "ms"};
+  f.whole_x = true;
   Column size = frames.numbers("landmarks"), ms = times.numbers("filter");
   const std::size_t count = std::min(size.size(), ms.size());
   size.resize(count), ms.resize(count);
@@ -256,17 +258,38 @@ Figure camera_from_above(const RunData& run) {
   return f;
 }
 
+// 1, 2 or 5 times a power of ten, at least 1.
+double round_factor(double rough) {
+  if (!(rough > 1)) return 1;
+  const double power = std::pow(10, std::floor(std::log10(rough)));
+  return (rough >= 5 * power ? 5 : rough >= 2 * power ? 2 : 1) * power;
+}
+
+// So that the longest arrow is a quarter of the walk's extent at most.
+double arrow_factor(const Table& steps) {
+  constexpr double kOfExtent = 0.25;
+  const Column x = steps.numbers("expected_x"), y = steps.numbers("expected_y"),
+               ahead = steps.numbers("ahead"), aside = steps.numbers("aside");
+  double longest = 0;
+  for (std::size_t i = 0; i < ahead.size(); ++i) longest = std::max(longest, std::hypot(ahead[i], aside[i]));
+  if (x.empty() || longest == 0) return 1;
+  const auto [left, right] = std::minmax_element(x.begin(), x.end());
+  const auto [low, high] = std::minmax_element(y.begin(), y.end());
+  return round_factor(kOfExtent * std::max(*right - *left, *high - *low) / longest);
+}
+
 // From where each foot would have landed, by the estimate, to where it was sent; both barbs of the head are a
-// quarter as long. Drawn larger, since corrections are some mm.
+// quarter as long. Drawn larger, since corrections are some mm, by a factor that the legend names.
 Line correction_arrows(const Table& steps) {
-  constexpr double kLarger = 5;
-  Line arrows{"corrections, 5 times as large", Role::second};
+  const double larger = arrow_factor(steps);
+  Line arrows{larger > 1 ? fmt::format("corrections, {:.0f} times as large", larger) : "corrections",
+              Role::second};
   const Column x = steps.numbers("expected_x"), y = steps.numbers("expected_y"),
                yaw = steps.numbers("expected_yaw"), ahead = steps.numbers("ahead"),
                aside = steps.numbers("aside");
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Eigen::Vector2d from(x[i], y[i]);
-    const Eigen::Vector2d way = kLarger * (Eigen::Rotation2Dd(yaw[i]) * Eigen::Vector2d(ahead[i], aside[i]));
+    const Eigen::Vector2d way = larger * (Eigen::Rotation2Dd(yaw[i]) * Eigen::Vector2d(ahead[i], aside[i]));
     const Eigen::Vector2d tip = from + way;
     const Eigen::Vector2d left = tip + Eigen::Rotation2Dd(2.6) * way / 4,
                           right = tip + Eigen::Rotation2Dd(-2.6) * way / 4;
@@ -331,6 +354,12 @@ std::vector<Figure> run_figures(const RunData& run) {
   return figures;
 }
 
+std::vector<Figure> of_runs(std::vector<Figure> figures, const std::vector<RunData>& runs) {
+  for (Figure& figure : figures)
+    for (const RunData& run : runs) figure.runs.push_back(run.folder.string());
+  return figures;
+}
+
 std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
   std::map<double, Column> at;
   Figure walks{"walks", "Where the walks led: truth of every run", "x [m]", "y [m]"};
@@ -346,10 +375,10 @@ std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
   walks.lines.push_back(line("plan", Role::plan, runs[0].waist_plan.x, runs[0].waist_plan.y));
   std::vector<Figure> figures{walks};
   const auto scored = std::count_if(runs.begin(), runs.end(), [](const RunData& r) { return !!r.errors; });
-  if (scored < 2) return figures;
+  if (scored < 2) return of_runs(figures, runs);
   figures.push_back(error_over_seeds(at));
   if (const Figure nees = nees_over_seeds(runs); !nees.lines[0].x.empty()) figures.push_back(nees);
-  return figures;
+  return of_runs(figures, runs);
 }
 
 }  // namespace sim::report

@@ -18,6 +18,9 @@ Figure camera_height(const RunData& run);
 /// All figures for which the run left data.
 std::vector<Figure> run_figures(const RunData& run);
 
+/// The figures, each showing these runs.
+std::vector<Figure> of_runs(std::vector<Figure> figures, const std::vector<RunData>& runs);
+
 /// Position error over time (median, minimum and maximum over the runs), mean NEES with its band, and the
 /// paths of all runs. Empty for fewer than two runs.
 std::vector<Figure> batch_figures(const std::vector<RunData>& runs);

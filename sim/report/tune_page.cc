@@ -61,6 +61,7 @@ double largest_shown(const Tuning& t) {
 
 Figure history_figure(const Tuning& t) {
   Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
+  f.whole_x = true;
   const double most = largest_shown(t), none = std::nan("");
   Line tried{"setting", Role::truth, {}, {}, true}, ended{"aborted", Role::third, {}, {}, true},
       best{"best so far", Role::estimate, {}, {}};
@@ -87,6 +88,7 @@ double part(const Json& p, double value) {
 Figure parallel_figure(const Tuning& t) {
   Figure f{"parallel", "Parallel coordinates: the best tenth of the settings and the others",
            "parameter, by its row in the table above", "position in its range"};
+  f.whole_x = true;
   std::vector<std::size_t> order(t.value.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return t.value[a] > t.value[b]; });
@@ -152,7 +154,8 @@ Figure profile_figure(const Json& profile, const Json& p) {
 // Start and best of each run, one beside the other.
 Figure runs_figure(const std::string& name, const std::string& title, const Json& side,
                    const std::string& of) {
-  Figure f{name, title, "run", of};
+  Figure f{name, title, "run, by its number in the list of runs", of};
+  f.whole_x = true;
   for (const auto& [which, words, role] :
        {std::tuple{"start", "before", Role::plan}, std::tuple{"best", "after", Role::estimate}}) {
     const std::vector<double> y = numbers(side.at("values").at(of).at(which));
@@ -185,6 +188,10 @@ std::vector<Figure> figures(const Tuning& t) {
   return all;
 }
 
+constexpr const char* kTableBegin =
+    "<div class='scroll' tabindex='0' role='region' aria-label='table'><table class='named-rows'>";
+constexpr const char* kTableEnd = "</table></div>\n";
+
 std::string number(const Json& value) { return fmt::format("{:.4g}", value.number()); }
 
 std::string row(const std::vector<std::string>& cells, const char* tag) {
@@ -195,7 +202,7 @@ std::string row(const std::vector<std::string>& cells, const char* tag) {
 }
 
 std::string parameters_table(const Tuning& t) {
-  std::string html = "<table>" + row({"parameter", "searched", "before", "after", "95 % interval"}, "th");
+  std::string html = kTableBegin + row({"parameter", "searched", "before", "after", "95 % interval"}, "th");
   for (std::size_t k = 0; k < t.keys.size(); ++k) {
     const Json& p = t.parameters[k];
     std::string interval = "-";
@@ -213,7 +220,7 @@ std::string parameters_table(const Tuning& t) {
                  number(p.at("best")), interval},
                 "td");
   }
-  return html + "</table>\n";
+  return html + kTableEnd;
 }
 
 std::string mean_of(const Json& list) {
@@ -226,14 +233,14 @@ std::string mean_of(const Json& list) {
 std::string sides_table(const Tuning& t) {
   const Json training = t.json.at("training"), holdout = t.json.at("holdout");
   std::string html =
-      "<table>" + row({"mean over runs", "training: before", "after", "hold-out: before", "after"}, "th");
+      kTableBegin + row({"mean over runs", "training: before", "after", "hold-out: before", "after"}, "th");
   for (const auto& [name, values] : holdout.at("values").entries()) {
     const Json there = training.at("values").at(name);
     html += row({name, mean_of(there.at("start")), mean_of(there.at("best")), mean_of(values.at("start")),
                  mean_of(values.at("best"))},
                 "td");
   }
-  html += "</table>\n<p class='soft'>The expected NEES of position and orientation is 3.";
+  html += std::string(kTableEnd) + "<p class='soft'>The expected NEES of position and orientation is 3.";
   const auto runs = static_cast<int>(holdout.at("runs").items().size());
   if (runs == 0) holdout.at("runs").fail("is empty, expected the names of the hold-out runs");
   if (runs > 1) {
@@ -245,28 +252,65 @@ std::string sides_table(const Tuning& t) {
   return html + "</p>\n";
 }
 
+/// One hold-out run says little: it may be better or worse by chance.
+std::string warning(const Tuning& t) {
+  if (t.json.at("holdout").at("runs").items().size() > 1) return "";
+  return "<p class='warning'><b>The hold-out is one run.</b> That it is better or worse there may be chance: "
+         "name "
+         "several seeds, or other walks, under <code>holdout</code>, and tune again.</p>\n";
+}
+
+/// The place in the page of a run; side: "training" or "holdout".
+std::string run_anchor(const std::string& side, std::size_t i) { return fmt::format("{}-{}", side, i + 1); }
+
+/// The runs by the numbers that figures give them, with their losses.
+std::string runs_list(const Tuning& t, const std::string& side) {
+  const Json of = t.json.at(side);
+  const std::vector<Json> runs = of.at("runs").items();
+  const Json losses = of.at("values").at(t.objective);
+  const std::vector<double> before = numbers(losses.at("start")), after = numbers(losses.at("best"));
+  const auto shown = [](const std::vector<double>& all, std::size_t i) {
+    return i < all.size() && std::isfinite(all[i]) ? fmt::format("{:.4g}", all[i]) : std::string("-");
+  };
+  std::string html = fmt::format("<details open id='runs-{}'><summary>{}</summary><ol>\n", side,
+                                 side == "holdout" ? "Hold-out runs" : "Training runs");
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    html += fmt::format("<li id='{}'>{}: {} {} before, {} after</li>\n", run_anchor(side, i),
+                        escaped(runs[i].text()), escaped(t.objective), shown(before, i), shown(after, i));
+  return html + "</ol></details>\n";
+}
+
+/// Where a reader finds what a figure shows: its runs, or the row of its parameter.
+std::string link_of(const Figure& figure) {
+  if (figure.name == "training") return "<a href='#runs-training'>which runs these are</a>";
+  if (figure.name == "holdout" || figure.name.starts_with("nees_"))
+    return "<a href='#runs-holdout'>which runs these are</a>";
+  return "<a href='#parameters'>the parameters in numbers</a>";
+}
+
+std::string figure_html(const Figure& figure) {
+  constexpr double kWidth = 640, kHeight = 300;
+  return fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}<p class='soft'>{}</p></figure>\n",
+                     escaped(figure.name), escaped(figure.title), to_svg(figure, kWidth, kHeight),
+                     link_of(figure));
+}
+
 }  // namespace
 
 std::string tune_page(const fs::path& folder) {
-  constexpr double kWidth = 760, kHeight = 300;
   const Tuning t = read_tuning(folder);
   const bool accepted = t.json.at("accepted").flag();
   const std::string name = t.json.at("name").text();
-  std::string html =
-      html_head("tuning " + name,
-                "\n.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(500px,1fr));"
-                "gap:14px}figure{margin:0}svg{width:100%;height:auto}"
-                "#parallel .line.truth{stroke-opacity:.2}",
-                "light");
+  std::string html = html_head("tuning " + name, "\n#parallel .line.truth{stroke-opacity:.2}");
   html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
                       escaped(name), accepted ? "good" : "bad",
                       accepted ? "better on hold-out runs" : "refused: worse on hold-out runs",
                       t.value.size(), escaped(t.objective));
-  html += parameters_table(t) + "<h2>Before and after</h2>\n" + sides_table(t) +
-          "<h2>Figures</h2>\n<div class='plots'>\n";
-  for (const Figure& figure : figures(t))
-    html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.name),
-                        escaped(figure.title), to_svg(figure, kWidth, kHeight));
+  html += warning(t) + "<section id='parameters'>" + parameters_table(t) + "</section>\n";
+  html += "<h2>Before and after</h2>\n" + sides_table(t);
+  for (const char* side : {"training", "holdout"}) html += runs_list(t, side);
+  html += "<h2>Figures</h2>\n<div class='figures'>\n";
+  for (const Figure& figure : figures(t)) html += figure_html(figure);
   return html + "</div>\n" + kHtmlEnd;
 }
 

@@ -24,6 +24,7 @@ About about_of(const files::Json& json) {
   about.walk_ending = text_or_empty(json, "walk_ending");
   about.walk_cause = text_or_empty(json, "walk_cause");
   about.counterfactual = text_or_empty(json, "counterfactual");
+  about.alignment = text_or_empty(json, "alignment");
   about.recording = text_or_empty(json, "recording_xxh3_128");
   if (const auto set_by = json.find("set_by"))
     for (const auto& [key, origin] : set_by->entries()) about.set_by[key] = origin.text();

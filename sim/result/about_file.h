@@ -17,6 +17,7 @@ struct About {
   std::string cause;  ///< of the run's ending
   std::string walk_ending, walk_cause;
   std::string counterfactual;  ///< of a replay: why its filter would have steered another walk
+  std::string alignment;       ///< by which the truth placed a trajectory of another program in W; else empty
   std::string recording;       ///< the hash of its manifest
   std::map<std::string, std::string, std::less<>> set_by;
 };

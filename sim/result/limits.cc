@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim/result/json.h"
+#include "sim/result/table_style.h"
 #include "sim/scenario/limits.h"
 
 namespace sim::result {
@@ -39,6 +40,11 @@ score::Worst worst_side(const scenario::MetricLimit& limit) {
 
 std::string_view verdict_word(std::optional<bool> passed) {
   return !passed ? "not judged" : *passed ? "ok" : "MISSED";
+}
+
+std::string verdict_text(std::optional<bool> passed, bool colours) {
+  const Paint paint = !passed ? Paint::none : *passed ? Paint::good : Paint::bad;
+  return painted(std::string(verdict_word(passed)), paint, colours);
 }
 
 nlohmann::ordered_json to_json(const JudgedLimit& judged) {

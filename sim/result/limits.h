@@ -43,6 +43,8 @@ score::Worst worst_side(const scenario::MetricLimit& limit);
 
 /// "ok", "MISSED" or "not judged", for tables.
 std::string_view verdict_word(std::optional<bool> passed);
+/// The same in green or red, where colours are wanted.
+std::string verdict_text(std::optional<bool> passed, bool colours);
 
 /// {"metric": "ate_se3_rmse_m.median", "at_most": 0.1, "value": 0.2, "passed": false}
 nlohmann::ordered_json to_json(const JudgedLimit& judged);

@@ -103,6 +103,7 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
                               {"recording_xxh3_128", record.recording_hash},
                               {"set_by", set_by}};
   if (!record.counterfactual.empty()) json["counterfactual"] = record.counterfactual;
+  if (!record.alignment.empty()) json["alignment"] = record.alignment;
   write_json(file, json);
 }
 

@@ -25,7 +25,8 @@ struct RunRecord {
   std::string recording_hash;
   std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, where no waist was planned
   std::string counterfactual = {};  ///< why the replayed filter would have steered another walk; else empty
-  std::string no_scale = {};        ///< why the estimate's scale means nothing; empty if it does
+  std::string alignment = {};  ///< by which the truth placed the estimate in W; empty where none was asked
+  std::string no_scale = {};   ///< why the estimate's scale means nothing; empty if it does
 };
 
 /// The ending of the walk, or of the filter on a walk that was completed.

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <vector>
 
+#include "sim/result/about_file.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
 #include "sim/score/evaluate.h"
@@ -28,14 +31,15 @@ std::string unit(const Json& metric) {
 }
 
 // "<= 0.1  ok" for each limit on the metric.
-std::string verdicts(const std::vector<Json>& limits, const std::string& metric) {
+std::string verdicts(const std::vector<Json>& limits, const std::string& metric, const TableStyle& style) {
   std::string text;
   for (const Json& limit : limits) {
     if (limit.at("metric").text() != metric) continue;
-    const auto at_most = limit.find("at_most"), passed = limit.find("passed");
+    const auto at_most = limit.find("at_most"), found = limit.find("passed");
     const double bound = (at_most ? *at_most : limit.at("at_least")).number();
+    const auto passed = found ? std::optional(found->flag()) : std::nullopt;
     text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=", shown(bound),
-                        verdict_word(passed ? std::optional(passed->flag()) : std::nullopt));
+                        verdict_text(passed, style.colours));
   }
   return text;
 }
@@ -68,33 +72,85 @@ bool is_substitute(const Json& metrics, const std::string& name) {
          !value_of(metrics, "ate_se3_rmse_m");
 }
 
-std::string metric_line(const std::string& name, const Json& metric, const std::string& judged) {
+// Why metrics have no value: what is said of one stands beside it, what is said of several once, below.
+class Reasons {
+ public:
+  void count(const std::string& reason) { ++times_[reason]; }
+  /// What stands beside the metric.
+  std::string remark(const std::string& reason) {
+    if (times_[reason] < 2) return reason;
+    auto found = std::find(notes_.begin(), notes_.end(), reason);
+    if (found == notes_.end()) found = notes_.insert(found, reason);
+    return fmt::format("({})", found - notes_.begin() + 1);
+  }
+  std::string notes() const {
+    std::string text;
+    for (std::size_t i = 0; i < notes_.size(); ++i) text += fmt::format("  ({}) {}\n", i + 1, notes_[i]);
+    return text;
+  }
+
+ private:
+  std::map<std::string, int> times_;
+  std::vector<std::string> notes_;
+};
+
+std::optional<std::string> reason_of(const Json& metric) {
   const auto reason = metric.find("reason");
-  const std::string remark = metric.at("value").is_null() && reason ? reason->text() : judged;
-  std::string line = fmt::format("  {:<24}{:>12} {:<4}  {}", name, shown(metric.at("value").number_or_null()),
-                                 unit(metric), remark);
+  return metric.at("value").is_null() && reason ? std::optional(reason->text()) : std::nullopt;
+}
+
+std::string metric_line(const std::string& name, std::size_t width, const Json& metric,
+                        const std::string& judged, Reasons& reasons) {
+  const auto reason = reason_of(metric);
+  std::string remark = reason ? reasons.remark(*reason) : judged;
+  if (reason && !judged.empty()) remark = judged + "  " + remark;
+  std::string line = fmt::format("  {:<{}}{:>12} {:<4}  {}", name, width,
+                                 shown(metric.at("value").number_or_null()), unit(metric), remark);
   line.erase(line.find_last_not_of(' ') + 1);
   return line + '\n';
 }
 
+std::string metric_lines(const Json& scored, const TableStyle& style) {
+  const Json metrics = scored.at("metrics");
+  const std::vector<Json> limits = scored.at("limits").items();
+  const auto is_shown = [&](const std::string& name) {
+    const score::MetricDefinition* defined = score::find_metric(name);
+    return style.all_metrics || (defined && defined->headline) || !verdicts(limits, name, {}).empty() ||
+           is_substitute(metrics, name);
+  };
+  Reasons reasons;
+  std::size_t width = 24;
+  for (const auto& [name, metric] : metrics.entries()) {
+    if (!is_shown(name)) continue;
+    width = std::max(width, name.size());
+    if (const auto reason = reason_of(metric)) reasons.count(*reason);
+  }
+  std::string text;
+  for (const auto& [name, metric] : metrics.entries())
+    if (is_shown(name)) text += metric_line(name, width, metric, verdicts(limits, name, style), reasons);
+  return text + reasons.notes();
+}
+
+// How the errors were worked out.
+std::string alignment_text(const std::filesystem::path& about) {
+  const std::string by = std::filesystem::exists(about) ? read_about(about).alignment : "";
+  return by.empty() || by == "none" ? "without alignment except ate_se3"
+                                    : fmt::format("after its {} alignment with the truth", by);
+}
+
 }  // namespace
 
-std::string score_table(const std::filesystem::path& result_folder) {
+std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style, bool failed) {
   const Json scored = read_whole_score(result_folder / "score.json"),
-             timing = files::read_json(result_folder / "timing.json"), metrics = scored.at("metrics");
-  const std::vector<Json> limits = scored.at("limits").items();
-  std::string text = fmt::format("{}  seed {}  {}\n", scored.at("scenario").text(), scored.at("seed").whole(),
-                                 scored.at("ending").text());
-  text += tracking_faults(scored);
-  for (const auto& [name, metric] : metrics.entries()) {
-    const score::MetricDefinition* defined = score::find_metric(name);
-    const std::string judged = verdicts(limits, name);
-    if (!judged.empty() || (defined && defined->headline) || is_substitute(metrics, name))
-      text += metric_line(name, metric, judged);
-  }
-  if (const auto poses = value_of(metrics, "poses_matched"))
-    text += fmt::format(
-        "  errors over {} poses, without alignment except ate_se3; score.json has all metrics\n", *poses);
+             timing = files::read_json(result_folder / "timing.json");
+  std::string text =
+      fmt::format("{}  seed {}  {}\n", scored.at("scenario").text(), scored.at("seed").whole(),
+                  painted(scored.at("ending").text(), failed ? Paint::bad : Paint::none, style.colours));
+  text += tracking_faults(scored) + metric_lines(scored, style);
+  if (const auto poses = value_of(scored.at("metrics"), "poses_matched"))
+    text +=
+        fmt::format("  errors over {} poses, {}; {}\n", *poses, alignment_text(result_folder / "about.json"),
+                    style.all_metrics ? "report says what each metric is" : "score.json has all metrics");
   const double median = timing.at("frame_cpu_ms_median").number(),
                p99 = timing.at("frame_cpu_ms_p99").number();
   text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f}), {:.2f} x real time\n", median,

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
 
 #include "sim/files/durable_file.h"
 #include "sim/files/number.h"
@@ -22,6 +24,11 @@ score::Direction direction_of(const std::string& metric, const scenario::Scenari
   for (const scenario::MetricLimit& limit : scenario.limits.metrics)
     if (limit.metric == metric) return worst_side(limit);
   return own;
+}
+
+bool is_limited(const std::string& metric, const scenario::Scenario& scenario) {
+  return std::any_of(scenario.limits.metrics.begin(), scenario.limits.metrics.end(),
+                     [&](const scenario::MetricLimit& limit) { return limit.metric == metric; });
 }
 
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
@@ -62,6 +69,52 @@ std::string row(const MetricSummary& metric) {
                      s.n, s.median, s.mean, number(s.standard_deviation), s.worst);
 }
 
+// "1..5, 7"
+std::string ranges(std::vector<std::uint64_t> seeds) {
+  std::sort(seeds.begin(), seeds.end());
+  std::string text;
+  for (std::size_t first = 0, last = 0; first < seeds.size(); first = last + 1) {
+    for (last = first; last + 1 < seeds.size() && seeds[last + 1] == seeds[last] + 1;) ++last;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", seeds[first]);
+    if (last > first) text += fmt::format("{}{}", last == first + 1 ? ", " : "..", seeds[last]);
+  }
+  return text;
+}
+
+const char* exit_text(int exit_code) {
+  constexpr const char* kTexts[]{"passed", "missed a limit", "not begun", "failed"};
+  return kTexts[std::clamp(exit_code, 0, 3)];
+}
+
+// A line for all seeds that ended alike, the passed ones first.
+std::string endings(const Summary& summary, const TableStyle& style) {
+  std::map<std::pair<int, std::string>, std::vector<std::uint64_t>> alike;
+  for (const SeedScore& seed : summary.seeds) alike[{seed.exit_code, seed.ending}].push_back(seed.seed);
+  std::string text;
+  for (const auto& [how, seeds] : alike) {
+    const std::string passed = fmt::format("{:<14}", exit_text(how.first));
+    text += fmt::format("  {}  {:<16}  {} {}\n",
+                        painted(passed, how.first == 0 ? Paint::good : Paint::bad, style.colours), how.second,
+                        seeds.size() == 1 ? "seed" : "seeds", ranges(seeds));
+  }
+  return text;
+}
+
+bool is_headline(const MetricSummary& metric) {
+  const score::MetricDefinition* defined = score::find_metric(metric.name);
+  return metric.limited || (defined && defined->headline);
+}
+
+// Headline metrics first; then, on request, the others.
+std::string metrics(const Summary& summary, const TableStyle& style) {
+  std::string head = fmt::format("{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", "metric", "unit", "n",
+                                 "median", "mean", "sd", "worst"),
+              others;
+  for (const MetricSummary& m : summary.metrics) (is_headline(m) ? head : others) += row(m);
+  if (style.all_metrics) return head + (others.empty() ? "" : "\n") + others;
+  return head + (others.empty() ? "" : "--all-metrics shows all metrics, as summary.json has them\n");
+}
+
 }  // namespace
 
 Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScore>& seeds) {
@@ -73,7 +126,8 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
     for (const SeedMetric& metric : fullest->metrics) {
       summary.metrics.push_back(
           {metric.name, metric.unit,
-           score::summarise(values_of(metric.name, seeds), direction_of(metric.name, scenario))});
+           score::summarise(values_of(metric.name, seeds), direction_of(metric.name, scenario)),
+           is_limited(metric.name, scenario)});
     }
   }
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
@@ -89,7 +143,7 @@ int exit_code(const Summary& summary) {
   return worst;
 }
 
-void write_summary(const fs::path& file, const Summary& summary) {
+ordered_json to_json(const Summary& summary) {
   ordered_json json{{"format_version", 1}, {"scenario", summary.scenario}};
   json["seeds"] = ordered_json::array();
   for (const SeedScore& seed : summary.seeds) {
@@ -101,22 +155,19 @@ void write_summary(const fs::path& file, const Summary& summary) {
   }
   json["limits"] = ordered_json::array();
   for (const JudgedLimit& limit : summary.limits) json["limits"].push_back(to_json(limit));
-  files::write_durably(file, json.dump(2) + "\n");
+  return json;
 }
 
-std::string summary_table(const Summary& summary) {
+void write_summary(const fs::path& file, const Summary& summary) {
+  files::write_durably(file, to_json(summary).dump(2) + "\n");
+}
+
+std::string summary_table(const Summary& summary, const TableStyle& style) {
   std::string text = fmt::format("{}, {}\n", summary.scenario, files::counted(summary.seeds.size(), "seed"));
-  for (const SeedScore& seed : summary.seeds) {
-    text += fmt::format("  seed {:<6} {:<10} exit {}\n", seed.seed, seed.ending, seed.exit_code);
-  }
-  text += fmt::format("\n{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", "metric", "unit", "n", "median",
-                      "mean", "sd", "worst");
-  for (const MetricSummary& m : summary.metrics) {
-    text += row(m);
-  }
+  text += endings(summary, style) + "\n" + metrics(summary, style);
   for (const JudgedLimit& limit : summary.limits) {
     text += fmt::format("limit {} {} {}: {}  {}\n", subject(limit.limit), word(limit.limit.bound),
-                        limit.limit.value, number(limit.value), verdict_word(limit.passed));
+                        limit.limit.value, number(limit.value), verdict_text(limit.passed, style.colours));
   }
   return text;
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/files/json.h"
+#include "sim/files/text_table.h"
 #include "sim/score/statistics.h"
 #include "sim/tune/task.h"
 
@@ -60,22 +61,6 @@ std::vector<std::string> row(const SweepPlan& plan, const RecordOf& record, std:
   return cells;
 }
 
-/// Columns as wide as their widest cell.
-std::string aligned(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> widths(rows[0].size());
-  for (const auto& cells : rows)
-    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], cells[i].size());
-  std::string text;
-  for (const auto& cells : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < cells.size(); ++i)
-      line +=
-          i == 0 ? fmt::format("{:<{}}", cells[i], widths[i]) : fmt::format("  {:>{}}", cells[i], widths[i]);
-    text += line + "\n";
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string scores_csv(const SweepPlan& plan, const RecordOf& record) {
@@ -123,7 +108,7 @@ std::string sweep_table(const SweepPlan& plan, const RecordOf& record) {
   for (const std::string_view name : kShown) rows[0].emplace_back(name);
   for (std::size_t c = 0; c < std::min(plan.configurations.size(), kMostRows); ++c)
     rows.push_back(row(plan, record, c));
-  std::string text = aligned(rows);
+  std::string text = files::text_table(rows, {.naming = 1 + plan.keys.size()});
   if (plan.configurations.size() > kMostRows)
     text += fmt::format("... and {} more\n", plan.configurations.size() - kMostRows);
   return plan.seeds.size() > 1 ? "medians over seeds\n" + text : text;

@@ -136,7 +136,7 @@ std::string interval_text(const Profile& profile) {
   if (profile.identifiable())
     return fmt::format("  95 % interval: {:.4g} to {:.4g}", *profile.low, *profile.high);
   const char* const open = profile.low ? "above" : profile.high ? "below" : "below or above";
-  return fmt::format("  not identifiable from these recordings: not bounded {}", open);
+  return fmt::format("\n    not identifiable from these recordings: not bounded {}", open);
 }
 
 std::string result_text(const Spec& spec, const std::vector<double>& best,

@@ -1,6 +1,7 @@
 """Checks a JSON file against a schema: python3 check_schema.py SCHEMA FILE. Of JSON Schema it knows what the schemas of
 results use, and refuses any other word. Properties that the schema does not name are refused, so that it stays complete."""
 import json
+import os
 import sys
 
 TYPES = {'object': dict, 'array': list, 'string': str, 'boolean': bool, 'null': type(None)}
@@ -18,6 +19,9 @@ def is_of(value, name):
 
 def check(value, schema, root, path):
     assert set(schema) <= KNOWN, f'{path}: the schema says {set(schema) - KNOWN}'
+    if schema.get('$ref', '').endswith('.json'):
+        other = json.load(open(os.path.join(os.path.dirname(sys.argv[1]), schema['$ref'])))
+        return check(value, other, other, path)
     if '$ref' in schema:
         return check(value, root['$defs'][schema['$ref'].rsplit('/', 1)[1]], root, path)
     if 'const' in schema:

@@ -200,6 +200,7 @@ TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   ASSERT_EQ(ran.exit_code, 0) << ran.out << ran.err;
   ASSERT_EQ(replay("plan_alone").exit_code, 0);
   const auto evaluated = json("e/walk/seed-1/score.json"), in_the_loop = json("out/score.json");
+  EXPECT_EQ(json("e/walk/seed-1/about.json")["alignment"], "none");
   EXPECT_EQ(evaluated["estimator"], "plan_alone_of_others");
   EXPECT_EQ(evaluated["metrics"]["tracked_share"]["value"], 1);
   EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),

@@ -157,10 +157,10 @@ TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
 
 TEST_F(Interruption, ItIsSaidWhatIsKept) {
   const std::string seeds = kBlind + "--seeds 1..50 --out h";
-  EXPECT_THAT(
-      ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
-      HasSubstr(
-          "gaitslam: interrupted: what is finished is kept in h; the same command goes on with the rest"));
+  EXPECT_THAT(ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
+              HasSubstr("gaitslam: interrupted: what is finished is kept in h; the same command goes on with "
+                        "the rest:\n  " GAITSLAM_PROGRAM " " +
+                        seeds + "\n"));
   const Ran one = ended_when("[ -e k/.seed-1.partial ]", "INT",
                              "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --out k");
   EXPECT_THAT(one.err,

@@ -70,6 +70,62 @@ TEST_F(Regress, AWorseOneFailsWithACommandToRunItAgain) {
   EXPECT_THAT(text_of("j.json"), HasSubstr("\"exit_code\": 1"));
 }
 
+TEST_F(Regress, JsonIsTheOnlyThingOnStandardOutput) {
+  make_baseline();
+  write_results("new", 1.5);
+  for (const char* command : {"regress suites/ci.yaml --results new --json", "compare old new --json"}) {
+    const Ran ran = gaitslam(command);
+    EXPECT_EQ(ran.exit_code, 1) << ran.err;
+    write("verdicts.json", ran.out);
+    const Ran checked =
+        shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR
+              "/sim/result/schemas/verdicts.schema.json' verdicts.json");
+    EXPECT_EQ(checked.exit_code, 0) << checked.err;
+    EXPECT_THAT(ran.out, HasSubstr("\"exit_code\": 1"));
+  }
+}
+
+TEST_F(Regress, QuietPrintsNothingAndEndsAlike) {
+  make_baseline();
+  write_results("new", 1.5);
+  for (const char* option : {"-q", "--quiet"}) {
+    const Ran ran = gaitslam(std::string("regress suites/ci.yaml --results new ") + option);
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_EQ(ran.out + ran.err, "");
+  }
+  EXPECT_THAT(refusal("regress suites/ci.yaml -q --json"), HasSubstr("excludes"));
+}
+
+TEST_F(Regress, TheCommandOfARunStandsOnceForAllItsRows) {
+  make_baseline();
+  write_results("new", 30);
+  const Ran ran = gaitslam("regress suites/ci.yaml --results new");
+  EXPECT_EQ(ran.exit_code, 1);
+  const std::string command = "tools/gaitslam run walk.yaml seed=3\n";
+  EXPECT_THAT(ran.out, HasSubstr("rmse_m <= 1"));
+  EXPECT_EQ(ran.out.find(command), ran.out.rfind(command)) << ran.out;
+  EXPECT_NE(ran.out.find(command), ran.out.npos) << ran.out;
+}
+
+// script(1) gives the program a terminal.
+TEST_F(Regress, ColoursAreForTerminalsThatWantThem) {
+  make_baseline();
+  write_results("new", 1.5);
+  const auto painted = [&](const std::string& environment) {
+    return shell("env -u NO_COLOR TERM=xterm " + environment +
+                 " script -qec '" GAITSLAM_PROGRAM
+                 " regress suites/ci.yaml --results new' typescript </dev/null")
+        .out;
+  };
+  EXPECT_THAT(painted(""), HasSubstr("\033[31mFAIL\033[0m"));
+  EXPECT_THAT(painted("NO_COLOR="), HasSubstr("\033[31mFAIL\033[0m")) << "it is empty";
+  EXPECT_THAT(painted("NO_COLOR=1"), Not(HasSubstr("\033[3")));
+  EXPECT_THAT(painted("TERM=dumb"), Not(HasSubstr("\033[3")));
+  EXPECT_THAT(
+      shell("env -u NO_COLOR TERM=xterm " GAITSLAM_PROGRAM " regress suites/ci.yaml --results new").out,
+      Not(HasSubstr("\033")));
+}
+
 TEST_F(Regress, ALimitAndAFallFailWhateverTheBaseline) {
   make_baseline();
   write_results("new", 1);
@@ -78,7 +134,7 @@ TEST_F(Regress, ALimitAndAFallFailWhateverTheBaseline) {
   write_result("new", 2, 0.11, "r", "fell");
   const Ran ran = gaitslam("regress suites/ci.yaml --results new");
   EXPECT_EQ(ran.exit_code, 3);
-  EXPECT_THAT(ran.out, ContainsRegex("limit ending completed +2/3  RUN FAILED\n.*worst seed 2:"));
+  EXPECT_THAT(ran.out, ContainsRegex("limit ending completed +2/3  RUN FAILED\n.*worst seed 2\n"));
 }
 
 TEST_F(Regress, OtherRecordingsAreSaidAndCompared) {

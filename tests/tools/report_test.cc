@@ -52,6 +52,44 @@ TEST_F(ReportTest, SeveralRunsAreComparedOnOnePage) {
   EXPECT_THAT(text_of("two.html"), HasSubstr("within the 95 % band: position "));
 }
 
+// As a suite leaves them: a folder of scenarios that hold seeds.
+TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
+  walk("--seeds 1,2 --out suite/walk");
+  walk("name=other --seeds 1,2 --out suite/other");
+  ASSERT_EQ(gaitslam("report suite --out suite.html").exit_code, 0);
+  expect_all_drawn("suite.html", 10);
+  const std::string page = text_of("suite.html"), shown = opened("suite.html").out;
+  EXPECT_THAT(page, HasSubstr(R"("title":"other, walk: 4 runs")"));
+  EXPECT_THAT(shown, HasSubstr("<h2>other: run by run</h2>"));
+  EXPECT_THAT(shown, HasSubstr("<h2>walk: run by run</h2>"));
+}
+
+TEST_F(ReportTest, LimitsArePassedAndInstantsNameTheView) {
+  write("walk.yaml", std::string(tests::kShortWalk) + "limits: {rmse_m: {at_most: 1}}\n");
+  walk("--out one");
+  ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);
+  const std::string shown = opened("one.html").out;
+  EXPECT_THAT(shown, HasSubstr("<td class=\"good\">passed</td>"));
+  EXPECT_THAT(shown, Not(HasSubstr(">kept<")));
+  EXPECT_THAT(shown, HasSubstr("<code>tools/gaitslam view one/seed-1</code> and <code>#t="));
+  EXPECT_THAT(shown, HasSubstr("<a href=\"#picture-"));
+}
+
+TEST_F(ReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
+  ::setenv("GAITSLAM_CACHE", (folder_ / "cache").c_str(), 1);
+  ASSERT_EQ(gaitslam("sweep walk.yaml slam.vision.sigma_px=1,3 --seeds 1,2 --out sweep").exit_code, 0);
+  ::unsetenv("GAITSLAM_CACHE");
+  const Ran ran = gaitslam("report sweep --out sweep.html");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const std::string page = text_of("sweep.html");
+  EXPECT_THAT(page, HasSubstr("rmse_m over slam.vision.sigma_px"));
+  EXPECT_THAT(opened("sweep.html").err, Not(HasSubstr("CONSOLE")));
+  const std::string begin = "<pre>tools/gaitslam ";
+  const std::size_t at = page.find(begin) + begin.size();
+  EXPECT_EQ(gaitslam(page.substr(at, page.find("</pre>", at) - at) + " --out again").exit_code, 0);
+  EXPECT_THAT(refusal("report sweep sweep --out x.html"), HasSubstr("sweep: is a sweep or a tuning"));
+}
+
 TEST_F(ReportTest, AWalkWithoutFilterHasAReportToo) {
   walk("--without camera,slam --out bare");
   ASSERT_EQ(gaitslam("report bare/seed-1 --out bare.html").exit_code, 0);
@@ -79,6 +117,16 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   EXPECT_LT(found["map"]["earlier_s"], found["map"]["last_s"]);
   EXPECT_TRUE(found["map"]["moved"]);
   EXPECT_TRUE(found["map"]["turned"]);
+
+  const auto& pointed = found["pointed"];
+  EXPECT_THAT(pointed["before"]["legend"].get<std::string>(), testing::ContainsRegex("error .*3 sigma"));
+  EXPECT_THAT(pointed["before"]["legend"].get<std::string>(), Not(testing::ContainsRegex("error -?[0-9]")));
+  EXPECT_THAT(pointed["under"]["legend"].get<std::string>(),
+              testing::ContainsRegex("time .s.: .*error -?[0-9]"));
+  EXPECT_THAT(pointed["clicked"]["instant"].get<std::string>(),
+              testing::ContainsRegex("at [0-9.]+ s: tools/gaitslam view many/seed-1 and #t=[0-9.]+"));
+  EXPECT_NE(pointed["clicked"]["instant"], pointed["before"]["instant"]);
+  EXPECT_LE(found["phone"].get<int>(), 400) << "the page fits a phone";
 
   EXPECT_EQ(found["print"]["background"], "rgb(255, 255, 255)");
   EXPECT_EQ(found["print"]["closed"], 0);
@@ -234,7 +282,8 @@ TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   walk("--out two");
   const auto complaint = [&](const std::string& arguments) { return refusal("report " + arguments); };
   EXPECT_THAT(complaint("nowhere --out x.html"), HasSubstr("nowhere: no such result folder"));
-  EXPECT_THAT(complaint(". --out x.html"), HasSubstr("expected a result folder"));
+  std::filesystem::create_directory(folder_ / "empty");
+  EXPECT_THAT(complaint("empty --out x.html"), HasSubstr("expected a result folder"));
   EXPECT_THAT(complaint("two --plots gif --out x"), HasSubstr("gif"));
   EXPECT_THAT(complaint("two"), HasSubstr("--out"));
   write("two/seed-1/frames.csv", "a,b\n1\n");

@@ -100,6 +100,31 @@ async function moveTime(browser) {
     turned: earlier.picture !== turned.picture};
 }
 
+// The legend of the first figure over time without a cursor and under one, and the instant that a click names.
+async function point(browser) {
+  const see = () => browser.value(`(() => { const holder = document.querySelector('[data-figure=error_x]');
+    return {legend: holder.querySelector('.legend').textContent, instant: holder.querySelector('.instant').textContent}; })()`);
+  const before = await see();
+  const {x, y} = await browser.value(`(() => { const plot = document.querySelector('[data-figure=error_x] .plot');
+    plot.scrollIntoView({block: 'center'}); const box = plot.getBoundingClientRect();
+    return {x: box.x + 0.6 * box.width, y: box.y + 0.4 * box.height}; })()`);
+  const mouse = (type, more = {}) => browser.send('Input.dispatchMouseEvent', {type, x, y, ...more});
+  await mouse('mouseMoved');
+  const under = await see();
+  await mouse('mousePressed', {button: 'left', clickCount: 1});
+  await mouse('mouseReleased', {button: 'left', clickCount: 1});
+  return {before, under, clicked: await see()};
+}
+
+// How wide the page is on a phone.
+async function onPhone(browser) {
+  await browser.send('Emulation.setDeviceMetricsOverride', {width: 400, height: 800, deviceScaleFactor: 1, mobile: false});
+  await new Promise((resolve) => setTimeout(resolve, 500));
+  const width = await browser.value('document.documentElement.scrollWidth');
+  await browser.send('Emulation.clearDeviceMetricsOverride');
+  return width;
+}
+
 // On paper of A4 with margins of a centimetre: 718 px wide.
 async function print(browser) {
   await browser.value(`dispatchEvent(new Event('beforeprint'))`);
@@ -128,7 +153,7 @@ async function print(browser) {
 async function use(browser, page) {
   await browser.open('file://' + path.resolve(page));
   const keyboard = await walkThrough(browser);
-  return {keyboard, sorted: await sort(browser), map: await moveTime(browser), print: await print(browser)};
+  return {keyboard, sorted: await sort(browser), map: await moveTime(browser), pointed: await point(browser), phone: await onPhone(browser), print: await print(browser)};
 }
 
 async function main() {

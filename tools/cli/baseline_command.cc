@@ -7,6 +7,7 @@
 
 #include "sim/regression/baseline.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/suite_run.h"
 #include "tools/cli/usage_error.h"

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <charconv>
-#include <iostream>
 #include <memory>
 #include <set>
 
@@ -147,8 +146,7 @@ int compare(const CompareRequest& request) {
     if (!one_of_each && !find(now, set.results.name))
       comparison.scenarios.push_back(
           regression::without_counterpart(set.results, gates, regression::Verdict::missing));
-  std::cout << regression::verdict_table(comparison, colours());
-  request.files.write(comparison);
+  report_verdicts(comparison, request.files);
   return regression::exit_code(comparison.scenarios);
 }
 

@@ -10,6 +10,7 @@
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 
@@ -52,6 +53,7 @@ int export_result(const ExportRequest& request) {
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
   require_outside(out.path(), request.result);
+  const ProgressLine progress(fmt::format("export of {}", request.result.string()));
   exports::export_run(
       {request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort},
       request.format, out.path(), files::Existing::replace);

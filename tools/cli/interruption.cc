@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+
+#include "tools/cli/jobs/shell.h"
 
 namespace cli {
 namespace {
@@ -13,8 +16,13 @@ namespace {
 constexpr std::array kInterrupts{SIGINT, SIGTERM, SIGHUP};
 
 // Written before the handler is installed, since a handler may do little more than write bytes.
-std::array<char, 2048> said_at_interrupt;
+std::array<char, 8192> said_at_interrupt;
 volatile sig_atomic_t said_bytes = 0;
+
+std::string& typed_command() {
+  static std::string command = "gaitslam";
+  return command;
+}
 
 extern "C" void say_and_end(int signal_number) {
   [[maybe_unused]] const ssize_t n =
@@ -33,9 +41,16 @@ void exchange_handlers(void (*from)(int), void (*to)(int)) {
 
 }  // namespace
 
+void remember_command(int argc, char** argv) {
+  const char* const launcher = std::getenv("GAITSLAM_TYPED_AS");  // set by tools/gaitslam
+  std::string command = shell_word(launcher ? launcher : argv[0]);
+  for (int i = 1; i < argc; ++i) command += " " + shell_word(argv[i]);
+  typed_command() = command;
+}
+
 OnInterrupt::OnInterrupt(const std::string& kept) {
-  const std::string text =
-      fmt::format("{}gaitslam: interrupted: {}\n", isatty(STDERR_FILENO) == 1 ? "\n" : "", kept);
+  const std::string text = fmt::format("{}gaitslam: interrupted: {}:\n  {}\n",
+                                       isatty(STDERR_FILENO) == 1 ? "\n" : "", kept, typed_command());
   const std::size_t bytes = std::min(text.size(), said_at_interrupt.size());
   std::copy_n(text.begin(), bytes, said_at_interrupt.begin());
   said_bytes = static_cast<sig_atomic_t>(bytes);

@@ -9,6 +9,7 @@
 #include "sim/estimators/library_estimator.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/interruption.h"
 #include "tools/cli/usage_error.h"
 #include "tools/cli/version.h"
 
@@ -66,6 +67,7 @@ std::string suggested_option(const CLI::App& app) {
 }
 
 int run_program(int argc, char** argv) {
+  cli::remember_command(argc, argv);
   CLI::App app(kDescription, "gaitslam");
   int exit_code = 0;
   app.set_version_flag("--version", cli::version_text());

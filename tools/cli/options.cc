@@ -57,6 +57,11 @@ void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& te
   command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
 }
 
+void add_all_metrics(CLI::App& command, bool& all) {
+  command.add_flag("--all-metrics", all,
+                   "show all metrics, not only the most important ones and those with limits");
+}
+
 void add_parent(CLI::App& command, std::optional<pid_t>& parent) {
   command.add_option("--die-with-parent", parent)->group("");
 }

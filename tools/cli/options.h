@@ -37,6 +37,8 @@ struct BatchMember {
   std::optional<pid_t> parent;                  ///< it ends when that process ends
   std::optional<std::filesystem::path> set_by;  ///< file that says who set which key
 };
+/// --all-metrics, for tables on the terminal.
+void add_all_metrics(CLI::App& command, bool& all);
 void add_parent(CLI::App& command, std::optional<pid_t>& parent);
 void add_batch_member(CLI::App& command, BatchMember& member);
 

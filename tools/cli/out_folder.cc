@@ -7,13 +7,16 @@
 #include <cerrno>
 #include <cstring>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "sim/files/claim.h"
 #include "sim/files/durable_file.h"
+#include "sim/files/json.h"
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "sim/result/about_file.h"
 #include "sim/result/score_table.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
@@ -70,9 +73,15 @@ bool was_interrupted(const fs::path& folder, const std::string& identity) {
 }
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
-  if (use.replaces) return fmt::format("nothing was written, {} is as it was", path.string());
+  if (use.replaces)
+    return fmt::format("nothing was written, {} is as it was; the same command begins again", path.string());
+  if (use.continues && use.names.empty())
+    return fmt::format("what is finished is kept in {}; the same command does all of it again",
+                       path.string());
   if (use.names.empty() && use.identity.empty())
-    return fmt::format("nothing is kept of this run; earlier results in {} are as they were", path.string());
+    return fmt::format(
+        "nothing is kept of this run; earlier results in {} are as they were; the same command begins again",
+        path.string());
   return fmt::format("what is finished is kept in {}; the same command goes on with the rest", path.string());
 }
 
@@ -143,10 +152,23 @@ OutFolder::~OutFolder() {
   }
 }
 
-int report(const sim::result::Outcome& outcome, const fs::path& result_folder) {
-  std::cout << sim::result::score_table(result_folder) << "results in " << result_folder.string() << '\n';
+void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordered_json& details) {
+  nlohmann::ordered_json json{{"format_version", 1}, {"exit_code", exit_code}, {"folder", folder.string()}};
+  json.update(details);
+  std::cout << files::json_text(json, 2) << '\n';
+}
+
+int report(const sim::result::Outcome& outcome, const fs::path& result_folder, bool all_metrics) {
+  if (output() == Output::json)
+    print_outcome(outcome.exit_code, result_folder,
+                  {{"ending", outcome.ending},
+                   {"cause", outcome.cause},
+                   {"score", files::read_json(result_folder / "score.json").value()}});
+  const sim::result::TableStyle style{colours(), all_metrics};
+  text_out() << sim::result::score_table(result_folder, style, outcome.exit_code == 3) << "results in "
+             << result_folder.string() << '\n';
   if (const auto about = sim::result::read_about(result_folder / "about.json"); !about.counterfactual.empty())
-    std::cout << "counterfactual: " << about.counterfactual << '\n';
+    text_out() << "counterfactual: " << about.counterfactual << '\n';
   if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
   return outcome.exit_code;
 }

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,7 +71,12 @@ class OutFolder {
   OnInterrupt on_interrupt_;
 };
 
-/// Prints the score of a result folder, and what went wrong; returns the exit code.
-int report(const sim::result::Outcome& outcome, const fs::path& result_folder);
+/// Prints the document of --json (schemas/outcome.schema.json); details: what it has besides exit code and
+/// folder.
+void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordered_json& details);
+
+/// Prints the score of a result folder, in the way that was asked for, and what went wrong; returns the exit
+/// code.
+int report(const sim::result::Outcome& outcome, const fs::path& result_folder, bool all_metrics = false);
 
 }  // namespace cli

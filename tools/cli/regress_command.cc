@@ -3,13 +3,13 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <iostream>
 #include <memory>
 
 #include "sim/files/file_error.h"
 #include "sim/regression/baseline.h"
 #include "sim/regression/verdict_reports.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/suite_run.h"
@@ -69,9 +69,9 @@ void require_comparable(const regression::Baseline& baseline, const SuiteRun& ru
 }
 
 void write(const RegressRequest& request, const regression::Comparison& comparison) {
-  request.files.write(comparison);
+  report_verdicts(comparison, request.files);
   if (!request.github) return;
-  std::cout << regression::github_annotations(comparison);
+  text_out() << regression::github_annotations(comparison);
   const char* const summary = std::getenv("GITHUB_STEP_SUMMARY");
   if (!summary) return;
   std::ofstream out(summary, std::ios::app);
@@ -90,7 +90,6 @@ int regress(const RegressRequest& request) {
   const std::string title = fmt::format("gaitslam regress: suite {} against {} (revision {})", run.name, file,
                                         baseline.history.empty() ? "?" : baseline.history.back().revision);
   const regression::Comparison comparison = compare_with(baseline.scenarios, run, request, title);
-  std::cout << regression::verdict_table(comparison, colours());
   write(request, comparison);
   return regression::exit_code(comparison.scenarios);
 }

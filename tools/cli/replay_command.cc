@@ -13,6 +13,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/version.h"
@@ -37,6 +38,7 @@ struct ReplayRequest : OutRequest {
   fs::path result;
   std::optional<std::string> scenario;
   scenario::Changes changes;
+  bool all_metrics = false;
   BatchMember batch;
 };
 
@@ -115,7 +117,7 @@ int replay_result(const ReplayRequest& request) {
     outcome = foreign ? replay::replay_foreign(read, request.result, place, show)
                       : replay::replay(read, request.result / "recording", walk, place, show);
   }
-  return cli::report(outcome, out.path());
+  return cli::report(outcome, out.path(), request.all_metrics);
 }
 
 }  // namespace
@@ -129,6 +131,8 @@ void add_replay(CLI::App& app, int& exit_code) {
   command->add_option("--scenario", request->scenario,
                       "replay with another scenario's file, which must describe the walk that was recorded");
   add_out(*command, *request);
+  add_all_metrics(*command, request->all_metrics);
+  add_output(*command);
   add_batch_member(*command, request->batch);
   command->footer(kReplayExamples);
   command->callback([request, &exit_code] { exit_code = replay_result(*request); });

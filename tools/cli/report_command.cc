@@ -12,8 +12,12 @@
 #include "sim/report/comparison_figures.h"
 #include "sim/report/page.h"
 #include "sim/report/run_figures.h"
+#include "sim/report/sweep_page.h"
+#include "sim/report/tune_page.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/usage_error.h"
 
@@ -27,6 +31,8 @@ constexpr const char* kReportExamples = R"(
 Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam report results/tangent_circle --out report.html            # all seeds of the folder
+  gaitslam report results/regress-ci --out report.html                # a suite, or any folder of results, by scenario
+  gaitslam report results/sweep-hall --out report.html                # a sweep: heat maps or lines over its keys
   gaitslam report results/tangent_circle/seed-1 --plots svg,png --out figures   # pictures in a folder
 The page contains everything that it shows and needs no network.)";
 
@@ -40,6 +46,12 @@ struct ReportRequest {
 };
 
 bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
+
+bool is_tuning(const fs::path& folder) {
+  return fs::exists(folder / "tune.json") && fs::exists(folder / "history.csv");
+}
+
+bool has_own_page(const fs::path& folder) { return report::is_sweep(folder) || is_tuning(folder); }
 
 /// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
@@ -62,14 +74,42 @@ std::vector<fs::path> seeds_in(const fs::path& folder) {
   return folders;
 }
 
+/// The result that a folder is, the seeds that it holds, or, where there are none, those of the folders in
+/// it. What was set aside, exported or replayed does not count.
+std::vector<fs::path> results_in(const fs::path& folder) {
+  if (is_result(folder)) return {folder};
+  std::vector<fs::path> all = seeds_in(folder);
+  if (!all.empty()) return all;
+  std::vector<fs::path> below;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    if (entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") &&
+        !name.starts_with("earlier-") && name != "export")
+      below.push_back(entry.path());
+  }
+  std::sort(below.begin(), below.end());
+  for (const fs::path& next : below) {
+    const std::vector<fs::path> found = results_in(next);
+    all.insert(all.end(), found.begin(), found.end());
+  }
+  return all;
+}
+
 std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   std::vector<fs::path> all;
   for (const std::string& name : named) {
     if (!fs::is_directory(name)) throw UsageError(fmt::format("{}: no such result folder", name));
-    const std::vector<fs::path> found = is_result(name) ? std::vector<fs::path>{name} : seeds_in(name);
+    if (has_own_page(name))
+      throw UsageError(
+          fmt::format("{}: is a sweep or a tuning, which has a page of its own: name it alone, "
+                      "without --plots",
+                      name));
+    const std::vector<fs::path> found = results_in(name);
     if (found.empty())
       throw UsageError(
-          fmt::format("{}: expected a result folder (score.json) or one that holds seed-<n>", name));
+          fmt::format("{}: expected a result folder (score.json), one that holds results, or the "
+                      "folder of a sweep or tuning",
+                      name));
     all.insert(all.end(), found.begin(), found.end());
   }
   return all;
@@ -104,12 +144,31 @@ int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& re
   return 0;
 }
 
+std::vector<report::RunData> read_runs(const ReportRequest& request, ProgressLine& progress) {
+  const std::vector<fs::path> folders = result_folders(request.results);
+  std::vector<report::RunData> runs;
+  for (const fs::path& folder : folders) {
+    runs.push_back(report::read_run(folder));
+    progress.show(0.5 * static_cast<double>(runs.size()) / static_cast<double>(folders.size()), "reading");
+  }
+  return runs;
+}
+
+std::string page_of(const ReportRequest& request, ProgressLine& progress) {
+  const fs::path first = request.results.front();
+  if (request.results.size() == 1 && report::is_sweep(first)) return report::sweep_page(first);
+  if (request.results.size() == 1 && is_tuning(first)) return report::tune_page(first);
+  return report::page(read_runs(request, progress));
+}
+
 int make_report(const ReportRequest& request) {
   if (request.plots.empty()) require_new_file(request.out, request.force);
-  std::vector<report::RunData> runs;
-  for (const fs::path& folder : result_folders(request.results)) runs.push_back(report::read_run(folder));
-  if (!request.plots.empty()) return make_plots(runs, request);
-  sim::files::write_durably(request.out, report::page(runs));
+  const OnInterrupt on_interrupt("nothing was written; the same command begins again");
+  {
+    ProgressLine progress("report");
+    if (!request.plots.empty()) return make_plots(read_runs(request, progress), request);
+    sim::files::write_durably(request.out, page_of(request, progress));
+  }
   std::cout << "report in " << request.out << '\n';
   return 0;
 }
@@ -119,7 +178,9 @@ int make_report(const ReportRequest& request) {
 void add_report(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<ReportRequest>();
   CLI::App* command = app.add_subcommand("report", "Write an HTML page, or pictures, about results");
-  command->add_option("results", request->results, "result folders, or folders that hold seed-<n>")
+  command
+      ->add_option("results", request->results,
+                   "result folders, or folders that hold results; a sweep or a tuning")
       ->required();
   command->add_option("--out", request->out, "the HTML file to write; with --plots a folder")->required();
   command->add_option("--plots", request->plots, "write pictures instead of a page: svg, png or both")

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "sim/files/number.h"
@@ -17,6 +18,7 @@
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/earlier.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/live.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
@@ -36,6 +38,7 @@ Examples:
   gaitslam run scenarios/tangent_circle.yaml
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
+  gaitslam run scenarios/tangent_circle.yaml --json > outcome.json
 Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>. Only what gaitslam made is
 replaced, each result when the new one is whole. With --seeds, results of other seeds there are moved to earlier-<n>,
 and after an interruption the same command goes on with the seeds that are left.
@@ -48,7 +51,7 @@ struct RunRequest : OutRequest {
   scenario::Changes changes;
   fs::path models = standard_models();
   std::optional<int> jobs;
-  bool cached = false;
+  bool cached = false, all_metrics = false;
   BatchMember batch;
 };
 
@@ -59,9 +62,13 @@ fs::path standard_folder(const scenario::ReadScenario& read) {
 /// Replays the recording from the cache. Writes the bytes of run_live, timing.* excepted.
 result::Outcome run_cached(const scenario::ReadScenario& read, const result::ResultPlace& place,
                            const result::Progress& progress) {
-  const auto recording = Recordings(place.models).get(read, progress);
+  constexpr double kWalk = 0.7;  // part of the time that the walk takes, where it is missing
+  bool walked = false;
+  const auto walking = [&](double part) { walked = true, progress(kWalk * part); };
+  const auto replaying = [&](double part) { progress(walked ? kWalk + (1 - kWalk) * part : part); };
+  const auto recording = Recordings(place.models).get(read, walking);
   return replay::replay(read, recording.folder / "recording", replay::read_walk_end(recording.folder), place,
-                        progress, replay::Recorded::copied);
+                        replaying, replay::Recorded::copied);
 }
 
 /// One of several runs at once has one core.
@@ -77,7 +84,7 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
     const auto show = [&](double part) { progress.show(part); };
     outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show, threads(request));
   }
-  return cli::report(outcome, folder);
+  return cli::report(outcome, folder, request.all_metrics);
 }
 
 /// Prints once what several seeds complain of alike.
@@ -121,7 +128,8 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   const fs::path& root = out.path();
   const auto left = out.goes_on() ? unfinished(root, read.scenario, seeds) : seeds;
   if (left.size() < seeds.size())
-    std::cout << fmt::format("{} finished before\n", sim::files::counted(seeds.size() - left.size(), "seed"));
+    text_out() << fmt::format("{} finished before\n",
+                              sim::files::counted(seeds.size() - left.size(), "seed"));
   const auto outcomes = run_batch(
       read.scenario,
       {left, root, request.models, {}, read.origin, request.cached, {.jobs = request.jobs.value_or(1)}});
@@ -131,8 +139,11 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   const result::Summary summary = result::summarize(read.scenario, scores);
   result::write_summary(root / "summary.json", summary);
   out.finished();
-  std::cout << result::summary_table(summary) << "results in " << root.string() << '\n';
-  return result::exit_code(summary);
+  const int exit_code = result::exit_code(summary);
+  if (output() == Output::json) print_outcome(exit_code, root, {{"summary", result::to_json(summary)}});
+  text_out() << result::summary_table(summary, {colours(), request.all_metrics}) << "results in "
+             << root.string() << '\n';
+  return exit_code;
 }
 
 int run(const RunRequest& request) {
@@ -164,6 +175,8 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_flag(
       "--cached", request->cached,
       "replay the recording of this walk from the cache; record it there first if it is missing");
+  add_all_metrics(*command, request->all_metrics);
+  add_output(*command);
   add_batch_member(*command, request->batch);
   command->footer(kRunExamples);
   command->callback([request, &exit_code] { exit_code = run(*request); });

@@ -10,6 +10,7 @@
 #include "sim/score/trajectory_print.h"
 #include "sim/score/trajectory_report.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
@@ -110,6 +111,7 @@ void print(const ScoreRequest& request) {
   const auto report = score::report_trajectories(
       score::trajectory_in(request.truth, true),
       score::trajectory_in(request.estimate.value_or(request.truth), false), options);
+  if (output() == Output::quiet) return;
   std::cout << (request.json    ? score::trajectory_json(report)
                 : request.csv   ? score::trajectory_csv(report)
                 : request.latex ? score::trajectory_latex(report)
@@ -159,9 +161,11 @@ void add_score(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<ScoreRequest>();
   CLI::App* command = app.add_subcommand("score", "Score an estimated trajectory against a true one");
   add_options(*command, *request);
-  CLI::Option* json = command->add_flag("--json", request->json, "print JSON");
+  CLI::Option* json =
+      command->add_flag("--json", request->json, "print JSON (schemas/trajectory.schema.json)");
   CLI::Option* csv = command->add_flag("--csv", request->csv, "print CSV")->excludes(json);
   command->add_flag("--latex", request->latex, "print a LaTeX table")->excludes(json)->excludes(csv);
+  add_quiet(*command);
   command->footer(kScoreExamples);
   command->callback([request, command, &exit_code] {
     request->unit_typed = command->count("-u") > 0;

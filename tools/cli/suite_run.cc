@@ -1,17 +1,19 @@
 #include "tools/cli/suite_run.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <iostream>
+#include <numeric>
 
+#include "sim/files/number.h"
 #include "sim/files/text.h"
 #include "sim/regression/result_set.h"
+#include "sim/result/score_input.h"
 #include "tools/cli/finished.h"
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/earlier.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/shell.h"
 #include "tools/cli/live.h"
 #include "tools/cli/options.h"
@@ -43,13 +45,20 @@ regression::ScenarioResults read_results(const fs::path& root, const SuiteScenar
   return results;
 }
 
+/// The planned time of a walk.
+double planned_s(const walking::WalkOptions& walk) {
+  const auto steps = result::planned_times(walk).footsteps;
+  return steps.empty() ? 1 : std::max(1.0, slam::seconds(steps.back()));
+}
+
 regression::ScenarioResults run_scenario(const SuiteRequest& request, const SuiteScenario& scenario,
                                          const fs::path& root, const std::vector<std::uint64_t>& seeds,
-                                         bool goes_on) {
+                                         bool goes_on, const ShowPart& show) {
   // On Slurm the job array knows what has ended.
   const auto left =
       goes_on && !request.backend.slurm() ? unfinished(root, scenario.read.scenario, seeds) : seeds;
   Batch batch{left, root, request.models, {}, scenario.read.origin, request.cached, request.backend};
+  batch.progress = show;
   batch.backend.spool = root / ".slurm";
   batch.backend.seconds_each = request.cached || request.recordings ? 3 : 15;  // CPU time
   if (request.recordings) batch.recordings = *request.recordings / scenario.read.scenario.name;
@@ -69,6 +78,24 @@ regression::ScenarioResults run_scenario(const SuiteRequest& request, const Suit
                                 : result::read_seed_score(root, seed, exit_codes[seed]));
   }
   return results;
+}
+
+/// One progress line for all scenarios: a second of simulated walk counts alike in each.
+void run_scenarios(const SuiteRequest& request, SuiteRun& run, const OutFolder& out) {
+  ProgressLine progress(fmt::format("suite {}, {} of {}", run.name,
+                                    sim::files::counted(run.scenarios.size(), "scenario"),
+                                    sim::files::counted(run.seeds.size(), "seed")));
+  std::vector<double> walks_s;
+  for (const SuiteScenario& s : run.scenarios) walks_s.push_back(planned_s(s.read.scenario.walk));
+  const double total_s = std::accumulate(walks_s.begin(), walks_s.end(), 0.0);
+  double before_s = 0;
+  for (std::size_t i = 0; i < walks_s.size(); ++i) {
+    SuiteScenario& s = run.scenarios[i];
+    const std::string& name = s.read.scenario.name;
+    const auto show = [&](double part) { progress.show((before_s + part * walks_s[i]) / total_s, name); };
+    s.results = run_scenario(request, s, out.path() / name, run.seeds, out.goes_on(), show);
+    before_s += walks_s[i];
+  }
 }
 
 void require_recordings(const SuiteRequest& request, const SuiteRun& run) {
@@ -180,8 +207,7 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
       for (const std::uint64_t seed : run.seeds)
         require_outside(out.path() / s.read.scenario.name / fmt::format("seed-{}", seed),
                         *request.recordings / s.read.scenario.name / fmt::format("seed-{}", seed));
-  for (SuiteScenario& s : run.scenarios)
-    s.results = run_scenario(request, s, out.path() / s.read.scenario.name, run.seeds, out.goes_on());
+  run_scenarios(request, run, out);
   out.finished();
 }
 
@@ -212,7 +238,5 @@ regression::Comparison compare_with(const std::vector<regression::ScenarioResult
   };
   return comparison;
 }
-
-bool colours() { return isatty(STDOUT_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr; }
 
 }  // namespace cli

@@ -61,7 +61,4 @@ sim::regression::Comparison compare_with(const std::vector<sim::regression::Scen
                                          const SuiteRun& run, const SuiteRequest& request,
                                          const std::string& title);
 
-/// Whether standard output is a terminal that may show colours.
-bool colours();
-
 }  // namespace cli

@@ -49,7 +49,8 @@ A file:
   zip: {slam.height.sigma_m: [0.01, 0.02], slam.plan_position.sigma_m: [0.02, 0.04]}
   sample: {method: sobol, points: 32, keys: {slam.motion.sigma_acceleration_m_s2: "loguniform(0.1, 10)"}}
 Every combination is tried on every scenario and seed. The filter runs on recordings from the cache; those that are
-missing are simulated first. The results are scores.csv and scores.jsonl, the same bytes for any number of jobs. A
+missing are simulated first. The results are scores.csv and scores.jsonl, the same bytes for any number of jobs, and
+scenarios/, from which any trial can be run; gaitslam report draws them. A
 sweep that is killed loses no finished trial, and the same command continues it.
 Methods: values and ranges make a grid; sobol samples cover several keys evenly; random samples are independent. To
 search for the best setting use gaitslam tune.
@@ -185,6 +186,17 @@ std::vector<tune::Task> tasks_left(const Sweep& sweep, const tune::TrialLog& log
   return tasks;
 }
 
+/// The scenarios as they were swept, so that any trial can be run from the folder.
+void write_scenarios(const Sweep& sweep, const fs::path& out) {
+  std::set<std::string> written;
+  fs::create_directories(out / "scenarios");
+  for (const tune::Configuration& configuration : sweep.plan.configurations) {
+    const scenario::Scenario& scenario = configuration.read.scenario;
+    if (written.insert(scenario.name).second)
+      sim::files::write_durably(out / "scenarios" / (scenario.name + ".yaml"), scenario::to_yaml(scenario));
+  }
+}
+
 /// Writes and prints the scores; returns the exit code.
 int finish(const Sweep& sweep, const tune::TrialLog& log, const fs::path& out) {
   const tune::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
@@ -218,10 +230,12 @@ int sweep(const SweepRequest& request) {
   const bool begun = fs::exists((request.out ? fs::path(*request.out) : standard) / "trials.jsonl");
   const OutFolder folder(
       request, standard,
-      {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "parts/", "slurm/"}, .continues = begun});
+      {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios/", "parts/", "slurm/"},
+       .continues = begun});
   const fs::path& out = folder.path();
   require_own_folder(request, out, purpose(sweep));
   fs::create_directories(out);
+  write_scenarios(sweep, out);
   tune::TrialLog log(out / "trials.jsonl", purpose(sweep));
   Backend backend = request.backend;
   backend.spool = out / "slurm";

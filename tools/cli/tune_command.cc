@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -46,25 +45,15 @@ struct TuneRequest {
   Backend backend;
 };
 
-/// Draws stage, settings tried, least loss, settings a minute and time left.
-class TuningProgress {
- public:
-  void show(const tune::Progress& at) {
-    if (at.tried <= 1) begin_ = std::chrono::steady_clock::now();
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin_;
-    const double rate_hz = spent.count() > 0 ? (at.tried - 1) / spent.count() : 0;
-    std::string text = at.stage;
-    if (at.of > 0) text += fmt::format(": {} of {}, best {:.5g}", at.tried, at.of, at.best);
-    if (at.of > 0 && rate_hz > 0)
-      text += fmt::format(", {:.0f} settings a minute, {} left", 60 * rate_hz,
-                          duration_text(std::max(0, at.of - at.tried) / rate_hz));
-    line_.show_text(text);
-  }
+/// Settings that a tuning tries unless its profiles find a better one: the search, and eight for each
+/// profile.
+int planned_settings(const tune::Spec& spec) {
+  return spec.trials + (spec.profiles ? 8 * static_cast<int>(spec.parameters.size()) : 0);
+}
 
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  ProgressLine line_{"tune"};
-};
+std::string stage_text(const tune::Progress& at) {
+  return at.of == 0 ? at.stage : fmt::format("{}, setting {}, best {:.5g}", at.stage, at.tried, at.best);
+}
 
 bool steered_by_estimate(const tune::RecordingSet& set) {
   return tune::first_scenario_of(set).scenario.walk.steering.by == walking::SteeredBy::estimate;
@@ -133,9 +122,13 @@ int tune_by(const TuneRequest& request) {
     std::cout << "a walk is steered by its estimate: it is simulated anew with each setting\n" << std::flush;
   tune::TuningResult result;
   {
-    TuningProgress progress;
-    result = tune::tune(spec, out, execution, program_identity(),
-                        [&](const tune::Progress& at) { progress.show(at); });
+    ProgressLine progress("tune " + spec.name);
+    const int planned = planned_settings(spec);
+    const auto show = [&](const tune::Progress& at) {
+      const int of = at.of == 0 ? 0 : std::max(at.of, planned);
+      progress.show(of == 0 ? 1 : static_cast<double>(at.tried) / of, stage_text(at));
+    };
+    result = tune::tune(spec, out, execution, program_identity(), show);
   }
   remove_arrays(backend.spool);
   sim::files::write_durably(out / "report.html", sim::report::tune_page(out));

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <iostream>
 #include <string>
 #include <string_view>
 
 #include "sim/files/durable_file.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
@@ -14,6 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace regression = sim::regression;
+
+// What CLI11 gives for an option whose value was left out.
+constexpr const char* kNoFile = "";
 
 // How each file begins, whatever the verdicts are.
 constexpr std::string_view kJunit = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"gaitslam ";
@@ -27,8 +32,8 @@ void require_beginning(const std::optional<fs::path>& file, std::string_view beg
   in.read(found.data(), static_cast<std::streamsize>(found.size()));
   found.resize(static_cast<std::size_t>(in.gcount()));
   if (!fs::is_regular_file(*file) || (!found.empty() && found != beginning))
-    throw UsageError(fmt::format("{}: exists and was not written by gaitslam; name another file, or remove it",
-                                 file->string()));
+    throw UsageError(fmt::format(
+        "{}: exists and was not written by gaitslam; name another file, or remove it", file->string()));
 }
 
 }  // namespace
@@ -46,10 +51,30 @@ void VerdictFiles::write(const regression::Comparison& comparison) const {
   if (json) write_durably(*json, regression::verdicts_json(comparison));
 }
 
+void report_verdicts(const regression::Comparison& comparison, const VerdictFiles& files) {
+  text_out() << regression::verdict_table(comparison, colours());
+  if (output() == Output::json) std::cout << regression::verdicts_json(comparison);
+  files.write(comparison);
+}
+
 void add_verdict_files(CLI::App& command, VerdictFiles& files) {
   command.add_option("--junit", files.junit, "write JUnit XML to a file");
   command.add_option("--markdown", files.markdown, "write a Markdown table to a file");
-  command.add_option("--json", files.json, "write the verdicts as JSON to a file");
+  add_quiet(command);
+  const auto take_json = [&files](const std::string& file) {
+    if (file == kNoFile)
+      choose_output(Output::json);
+    else
+      files.json = file;
+  };
+  command
+      .add_option_function<std::string>(
+          "--json", take_json,
+          "print the verdicts as JSON (schemas/verdicts.schema.json) and nothing "
+          "else, or write them to a file")
+      ->expected(0, 1)
+      ->option_text("[FILE]")
+      ->excludes("--quiet");
 }
 
 }  // namespace cli

@@ -9,7 +9,7 @@
 
 namespace cli {
 
-/// What --junit, --markdown and --json ask for.
+/// What --junit, --markdown and --json ask for. `--json` without a file prints on standard output.
 struct VerdictFiles {
   std::optional<std::filesystem::path> junit, markdown, json;
 
@@ -19,6 +19,10 @@ struct VerdictFiles {
   /// Throws sim::files::FileError.
   void write(const sim::regression::Comparison& comparison) const;
 };
+
+/// Prints the verdicts as a table or as JSON, in the way that was asked for, and writes the files.
+void report_verdicts(const sim::regression::Comparison& comparison, const VerdictFiles& files);
+/// --junit, --markdown, --json and --quiet.
 void add_verdict_files(CLI::App& command, VerdictFiles& files);
 
 }  // namespace cli

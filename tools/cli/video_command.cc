@@ -12,6 +12,7 @@
 #include "sim/recording/filter_input.h"
 #include "sim/scenario/scenario.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
@@ -124,6 +125,7 @@ int video(const VideoRequest& request) {
   const RobotView robot_view = robot_from_outside(scenario, request.result / "recording", standard_models());
   MapView map(truth.camera);
   Encoder encoder(file, input.setup().camera_rate_hz);
+  const OnInterrupt on_interrupt("nothing was written; the same command begins again");
   ProgressLine progress("video of " + request.result.string());
   while (auto observation = input.next()) {
     const slam::FrameReport& report = filter.step(*observation);

@@ -1,12 +1,13 @@
 // The page of a report: reads the data that the program wrote into it and fills the body.
-import {element, number, scroll, section} from './dom.js';
+import {copyable, element, number, scroll, section} from './dom.js';
 import {figureElement, redrawFigures} from './figures.js';
 import {repaintScenes, sceneElement} from './scene.js';
 import {limitsTable, metricsTable, paperTables, sortableTable} from './tables.js';
 
 const data = JSON.parse(document.getElementById('data').textContent);
 
-const kCards = ['ate_se3_rmse_m', 'rmse_m', 'end_position_error_m', 'end_yaw_error_deg', 'loop_landmarks', 'nees_position_mean'];
+const kCards = ['ate_se3_rmse_m', 'rmse_m', 'end_position_error_m', 'end_yaw_error_deg', 'loop_landmarks', 'nees_position_mean',
+  'navigation_rmse_m', 'navigation_end_position_error_m', 'navigation_end_yaw_error_deg'];
 
 function verdict(run) {
   const good = run.exit_code === 0;
@@ -14,7 +15,7 @@ function verdict(run) {
 }
 
 function cards(run) {
-  const shown = kCards.filter((name) => run.score.metrics[name]?.value !== null && run.score.metrics[name]);
+  const shown = kCards.filter((name) => typeof run.score.metrics[name]?.value === 'number' && (run.steered || !name.startsWith('navigation')));
   return element('div', {class: 'cards'}, shown.map((name) => {
     const {value, unit} = run.score.metrics[name];
     const [factor, text] = unit === 'm' ? [1000, 'mm'] : [1, unit === '1' ? '' : unit];
@@ -24,15 +25,15 @@ function cards(run) {
   }));
 }
 
-const figures = (list) => element('div', {class: 'figures'}, list.map(figureElement));
+const figures = (list, run = null) => element('div', {class: 'figures'}, list.map((figure) => figureElement(figure, run, runLinks)));
 const named = (run, names) => run.figures.filter((f) => names.some((name) => f.name.startsWith(name)));
 
 function strip(run) {
   const explained = 'Ellipses are the search regions of landmarks (3 sigma), green with the matched 11 x 11 patch where the match was used, yellow otherwise.';
-  return element('div', {}, element('p', {class: 'soft'}, explained), element('div', {class: 'strip'}, run.pictures.map((picture) => {
+  return element('div', {}, element('p', {class: 'soft'}, explained), element('div', {class: 'strip'}, run.pictures.map((picture, i) => {
     const holder = element('div');
     holder.innerHTML = picture.svg;
-    return element('figure', {}, holder, element('span', {class: 'soft'}, `${picture.t} s`));
+    return element('figure', {id: `picture-${i}`}, holder, element('span', {class: 'soft'}, `${picture.t} s`));
   })));
 }
 
@@ -45,13 +46,6 @@ function configuration(run) {
       ['key', 'value', 'unit', 'from'].map((title) => element('th', {}, title)))), element('tbody', {}, rows))));
 }
 
-function copyable(text) {
-  const button = element('button', {type: 'button', class: 'no-print', onclick: () => {
-    navigator.clipboard?.writeText(text).then(() => { button.textContent = 'copied'; });
-  }}, 'copy');
-  return element('div', {}, element('pre', {}, text), button);
-}
-
 function closureText(run) {
   const m = run.score.metrics, value = (name) => m[name]?.value;
   if (value('loop_time_s') === null || value('loop_time_s') === undefined)
@@ -62,31 +56,55 @@ function closureText(run) {
 
 function sections(run) {
   const all = [
-    section('verdict', data.runs.length > 1 ? run.label : 'Verdict', element('p', {}, verdict(run), ' ', run.cause, run.counterfactual ? ` Counterfactual: ${run.counterfactual}.` : ''), cards(run),
+    section('verdict', data.runs.length > 1 ? run.label : 'Verdict', element('p', {}, verdict(run), ' ', run.cause, run.counterfactual ? ` Counterfactual: ${run.counterfactual}.` : '', run.alignment ? ` ${run.alignment}` : ''), cards(run),
       run.score.limits.length ? limitsTable(run.score.limits) : element('p', {class: 'soft'}, 'The scenario sets no limits.')),
-    section('paths', 'Plan, truth and estimate', figures(named(run, ['from_above', 'waist_from_above', 'height', 'correct']))),
+    section('paths', 'Plan, truth and estimate', figures(named(run, ['from_above', 'waist_from_above', 'height', 'correct']), run)),
   ];
   if (run.has_estimate) {
-    all.push(section('errors', 'Errors with 3-sigma envelopes', figures(named(run, ['error_']))),
-      section('consistency', 'Consistency', figures(named(run, ['nees', 'nis']))),
-      section('loop', 'Loop closure', closureText(run), figures(named(run, ['closure', 'matches']))));
+    all.push(section('errors', 'Errors with 3-sigma envelopes', figures(named(run, ['error_']), run)),
+      section('consistency', 'Consistency', figures(named(run, ['nees', 'nis']), run)),
+      section('loop', 'Loop closure', closureText(run), figures(named(run, ['closure', 'matches']), run)));
   }
-  if (named(run, ['slip', 'landing']).length) all.push(section('slip', 'Slip, step by step', figures(named(run, ['slip', 'landing']))));
+  if (named(run, ['slip', 'landing']).length) all.push(section('slip', 'Slip, step by step', figures(named(run, ['slip', 'landing']), run)));
   if (run.pictures.length) all.push(section('pictures', 'Images of the head camera', strip(run)));
   if (run.scene) all.push(section('map', 'Map', sceneElement(run.scene)));
-  if (named(run, ['cpu']).length) all.push(section('cpu', 'CPU time', figures(named(run, ['cpu']))));
+  if (named(run, ['cpu']).length) all.push(section('cpu', 'CPU time', figures(named(run, ['cpu']), run)));
   all.push(section('metrics', 'All metrics', metricsTable(run.score.metrics, data.definitions)),
     section('configuration', 'Configuration', configuration(run)),
-    section('again', 'Run it again', copyable(run.command)));
+    section('again', 'See it and run it again', element('p', {class: 'soft'}, 'The view plays the run in a browser; #t=SECONDS after its address opens it at that instant.'),
+      copyable(run.view), copyable(run.command)));
   return all;
 }
 
-function comparison(runs) {
-  const names = Object.keys(runs[0].score.metrics).filter((name) => runs.some((run) => run.score.metrics[name]?.value !== null));
-  const columns = [{title: 'run', text: true, value: (run) => run.label}, {title: 'verdict', text: true, value: (run) => run.verdict},
-    {title: 'ending', text: true, value: (run) => run.score.ending},
+/// The table and the figures of runs that may be compared: those of one scenario.
+function comparison(runs, id, title, shown) {
+  const names = [...new Set(runs.flatMap((run) => Object.keys(run.score.metrics)))].filter((name) =>
+    runs.some((run) => typeof run.score.metrics[name]?.value === 'number'));
+  const columns = [{title: 'run', text: true, value: (run) => run.label, href: (run) => (run.figures ? '#body' : null), open: show},
+    {title: 'verdict', text: true, value: (run) => run.verdict}, {title: 'ending', text: true, value: (run) => run.score.ending},
     ...names.map((name) => ({title: name.replaceAll('_', ' '), value: (run) => run.score.metrics[name]?.value ?? null}))];
-  return section('runs', 'Run by run', sortableTable(columns, runs), paperTables(columns, runs), figures(data.figures));
+  return section(id, title, sortableTable(columns, runs), paperTables(columns, runs), figures(shown));
+}
+
+/// One section for each scenario: results of different scenarios are never pooled.
+function comparisons() {
+  const scenarios = [...new Set(data.runs.map((run) => run.scenario))];
+  if (scenarios.length === 1) return [comparison(data.runs, 'runs', 'Run by run', data.figures)];
+  const parts = scenarios.map((name, i) => {
+    const runs = data.runs.filter((run) => run.scenario === name), folders = new Set(runs.map((run) => run.folder));
+    return comparison(runs, `scenario-${i}`, `${name}: run by run`, data.figures.filter((f) => f.runs?.some((folder) => folders.has(folder))));
+  });
+  return [navigation(parts), ...parts];
+}
+
+/// Links to runs by their folders; of runs that the page does not show in full the label alone.
+function runLinks(folders) {
+  return folders.flatMap((folder) => {
+    const run = data.runs.find((candidate) => candidate.folder === folder);
+    if (!run) return [];
+    const label = run.label.replace(`${run.scenario}, `, '');
+    return [run.figures ? element('a', {href: '#body', onclick: () => show(run)}, label) : element('span', {}, label), ' '];
+  });
 }
 
 function themeButton() {
@@ -102,20 +120,28 @@ function navigation(parts) {
     parts.map((part) => element('a', {href: '#' + part.id}, part.querySelector('h2').textContent)));
 }
 
-function show(body, run) {
+const body = element('main', {id: 'body'});
+const inFull = data.runs.filter((run) => run.figures);
+const chooser = element('select', {'aria-label': 'run shown below', onchange: () => show(inFull[+chooser.value])},
+  inFull.map((run, i) => element('option', {value: i}, run.label)));
+
+function show(run) {
   const parts = sections(run);
+  chooser.value = inFull.indexOf(run);
   body.replaceChildren(navigation(parts), ...parts);
 }
 
 function page() {
-  const body = element('main');
-  const chooser = element('select', {'aria-label': 'run shown below', onchange: () => show(body, data.runs[+chooser.value])},
-    data.runs.map((run, i) => element('option', {value: i}, run.label)));
   document.body.append(
     element('header', {}, element('div', {}, element('h1', {}, data.title), element('p', {class: 'soft'}, data.subtitle)), themeButton()));
-  if (data.runs.length > 1) document.body.append(comparison(data.runs), element('p', {class: 'no-print'}, 'Shown below: ', chooser));
+  if (data.runs.length > 1) {
+    const left = data.runs.length - inFull.length;
+    document.body.append(...comparisons(), element('p', {class: 'no-print'}, 'Shown below: ', chooser));
+    if (left > 0) document.body.append(element('p', {class: 'soft'},
+      `In full are the first and the worst run of each scenario; ${left} others have a page of their own by tools/gaitslam report FOLDER.`));
+  }
   document.body.append(body);
-  show(body, data.runs[0]);
+  show(inFull[0]);
 }
 
 page();

@@ -7,21 +7,30 @@ export function limitsTable(limits) {
   const rows = limits.map((limit) => element('tr', {},
     element('td', {}, limit.metric), element('td', {class: 'number'}, number(limit.value)),
     element('td', {class: 'number'}, limitText(limit)),
-    element('td', {class: limit.passed ? 'good' : 'bad'}, limit.passed === null ? 'not judged' : limit.passed ? 'kept' : 'MISSED')));
+    element('td', {class: limit.passed ? 'good' : 'bad'}, limit.passed === null ? 'not judged' : limit.passed ? 'passed' : 'MISSED')));
   return scroll('limits', element('table', {class: 'named-rows'},
     element('thead', {}, element('tr', {}, element('th', {}, 'limit on'), element('th', {class: 'number'}, 'value'),
       element('th', {class: 'number'}, 'limit'), element('th', {}, 'verdict'))), element('tbody', {}, rows)));
 }
 
+/// A reason that several metrics share stands once, below the table.
+function sharedReasons(metrics) {
+  const all = Object.values(metrics).map(({reason}) => reason).filter(Boolean);
+  return [...new Set(all)].filter((reason) => all.indexOf(reason) !== all.lastIndexOf(reason));
+}
+
 export function metricsTable(metrics, definitions) {
+  const shared = sharedReasons(metrics);
+  const why = (reason) => (shared.includes(reason) ? `not defined here (${shared.indexOf(reason) + 1})` : `not defined here: ${reason}`);
   const rows = Object.entries(metrics).map(([name, metric]) => element('tr', {},
     element('td', {}, element('code', {}, name)),
     element('td', {class: 'number'}, metric.value === null ? '–' : number(metric.value)),
     element('td', {}, metric.unit === '1' ? '' : metric.unit),
-    element('td', {class: 'soft'}, metric.reason ? `not defined here: ${metric.reason}` : definitions[name] ?? '')));
-  return scroll('metrics', element('table', {class: 'named-rows'},
+    element('td', {class: 'soft'}, metric.reason ? why(metric.reason) : definitions[name] ?? '')));
+  return element('div', {}, scroll('metrics', element('table', {class: 'named-rows'},
     element('thead', {}, element('tr', {}, ['metric', 'value', 'unit', 'what it is'].map((title, i) =>
-      element('th', {class: i === 1 ? 'number' : null}, title)))), element('tbody', {}, rows)));
+      element('th', {class: i === 1 ? 'number' : null}, title)))), element('tbody', {}, rows))),
+  shared.map((reason, i) => element('p', {class: 'soft'}, `(${i + 1}) ${reason}`)));
 }
 
 const kOnPaper = 8;  // runs side by side
@@ -43,7 +52,9 @@ export function sortableTable(columns, rows) {
   const fill = (ordered) => body.replaceChildren(...ordered.map((row) => element('tr', {}, columns.map((column) => {
     const value = column.value(row);
     const numeric = typeof value === 'number' || value === null;
-    return element('td', {class: numeric ? 'number' : null}, numeric ? number(value) : value);
+    const href = column.href?.(row), shown = numeric ? number(value) : value;
+    return element('td', {class: numeric ? 'number' : null},
+      href ? element('a', {href, onclick: () => column.open(row)}, shown) : shown);
   }))));
   const sort = (column, header) => {
     ascending = sortedBy === column ? !ascending : true;

@@ -1,15 +1,20 @@
 #include "sim/report/figure.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "sim/files/text.h"
 #include "sim/report/axis.h"
 #include "sim/report/bundle.h"
+#include "sim/report/comparison_figures.h"
 #include "sim/report/page.h"
 #include "sim/report/page_data.h"
 #include "sim/report/pictures.h"
 #include "sim/report/run_figures.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace {
 
@@ -37,6 +42,22 @@ TEST(Axis, TicksOfALogarithmAreDecades) {
                                          DoubleNear(100, 1e-9)));
   EXPECT_NEAR(axis.at(0.02), 0, 1e-12);
   EXPECT_NEAR(axis.at(150), 1, 1e-12);
+  EXPECT_GE((Axis{2.1, 4.9, 0, 1, true}.ticks(5).size()), 2u) << "without a power of ten in it";
+}
+
+TEST(Axis, TicksAreShortNumbersOrPowersOfTen) {
+  EXPECT_EQ(tick_text(0), "0");
+  EXPECT_EQ(tick_text(0.001), "0.001");
+  EXPECT_EQ(tick_text(12500), "12500");
+  EXPECT_EQ(tick_text(1e-5), "10\u207b\u2075");
+  EXPECT_EQ(tick_text(9e-5), "9\u00b710\u207b\u2075");
+  EXPECT_EQ(tick_text(-2e6), "-2\u00b710\u2076");
+}
+
+TEST(Axis, CountsHaveWholeTicks) {
+  Axis axis{0.9, 3.1};
+  axis.whole = true;
+  EXPECT_THAT(axis.ticks(8), ElementsAre(1, 2, 3));
 }
 
 TEST(Axis, HoldsAllFiniteValuesAndSurvivesNone) {
@@ -102,6 +123,65 @@ TEST(Svg, EqualAxesGiveAMetreTheSameLengthBothWays) {
   double x0, y0, x1, y1;
   ASSERT_EQ(std::sscanf(svg.c_str() + path, "d='M%lf %lfL%lf %lf'", &x0, &y0, &x1, &y1), 4);
   EXPECT_NEAR((x1 - x0) / 4, y0 - y1, 0.1) << "pixels are printed with one decimal";
+}
+
+// Values 1 to 5: the box reaches from 2 to 4.
+TEST(Svg, ABoxReachesFromTheFirstToTheThirdQuartile) {
+  Figure figure{"boxes", "Boxes", "", "mm"};
+  figure.boxes = {{"filter", Role::estimate, {5, 1, 2, 4, 3}}, {"other", Role::first, {}}};
+  const std::string svg = to_svg(figure, 400, 300);
+  const Axis axis = [] {
+    const std::vector<double> values{1, 5};
+    Axis made = axis_of({&values}, false);
+    made.begin = 300 - 46, made.end = 30;
+    return made;
+  }();
+  EXPECT_THAT(svg, HasSubstr(fmt::format("y='{:.1f}'", axis.at(4))));
+  EXPECT_THAT(svg, HasSubstr(fmt::format("height='{:.1f}'/>", axis.at(2) - axis.at(4))));
+  EXPECT_THAT(svg, HasSubstr(">other</text>")) << "an estimator without a value is named too";
+  EXPECT_TRUE(figure.is_still());
+}
+
+RunData seed_of_estimator(const char* estimator, int seed, double ate_m) {
+  RunData run = run_of({1, 1, 1, 1}, {1, 1, 1, 1});
+  run.folder = fmt::format("{}/seed-{}", estimator, seed);
+  run.score = {{"scenario", "hall"}, {"estimator", estimator}, {"seed", seed}};
+  run.score["metrics"]["ate_se3_rmse_m"] = {{"value", ate_m}, {"unit", "m"}};
+  return run;
+}
+
+TEST(ComparisonFigures, SeveralSeedsOfEstimatorsAreBoxes) {
+  std::vector<RunData> runs;
+  for (const char* estimator : {"filter", "plan"})
+    for (const int seed : {1, 2}) runs.push_back(seed_of_estimator(estimator, seed, 0.001 * seed));
+  const std::vector<Figure> figures = comparison_figures(runs);
+  const auto found = std::find_if(figures.begin(), figures.end(),
+                                  [](const Figure& f) { return f.name == "ate_boxes_hall"; });
+  ASSERT_NE(found, figures.end());
+  ASSERT_EQ(found->boxes.size(), 2u);
+  EXPECT_EQ(found->boxes[1].name, "plan");
+  EXPECT_THAT(found->boxes[0].values, ElementsAre(DoubleNear(1, 1e-9), DoubleNear(2, 1e-9)));
+  EXPECT_THAT(found->runs, ElementsAre("filter/seed-1", "filter/seed-2", "plan/seed-1", "plan/seed-2"));
+}
+
+// Steps 2 m apart are corrected by at most 4 mm: 100 times that is a fifth of the walk, 200 times more than a
+// quarter.
+TEST(WaistFromAbove, CorrectionsAreDrawnAsLargeAsCanBeReadAndTheLegendSaysHowMuch) {
+  const sim::files::TemporaryFolder folder;
+  const auto file = folder / "corrected_steps.csv";
+  const auto arrows = [&](double corrected_m) {
+    sim::files::write_text(
+        file, fmt::format("#expected_x [m],expected_y [m],expected_yaw [rad],ahead [m],aside [m]\n"
+                          "0,0,0,{},0\n2,0,0,0.001,0\n",
+                          corrected_m));
+    RunData run;
+    run.corrected_steps.emplace(file);
+    return waist_from_above(run).lines.back();
+  };
+  EXPECT_EQ(arrows(0.004).name, "corrections, 100 times as large");
+  EXPECT_NEAR(arrows(0.004).x.at(1), 0.4, 1e-12);
+  EXPECT_EQ(arrows(0.5).name, "corrections");
+  EXPECT_NEAR(arrows(0.5).x.at(1), 0.5, 1e-12);
 }
 
 TEST(Base64, GivesTheTestVectorsOfRfc4648) {

@@ -40,6 +40,39 @@ TEST_F(ScoreFile, TheTableShowsMetricsWithTheirLimits) {
   EXPECT_FALSE(read_score(folder_ / "score.json").value("loop_closed"));
 }
 
+TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
+  const std::string other =
+      R"("loop_time_s": {"value": null, "unit": "s", "reason": "no loop"}, "loop_closed")";
+  const std::string text = table("\"loop_closed\"", other);
+  EXPECT_EQ(text.find("no loop"), text.rfind("no loop")) << text;
+  EXPECT_THAT(text, testing::ContainsRegex("loop_time_s +- s +\\(1\\)\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("loop_closed +- +\\(1\\)\n  \\(1\\) no loop\n"));
+  EXPECT_THAT(table(), testing::ContainsRegex("loop_closed +- +no loop\n"))
+      << "one reason stands beside its metric";
+}
+
+TEST_F(ScoreFile, AllMetricsAreShownOnRequest) {
+  const std::string from = "\"metrics\": {", to = from + R"("poses_matched": {"value": 7, "unit": "1"},)";
+  EXPECT_THAT(table(from, to), testing::Not(HasSubstr("  poses_matched")));
+  EXPECT_THAT(score_table(folder_.path(), {.all_metrics = true}),
+              testing::ContainsRegex("  poses_matched +7\n"));
+}
+
+TEST_F(ScoreFile, VerdictsAndEndingsHaveColours) {
+  EXPECT_THAT(table(), testing::Not(HasSubstr("\033")));
+  EXPECT_THAT(score_table(folder_.path(), {.colours = true}, true), HasSubstr("\033[31mcompleted\033[0m"));
+  EXPECT_THAT(score_table(folder_.path(), {.colours = true}), HasSubstr("\033[32mok\033[0m"));
+}
+
+TEST_F(ScoreFile, TheAlignmentOfATrajectoryIsSaid) {
+  const std::string poses = "\"metrics\": {\"poses_matched\": {\"value\": 7, \"unit\": \"1\"},";
+  EXPECT_THAT(table("\"metrics\": {", poses),
+              HasSubstr("errors over 7 poses, without alignment except ate_se3"));
+  files::write_text(folder_ / "about.json", R"({"alignment": "sim3"})");
+  EXPECT_THAT(table("\"metrics\": {", poses),
+              HasSubstr("errors over 7 poses, after its sim3 alignment with the truth"));
+}
+
 TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
   struct Fault {
     const char *from, *to, *complaint;

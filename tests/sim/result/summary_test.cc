@@ -99,6 +99,30 @@ TEST_F(SummaryTest, OneSeedHasNoStandardDeviation) {
             std::string::npos);
 }
 
+TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
+  SeedScore one = seed(1, 0.1, 1);
+  one.metrics.insert(one.metrics.begin(), {"poses_matched", "1", 100});
+  SeedScore other = one;
+  other.seed = 2, other.exit_code = 1;
+  const Summary summary = summarize(scenario_with({}), {one, other});
+  const std::string some = summary_table(summary), all = summary_table(summary, {.all_metrics = true});
+  EXPECT_EQ(some.find("poses_matched"), some.npos) << some;
+  EXPECT_NE(some.find("--all-metrics"), some.npos);
+  EXPECT_LT(all.find("ate_se3_rmse_m"), all.find("poses_matched"));
+  EXPECT_NE(all.find("poses_matched"), all.npos);
+  EXPECT_NE(
+      summary_table(summarize(scenario_with({{"poses_matched", "", scenario::Bound::at_least, 1}}), {one}))
+          .find("poses_matched"),
+      std::string::npos)
+      << "there is a limit on it";
+  EXPECT_NE(
+      some.find("  passed          completed         seed 1\n  missed a limit  completed         seed 2\n"),
+      some.npos)
+      << some;
+  EXPECT_NE(summary_table(summary, {.colours = true}).find("\033[31mmissed a limit\033[0m"),
+            std::string::npos);
+}
+
 TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {
   const std::vector<SeedScore> seeds{seed(1, 0.1, 1), seed(2, 0.2, 1), seed(3, 0.6, 1)};
   const auto code = [&](const std::string& aggregate, scenario::Bound bound, double value) {

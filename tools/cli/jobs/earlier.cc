@@ -4,9 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <iostream>
+#include <ostream>
 
 #include "sim/files/number.h"
+#include "tools/cli/jobs/terminal.h"
 
 namespace cli {
 
@@ -35,8 +36,8 @@ void set_aside(const fs::path& root, const std::vector<std::string>& names) {
   const fs::path aside = root / fmt::format("earlier-{}", n);
   fs::create_directory(aside);
   for (const std::string& name : names) fs::rename(root / name, aside / name);
-  std::cout << fmt::format("results of an earlier command are now in {}: {}\n", aside.string(),
-                           fmt::join(names, ", "));
+  text_out() << fmt::format("results of an earlier command are now in {}: {}\n", aside.string(),
+                            fmt::join(names, ", "));
 }
 
 }  // namespace cli

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <map>
 #include <string_view>
@@ -15,6 +16,7 @@
 
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
@@ -23,22 +25,39 @@ namespace {
 namespace fs = std::filesystem;
 using sim::files::FileLock;
 constexpr useconds_t kChildPollUs = 10'000;
+constexpr int kPollsForParts = 20;  // between two looks at how far the processes are
 constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
+
+/// The file beside a log in which the process says how far it is.
+fs::path part_file(const fs::path& log) { return log.string() + ".part"; }
+
+/// Our environment, and the name of that file.
+std::vector<std::string> environment_of(const fs::path& log) {
+  std::vector<std::string> all{fmt::format("{}={}", kProgressFile, part_file(log).string())};
+  for (char** variable = environ; *variable; ++variable) all.emplace_back(*variable);
+  return all;
+}
+
+std::vector<char*> pointers_to(std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
 
 /// Starts this program with its standard error written to a file.
 pid_t start(const std::vector<std::string>& command_line, const fs::path& log) {
   std::vector<std::string> words{"gaitslam"};
   words.insert(words.end(), command_line.begin(), command_line.end());
   words.insert(words.end(), {"--die-with-parent", std::to_string(getpid())});
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  std::vector<std::string> variables = environment_of(log);
+  const std::vector<char*> argv = pointers_to(words), environment = pointers_to(variables);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&files, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   pid_t process = 0;
-  const int fault = posix_spawn(&process, "/proc/self/exe", &files, nullptr, argv.data(), environ);
+  const int fault = posix_spawn(&process, "/proc/self/exe", &files, nullptr, argv.data(), environment.data());
   posix_spawn_file_actions_destroy(&files);
   if (fault != 0) throw std::system_error(fault, std::generic_category(), "cannot start a process");
   return process;
@@ -99,8 +118,14 @@ std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, co
   const auto log = [&](std::size_t i) { return temporary / std::to_string(i); };
   std::vector<Ended> all(command_lines.size());
   std::map<pid_t, std::size_t> running;
+  const auto parts_done = [&](std::size_t done) {
+    double sum = static_cast<double>(done);
+    for (const auto& [process, i] : running) sum += part_in(part_file(log(i)));
+    return sum / static_cast<double>(all.size());
+  };
+  int polls = 0;
   for (std::size_t next = 0, done = 0; done < all.size();) {
-    show(static_cast<double>(done) / static_cast<double>(all.size()));
+    if (polls++ % kPollsForParts == 0) show(parts_done(done));
     if (next < all.size() && running.size() < static_cast<std::size_t>(jobs)) {
       running[start(command_lines[next], log(next))] = next;
       ++next;

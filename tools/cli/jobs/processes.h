@@ -41,7 +41,8 @@ void die_with(pid_t parent);
 /// Command lines of this program, without its name. Their commands accept --die-with-parent.
 using CommandLines = std::vector<std::vector<std::string>>;
 
-/// Called now and then with the fraction of the processes that have ended, 0 to 1.
+/// Called now and then with the part of the work that is done, 0 to 1: processes that have ended count whole,
+/// those that run as far as they are.
 using ShowPart = std::function<void(double)>;
 
 /// Runs this program (the running one, even when its file has been replaced) with each of the command lines,

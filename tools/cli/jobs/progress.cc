@@ -1,41 +1,111 @@
 #include "tools/cli/jobs/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <cstdio>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <utility>
 
-namespace cli {
+#include "tools/cli/jobs/terminal.h"
 
-using Clock = std::chrono::steady_clock;
+namespace cli {
+namespace {
+
+constexpr std::chrono::milliseconds kRedraw{200};
+
+std::size_t columns_of(std::FILE* stream) {
+  struct winsize size {};
+  return ::ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+std::atomic<int> live_lines = 0;
+
+/// The file that this process was told of when it began. Processes that it starts are not told.
+std::filesystem::path file_of_parent() {
+  static const std::filesystem::path file = [] {
+    const char* const named = std::getenv(kProgressFile);
+    const std::filesystem::path path = named ? named : "";
+    ::unsetenv(kProgressFile);
+    return path;
+  }();
+  return file;
+}
+
+}  // namespace
 
 std::string duration_text(double seconds) {
   const int whole = static_cast<int>(seconds + 0.5);
   return whole < 100 ? fmt::format("{} s", whole) : fmt::format("{} min {:02} s", whole / 60, whole % 60);
 }
 
-ProgressLine::ProgressLine(std::string what)
-    : what_(std::move(what)), on_terminal_(isatty(STDERR_FILENO) == 1), begin_(Clock::now()), last_(begin_) {}
+std::string progress_text(const std::string& what, std::optional<double> part, double spent_s,
+                          std::optional<double> left_s, const std::string& at) {
+  std::string text = what + ": ";
+  text += part ? fmt::format("{:.0f} %", std::floor(100 * *part)) : duration_text(spent_s);
+  if (left_s) text += fmt::format(", {} left", duration_text(*left_s));
+  return at.empty() ? text : text + "; " + at;
+}
+
+double part_in(const std::filesystem::path& file) {
+  double part = 0;
+  std::ifstream(file) >> part;
+  return std::clamp(part, 0.0, 1.0);
+}
+
+ProgressPlace ProgressPlace::standard() {
+  return {
+      .redraws = can_redraw(STDERR_FILENO), .silent = output() == Output::quiet, .file = file_of_parent()};
+}
+
+ProgressLine::ProgressLine(std::string what, const ProgressPlace& place)
+    : what_(std::move(what)),
+      place_(place),
+      outermost_(live_lines++ == 0),
+      thread_([this](const std::stop_token& stop) { draw_until(stop); }) {}
 
 ProgressLine::~ProgressLine() {
-  if (drawn_) std::fputs("\r\033[K", stderr);
+  thread_.request_stop();
+  thread_.join();
+  --live_lines;
+  if (drawn_) std::fputs("\r\033[K", place_.stream);
 }
 
 void ProgressLine::show(double part, const std::string& at) {
-  const auto now = Clock::now();
-  if (!on_terminal_ || (drawn_ && now - last_ < std::chrono::milliseconds(200))) return;
-  const double spent_s = std::chrono::duration<double>(now - begin_).count();
-  const std::string left = part > 0.01 ? ", " + duration_text(spent_s * (1 - part) / part) + " left" : "";
-  last_ = now;
-  show_text(fmt::format("{}: {:.0f} %{}{}", what_, 100 * part, left, at.empty() ? "" : "; " + at));
+  const std::lock_guard lock(mutex_);
+  part_ = part;
+  at_ = at;
 }
 
-void ProgressLine::show_text(const std::string& text) {
-  if (!on_terminal_) return;
-  fmt::print(stderr, "\r\033[K{}", text);
-  std::fflush(stderr);
-  drawn_ = true;
+void ProgressLine::draw_until(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (
+      !wake_.wait_for(lock, stop, std::min(kRedraw, place_.heartbeat), [&] { return stop.stop_requested(); }))
+    draw(std::chrono::duration<double>(Clock::now() - begin_).count());
+}
+
+void ProgressLine::draw(double spent_s) {
+  if (!outermost_) return;
+  if (!place_.file.empty()) {
+    if (part_) std::ofstream(place_.file) << fmt::format("{:.4f}\n", *part_);
+    return;
+  }
+  const auto left_s = part_ ? remaining_.at(*part_, spent_s) : std::nullopt;
+  const auto now = Clock::now();
+  if (place_.silent || now - begin_ < place_.first) return;
+  const std::string text = progress_text(what_, part_, spent_s, left_s, at_);
+  if (place_.redraws) {
+    fmt::print(place_.stream, "\r\033[K{}", text.substr(0, columns_of(place_.stream) - 1));
+    drawn_ = true;
+  } else if (now - last_beat_ >= place_.heartbeat) {
+    fmt::print(place_.stream, "gaitslam: {}\n", text);
+    last_beat_ = now;
+  }
+  std::fflush(place_.stream);
 }
 
 }  // namespace cli

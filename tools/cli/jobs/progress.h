@@ -1,32 +1,73 @@
-// A progress line on the terminal; silent where standard error is no terminal.
+// How far a command is: one line on the terminal; elsewhere a line every half minute.
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <stop_token>
 #include <string>
+#include <thread>
+
+#include "tools/cli/jobs/remaining_time.h"
 
 namespace cli {
 
 /// "42 s", or "3 min 05 s" from 100 s on.
 std::string duration_text(double seconds);
 
+/// "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 12 s" where the part is not known.
+std::string progress_text(const std::string& what, std::optional<double> part, double spent_s,
+                          std::optional<double> left_s, const std::string& at);
+
+/// The variable that names the file in which a process tells its parent the part that it has done.
+inline constexpr const char* kProgressFile = "GAITSLAM_PROGRESS_FILE";
+/// The part that a process has written there; 0 before it wrote any.
+double part_in(const std::filesystem::path& file);
+
+/// Where a progress line is shown.
+struct ProgressPlace {
+  bool redraws = false;  ///< one line, drawn again and again
+  bool silent = false;
+  std::filesystem::path file{};  ///< for the parent process, and nothing is shown; else empty
+  std::FILE* stream = stderr;
+  std::chrono::milliseconds first{1000}, heartbeat{30'000};
+
+  /// Standard error: of a terminal, or not; silent with --quiet.
+  static ProgressPlace standard();
+};
+
+/// The only place where progress is shown. A thread of its own draws, so that the line goes on while the work
+/// waits for another program. Of several at a time the first one is shown.
 class ProgressLine {
  public:
-  /// what: begins the line that show() draws.
-  explicit ProgressLine(std::string what);
+  /// what: begins the line.
+  explicit ProgressLine(std::string what, const ProgressPlace& place = ProgressPlace::standard());
+  /// Removes the line from the terminal.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// Draws the part that is done, 0 to 1, the time left and, if given, what is being done; at most five times
-  /// a second.
+  /// The part that is done, 0 to 1, and, if given, what is being done. Costs no more than a lock.
   void show(double part, const std::string& at = "");
-  /// Draws a line of the caller's own.
-  void show_text(const std::string& text);
 
  private:
-  std::string what_;
-  bool on_terminal_, drawn_ = false;
-  std::chrono::steady_clock::time_point begin_, last_;
+  using Clock = std::chrono::steady_clock;
+
+  void draw_until(const std::stop_token& stop);
+  void draw(double spent_s);
+
+  std::string what_, at_;
+  ProgressPlace place_;
+  std::optional<double> part_;
+  RemainingTime remaining_;
+  bool outermost_, drawn_ = false;
+  Clock::time_point begin_ = Clock::now(), last_beat_ = begin_;
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread thread_;  ///< the last member: it ends before the others
 };
 
 }  // namespace cli

@@ -13,6 +13,7 @@
 #include "sim/files/durable_file.h"
 #include "sim/files/hashed_file.h"
 #include "sim/files/text.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/shell.h"
 #include "tools/cli/usage_error.h"
 
@@ -43,6 +44,8 @@ while [ $i -lt $last ]; do
     code=3
   else
     code=0
+    GAITSLAM_PROGRESS_FILE=$ended.part
+    export GAITSLAM_PROGRESS_FILE
     eval "$line" </dev/null >/dev/null 2>"$ended.err" || code=$?
     [ $code -ne 75 ] || exit 75
   fi
@@ -153,6 +156,13 @@ class Array {
     return n;
   }
   std::size_t size() const { return count_; }
+  /// Those that run count as far as they are.
+  double part() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < count_; ++i)
+      sum += has_ended(i) ? 1 : part_in(ended_file(i).string() + ".part");
+    return sum / static_cast<double>(count_);
+  }
 
   std::vector<Ended> collect() const {
     std::vector<Ended> all;
@@ -217,7 +227,7 @@ std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend
   for (int submission = 0; array.ended() < array.size() && submission < kSubmissions; ++submission) {
     if (!array.is_in_queue()) array.submit();
     while (array.is_in_queue()) {
-      show(static_cast<double>(array.ended()) / static_cast<double>(array.size()));
+      show(array.part());
       usleep(kQueuePollUs);
     }
   }

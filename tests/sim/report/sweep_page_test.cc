@@ -1,0 +1,99 @@
+#include "sim/report/sweep_page.h"
+
+#include <gmock/gmock.h>
+
+#include "sim/files/file_error.h"
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace {
+
+using sim::report::sweep_page;
+using testing::HasSubstr;
+using testing::Not;
+
+class SweepPage : public testing::Test {
+ protected:
+  /// One trial's line; settings: {"slam.a": 1, ...}.
+  void add(const std::string& scenario, const std::string& settings, int seed, const std::string& values,
+           const std::string& ending = "completed") {
+    lines_ += R"({"trial": 0, "scenario": ")" + scenario + R"(", "settings": )" + settings +
+              R"(, "key": "k", "seed": )" + std::to_string(seed) + R"(, "ending": ")" + ending +
+              R"(", "cause": "", "values": )" + values + "}\n";
+  }
+  std::string page() const {
+    sim::files::write_text(folder_ / "scores.jsonl", lines_);
+    sim::files::write_text(folder_ / "trials.jsonl", "");
+    EXPECT_TRUE(sim::report::is_sweep(folder_.path()));
+    return sweep_page(folder_.path());
+  }
+  const sim::files::TemporaryFolder folder_;
+  std::string lines_;
+};
+
+TEST_F(SweepPage, OneKeyIsALineOfMediansAndItsWorstSeedIsNamedWithItsCommand) {
+  for (const auto& [at, seed, ate] :
+       {std::tuple{"1", 1, "0.1"}, {"1", 2, "0.3"}, {"2", 1, "0.2"}, {"2", 2, "0.25"}})
+    add("hall", std::string(R"({"slam.vision.sigma_px": )") + at + "}", seed,
+        std::string(R"({"ate_se3_rmse_m": )") + ate + "}");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("ate_se3_rmse_m over slam.vision.sigma_px"));
+  EXPECT_THAT(html, HasSubstr("slam.vision.sigma_px [px]"));
+  EXPECT_THAT(html, HasSubstr("<a href='#setting-hall-1'>sigma_px=1, seed 2</a> (0.3)"));
+  EXPECT_THAT(html, HasSubstr("<tr id='setting-hall-1'>"));
+  EXPECT_THAT(html, HasSubstr("/scenarios/hall.yaml slam.vision.sigma_px=1 seed=2</pre>"));
+  EXPECT_THAT(html, HasSubstr("<td class='number'>0.2</td>")) << "the median of 0.1 and 0.3";
+}
+
+TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
+  for (const char* a : {"1", "10", "2"})
+    for (const char* b : {"x", "y"})
+      add("hall", std::string(R"({"slam.a": )") + a + R"(, "slam.b": ")" + b + "\"}", 1,
+          R"({"rmse_m": 0.125})");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("rmse_m [m]: median over seeds"));
+  EXPECT_THAT(html, HasSubstr("<a href='#setting-hall-3-2'><rect")) << "10 comes after 2";
+  EXPECT_THAT(html, HasSubstr(">0.125</text>"));
+  EXPECT_THAT(html, Not(HasSubstr("rmse_m over slam.a")));
+}
+
+TEST_F(SweepPage, ScenariosAreNotPooled) {
+  add("hall", R"({"slam.a": 1})", 1, R"({"rmse_m": 1})");
+  add("office", R"({"slam.a": 1})", 1, R"({"rmse_m": 3})");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("<h2 id='scenario-hall'>hall</h2>"));
+  EXPECT_THAT(html, HasSubstr("<h2 id='scenario-office'>office</h2>"));
+  EXPECT_THAT(html, Not(HasSubstr("<td class='number'>2</td>"))) << "the median of both";
+}
+
+TEST_F(SweepPage, ATrialThatFailedIsTheWorst) {
+  add("hall", R"({"slam.a": 1})", 1, R"({"ate_se3_rmse_m": 9})");
+  add("hall", R"({"slam.a": 1})", 2, "{}", "diverged");
+  EXPECT_THAT(page(), HasSubstr("<summary>seed 2: diverged</summary>"));
+  EXPECT_THAT(page(), HasSubstr("<td class='number'>1 of 2</td>"));
+}
+
+TEST_F(SweepPage, NamesAreShownAsTheyAre) {
+  add("<img src=x>", R"({"<b>": "'\"<i>"})", 1, R"({"rmse_m": 1})");
+  const std::string html = page();
+  EXPECT_THAT(html, Not(HasSubstr("<img")));
+  EXPECT_THAT(html, Not(HasSubstr("<i>")));
+  EXPECT_THAT(html, HasSubstr("Content-Security-Policy"));
+}
+
+TEST_F(SweepPage, BrokenScoresAreNamed) {
+  const auto complaint = [&](const std::string& lines) -> std::string {
+    lines_ = lines;
+    try {
+      page();
+    } catch (const sim::files::FileError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(complaint(""), HasSubstr("scores.jsonl: has no trial"));
+  EXPECT_THAT(complaint("{}\n"), HasSubstr("scores.jsonl: scenario"));
+  EXPECT_THAT(complaint("{\n"), HasSubstr("scores.jsonl"));
+}
+
+}  // namespace

@@ -1,0 +1,72 @@
+// What run, replay and score say: text for people, one JSON document, or nothing.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/command_line.h"
+
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using tests::Ran;
+
+class OutputTest : public tests::CommandLine {
+ protected:
+  OutputTest() { write("walk.yaml", std::string(tests::kShortWalk) + "limits: {rmse_m: {at_most: 1}}\n"); }
+
+  /// The document that a command prints, which its schema accepts.
+  json document_of(const std::string& arguments, const std::string& schema) const {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_EQ(ran.err, "");
+    write("printed.json", ran.out);
+    const Ran checked = shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
+                              "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR "/sim/result/schemas/" +
+                              schema + ".schema.json' printed.json");
+    EXPECT_EQ(checked.exit_code, 0) << checked.err;
+    return json::parse(ran.out);
+  }
+  void expect_silence(const std::string& arguments, int exit_code) const {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, exit_code) << arguments;
+    EXPECT_EQ(ran.out + ran.err, "") << arguments;
+  }
+};
+
+TEST_F(OutputTest, JsonIsOneDocumentOfOneRun) {
+  const json run = document_of("run walk.yaml --out r --json", "outcome");
+  EXPECT_EQ(run["folder"], "r/seed-1");
+  EXPECT_EQ(run["ending"], "completed");
+  EXPECT_EQ(run["score"], json::parse(text_of("r/seed-1/score.json")));
+  const json replay = document_of("replay r/seed-1 --json", "outcome");
+  EXPECT_EQ(replay["score"], run["score"]);
+  const json score = document_of("score r/seed-1 --json", "trajectory");
+  EXPECT_GT(score["errors"].size(), 2u);
+}
+
+TEST_F(OutputTest, JsonOfSeveralSeedsIsTheirSummary) {
+  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 --out r").exit_code, 0);
+  const json run = document_of("run walk.yaml --seeds 2 --out r --force --json", "outcome");
+  EXPECT_EQ(run["folder"], "r");
+  EXPECT_EQ(run["summary"], json::parse(text_of("r/summary.json")));
+}
+
+TEST_F(OutputTest, QuietLeavesTheExitCode) {
+  expect_silence("run walk.yaml --out r -q", 0);
+  expect_silence("replay r/seed-1 --quiet", 0);
+  expect_silence("score r/seed-1 -q", 0);
+  write("strict.yaml", "base: walk.yaml\nlimits: {rmse_m: {at_most: 0}}\n");
+  expect_silence("run strict.yaml --seeds 1 --out s -q", 1);
+  EXPECT_THAT(refusal("run none.yaml -q"), HasSubstr("none.yaml: cannot be read")) << "errors are said";
+  EXPECT_THAT(refusal("run walk.yaml -q --json"), HasSubstr("excludes"));
+}
+
+TEST_F(OutputTest, AllMetricsAreShownOnRequest) {
+  const Ran some = gaitslam("run walk.yaml --out r"), all = gaitslam("replay r/seed-1 --all-metrics");
+  EXPECT_THAT(some.out, Not(HasSubstr("  poses_matched")));
+  EXPECT_THAT(all.out, HasSubstr("  poses_matched"));
+}
+
+}  // namespace
