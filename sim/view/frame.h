@@ -30,7 +30,7 @@ struct Frame {
   std::optional<files::Matrix6d> covariance = {};                   ///< of the estimate, as slam::Estimate has it
   std::optional<std::array<FootPlace, 2>> feet = {};                ///< left, right
   std::optional<Eigen::Vector2d> zmp = {}, planned_zmp = {};             ///< m on the ground; planned_zmp in P
-  std::optional<slam::FrameReport> report;
+  std::optional<slam::FrameReport> report = {};
   std::optional<std::vector<slam::MapPoint>> map = {};              ///< absent where it is the one before
 };
 

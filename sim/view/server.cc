@@ -93,6 +93,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     socket_.set_option(websocket::stream_base::decorator([this](websocket::response_type& response) {
       if (!protocol_.empty()) response.set(http::field::sec_websocket_protocol, protocol_);
     }));
+    socket_.auto_fragment(false);  // pieces would cost a system call each
     socket_.read_message_max(shared_->limits.message_bytes);
     socket_.async_accept(request, [self = shared_from_this()](Error error) {
       if (!error) self->opened();

@@ -31,9 +31,13 @@ Message json_message(const nlohmann::ordered_json& content) {
 Resource json_resource(std::string text) { return resource("application/json", text); }
 Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
 
+constexpr std::string_view kIcon =
+    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' fill='#0069b0'/></svg>";
+
 Site::Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about) {
   add("/view.js", resource("text/javascript; charset=utf-8", page_script()));
   add("/view.css", resource("text/css; charset=utf-8", page_style()));
+  add("/icon.svg", resource("image/svg+xml", kIcon));
   about["runs"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < runs.size(); ++i) {
     about["runs"].push_back(to_json(runs[i]));
