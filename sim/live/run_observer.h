@@ -16,8 +16,8 @@ struct StampedState {
   slam::Stamp t{0};
   const world::World& world;
   const walking::Reference& plan;
-  Eigen::Isometry3d X_PC;            ///< planned camera
-  const recording::TrueFeet& feet;   ///< of the last tick
+  Eigen::Isometry3d X_PC;               ///< planned camera
+  const recording::TrueFeet& feet;      ///< of the last tick
   const walking::Wrench &left, &right;  ///< of the ground on the feet, at this tick
 };
 

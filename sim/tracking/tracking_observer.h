@@ -17,7 +17,8 @@ struct TrackingObserver {
 
 /// Gives an observation to the filter, if there is one, and shows it to the observer.
 template <class Take>
-void take_observed(slam::Observation ideal, const Tracking* tracking, const TrackingObserver& observer, const Take& take) {
+void take_observed(slam::Observation ideal, const Tracking* tracking, const TrackingObserver& observer,
+                   const Take& take) {
   if (!observer.wants || !observer.wants(ideal)) return take(std::move(ideal));
   slam::Observation shown = ideal;
   shown.image = ideal.image.clone();  // sensor errors may be applied in place

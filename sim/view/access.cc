@@ -24,16 +24,19 @@ Reach reach_of(const std::string& address) {
   }
   in6_addr v6{};
   if (::inet_pton(AF_INET6, address.c_str(), &v6) != 1) return Reach::none;
-  return IN6_IS_ADDR_UNSPECIFIED(&v6) ? Reach::everything : IN6_IS_ADDR_LOOPBACK(&v6) ? Reach::loopback : Reach::network;
+  return IN6_IS_ADDR_UNSPECIFIED(&v6) ? Reach::everything
+         : IN6_IS_ADDR_LOOPBACK(&v6)  ? Reach::loopback
+                                      : Reach::network;
 }
 
 void require_listenable(const Access& access) {
   const Reach reach = reach_of(access.address);
   if (reach == Reach::none)
-    throw std::invalid_argument(fmt::format("--address {}: expected an IP address of this machine", access.address));
-  if (reach == Reach::everything)
     throw std::invalid_argument(
-        fmt::format("--address {}: expected one address, by which the browser reaches this machine", access.address));
+        fmt::format("--address {}: expected an IP address of this machine", access.address));
+  if (reach == Reach::everything)
+    throw std::invalid_argument(fmt::format(
+        "--address {}: expected one address, by which the browser reaches this machine", access.address));
   if (reach == Reach::network && access.token.empty())
     throw std::invalid_argument(
         fmt::format("--address {}: others can reach it, expected a --token of your own", access.address));
@@ -86,7 +89,8 @@ Access checked(Access access) {
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
   unsigned difference = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < b.size(); ++i)
-    difference |= static_cast<unsigned char>(b[i]) ^ static_cast<unsigned char>(a.empty() ? 0 : a[i % a.size()]);
+    difference |=
+        static_cast<unsigned char>(b[i]) ^ static_cast<unsigned char>(a.empty() ? 0 : a[i % a.size()]);
   return difference == 0;
 }
 
@@ -95,14 +99,17 @@ std::string authority(const Access& access) {
   return fmt::format(fmt::runtime(v6 ? "[{}]:{}" : "{}:{}"), access.address, access.port);
 }
 
-std::string url(const Access& access) { return fmt::format("http://{}/?token={}", authority(access), access.token); }
+std::string url(const Access& access) {
+  return fmt::format("http://{}/?token={}", authority(access), access.token);
+}
 
 std::optional<Refusal> refusal(const RequestHead& request, const Access& access) {
   const std::string host = authority(access);
   if (request.host != host) return Refusal{421, "another Host than this server's"};
   if (request.origin && is_page(*request.origin) && *request.origin != "http://" + host)
     return Refusal{403, "another Origin than this server's"};
-  if (!equal_in_constant_time(token_in(request.target), access.token)) return Refusal{403, "no token, or a wrong one"};
+  if (!equal_in_constant_time(token_in(request.target), access.token))
+    return Refusal{403, "no token, or a wrong one"};
   if (request.method != "GET") return Refusal{405, "expected GET"};
   return std::nullopt;
 }
@@ -111,7 +118,8 @@ std::string_view path_of(std::string_view target) { return target.substr(0, targ
 
 std::string content_security_policy(const Access& access) {
   return fmt::format(
-      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' ws://{}; "
+      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' "
+      "ws://{}; "
       "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
       authority(access));
 }

@@ -15,12 +15,13 @@ struct Access {
   std::string token = {};             ///< empty: 128 bits are drawn
 };
 
-/// Draws the token that is missing. Throws std::invalid_argument where the address is none, is that of all interfaces, or is
-/// not a loopback address while no token of one's own is given, and where a token is shorter than 22 characters or has others than
-/// letters, digits, - and _.
+/// Draws the token that is missing. Throws std::invalid_argument where the address is none, is that of all
+/// interfaces, or is not a loopback address while no token of one's own is given, and where a token is
+/// shorter than 22 characters or has others than letters, digits, - and _.
 Access checked(Access access);
 
-/// 128 bits of the system's random source in 32 hexadecimal digits. Throws std::runtime_error where there is none.
+/// 128 bits of the system's random source in 32 hexadecimal digits. Throws std::runtime_error where there is
+/// none.
 std::string new_token();
 
 /// Takes the same time wherever the texts differ.
@@ -43,14 +44,16 @@ struct Refusal {
   std::string_view why;
 };
 
-/// The rules, in this order: Host is exactly the server's authority (no name that was made to resolve here); a page's Origin is
-/// exactly the server's (apps that are no pages send their own or none); the token of the query is right; nothing but GET.
+/// The rules, in this order: Host is exactly the server's authority (no name that was made to resolve here);
+/// a page's Origin is exactly the server's (apps that are no pages send their own or none); the token of the
+/// query is right; nothing but GET.
 std::optional<Refusal> refusal(const RequestHead& request, const Access& access);
 
 /// The target without its query.
 std::string_view path_of(std::string_view target);
 
-/// The Content-Security-Policy of every response: no script and style but the server's own files, no frame around them.
+/// The Content-Security-Policy of every response: no script and style but the server's own files, no frame
+/// around them.
 std::string content_security_policy(const Access& access);
 
 }  // namespace sim::view

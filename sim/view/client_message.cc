@@ -10,9 +10,15 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::array kIgnored{"advertise",     "unadvertise",           "getParameters",
-                              "setParameters", "subscribeParameterUpdates", "unsubscribeParameterUpdates",
-                              "subscribeConnectionGraph", "unsubscribeConnectionGraph", "fetchAsset"};
+constexpr std::array kIgnored{"advertise",
+                              "unadvertise",
+                              "getParameters",
+                              "setParameters",
+                              "subscribeParameterUpdates",
+                              "unsubscribeParameterUpdates",
+                              "subscribeConnectionGraph",
+                              "unsubscribeConnectionGraph",
+                              "fetchAsset"};
 
 std::optional<std::uint32_t> number_of(const Json& value) {
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffffffffu) return std::nullopt;
@@ -29,7 +35,8 @@ bool is_list(const Json& message, const char* key) {
 }
 
 ClientMessage subscribe(const Json& message) {
-  if (!is_list(message, "subscriptions")) return Malformed{"subscribe: expected a short list of subscriptions"};
+  if (!is_list(message, "subscriptions"))
+    return Malformed{"subscribe: expected a short list of subscriptions"};
   Subscribe all;
   for (const Json& one : message["subscriptions"]) {
     const auto id = number_at(one, "id"), channel = number_at(one, "channelId");
@@ -40,7 +47,8 @@ ClientMessage subscribe(const Json& message) {
 }
 
 ClientMessage unsubscribe(const Json& message) {
-  if (!is_list(message, "subscriptionIds")) return Malformed{"unsubscribe: expected a short list of subscriptionIds"};
+  if (!is_list(message, "subscriptionIds"))
+    return Malformed{"unsubscribe: expected a short list of subscriptionIds"};
   Unsubscribe all;
   for (const Json& one : message["subscriptionIds"]) {
     const auto id = number_of(one);
@@ -51,7 +59,8 @@ ClientMessage unsubscribe(const Json& message) {
 }
 
 ClientMessage speed(const Json& message) {
-  const double factor = message.contains("factor") && message["factor"].is_number() ? message["factor"].get<double>() : NAN;
+  const double factor =
+      message.contains("factor") && message["factor"].is_number() ? message["factor"].get<double>() : NAN;
   if (factor == 0 || (factor >= 0.01 && factor <= 100)) return Speed{factor};
   return Malformed{"speed: expected a factor of 0.01 to 100, or 0"};
 }

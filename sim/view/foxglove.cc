@@ -75,7 +75,9 @@ std::string payload(std::uint32_t channel, const Frame& frame, const recording::
   const std::string camera = "camera", world = "world";
   switch (channel) {
     case kImage:
-      return frame.image.empty() ? "" : ros::compressed_image(frame.t, camera, recording::encode_grey_png(frame.image));
+      return frame.image.empty()
+                 ? ""
+                 : ros::compressed_image(frame.t, camera, recording::encode_grey_png(frame.image));
     case kInfo:
       return frame.image.empty() ? "" : ros::camera_info(frame.t, camera, setup.calibration.camera);
     case kTruth:
@@ -83,9 +85,10 @@ std::string payload(std::uint32_t channel, const Frame& frame, const recording::
     case kPlan:
       return frame.plan ? ros::pose_stamped(frame.t, world, *frame.plan) : "";
     case kEstimate:
-      return frame.estimate ? ros::pose_with_covariance_stamped(frame.t, world, *frame.estimate,
-                                                                frame.covariance.value_or(files::Matrix6d::Zero()))
-                            : "";
+      return frame.estimate
+                 ? ros::pose_with_covariance_stamped(frame.t, world, *frame.estimate,
+                                                     frame.covariance.value_or(files::Matrix6d::Zero()))
+                 : "";
     default:
       return "";
   }
@@ -110,11 +113,11 @@ Foxglove::Foxglove(const recording::RecordingSetup& setup) : setup_(setup), imu_
 
 void Foxglove::greet(Client& client) const {
   client.send(json_message({{"op", "serverInfo"},
-                    {"name", "gaitslam"},
-                    {"capabilities", ordered_json::array()},
-                    {"supportedEncodings", ordered_json::array()},
-                    {"metadata", ordered_json::object()},
-                    {"sessionId", new_token()}}));
+                            {"name", "gaitslam"},
+                            {"capabilities", ordered_json::array()},
+                            {"supportedEncodings", ordered_json::array()},
+                            {"metadata", ordered_json::object()},
+                            {"sessionId", new_token()}}));
   client.send(json_message(advertisement()));
 }
 

@@ -18,7 +18,8 @@ namespace sim::view {
 /// Its subprotocols, which have the same wire format.
 inline constexpr std::array kFoxgloveProtocols{"foxglove.websocket.v1", "foxglove.sdk.v1"};
 
-/// Serves the channels to those of its clients that subscribe to them. In the server's thread, but for the constructor.
+/// Serves the channels to those of its clients that subscribe to them. In the server's thread, but for the
+/// constructor.
 class Foxglove {
  public:
   explicit Foxglove(const recording::RecordingSetup& setup);
@@ -29,7 +30,9 @@ class Foxglove {
   void take(Client& client, const ClientMessage& message) const;
 
   /// The readings of an observation that may not be shown itself: none is lost on the way to /imu.
-  std::vector<exports::ImuReading> merged(const slam::Observation& observation) { return imu_.merge(observation); }
+  std::vector<exports::ImuReading> merged(const slam::Observation& observation) {
+    return imu_.merge(observation);
+  }
   /// Sends a frame's messages to those who subscribed to them; a message is made only for a subscriber.
   void send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const;
 

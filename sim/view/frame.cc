@@ -43,9 +43,7 @@ class Text {
     out_ += name;
     return raw("\":");
   }
-  Text& text(std::string_view words) {
-    return raw(files::json_text(nlohmann::ordered_json(words)));
-  }
+  Text& text(std::string_view words) { return raw(files::json_text(nlohmann::ordered_json(words))); }
   template <typename List, typename Write>
   Text& objects(const List& list, const Write& write) {
     raw("[");
@@ -73,7 +71,8 @@ std::array<double, 9> ellipsoid(const Eigen::Matrix3d& P) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(P);
   const Eigen::Matrix3d axes =
       solver.eigenvectors() * (kSigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt()).asDiagonal();
-  return {axes(0, 0), axes(0, 1), axes(0, 2), axes(1, 0), axes(1, 1), axes(1, 2), axes(2, 0), axes(2, 1), axes(2, 2)};
+  return {axes(0, 0), axes(0, 1), axes(0, 2), axes(1, 0), axes(1, 1),
+          axes(1, 2), axes(2, 0), axes(2, 1), axes(2, 2)};
 }
 
 double sigma_yaw(const Eigen::Isometry3d& X_WC, const files::Matrix6d& P) {
@@ -92,16 +91,21 @@ void write_errors(Text& out, const Frame& frame) {
 
 void write_sigmas(Text& out, const Frame& frame) {
   const files::Matrix6d& P = *frame.covariance;
-  out.key("sigma").list(std::array{std::sqrt(P(3, 3)), std::sqrt(P(4, 4)), std::sqrt(P(5, 5)), sigma_yaw(*frame.estimate, P)}, 5);
+  out.key("sigma").list(
+      std::array{std::sqrt(P(3, 3)), std::sqrt(P(4, 4)), std::sqrt(P(5, 5)), sigma_yaw(*frame.estimate, P)},
+      5);
   out.key("ellipsoid").list(ellipsoid(P.bottomRightCorner<3, 3>()), 5);
 }
 
-const char* outcome(const slam::Search& search) { return search.used ? "found" : search.match ? "refused" : "missed"; }
+const char* outcome(const slam::Search& search) {
+  return search.used ? "found" : search.match ? "refused" : "missed";
+}
 
 // [landmark, u, v, half axes, angle of the longer one, outcome, place of the match]
 void write_search(Text& out, const slam::Search& search) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(search.S);
-  const Eigen::Vector2d half = kSigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt(), along = solver.eigenvectors().col(1);
+  const Eigen::Vector2d half = kSigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt(),
+                        along = solver.eigenvectors().col(1);
   out.raw(fmt::format("[{},", search.landmark));
   for (const double x : {search.pixel.x(), search.pixel.y(), half(1), half(0)}) out.number(x, 2).raw(",");
   out.number(std::atan2(along.y(), along.x()), 3).raw(fmt::format(",\"{}\"", outcome(search)));
@@ -113,8 +117,11 @@ void write_report(Text& out, const slam::FrameReport& report) {
   out.key("landmarks").raw(fmt::format("{}", report.landmarks));
   out.key("health").raw(fmt::format("{}", static_cast<int>(report.health)));
   out.key("state").text(state_in_words(report));
-  out.key("searches").objects(report.searched, [&](const slam::Search& search) { write_search(out, search); });
-  out.key("begun").objects(report.initialised, [&](const slam::Sighting& first) { out.list(first.pixel, 2); });
+  out.key("searches").objects(report.searched, [&](const slam::Search& search) {
+    write_search(out, search);
+  });
+  out.key("begun").objects(report.initialised,
+                           [&](const slam::Sighting& first) { out.list(first.pixel, 2); });
 }
 
 void write_foot(Text& out, const FootPlace& foot) {
@@ -134,7 +141,11 @@ void write_places(Text& out, const Frame& frame) {
 
 void write_map(Text& out, const std::vector<slam::MapPoint>& map) {
   out.key("map").objects(map, [&](const slam::MapPoint& point) {
-    out.raw(fmt::format("[{},", point.id)).list(point.p_W, 3).raw(",").list(ellipsoid(point.covariance), 3).raw("]");
+    out.raw(fmt::format("[{},", point.id))
+        .list(point.p_W, 3)
+        .raw(",")
+        .list(ellipsoid(point.covariance), 3)
+        .raw("]");
   });
 }
 
@@ -184,7 +195,8 @@ std::string to_message(const Frame& frame) {
   for (int byte = 0; byte < 4; ++byte) message += static_cast<char>(head.size() >> 8 * byte & 0xff);
   message += head;
   for (int row = 0; row < frame.image.rows; ++row)
-    message.append(reinterpret_cast<const char*>(frame.image.ptr(row)), static_cast<std::size_t>(frame.image.cols));
+    message.append(reinterpret_cast<const char*>(frame.image.ptr(row)),
+                   static_cast<std::size_t>(frame.image.cols));
   return message;
 }
 

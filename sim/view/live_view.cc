@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <thread>
 #include <utility>
 
 #include "sim/files/json.h"
@@ -43,7 +44,13 @@ void LiveView::begin(const recording::RecordingSetup& setup) {
   });
 }
 
-bool LiveView::has_viewers() const { return server_.with_room("gaitslam") > 0 || server_.with_room("foxglove") > 0; }
+bool LiveView::has_viewers() const {
+  return server_.with_room("gaitslam") > 0 || server_.with_room("foxglove") > 0;
+}
+
+void LiveView::wait_for_viewer() const {
+  while (!has_viewers()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+}
 
 bool LiveView::wants(const slam::Observation& observation) {
   const bool others = server_.with_room("foxglove") > 0;
@@ -56,7 +63,8 @@ bool LiveView::wants(const slam::Observation& observation) {
 void LiveView::show(const Frame& frame) {
   shown_ = steady_clock::now();
   Message message;
-  if (server_.with_room("gaitslam") > 0) message = {std::make_shared<const std::string>(to_message(frame)), false, true};
+  if (server_.with_room("gaitslam") > 0)
+    message = {std::make_shared<const std::string>(to_message(frame)), false, true};
   const bool others = server_.with_room("foxglove") > 0;
   server_.for_each([this, message, frame = others ? std::make_shared<const Frame>(frame) : nullptr,
                     imu = std::exchange(imu_, {})](Client& client) {
@@ -99,7 +107,9 @@ void LiveView::received(Client& client, std::string_view said) {
   }
   if (const auto* const malformed = std::get_if<Malformed>(&message))
     return client.send(json_message({{"op", "refused"}, {"why", malformed->why}}));
-  if (!control_) return client.send(json_message({{"op", "refused"}, {"why", "this view is read-only: start it with --control"}}));
+  if (!control_)
+    return client.send(
+        json_message({{"op", "refused"}, {"why", "this view is read-only: start it with --control"}}));
   if (command(message))
     server_.for_each([now = pace_message()](Client& each) {
       if (is_own(each)) each.send(now);

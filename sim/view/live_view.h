@@ -15,8 +15,9 @@
 
 namespace sim::view {
 
-/// Serves one run. The run's thread never waits for a client: it waits in pace() alone, where a client of a view with control asked
-/// for that. Frames are made for clients that have room for them, 40 a second at the most.
+/// Serves one run. The run's thread never waits for a client: it waits in pace() alone, where a client of a
+/// view with control asked for that. Frames are made for clients that have room for them, 40 a second at the
+/// most.
 class LiveView {
  public:
   /// control: clients may pause the run, step it and set its speed. Throws as Server does.
@@ -27,6 +28,8 @@ class LiveView {
 
   const Access& access() const { return server_.access(); }
 
+  /// Returns when somebody looks on.
+  void wait_for_viewer() const;
   /// Before the first frame: what Foxglove's clients are told of the sensors.
   void begin(const recording::RecordingSetup& setup);
   /// Whether anybody is there to whom a frame could be shown.
@@ -48,12 +51,12 @@ class LiveView {
   bool control_;
   Pace pace_;
   Site site_;
-  std::shared_ptr<Foxglove> foxglove_;     // set before the first observation, in the server's thread
-  std::vector<exports::ImuReading> imu_;   // not sent yet
+  std::shared_ptr<Foxglove> foxglove_;    // set before the first observation, in the server's thread
+  std::vector<exports::ImuReading> imu_;  // not sent yet
   std::chrono::steady_clock::time_point shown_{};
   slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's
-  Message last_;                           // of the server's thread
-  Server server_;                          // last: its thread uses the members above
+  Message last_;                                        // of the server's thread
+  Server server_;                                       // last: its thread uses the members above
 };
 
 }  // namespace sim::view

@@ -18,10 +18,12 @@ struct Message {
   bool is_frame = true;  ///< may be dropped for a newer one
 };
 
-/// At most `most_frames` frames wait, of which the oldest is dropped, and `most_others` messages that must not be lost.
+/// At most `most_frames` frames wait, of which the oldest is dropped, and `most_others` messages that must
+/// not be lost.
 class MessageQueue {
  public:
-  MessageQueue(std::size_t most_frames, std::size_t most_others) : most_frames_(most_frames), most_others_(most_others) {}
+  MessageQueue(std::size_t most_frames, std::size_t most_others)
+      : most_frames_(most_frames), most_others_(most_others) {}
 
   /// False where a message that must not be lost has no room: the client is to be given up.
   bool push(Message message) {
@@ -47,7 +49,8 @@ class MessageQueue {
 
  private:
   void drop_oldest_frame() {
-    waiting_.erase(std::find_if(waiting_.begin(), waiting_.end(), [](const Message& m) { return m.is_frame; }));
+    waiting_.erase(
+        std::find_if(waiting_.begin(), waiting_.end(), [](const Message& m) { return m.is_frame; }));
     --frames_;
     ++dropped_;
   }

@@ -19,8 +19,9 @@ void put_all(std::string& to, const std::vector<Number>& numbers) {
 std::string heads(const Model& model) {
   std::string list = "[";
   for (const ModelPiece& piece : model.pieces)
-    list += fmt::format("{}{{\"body\":{},\"picture\":{},\"vertices\":{},\"indices\":{}}}", list.size() > 1 ? "," : "",
-                        piece.body, piece.picture, piece.positions.size() / 3, piece.indices.size());
+    list += fmt::format("{}{{\"body\":{},\"picture\":{},\"vertices\":{},\"indices\":{}}}",
+                        list.size() > 1 ? "," : "", piece.body, piece.picture, piece.positions.size() / 3,
+                        piece.indices.size());
   list += "]";
   list.append((4 - list.size() % 4) % 4, ' ');
   return list;
@@ -34,7 +35,8 @@ std::string model_bytes(const Model& model) {
   put_number(bytes, static_cast<std::uint32_t>(head.size()));
   bytes += head;
   for (const ModelPiece& piece : model.pieces) {
-    for (const auto* const numbers : {&piece.positions, &piece.normals, &piece.colours, &piece.uv}) put_all(bytes, *numbers);
+    for (const auto* const numbers : {&piece.positions, &piece.normals, &piece.colours, &piece.uv})
+      put_all(bytes, *numbers);
     put_all(bytes, piece.indices);
   }
   return bytes;
@@ -46,7 +48,8 @@ std::string picture_bytes(const std::vector<cv::Mat3b>& pictures) {
     put_number(bytes, static_cast<std::uint32_t>(picture.cols));
     put_number(bytes, static_cast<std::uint32_t>(picture.rows));
     for (int row = 0; row < picture.rows; ++row)
-      bytes.append(reinterpret_cast<const char*>(picture.ptr(row)), 3 * static_cast<std::size_t>(picture.cols));
+      bytes.append(reinterpret_cast<const char*>(picture.ptr(row)),
+                   3 * static_cast<std::size_t>(picture.cols));
   }
   return bytes;
 }

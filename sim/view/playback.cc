@@ -36,7 +36,8 @@ class Timeline {
   explicit Timeline(std::vector<Frame>& frames) : frames_(frames) {}
 
   Frame* at(slam::Stamp t) {
-    const auto found = std::lower_bound(frames_.begin(), frames_.end(), t, [](const Frame& f, slam::Stamp s) { return f.t < s; });
+    const auto found = std::lower_bound(frames_.begin(), frames_.end(), t,
+                                        [](const Frame& f, slam::Stamp s) { return f.t < s; });
     return found != frames_.end() && found->t == t ? &*found : nullptr;
   }
 
@@ -50,7 +51,8 @@ class RowsOverTime {
   RowsOverTime(const fs::path& file, std::size_t fields) : reader_(file), row_(fields) {
     more_ = reader_.next();
     if (more_ && reader_.fields() != fields + 1)
-      throw files::FileError(file, 1, fmt::format("has {} columns, expected {}", reader_.fields(), fields + 1));
+      throw files::FileError(file, 1,
+                             fmt::format("has {} columns, expected {}", reader_.fields(), fields + 1));
   }
   const std::vector<double>* at(slam::Stamp t) {
     for (; more_ && from_file(reader_.integer(0)) <= t; more_ = reader_.next()) {
@@ -66,7 +68,9 @@ class RowsOverTime {
   bool more_ = false, any_ = false;
 };
 
-FootPlace place_of(const recording::TrueFoot& foot) { return {foot.truth, foot.plan, foot.planned_down, foot.load_n}; }
+FootPlace place_of(const recording::TrueFoot& foot) {
+  return {foot.truth, foot.plan, foot.planned_down, foot.load_n};
+}
 
 void add_feet(std::vector<Frame>& frames, const std::vector<recording::TrueFeet>& feet) {
   std::size_t row = 0;
@@ -101,7 +105,8 @@ void add_bodies(std::vector<Frame>& frames, const fs::path& file, const std::vec
     while (row < waist.size() && waist[row].t < frame.t) ++row;
     const std::vector<double>* const q = encoders.at(frame.t);
     if (!q || row == waist.size() || waist[row].t != frame.t) continue;
-    frame.bodies = robot.poses(Eigen::Map<const Eigen::VectorXd>(q->data(), static_cast<Eigen::Index>(joints)), waist[row].X);
+    frame.bodies = robot.poses(
+        Eigen::Map<const Eigen::VectorXd>(q->data(), static_cast<Eigen::Index>(joints)), waist[row].X);
   }
 }
 
@@ -150,9 +155,10 @@ std::vector<double> numbers_if_there(const Table& table, const char* column) {
 
 void add_searches(Timeline& frames, const fs::path& folder, const Table& table) {
   const auto& t = table.text("timestamp");
-  const auto landmark = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v"), uu = table.numbers("S_uu"),
-             uv = table.numbers("S_uv"), vv = table.numbers("S_vv"), found_u = table.numbers("found_u"),
-             found_v = table.numbers("found_v"), refused_u = numbers_if_there(table, "refused_u"),
+  const auto landmark = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v"),
+             uu = table.numbers("S_uu"), uv = table.numbers("S_uv"), vv = table.numbers("S_vv"),
+             found_u = table.numbers("found_u"), found_v = table.numbers("found_v"),
+             refused_u = numbers_if_there(table, "refused_u"),
              refused_v = numbers_if_there(table, "refused_v");
   for (std::size_t i = 0; i < table.rows(); ++i) {
     Frame* const frame = frames.at(stamp_of(t[i], folder / "searches.csv"));
@@ -173,7 +179,8 @@ void add_begun(Timeline& frames, const fs::path& file) {
   const auto& begun = table.text("begun");
   const auto u = table.numbers("u"), v = table.numbers("v");
   for (std::size_t i = 0; i < table.rows(); ++i)
-    if (Frame* const frame = frames.at(stamp_of(begun[i], file)); frame && frame->report && std::isfinite(u[i] + v[i]))
+    if (Frame* const frame = frames.at(stamp_of(begun[i], file));
+        frame && frame->report && std::isfinite(u[i] + v[i]))
       frame->report->initialised.push_back({0, {u[i], v[i]}});
 }
 
@@ -200,7 +207,8 @@ void add_maps(Timeline& frames, const fs::path& folder, const Table& table) {
 fs::path recording_of(const fs::path& result, const std::string& hash) {
   if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
   const fs::path above = fs::absolute(result).lexically_normal().parent_path() / "recording";
-  if (!hash.empty() && fs::exists(above / "manifest.csv") && recording::Manifest(above).hash() == hash) return above;
+  if (!hash.empty() && fs::exists(above / "manifest.csv") && recording::Manifest(above).hash() == hash)
+    return above;
   return {};
 }
 
@@ -213,7 +221,8 @@ std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::pa
   while (list.next()) {
     const slam::Stamp t = from_file(list.integer(0));
     while (row < frames.size() && frames[row].t < t) ++row;
-    if (row < frames.size() && frames[row].t == t) images[row] = files::inner_file(camera / "data", list.text(1));
+    if (row < frames.size() && frames[row].t == t)
+      images[row] = files::inner_file(camera / "data", list.text(1));
   }
   return images;
 }
@@ -239,7 +248,8 @@ std::vector<Moment> faults_in_score(const nlohmann::ordered_json& score, const c
   return moments;
 }
 
-std::vector<Moment> moments_of(const report::RunData& data, const scenario::Scenario& scenario, double end_s) {
+std::vector<Moment> moments_of(const report::RunData& data, const scenario::Scenario& scenario,
+                               double end_s) {
   std::vector<Moment> all = faults_of(scenario);
   if (const auto closed = data.metric("loop_time_s")) all.push_back({*closed, "closure", "loop closed"});
   for (const char* const kind : {"lost", "suspect"})
@@ -253,19 +263,22 @@ std::vector<Moment> moments_of(const report::RunData& data, const scenario::Scen
 
 void name_what_is_missing(Playback& playback, const fs::path& recording, bool simulator) {
   std::vector<std::string>& missing = playback.run.missing;
-  if (!simulator) missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
+  if (!simulator)
+    missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
   if (recording.empty())
     missing.emplace_back("Head images, feet and joint angles are not shown: this result has no recording.");
   else if (simulator && !any_bodies(playback.frames))
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
-  if (std::none_of(playback.frames.begin(), playback.frames.end(), [](const Frame& f) { return f.estimate.has_value(); }))
+  if (std::none_of(playback.frames.begin(), playback.frames.end(),
+                   [](const Frame& f) { return f.estimate.has_value(); }))
     missing.emplace_back("There is no estimate: no filter ran, or it left none.");
 }
 
 Resource png(const fs::path& file) {
   if (fs::file_size(file) > kMostImageBytes) throw files::FileError(file, "is too large for an image");
   auto bytes = std::make_shared<const std::string>(files::read_text(file));
-  if (!recording::image_size(*bytes) || !bytes->starts_with("\x89PNG")) throw files::FileError(file, "is no PNG image");
+  if (!recording::image_size(*bytes) || !bytes->starts_with("\x89PNG"))
+    throw files::FileError(file, "is no PNG image");
   return {"image/png", std::move(bytes)};
 }
 
@@ -287,15 +300,17 @@ std::vector<ShownRun> runs_of(const std::vector<Playback>& results) {
 
 Site site_of(const std::vector<Playback>& results) {
   if (results.size() > 1 && results[0].scenario != results[1].scenario)
-    throw std::invalid_argument(fmt::format("view: the results are of {} and of {}, expected two of one scenario",
-                                            results[0].scenario, results[1].scenario));
+    throw std::invalid_argument(
+        fmt::format("view: the results are of {} and of {}, expected two of one scenario",
+                    results[0].scenario, results[1].scenario));
   Site site(runs_of(results), {{"mode", "playback"}, {"control", false}});
   for (std::size_t i = 0; i < results.size(); ++i) {
     site.add(fmt::format("/run/{}", i), json_resource(run_json(results[i])));
-    site.add_list(fmt::format("/image/{}", i), [images = results[i].images](std::size_t k) -> std::optional<Resource> {
-      if (k >= images.size() || images[k].empty()) return std::nullopt;
-      return png(images[k]);
-    });
+    site.add_list(fmt::format("/image/{}", i),
+                  [images = results[i].images](std::size_t k) -> std::optional<Resource> {
+                    if (k >= images.size() || images[k].empty()) return std::nullopt;
+                    return png(images[k]);
+                  });
   }
   return site;
 }
@@ -305,7 +320,8 @@ Site site_of(const std::vector<Playback>& results) {
 std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot) {
   const recording::Truth truth = recording::read_truth(recording);
   std::vector<Frame> frames(truth.camera.size());
-  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].t = truth.camera[i].t, frames[i].truth = truth.camera[i].X;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    frames[i].t = truth.camera[i].t, frames[i].truth = truth.camera[i].X;
   add_recorded(frames, recording, robot);
   return frames;
 }
@@ -316,7 +332,8 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
   Playback playback;
   playback.scenario = data.score.value("scenario", "?");
   playback.frames = frames_at(files::read_tum(result / "truth.tum"));
-  if (playback.frames.empty()) throw files::FileError(result / "truth.tum", "has no pose, expected one of each frame");
+  if (playback.frames.empty())
+    throw files::FileError(result / "truth.tum", "has no pose, expected one of each frame");
   Timeline frames(playback.frames);
   add_plan(frames, result / "plan.tum");
   add_estimate(frames, result / "estimate_cov.txt");
@@ -331,7 +348,8 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
     add_recorded(playback.frames, recording, robot ? &*robot : nullptr);
     playback.run.camera = recording::RecordingReader(recording).setup().calibration.camera;
   }
-  playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size()) : image_files(playback.frames, recording);
+  playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
+                                      : image_files(playback.frames, recording);
   playback.run.label = data.label;
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);

@@ -14,28 +14,31 @@
 
 namespace sim::view {
 
-/// The robot of a scenario, posed by hand. poses: of its model's bodies, by the angles of the encoders and the waist's pose in W.
+/// The robot of a scenario, posed by hand. poses: of its model's bodies, by the angles of the encoders and
+/// the waist's pose in W.
 struct RobotModel {
   Model model;
   std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
-/// Makes it; empty in a program without the simulator. Throws std::runtime_error where the scenario's models do not load.
+/// Makes it; empty in a program without the simulator. Throws std::runtime_error where the scenario's models
+/// do not load.
 using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
 
 /// A result as the page plays it.
 struct Playback {
   ShownRun run;
-  std::string scenario;                        ///< its name
-  std::vector<Frame> frames;                   ///< without images
-  std::vector<std::filesystem::path> images;   ///< of each frame, PNG; empty where there is none
+  std::string scenario;                       ///< its name
+  std::vector<Frame> frames;                  ///< without images
+  std::vector<std::filesystem::path> images;  ///< of each frame, PNG; empty where there is none
 };
 
-/// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it. What is not there is
-/// named in ShownRun::missing. Throws files::FileError where the folder is no result or a file is broken.
+/// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it.
+/// What is not there is named in ShownRun::missing. Throws files::FileError where the folder is no result or
+/// a file is broken.
 Playback read_playback(const std::filesystem::path& result, const MakeRobot& make_robot);
 
-/// What a recording alone knows of its frames: truth, plan, feet, zero-moment point and the robot's bodies, for the view of a
-/// replay. images are left out.
+/// What a recording alone knows of its frames: truth, plan, feet, zero-moment point and the robot's bodies,
+/// for the view of a replay. images are left out.
 std::vector<Frame> read_recorded_frames(const std::filesystem::path& recording, const RobotModel* robot);
 
 /// Serves one result, or two of one scenario.

@@ -27,7 +27,8 @@ using Error = beast::error_code;
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
 
 RequestHead head_of(const Request& request) {
-  RequestHead head{plain(request.method_string()), plain(request.target()), plain(request[http::field::host])};
+  RequestHead head{plain(request.method_string()), plain(request.target()),
+                   plain(request[http::field::host])};
   if (request.count(http::field::host) != 1) head.host = {};
   if (request.count(http::field::origin) != 0) head.origin = plain(request[http::field::origin]);
   return head;
@@ -80,7 +81,8 @@ constexpr std::string_view kOwn = "gaitslam";
 
 class SocketClient : public Client, public std::enable_shared_from_this<SocketClient> {
  public:
-  SocketClient(std::shared_ptr<Shared> shared, std::shared_ptr<Slot> slot, beast::tcp_stream stream, std::string protocol)
+  SocketClient(std::shared_ptr<Shared> shared, std::shared_ptr<Slot> slot, beast::tcp_stream stream,
+               std::string protocol)
       : shared_(std::move(shared)),
         slot_(std::move(slot)),
         socket_(std::move(stream)),
@@ -124,7 +126,8 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
   }
 
   void read() {
-    socket_.async_read(read_, [self = shared_from_this()](Error error, std::size_t) { self->on_read(error); });
+    socket_.async_read(read_,
+                       [self = shared_from_this()](Error error, std::size_t) { self->on_read(error); });
   }
 
   void on_read(Error error) {
@@ -143,12 +146,13 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     if (!next) return;
     writing_ = true;
     socket_.text(next->text);
-    socket_.async_write(net::buffer(*next->bytes), [self = shared_from_this(), bytes = next->bytes](Error error, std::size_t) {
-      self->writing_ = false;
-      if (error) return self->give_up();
-      self->write();
-      self->shared_->count_rooms();
-    });
+    socket_.async_write(net::buffer(*next->bytes),
+                        [self = shared_from_this(), bytes = next->bytes](Error error, std::size_t) {
+                          self->writing_ = false;
+                          if (error) return self->give_up();
+                          self->write();
+                          self->shared_->count_rooms();
+                        });
   }
 
   // The other operations then end with errors, and the last of them lets go of this object.
@@ -240,7 +244,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   void answer(unsigned status, std::string_view why, bool keep) {
-    respond(status, "text/plain; charset=utf-8", std::make_shared<const std::string>(std::string(why) + "\n"), keep);
+    respond(status, "text/plain; charset=utf-8", std::make_shared<const std::string>(std::string(why) + "\n"),
+            keep);
   }
 
   void respond(unsigned status, const std::string& type, std::shared_ptr<const std::string> body, bool keep) {
@@ -293,7 +298,8 @@ struct Server::Implementation {
     acceptor.listen();
     shared->access.port = acceptor.local_endpoint().port();
   } catch (const boost::system::system_error& error) {
-    throw std::runtime_error(fmt::format("cannot listen at {}: {}", authority(shared->access), error.code().message()));
+    throw std::runtime_error(
+        fmt::format("cannot listen at {}: {}", authority(shared->access), error.code().message()));
   }
 
   void accept() {
@@ -342,7 +348,8 @@ void Server::for_each(std::function<void(Client&)> action) {
 }
 
 int Server::with_room(std::string_view protocol_prefix) const {
-  return protocol_prefix.starts_with(kOwn) ? implementation_->shared->viewers : implementation_->shared->others;
+  return protocol_prefix.starts_with(kOwn) ? implementation_->shared->viewers
+                                           : implementation_->shared->others;
 }
 
 void Server::flush(std::chrono::milliseconds at_most) {

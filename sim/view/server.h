@@ -1,4 +1,5 @@
-// The server of the viewer: a fixed list of files over HTTP and messages over WebSocket, in a thread of its own.
+// The server of the viewer: a fixed list of files over HTTP and messages over WebSocket, in a thread of its
+// own.
 #pragma once
 
 #include <atomic>
@@ -24,12 +25,14 @@ struct Resource {
 
 /// What clients may cost.
 struct Limits {
-  std::size_t clients = 32;             ///< connections at a time
-  std::uint32_t header_bytes = 8192;    ///< of a request
-  std::size_t message_bytes = 8192;     ///< of a client's WebSocket message
+  std::size_t clients = 32;                   ///< connections at a time
+  std::uint32_t header_bytes = 8192;          ///< of a request
+  std::size_t message_bytes = 8192;           ///< of a client's WebSocket message
   std::chrono::milliseconds request{10000};   ///< until a request is complete
   std::chrono::milliseconds response{30000};  ///< until a response is taken
-  std::size_t queued_frames = 4, queued_messages = 64;  ///< of the other protocols, a message for each channel: 16 times the frames
+  std::size_t queued_frames = 4,
+              queued_messages =
+                  64;  ///< of the other protocols, a message for each channel: 16 times the frames
 };
 
 /// A client's WebSocket, in the server's thread.
@@ -41,7 +44,8 @@ class Client {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
 };
 
-/// What is served. All are called in the server's thread; what they throw is answered by 500 or ends the connection.
+/// What is served. All are called in the server's thread; what they throw is answered by 500 or ends the
+/// connection.
 struct Service {
   /// Of a path; nothing where there is none.
   std::function<std::optional<Resource>(std::string_view path)> resource;

@@ -33,15 +33,19 @@ std::vector<Moment> faults_of(const scenario::Scenario& scenario) {
   for (const sensor_errors::Fault& fault : scenario.errors.faults)
     std::visit(
         [&](const auto& one) {
-          moments.push_back({one.from_s, "fault", fmt::format("{} for {} s", in_words(one.kName), one.duration_s)});
+          moments.push_back(
+              {one.from_s, "fault", fmt::format("{} for {} s", in_words(one.kName), one.duration_s)});
         },
         fault);
   return moments;
 }
 
 ordered_json to_json(const ShownRun& run) {
-  ordered_json about{{"label", run.label},       {"duration", run.duration_s}, {"sole", sole()},
-                    {"missing", run.missing},   {"has_model", run.model.has_value()}};
+  ordered_json about{{"label", run.label},
+                     {"duration", run.duration_s},
+                     {"sole", sole()},
+                     {"missing", run.missing},
+                     {"has_model", run.model.has_value()}};
   about["camera"] = run.camera ? to_json(*run.camera) : ordered_json(nullptr);
   about["moments"] = ordered_json::array();
   for (const Moment& moment : run.moments)

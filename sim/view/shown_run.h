@@ -19,11 +19,11 @@ struct Moment {
 };
 
 struct ShownRun {
-  std::string label;                                ///< "tangent_circle, seed 1"
+  std::string label;  ///< "tangent_circle, seed 1"
   std::optional<slam::CameraIntrinsics> camera = std::nullopt;
-  double duration_s = 0;                            ///< 0: not known yet
+  double duration_s = 0;  ///< 0: not known yet
   std::vector<Moment> moments = {};
-  std::vector<std::string> missing = {};            ///< what is not shown and why, in sentences
+  std::vector<std::string> missing = {};  ///< what is not shown and why, in sentences
   std::optional<Model> model = std::nullopt;
 };
 

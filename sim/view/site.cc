@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <future>
+
 #include "sim/files/json.h"
 #include "sim/files/number.h"
 #include "sim/view/bundle.h"
@@ -32,7 +35,8 @@ Resource json_resource(std::string text) { return resource("application/json", t
 Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
 
 constexpr std::string_view kIcon =
-    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' fill='#0069b0'/></svg>";
+    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
+    "fill='#0069b0'/></svg>";
 
 Site::Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about) {
   add("/view.js", resource("text/javascript; charset=utf-8", page_script()));
@@ -54,9 +58,10 @@ void Site::add(const std::string& path, Resource resource) {
 }
 
 void Site::add(const std::string& path, std::function<Resource()> make) {
-  files_[path] = [make = std::move(make), made = std::optional<Resource>()]() mutable {
-    if (!made) made = make();
-    return *made;
+  files_[path] = [make = std::move(make), made = std::shared_future<Resource>()]() mutable {
+    if (!made.valid()) made = std::async(std::launch::async, make).share();
+    return made.wait_for(std::chrono::seconds(0)) == std::future_status::ready ? made.get()
+                                                                               : bytes_resource("");
   };
 }
 

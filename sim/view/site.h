@@ -20,7 +20,8 @@ class Site {
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
-  /// A resource that is made when it is first asked for.
+  /// A resource that is made in a thread of its own when it is first asked for. Until then it is empty: the
+  /// page asks again.
   void add(const std::string& path, std::function<Resource()> make);
   /// <folder>/<number>: an element of a list; nothing beyond its end.
   void add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element);

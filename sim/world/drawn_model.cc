@@ -96,7 +96,8 @@ DrawnModel drawn_model(const mjModel& model) {
     if (!is_drawn(model, geom)) continue;
     const int body = model.geom_bodyid[geom], texture = painted_texture(model, geom);
     const bool moves = model.body_weldid[body] != 0;
-    const std::pair key(moves ? index_of(bodies, body) : -1, texture < 0 ? -1 : index_of(drawn.pictures, texture));
+    const std::pair key(moves ? index_of(bodies, body) : -1,
+                        texture < 0 ? -1 : index_of(drawn.pictures, texture));
     DrawnPiece& piece = pieces[key];
     std::tie(piece.body, piece.picture) = key;
     add_geom(piece, model, geom, moves ? pose_in_body(model, geom) : pose_in_world(*data, geom));
@@ -113,7 +114,8 @@ std::vector<cv::Mat3b> drawn_pictures(const mjModel& model, const DrawnModel& dr
   std::vector<cv::Mat3b> pictures;
   for (const int texture : drawn.pictures) {
     const cv::Mat3b whole = texture_picture(model, *data, texture, seed);
-    const cv::Size size(power_of_two(std::min(whole.cols, largest_px)), power_of_two(std::min(whole.rows, largest_px)));
+    const cv::Size size(power_of_two(std::min(whole.cols, largest_px)),
+                        power_of_two(std::min(whole.rows, largest_px)));
     cv::resize(whole, pictures.emplace_back(), size, 0, 0, cv::INTER_AREA);
   }
   return pictures;

@@ -1,4 +1,5 @@
-// Robot and room as a viewer draws them: triangles by body, colours and pictures, and the poses of the bodies.
+// Robot and room as a viewer draws them: triangles by body, colours and pictures, and the poses of the
+// bodies.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,18 +16,18 @@ namespace sim::world {
 
 /// Triangles that share a body and a picture. Vertices are in the axes of their body, those of the room in W.
 struct DrawnPiece {
-  int body = -1;     ///< index in DrawnModel::bodies; -1: the room
-  int picture = -1;  ///< index in DrawnModel::pictures; -1: plain colour
+  int body = -1;                                   ///< index in DrawnModel::bodies; -1: the room
+  int picture = -1;                                ///< index in DrawnModel::pictures; -1: plain colour
   std::vector<float> positions, normals, colours;  ///< three of each vertex: m; of unit length; RGB, 0-1
   std::vector<float> uv;  ///< two of each vertex; (0, 0) is the picture's upper left; empty without a picture
-  std::vector<std::uint32_t> indices;              ///< three of each triangle, counter-clockwise from outside
+  std::vector<std::uint32_t> indices;  ///< three of each triangle, counter-clockwise from outside
 };
 
 /// All that is drawn of a model.
 struct DrawnModel {
   std::vector<std::string> bodies;  ///< that move
   std::vector<DrawnPiece> pieces;
-  std::vector<int> pictures;        ///< textures of the model
+  std::vector<int> pictures;  ///< textures of the model
 };
 
 /// The shapes of the model that are drawn, those of the robot's head included.

@@ -1,5 +1,6 @@
 // What a client of the view may say.
 #include "sim/view/client_message.h"
+
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

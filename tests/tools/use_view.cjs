@@ -1,5 +1,5 @@
 // Uses the view as somebody at a browser does, in headless Chromium, and says what was found as one JSON object.
-// Usage: node use_view.cjs live|playback|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
+// Usage: node use_view.cjs live|playback|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
 const {spawn} = require('child_process');
 const fs = require('fs');
 
@@ -110,6 +110,35 @@ async function useLive(browser, url) {
 const kPlaces = `({t: gaitslamPage.t, index: ${kPane}.index, head: ${kPane}.headIndex, truth: ${kFrame}.truth.slice(0, 3),
   frustum: ${kPane}.scene.frusta.truth.position.toArray(), slider: +gaitslamPage.slider.value})`;
 
+// How the 3D view through the camera correlates with the head image of its own instant, and with that of 5 s before. In the page.
+const agreement = async (seconds) => {
+  const page = globalThis.gaitslamPage, [pane] = page.panes, columns = 40, rows = 30;
+  const grey = (source, x, width, height) => {
+    const canvas = new OffscreenCanvas(columns, rows), context = canvas.getContext('2d');
+    context.filter = 'blur(1px)';
+    context.drawImage(source, x, 0, width, height, 0, 0, columns, rows);
+    const {data} = context.getImageData(0, 0, columns, rows);
+    return Array.from({length: columns * rows}, (_, i) => data[4 * i] + data[4 * i + 1] + data[4 * i + 2]);
+  };
+  const correlation = (a, b) => {
+    const mean = (list) => list.reduce((s, v) => s + v, 0) / list.length, ma = mean(a), mb = mean(b);
+    const sum = (f) => a.reduce((s, _, i) => s + f(a[i] - ma, b[i] - mb), 0);
+    return sum((p, q) => p * q) / Math.sqrt(sum((p) => p * p) * sum((_, q) => q * q));
+  };
+  const imageAt = async (t) => { const image = await pane.images.at(pane.run.indexAt(t)); return grey(image, 0, image.width, image.height); };
+  page.go(seconds);
+  const before = page.mode;
+  page.setMode('head');
+  const space = pane.scene.renderer.domElement, wide = space.height * 4 / 3;
+  for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = false;
+  pane.scene.draw();
+  const seen = grey(space, (space.width - wide) / 2, wide, space.height);
+  const found = {own: correlation(seen, await imageAt(seconds)), earlier: correlation(seen, await imageAt(seconds - 5))};
+  for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = true;
+  page.setMode(before);
+  return found;
+};
+
 async function usePlayback(browser, url, seconds) {
   await browser.open(url);
   const ready_ms = browser.ready_ms;
@@ -133,15 +162,23 @@ async function usePlayback(browser, url, seconds) {
   const linked = await browser.value(kPlaces);
   await browser.press('ArrowRight', 39);
   const next = await browser.value(kPlaces);
+  const agree = await browser.value(`(${agreement})(${seconds})`, true);
   const moments = await browser.value(`[...document.querySelectorAll('.moment')].map((b) => b.textContent)`);
   await browser.press('c', 67);
   const through = await browser.value(`gaitslamPage.mode`);
   await browser.send('Emulation.setDeviceMetricsOverride', {width: 400, height: 800, deviceScaleFactor: 1, mobile: false});
   await browser.rest(300);
   const wide = await browser.value('document.documentElement.scrollWidth');
-  return {ready_ms, scrub_ms, start: short(start), there: short(there), scrubbed, linked, next, moments, through, width_at_400: wide,
+  return {ready_ms, scrub_ms, start: short(start), there: short(there), scrubbed, linked, next, moments, agree, through, width_at_400: wide,
     space_changed: start.space !== there.space, head_changed: start.head !== there.head, said: browser.said,
     panes: await browser.value('gaitslamPage.panes.length')};
+}
+
+// Looks on until the run has ended.
+async function watch(browser, url) {
+  await browser.open(url);
+  await browser.until(`document.documentElement.dataset.ended === 'true'`, 120000);
+  return {...short(await look(browser)), how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 
 async function picture(browser, url, [seconds, file, width, height, theme]) {
@@ -160,7 +197,7 @@ async function main() {
   const [what, url, profile, ...more] = process.argv.slice(2);
   const browser = new Browser(profile);
   try {
-    const use = {live: () => useLive(browser, url), playback: () => usePlayback(browser, url, +more[0]), picture: () => picture(browser, url, more)}[what];
+    const use = {live: () => useLive(browser, url), playback: () => usePlayback(browser, url, +more[0]), watch: () => watch(browser, url), picture: () => picture(browser, url, more)}[what];
     console.log(JSON.stringify(await use()));
   } finally {
     browser.process.kill();

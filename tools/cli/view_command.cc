@@ -9,8 +9,8 @@
 #include "sim/files/file_error.h"
 #include "sim/view/playback.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/options.h"
 #include "tools/cli/model_files.h"
+#include "tools/cli/options.h"
 #include "tools/cli/robot_model.h"
 #include "tools/cli/view_opened.h"
 
@@ -39,8 +39,10 @@ void require_results(const std::vector<std::string>& results) {
     if (!fs::is_directory(result)) throw UsageError(fmt::format("{}: no such result folder", result));
     if (fs::exists(fs::path(result) / "score.json")) continue;
     if (fs::exists(fs::path(result) / "manifest.csv") || fs::exists(fs::path(result) / "mav0"))
-      throw UsageError(fmt::format("{}: is a recording, expected a result folder (score.json); gaitslam replay makes one", result));
-    throw UsageError(fmt::format("{}: expected a result folder (score.json), such as results/tangent_circle/seed-1", result));
+      throw UsageError(fmt::format(
+          "{}: is a recording, expected a result folder (score.json); gaitslam replay makes one", result));
+    throw UsageError(fmt::format(
+        "{}: expected a result folder (score.json), such as results/tangent_circle/seed-1", result));
   }
 }
 
@@ -69,7 +71,8 @@ int view_results(const RequestToView& request) {
   require_results(request.results);
   const view::MakeRobot make_robot = robot_maker(request.models);
   std::vector<view::Playback> results;
-  for (const std::string& result : request.results) results.push_back(view::read_playback(result, make_robot));
+  for (const std::string& result : request.results)
+    results.push_back(view::read_playback(result, make_robot));
   const UntilInterrupted interrupted;  // before the server's thread, which inherits it
   const view::PlaybackView shown(access_of(request), results);
   announce(shown.access());
@@ -81,7 +84,8 @@ int view_results(const RequestToView& request) {
 
 void add_view_command(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<RequestToView>();
-  CLI::App* command = app.add_subcommand("view", "Show finished results in the browser: robot, images, map and errors over time");
+  CLI::App* command = app.add_subcommand(
+      "view", "Show finished results in the browser: robot, images, map and errors over time");
   command->add_option("results", request->results, "one result folder, or two of one scenario")->required();
   add_view_place(*command, *request);
   add_models(*command, request->models);

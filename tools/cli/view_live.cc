@@ -23,21 +23,31 @@ constexpr int kLargestPicture_px = 512;
 view::Model model_of(const std::shared_ptr<world::PosedRobot>& robot, std::uint64_t seed) {
   view::Model model;
   for (const world::DrawnPiece& piece : robot->drawn().pieces)
-    model.pieces.push_back({piece.body, piece.picture, piece.positions, piece.normals, piece.colours, piece.uv, piece.indices});
-  model.pictures = [robot, seed] { return drawn_pictures(robot->model(), robot->drawn(), seed, kLargestPicture_px); };
+    model.pieces.push_back(
+        {piece.body, piece.picture, piece.positions, piece.normals, piece.colours, piece.uv, piece.indices});
+  model.pictures = [robot, seed] {
+    return drawn_pictures(robot->model(), robot->drawn(), seed, kLargestPicture_px);
+  };
   return model;
 }
 
-std::shared_ptr<world::PosedRobot> posed_robot(const sim::scenario::Scenario& scenario, const std::filesystem::path& models) {
+std::shared_ptr<world::PosedRobot> posed_robot(const sim::scenario::Scenario& scenario,
+                                               const std::filesystem::path& models) {
   return std::make_shared<world::PosedRobot>(scenario.world.robot, scenario.world.room, models);
 }
 
 slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
-  return {lens.width_px, lens.height_px, lens.fu_px, lens.fv_px, lens.u0_px, lens.v0_px,
+  return {lens.width_px,
+          lens.height_px,
+          lens.fu_px,
+          lens.fv_px,
+          lens.u0_px,
+          lens.v0_px,
           slam::OneParameterRadial{lens.k1_px2}};
 }
 
-view::ShownRun shown_run(const sim::scenario::ReadScenario& read, const std::shared_ptr<world::PosedRobot>& robot) {
+view::ShownRun shown_run(const sim::scenario::ReadScenario& read,
+                         const std::shared_ptr<world::PosedRobot>& robot) {
   const sim::scenario::Scenario& scenario = read.scenario;
   view::ShownRun run{.label = fmt::format("{}, seed {}", read.scenario.name, scenario.seed)};
   run.moments = view::faults_of(scenario);
@@ -50,19 +60,26 @@ view::ShownRun shown_run(const sim::scenario::ReadScenario& read, const std::sha
   return run;
 }
 
-view::FootPlace place_of(const sim::recording::TrueFoot& foot) { return {foot.truth, foot.plan, foot.planned_down, foot.load_n}; }
+view::FootPlace place_of(const sim::recording::TrueFoot& foot) {
+  return {foot.truth, foot.plan, foot.planned_down, foot.load_n};
+}
 
 /// Frames wait from their stamp until their image is drawn and the filter has seen it.
 class LiveSession : public ViewSession {
  public:
-  LiveSession(const ViewRequest& request, const sim::scenario::ReadScenario& read, const std::filesystem::path& models)
-      : robot_(posed_robot(read.scenario, models)), view_(access_of(request), shown_run(read, robot_), request.control) {
+  LiveSession(const ViewRequest& request, const sim::scenario::ReadScenario& read,
+              const std::filesystem::path& models)
+      : robot_(posed_robot(read.scenario, models)),
+        view_(access_of(request), shown_run(read, robot_), request.control) {
     announce(view_.access());
+    if (request.wait) view_.wait_for_viewer();
     observer_.begins = [this](const sim::recording::RecordingSetup& setup) { view_.begin(setup); };
     observer_.ticked = [this](slam::Stamp t) { view_.pace(t); };
     observer_.stamped = [this](const sim::live::StampedState& state) { stamp(state); };
     observer_.tracking.wants = [this](const slam::Observation& o) { return wants(o); };
-    observer_.tracking.tracked = [this](const slam::Observation& o, const sim::tracking::Tracking* t) { show(o, t); };
+    observer_.tracking.tracked = [this](const slam::Observation& o, const sim::tracking::Tracking* t) {
+      show(o, t);
+    };
   }
 
   const sim::live::RunObserver& run_observer() const override { return observer_; }
@@ -78,8 +95,9 @@ class LiveSession : public ViewSession {
     frame.truth = state.world.X_WC();
     frame.plan = state.X_PC;
     frame.feet = {place_of(state.feet.left), place_of(state.feet.right)};
-    frame.zmp = view::zero_moment_point({view::SoleForce{state.feet.left.truth, state.left.force, state.left.torque},
-                                         view::SoleForce{state.feet.right.truth, state.right.force, state.right.torque}});
+    frame.zmp = view::zero_moment_point(
+        {view::SoleForce{state.feet.left.truth, state.left.force, state.left.torque},
+         view::SoleForce{state.feet.right.truth, state.right.force, state.right.torque}});
     frame.planned_zmp = state.plan.zmp;
     stamped_.push_back(std::move(frame));
   }
@@ -110,7 +128,8 @@ view::MakeRobot robot_maker(const std::filesystem::path& models) {
     const auto robot = posed_robot(scenario, models);
     const auto poses = [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
       if (q.size() != walking::kJoints)
-        throw std::runtime_error(fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+        throw std::runtime_error(
+            fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
       return robot->poses({X_WB, q});
     };
     return view::RobotModel{model_of(robot, scenario.world.seed), poses};

@@ -7,7 +7,8 @@ namespace cli {
 
 sim::view::MakeRobot robot_maker(const std::filesystem::path&) { return {}; }
 
-std::unique_ptr<ViewSession> view_of_run(const ViewRequest&, const sim::scenario::ReadScenario&, const std::filesystem::path&) {
+std::unique_ptr<ViewSession> view_of_run(const ViewRequest&, const sim::scenario::ReadScenario&,
+                                         const std::filesystem::path&) {
   require_simulator();
   return nullptr;
 }

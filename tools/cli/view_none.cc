@@ -6,7 +6,8 @@ namespace cli {
 namespace {
 
 void require_no_view(const ViewRequest& request) {
-  if (request.view) throw UsageError("--view: this program was built without it; tools/gaitslam builds the whole one");
+  if (request.view)
+    throw UsageError("--view: this program was built without it; tools/gaitslam builds the whole one");
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ sim::view::Access access_of(const ViewPlace& place);
 void announce(const sim::view::Access& access);
 
 /// Adds the image, and what the estimator made of it.
-void add_tracked(sim::view::Frame& frame, const slam::Observation& observation, const sim::tracking::Tracking* tracking);
+void add_tracked(sim::view::Frame& frame, const slam::Observation& observation,
+                 const sim::tracking::Tracking* tracking);
 
 }  // namespace cli

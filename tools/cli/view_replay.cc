@@ -19,7 +19,8 @@ view::Access access_of(const ViewPlace& place) { return {place.address, place.po
 
 void announce(const view::Access& access) { std::cout << "view at " << view::url(access) << std::endl; }
 
-void add_tracked(view::Frame& frame, const slam::Observation& observation, const sim::tracking::Tracking* tracking) {
+void add_tracked(view::Frame& frame, const slam::Observation& observation,
+                 const sim::tracking::Tracking* tracking) {
   frame.image = observation.image;
   if (!tracking || !tracking->newest()) return;
   const sim::tracking::TrackedFrame& newest = *tracking->newest();
@@ -33,8 +34,8 @@ namespace {
 
 class ReplaySession : public ViewSession {
  public:
-  ReplaySession(const ViewRequest& request, const sim::scenario::ReadScenario& read, const std::filesystem::path& recording,
-                const std::filesystem::path& models) {
+  ReplaySession(const ViewRequest& request, const sim::scenario::ReadScenario& read,
+                const std::filesystem::path& recording, const std::filesystem::path& models) {
     const sim::recording::RecordingSetup setup = sim::recording::RecordingReader(recording).setup();
     view::ShownRun run{.label = fmt::format("{}, seed {}, replayed", read.scenario.name, read.scenario.seed)};
     const view::MakeRobot make = robot_maker(models);
@@ -51,6 +52,7 @@ class ReplaySession : public ViewSession {
     view_.emplace(access_of(request), run, request.control);
     announce(view_->access());
     view_->begin(setup);
+    if (request.wait) view_->wait_for_viewer();
     observer_.wants = [this](const slam::Observation& o) {
       view_->pace(o.t);
       return view_->wants(o);
@@ -59,7 +61,9 @@ class ReplaySession : public ViewSession {
   }
 
   // Never called: no robot walks.
-  const sim::live::RunObserver& run_observer() const override { throw std::logic_error("a replay is no run"); }
+  const sim::live::RunObserver& run_observer() const override {
+    throw std::logic_error("a replay is no run");
+  }
   const sim::tracking::TrackingObserver& tracking_observer() const override { return observer_; }
   void end(const std::string& how) override { view_->end(how); }
 
@@ -81,8 +85,10 @@ class ReplaySession : public ViewSession {
 
 }  // namespace
 
-std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const sim::scenario::ReadScenario& read,
-                                            const std::filesystem::path& recording, const std::filesystem::path& models) {
+std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request,
+                                            const sim::scenario::ReadScenario& read,
+                                            const std::filesystem::path& recording,
+                                            const std::filesystem::path& models) {
   if (!request.view) return nullptr;
   return std::make_unique<ReplaySession>(request, read, recording, models);
 }

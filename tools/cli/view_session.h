@@ -1,5 +1,5 @@
-// Options of the view in the browser, and the view of a run or a replay that goes on. The runner, which is built without the view,
-// has none (view_none.cc).
+// Options of the view in the browser, and the view of a run or a replay that goes on. The runner, which is
+// built without the view, has none (view_none.cc).
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -24,7 +24,7 @@ struct ViewPlace {
 };
 
 struct ViewRequest : ViewPlace {
-  bool view = false, control = false;
+  bool view = false, control = false, wait = false;
 };
 
 /// --address, --port and --token.
@@ -43,11 +43,14 @@ class ViewSession {
   virtual void end(const std::string& how) = 0;
 };
 
-/// Null unless asked for. Prints the URL. Throws UsageError in a program without the view, and what opening a view throws.
+/// Null unless asked for. Prints the URL. Throws UsageError in a program without the view, and what opening a
+/// view throws.
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const sim::scenario::ReadScenario& read,
                                          const std::filesystem::path& models);
 /// recording: the one that is replayed.
-std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const sim::scenario::ReadScenario& read,
-                                            const std::filesystem::path& recording, const std::filesystem::path& models);
+std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request,
+                                            const sim::scenario::ReadScenario& read,
+                                            const std::filesystem::path& recording,
+                                            const std::filesystem::path& models);
 
 }  // namespace cli

@@ -40,7 +40,12 @@ export class Pane {
     if (!this.run.about.has_model || !this.scene) return;
     this.scene.addModel(await getBytes(`/model/${this.run.index}`));
     this.scene.show(Math.max(0, this.index));
-    this.scene.addPictures(await getBytes(`/pictures/${this.run.index}`));
+    let pictures = await getBytes(`/pictures/${this.run.index}`);
+    while (pictures.byteLength === 0) {  // they are being painted
+      await new Promise((resolve) => setTimeout(resolve, 100));
+      pictures = await getBytes(`/pictures/${this.run.index}`);
+    }
+    this.scene.addPictures(pictures);
   }
 
   /// An image that came with its frame.

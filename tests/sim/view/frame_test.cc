@@ -62,7 +62,8 @@ TEST(FrameJson, WhatIsNotFiniteIsNullAndTextIsData) {
   frame.report.emplace().refused = "</script><b>\"&\xff";
   const json read = json::parse(to_json(frame));
   EXPECT_EQ(read["zmp"], json({nullptr, nullptr}));
-  EXPECT_EQ(read["state"].get<std::string>().substr(0, 55), "tracking, no landmark searched for; refused: </script><b>");
+  EXPECT_EQ(read["state"].get<std::string>().substr(0, 57),
+            "tracking, no landmark searched for; refused: </script><b>");
 }
 
 TEST(FrameJson, TheStateIsASentence) {
@@ -95,9 +96,12 @@ TEST(ZeroMomentPoint, IsWhereTheForceActs) {
 }
 
 TEST(ZeroMomentPoint, OfTwoSolesIsBetweenThemByTheirLoads) {
-  const auto p = zero_moment_point({SoleForce{{0, 0, 0}, {0, 0, 100}, {0, 0, 0}}, SoleForce{{0, 1, 0}, {0, 0, 300}, {0, 0, 0}}});
+  const auto p = zero_moment_point(
+      {SoleForce{{0, 0, 0}, {0, 0, 100}, {0, 0, 0}}, SoleForce{{0, 1, 0}, {0, 0, 300}, {0, 0, 0}}});
   EXPECT_NEAR(p->y(), 0.75, 1e-12);
-  EXPECT_FALSE(zero_moment_point({SoleForce{{0, 0, 0}, {0, 0, 10}, {0, 0, 0}}, SoleForce{{0, 0, 0}, {0, 0, 5}, {0, 0, 0}}}).has_value());
+  EXPECT_FALSE(zero_moment_point(
+                   {SoleForce{{0, 0, 0}, {0, 0, 10}, {0, 0, 0}}, SoleForce{{0, 0, 0}, {0, 0, 5}, {0, 0, 0}}})
+                   .has_value());
 }
 
 TEST(ModelBytes, NumbersAreAlignedBehindTheirList) {
@@ -106,7 +110,8 @@ TEST(ModelBytes, NumbersAreAlignedBehindTheirList) {
   const std::string bytes = model_bytes(model);
   const auto length = static_cast<std::size_t>(static_cast<unsigned char>(bytes[0]));
   EXPECT_EQ(length % 4, 0u);
-  EXPECT_EQ(json::parse(bytes.substr(4, length)), json::parse(R"([{"body":-1,"picture":0,"vertices":1,"indices":3}])"));
+  EXPECT_EQ(json::parse(bytes.substr(4, length)),
+            json::parse(R"([{"body":-1,"picture":0,"vertices":1,"indices":3}])"));
   EXPECT_EQ(bytes.size(), 4 + length + 4 * (3 + 3 + 3 + 2 + 3));
   float u = 0;
   std::memcpy(&u, bytes.data() + 4 + length + 4 * 9, 4);

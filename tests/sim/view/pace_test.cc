@@ -12,12 +12,13 @@ using Clock = std::chrono::steady_clock;
 /// A run of ticks of 5 ms in a thread of its own.
 class TickingRun {
  public:
-  explicit TickingRun(Pace& pace) : pace_(pace), thread_([this] {
-    for (slam::Stamp t = 5ms; !ended_; t += 5ms) {
-      pace_.wait(t);
-      at_ms_ = t / 1ms;
-    }
-  }) {}
+  explicit TickingRun(Pace& pace)
+      : pace_(pace), thread_([this] {
+          for (slam::Stamp t = 5ms; !ended_; t += 5ms) {
+            pace_.wait(t);
+            at_ms_ = t / 1ms;
+          }
+        }) {}
   ~TickingRun() {
     ended_ = true;
     pace_.release();

@@ -23,7 +23,8 @@ class PlaybackTest : public testing::Test {
  protected:
   /// A replay of the walk in walk/replay, beside the recording in walk/recording.
   PlaybackTest() {
-    tests::write_result(folder_ / "walk", tests::short_walk(kFrames), "errors: {faults: [{frames_lost: {from_s: 0.5, duration_s: 0.1}}]}\n");
+    tests::write_result(folder_ / "walk", tests::short_walk(kFrames),
+                        "errors: {faults: [{frames_lost: {from_s: 0.5, duration_s: 0.1}}]}\n");
     const auto read = scenario::read_scenario(folder_ / "walk/scenario.yaml");
     result::ResultPlace place;
     place.folder = result_;
@@ -72,7 +73,8 @@ TEST_F(PlaybackTest, WhatIsMissingIsNamed) {
   ASSERT_EQ(none.size(), 1u);
   EXPECT_THAT(none[0], HasSubstr("built without the simulator"));
   const auto robot = [](const scenario::Scenario&) {
-    return RobotModel{{}, [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
+    return RobotModel{{},
+                      [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
   };
   fs::rename(result_, folder_ / "alone");
   const Playback alone = read_playback(folder_ / "alone", robot);
@@ -89,8 +91,10 @@ TEST_F(PlaybackTest, TheRecordingOfAnotherWalkIsNotTaken) {
 }
 
 TEST_F(PlaybackTest, BrokenFilesAreNamed) {
-  const std::pair<const char*, const char*> damages[]{
-      {"searches.csv", "#timestamp [ns],landmark\n1,2\n"}, {"truth.tum", "0 1 2\n"}, {"truth.tum", ""}, {"frames.csv", "#timestamp [ns],landmarks\nx,1\n"}};
+  const std::pair<const char*, const char*> damages[]{{"searches.csv", "#timestamp [ns],landmark\n1,2\n"},
+                                                      {"truth.tum", "0 1 2\n"},
+                                                      {"truth.tum", ""},
+                                                      {"frames.csv", "#timestamp [ns],landmarks\nx,1\n"}};
   for (const auto& [name, text] : damages) {
     const std::string whole = files::read_text(result_ / name);
     files::write_text(result_ / name, text);

@@ -31,7 +31,9 @@ class RawClient {
   RawClient& operator=(const RawClient&) = delete;
 
   bool connected() const { return connected_; }
-  void send(std::string_view bytes) { sent_all_ = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == ssize_t(bytes.size()); }
+  void send(std::string_view bytes) {
+    sent_all_ = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == ssize_t(bytes.size());
+  }
   bool sent_all() const { return sent_all_; }
 
   /// Whether the other side has closed within that time; what it sent before is kept.
@@ -105,7 +107,8 @@ inline std::optional<std::string> next_payload(RawClient& client, int ms = 5000)
   const int more = size == 126 ? 2 : size == 127 ? 8 : 0;
   if (more > 0) {
     size = 0;
-    for (const char byte : client.exactly(std::size_t(more), ms)) size = size << 8 | static_cast<unsigned char>(byte);
+    for (const char byte : client.exactly(std::size_t(more), ms))
+      size = size << 8 | static_cast<unsigned char>(byte);
   }
   return client.exactly(size, ms);
 }

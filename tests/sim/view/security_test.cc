@@ -36,12 +36,14 @@ class Security : public testing::Test {
  protected:
   std::string host() const { return fmt::format("127.0.0.1:{}", port_); }
 
-  std::string request(const std::string& target, const std::string& headers, const std::string& method = "GET") const {
+  std::string request(const std::string& target, const std::string& headers,
+                      const std::string& method = "GET") const {
     RawClient client(port_);
     client.send(fmt::format("{} {} HTTP/1.1\r\n{}\r\n", method, target, headers));
     return client.response();
   }
-  std::string request_with_host(const std::string& target, const std::string& more = "", const std::string& method = "GET") const {
+  std::string request_with_host(const std::string& target, const std::string& more = "",
+                                const std::string& method = "GET") const {
     return request(target, fmt::format("Host: {}\r\n{}", host(), more), method);
   }
   std::string upgrade(const std::string& target, const std::string& headers,
@@ -143,23 +145,32 @@ TEST_F(Security, AnotherHostIsRefused) {
   const std::string target = "/?token=" + kToken;
   for (const std::string& other :
        {std::string("evil.example"), fmt::format("evil.example:{}", port_), std::string("127.0.0.1"),
-        fmt::format("127.0.0.1:{}", port_ + 1), fmt::format("127.0.0.1.evil.example:{}", port_), fmt::format("localhost:{}", port_)})
+        fmt::format("127.0.0.1:{}", port_ + 1), fmt::format("127.0.0.1.evil.example:{}", port_),
+        fmt::format("localhost:{}", port_)})
     EXPECT_THAT(request(target, "Host: " + other + "\r\n"), StartsWith(kMisdirected)) << other;
   EXPECT_THAT(request(target, ""), StartsWith(kMisdirected));
-  EXPECT_THAT(request(target, fmt::format("Host: {}\r\nHost: {}\r\n", host(), host())), StartsWith(kMisdirected));
+  EXPECT_THAT(request(target, fmt::format("Host: {}\r\nHost: {}\r\n", host(), host())),
+              StartsWith(kMisdirected));
 }
 
 TEST_F(Security, AnUpgradeWithAnotherHostIsRefused) {
-  EXPECT_THAT(upgraded("/socket?token=" + kToken, fmt::format("Host: evil.example:{}\r\n", port_)), StartsWith(kMisdirected));
+  EXPECT_THAT(upgraded("/socket?token=" + kToken, fmt::format("Host: evil.example:{}\r\n", port_)),
+              StartsWith(kMisdirected));
 }
 
 TEST_F(Security, APageOfAnotherOriginIsRefused) {
   for (const std::string& other :
-       {std::string("https://evil.example"), fmt::format("http://evil.example:{}", port_), std::string("http://127.0.0.1"),
-        fmt::format("https://127.0.0.1:{}", port_), fmt::format("http://127.0.0.1:{}", port_ + 1), fmt::format("http://127.0.0.2:{}", port_),
-        fmt::format("http://192.168.1.5:{}", port_), fmt::format("http://[::1]:{}", port_), std::string("null")}) {
-    EXPECT_THAT(request_with_host("/about?token=" + kToken, "Origin: " + other + "\r\n"), StartsWith(kRefused)) << other;
-    EXPECT_THAT(upgraded("/socket?token=" + kToken, fmt::format("Host: {}\r\nOrigin: {}\r\n", host(), other)), StartsWith(kRefused)) << other;
+       {std::string("https://evil.example"), fmt::format("http://evil.example:{}", port_),
+        std::string("http://127.0.0.1"), fmt::format("https://127.0.0.1:{}", port_),
+        fmt::format("http://127.0.0.1:{}", port_ + 1), fmt::format("http://127.0.0.2:{}", port_),
+        fmt::format("http://192.168.1.5:{}", port_), fmt::format("http://[::1]:{}", port_),
+        std::string("null")}) {
+    EXPECT_THAT(request_with_host("/about?token=" + kToken, "Origin: " + other + "\r\n"),
+                StartsWith(kRefused))
+        << other;
+    EXPECT_THAT(upgraded("/socket?token=" + kToken, fmt::format("Host: {}\r\nOrigin: {}\r\n", host(), other)),
+                StartsWith(kRefused))
+        << other;
   }
   const std::string own = fmt::format("Host: {}\r\nOrigin: http://{}\r\n", host(), host());
   EXPECT_THAT(upgraded("/socket?token=" + kToken, own), StartsWith("HTTP/1.1 101"));
@@ -168,23 +179,28 @@ TEST_F(Security, APageOfAnotherOriginIsRefused) {
 TEST_F(Security, ADesktopAppNeedsTheToken) {
   for (const char* const origin : {"", "Origin: file://\r\n", "Origin: app://lichtblick\r\n"}) {
     const std::string headers = "Host: " + host() + "\r\n" + origin;
-    EXPECT_THAT(upgraded("/?token=" + kToken, headers, "foxglove.websocket.v1"), StartsWith("HTTP/1.1 101")) << origin;
+    EXPECT_THAT(upgraded("/?token=" + kToken, headers, "foxglove.websocket.v1"), StartsWith("HTTP/1.1 101"))
+        << origin;
     EXPECT_THAT(upgraded("/", headers, "foxglove.websocket.v1"), StartsWith(kRefused)) << origin;
   }
 }
 
 TEST_F(Security, EveryFileNeedsTheToken) {
   for (const std::string path : {"/", "/about", "/view.js", "/nothing"})
-    for (const std::string& query : {std::string(), std::string("?token="), std::string("?token=f") + kToken.substr(1), "?token=" + kToken + "0",
-                              "?token=" + kToken.substr(1), "?nottoken=" + kToken}) {
+    for (const std::string& query :
+         {std::string(), std::string("?token="), std::string("?token=f") + kToken.substr(1),
+          "?token=" + kToken + "0", "?token=" + kToken.substr(1), "?nottoken=" + kToken}) {
       const std::string answer = request_with_host(path + query);
       EXPECT_THAT(answer, AllOf(StartsWith(kRefused), Not(HasSubstr("secret content")))) << path << query;
     }
 }
 
 TEST_F(Security, AnUpgradeNeedsTheToken) {
-  for (const std::string& query : {std::string(), std::string("?token="), "?token=" + kToken.substr(1), std::string("?token=f") + kToken.substr(1)})
-    EXPECT_THAT(upgraded("/socket" + query, fmt::format("Host: {}\r\nOrigin: http://{}\r\n", host(), host())), StartsWith(kRefused)) << query;
+  for (const std::string& query : {std::string(), std::string("?token="), "?token=" + kToken.substr(1),
+                                   std::string("?token=f") + kToken.substr(1)})
+    EXPECT_THAT(upgraded("/socket" + query, fmt::format("Host: {}\r\nOrigin: http://{}\r\n", host(), host())),
+                StartsWith(kRefused))
+        << query;
 }
 
 TEST_F(Security, NoMethodButGetIsServed) {
@@ -193,8 +209,11 @@ TEST_F(Security, NoMethodButGetIsServed) {
 }
 
 TEST_F(Security, EveryAnswerTellsBrowsersToBeStrict) {
-  for (const std::string& answer : {request_with_host("/?token=" + kToken), request_with_host("/none?token=" + kToken), request_with_host("/")}) {
-    EXPECT_THAT(answer, HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "));
+  for (const std::string& answer : {request_with_host("/?token=" + kToken),
+                                    request_with_host("/none?token=" + kToken), request_with_host("/")}) {
+    EXPECT_THAT(
+        answer,
+        HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "));
     EXPECT_THAT(answer, AllOf(Not(HasSubstr("unsafe-")), HasSubstr("frame-ancestors 'none'")));
     EXPECT_THAT(answer, HasSubstr("X-Content-Type-Options: nosniff\r\n"));
     EXPECT_THAT(answer, HasSubstr("Referrer-Policy: no-referrer\r\n"));
@@ -204,17 +223,20 @@ TEST_F(Security, EveryAnswerTellsBrowsersToBeStrict) {
 }
 
 TEST_F(Security, NothingOutsideOfTheListIsServed) {
-  for (const std::string path : {"/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd", "/etc/passwd", "/view.js/../about", "/view.js/", "/.git/config"})
+  for (const std::string path : {"/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd",
+                                 "/etc/passwd", "/view.js/../about", "/view.js/", "/.git/config"})
     EXPECT_THAT(request_with_host(path + "?token=" + kToken), StartsWith("HTTP/1.1 404")) << path;
 }
 
 TEST_F(Security, AHeaderWithoutEndIsRefused) {
-  EXPECT_THAT(request_with_host("/?token=" + kToken, "X-Long: " + std::string(3000, 'x') + "\r\n"), StartsWith("HTTP/1.1 431"));
+  EXPECT_THAT(request_with_host("/?token=" + kToken, "X-Long: " + std::string(3000, 'x') + "\r\n"),
+              StartsWith("HTTP/1.1 431"));
   expect_alive();
 }
 
 TEST_F(Security, ABodyIsRefused) {
-  EXPECT_THAT(request_with_host("/?token=" + kToken, "Content-Length: 100000000\r\n"), StartsWith("HTTP/1.1 413"));
+  EXPECT_THAT(request_with_host("/?token=" + kToken, "Content-Length: 100000000\r\n"),
+              StartsWith("HTTP/1.1 413"));
   expect_alive();
 }
 
@@ -248,9 +270,12 @@ TEST_F(Security, ALongMessageEndsItsConnection) {
 }
 
 TEST_F(Security, MalformedFramesEndTheirConnectionAlone) {
-  const std::string unmasked("\x81\x02hi", 4), reserved = client_frame(0x83, "hi"), extension = client_frame(0xf1, "hi"),
-                    huge("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14), long_ping = client_frame(0x89, std::string(200, 'x'));
-  for (const std::string& frame : {unmasked, reserved, extension, huge, long_ping, client_frame(0x81, "\xff\xfe"), client_frame(0x80, "x")}) {
+  const std::string unmasked("\x81\x02hi", 4), reserved = client_frame(0x83, "hi"),
+                                               extension = client_frame(0xf1, "hi"),
+                                               huge("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14),
+                                               long_ping = client_frame(0x89, std::string(200, 'x'));
+  for (const std::string& frame : {unmasked, reserved, extension, huge, long_ping,
+                                   client_frame(0x81, "\xff\xfe"), client_frame(0x80, "x")}) {
     const auto client = opened();
     client->send(frame);
     EXPECT_TRUE(client->is_closed_within(3000));
@@ -259,7 +284,8 @@ TEST_F(Security, MalformedFramesEndTheirConnectionAlone) {
 }
 
 TEST_F(Security, WhatIsNoHttpEndsItsConnectionAlone) {
-  for (const std::string& bytes : {std::string("\x16\x03\x01\x02\0\x01", 6), std::string("GET\r\n\r\n"), std::string(1000, '\0'), std::string("GET / HTTP/9.9\r\n\r\n")}) {
+  for (const std::string& bytes : {std::string("\x16\x03\x01\x02\0\x01", 6), std::string("GET\r\n\r\n"),
+                                   std::string(1000, '\0'), std::string("GET / HTTP/9.9\r\n\r\n")}) {
     RawClient client(port_);
     client.send(bytes);
     EXPECT_TRUE(client.is_closed_within(3000));
@@ -268,15 +294,20 @@ TEST_F(Security, WhatIsNoHttpEndsItsConnectionAlone) {
 }
 
 TEST_F(Security, ASubprotocolThatIsNotSpokenIsRefused) {
-  EXPECT_THAT(upgraded("/socket?token=" + kToken, "Host: " + host() + "\r\n", "chat"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(upgraded("/socket?token=" + kToken, "Host: " + host() + "\r\n", "chat"),
+              StartsWith("HTTP/1.1 400"));
 }
 
 /// A view of a run, with a page that is connected to it.
 class Viewed {
  public:
-  explicit Viewed(bool control) : view_({.token = kToken}, {.label = "walk"}, control), client_(view_.access().port) {
-    client_.send(fmt::format("GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: gaitslam.view.v1\r\n\r\n", kToken, authority(view_.access())));
+  explicit Viewed(bool control)
+      : view_({.token = kToken}, {.label = "walk"}, control), client_(view_.access().port) {
+    client_.send(fmt::format(
+        "GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: "
+        "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: gaitslam.view.v1\r\n\r\n",
+        kToken, authority(view_.access())));
     client_.until("\r\n\r\n");
     next_payload(client_);  // the pace
   }
@@ -305,7 +336,8 @@ class Viewed {
 
 TEST(ReadOnly, CommandsAreRefusedWithoutControl) {
   Viewed viewed(false);
-  for (const char* const message : {R"({"op":"pause"})", R"({"op":"step"})", R"({"op":"speed","factor":0.25})", R"({"op":"resume"})"})
+  for (const char* const message :
+       {R"({"op":"pause"})", R"({"op":"step"})", R"({"op":"speed","factor":0.25})", R"({"op":"resume"})"})
     EXPECT_THAT(viewed.answer(message), AllOf(HasSubstr("\"refused\""), HasSubstr("read-only"))) << message;
   EXPECT_TRUE(viewed.goes_on());
 }
@@ -320,7 +352,8 @@ TEST(ReadOnly, CommandsAreObeyedWithControl) {
 
 TEST(ReadOnly, MalformedMessagesAreAnsweredAndSurvived) {
   Viewed viewed(true);
-  for (const char* const message : {"", "{", "[]", "null", "{\"op\":7}", "{\"op\":\"speed\"}", "{\"op\":\"speed\",\"factor\":-1}", "{\"op\":\"launch\"}"})
+  for (const char* const message : {"", "{", "[]", "null", "{\"op\":7}", "{\"op\":\"speed\"}",
+                                    "{\"op\":\"speed\",\"factor\":-1}", "{\"op\":\"launch\"}"})
     EXPECT_THAT(viewed.answer(message), HasSubstr("\"refused\"")) << message;
   EXPECT_THAT(viewed.answer(R"({"op":"speed","factor":1})"), HasSubstr("\"speed\":1.0"));
 }

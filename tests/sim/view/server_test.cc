@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <future>
 #include <thread>
 
 #include "sim/view/live_view.h"
@@ -20,8 +21,11 @@ using Clock = std::chrono::steady_clock;
 const std::string kToken = "0123456789abcdef0123456789abcdef";
 
 void open_socket(RawClient& client, const Access& access, const std::string& protocol = "gaitslam.view.v1") {
-  client.send(fmt::format("GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                          "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: {}\r\n\r\n", access.token, authority(access), protocol));
+  client.send(
+      fmt::format("GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: "
+                  "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: {}\r\n\r\n",
+                  access.token, authority(access), protocol));
   ASSERT_THAT(client.until("\r\n\r\n"), HasSubstr("Sec-WebSocket-Protocol: " + protocol));
 }
 
@@ -97,7 +101,8 @@ TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
     open_socket(client, view_.access(), protocol);
     EXPECT_THAT(next_payload(client).value_or(""), StartsWith(R"({"op":"serverInfo","name":"gaitslam")"));
     const std::string advertised = next_payload(client).value_or("");
-    for (const char* const topic : {"/camera/image/compressed", "/camera/camera_info", "/imu", "/ground_truth/pose", "/plan/pose", "/slam/pose"})
+    for (const char* const topic : {"/camera/image/compressed", "/camera/camera_info", "/imu",
+                                    "/ground_truth/pose", "/plan/pose", "/slam/pose"})
       EXPECT_THAT(advertised, HasSubstr(fmt::format("\"topic\":\"{}\"", topic)));
     client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":77,"channelId":4}]})"));
     client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":78,"channelId":99}]})"));
@@ -115,15 +120,31 @@ TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
   }
 }
 
+TEST(Site, WhatTakesLongIsEmptyUntilItIsMade) {
+  Site site({}, {});
+  std::promise<void> go;
+  site.add("/pictures/0", [done = go.get_future().share()] {
+    done.wait();
+    return bytes_resource("painted");
+  });
+  EXPECT_EQ(*site.at("/pictures/0", "")->bytes, "");
+  go.set_value();
+  for (int i = 0; i < 300 && site.at("/pictures/0", "")->bytes->empty(); ++i)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(*site.at("/pictures/0", "")->bytes, "painted");
+}
+
 TEST(Site, HasItsFilesAndNoOthers) {
   Site site({{.label = "walk </script>"}}, {{"mode", "live"}});
-  site.add_list("/image/0", [](std::size_t k) { return k < 2 ? std::optional(bytes_resource("image")) : std::nullopt; });
+  site.add_list("/image/0",
+                [](std::size_t k) { return k < 2 ? std::optional(bytes_resource("image")) : std::nullopt; });
   EXPECT_THAT(*site.at("/", "the-token")->bytes, HasSubstr("src=\"/view.js?token=the-token\""));
   EXPECT_EQ(site.at("/", "t")->bytes->find("TOKEN"), std::string::npos);
   EXPECT_GT(site.at("/view.js", "")->bytes->size(), 100'000u);
   EXPECT_THAT(*site.at("/view.js", "")->bytes, testing::Not(HasSubstr("innerHTML=")));
   EXPECT_TRUE(site.at("/image/0/1", "").has_value());
-  for (const char* const path : {"/image/0/2", "/image/0/-1", "/image/0/1 ", "/image/0/", "/image/0/../1", "/image/1/0", "/model/0", "view.js", "", "/index.html"})
+  for (const char* const path : {"/image/0/2", "/image/0/-1", "/image/0/1 ", "/image/0/", "/image/0/../1",
+                                 "/image/1/0", "/model/0", "view.js", "", "/index.html"})
     EXPECT_FALSE(site.at(path, "").has_value()) << path;
 }
 
