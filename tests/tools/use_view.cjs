@@ -48,7 +48,7 @@ class Browser {
     await this.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: theme}]});
     const begun = Date.now();
     await this.send('Page.navigate', {url});
-    await this.until(`document.documentElement.dataset.ready === 'true'`);
+    await this.until(`document.documentElement?.dataset.ready === 'true'`);
     this.ready_ms = Date.now() - begun;
   }
 
@@ -86,12 +86,12 @@ const short = ({space, head, ...rest}) => rest;
 
 async function useLive(browser, url) {
   await browser.open(url);
-  await browser.until(`document.documentElement.dataset.model === 'true'`);
+  await browser.until(`document.documentElement?.dataset.model === 'true'`);
   const first = await look(browser);
   await browser.until(`gaitslamPage.t > ${first.t} + 1 && ${kPane}.scene.shownEllipsoids > 5`);
   const later = await look(browser);
   await browser.press(' ', 32);
-  await browser.until(`document.documentElement.dataset.playing === 'false'`);
+  await browser.until(`document.documentElement?.dataset.playing === 'false'`);
   await browser.rest(700);
   const paused = await browser.value(`${kPane}.run.frames.length`);
   await browser.rest(700);
@@ -101,7 +101,7 @@ async function useLive(browser, url) {
   const stepped = await browser.value(`${kPane}.run.frames.length`);
   await browser.press(' ', 32);
   await browser.until(`${kPane}.run.frames.length > ${stepped} + 3`);
-  await browser.until(`document.documentElement.dataset.ended === 'true'`, 120000);
+  await browser.until(`document.documentElement?.dataset.ended === 'true'`, 120000);
   return {first: short(first), later: short(later), space_changed: first.space !== later.space, head_changed: first.head !== later.head,
     paused_frames: still - paused, stepped_frames: stepped - still, how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
@@ -142,7 +142,7 @@ const agreement = async (seconds) => {
 async function usePlayback(browser, url, seconds) {
   await browser.open(url);
   const ready_ms = browser.ready_ms;
-  await browser.until(`document.documentElement.dataset.model === 'true'`);
+  await browser.until(`document.documentElement?.dataset.model === 'true'`);
   const start = await look(browser);
   await browser.value(`(gaitslamPage.slider.value = ${seconds}, gaitslamPage.slider.dispatchEvent(new Event('input')))`);
   await browser.until(`${kPane}.headIndex === ${kPane}.index`);
@@ -177,13 +177,13 @@ async function usePlayback(browser, url, seconds) {
 // Looks on until the run has ended.
 async function watch(browser, url) {
   await browser.open(url);
-  await browser.until(`document.documentElement.dataset.ended === 'true'`, 120000);
+  await browser.until(`document.documentElement?.dataset.ended === 'true'`, 120000);
   return {...short(await look(browser)), how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 
 async function picture(browser, url, [seconds, file, width, height, theme]) {
   await browser.open(url, +(width ?? 1200), +(height ?? 900), theme);
-  await browser.until(`document.documentElement.dataset.model === 'true' && gaitslamPage.duration > ${seconds}`);
+  await browser.until(`document.documentElement?.dataset.model === 'true' && gaitslamPage.duration > ${seconds}`);
   if (await browser.value('!gaitslamPage.live')) {
     await browser.value(`gaitslamPage.go(${seconds})`);
     await browser.until(`${kPane}.headIndex === ${kPane}.index`);

@@ -23,7 +23,7 @@ const short = (x) => (finite(x) ? String(+x.toPrecision(3)) : '–');
 
 /// 1, 2 or 5 times a power of ten: at most five steps of it fit the range.
 function stepOf(range) {
-  const raw = range / 4, power = 10 ** Math.floor(Math.log10(raw));
+  const raw = range / 5, power = 10 ** Math.floor(Math.log10(raw));
   return [1, 2, 5, 10].find((m) => m * power >= raw) * power;
 }
 
