@@ -25,13 +25,18 @@ struct Subscribe {
 struct Unsubscribe {
   std::vector<std::uint32_t> subscriptions;
 };
+/// The page fetches room and robot, or has them.
+struct Loading {
+  bool goes_on = false;
+};
 /// A message of a kind that is allowed and of no use here.
 struct Ignored {};
 struct Malformed {
   std::string why;
 };
 
-using ClientMessage = std::variant<Pause, Resume, Step, Speed, Subscribe, Unsubscribe, Ignored, Malformed>;
+using ClientMessage =
+    std::variant<Pause, Resume, Step, Speed, Subscribe, Unsubscribe, Loading, Ignored, Malformed>;
 
 /// No more subscriptions than that in one message.
 inline constexpr std::size_t kMostSubscriptions = 64;

@@ -16,7 +16,8 @@ using std::chrono::steady_clock;
 
 constexpr const char* kOwnProtocol = "gaitslam.view.v1";
 constexpr std::chrono::milliseconds kLeastInterval{25};  // between two frames, by the clock on the wall
-constexpr std::size_t kMostReadings = 400;               // of the IMU, kept for the next frame
+constexpr std::chrono::milliseconds kForMessages{300}, kForPages{5000};  // at the end
+constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
 
 bool is_own(const Client& client) { return client.protocol() == kOwnProtocol; }
 
@@ -82,7 +83,7 @@ void LiveView::end(const std::string& how) {
   server_.for_each([how](Client& client) {
     if (is_own(client)) client.send(json_message({{"op", "ended"}, {"how", how}}));
   });
-  server_.flush(std::chrono::milliseconds(300));
+  server_.flush(kForMessages, kForPages);
 }
 
 Message LiveView::pace_message() const {
@@ -107,6 +108,10 @@ void LiveView::received(Client& client, std::string_view said) {
   }
   if (const auto* const malformed = std::get_if<Malformed>(&message))
     return client.send(json_message({{"op", "refused"}, {"why", malformed->why}}));
+  if (const auto* const loading = std::get_if<Loading>(&message)) {
+    client.loading = loading->goes_on;
+    return;
+  }
   if (!control_)
     return client.send(
         json_message({{"op", "refused"}, {"why", "this view is read-only: start it with --control"}}));

@@ -313,11 +313,13 @@ struct Server::Implementation {
     });
   }
 
-  std::size_t waiting() const {
-    std::size_t all = 0;
+  /// Messages that wait, and pages that are loading.
+  std::pair<std::size_t, std::size_t> unfinished() const {
+    std::size_t messages = 0, pages = 0;
     for (const auto& socket : shared->sockets)
-      if (const auto client = socket.lock()) all += client->waiting();
-    return all;
+      if (const auto client = socket.lock(); client && !client->is_closing())
+        messages += client->waiting(), pages += client->loading ? 1 : 0;
+    return {messages, pages};
   }
 
   net::io_context context{1};
@@ -352,13 +354,15 @@ int Server::with_room(std::string_view protocol_prefix) const {
                                            : implementation_->shared->others;
 }
 
-void Server::flush(std::chrono::milliseconds at_most) {
-  const auto end = std::chrono::steady_clock::now() + at_most;
-  for (bool empty = false; !empty && std::chrono::steady_clock::now() < end;) {
-    std::promise<bool> answer;
-    net::post(implementation_->context, [&] { answer.set_value(implementation_->waiting() == 0); });
-    empty = answer.get_future().get();
-    if (!empty) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+void Server::flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (;;) {
+    std::promise<std::pair<std::size_t, std::size_t>> answer;
+    net::post(implementation_->context, [&] { answer.set_value(implementation_->unfinished()); });
+    const auto [messages, pages] = answer.get_future().get();
+    const auto passed = std::chrono::steady_clock::now() - begin;
+    if ((messages == 0 || passed > queues) && (pages == 0 || passed > loading)) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 }
 

@@ -41,6 +41,7 @@ class Client {
   virtual ~Client() = default;
   virtual const std::string& protocol() const = 0;  ///< the subprotocol agreed on
   virtual void send(Message message) = 0;
+  bool loading = false;                                                ///< a page that still fetches files
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
 };
 
@@ -73,8 +74,8 @@ class Server {
   /// From any thread: clients of subprotocols whose queue has room for a frame.
   int with_room(std::string_view protocol_prefix) const;
 
-  /// Waits until all queues are empty, at most so long.
-  void flush(std::chrono::milliseconds at_most);
+  /// Waits until all queues are empty, at most so long, and until no page is loading, at most so long.
+  void flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading);
 
  private:
   struct Implementation;

@@ -133,7 +133,7 @@ const agreement = async (seconds) => {
   for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = false;
   pane.scene.draw();
   const seen = grey(space, (space.width - wide) / 2, wide, space.height);
-  const found = {own: correlation(seen, await imageAt(seconds)), earlier: correlation(seen, await imageAt(seconds - 5))};
+  const found = {own: correlation(seen, await imageAt(seconds)), earlier: correlation(seen, await imageAt(Math.max(0, seconds - 5)))};
   for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = true;
   page.setMode(before);
   return found;
@@ -177,7 +177,7 @@ async function usePlayback(browser, url, seconds) {
 // Looks on until the run has ended.
 async function watch(browser, url) {
   await browser.open(url);
-  await browser.until(`document.documentElement?.dataset.ended === 'true'`, 120000);
+  await browser.until(`document.documentElement?.dataset.ended === 'true' && document.documentElement.dataset.model === 'true'`, 120000);
   return {...short(await look(browser)), how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 

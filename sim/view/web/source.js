@@ -33,6 +33,7 @@ export class StoredImages {
 export function listen({frame, told, closed}) {
   const socket = new WebSocket(`ws://${location.host}${address('/socket')}`, 'gaitslam.view.v1');
   socket.binaryType = 'arraybuffer';
+  socket.onopen = () => socket.send('{"op":"loading"}');
   socket.onmessage = ({data}) => {
     if (typeof data === 'string') return told(JSON.parse(data));
     const length = new DataView(data).getUint32(0, true);

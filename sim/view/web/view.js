@@ -214,6 +214,7 @@ async function start() {
     if (page.live) page.followLive();
     else await page.playBack();
     await Promise.all(page.panes.map((pane) => pane.loadModel()));
+    if (page.live) page.send({op: 'loaded'});
     dataset.model = 'true';
   } catch (error) {
     document.body.append(element('p', {class: 'note'}, error.message));

@@ -68,6 +68,23 @@ TEST_F(Live, AtMostFortyFramesASecondAreWanted) {
   EXPECT_TRUE(view_.wants({}));
 }
 
+TEST_F(Live, TheEndWaitsForAPageThatFetchesTheRoom) {
+  RawClient client(view_.access().port);
+  open_socket(client, view_.access());
+  ASSERT_TRUE(becomes(true));
+  client.send(text_frame(R"({"op":"loading"})"));
+  std::this_thread::sleep_for(100ms);
+  std::thread page([&] {
+    std::this_thread::sleep_for(500ms);
+    client.send(text_frame(R"({"op":"loaded"})"));
+  });
+  const auto begin = Clock::now();
+  view_.end("done");
+  EXPECT_GT(Clock::now() - begin, 450ms);
+  EXPECT_LT(Clock::now() - begin, 4s);
+  page.join();
+}
+
 // Its queue and the kernel's buffers fill; then no frame is made for it any more, and nobody waits.
 TEST_F(Live, AStalledViewerCostsNothing) {
   RawClient stalled(view_.access().port, "127.0.0.1", 4096);

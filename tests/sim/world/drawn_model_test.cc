@@ -38,7 +38,7 @@ TEST(DrawnModel, BodiesOfThePlantAndOfTheDrawnRobotAreAtTheSamePlaces) {
   EXPECT_GE(names.size(), 29u);
   for (std::size_t body = 0; body < names.size(); ++body)  // float, and bushes that carry no weight yet
     EXPECT_TRUE(pose(plant, body).isApprox(pose(drawn, body), 1e-5)) << names[body];
-  const std::size_t waist = index_of(names, "WAIST");
+  const std::size_t waist = index_of(names, "BODY");
   ASSERT_LT(waist, names.size());
   EXPECT_TRUE(pose(drawn, waist).isApprox(world.X_WB(), 1e-6));
 }
