@@ -15,7 +15,8 @@ using nlohmann::ordered_json;
 using std::chrono::steady_clock;
 
 constexpr const char* kOwnProtocol = "gaitslam.view.v1";
-constexpr std::chrono::milliseconds kLeastInterval{25};  // between two frames, by the clock on the wall
+// Between two frames, or two maps, by the clock on the wall.
+constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100};
 constexpr std::chrono::milliseconds kForMessages{300}, kForPages{5000};  // at the end
 constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
 
@@ -59,6 +60,13 @@ bool LiveView::wants(const slam::Observation& observation) {
     for (exports::ImuReading& reading : foxglove_->merged(observation))
       if (imu_.size() < kMostReadings) imu_.push_back(reading);
   return others || (server_.with_room("gaitslam") > 0 && steady_clock::now() - shown_ >= kLeastInterval);
+}
+
+bool LiveView::wants_map() {
+  const auto now = steady_clock::now();
+  if (now - map_shown_ < kLeastMapInterval) return false;
+  map_shown_ = now;
+  return true;
 }
 
 void LiveView::show(const Frame& frame) {

@@ -36,6 +36,8 @@ class LiveView {
   bool has_viewers() const;
   /// Whether a frame of this observation is to be made. To be asked for each observation.
   bool wants(const slam::Observation& observation);
+  /// Whether that frame is to have the map: ten times a second. It costs more than the rest of a frame.
+  bool wants_map();
   void show(const Frame& frame);
   /// Returns when the run may go on.
   void pace(slam::Stamp t);
@@ -54,7 +56,7 @@ class LiveView {
   Site site_;
   std::shared_ptr<Foxglove> foxglove_;    // set before the first observation, in the server's thread
   std::vector<exports::ImuReading> imu_;  // not sent yet
-  std::chrono::steady_clock::time_point shown_{};
+  std::chrono::steady_clock::time_point shown_{}, map_shown_{};
   slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's
   Message last_;                                        // of the server's thread
   Server server_;                                       // last: its thread uses the members above

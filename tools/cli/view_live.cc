@@ -110,7 +110,7 @@ class LiveSession : public ViewSession {
   void show(const slam::Observation& observation, const sim::tracking::Tracking* tracking) {
     view::Frame frame = std::move(stamped_.front());
     stamped_.pop_front();
-    add_tracked(frame, observation, tracking);
+    add_tracked(frame, observation, tracking, view_.wants_map());
     view_.show(frame);
   }
 

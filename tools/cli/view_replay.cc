@@ -20,14 +20,14 @@ view::Access access_of(const ViewPlace& place) { return {place.address, place.po
 void announce(const view::Access& access) { std::cout << "view at " << view::url(access) << std::endl; }
 
 void add_tracked(view::Frame& frame, const slam::Observation& observation,
-                 const sim::tracking::Tracking* tracking) {
+                 const sim::tracking::Tracking* tracking, bool with_map) {
   frame.image = observation.image;
   if (!tracking || !tracking->newest()) return;
   const sim::tracking::TrackedFrame& newest = *tracking->newest();
   frame.estimate = newest.estimate.X_WC;
   frame.covariance = newest.estimate.covariance;
   frame.report = newest.report;
-  frame.map = tracking->map();
+  if (with_map) frame.map = tracking->map();
 }
 
 namespace {
@@ -73,7 +73,7 @@ class ReplaySession : public ViewSession {
     view::Frame frame{.t = observation.t};
     if (next_ < frames_.size() && frames_[next_].t == observation.t) frame = frames_[next_];
     if (observation.plan) frame.plan = observation.plan->X_PC;
-    add_tracked(frame, observation, tracking);
+    add_tracked(frame, observation, tracking, view_->wants_map());
     view_->show(frame);
   }
 

@@ -10,7 +10,7 @@ const axis = (k, name, role, unit) => ({name, role, value: (f) => unit(f.error?.
 export const kStrips = [
   {title: 'Position error with 3σ', unit: 'mm', lines: [axis(0, 'x', 'estimate', mm), axis(1, 'y', 'plan', mm), axis(2, 'z', 'first', mm)]},
   {title: 'Heading error with 3σ', unit: '°', lines: [axis(3, 'heading', 'estimate', deg)]},
-  {title: 'NEES of the position (3 expected)', unit: '', from: 0, levels: [3, 7.81], lines: [{name: 'NEES', role: 'estimate', value: (f) => f.nees}]},
+  {title: 'NEES of the position (3 expected, 95 % below 7.8)', unit: '', from: 0, levels: [3, 7.81], lines: [{name: 'NEES', role: 'estimate', value: (f) => f.nees}]},
   {title: 'Landmarks', unit: '', from: 0, lines: [{name: 'in the map', role: 'first', value: (f) => f.landmarks},
     {name: 'found', role: 'estimate', value: (f) => f.searches?.filter((s) => s[6] === 'found').length}]},
   {title: 'Slip of the standing soles', unit: 'mm', from: 0, lines: [{name: 'left', role: 'estimate', value: (f) => mm(f.slip?.[0])},
