@@ -222,7 +222,7 @@ void Filter::report_vision(const VisionResult& vision) {
   report_.update = vision.update_nis;
   for (const SearchedLandmark& s : vision.searched) {
     const int id = map_.landmarks()[s.index].id;
-    report_.searched.push_back({id, s.predicted, s.S, s.inlier});
+    report_.searched.push_back({id, s.predicted, s.S, s.inlier, s.match});
     if (s.inlier) report_.matched.push_back({id, *s.match});
   }
 }

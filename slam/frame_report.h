@@ -52,6 +52,7 @@ struct Search {
   Eigen::Matrix2d S =
       Eigen::Matrix2d::Zero();  ///< innovation covariance, px²; the 3-sigma ellipse is searched
   bool used = false;            ///< its match entered the update
+  std::optional<Eigen::Vector2d> match = std::nullopt;  ///< where it was found, px; refused by the gates unless used
 };
 
 /// The filter tracks (ok); its images no longer fit its map, which it tries to recognise (lost); or it is

@@ -50,7 +50,7 @@ world::WalkingRobot robot(const scenario::Scenario& scenario, const std::filesys
 class Run {
  public:
   Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
-      const std::filesystem::path& models, int threads);
+      const std::filesystem::path& models, int threads, const RunObserver& observer);
 
   void walk(const result::Progress& progress);
   result::RunRecord record();
@@ -65,11 +65,13 @@ class Run {
   void stamp_frame();
   void read_imu();
   void deliver_frame();
+  void track(slam::Observation observation);
   void note_place(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
   void steer();
   result::Ending walk_ending() const;
 
   const scenario::ReadScenario& read_;
+  const RunObserver& observer_;
   std::filesystem::path folder_;
   world::WalkingRobot robot_;
   ReadingNoise noise_{read_.scenario.seed, read_.scenario.stabilizer};
@@ -81,19 +83,23 @@ class Run {
   std::optional<walking::Steering> steering_;
   std::optional<PlaceEstimates> places_;  // with steering_
   slam::Observation next_;                // the IMU readings since the last frame
+  walking::Wrench left_, right_;          // of the ground on the feet, of the last tick
+  recording::TrueFeet feet_;              // at its end
   result::Timing timing_;
   result::FrameTiming frame_timing_;
 };
 
 Run::Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
-         const std::filesystem::path& models, int threads)
+         const std::filesystem::path& models, int threads, const RunObserver& observer)
     : read_(read),
+      observer_(observer),
       folder_(folder / "recording"),
       robot_(robot(read.scenario, models)),
       mounting_(mounting(read.scenario, robot_.reference(), models)),
       setup_(recording_setup(read.scenario, mounting_, robot_.reference().X_PB)),
       frames_(read.scenario, models, threads > 1),
       recording_(folder_, setup_, true_motion(robot_.world()), frames_.surfaces()) {
+  if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
   const walking::SteeringOptions& steering = read.scenario.walk.steering;
   if (steering.by == walking::SteeredBy::plan) return;
@@ -111,10 +117,12 @@ void Run::walk(const result::Progress& progress) {
       take_frames();
     }
     read_imu();
-    recording_.add(true_feet(robot_.world(), robot_.reference()));
+    feet_ = true_feet(robot_.world(), robot_.reference());
+    recording_.add(feet_);
     steer();
     robot_.advance();
     progress(robot_.progress());
+    if (observer_.ticked) observer_.ticked(robot_.world().time());
   }
   frames_.draw_all();
   while (!frames_.empty()) deliver_frame();
@@ -125,6 +133,7 @@ void Run::command() {
   const result::StageClock clock(frame_timing_.plan_and_physics_ms);
   walking::SensorReadings readings = robot_.world().sensor_readings();
   recording_.add(recorded(robot_.world().time(), readings));
+  left_ = readings.left, right_ = readings.right;
   noise_.add_to(readings);
   robot_.command(readings);
 }
@@ -150,6 +159,8 @@ void Run::stamp_frame() {
   next_.t = world.time();
   next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
   if (places_) places_->add(next_.t, *next_.plan);
+  if (observer_.stamped)
+    observer_.stamped({next_.t, world, from, next_.plan->X_PC, feet_, left_, right_});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
   recording_.add(
       recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
@@ -174,14 +185,18 @@ void Run::deliver_frame() {
     const result::StageClock clock(frame_timing_.record_ms);
     recording_.add(frame);
   }
-  if (tracking_) {
-    const result::StageClock clock(frame_timing_.filter_ms);
-    tracking_->take(std::move(frame.observation));
-    frame_timing_.filter_ms += tracking_->take_outside_cpu_ms();
-    frame_timing_.landmarks = tracking_->landmarks();
-  }
+  tracking::take_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr, observer_.tracking,
+                          [this](slam::Observation observation) { track(std::move(observation)); });
   if (places_) note_place(t, frame.X_WC);
   timing_.frames.push_back(std::exchange(frame_timing_, {}));
+}
+
+void Run::track(slam::Observation observation) {
+  if (!tracking_) return;
+  const result::StageClock clock(frame_timing_.filter_ms);
+  tracking_->take(std::move(observation));
+  frame_timing_.filter_ms += tracking_->take_outside_cpu_ms();
+  frame_timing_.landmarks = tracking_->landmarks();
 }
 
 // The estimate after a frame; where the truth is to steer, the truth as if it were one.
@@ -231,10 +246,10 @@ result::RunRecord Run::record() {
 }  // namespace
 
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
-                    const result::Progress& progress, int threads) {
+                    const result::Progress& progress, int threads, const RunObserver& observer) {
   require_clear_walk(scenario, place.models);
   files::DurableFolder folder(place.folder, place.existing);
-  Run live(scenario, folder.path(), place.models, threads);
+  Run live(scenario, folder.path(), place.models, threads, observer);
   live.walk(progress);
   const result::Outcome outcome =
       result::write_result(folder.path(), live.record(), place, live.timing(), live.time_s());

@@ -7,16 +7,19 @@ namespace {
 
 // Gives the whole recording to the filter; returns the stamp of the last observation.
 slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tracking>& tracking,
-                  result::Timing& timing, const result::Progress& progress) {
+                  result::Timing& timing, const result::Progress& progress,
+                  const tracking::TrackingObserver& observer) {
   slam::Stamp last{0};
   while (auto observation = reader.next()) {
     result::FrameTiming frame{.t = observation->t};
     last = observation->t;
-    if (tracking) {
+    const auto take = [&](slam::Observation ideal) {
+      if (!tracking) return;
       const result::StageClock clock(frame.filter_ms);
-      tracking->take(std::move(*observation));
+      tracking->take(std::move(ideal));
       frame.filter_ms += tracking->take_outside_cpu_ms();
-    }
+    };
+    tracking::take_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, take);
     frame.landmarks = tracking ? tracking->landmarks() : 0;
     timing.frames.push_back(frame);
     progress(0);
@@ -33,14 +36,15 @@ WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
 
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                        const WalkEnd& walk, const result::ResultPlace& place,
-                       const result::Progress& progress, Recorded recorded) {
+                       const result::Progress& progress, Recorded recorded,
+                       const tracking::TrackingObserver& observer) {
   files::DurableFolder folder(place.folder, place.existing);
   result::Timing timing;
   recording::RecordingReader reader(recording);
   std::optional<tracking::Tracking> tracking;
   if (scenario.scenario.slam)
     tracking.emplace(scenario.scenario, reader.setup().calibration, reader.setup().X_WC_start);
-  const slam::Stamp last = track(reader, tracking, timing, progress);
+  const slam::Stamp last = track(reader, tracking, timing, progress, observer);
   result::RunRecord record{
       scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
       std::nullopt, reader.hash()};

@@ -6,6 +6,7 @@
 
 #include "sim/result/result.h"
 #include "sim/scenario/scenario.h"
+#include "sim/tracking/tracking_observer.h"
 
 namespace sim::replay {
 
@@ -28,6 +29,7 @@ enum class Recorded { left_out, copied };
 /// be written.
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                        const WalkEnd& walk, const result::ResultPlace& place,
-                       const result::Progress& progress, Recorded recorded = Recorded::left_out);
+                       const result::Progress& progress, Recorded recorded = Recorded::left_out,
+                       const tracking::TrackingObserver& observer = {});
 
 }  // namespace sim::replay

@@ -70,22 +70,20 @@ void write_maps(const fs::path& folder, const tracking::Tracked& tracked) {
   files::write_text(folder / "map_over_time.csv", text);
 }
 
-/// ",u,v" of the accepted match of a landmark, or two empty fields.
-std::string found(const slam::FrameReport& report, int landmark) {
-  for (const slam::Sighting& match : report.matched)
-    if (match.landmark == landmark) return fmt::format(",{:.3f},{:.3f}", match.pixel.x(), match.pixel.y());
-  return ",,";
+/// ",u,v" of a match, or two empty fields.
+std::string fields_if(bool holds, const std::optional<Eigen::Vector2d>& match) {
+  return holds && match ? fmt::format(",{:.3f},{:.3f}", match->x(), match->y()) : ",,";
 }
 
 void write_searches(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string text =
       "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],found_v "
-      "[px]\n";
+      "[px],refused_u [px],refused_v [px]\n";
   for (const tracking::TrackedFrame& frame : tracked.frames)
     for (const slam::Search& s : frame.report.searched)
-      text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}\n", frame.report.t.count(), s.landmark,
-                          s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
-                          found(frame.report, s.landmark));
+      text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}{}\n", frame.report.t.count(),
+                          s.landmark, s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
+                          fields_if(s.used, s.match), fields_if(!s.used, s.match));
   files::write_text(folder / "searches.csv", text);
 }
 

@@ -9,7 +9,8 @@ namespace sim::result {
 
 /// Writes frames.csv (each frame), map.csv (the map at the end), landmarks.csv (where each
 /// landmark was first seen), map_over_time.csv (the map each second),
-/// searches.csv (each ellipse in which a landmark was searched for, and where it was found) and, if landmarks
+/// searches.csv (each ellipse in which a landmark was searched for, where it was found, and where a
+/// match was refused) and, if landmarks
 /// were initialised as lines, depths.csv (every hypothesis of their depths). Throws FileError.
 void write_tracked(const std::filesystem::path& folder, const tracking::Tracked& tracked);
 

@@ -84,6 +84,9 @@ class Tracking {
   /// In the filter's map after the last observation.
   int landmarks() const { return tracked_.frames.empty() ? 0 : tracked_.frames.back().report.landmarks; }
 
+  /// The map after the last observation; of another estimator the newest that it told.
+  std::vector<slam::MapPoint> map() const { return estimator_.step ? tracked_.map : filter_.map(); }
+
   /// Gives the filter the observations that are still delayed, ends the tracking and returns its result.
   Tracked finish();
 

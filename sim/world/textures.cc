@@ -44,7 +44,9 @@ int texture_of(const mjModel& model, int geom) {
   return material < 0 ? -1 : model.mat_texid[material];
 }
 
-cv::Mat3b picture_of(const mjModel& model, const mjData& data, int texture, std::uint64_t seed) {
+}  // namespace
+
+cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed) {
   const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
   const cv::Mat3b painted = name ? paint_texture(name, seed) : cv::Mat3b();
   if (painted.empty())
@@ -57,8 +59,6 @@ cv::Mat3b picture_of(const mjModel& model, const mjData& data, int texture, std:
   return painted;
 }
 
-}  // namespace
-
 Textures::Textures(const mjModel& model, std::uint64_t seed, Channels channels)
     : names_(std::size_t(model.ntex)) {
   const Data data(mj_makeData(&model));
@@ -66,7 +66,7 @@ Textures::Textures(const mjModel& model, std::uint64_t seed, Channels channels)
   gl().glGenTextures(model.ntex, names_.data());
   for (int texture = 0; texture < model.ntex; ++texture) {
     if (model.tex_type[texture] != mjTEXTURE_2D) continue;
-    cv::Mat picture = picture_of(model, *data, texture, seed);
+    cv::Mat picture = texture_picture(model, *data, texture, seed);
     if (channels == Channels::grey) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
     load(names_[std::size_t(texture)], picture);
   }

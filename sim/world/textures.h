@@ -4,11 +4,16 @@
 #include <mujoco/mujoco.h>
 
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "sim/world/frame_buffer.h"
 
 namespace sim::world {
+
+/// The RGB picture of a 2d texture, painted from a seed where paint_texture knows its name, with the shadows that the room's
+/// furniture casts on it. `data`: positions computed.
+cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed);
 
 /// The model's 2d textures with their mipmaps in the current OpenGL context: those that paint_texture knows
 /// by name are painted from a seed, in place of the flat colour of the model file.

@@ -64,7 +64,7 @@ TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("", "A subcommand is required");
   expect_refused(
       "rnu x.yaml",
-      "unknown command 'rnu', expected one of run, record, replay, evaluate, export, video, score, regress, "
+      "unknown command 'rnu', expected one of run, record, replay, evaluate, export, view, video, score, regress, "
       "compare, leaderboard, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean "
       "'run'?");
   expect_refused("check", "scenarios is required");

@@ -8,6 +8,7 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_replay(app, exit_code);
   add_evaluate(app, exit_code);
   add_export(app, exit_code);
+  add_view_command(app, exit_code);
   add_video(app, exit_code);
   add_score(app, exit_code);
   add_regress(app, exit_code);

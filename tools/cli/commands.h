@@ -16,6 +16,7 @@ void add_record(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_evaluate(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
+void add_view_command(CLI::App& app, int& exit_code);
 void add_video(CLI::App& app, int& exit_code);
 void add_score(CLI::App& app, int& exit_code);
 void add_regress(CLI::App& app, int& exit_code);

@@ -10,12 +10,16 @@
 #include "sim/scenario/scenario.h"
 #include "walking/whole_body.h"
 
+namespace sim::live {
+struct RunObserver;
+}
+
 namespace cli {
 
-/// sim::live::run, or UsageError in a build without the simulator.
+/// sim::live::run, or UsageError in a build without the simulator. observer: null where nobody looks on.
 sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
                               const sim::result::ResultPlace& place, const sim::result::Progress& progress,
-                              int threads = 1);
+                              int threads = 1, const sim::live::RunObserver* observer = nullptr);
 
 /// Throws UsageError in a build without the simulator. To be called before anything is started.
 void require_simulator();

@@ -4,7 +4,8 @@
 namespace cli {
 
 sim::result::Outcome run_live(const sim::scenario::ReadScenario&, const sim::result::ResultPlace&,
-                              const sim::result::Progress&, int) {
+                              const sim::result::Progress&, int,
+                              const sim::live::RunObserver*) {
   require_simulator();
   return {};
 }

@@ -9,8 +9,8 @@ namespace cli {
 
 sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
                               const sim::result::ResultPlace& place, const sim::result::Progress& progress,
-                              int threads) {
-  return sim::live::run(scenario, place, progress, threads);
+                              int threads, const sim::live::RunObserver* observer) {
+  return sim::live::run(scenario, place, progress, threads, observer ? *observer : sim::live::RunObserver{});
 }
 
 void require_simulator() {}

@@ -14,9 +14,11 @@
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/terminal.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/version.h"
+#include "tools/cli/view_session.h"
 
 namespace cli {
 namespace {
@@ -39,6 +41,8 @@ struct ReplayRequest : OutRequest {
   std::optional<std::string> scenario;
   scenario::Changes changes;
   bool all_metrics = false;
+  ViewRequest view;
+  fs::path models = standard_models();
   BatchMember batch;
 };
 
@@ -108,6 +112,11 @@ int replay_result(const ReplayRequest& request) {
     walk.counterfactual = sim::tune::counterfactual(
         scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
   }
+  if (foreign && request.view.view)
+    throw UsageError(
+        "--view: expected the result of a run; of a recording made elsewhere, view the result of its replay");
+  const auto view = view_of_replay(request.view, read, request.result / "recording", request.models);
+  const auto observer = view ? view->tracking_observer() : sim::tracking::TrackingObserver{};
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());
@@ -115,8 +124,12 @@ int replay_result(const ReplayRequest& request) {
                                     libraries()};
     const auto show = [&](double part) { progress.show(part); };
     outcome = foreign ? replay::replay_foreign(read, request.result, place, show)
-                      : replay::replay(read, request.result / "recording", walk, place, show);
+                      : replay::replay(read, request.result / "recording", walk, place, show,
+                                       replay::Recorded::left_out, observer);
   }
+  if (view)
+    view->end(fmt::format("The replay has ended: {}. gaitslam view {} shows it again.", outcome.ending,
+                          out.path().string()));
   return cli::report(outcome, out.path(), request.all_metrics);
 }
 
@@ -133,6 +146,8 @@ void add_replay(CLI::App& app, int& exit_code) {
   add_out(*command, *request);
   add_all_metrics(*command, request->all_metrics);
   add_output(*command);
+  add_models(*command, request->models);
+  add_view(*command, request->view);
   add_batch_member(*command, request->batch);
   command->footer(kReplayExamples);
   command->callback([request, &exit_code] { exit_code = replay_result(*request); });

@@ -25,6 +25,7 @@
 #include "tools/cli/out_folder.h"
 #include "tools/cli/recordings.h"
 #include "tools/cli/version.h"
+#include "tools/cli/view_session.h"
 
 namespace cli {
 namespace {
@@ -39,6 +40,7 @@ Examples:
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
   gaitslam run scenarios/tangent_circle.yaml --json > outcome.json
+  gaitslam run scenarios/tangent_circle.yaml --view --control
 Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>. Only what gaitslam made is
 replaced, each result when the new one is whole. With --seeds, results of other seeds there are moved to earlier-<n>,
 and after an interruption the same command goes on with the seeds that are left.
@@ -52,6 +54,7 @@ struct RunRequest : OutRequest {
   fs::path models = standard_models();
   std::optional<int> jobs;
   bool cached = false, all_metrics = false;
+  ViewRequest view;
   BatchMember batch;
 };
 
@@ -76,14 +79,20 @@ int threads(const RunRequest& request) { return request.jobs.value_or(request.ba
 
 int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
+  const auto view = view_of_run(request.view, read, request.models);
   result::Outcome outcome;
   {
     ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
     const result::ResultPlace place{
         folder, sim::files::Existing::replace, request.models, kVersion, kRevision, libraries()};
     const auto show = [&](double part) { progress.show(part); };
-    outcome = request.cached ? run_cached(read, place, show) : run_live(read, place, show, threads(request));
+    outcome = request.cached
+                  ? run_cached(read, place, show)
+                  : run_live(read, place, show, threads(request), view ? &view->run_observer() : nullptr);
   }
+  if (view)
+    view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.", outcome.ending,
+                          folder.string()));
   return cli::report(outcome, folder, request.all_metrics);
 }
 
@@ -94,6 +103,12 @@ void print_complaints(const std::vector<SeedOutcome>& outcomes) {
     if (outcome.exit_code > 1) seeds[outcome.complaint].push_back(outcome.seed);
   for (const auto& [complaint, of] : seeds)
     std::cerr << fmt::format("seed{} {}: {}", of.size() > 1 ? "s" : "", fmt::join(of, ", "), complaint);
+}
+
+void require_one_walk_to_view(const RunRequest& request) {
+  if (request.view.view && (request.seeds || request.cached))
+    throw UsageError(fmt::format("--view shows one walk as it goes on, expected no {}",
+                                 request.seeds ? "--seeds" : "--cached"));
 }
 
 void require_no_seed_typed(const RunRequest& request) {
@@ -149,6 +164,7 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
 int run(const RunRequest& request) {
   if (request.batch.parent) die_with(*request.batch.parent);
   require_simulator();
+  require_one_walk_to_view(request);
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   require_models(read, request.models);
@@ -177,6 +193,7 @@ void add_run(CLI::App& app, int& exit_code) {
       "replay the recording of this walk from the cache; record it there first if it is missing");
   add_all_metrics(*command, request->all_metrics);
   add_output(*command);
+  add_view(*command, request->view);
   add_batch_member(*command, request->batch);
   command->footer(kRunExamples);
   command->callback([request, &exit_code] { exit_code = run(*request); });

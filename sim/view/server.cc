@@ -1,0 +1,369 @@
+#include "sim/view/server.h"
+
+#include <fmt/format.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <future>
+#include <list>
+#include <thread>
+#include <utility>
+
+namespace sim::view {
+namespace {
+
+namespace net = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using net::ip::tcp;
+
+using Request = http::request<http::empty_body>;
+using Error = beast::error_code;
+
+std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
+
+RequestHead head_of(const Request& request) {
+  RequestHead head{plain(request.method_string()), plain(request.target()),
+                   plain(request[http::field::host])};
+  if (request.count(http::field::host) != 1) head.host = {};
+  if (request.count(http::field::origin) != 0) head.origin = plain(request[http::field::origin]);
+  return head;
+}
+
+/// Bytes of a resource, without a copy.
+struct SharedBody {
+  using value_type = std::shared_ptr<const std::string>;
+  static std::uint64_t size(const value_type& body) { return body->size(); }
+  struct writer {
+    using const_buffers_type = net::const_buffer;
+    template <bool is_request, class Fields>
+    writer(const http::header<is_request, Fields>&, const value_type& body) : body_(body) {}
+    void init(Error& error) { error = {}; }
+    boost::optional<std::pair<const_buffers_type, bool>> get(Error& error) {
+      error = {};
+      return {{const_buffers_type(body_->data(), body_->size()), false}};
+    }
+    const value_type& body_;
+  };
+};
+using Response = http::response<SharedBody>;
+
+/// What connections share; all in the server's thread.
+struct Shared {
+  Access access;
+  Service service;
+  Limits limits;
+  std::size_t connections = 0;
+  std::list<std::weak_ptr<class SocketClient>> sockets;
+  std::atomic<int> viewers{0}, others{0};  // clients whose queue has room
+
+  void count_rooms();
+  std::size_t viewers_left() const;
+};
+
+/// One of the connections that are counted.
+class Slot {
+ public:
+  explicit Slot(Shared& shared) : shared_(shared) { ++shared_.connections; }
+  ~Slot() { --shared_.connections; }
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+
+ private:
+  Shared& shared_;
+};
+
+constexpr std::string_view kOwn = "gaitslam";
+
+class SocketClient : public Client, public std::enable_shared_from_this<SocketClient> {
+ public:
+  SocketClient(std::shared_ptr<Shared> shared, std::shared_ptr<Slot> slot, beast::tcp_stream stream,
+               std::string protocol)
+      : shared_(std::move(shared)),
+        slot_(std::move(slot)),
+        socket_(std::move(stream)),
+        protocol_(std::move(protocol)),
+        queue_(shared_->limits.queued_frames * (is_own() ? 1 : 16), shared_->limits.queued_messages) {}
+
+  void accept(const Request& request) {
+    beast::get_lowest_layer(socket_).expires_never();
+    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    socket_.set_option(websocket::stream_base::decorator([this](websocket::response_type& response) {
+      if (!protocol_.empty()) response.set(http::field::sec_websocket_protocol, protocol_);
+    }));
+    socket_.auto_fragment(false);  // pieces would cost a system call each
+    socket_.read_message_max(shared_->limits.message_bytes);
+    socket_.async_accept(request, [self = shared_from_this()](Error error) {
+      if (!error) self->opened();
+    });
+  }
+
+  const std::string& protocol() const override { return protocol_; }
+
+  void send(Message message) override {
+    if (closing_) return;
+    if (!queue_.push(std::move(message))) return give_up();
+    write();
+    shared_->count_rooms();
+  }
+
+  bool is_own() const { return protocol_.starts_with(kOwn); }
+  bool is_closing() const { return closing_; }
+  bool has_room() const { return open_ && !closing_ && queue_.has_room(); }
+  std::size_t waiting() const { return open_ && !closing_ ? queue_.size() + (writing_ ? 1 : 0) : 0; }
+
+ private:
+  void opened() {
+    open_ = true;
+    shared_->sockets.push_back(weak_from_this());
+    guarded([this] { shared_->service.opened(*this); });
+    shared_->count_rooms();
+    read();
+  }
+
+  void read() {
+    socket_.async_read(read_,
+                       [self = shared_from_this()](Error error, std::size_t) { self->on_read(error); });
+  }
+
+  void on_read(Error error) {
+    if (error) return give_up();
+    if (socket_.got_text()) {
+      const std::string text = beast::buffers_to_string(read_.data());
+      guarded([&] { shared_->service.received(*this, text); });
+    }
+    read_.consume(read_.size());
+    if (!closing_) read();
+  }
+
+  void write() {
+    if (writing_ || closing_ || !open_) return;
+    const std::optional<Message> next = queue_.pop();
+    if (!next) return;
+    writing_ = true;
+    socket_.text(next->text);
+    socket_.async_write(net::buffer(*next->bytes),
+                        [self = shared_from_this(), bytes = next->bytes](Error error, std::size_t) {
+                          self->writing_ = false;
+                          if (error) return self->give_up();
+                          self->write();
+                          self->shared_->count_rooms();
+                        });
+  }
+
+  // The other operations then end with errors, and the last of them lets go of this object.
+  void give_up() {
+    if (std::exchange(closing_, true)) return;
+    beast::get_lowest_layer(socket_).close();
+    shared_->count_rooms();
+    if (open_) shared_->service.closed(shared_->viewers_left());
+  }
+
+  template <class Action>
+  void guarded(const Action& action) try {
+    action();
+  } catch (const std::exception&) {
+    give_up();
+  }
+
+  std::shared_ptr<Shared> shared_;
+  std::shared_ptr<Slot> slot_;
+  websocket::stream<beast::tcp_stream> socket_;
+  std::string protocol_;
+  MessageQueue queue_;
+  beast::flat_buffer read_;
+  bool open_ = false, writing_ = false, closing_ = false;
+};
+
+void Shared::count_rooms() {
+  int own = 0, other = 0;
+  sockets.remove_if([](const auto& socket) { return socket.expired(); });
+  for (const auto& socket : sockets)
+    if (const auto client = socket.lock(); client && client->has_room()) ++(client->is_own() ? own : other);
+  viewers = own, others = other;
+}
+
+std::size_t Shared::viewers_left() const {
+  std::size_t left = 0;
+  for (const auto& socket : sockets)
+    if (const auto client = socket.lock(); client && client->is_own() && !client->is_closing()) ++left;
+  return left;
+}
+
+/// A connection that speaks HTTP, request after request, until it becomes a WebSocket.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(std::shared_ptr<Shared> shared, tcp::socket socket)
+      : shared_(std::move(shared)), slot_(std::make_shared<Slot>(*shared_)), stream_(std::move(socket)) {}
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(shared_->limits.header_bytes);
+    parser_->body_limit(0);
+    stream_.expires_after(shared_->limits.request);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](Error error, std::size_t) { self->on_read(error); });
+  }
+
+ private:
+  void on_read(Error error) {
+    if (error == http::error::header_limit) return answer(431, "the request's header is too long", false);
+    if (error == http::error::unexpected_body || error == http::error::body_limit)
+      return answer(413, "expected no body", false);
+    if (error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message)
+      return answer(400, "this is not HTTP", false);
+    if (error) return;
+    const Request request = parser_->release();
+    if (const auto refused = refusal(head_of(request), shared_->access))
+      return answer(refused->status, refused->why, false);
+    if (websocket::is_upgrade(request)) return upgrade(request);
+    serve(path_of(plain(request.target())), request.keep_alive());
+  }
+
+  void serve(std::string_view path, bool keep) try {
+    const auto resource = shared_->service.resource(path);
+    if (!resource) return answer(404, "there is no such file", keep);
+    respond(200, resource->type, resource->bytes, keep);
+  } catch (const std::exception& failure) {
+    answer(500, failure.what(), false);
+  }
+
+  void upgrade(const Request& request) {
+    std::string agreed;
+    http::token_list offered(request[http::field::sec_websocket_protocol]);
+    for (const auto& name : offered)
+      for (const std::string& known : shared_->service.protocols)
+        if (agreed.empty() && name == known) agreed = known;
+    if (agreed.empty()) return answer(400, "expected a subprotocol that is spoken here", false);
+    std::make_shared<SocketClient>(shared_, slot_, std::move(stream_), agreed)->accept(request);
+  }
+
+  void answer(unsigned status, std::string_view why, bool keep) {
+    respond(status, "text/plain; charset=utf-8", std::make_shared<const std::string>(std::string(why) + "\n"),
+            keep);
+  }
+
+  void respond(unsigned status, const std::string& type, std::shared_ptr<const std::string> body, bool keep) {
+    const auto response = std::make_shared<Response>(http::status(status), 11, std::move(body));
+    response->set(http::field::content_type, type);
+    response->set(http::field::cache_control, "no-store");
+    response->set("Content-Security-Policy", content_security_policy(shared_->access));
+    response->set("X-Content-Type-Options", "nosniff");
+    response->set("X-Frame-Options", "DENY");
+    response->set("Referrer-Policy", "no-referrer");
+    response->set("Cross-Origin-Resource-Policy", "same-origin");
+    response->set("Cross-Origin-Opener-Policy", "same-origin");
+    response->keep_alive(keep);
+    response->prepare_payload();
+    stream_.expires_after(shared_->limits.response);
+    http::async_write(stream_, *response, [self = shared_from_this(), response](Error error, std::size_t) {
+      self->on_written(error || response->need_eof());
+    });
+  }
+
+  void on_written(bool end) {
+    if (!end) return read();
+    Error ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  std::shared_ptr<Shared> shared_;
+  std::shared_ptr<Slot> slot_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+};
+
+}  // namespace
+
+struct Server::Implementation {
+  Implementation(const Access& access, Service service, const Limits& limits)
+      : shared(std::make_shared<Shared>()), acceptor(context) {
+    shared->access = checked(access);
+    shared->service = std::move(service);
+    shared->limits = limits;
+    listen();
+  }
+
+  void listen() try {
+    const tcp::endpoint endpoint(net::ip::make_address(shared->access.address), shared->access.port);
+    acceptor.open(endpoint.protocol());
+    acceptor.set_option(net::socket_base::reuse_address(true));
+    acceptor.bind(endpoint);
+    acceptor.listen();
+    shared->access.port = acceptor.local_endpoint().port();
+  } catch (const boost::system::system_error& error) {
+    throw std::runtime_error(
+        fmt::format("cannot listen at {}: {}", authority(shared->access), error.code().message()));
+  }
+
+  void accept() {
+    acceptor.async_accept([this](Error error, tcp::socket socket) {
+      if (error == net::error::operation_aborted) return;
+      if (!error && shared->connections < shared->limits.clients) {
+        socket.set_option(tcp::no_delay(true), error);
+        std::make_shared<HttpConnection>(shared, std::move(socket))->read();
+      }
+      accept();
+    });
+  }
+
+  /// Messages that wait, and pages that are loading.
+  std::pair<std::size_t, std::size_t> unfinished() const {
+    std::size_t messages = 0, pages = 0;
+    for (const auto& socket : shared->sockets)
+      if (const auto client = socket.lock(); client && !client->is_closing())
+        messages += client->waiting(), pages += client->loading ? 1 : 0;
+    return {messages, pages};
+  }
+
+  net::io_context context{1};
+  std::shared_ptr<Shared> shared;
+  tcp::acceptor acceptor;
+  std::thread thread;
+};
+
+Server::Server(const Access& access, Service service, const Limits& limits)
+    : implementation_(std::make_unique<Implementation>(access, std::move(service), limits)) {
+  implementation_->accept();
+  implementation_->thread = std::thread([self = implementation_.get()] { self->context.run(); });
+}
+
+Server::~Server() {
+  implementation_->context.stop();
+  implementation_->thread.join();
+}
+
+const Access& Server::access() const { return implementation_->shared->access; }
+
+void Server::for_each(std::function<void(Client&)> action) {
+  net::post(implementation_->context, [self = implementation_.get(), action = std::move(action)] {
+    const auto sockets = self->shared->sockets;  // an action may end one of them
+    for (const auto& socket : sockets)
+      if (const auto client = socket.lock()) action(*client);
+  });
+}
+
+int Server::with_room(std::string_view protocol_prefix) const {
+  return protocol_prefix.starts_with(kOwn) ? implementation_->shared->viewers
+                                           : implementation_->shared->others;
+}
+
+void Server::flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (;;) {
+    std::promise<std::pair<std::size_t, std::size_t>> answer;
+    net::post(implementation_->context, [&] { answer.set_value(implementation_->unfinished()); });
+    const auto [messages, pages] = answer.get_future().get();
+    const auto passed = std::chrono::steady_clock::now() - begin;
+    if ((messages == 0 || passed > queues) && (pages == 0 || passed > loading)) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+}  // namespace sim::view

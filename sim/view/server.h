@@ -1,0 +1,85 @@
+// The server of the viewer: a fixed list of files over HTTP and messages over WebSocket, in a thread of its
+// own.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/view/access.h"
+#include "sim/view/message_queue.h"
+
+namespace sim::view {
+
+/// A file as it is served.
+struct Resource {
+  std::string type;  ///< as Content-Type has it
+  std::shared_ptr<const std::string> bytes;
+};
+
+/// What clients may cost.
+struct Limits {
+  std::size_t clients = 32;                   ///< connections at a time
+  std::uint32_t header_bytes = 8192;          ///< of a request
+  std::size_t message_bytes = 8192;           ///< of a client's WebSocket message
+  std::chrono::milliseconds request{10000};   ///< until a request is complete
+  std::chrono::milliseconds response{30000};  ///< until a response is taken
+  std::size_t queued_frames = 4,
+              queued_messages =
+                  64;  ///< of the other protocols, a message for each channel: 16 times the frames
+};
+
+/// A client's WebSocket, in the server's thread.
+class Client {
+ public:
+  virtual ~Client() = default;
+  virtual const std::string& protocol() const = 0;  ///< the subprotocol agreed on
+  virtual void send(Message message) = 0;
+  bool loading = false;                                                ///< a page that still fetches files
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
+};
+
+/// What is served. All are called in the server's thread; what they throw is answered by 500 or ends the
+/// connection.
+struct Service {
+  /// Of a path; nothing where there is none.
+  std::function<std::optional<Resource>(std::string_view path)> resource;
+  std::vector<std::string> protocols = {};  ///< WebSocket subprotocols
+  std::function<void(Client&)> opened = [](Client&) {};
+  std::function<void(Client&, std::string_view text)> received = [](Client&, std::string_view) {};
+  /// A client has gone; viewers: how many of the page's own are left.
+  std::function<void(std::size_t viewers)> closed = [](std::size_t) {};
+};
+
+/// Listens from its construction until its destruction. Requests and upgrades are refused as access.h says.
+class Server {
+ public:
+  /// Throws std::invalid_argument as checked() does, std::runtime_error where it cannot listen.
+  Server(const Access& access, Service service, const Limits& limits = {});
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  const Access& access() const;  ///< with port and token
+
+  /// From any thread: calls a function in the server's thread for each client.
+  void for_each(std::function<void(Client&)> action);
+
+  /// From any thread: clients of subprotocols whose queue has room for a frame.
+  int with_room(std::string_view protocol_prefix) const;
+
+  /// Waits until all queues are empty, at most so long, and until no page is loading, at most so long.
+  void flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace sim::view

@@ -1,0 +1,82 @@
+#include "sim/view/site.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <future>
+
+#include "sim/files/json.h"
+#include "sim/files/number.h"
+#include "sim/view/bundle.h"
+
+namespace sim::view {
+namespace {
+
+Resource resource(std::string type, std::string_view bytes) {
+  return {std::move(type), std::make_shared<const std::string>(bytes)};
+}
+
+// The page names its script and its style with the token; the script reads it from the page's own address.
+std::string page_with(std::string_view token) {
+  std::string page(page_html());
+  constexpr std::string_view kPlace = "TOKEN";
+  for (std::size_t at = page.find(kPlace); at != page.npos; at = page.find(kPlace, at + token.size()))
+    page.replace(at, kPlace.size(), token);
+  return page;
+}
+
+}  // namespace
+
+Message json_message(const nlohmann::ordered_json& content) {
+  return {std::make_shared<const std::string>(files::json_text(content)), true, false};
+}
+
+Resource json_resource(std::string text) { return resource("application/json", text); }
+Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
+
+constexpr std::string_view kIcon =
+    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
+    "fill='#0069b0'/></svg>";
+
+Site::Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about) {
+  add("/view.js", resource("text/javascript; charset=utf-8", page_script()));
+  add("/view.css", resource("text/css; charset=utf-8", page_style()));
+  add("/icon.svg", resource("image/svg+xml", kIcon));
+  about["runs"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    about["runs"].push_back(to_json(runs[i]));
+    if (!runs[i].model) continue;
+    add(fmt::format("/model/{}", i), bytes_resource(model_bytes(*runs[i].model)));
+    add(fmt::format("/pictures/{}", i),
+        [paint = runs[i].model->pictures] { return bytes_resource(picture_bytes(paint())); });
+  }
+  add("/about", json_resource(files::json_text(about)));
+}
+
+void Site::add(const std::string& path, Resource resource) {
+  files_[path] = [resource] { return resource; };
+}
+
+void Site::add(const std::string& path, std::function<Resource()> make) {
+  files_[path] = [make = std::move(make), made = std::shared_future<Resource>()]() mutable {
+    if (!made.valid()) made = std::async(std::launch::async, make).share();
+    return made.wait_for(std::chrono::seconds(0)) == std::future_status::ready ? made.get()
+                                                                               : bytes_resource("");
+  };
+}
+
+void Site::add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element) {
+  lists_[folder] = std::move(element);
+}
+
+std::optional<Resource> Site::at(std::string_view path, std::string_view token) {
+  if (path == "/") return resource("text/html; charset=utf-8", page_with(token));
+  if (const auto file = files_.find(path); file != files_.end()) return file->second();
+  const std::size_t slash = path.rfind('/');
+  if (slash == path.npos) return std::nullopt;
+  const auto list = lists_.find(path.substr(0, slash));
+  const auto number = files::parse_number<std::size_t>(path.substr(slash + 1));
+  return list != lists_.end() && number ? list->second(*number) : std::nullopt;
+}
+
+}  // namespace sim::view

@@ -1,0 +1,97 @@
+// What is shown of one run: three dimensions, head image, state in words, strips.
+import {element} from '../../report/web/dom.js';
+import {HeadView, greyPicture, kOutcomes} from './head.js';
+import {Scene} from './scene.js';
+import {StoredImages, getBytes} from './source.js';
+import {Strip, kStrips} from './strips.js';
+
+const legend = () => element('p', {class: 'legend'},
+  element('b', {class: 'truth'}, '— true'), element('b', {class: 'plan'}, '— planned'), element('b', {class: 'estimate'}, '— estimated'),
+  element('b', {class: 'landed'}, '▭ landed'), element('b', {class: 'first'}, '● landmarks, 3σ'), ' camera’s own 3σ ten times as large');
+const kSigns = {found: '◯▫', missed: '◌', refused: '◯×'};
+const searchLegend = () => element('p', {class: 'legend'}, 'searched, 3σ: ',
+  ...Object.keys(kOutcomes).map((outcome) => element('b', {class: outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'begun'}, '▫ new'));
+
+export class Pane {
+  constructor(run, go) {
+    Object.assign(this, {run, index: -1});
+    this.images = new StoredImages(run);
+    this.live = new Map();
+    this.head = new HeadView(run);
+    this.state = element('p', {class: 'state', role: 'status'});
+    this.counts = element('p', {class: 'soft'});
+    this.strips = kStrips.map((what) => new Strip(what, run, go));
+    try {
+      this.scene = new Scene(run);
+    } catch (error) {
+      this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
+    }
+    const notes = [...run.about.missing, ...(this.failure ? [this.failure] : [])].map((note) => element('p', {class: 'note'}, note));
+    this.element = element('section', {class: 'pane', 'aria-label': run.about.label},
+      element('h2', {}, run.about.label), ...notes,
+      element('div', {class: 'views'},
+        element('figure', {class: 'space'}, this.scene?.element, legend()),
+        element('figure', {class: 'head'}, this.head.canvas, searchLegend(), this.state, this.counts)),
+      element('div', {class: 'strips'}, this.strips.map((strip) => strip.element)));
+    this.shownStrips = 0;
+  }
+
+  async loadModel() {
+    if (!this.run.about.has_model || !this.scene) return;
+    this.scene.addModel(await getBytes(`/model/${this.run.index}`));
+    this.scene.show(Math.max(0, this.index));
+    let pictures = await getBytes(`/pictures/${this.run.index}`);
+    while (pictures.byteLength === 0) {  // they are being painted
+      await new Promise((resolve) => setTimeout(resolve, 100));
+      pictures = await getBytes(`/pictures/${this.run.index}`);
+    }
+    this.scene.addPictures(pictures);
+  }
+
+  /// An image that came with its frame.
+  keep(index, bytes, [width, height]) {
+    this.live.set(index, greyPicture(bytes, width, height));
+    if (this.live.size > 400) this.live.delete(this.live.keys().next().value);
+  }
+
+  show(index) {
+    const frame = this.run.frames[index];
+    if (!frame) return;
+    this.index = index;
+    this.scene?.show(index);
+    this.say(frame);
+    this.showHead(index, frame);
+    this.drawStrips();
+  }
+
+  showHead(index, frame) {
+    const here = this.live.get(index);
+    if (here || !frame.stored_image) {
+      this.head.show(frame, here ?? null);
+      this.headIndex = index;
+      return;
+    }
+    this.images.at(index).then((image) => {
+      if (this.index !== index) return;  // another one is shown by now
+      this.head.show(frame, image);
+      this.headIndex = index;
+    }, () => {
+      if (this.index === index) this.head.show(frame, null);
+    });
+    for (const near of [index + 1, index + 2, index - 1]) this.images.at(near).catch(() => null);
+  }
+
+  say(frame) {
+    this.state.textContent = frame.state ? `Filter: ${frame.state}` : 'No filter runs.';
+    this.state.className = `state health-${frame.health ?? 0}`;
+    const of = (outcome) => (frame.searches ?? []).filter((search) => search[6] === outcome).length;
+    this.counts.textContent = frame.state
+      ? `${frame.landmarks} landmarks; ${(frame.searches ?? []).length} searched for: ${of('found')} found, ${of('missed')} missed, ${of('refused')} refused` : '';
+  }
+
+  drawStrips() { for (const strip of this.strips) strip.draw(this.index); }
+  repaint() {
+    this.scene?.paint();
+    this.show(this.index);
+  }
+}

@@ -1,0 +1,83 @@
+// Listens to a run as Foxglove does, with the client of the Foxglove project, and compares what it was told with the result.
+// node listen_foxglove.cjs NODE_MODULES URL SUBPROTOCOL RESULT_FOLDER
+"use strict";
+const fs = require("fs");
+const path = require("path");
+const assert = require("assert");
+const [modules, url, protocol, result] = process.argv.slice(2);
+const load = require("module").createRequire(path.join(modules, "node_modules", "x.js"));
+const { FoxgloveClient } = load("@foxglove/ws-protocol");
+const WebSocket = load("ws");
+const { parse } = load("@foxglove/rosmsg");
+const { MessageReader } = load("@foxglove/rosmsg2-serialization");
+
+const address = url.replace(/^http/, "ws");
+const channels = new Map(), messages = [];
+let info;
+
+// A viewer of the page's own, which keeps the run at real time.
+const viewer = new WebSocket(address, ["gaitslam.view.v1"]);
+viewer.on("open", () => viewer.send(JSON.stringify({ op: "speed", factor: 2 })));
+const socket = new WebSocket(address, [protocol]);
+const client = new FoxgloveClient({ ws: socket });
+client.on("serverInfo", (event) => (info = event));
+client.on("status", (event) => assert.fail(event.message));
+client.on("error", (error) => assert.fail(String(error)));
+client.on("advertise", (list) => {
+  for (const channel of list) {
+    const reader = new MessageReader(parse(channel.schema, { ros2: true }));
+    channels.set(client.subscribe(channel.id), { topic: channel.topic, reader });
+  }
+});
+client.on("message", ({ subscriptionId, timestamp, data }) => {
+  const { topic, reader } = channels.get(subscriptionId);
+  messages.push({ topic, timestamp, message: reader.readMessage(data) });
+});
+client.on("close", finish);
+
+const stampOf = ({ stamp }) => BigInt(stamp.sec) * 1000000000n + BigInt(stamp.nanosec);
+
+// "stamp in ns since the start" -> [x, y, z]
+function rowsOf(file) {
+  const rows = new Map();
+  for (const line of fs.readFileSync(path.join(result, file), "utf8").split("\n")) {
+    const [t, ...numbers] = line.split(" ");
+    if (t && !t.startsWith("#")) rows.set(BigInt(t.replace(".", "")), numbers.slice(0, 3).map(Number));
+  }
+  return rows;
+}
+
+function checkPoses(topic, file) {
+  const rows = rowsOf(file), told = messages.filter((m) => m.topic === topic);
+  assert(told.length > 20, `${topic}: only ${told.length} messages`);
+  for (const { timestamp, message } of told) {
+    assert.equal(stampOf(message.header), timestamp);
+    const { position } = message.pose.pose ?? message.pose;
+    assert.deepEqual([position.x, position.y, position.z], rows.get(timestamp - 1000000000000000000n), `${topic} at ${timestamp}`);
+  }
+}
+
+function waitForResult() {
+  for (let i = 0; i < 600 && !fs.existsSync(path.join(result, "score.json")); ++i)
+    Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 100);
+}
+
+function finish() {
+  waitForResult();
+  assert.equal(info?.name, "gaitslam");
+  checkPoses("/ground_truth/pose", "truth.tum");
+  checkPoses("/slam/pose", "estimate.tum");
+  checkPoses("/plan/pose", "plan.tum");
+  const images = messages.filter((m) => m.topic === "/camera/image/compressed");
+  assert(images.length > 20);
+  for (const { message, timestamp } of images) {
+    const file = path.join(result, "recording/mav0/cam0/data", `${timestamp}.png`);
+    assert(Buffer.from(message.data).equals(fs.readFileSync(file)), `image ${timestamp} differs`);
+  }
+  const imu = messages.filter((m) => m.topic === "/imu");
+  assert(imu.length > 5 * images.length, `${imu.length} readings of the IMU`);
+  imu.slice(1).forEach((m, i) => assert.equal(m.timestamp - imu[i].timestamp, 5000000n));
+  console.log(JSON.stringify({ messages: messages.length, images: images.length, imu: imu.length }));
+  process.exit(0);
+}
+setTimeout(() => assert.fail("the run does not end"), 100000);

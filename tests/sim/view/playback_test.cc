@@ -1,0 +1,120 @@
+// Finished results as the page plays them, from a walk in the synthetic room.
+#include "sim/view/playback.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "sim/files/text.h"
+#include "sim/replay/replay.h"
+#include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/tune/synthetic_result.h"
+
+namespace sim::view {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr int kFrames = 40;
+
+class PlaybackTest : public testing::Test {
+ protected:
+  /// A replay of the walk in walk/replay, beside the recording in walk/recording.
+  PlaybackTest() {
+    tests::write_result(folder_ / "walk", tests::short_walk(kFrames),
+                        "errors: {faults: [{frames_lost: {from_s: 0.5, duration_s: 0.1}}]}\n");
+    const auto read = scenario::read_scenario(folder_ / "walk/scenario.yaml");
+    result::ResultPlace place;
+    place.folder = result_;
+    replay::replay(read, folder_ / "walk/recording", {"completed", ""}, place, [](double) {});
+  }
+
+  files::TemporaryFolder folder_;
+  fs::path result_ = folder_ / "walk/replay";
+};
+
+TEST_F(PlaybackTest, EveryFrameHasTruthEstimateReportAndImage) {
+  const Playback playback = read_playback(result_, {});
+  ASSERT_EQ(playback.frames.size(), std::size_t{kFrames});
+  ASSERT_EQ(playback.images.size(), std::size_t{kFrames});
+  for (std::size_t i = 0; i < playback.frames.size(); ++i) {
+    const Frame& frame = playback.frames[i];
+    EXPECT_TRUE(frame.truth && frame.estimate && frame.covariance && frame.report) << i;
+    EXPECT_TRUE(fs::is_regular_file(playback.images[i])) << i;
+  }
+  EXPECT_TRUE(playback.frames.front().map.has_value());
+  EXPECT_FALSE(playback.frames.at(10).report->searched.empty());
+  EXPECT_TRUE(playback.run.camera.has_value());
+  EXPECT_NEAR(playback.run.duration_s, slam::seconds(playback.frames.back().t), 1e-9);
+}
+
+TEST_F(PlaybackTest, SearchesAreThoseOfTheirFrame) {
+  const Playback playback = read_playback(result_, {});
+  std::ifstream file(result_ / "searches.csv");
+  std::size_t rows = 0, searches = 0;
+  for (std::string line; std::getline(file, line);) rows += line.starts_with("#") ? 0 : 1;
+  for (const Frame& frame : playback.frames) searches += frame.report->searched.size();
+  EXPECT_EQ(searches, rows);
+  EXPECT_GT(rows, 50u);
+}
+
+TEST_F(PlaybackTest, FaultsOfTheScenarioAreMomentsToJumpTo) {
+  const Playback playback = read_playback(result_, {});
+  ASSERT_FALSE(playback.run.moments.empty());
+  EXPECT_EQ(playback.run.moments[0].kind, "fault");
+  EXPECT_EQ(playback.run.moments[0].t_s, 0.5);
+  EXPECT_EQ(playback.run.moments[0].text, "frames lost for 0.1 s");
+}
+
+TEST_F(PlaybackTest, WhatIsMissingIsNamed) {
+  const auto none = read_playback(result_, {}).run.missing;
+  ASSERT_EQ(none.size(), 1u);
+  EXPECT_THAT(none[0], HasSubstr("built without the simulator"));
+  const auto robot = [](const scenario::Scenario&) {
+    return RobotModel{{},
+                      [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
+  };
+  fs::rename(result_, folder_ / "alone");
+  const Playback alone = read_playback(folder_ / "alone", robot);
+  ASSERT_EQ(alone.run.missing.size(), 1u);
+  EXPECT_THAT(alone.run.missing[0], HasSubstr("this result has no recording"));
+  EXPECT_TRUE(alone.images[0].empty());
+}
+
+TEST_F(PlaybackTest, TheRecordingOfAnotherWalkIsNotTaken) {
+  tests::write_result(folder_ / "other", tests::short_walk(kFrames + 1));
+  fs::remove_all(folder_ / "walk/recording");
+  fs::rename(folder_ / "other/recording", folder_ / "walk/recording");
+  EXPECT_TRUE(read_playback(result_, {}).images[0].empty());
+}
+
+TEST_F(PlaybackTest, BrokenFilesAreNamed) {
+  const std::pair<const char*, const char*> damages[]{{"searches.csv", "#timestamp [ns],landmark\n1,2\n"},
+                                                      {"truth.tum", "0 1 2\n"},
+                                                      {"truth.tum", ""},
+                                                      {"frames.csv", "#timestamp [ns],landmarks\nx,1\n"}};
+  for (const auto& [name, text] : damages) {
+    const std::string whole = files::read_text(result_ / name);
+    files::write_text(result_ / name, text);
+    try {
+      read_playback(result_, {});
+      ADD_FAILURE() << name;
+    } catch (const files::FileError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(name));
+    }
+    files::write_text(result_ / name, whole);
+  }
+  EXPECT_THROW(read_playback(folder_ / "nothing", {}), files::FileError);
+}
+
+TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
+  std::vector<Playback> two(2, read_playback(result_, {}));
+  EXPECT_NO_THROW(PlaybackView({}, two));
+  two[1].scenario = "another";
+  EXPECT_THROW(PlaybackView({}, two), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sim::view

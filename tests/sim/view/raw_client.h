@@ -1,0 +1,116 @@
+// A client that says exactly what a test wants, over a bare socket.
+#pragma once
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace sim::view {
+
+class RawClient {
+ public:
+  explicit RawClient(std::uint16_t port, const char* address = "127.0.0.1", int receive_buffer = 0)
+      : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    if (receive_buffer > 0) ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port);
+    ::inet_pton(AF_INET, address, &to.sin_addr);
+    connected_ = ::connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+  }
+  ~RawClient() { ::close(fd_); }
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+
+  bool connected() const { return connected_; }
+  void send(std::string_view bytes) {
+    sent_all_ = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == ssize_t(bytes.size());
+  }
+  bool sent_all() const { return sent_all_; }
+
+  /// Whether the other side has closed within that time; what it sent before is kept.
+  bool is_closed_within(int ms) {
+    while (receive(ms))
+      ;
+    return closed_;
+  }
+
+  /// All up to and including `end`, or what came within that time.
+  std::string until(std::string_view end, int ms = 5000) {
+    std::size_t at = std::string::npos;
+    while ((at = received_.find(end)) == std::string::npos && receive(ms))
+      ;
+    return take(at == std::string::npos ? received_.size() : at + end.size());
+  }
+
+  std::string exactly(std::size_t bytes, int ms = 5000) {
+    while (received_.size() < bytes && receive(ms))
+      ;
+    return take(std::min(bytes, received_.size()));
+  }
+
+  /// Head and body of a response.
+  std::string response() {
+    std::string head = until("\r\n\r\n");
+    const std::size_t at = head.find("Content-Length: ");
+    return at == std::string::npos ? head : head + exactly(std::stoul(head.substr(at + 16)));
+  }
+
+ private:
+  bool receive(int ms) {
+    pollfd waiting{fd_, POLLIN, 0};
+    if (closed_ || ::poll(&waiting, 1, ms) <= 0) return false;
+    char bytes[65536];
+    const ssize_t n = ::recv(fd_, bytes, sizeof bytes, 0);
+    closed_ = n <= 0;
+    if (n > 0) received_.append(bytes, std::size_t(n));
+    return n > 0;
+  }
+  std::string take(std::size_t bytes) {
+    std::string taken = received_.substr(0, bytes);
+    received_.erase(0, bytes);
+    return taken;
+  }
+
+  int fd_;
+  bool connected_ = false, closed_ = false, sent_all_ = true;
+  std::string received_;
+};
+
+/// A frame as clients send it, masked with zeros; `first`: FIN and opcode.
+inline std::string client_frame(unsigned char first, std::string_view payload) {
+  std::string frame(1, char(first));
+  if (payload.size() < 126) {
+    frame += char(0x80 | payload.size());
+  } else {
+    frame += char(0x80 | 126);
+    frame += char(payload.size() >> 8);
+    frame += char(payload.size() & 0xff);
+  }
+  return frame.append(4, '\0').append(payload);
+}
+inline std::string text_frame(std::string_view payload) { return client_frame(0x81, payload); }
+
+/// The payload of the next frame of the server; nothing where none comes.
+inline std::optional<std::string> next_payload(RawClient& client, int ms = 5000) {
+  const std::string head = client.exactly(2, ms);
+  if (head.size() < 2) return std::nullopt;
+  std::size_t size = static_cast<unsigned char>(head[1]) & 0x7f;
+  const int more = size == 126 ? 2 : size == 127 ? 8 : 0;
+  if (more > 0) {
+    size = 0;
+    for (const char byte : client.exactly(std::size_t(more), ms))
+      size = size << 8 | static_cast<unsigned char>(byte);
+  }
+  return client.exactly(size, ms);
+}
+
+}  // namespace sim::view

@@ -1,0 +1,169 @@
+#include "sim/view/server.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <future>
+#include <thread>
+
+#include "sim/view/live_view.h"
+#include "sim/view/site.h"
+#include "tests/sim/view/raw_client.h"
+
+namespace sim::view {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::StartsWith;
+using Clock = std::chrono::steady_clock;
+
+const std::string kToken = "0123456789abcdef0123456789abcdef";
+
+void open_socket(RawClient& client, const Access& access, const std::string& protocol = "gaitslam.view.v1") {
+  client.send(
+      fmt::format("GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: "
+                  "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: {}\r\n\r\n",
+                  access.token, authority(access), protocol));
+  ASSERT_THAT(client.until("\r\n\r\n"), HasSubstr("Sec-WebSocket-Protocol: " + protocol));
+}
+
+Frame frame_at(int k) { return {.t = k * 33ms, .image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(k % 256))}; }
+
+class Live : public testing::Test {
+ protected:
+  /// Until the server's thread has seen what was sent to it.
+  bool becomes(bool wanted) {
+    for (int i = 0; i < 300 && view_.has_viewers() != wanted; ++i) std::this_thread::sleep_for(10ms);
+    return view_.has_viewers() == wanted;
+  }
+  LiveView view_{{.token = kToken}, {.label = "a walk"}, false};
+};
+
+TEST_F(Live, WithoutAViewerNoFrameIsWanted) {
+  EXPECT_FALSE(view_.has_viewers());
+  EXPECT_FALSE(view_.wants({}));
+}
+
+TEST_F(Live, AViewerIsSentTheFramesThatAreShown) {
+  RawClient client(view_.access().port);
+  open_socket(client, view_.access());
+  ASSERT_TRUE(becomes(true));
+  EXPECT_EQ(next_payload(client), R"({"op":"pace","paused":false,"speed":0.0})");
+  EXPECT_TRUE(view_.wants({}));
+  view_.show(frame_at(3));
+  EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("{\"t\":0.099000,\"image\":[320,240]}"));
+  view_.end("The run has ended.");
+  EXPECT_EQ(next_payload(client), R"({"op":"ended","how":"The run has ended."})");
+}
+
+TEST_F(Live, AtMostFortyFramesASecondAreWanted) {
+  RawClient client(view_.access().port);
+  open_socket(client, view_.access());
+  ASSERT_TRUE(becomes(true));
+  view_.show(frame_at(0));
+  EXPECT_FALSE(view_.wants({}));
+  std::this_thread::sleep_for(30ms);
+  EXPECT_TRUE(view_.wants({}));
+}
+
+TEST_F(Live, TheEndWaitsForAPageThatFetchesTheRoom) {
+  RawClient client(view_.access().port);
+  open_socket(client, view_.access());
+  ASSERT_TRUE(becomes(true));
+  client.send(text_frame(R"({"op":"loading"})"));
+  std::this_thread::sleep_for(100ms);
+  std::thread page([&] {
+    std::this_thread::sleep_for(500ms);
+    client.send(text_frame(R"({"op":"loaded"})"));
+  });
+  const auto begin = Clock::now();
+  view_.end("done");
+  EXPECT_GT(Clock::now() - begin, 450ms);
+  EXPECT_LT(Clock::now() - begin, 4s);
+  page.join();
+}
+
+// Its queue and the kernel's buffers fill; then no frame is made for it any more, and nobody waits.
+TEST_F(Live, AStalledViewerCostsNothing) {
+  RawClient stalled(view_.access().port, "127.0.0.1", 4096);
+  open_socket(stalled, view_.access());
+  ASSERT_TRUE(becomes(true));
+  const auto begin = Clock::now();
+  for (int k = 0; k < 1000; ++k) view_.show(frame_at(k));
+  EXPECT_LT(Clock::now() - begin, 60s) << "whoever waited for it would wait for ever";
+  ASSERT_TRUE(becomes(false));
+  EXPECT_FALSE(view_.wants({}));
+  view_.end("done");  // gives up waiting for it
+  EXPECT_LT(Clock::now() - begin, 90s);
+}
+
+TEST_F(Live, AViewerThatReadsIsServedBesideOneThatStalls) {
+  RawClient stalled(view_.access().port, "127.0.0.1", 4096), reading(view_.access().port);
+  open_socket(stalled, view_.access());
+  for (int k = 0; k < 1000; ++k) view_.show(frame_at(k));
+  open_socket(reading, view_.access());
+  ASSERT_TRUE(becomes(true));
+  next_payload(reading);  // the pace
+  next_payload(reading);  // the last frame
+  view_.show(frame_at(2000));
+  EXPECT_THAT(next_payload(reading).value_or(""), HasSubstr("\"t\":66.000000"));
+}
+
+TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
+  view_.begin({});
+  for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
+    RawClient client(view_.access().port);
+    open_socket(client, view_.access(), protocol);
+    EXPECT_THAT(next_payload(client).value_or(""), StartsWith(R"({"op":"serverInfo","name":"gaitslam")"));
+    const std::string advertised = next_payload(client).value_or("");
+    for (const char* const topic : {"/camera/image/compressed", "/camera/camera_info", "/imu",
+                                    "/ground_truth/pose", "/plan/pose", "/slam/pose"})
+      EXPECT_THAT(advertised, HasSubstr(fmt::format("\"topic\":\"{}\"", topic)));
+    client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":77,"channelId":4}]})"));
+    client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":78,"channelId":99}]})"));
+    EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("there is no channel 99"));
+    Frame frame = frame_at(1);
+    frame.truth = Eigen::Isometry3d::Identity();
+    view_.show(frame);
+    const std::string message = next_payload(client).value_or("");
+    EXPECT_EQ(message.substr(0, 5), std::string("\1\x4d\0\0\0", 5));
+    client.send(text_frame(R"({"op":"unsubscribe","subscriptionIds":[77]})"));
+    client.send(text_frame("{"));
+    EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("\"status\""));
+    view_.show(frame);
+    EXPECT_EQ(next_payload(client, 200), std::nullopt);
+  }
+}
+
+TEST(Site, WhatTakesLongIsEmptyUntilItIsMade) {
+  Site site({}, {});
+  std::promise<void> go;
+  site.add("/pictures/0", [done = go.get_future().share()] {
+    done.wait();
+    return bytes_resource("painted");
+  });
+  EXPECT_EQ(*site.at("/pictures/0", "")->bytes, "");
+  go.set_value();
+  for (int i = 0; i < 300 && site.at("/pictures/0", "")->bytes->empty(); ++i)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(*site.at("/pictures/0", "")->bytes, "painted");
+}
+
+TEST(Site, HasItsFilesAndNoOthers) {
+  Site site({{.label = "walk </script>"}}, {{"mode", "live"}});
+  site.add_list("/image/0",
+                [](std::size_t k) { return k < 2 ? std::optional(bytes_resource("image")) : std::nullopt; });
+  EXPECT_THAT(*site.at("/", "the-token")->bytes, HasSubstr("src=\"/view.js?token=the-token\""));
+  EXPECT_EQ(site.at("/", "t")->bytes->find("TOKEN"), std::string::npos);
+  EXPECT_GT(site.at("/view.js", "")->bytes->size(), 100'000u);
+  EXPECT_THAT(*site.at("/view.js", "")->bytes, testing::Not(HasSubstr("innerHTML=")));
+  EXPECT_TRUE(site.at("/image/0/1", "").has_value());
+  for (const char* const path : {"/image/0/2", "/image/0/-1", "/image/0/1 ", "/image/0/", "/image/0/../1",
+                                 "/image/1/0", "/model/0", "view.js", "", "/index.html"})
+    EXPECT_FALSE(site.at(path, "").has_value()) << path;
+}
+
+}  // namespace
+}  // namespace sim::view

@@ -1,0 +1,190 @@
+// The view through the program and a browser: live, of results, and as Foxglove's client hears it.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "sim/files/text.h"
+#include "tests/sim/result/result_folder.h"
+#include "tests/tools/command_line.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using tests::Ran;
+
+/// On the spot once around: the loop closes.
+constexpr const char* kTurn = R"(
+walk: {commands: [{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}]}
+camera: {}
+slam: {}
+)";
+
+class ViewTest : public tests::CommandLine {
+ protected:
+  ViewTest() { write("walk.yaml", tests::kShortWalk); }
+
+  /// Runs a command that prints a URL, and `user` with that URL in $url as soon as it has; what both left.
+  Ran viewed(const std::string& command, const std::string& user, const std::string& end = "wait $!") const {
+    return shell("'" GAITSLAM_PROGRAM "' " + command +
+                 " >said 2>complaint & "
+                 "for i in $(seq 600); do grep -q token said && break; sleep 0.1; done; url=$(sed -n "
+                 "'s/^view at //p' said); " +
+                 user + " || exit 9; " + end);
+  }
+  Ran browsed(const std::string& command, const std::string& how, const std::string& more = "",
+              const std::string& end = "wait $!") const {
+    return viewed(command, "timeout 200 node '" GAITSLAM_USE_VIEW "' " + how + " \"$url\" profile " + more,
+                  end);
+  }
+  Ran played(const std::string& results, const std::string& t) const {
+    return browsed("view " + results, "playback", t, "kill -INT $!; wait $!");
+  }
+  void walk(const std::string& scenario, const std::string& out, const std::string& more = "") const {
+    const Ran ran = gaitslam("run " + scenario + " --out " + out + " " + more);
+    ASSERT_LE(ran.exit_code, 1) << ran.err;
+  }
+};
+
+TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
+  const Ran ran = browsed("run walk.yaml --view --control --wait --out live", "live");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err << text_of("complaint");
+  const json found = json::parse(ran.out);
+  EXPECT_GT(found["later"]["bodies"], 20);
+  EXPECT_GT(found["later"]["ellipsoids"], 5);
+  EXPECT_NE(found["first"]["robot"], found["later"]["robot"]);
+  EXPECT_TRUE(found["space_changed"]);
+  EXPECT_TRUE(found["head_changed"]);
+  EXPECT_THAT(found["later"]["state"].get<std::string>(), HasSubstr("Filter: tracking"));
+  EXPECT_EQ(found["paused_frames"], 0);
+  EXPECT_GE(found["stepped_frames"], 1);
+  EXPECT_LE(found["stepped_frames"], 2);
+  EXPECT_THAT(found["how"].get<std::string>(),
+              HasSubstr("The run has ended: completed. gaitslam view live/seed-1"));
+  EXPECT_THAT(found["said"], IsEmpty()) << "the page said something on the browser's console";
+}
+
+TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
+  walk("walk.yaml", "plain");
+  const Ran ran = browsed("run walk.yaml --view --wait --out viewed", "watch");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_GT(json::parse(ran.out)["frames"], 3);
+  const auto with = tests::files(folder_ / "viewed/seed-1"), without = tests::files(folder_ / "plain/seed-1");
+  EXPECT_GT(with.size(), 50u);
+  EXPECT_EQ(with, without);
+}
+
+TEST_F(ViewTest, AReplayIsShownWithTheRobotOfItsRecording) {
+  walk("walk.yaml", "plain");
+  const Ran ran = browsed("replay plain/seed-1 --view --wait --out again", "watch");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const json found = json::parse(ran.out);
+  EXPECT_GT(found["bodies"], 20);
+  EXPECT_GT(found["ellipsoids"], 5);
+  EXPECT_THAT(found["how"].get<std::string>(), HasSubstr("The replay has ended: completed."));
+  EXPECT_THAT(found["said"], IsEmpty());
+  EXPECT_EQ(tests::files(folder_ / "again")["estimate.tum"],
+            tests::files(folder_ / "plain/seed-1")["estimate.tum"]);
+}
+
+TEST_F(ViewTest, APlaybackIsScrubbedToTheLoopClosure) {
+  write("turn.yaml", kTurn);
+  walk("turn.yaml", "turn");
+  const json score = json::parse(text_of("turn/seed-1/score.json"));
+  const json& closed = score["metrics"]["loop_time_s"]["value"];
+  ASSERT_TRUE(closed.is_number()) << score["metrics"]["loop_time_s"];
+  const Ran ran = played("turn/seed-1", std::to_string(closed.get<double>()));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err << text_of("complaint");
+  const json found = json::parse(ran.out);
+  for (const char* const how : {"scrubbed", "linked"}) {
+    const json& there = found[how];
+    EXPECT_NEAR(there["t"], closed.get<double>(), 0.001) << how;
+    EXPECT_EQ(there["head"], there["index"]) << how;
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(there["frustum"][axis], there["truth"][axis], 1e-6);
+  }
+  EXPECT_EQ(found["next"]["index"], found["linked"]["index"].get<int>() + 1);
+  EXPECT_GT(found["agree"]["own"], 0.5) << "the room as drawn and the head image of one instant";
+  EXPECT_GT(found["agree"]["own"], found["agree"]["earlier"].get<double>() + 0.1);
+  EXPECT_THAT(found["moments"].dump(), HasSubstr("loop closed"));
+  EXPECT_GT(found["there"]["ellipsoids"], 20);
+  EXPECT_EQ(found["through"], "head");
+  EXPECT_LE(found["width_at_400"], 400);
+  EXPECT_TRUE(found["space_changed"]);
+  EXPECT_LT(found["scrub_ms"],
+            300);  // a browser that draws on the processor; a page's own work is a tenth of it
+  EXPECT_THAT(found["said"], IsEmpty());
+}
+
+TEST_F(ViewTest, TwoResultsOfAScenarioAreShownSideBySide) {
+  walk("walk.yaml", "one");
+  walk("walk.yaml", "two", "seed=2");
+  const Ran ran = played("one/seed-1 two/seed-2", "1");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(json::parse(ran.out)["panes"], 2);
+  EXPECT_THAT(json::parse(ran.out)["said"], IsEmpty());
+}
+
+TEST_F(ViewTest, InterruptedTheViewEndsCleanly) {
+  walk("walk.yaml", "one", "--without camera,slam");
+  for (const char* const signal : {"INT", "TERM", "HUP"}) {
+    const Ran ran = viewed("view one/seed-1", "true", std::string("kill -") + signal + " $!; wait $!");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(text_of("complaint"), "");
+  }
+}
+
+TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
+  walk("walk.yaml", "one", "--without camera,slam");
+  walk("walk.yaml", "other", "--without camera,slam");
+  expect_refused("view nothing", "nothing: no such result folder");
+  expect_refused("view one", "one: expected a result folder (score.json), such as");
+  expect_refused("view one/seed-1/recording", "is a recording, expected a result folder");
+  expect_refused("view one/seed-1 one/seed-1 one/seed-1", "3 results, expected one or two");
+  expect_refused("view one/seed-1 --address 0.0.0.0 --token 0123456789012345678901",
+                 "--address 0.0.0.0: expected one address");
+  expect_refused("view one/seed-1 --address 10.1.2.3", "others can reach it, expected a --token");
+  expect_refused("view one/seed-1 --token short", "--token: expected at least 22");
+  expect_refused("view one/seed-1 --port 65536", "--port");
+  expect_refused("view one/seed-1 --address 192.0.2.1 --token 0123456789012345678901",
+                 "cannot listen at 192.0.2.1:0: ");
+  expect_refused("run walk.yaml --view --seeds 1,2", "--view shows one walk");
+  expect_refused("run walk.yaml --view --cached", "--view shows one walk");
+  for (const auto& [file, text] :
+       std::map<std::string, std::string>{{"score.json", "{"},
+                                          {"truth.tum", "0 1\n"},
+                                          {"recording/mav0/encoders0/data.csv", "#t,a\n1,x\n"},
+                                          {"recording/truth/feet.csv", "#\n"}}) {
+    const std::string whole = text_of("other/seed-1/" + file);
+    write("other/seed-1/" + file, text);
+    EXPECT_THAT(refusal("view other/seed-1"), HasSubstr(fs::path(file).filename())) << file;
+    write("other/seed-1/" + file, whole);
+  }
+}
+
+/// Empty where the client from npm is installed, otherwise why not.
+std::string client_missing() {
+  const bool installed =
+      fs::exists(fs::path(GAITSLAM_SOURCE_DIR) / "build/interop/node_modules/@foxglove/ws-protocol");
+  return installed || std::getenv("CI") != nullptr ? ""
+                                                   : "tools/test.sh could not install the client from npm";
+}
+
+TEST_F(ViewTest, FoxglovesClientHearsTheRun) {
+  if (const std::string why = client_missing(); !why.empty()) GTEST_SKIP() << why;
+  for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
+    const Ran ran =
+        viewed("run walk.yaml --view --control --wait --force --out heard",
+               "timeout 200 node '" GAITSLAM_SOURCE_DIR
+               "/tests/interop/listen_foxglove.cjs' '" GAITSLAM_SOURCE_DIR "/build/interop' \"$url\" " +
+                   protocol + " heard/seed-1");
+    EXPECT_EQ(ran.exit_code, 0) << protocol << ": " << ran.err << text_of("complaint");
+    fs::remove_all(folder_ / "heard");
+  }
+}
+
+}  // namespace

@@ -1,0 +1,145 @@
+// The view of a run: what the simulator knows, handed on as plain numbers.
+#include <fmt/format.h>
+
+#include <deque>
+#include <memory>
+
+#include "sim/live/run_observer.h"
+#include "sim/view/live_view.h"
+#include "sim/world/drawn_model.h"
+#include "sim/world/lens.h"
+#include "tools/cli/robot_model.h"
+#include "tools/cli/usage_error.h"
+#include "tools/cli/view_opened.h"
+
+namespace cli {
+namespace {
+
+namespace view = sim::view;
+namespace world = sim::world;
+
+constexpr int kLargestPicture_px = 512;
+
+view::Model model_of(const std::shared_ptr<world::PosedRobot>& robot, std::uint64_t seed) {
+  view::Model model;
+  for (const world::DrawnPiece& piece : robot->drawn().pieces)
+    model.pieces.push_back(
+        {piece.body, piece.picture, piece.positions, piece.normals, piece.colours, piece.uv, piece.indices});
+  model.pictures = [robot, seed] {
+    return drawn_pictures(robot->model(), robot->drawn(), seed, kLargestPicture_px);
+  };
+  return model;
+}
+
+std::shared_ptr<world::PosedRobot> posed_robot(const sim::scenario::Scenario& scenario,
+                                               const std::filesystem::path& models) {
+  return std::make_shared<world::PosedRobot>(scenario.world.robot, scenario.world.room, models);
+}
+
+slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
+  return {lens.width_px,
+          lens.height_px,
+          lens.fu_px,
+          lens.fv_px,
+          lens.u0_px,
+          lens.v0_px,
+          slam::OneParameterRadial{lens.k1_px2}};
+}
+
+view::ShownRun shown_run(const sim::scenario::ReadScenario& read,
+                         const std::shared_ptr<world::PosedRobot>& robot) {
+  const sim::scenario::Scenario& scenario = read.scenario;
+  view::ShownRun run{.label = fmt::format("{}, seed {}", read.scenario.name, scenario.seed)};
+  run.moments = view::faults_of(scenario);
+  run.model = model_of(robot, scenario.world.seed);
+  if (scenario.camera)
+    run.camera = intrinsics(world::camera_model(*scenario.camera));
+  else
+    run.missing.emplace_back("There are no head images: the scenario has no camera.");
+  if (!scenario.slam) run.missing.emplace_back("There is no estimate: the scenario has no filter.");
+  return run;
+}
+
+view::FootPlace place_of(const sim::recording::TrueFoot& foot) {
+  return {foot.truth, foot.plan, foot.planned_down, foot.load_n};
+}
+
+/// Frames wait from their stamp until their image is drawn and the filter has seen it.
+class LiveSession : public ViewSession {
+ public:
+  LiveSession(const ViewRequest& request, const sim::scenario::ReadScenario& read,
+              const std::filesystem::path& models)
+      : robot_(posed_robot(read.scenario, models)),
+        view_(access_of(request), shown_run(read, robot_), request.control) {
+    announce(view_.access());
+    if (request.wait) view_.wait_for_viewer();
+    observer_.begins = [this](const sim::recording::RecordingSetup& setup) { view_.begin(setup); };
+    observer_.ticked = [this](slam::Stamp t) { view_.pace(t); };
+    observer_.stamped = [this](const sim::live::StampedState& state) { stamp(state); };
+    observer_.tracking.wants = [this](const slam::Observation& o) { return wants(o); };
+    observer_.tracking.tracked = [this](const slam::Observation& o, const sim::tracking::Tracking* t) {
+      show(o, t);
+    };
+  }
+
+  const sim::live::RunObserver& run_observer() const override { return observer_; }
+  const sim::tracking::TrackingObserver& tracking_observer() const override { return observer_.tracking; }
+  void end(const std::string& how) override { view_.end(how); }
+
+ private:
+  void stamp(const sim::live::StampedState& state) {
+    if (!view_.has_viewers()) return;
+    if (!bodies_) bodies_.emplace(*state.world.model(), robot_->drawn().bodies);
+    view::Frame frame{.t = state.t};
+    frame.bodies = bodies_->of(*state.world.data());
+    frame.truth = state.world.X_WC();
+    frame.plan = state.X_PC;
+    frame.feet = {place_of(state.feet.left), place_of(state.feet.right)};
+    frame.zmp = view::zero_moment_point(
+        {view::SoleForce{state.feet.left.truth, state.left.force, state.left.torque},
+         view::SoleForce{state.feet.right.truth, state.right.force, state.right.torque}});
+    frame.planned_zmp = state.plan.zmp;
+    stamped_.push_back(std::move(frame));
+  }
+
+  bool wants(const slam::Observation& observation) {
+    while (!stamped_.empty() && stamped_.front().t < observation.t) stamped_.pop_front();
+    return view_.wants(observation) && !stamped_.empty() && stamped_.front().t == observation.t;
+  }
+
+  void show(const slam::Observation& observation, const sim::tracking::Tracking* tracking) {
+    view::Frame frame = std::move(stamped_.front());
+    stamped_.pop_front();
+    add_tracked(frame, observation, tracking, view_.wants_map());
+    view_.show(frame);
+  }
+
+  std::shared_ptr<world::PosedRobot> robot_;
+  sim::live::RunObserver observer_;
+  std::optional<world::BodyPoses> bodies_;  // of the plant
+  std::deque<view::Frame> stamped_;
+  view::LiveView view_;
+};
+
+}  // namespace
+
+view::MakeRobot robot_maker(const std::filesystem::path& models) {
+  return [models](const sim::scenario::Scenario& scenario) {
+    const auto robot = posed_robot(scenario, models);
+    const auto poses = [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
+      if (q.size() != walking::kJoints)
+        throw std::runtime_error(
+            fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+      return robot->poses({X_WB, q});
+    };
+    return view::RobotModel{model_of(robot, scenario.world.seed), poses};
+  };
+}
+
+std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const sim::scenario::ReadScenario& read,
+                                         const std::filesystem::path& models) {
+  if (!request.view) return nullptr;
+  return std::make_unique<LiveSession>(request, read, models);
+}
+
+}  // namespace cli

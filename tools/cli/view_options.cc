@@ -1,0 +1,23 @@
+#include "tools/cli/view_session.h"
+
+namespace cli {
+
+void add_view_place(CLI::App& command, ViewPlace& place) {
+  command.add_option("--port", place.port, "port of the view; 0: any free one")->capture_default_str();
+  command
+      .add_option(
+          "--address", place.address,
+          "address of this machine that the view listens at; one that others can reach needs a --token")
+      ->capture_default_str();
+  command.add_option("--token", place.token,
+                     "the secret in the view's URL, at least 22 letters, digits, - or _; drawn unless given");
+}
+
+void add_view(CLI::App& command, ViewRequest& request) {
+  command.add_flag("--view", request.view, "show the walk in the browser as it goes on: prints a URL");
+  command.add_flag("--control", request.control, "the view may pause, step and slow down what it shows");
+  command.add_flag("--wait", request.wait, "begin when the view is open in a browser");
+  add_view_place(command, request);
+}
+
+}  // namespace cli
