@@ -136,7 +136,7 @@ TEST(Svg, ABoxReachesFromTheFirstToTheThirdQuartile) {
     made.begin = 300 - 46, made.end = 30;
     return made;
   }();
-  EXPECT_THAT(svg, HasSubstr(fmt::format("y='{:.1f}'", axis.at(4))));
+  EXPECT_THAT(svg, HasSubstr(fmt::format(" y='{:.1f}' width=", axis.at(4))));
   EXPECT_THAT(svg, HasSubstr(fmt::format("height='{:.1f}'/>", axis.at(2) - axis.at(4))));
   EXPECT_THAT(svg, HasSubstr(">other</text>")) << "an estimator without a value is named too";
   EXPECT_TRUE(figure.is_still());

@@ -68,7 +68,7 @@ TEST_F(SweepPage, ScenariosAreNotPooled) {
 
 TEST_F(SweepPage, ATrialThatFailedIsTheWorst) {
   add("hall", R"({"slam.a": 1})", 1, R"({"ate_se3_rmse_m": 9})");
-  add("hall", R"({"slam.a": 1})", 2, "{}", "diverged");
+  add("hall", R"({"slam.a": 1})", 2, R"({"ate_se3_rmse_m": 1})", "diverged");
   EXPECT_THAT(page(), HasSubstr("<summary>seed 2: diverged</summary>"));
   EXPECT_THAT(page(), HasSubstr("<td class='number'>1 of 2</td>"));
 }
