@@ -58,7 +58,7 @@ class Browser {
     return result.value;
   }
 
-  async until(expression, ms = 60000) {
+  async until(expression, ms = 120000) {
     for (const end = Date.now() + ms; Date.now() < end; await this.rest(20)) if (await this.value(expression)) return;
     throw new Error(`never came true: ${expression}; the page said: ${this.said.join('; ')}; ${await this.value('document.body.innerText.slice(0, 400)')}`);
   }
