@@ -76,7 +76,10 @@ function finish() {
   }
   const imu = messages.filter((m) => m.topic === "/imu");
   assert(imu.length > 5 * images.length, `${imu.length} readings of the IMU`);
-  imu.slice(1).forEach((m, i) => assert.equal(m.timestamp - imu[i].timestamp, 5000000n));
+  // Every 5 ms, but where the oldest frame in the queue of a client that is slow was dropped.
+  const steps = imu.slice(1).map((m, i) => m.timestamp - imu[i].timestamp);
+  steps.forEach((step) => assert(step > 0n && step % 5000000n === 0n, `${step} ns between readings of the IMU`));
+  assert(steps.filter((step) => step === 5000000n).length > 0.8 * steps.length);
   console.log(JSON.stringify({ messages: messages.length, images: images.length, imu: imu.length }));
   process.exit(0);
 }

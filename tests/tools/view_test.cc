@@ -182,9 +182,12 @@ std::string client_missing() {
 
 TEST_F(ViewTest, FoxglovesClientHearsTheRun) {
   if (const std::string why = client_missing(); !why.empty()) GTEST_SKIP() << why;
+  write(
+      "stand.yaml",
+      "walk: {commands: [{stand: {duration_s: 5}}, {straight: {forward_m: 0.15}}]}\ncamera: {}\nslam: {}\n");
   for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
     const Ran ran =
-        viewed("run walk.yaml --view --control --wait --force --out heard",
+        viewed("run stand.yaml --view --control --wait --force --out heard",
                "timeout 540 node '" GAITSLAM_SOURCE_DIR
                "/tests/interop/listen_foxglove.cjs' '" GAITSLAM_SOURCE_DIR "/build/interop' \"$url\" " +
                    protocol + " heard/seed-1");
