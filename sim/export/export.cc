@@ -18,12 +18,13 @@ struct Format {
   std::string name;
   void (*write)(const ExportContext&);
   bool knows_lenses = true;  ///< else the images are always undistorted
+  int passes = 1;            ///< how often the recording is read
 };
 
 const std::vector<Format>& formats() {
-  static const std::vector<Format> all{{"euroc", export_euroc},        {"tum", export_tum, false},
-                                       {"kitti", export_kitti, false}, {"mcap", export_mcap},
-                                       {"orbslam3", export_orbslam3},  {"openvins", export_openvins}};
+  static const std::vector<Format> all{
+      {"euroc", export_euroc}, {"tum", export_tum, false},    {"kitti", export_kitti, false},
+      {"mcap", export_mcap},   {"orbslam3", export_orbslam3}, {"openvins", export_openvins, true, 2}};
   return all;
 }
 
@@ -44,7 +45,7 @@ void export_run(const ExportedRun& run, const std::string& format, const std::fi
       std::find_if(formats().begin(), formats().end(), [&](const Format& f) { return f.name == format; });
   if (found == formats().end()) throw std::out_of_range("no export format " + format);
   files::DurableFolder durable(folder, existing);
-  found->write(ExportContext(run, durable.path(), run.undistort || !found->knows_lenses));
+  found->write(ExportContext(run, durable.path(), run.undistort || !found->knows_lenses, found->passes));
   durable.commit();
 }
 

@@ -30,12 +30,13 @@ recording::ImuNoise noise_of(const sensor_errors::ErrorOptions& errors) {
 
 }  // namespace
 
-ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, bool undistort)
+ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, bool undistort, int passes)
     : run(run_),
       folder(folder_),
       setup(recording::RecordingReader(run.result / "recording").setup()),
       noise(noise_of(run.errors)),
-      equidistant_(fit_equidistant(camera())) {
+      equidistant_(fit_equidistant(camera())),
+      passes_(passes) {
   if (undistort) undistortion_.emplace(camera());
   setup.calibration.camera = undistort ? undistortion_->pinhole() : equidistant_.camera;
 }

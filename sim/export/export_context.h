@@ -19,16 +19,23 @@ namespace sim::exports {
 class ExportContext {
  public:
   /// undistort: images are those of a pinhole; else they are as recorded, of a camera with the equidistant
-  /// lens.
-  ExportContext(const ExportedRun& run, const std::filesystem::path& folder, bool undistort);
+  /// lens. passes: how often filter_input() will be read to its end.
+  ExportContext(const ExportedRun& run, const std::filesystem::path& folder, bool undistort, int passes = 1);
 
   const ExportedRun& run;
   const std::filesystem::path folder;
   recording::RecordingSetup setup;  ///< its camera is that of the exported images
   recording::ImuNoise noise;
 
-  /// The observations from the beginning of the run.
+  /// The observations from the beginning of the run, for next().
   recording::FilterInput filter_input() const { return {run.result / "recording", run.errors, run.seed}; }
+  /// The next of them in order of time; nothing after the last.
+  std::optional<slam::Observation> next(recording::FilterInput& input) const {
+    run.progress((passed_ + input.part()) / passes_);
+    auto observation = input.next_in_order();
+    if (!observation) ++passed_;
+    return observation;
+  }
   /// Empty where the export is to be without truth.
   recording::Truth truth() const {
     return run.with_truth ? recording::read_truth(run.result / "recording") : recording::Truth();
@@ -56,6 +63,8 @@ class ExportContext {
   std::string lens_text() const;
 
   FittedCamera equidistant_;
+  const int passes_;
+  mutable int passed_ = 0;
   std::optional<Undistortion> undistortion_;
 };
 

@@ -99,7 +99,7 @@ void write_mav0(const ExportContext& out, bool images_within_imu) {
   ImageWriter images(out, images_within_imu);
   ImuMerger imu_merger(out.setup.imu_rate_hz);
   bool imu_begun = false;
-  for (recording::FilterInput input = out.filter_input(); auto o = input.next_in_order();) {
+  for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
     for (const ImuReading& reading : imu_merger.merge(*o)) {
       write_imu(imu, reading, imu_begun);
       images.note_reading(reading.t);

@@ -36,7 +36,7 @@ void export_kitti(const ExportContext& out) {
   const std::vector<files::TimedPose> truth = out.truth().camera;
   auto pose = truth.begin();
   int count = 0;
-  for (recording::FilterInput input = out.filter_input(); auto o = input.next_in_order();) {
+  for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
     while (pose != truth.end() && pose->t < o->t) ++pose;
     const bool known = pose != truth.end() && pose->t == o->t;
     if (o->image.empty() || (out.run.with_truth && !known)) continue;

@@ -31,7 +31,7 @@ void export_tum(const ExportContext& out) {
               accelerations = header("accelerometer data, chest IMU", out, "timestamp ax ay az"),
               plan = header("planned camera poses", out, poses);
   ImuMerger imu_merger(out.setup.imu_rate_hz);
-  for (recording::FilterInput input = out.filter_input(); auto o = input.next_in_order();) {
+  for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
     for (const ImuReading& reading : imu_merger.merge(*o))
       if (const auto& a = reading.accelerometer)
         accelerations += fmt::format("{} {} {} {}\n", written_seconds(reading.t), a->x(), a->y(), a->z());

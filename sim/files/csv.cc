@@ -13,6 +13,9 @@ namespace sim::files {
 CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
     : file_(file), input_(file, std::ios::binary), strict_(writer == Writer::own) {
   if (!input_) throw FileError(file_, std::string("cannot be read: ") + std::strerror(errno));
+  std::error_code no_size;  // of a pipe
+  size_ = std::filesystem::file_size(file_, no_size);
+  if (no_size) size_ = 0;
   if (!read_line()) throw FileError(file_, "is empty");
   if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
   split();
@@ -44,10 +47,15 @@ bool CsvReader::read_line() {
     return false;
   }
   ++line_number_;
+  read_ += line_.size() + 1;
   if (input_.eof() && strict_)
     throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();
   return true;
+}
+
+double CsvReader::part() const {
+  return size_ == 0 ? 0 : std::min(1.0, static_cast<double>(read_) / static_cast<double>(size_));
 }
 
 void CsvReader::split() {

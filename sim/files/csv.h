@@ -25,7 +25,8 @@ class CsvReader {
   /// not count, and the last line feed may be missing.
   explicit CsvReader(const std::filesystem::path& file) : CsvReader(file, Writer::other) {}
 
-  /// A file that another program may have written, whose header begins with # and has at least so many columns.
+  /// A file that another program may have written, whose header begins with # and has at least so many
+  /// columns.
   CsvReader(const std::filesystem::path& file, std::size_t least_fields);
 
   std::size_t header() const { return header_; }  ///< which of the headers the file has
@@ -34,6 +35,7 @@ class CsvReader {
   }                                                      ///< of the columns, as the header has them
   std::size_t fields() const { return fields_.size(); }  ///< of the row
   bool next();                                           ///< reads the next row; false at the end of the file
+  double part() const;                                   ///< of the file's bytes that were read, 0 to 1
 
   std::string_view text(std::size_t field) const { return fields_.at(field); }
   std::int64_t integer(std::size_t field) const;    ///< the whole field, decimal
@@ -53,6 +55,7 @@ class CsvReader {
   std::filesystem::path file_;
   std::ifstream input_;
   bool strict_;
+  std::uintmax_t size_ = 0, read_ = 0;  // bytes
   std::size_t header_ = 0, line_number_ = 0;
   std::vector<std::string> titles_;
   std::string line_;

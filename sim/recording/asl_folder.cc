@@ -171,6 +171,8 @@ AslFolder::~AslFolder() = default;
 
 const AslSensors& AslFolder::sensors() const { return files_->sensors; }
 
+double AslFolder::part() const { return files_->camera.row().part(); }
+
 std::optional<slam::Observation> AslFolder::next() {
   Files& f = *files_;
   if (!f.camera.stamp()) {

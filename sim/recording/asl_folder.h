@@ -40,6 +40,8 @@ class AslFolder {
   /// its neighbours; nothing after the last. Throws FileError at the end if there was no reading of the gyro:
   /// then its clock is not that of the camera.
   std::optional<slam::Observation> next();
+  /// The part of the images that next() has given, 0 to 1.
+  double part() const;
 
  private:
   struct Files;

@@ -23,6 +23,8 @@ class FilterInput {
   std::optional<slam::Observation> next();
   /// next() without the observations that the filter refuses, those whose stamp is not after the one before.
   std::optional<slam::Observation> next_in_order();
+  /// The part of the recording that was read, 0 to 1.
+  double part() const { return reader_.part(); }
 
  private:
   RecordingReader reader_;

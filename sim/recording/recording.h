@@ -133,6 +133,8 @@ class RecordingReader {
   const RecordingSetup& setup() const;
   /// The next observation; nothing after the last.
   std::optional<slam::Observation> next();
+  /// The part of the frames that next() has given, 0 to 1.
+  double part() const;
   /// One hash for the whole recording.
   const std::string& hash() const;
 

@@ -133,6 +133,7 @@ RecordingReader::~RecordingReader() = default;
 RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 
 const RecordingSetup& RecordingReader::setup() const { return files_->setup; }
+double RecordingReader::part() const { return files_->frames.row().part(); }
 const std::string& RecordingReader::hash() const { return files_->manifest.hash(); }
 
 std::optional<slam::Observation> RecordingReader::next() {

@@ -88,7 +88,7 @@ result::Outcome replay_foreign(const scenario::ReadScenario& scenario, const fs:
       frame.filter_ms += tracking.take_outside_cpu_ms();
     }
     timing.frames.push_back(frame);
-    progress(0);
+    progress(reader.part());
   }
   result::RunRecord record{scenario, "completed", "", sensors.setup, {}, tracking.finish(), ""};
   record.truth.camera = recording::read_asl_truth(folder, sensors, times);

@@ -22,7 +22,7 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
     tracking::take_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, take);
     frame.landmarks = tracking ? tracking->landmarks() : 0;
     timing.frames.push_back(frame);
-    progress(0);
+    progress(reader.part());
   }
   return last;
 }

@@ -150,6 +150,18 @@ TEST(Recording, ObservationsComeBackBitForBit) {
     }
 }
 
+TEST(Recording, ThePartThatWasReadRisesToOne) {
+  const files::TemporaryFolder folder;
+  RecordingReader reader(Recorded(folder / "r").folder);
+  double before = reader.part();
+  EXPECT_LT(before, 0.5);
+  while (reader.next()) {
+    EXPECT_GE(reader.part(), before);
+    before = reader.part();
+  }
+  EXPECT_EQ(reader.part(), 1);
+}
+
 TEST(Recording, CalibrationAndStartComeBackBitForBit) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
