@@ -107,6 +107,7 @@ bool is_headline(const MetricSummary& metric) {
 
 // Headline metrics first; then, on request, the others.
 std::string metrics(const Summary& summary, const TableStyle& style) {
+  if (summary.metrics.empty()) return "no metrics: no seed has a score\n";
   std::string head = fmt::format("{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", "metric", "unit", "n",
                                  "median", "mean", "sd", "worst"),
               others;

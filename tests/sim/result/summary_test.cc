@@ -123,6 +123,13 @@ TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
             std::string::npos);
 }
 
+TEST_F(SummaryTest, WithoutAnyScoreThereIsNoTableOfMetrics) {
+  const std::string table =
+      summary_table(summarize(scenario_with({}), {{1, "crashed", 3, {}}, {2, "crashed", 3, {}}}));
+  EXPECT_NE(table.find("no metrics: no seed has a score\n"), table.npos) << table;
+  EXPECT_EQ(table.find("median"), table.npos) << table;
+}
+
 TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {
   const std::vector<SeedScore> seeds{seed(1, 0.1, 1), seed(2, 0.2, 1), seed(3, 0.6, 1)};
   const auto code = [&](const std::string& aggregate, scenario::Bound bound, double value) {
