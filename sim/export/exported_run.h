@@ -3,8 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 
+#include "sim/export/robot_description.h"
 #include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::exports {
@@ -17,6 +20,8 @@ struct ExportedRun {
   sensor_errors::ErrorOptions errors;
   bool with_truth = true;  ///< else neither true poses nor those of the filter are in the export
   bool undistort = false;  ///< remove the lens distortion from the images also where the format knows lenses
+  std::shared_ptr<const RobotDescription> robot = nullptr;  ///< null: viewers draw none
+  std::function<void(double)> progress = [](double) {};     ///< called with the part that is done, 0 to 1
 };
 
 }  // namespace sim::exports

@@ -72,7 +72,7 @@ void BagWriter::write() {
   auto true_pose = truth.begin();
   auto estimate = estimate_.begin();
   ImuMerger imu_merger(out_.setup.imu_rate_hz);
-  for (recording::FilterInput input = out_.filter_input(); auto o = input.next_in_order();) {
+  for (recording::FilterInput input = out_.filter_input(); auto o = out_.next(input);) {
     for (const ImuReading& reading : imu_merger.merge(*o)) add_imu(reading);
     if (!o->image.empty()) add_image(*o);
     if (o->plan) bag_.add(plan_, o->t, ros::pose_stamped(o->t, kWorld, o->plan->X_PC));

@@ -151,6 +151,7 @@ const MessageType kWrench{
                      kTime,
                      {"geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"},
                      kVector})};
+const MessageType kString{"std_msgs/msg/String", "string data\n"};
 
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png) {
   return Cdr{}
@@ -208,6 +209,8 @@ std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame
   const files::Matrix6d covariance = J * P * J.transpose();
   return Cdr{}.header(t, frame).pose(X).numbers(covariance.reshaped()).bytes();  // symmetric
 }
+
+std::string string(const std::string& text) { return Cdr{}.text(text).bytes(); }
 
 std::string transforms(const std::vector<Transform>& all) {
   Cdr cdr;

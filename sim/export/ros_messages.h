@@ -17,7 +17,7 @@
 namespace sim::exports::ros {
 
 extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamped,
-    kPoseWithCovarianceStamped, kTransforms, kPath, kPointCloud, kJointState, kWrench;
+    kPoseWithCovarianceStamped, kTransforms, kPath, kPointCloud, kJointState, kWrench, kString;
 
 /// Messages are bytes; their stamps are recording::kEpoch later than t.
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
@@ -32,6 +32,8 @@ std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::I
 /// position first and the rotation about the world's axes.
 std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
                                          const files::Matrix6d& P);
+
+std::string string(const std::string& text);
 
 /// The pose of a frame in its parent frame.
 struct Transform {

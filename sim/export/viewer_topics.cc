@@ -8,7 +8,7 @@ namespace {
 namespace fs = std::filesystem;
 using Poses = std::vector<files::TimedPose>;
 
-constexpr const char* kWorld = "world";
+constexpr const char *kWorld = "world", *kWaist = "waist";
 constexpr slam::Stamp kPathEvery = std::chrono::seconds(1);  // each message has the whole path so far
 
 Poses feet_of(const std::vector<recording::TrueFeet>& feet, recording::TrueFoot recording::TrueFeet::*which) {
@@ -40,17 +40,19 @@ ViewerTopics::ViewerTopics(const ExportContext& out, Bag& bag)
       maps_(maps_of(out)),
       joints_(out.run.result / "recording", "encoders0"),
       forces_(out.run.result / "recording", "forces0"),
+      robot_(out.run.robot),
       transforms_(bag.add_topic("/tf", ros::kTransforms)),
       fixed_transforms_(bag.add_topic("/tf_static", ros::kTransforms)) {
   add("plan_camera", {}, "/plan/path");
   const recording::Truth truth = out.truth();
   add("camera", truth.camera, "/ground_truth/path");
-  add("waist", truth.waist);
+  add(kWaist, truth.waist);
   add("left_foot", feet_of(truth.feet, &recording::TrueFeet::left));
   add("right_foot", feet_of(truth.feet, &recording::TrueFeet::right));
   const std::vector<files::TumRow> estimate = out.estimate();
   add("slam_camera", Poses(estimate.begin(), estimate.end()), "/slam/path");
   if (!maps_.empty()) map_ = bag.add_topic("/slam/map", ros::kPointCloud);
+  if (robot_) description_ = bag.add_topic("/robot_description", ros::kString);
   if (!joints_.names().empty()) joint_states_ = bag.add_topic("/joint_states", ros::kJointState);
   if (forces_.names().empty()) return;
   left_wrench_ = bag.add_topic("/left_foot/wrench", ros::kWrench);
@@ -79,6 +81,7 @@ std::vector<ros::Transform> ViewerTopics::transforms_at(slam::Stamp t) {
 void ViewerTopics::write(const slam::Observation& observation) {
   const slam::Stamp t = observation.t;
   if (!last_) bag_.add(fixed_transforms_, t, ros::transforms({{t, "camera", "imu", X_CG_}}));
+  if (!last_ && description_) bag_.add(*description_, t, ros::string(robot_->urdf));
   last_ = t;
   if (observation.plan) moving_.front().poses.push_back({t, observation.plan->X_PC});
   if (const std::vector<ros::Transform> now = transforms_at(t); !now.empty())
@@ -90,14 +93,25 @@ void ViewerTopics::write(const slam::Observation& observation) {
 
 void ViewerTopics::write_body(slam::Stamp t) {
   if (joint_states_)
-    if (const auto row = joints_.latest(t))
+    if (const auto row = joints_.latest(t)) {
       bag_.add(*joint_states_, row->t, ros::joint_state(row->t, joints_.names(), row->values));
+      if (robot_) write_links(*row);
+    }
   if (!left_wrench_) return;
   const auto row = forces_.latest(t);
   if (!row || row->values.size() < 12) return;
   const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&row->values[first]); };
   bag_.add(*left_wrench_, row->t, ros::wrench(row->t, "left_foot", vector(0), vector(3)));
   bag_.add(*right_wrench_, row->t, ros::wrench(row->t, "right_foot", vector(6), vector(9)));
+}
+
+void ViewerTopics::write_links(const RecordedRows::Row& joints) {
+  const std::vector<Eigen::Isometry3d> poses = robot_->poses(Eigen::Map<const Eigen::VectorXd>(
+      joints.values.data(), static_cast<Eigen::Index>(joints.values.size())));
+  std::vector<ros::Transform> all;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    all.push_back({joints.t, kWaist, robot_->links[i], poses[i]});
+  bag_.add(transforms_, joints.t, ros::transforms(all));
 }
 
 void ViewerTopics::write_map(slam::Stamp t) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -38,6 +39,7 @@ class ViewerTopics {
   void add(const std::string& frame, std::vector<files::TimedPose> poses, const char* path = nullptr);
   std::vector<ros::Transform> transforms_at(slam::Stamp t);
   void write_body(slam::Stamp t);
+  void write_links(const RecordedRows::Row& joints);
   void write_map(slam::Stamp t);
   void write_paths(slam::Stamp t);
 
@@ -46,8 +48,9 @@ class ViewerTopics {
   std::vector<Moving> moving_;
   std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_;
   RecordedRows joints_, forces_;
+  const std::shared_ptr<const RobotDescription> robot_;
   Bag::Topic transforms_, fixed_transforms_;
-  std::optional<Bag::Topic> joint_states_, left_wrench_, right_wrench_, map_;
+  std::optional<Bag::Topic> description_, joint_states_, left_wrench_, right_wrench_, map_;
   std::optional<slam::Stamp> last_, paths_written_;
 };
 

@@ -2,21 +2,10 @@
 
 #include <cmath>
 
-#include "sim/world/lens.h"
 #include "walking/inverse_kinematics.h"
 
 namespace sim::live {
 namespace {
-
-slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
-  return {lens.width_px,
-          lens.height_px,
-          lens.fu_px,
-          lens.fv_px,
-          lens.u0_px,
-          lens.v0_px,
-          slam::OneParameterRadial{lens.k1_px2}};
-}
 
 std::string kind(world::RoomPrimitive::Kind kind) {
   using enum world::RoomPrimitive::Kind;
@@ -52,6 +41,16 @@ recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isomet
 }
 
 }  // namespace
+
+slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
+  return {lens.width_px,
+          lens.height_px,
+          lens.fu_px,
+          lens.fv_px,
+          lens.u0_px,
+          lens.v0_px,
+          slam::OneParameterRadial{lens.k1_px2}};
+}
 
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const std::filesystem::path& models) {

@@ -8,6 +8,7 @@
 
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
+#include "sim/world/lens.h"
 #include "sim/world/surfaces.h"
 #include "sim/world/world.h"
 #include "walking/plan.h"
@@ -22,6 +23,9 @@ struct Mounting {
 };
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const std::filesystem::path& models);
+
+/// The simulated camera as estimators are told of it.
+slam::CameraIntrinsics intrinsics(const world::CameraModel& lens);
 
 /// X_PB: the planned waist at the start.
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,

@@ -20,12 +20,6 @@ namespace {
 
 constexpr int kDrawnGroups = 2;  // 0 and 1, and the head's
 
-bool is_drawn(const mjModel& model, int geom) {
-  const int material = model.geom_matid[geom];
-  const float alpha = material < 0 ? model.geom_rgba[4 * geom + 3] : model.mat_rgba[4 * material + 3];
-  return alpha > 0 && model.geom_group[geom] <= kDrawnGroups;
-}
-
 int painted_texture(const mjModel& model, int geom) {
   const int material = model.geom_matid[geom];
   const int texture = material < 0 ? -1 : model.mat_texid[material];
@@ -85,6 +79,12 @@ std::vector<std::string> names_of(const mjModel& model, const std::vector<int>& 
 int power_of_two(int x) { return static_cast<int>(std::bit_floor(static_cast<unsigned>(x))); }
 
 }  // namespace
+
+bool is_drawn(const mjModel& model, int geom) {
+  const int material = model.geom_matid[geom];
+  const float alpha = material < 0 ? model.geom_rgba[4 * geom + 3] : model.mat_rgba[4 * material + 3];
+  return alpha > 0 && model.geom_group[geom] <= kDrawnGroups;
+}
 
 DrawnModel drawn_model(const mjModel& model) {
   const Data data(mj_makeData(&model));

@@ -30,6 +30,9 @@ struct DrawnModel {
   std::vector<int> pictures;  ///< textures of the model
 };
 
+/// Whether a shape is seen by whoever looks from outside.
+bool is_drawn(const mjModel_& model, int geom);
+
 /// The shapes of the model that are drawn, those of the robot's head included.
 DrawnModel drawn_model(const mjModel_& model);
 

@@ -79,6 +79,7 @@ function checkTransforms(messages) {
   const frames = new Map();
   for (const message of messages)
     for (const { header, child_frame_id: child, transform } of message.transforms) {
+      if (header.frame_id === "waist") continue;
       assert.equal(header.frame_id, "world");
       if (!frames.has(child)) frames.set(child, []);
       frames.get(child).push({ header, pose: { position: transform.translation, orientation: transform.rotation } });
@@ -91,6 +92,20 @@ function checkTransforms(messages) {
     assert.equal(frames.get(child).length, expected.length, `transforms of ${child}`);
     expected.forEach((row, i) => checkPose(frames.get(child)[i], row));
   }
+}
+
+// Of the test's robot: the first joint moves the thigh along x, the second one the shin along y.
+function checkRobot(descriptions, messages) {
+  assert.deepEqual(descriptions.map(({ data }) => data), ["<robot/>"]);
+  const links = messages.flatMap(({ transforms }) => transforms).filter(({ header }) => header.frame_id === "waist");
+  const joints = rows("joints.csv");
+  assert.equal(links.length, 2 * joints.length);
+  joints.forEach(([t, hip, knee], i) => {
+    const [thigh, shin] = links.slice(2 * i, 2 * i + 2);
+    assert.deepEqual([stampOf(thigh), thigh.child_frame_id, shin.child_frame_id], [t, "thigh", "shin"]);
+    same(thigh.transform.translation, [hip, 0, 0]);
+    same(shin.transform.translation, [0, knee, 0]);
+  });
 }
 
 function checkPath(messages, name) {
@@ -120,6 +135,7 @@ function checkMaps(messages) {
 
 function checkViewerTopics(read, check) {
   checkTransforms(read.get("/tf"));
+  checkRobot(read.get("/robot_description"), read.get("/tf"));
   assert.equal(read.get("/tf_static").length, 1);
   const { header, child_frame_id: child, transform } = read.get("/tf_static")[0].transforms[0];
   assert.deepEqual([header.frame_id, child], ["camera", "imu"]);

@@ -11,8 +11,10 @@
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
+#include "tools/cli/robot_model.h"
 
 namespace cli {
 namespace {
@@ -33,6 +35,7 @@ struct ExportRequest : OutRequest {
   fs::path result;
   std::string format;
   bool undistort = false;
+  fs::path models = standard_models();
 };
 
 void check_format(const std::string& name) {
@@ -53,10 +56,11 @@ int export_result(const ExportRequest& request) {
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
   require_outside(out.path(), request.result);
-  const ProgressLine progress(fmt::format("export of {}", request.result.string()));
-  exports::export_run(
-      {request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort},
-      request.format, out.path(), files::Existing::replace);
+  ProgressLine progress(fmt::format("export of {}", request.result.string()));
+  exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
+                       request.format == "mcap" ? robot_description(scenario, request.models) : nullptr,
+                       [&](double part) { progress.show(part); }},
+                      request.format, out.path(), files::Existing::replace);
   std::cout << fmt::format("exported to {0}; how to use it is in {0}/README.md\n", out.path().string());
   return 0;
 }
@@ -75,6 +79,7 @@ void add_export(CLI::App& app, int& exit_code) {
   add_out(*command, *request);
   command->add_flag("--undistort", request->undistort,
                     "rectify images to a pinhole camera, as tum and kitti always do");
+  add_models(*command, request->models);
   command->footer(kExportExamples);
   command->callback([request, &exit_code] { exit_code = export_result(*request); });
 }

@@ -4,10 +4,11 @@
 #include <deque>
 #include <memory>
 
+#include "sim/live/recorded.h"
 #include "sim/live/run_observer.h"
 #include "sim/view/live_view.h"
 #include "sim/world/drawn_model.h"
-#include "sim/world/lens.h"
+#include "sim/world/urdf.h"
 #include "tools/cli/robot_model.h"
 #include "tools/cli/usage_error.h"
 #include "tools/cli/view_opened.h"
@@ -36,24 +37,15 @@ std::shared_ptr<world::PosedRobot> posed_robot(const sim::scenario::Scenario& sc
   return std::make_shared<world::PosedRobot>(scenario.world.robot, scenario.world.room, models);
 }
 
-slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
-  return {lens.width_px,
-          lens.height_px,
-          lens.fu_px,
-          lens.fv_px,
-          lens.u0_px,
-          lens.v0_px,
-          slam::OneParameterRadial{lens.k1_px2}};
-}
-
 view::ShownRun shown_run(const sim::scenario::ReadScenario& read,
-                         const std::shared_ptr<world::PosedRobot>& robot) {
+                         const std::shared_ptr<world::PosedRobot>& robot, bool next_follows) {
   const sim::scenario::Scenario& scenario = read.scenario;
-  view::ShownRun run{.label = fmt::format("{}, seed {}", read.scenario.name, scenario.seed)};
+  view::ShownRun run{.label = fmt::format("{}, seed {}", read.scenario.name, scenario.seed),
+                     .next_follows = next_follows};
   run.moments = view::faults_of(scenario);
   run.model = model_of(robot, scenario.world.seed);
   if (scenario.camera)
-    run.camera = intrinsics(world::camera_model(*scenario.camera));
+    run.camera = sim::live::intrinsics(world::camera_model(*scenario.camera));
   else
     run.missing.emplace_back("There are no head images: the scenario has no camera.");
   if (!scenario.slam) run.missing.emplace_back("There is no estimate: the scenario has no filter.");
@@ -64,13 +56,19 @@ view::FootPlace place_of(const sim::recording::TrueFoot& foot) {
   return {foot.truth, foot.plan, foot.planned_down, foot.load_n};
 }
 
+void require_joints(const Eigen::VectorXd& q) {
+  if (q.size() != walking::kJoints)
+    throw std::runtime_error(
+        fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+}
+
 /// Frames wait from their stamp until their image is drawn and the filter has seen it.
 class LiveSession : public ViewSession {
  public:
   LiveSession(const ViewRequest& request, const sim::scenario::ReadScenario& read,
               const std::filesystem::path& models)
       : robot_(posed_robot(read.scenario, models)),
-        view_(access_of(request), shown_run(read, robot_), request.control) {
+        view_(access_of(request), shown_run(read, robot_, request.next_follows), request.control) {
     announce(view_.access());
     if (request.wait) view_.wait_for_viewer();
     observer_.begins = [this](const sim::recording::RecordingSetup& setup) { view_.begin(setup); };
@@ -123,13 +121,29 @@ class LiveSession : public ViewSession {
 
 }  // namespace
 
+std::shared_ptr<const sim::exports::RobotDescription> robot_description(
+    const sim::scenario::Scenario& scenario, const std::filesystem::path& models) {
+  const auto robot = posed_robot(scenario, models);
+  auto description = std::make_shared<sim::exports::RobotDescription>();
+  description->urdf = world::urdf(robot->model());
+  description->links = robot->drawn().bodies;
+  description->poses = [robot](const Eigen::VectorXd& q) {
+    require_joints(q);
+    const std::vector<float> poses = robot->poses({Eigen::Isometry3d::Identity(), q});
+    std::vector<Eigen::Isometry3d> all;
+    for (std::size_t i = 0; i < poses.size(); i += 7)  // p, then q as x, y, z, w
+      all.push_back(Eigen::Translation3d(Eigen::Map<const Eigen::Vector3f>(&poses[i]).cast<double>()) *
+                    Eigen::Isometry3d(Eigen::Quaternionf(&poses[i + 3]).cast<double>().normalized()));
+    return all;
+  };
+  return description;
+}
+
 view::MakeRobot robot_maker(const std::filesystem::path& models) {
   return [models](const sim::scenario::Scenario& scenario) {
     const auto robot = posed_robot(scenario, models);
     const auto poses = [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
-      if (q.size() != walking::kJoints)
-        throw std::runtime_error(
-            fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+      require_joints(q);
       return robot->poses({X_WB, q});
     };
     return view::RobotModel{model_of(robot, scenario.world.seed), poses};

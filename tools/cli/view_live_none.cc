@@ -6,6 +6,10 @@
 namespace cli {
 
 sim::view::MakeRobot robot_maker(const std::filesystem::path&) { return {}; }
+std::shared_ptr<const sim::exports::RobotDescription> robot_description(const sim::scenario::Scenario&,
+                                                                        const std::filesystem::path&) {
+  return nullptr;
+}
 
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest&, const sim::scenario::ReadScenario&,
                                          const std::filesystem::path&) {

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -203,7 +204,15 @@ class Exported : public testing::Test {
   }
 
   files::TemporaryFolder folder_;
-  ExportedRun run_{folder_ / "result", "a walk", 7, {}};
+  static std::shared_ptr<const RobotDescription> robot() {
+    const auto poses = [](const Eigen::VectorXd& q) {
+      return std::vector{Eigen::Isometry3d(Eigen::Translation3d(q[0], 0, 0)),
+                         Eigen::Isometry3d(Eigen::Translation3d(0, q[1], 0))};
+    };
+    return std::make_shared<RobotDescription>(RobotDescription{"<robot/>", {"thigh", "shin"}, poses});
+  }
+
+  ExportedRun run_{folder_ / "result", "a walk", 7, {}, true, false, robot()};
   fs::path expected_ = folder_ / "expected";
   Eigen::Isometry3d expected_X_CG_ = Eigen::Isometry3d::Identity();
 };
@@ -269,7 +278,8 @@ TEST_F(Exported, McapIsReadBackByTheMcapProjectsReader) {
   EXPECT_EQ(YAML::LoadFile(out / "metadata.yaml")["rosbag2_bagfile_information"]["message_count"].as<int>(),
             12 + 2 + 11 + 11 + 11 + 72  // truth, estimate, plan, images, their calibration, IMU
                 + 12 + 1 + 3 * 2 + 2    // frames, a fixed one, paths, maps
-                + 11 + 2 * 11);         // joints, wrenches
+                + 11 + 2 * 11           // joints, wrenches
+                + 1 + 11);              // the robot, its links
 }
 
 TEST_F(Exported, WithoutTruthAnMcapHasNoTrueFramesPathsOrMap) {
@@ -281,7 +291,7 @@ TEST_F(Exported, WithoutTruthAnMcapHasNoTrueFramesPathsOrMap) {
   EXPECT_EQ(counts["/ground_truth/pose"], 0);
   for (const char* topic : {"/ground_truth/path", "/slam/path", "/slam/map", "/slam/pose"})
     EXPECT_EQ(counts.count(topic), 0u) << topic;
-  EXPECT_EQ(counts["/tf"], 11);  // the planned camera
+  EXPECT_EQ(counts["/tf"], 2 * 11);  // the planned camera, and the robot's links from its waist
 }
 
 TEST_F(Exported, OpenVinsBagIsReadBackByTheMcapProjectsReader) {
@@ -384,6 +394,17 @@ TEST_F(Exported, OrbSlam3sReadmeNamesTheTruthOfTheBodyWhosePosesEachProgramWrite
       HasSubstr("gaitslam score FOLDER/mav0/state_groundtruth_estimate0/data.csv f_run.txt --align se3"));
   EXPECT_TRUE(fs::exists(out / "groundtruth.tum"));
   EXPECT_TRUE(fs::exists(out / "mav0/state_groundtruth_estimate0/data.csv"));
+}
+
+TEST_F(Exported, EachFormatTellsHowFarItIs) {
+  for (const std::string& format : export_formats()) {
+    std::vector<double> parts;
+    run_.progress = [&](double part) { parts.push_back(part); };
+    made(format);
+    EXPECT_GT(parts.size(), 2u) << format;
+    EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end())) << format;
+    EXPECT_EQ(parts.back(), 1) << format;
+  }
 }
 
 TEST_F(Exported, AnUnknownFormatIsRefusedBeforeAFolderIsMade) {
