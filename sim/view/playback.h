@@ -8,20 +8,15 @@
 #include <vector>
 
 #include "sim/view/frame.h"
+#include "sim/view/recorded_frames.h"
 #include "sim/view/server.h"
 #include "sim/view/shown_run.h"
 #include "sim/view/site.h"
 
 namespace sim::view {
 
-/// The robot of a scenario, posed by hand. poses: of its model's bodies, by the angles of the encoders and
-/// the waist's pose in W.
-struct RobotModel {
-  Model model;
-  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
-};
-/// Makes it; empty in a program without the simulator. Throws std::runtime_error where the scenario's models
-/// do not load.
+/// Loads the robot of a scenario; empty in a program without the simulator. Throws std::runtime_error where
+/// the scenario's models do not load.
 using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
 
 /// A result as the page plays it.
@@ -36,10 +31,6 @@ struct Playback {
 /// What is not there is named in ShownRun::missing. Throws files::FileError where the folder is no result or
 /// a file is broken.
 Playback read_playback(const std::filesystem::path& result, const MakeRobot& make_robot);
-
-/// What a recording alone knows of its frames: truth, plan, feet, zero-moment point and the robot's bodies,
-/// for the view of a replay. images are left out.
-std::vector<Frame> read_recorded_frames(const std::filesystem::path& recording, const RobotModel* robot);
 
 /// Serves one result, or two of one scenario.
 class PlaybackView {

@@ -1,59 +1,10 @@
 // Uses a report's page as a reader with a keyboard and a printer does, in headless Chromium on a dark screen, and says what
 // was found as one JSON object. Usage: node use_report.cjs PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
-const {spawn} = require('child_process');
 const path = require('path');
+const {say} = require('./browser.cjs');
 
-// The browser is told what to do through a pipe: messages of JSON with a zero byte after each.
-class Browser {
-  constructor(profile) {
-    this.process = spawn('chromium', ['--headless', '--no-sandbox', `--user-data-dir=${profile}`, '--use-angle=swiftshader',
-      '--enable-unsafe-swiftshader', '--host-resolver-rules=MAP * ~NOTFOUND', '--window-size=1200,900',
-      '--remote-debugging-pipe', 'about:blank'],
-    {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
-    this.waiting = new Map();
-    this.sent = 0;
-    let rest = '';
-    this.process.stdio[4].setEncoding('utf8').on('data', (chunk) => {
-      const messages = (rest + chunk).split('\0');
-      rest = messages.pop();
-      messages.map((text) => JSON.parse(text)).forEach((message) => this.waiting.get(message.id)?.(message));
-    });
-  }
-
-  send(method, params = {}) {
-    const id = ++this.sent;
-    this.process.stdio[3].write(JSON.stringify({id, method, params, sessionId: this.session}) + '\0');
-    return new Promise((resolve, reject) => this.waiting.set(id, ({result, error}) => {
-      this.waiting.delete(id);
-      if (error) reject(new Error(`${method}: ${error.message}`));
-      else resolve(result);
-    }));
-  }
-
-  async open(url) {
-    const {targetId} = await this.send('Target.createTarget', {url: 'about:blank'});
-    this.session = (await this.send('Target.attachToTarget', {targetId, flatten: true})).sessionId;
-    await this.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: 'dark'}]});
-    await this.send('Page.navigate', {url});
-    const drawn = `document.readyState === 'complete' && +document.documentElement.dataset.figures > 0
-      && document.documentElement.dataset.figures === document.documentElement.dataset.drawn`;
-    while (!await this.value(drawn)) await new Promise((resolve) => setTimeout(resolve, 50));
-  }
-
-  async value(expression) {
-    const {result, exceptionDetails} = await this.send('Runtime.evaluate', {expression, returnByValue: true});
-    if (exceptionDetails) throw new Error(exceptionDetails.exception.description);
-    return result.value;
-  }
-
-  async press(key, code) {
-    const text = key === 'Enter' ? '\r' : undefined;
-    await this.send('Input.dispatchKeyEvent', {type: 'keyDown', key, code: key, windowsVirtualKeyCode: code, text});
-    await this.send('Input.dispatchKeyEvent', {type: 'keyUp', key, code: key, windowsVirtualKeyCode: code});
-  }
-
-  tab() { return this.press('Tab', 9); }
-}
+const kDrawn = `document.readyState === 'complete' && +document.documentElement.dataset.figures > 0
+  && document.documentElement.dataset.figures === document.documentElement.dataset.drawn`;
 
 // What the keyboard must reach, in the order of the page.
 const kReachable = `[...document.querySelectorAll('a[href], button, select, input, summary, [tabindex="0"]')]
@@ -65,7 +16,7 @@ async function walkThrough(browser) {
   const expected = await browser.value(`${kReachable}.map(${kName})`);
   const reached = [], unseen = [];
   for (let i = 0; i < expected.length; ++i) {
-    await browser.tab();
+    await browser.press('Tab', 9);
     reached.push(await browser.value(`${kName}(document.activeElement)`));
     const outline = await browser.value(`getComputedStyle(document.activeElement).outlineStyle`);
     if (outline === 'none') unseen.push(reached.at(-1));
@@ -151,19 +102,11 @@ async function print(browser) {
 }
 
 async function use(browser, page) {
-  await browser.open('file://' + path.resolve(page));
+  await browser.open('file://' + path.resolve(page), kDrawn, {theme: 'dark'});
+  await browser.send('Emulation.clearDeviceMetricsOverride');
   const keyboard = await walkThrough(browser);
   return {keyboard, sorted: await sort(browser), map: await moveTime(browser), pointed: await point(browser), phone: await onPhone(browser), print: await print(browser)};
 }
 
-async function main() {
-  const [page, profile] = process.argv.slice(2);
-  const browser = new Browser(profile);
-  try {
-    console.log(JSON.stringify(await use(browser, page)));
-  } finally {
-    browser.process.kill();
-  }
-}
-
-main().catch((error) => { console.error(error); process.exit(1); });
+const [page, profile] = process.argv.slice(2);
+say(profile, (browser) => use(browser, page));

@@ -1,82 +1,8 @@
 // Uses the view as somebody at a browser does, in headless Chromium, and says what was found as one JSON object.
-// Usage: node use_view.cjs live|playback|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
-const {spawn} = require('child_process');
-const fs = require('fs');
+// Usage: node use_view.cjs live|playback|watch|series|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
+const {say} = require('./browser.cjs');
 
-// The browser is told what to do through a pipe: messages of JSON with a zero byte after each.
-class Browser {
-  constructor(profile) {
-    this.process = spawn('chromium', ['--headless', '--no-sandbox', `--user-data-dir=${profile}`, '--use-angle=swiftshader',
-      '--enable-unsafe-swiftshader', '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1', '--window-size=1200,900',
-      '--remote-debugging-pipe', 'about:blank'],
-    {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
-    this.waiting = new Map();
-    this.said = [];
-    this.sent = 0;
-    let rest = '';
-    this.process.stdio[4].setEncoding('utf8').on('data', (chunk) => {
-      const messages = (rest + chunk).split('\0');
-      rest = messages.pop();
-      messages.map((text) => JSON.parse(text)).forEach((message) => this.take(message));
-    });
-  }
-
-  take({id, method, params, ...answer}) {
-    if (id) this.waiting.get(id)?.(answer);
-    if (method === 'Runtime.consoleAPICalled') this.said.push(`${params.type}: ${params.args.map((a) => a.value ?? a.description).join(' ')}`);
-    if (method === 'Runtime.exceptionThrown') this.said.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
-    // What Chromium says of its own software renderer is not the page's.
-    if (method === 'Log.entryAdded' && params.entry.level !== 'info' && !params.entry.text.includes('GPU stall')) this.said.push(params.entry.text);
-  }
-
-  send(method, params = {}) {
-    const id = ++this.sent;
-    this.process.stdio[3].write(JSON.stringify({id, method, params, sessionId: this.session}) + '\0');
-    return new Promise((resolve, reject) => this.waiting.set(id, ({result, error}) => {
-      this.waiting.delete(id);
-      if (error) reject(new Error(`${method}: ${error.message}`));
-      else resolve(result);
-    }));
-  }
-
-  async open(url, width = 1200, height = 900, theme = 'light') {
-    const {targetId} = await this.send('Target.createTarget', {url: 'about:blank'});
-    this.session = (await this.send('Target.attachToTarget', {targetId, flatten: true})).sessionId;
-    await this.send('Runtime.enable');
-    await this.send('Log.enable');
-    await this.send('Emulation.setDeviceMetricsOverride', {width, height, deviceScaleFactor: 1, mobile: false});
-    await this.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: theme}]});
-    const begun = Date.now();
-    await this.send('Page.navigate', {url});
-    await this.until(`document.documentElement?.dataset.ready === 'true'`);
-    this.ready_ms = Date.now() - begun;
-  }
-
-  async value(expression, awaitPromise = false) {
-    const {result, exceptionDetails} = await this.send('Runtime.evaluate', {expression, returnByValue: true, awaitPromise});
-    if (exceptionDetails) throw new Error(exceptionDetails.exception.description);
-    return result.value;
-  }
-
-  async until(expression, ms = 120000) {
-    for (const end = Date.now() + ms; Date.now() < end; await this.rest(20)) if (await this.value(expression)) return;
-    throw new Error(`never came true: ${expression}; the page said: ${this.said.join('; ')}; ${await this.value('document.body.innerText.slice(0, 400)')}`);
-  }
-
-  rest(ms) { return new Promise((resolve) => setTimeout(resolve, ms)); }
-
-  async press(key, code) {
-    const text = key.length === 1 ? key : undefined;
-    await this.send('Input.dispatchKeyEvent', {type: 'keyDown', key, code: key, windowsVirtualKeyCode: code, text});
-    await this.send('Input.dispatchKeyEvent', {type: 'keyUp', key, code: key, windowsVirtualKeyCode: code});
-  }
-
-  async picture(file) {
-    const {data} = await this.send('Page.captureScreenshot', {format: 'png'});
-    fs.writeFileSync(file, Buffer.from(data, 'base64'));
-  }
-}
-
+const kReady = `document.documentElement?.dataset.ready === 'true'`;
 const kPane = 'gaitslamPage.panes[0]', kFrame = `${kPane}.run.frames[${kPane}.index]`;
 const look = (browser) => browser.value(`({t: gaitslamPage.t, frames: ${kPane}.run.frames.length, robot: ${kFrame}.bodies?.slice(0, 3),
   bodies: ${kPane}.scene.bodies.filter((b) => b.visible).length, ellipsoids: ${kPane}.scene.shownEllipsoids,
@@ -85,7 +11,7 @@ const look = (browser) => browser.value(`({t: gaitslamPage.t, frames: ${kPane}.r
 const short = ({space, head, ...rest}) => rest;
 
 async function useLive(browser, url) {
-  await browser.open(url);
+  await browser.open(url, kReady);
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
   await browser.press('4', 52);  // slowly: what follows takes a busy machine some time, and the walk is short
   const first = await look(browser);
@@ -142,7 +68,7 @@ const agreement = async (seconds) => {
 };
 
 async function usePlayback(browser, url, seconds) {
-  await browser.open(url);
+  await browser.open(url, kReady);
   const ready_ms = browser.ready_ms;
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
   const start = await look(browser);
@@ -168,13 +94,25 @@ async function usePlayback(browser, url, seconds) {
 
 // Looks on until the run has ended.
 async function watch(browser, url) {
-  await browser.open(url);
+  await browser.open(url, kReady);
   await browser.until(`document.documentElement?.dataset.ended === 'true' && document.documentElement.dataset.model === 'true'`, 120000);
   return {...short(await look(browser)), how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 
-async function picture(browser, url, [seconds, file, width, height, theme]) {
-  await browser.open(url, +(width ?? 1200), +(height ?? 900), theme);
+// Each walk that a command shows at this address, one after the other.
+async function series(browser, url, count) {
+  await browser.open(url, kReady);
+  const labels = [];
+  while (labels.length < count) {
+    const label = await browser.value(`gaitslamPage.panes[0].run.about.label`).catch(() => null);  // while it opens the next
+    if (label && label !== labels.at(-1)) labels.push(label);
+    await browser.rest(20);
+  }
+  return {labels};
+}
+
+async function picture(browser, url, seconds, file, width = 1200, height = 900, theme = 'light') {
+  await browser.open(url, kReady, {width: +width, height: +height, theme});
   await browser.until(`document.documentElement?.dataset.model === 'true' && gaitslamPage.duration > ${seconds}`);
   if (await browser.value('!gaitslamPage.live')) {
     await browser.value(`gaitslamPage.go(${seconds})`);
@@ -185,15 +123,6 @@ async function picture(browser, url, [seconds, file, width, height, theme]) {
   return {said: browser.said};
 }
 
-async function main() {
-  const [what, url, profile, ...more] = process.argv.slice(2);
-  const browser = new Browser(profile);
-  try {
-    const use = {live: () => useLive(browser, url), playback: () => usePlayback(browser, url, +more[0]), watch: () => watch(browser, url), picture: () => picture(browser, url, more)}[what];
-    console.log(JSON.stringify(await use()));
-  } finally {
-    browser.process.kill();
-  }
-}
-
-main().catch((error) => { console.error(error); process.exit(1); });
+const [what, url, profile, ...more] = process.argv.slice(2);
+const uses = {live: useLive, playback: usePlayback, watch, series, picture};
+say(profile, (browser) => uses[what](browser, url, ...more));

@@ -1,0 +1,92 @@
+// Headless Chromium, told what to do by scripts that use a page as somebody at a browser does. Only 127.0.0.1 is reached.
+const {spawn} = require('child_process');
+const fs = require('fs');
+
+// The browser is told what to do through a pipe: messages of JSON with a zero byte after each.
+class Browser {
+  constructor(profile) {
+    this.process = spawn('chromium', ['--headless', '--no-sandbox', `--user-data-dir=${profile}`, '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader', '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1', '--window-size=1200,900',
+      '--remote-debugging-pipe', 'about:blank'],
+    {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
+    this.waiting = new Map();
+    this.said = [];
+    this.sent = 0;
+    let rest = '';
+    this.process.stdio[4].setEncoding('utf8').on('data', (chunk) => {
+      const messages = (rest + chunk).split('\0');
+      rest = messages.pop();
+      messages.map((text) => JSON.parse(text)).forEach((message) => this.take(message));
+    });
+  }
+
+  take({id, method, params, ...answer}) {
+    if (id) this.waiting.get(id)?.(answer);
+    if (method === 'Runtime.consoleAPICalled') this.said.push(`${params.type}: ${params.args.map((a) => a.value ?? a.description).join(' ')}`);
+    if (method === 'Runtime.exceptionThrown') this.said.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
+    // What Chromium says of its own software renderer is not the page's.
+    if (method === 'Log.entryAdded' && params.entry.level !== 'info' && !params.entry.text.includes('GPU stall')) this.said.push(params.entry.text);
+  }
+
+  send(method, params = {}) {
+    const id = ++this.sent;
+    this.process.stdio[3].write(JSON.stringify({id, method, params, sessionId: this.session}) + '\0');
+    return new Promise((resolve, reject) => this.waiting.set(id, ({result, error}) => {
+      this.waiting.delete(id);
+      if (error) reject(new Error(`${method}: ${error.message}`));
+      else resolve(result);
+    }));
+  }
+
+  async open(url, ready, {width = 1200, height = 900, theme = 'light'} = {}) {
+    const {targetId} = await this.send('Target.createTarget', {url: 'about:blank'});
+    this.session = (await this.send('Target.attachToTarget', {targetId, flatten: true})).sessionId;
+    await this.send('Runtime.enable');
+    await this.send('Log.enable');
+    await this.send('Emulation.setDeviceMetricsOverride', {width, height, deviceScaleFactor: 1, mobile: false});
+    await this.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: theme}]});
+    const begun = Date.now();
+    await this.send('Page.navigate', {url});
+    await this.until(ready);
+    this.ready_ms = Date.now() - begun;
+  }
+
+  async value(expression, awaitPromise = false) {
+    const {result, exceptionDetails} = await this.send('Runtime.evaluate', {expression, returnByValue: true, awaitPromise});
+    if (exceptionDetails) throw new Error(exceptionDetails.exception.description);
+    return result.value;
+  }
+
+  async until(expression, ms = 120000) {
+    for (const end = Date.now() + ms; Date.now() < end; await this.rest(20)) if (await this.value(expression)) return;
+    throw new Error(`never came true: ${expression}; the page said: ${this.said.join('; ')}; ${await this.value('document.body.innerText.slice(0, 400)')}`);
+  }
+
+  rest(ms) { return new Promise((resolve) => setTimeout(resolve, ms)); }
+
+  async press(key, code) {
+    const text = key === 'Enter' ? '\r' : key.length === 1 ? key : undefined;
+    await this.send('Input.dispatchKeyEvent', {type: 'keyDown', key, code: key, windowsVirtualKeyCode: code, text});
+    await this.send('Input.dispatchKeyEvent', {type: 'keyUp', key, code: key, windowsVirtualKeyCode: code});
+  }
+
+  async picture(file) {
+    const {data} = await this.send('Page.captureScreenshot', {format: 'png'});
+    fs.writeFileSync(file, Buffer.from(data, 'base64'));
+  }
+}
+
+// Prints what use(browser) found as one JSON object.
+async function say(profile, use) {
+  const browser = new Browser(profile);
+  try {
+    console.log(JSON.stringify(await use(browser)));
+  } catch (error) {
+    console.error(error);
+    process.exitCode = 1;
+  } finally {
+    browser.process.kill();
+  }
+}
+
+module.exports = {say};
