@@ -41,11 +41,9 @@ std::vector<Moment> faults_of(const scenario::Scenario& scenario) {
 }
 
 ordered_json to_json(const ShownRun& run) {
-  ordered_json about{{"label", run.label},
-                     {"duration", run.duration_s},
-                     {"sole", sole()},
-                     {"missing", run.missing},
-                     {"has_model", run.model.has_value()}};
+  ordered_json about{
+      {"label", run.label},     {"duration", run.duration_s},         {"sole", sole()},
+      {"missing", run.missing}, {"has_model", run.model.has_value()}, {"next_follows", run.next_follows}};
   about["camera"] = run.camera ? to_json(*run.camera) : ordered_json(nullptr);
   about["moments"] = ordered_json::array();
   for (const Moment& moment : run.moments)

@@ -25,6 +25,7 @@ struct ShownRun {
   std::vector<Moment> moments = {};
   std::vector<std::string> missing = {};  ///< what is not shown and why, in sentences
   std::optional<Model> model = std::nullopt;
+  bool next_follows = false;  ///< another walk is shown at the same address after this one
 };
 
 /// The faults that a scenario injects.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "sim/files/text.h"
 #include "tests/tools/command_line.h"
@@ -55,16 +57,38 @@ TEST_F(Cli, TheRunnerHasTheCommandsForWhichTheLauncherBuildsIt) {
   std::string expected;
   for (std::string name; names >> name;)
     if (name != "|") expected += (expected.empty() ? "" : ", ") + name;
-  const Ran ran = shell("'" GAITSLAM_RUNNER "' rnu 2>&1 | sed 's/.*expected one of //; s/;.*//' | tr ',' '\n' | "
+  const Ran ran = shell("'" GAITSLAM_RUNNER
+                        "' rnu 2>&1 | sed 's/.*expected one of //; s/;.*//' | tr ',' '\n' | "
                         "tr -d ' ' | sort | paste -sd , | sed 's/,/, /g'");
   EXPECT_EQ(ran.out, expected + "\n");
+}
+
+// In a tree where both programs are up to date and only say which they are.
+TEST_F(Cli, TheLauncherTakesTheWholeProgramForTheView) {
+  write("tools/gaitslam", sim::files::read_text(std::string(GAITSLAM_SOURCE_DIR) + "/tools/gaitslam"));
+  for (const char* source : {"CMakeLists.txt", "CMakePresets.json", "walking/x", "slam/x", "sim/x"})
+    write(source, "");
+  write("build/release/tools/cli/gaitslam", "#!/bin/sh\necho whole \"$@\"\n");
+  write("build/release/tools/cli/runner/gaitslam", "#!/bin/sh\necho runner \"$@\"\n");
+  shell(
+      "chmod +x tools/gaitslam build/release/tools/cli/gaitslam build/release/tools/cli/runner/gaitslam; "
+      "sleep 0.05; "
+      "touch build/release/.built-gaitslam build/release/.built-gaitslam_runner");
+  for (const auto& [typed, expected] : std::vector<std::pair<std::string, std::string>>{
+           {"run a.yaml", "runner run a.yaml\n"},
+           {"run a.yaml --view", "whole run a.yaml --view\n"},
+           {"replay r --control --view", "whole replay r --control --view\n"},
+           {"reproduce --view", "whole reproduce --view\n"},
+           {"view r", "whole view r\n"}})
+    EXPECT_EQ(shell("tools/gaitslam " + typed).out, expected);
 }
 
 TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
   expect_refused("", "A subcommand is required");
   expect_refused(
       "rnu x.yaml",
-      "unknown command 'rnu', expected one of run, record, replay, evaluate, export, view, video, score, regress, "
+      "unknown command 'rnu', expected one of run, record, replay, evaluate, export, view, video, score, "
+      "regress, "
       "compare, leaderboard, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean "
       "'run'?");
   expect_refused("check", "scenarios is required");

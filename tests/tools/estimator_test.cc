@@ -208,6 +208,31 @@ TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-3/timing.json"));
 }
 
+TEST_F(OutsideEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLeft) {
+  fs::copy(run_ / "seed-1", folder_ / "other", fs::copy_options::recursive);
+  ASSERT_EQ(shell("sed -i 's/^seed: 1$/seed: 2/' other/scenario.yaml").exit_code, 0);
+  write("plan.sh",
+        "echo run >> runs\n"
+        "[ -e go ] || [ $(wc -l < runs) -lt 2 ] || sleep 1000\n"
+        "grep -v '^#' \"$1/plan.txt\" > \"$2\"\n");
+  const std::string evaluate = GAITSLAM_PROGRAM
+      " evaluate r/seed-1 other --format tum --out e --command 'sh plan.sh {folder} {trajectory}'";
+  shell(evaluate +
+        " & command=$!; until [ -e runs ] && [ $(wc -l < runs) = 2 ]; do sleep 0.02; done; "
+        "kill -9 $command; wait $command");
+  const auto made = fs::last_write_time(folder_ / "e/walk/seed-1/score.json");
+  EXPECT_FALSE(fs::exists(folder_ / "e/walk/seed-2"));
+  write("go", "");
+  const Ran ran = shell(evaluate);
+  ASSERT_EQ(ran.exit_code, 0) << ran.out << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("e/walk/seed-1 finished before\n"));
+  EXPECT_EQ(fs::last_write_time(folder_ / "e/walk/seed-1/score.json"), made);
+  EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-2/score.json"));
+  EXPECT_EQ(text_of("runs"), "run\nrun\nrun\n");
+  ASSERT_EQ(shell(evaluate).exit_code, 0);
+  EXPECT_EQ(text_of("runs"), "run\nrun\nrun\nrun\nrun\n") << "it was finished: all is done again";
+}
+
 TEST_F(OutsideEstimator, NoTruthIsInWhatACommandIsGiven) {
   for (const char* format : {"euroc", "openvins", "orbslam3", "tum", "kitti"}) {
     const Ran ran =

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "sim/files/text.h"
 #include "tests/sim/result/result_folder.h"
@@ -75,6 +76,33 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   EXPECT_THAT(found["how"].get<std::string>(),
               HasSubstr("The run has ended: completed. gaitslam view live/seed-1"));
   EXPECT_THAT(found["said"], IsEmpty()) << "the page said something on the browser's console";
+}
+
+TEST_F(ViewTest, ThePageFollowsReproduceFromWalkToWalk) {
+  const std::string walk = "walk: {commands: [{stand: {duration_s: 0.4}}]}\n",
+                    seen = walk + "camera: {}\nslam: {}\n",
+                    lines = walk + "camera: {}\nslam: {depth: {first_sight: particles}}\n";
+  for (const std::string name : {"tangent_quadrant", "perpendicular_circle_trial1"})
+    write("s/" + name + ".yaml", walk);
+  for (const std::string name : {"tangent_circle", "perpendicular_circle", "hall"})
+    write("s/" + name + ".yaml", seen);
+  for (const std::string name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
+                                 "perpendicular_circle_paper", "hall_paper"})
+    write("s/" + name + ".yaml", lines);
+  const Ran ran = browsed("reproduce --scenarios s --seeds 3 --view --wait --out out", "series", "10");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err << text_of("complaint");
+  const std::set<std::string> labels = json::parse(ran.out)["labels"];
+  EXPECT_EQ(labels.size(), 10u);
+  EXPECT_TRUE(labels.contains("tangent_circle, seed 3"));
+  EXPECT_TRUE(labels.contains("vision_only, seed 3, replayed"));
+  EXPECT_TRUE(fs::exists(folder_ / "out/index.html"));
+  const std::string said = text_of("said");
+  EXPECT_EQ(said.find("view at"), said.rfind("view at")) << "one URL for all";
+}
+
+TEST_F(ViewTest, ReproduceShowsOneWalkAtATime) {
+  expect_refused("reproduce --view --jobs 2 --out out", "one walk at a time");
+  expect_refused("reproduce --view --cached --out out", "one walk at a time");
 }
 
 TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {

@@ -11,11 +11,13 @@
 
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
+#include "sim/regression/result_set.h"
 #include "sim/replay/outside_trajectory.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/trajectory_report.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/finished.h"
 #include "tools/cli/jobs/processes.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/shell.h"
@@ -40,8 +42,9 @@ Examples:
 For each recording: exports what the filter received, without any truth, to a folder of its own, runs the command with
 {folder} and {trajectory} replaced, reads the trajectory that the command has written (TUM, EuRoC csv or KITTI with
 times.txt beside it), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out.
-The exit codes are those of gaitslam run; a command that fails, takes too long or writes no trajectory ends as
-estimator_failed, 3. Of several recordings the highest.)";
+After an interruption the same command goes on with the recordings that are left. The exit codes are those of gaitslam
+run; a command that fails, takes too long or writes no trajectory ends as estimator_failed, 3. Of several recordings the
+highest.)";
 
 struct EvaluateRequest : OutRequest {
   std::vector<std::string> results;
@@ -130,45 +133,81 @@ scenario::ReadScenario with_command(const fs::path& folder, const EvaluateReques
   return read;
 }
 
-int evaluate_one(const fs::path& folder, const EvaluateRequest& request, const fs::path& root) {
-  const scenario::ReadScenario read = with_command(folder, request);
-  const scenario::Scenario& s = read.scenario;
-  const fs::path out = root / s.name / fmt::format("seed-{}", s.seed);
+/// One of the recordings, and where its result goes.
+struct Evaluated {
+  fs::path recorded, result;
+  scenario::ReadScenario read;
+};
+
+/// of: "", or which of how many recordings it is.
+int evaluate_one(const Evaluated& one, const EvaluateRequest& request, const std::string& of) {
+  const scenario::Scenario& s = one.read.scenario;
+  const fs::path& folder = one.recorded;
   result::Outcome outcome;
   {
-    ProgressLine progress(fmt::format("{} on {}", s.estimator.name, folder.string()));
+    ProgressLine progress(fmt::format("{} on {}{}", s.estimator.name, folder.string(), of));
     const TemporaryFolder scratch;
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
                         scratch / "export", sim::files::Existing::refuse);
     const result::Timing timing;
     const replay::OutsideRun run = run_command(request, scratch);
-    const result::ResultPlace place{out, sim::files::Existing::replace, {}, kVersion, kRevision, libraries()};
-    outcome =
-        replay::score_outside(read, folder / "recording", replay::read_walk_end(folder), run, place, timing);
+    const result::ResultPlace place{one.result, sim::files::Existing::replace, {}, kVersion, kRevision,
+                                    libraries()};
+    outcome = replay::score_outside(one.read, folder / "recording", replay::read_walk_end(folder), run, place,
+                                    timing);
   }
-  return cli::report(outcome, out);
+  return cli::report(outcome, one.result);
+}
+
+/// The results are named within the folder that all of them are written to.
+std::vector<Evaluated> read_results(const EvaluateRequest& request) {
+  std::vector<Evaluated> all;
+  std::map<fs::path, std::string> from;
+  for (const std::string& folder : request.results) {
+    scenario::ReadScenario read = with_command(folder, request);
+    const fs::path result = fs::path(read.scenario.name) / fmt::format("seed-{}", read.scenario.seed);
+    if (const auto [earlier, is_new] = from.emplace(result, folder); !is_new)
+      throw UsageError(
+          fmt::format("{} and {} would both be written to {}", earlier->second, folder, result.string()));
+    all.push_back({folder, result, std::move(read)});
+  }
+  return all;
+}
+
+/// Empty for one recording alone, so that others can be evaluated beside it into the same folder.
+std::string identity_of(const std::vector<Evaluated>& all, const EvaluateRequest& request) {
+  if (all.size() == 1) return "";
+  std::vector<std::string> scenarios{request.format, request.pose.value_or(""), request.align.value_or("")};
+  for (const Evaluated& one : all) {
+    scenarios.push_back(fs::weakly_canonical(one.recorded).string());
+    scenarios.push_back(scenario::to_yaml(one.read.scenario));
+  }
+  return identity_of_runs(scenarios, {}, request.undistort ? "undistorted" : "");
 }
 
 int evaluate(const EvaluateRequest& request) {
   convention_of(request.format), body_of(request), alignment_of(request);
   if (request.command.find("{trajectory}") == std::string::npos)
     throw UsageError("--command: expected {trajectory} in it, the file that it is to write");
+  std::vector<Evaluated> all = read_results(request);
   std::vector<std::string> results;
-  std::string name;
-  std::map<std::string, std::string> from;
-  for (const std::string& folder : request.results) {
-    const scenario::Scenario s = with_command(folder, request).scenario;
-    name = s.estimator.name;
-    results.push_back(fmt::format("{}/seed-{}", s.name, s.seed));
-    if (const auto [earlier, is_new] = from.emplace(results.back(), folder); !is_new)
-      throw UsageError(
-          fmt::format("{} and {} would both be written to {}", earlier->second, folder, results.back()));
+  for (const Evaluated& one : all) results.push_back(one.result.string());
+  const OutFolder out(
+      request, fs::path("results") / all.front().read.scenario.estimator.name,
+      {.results = std::move(results), .continues = true, .identity = identity_of(all, request)});
+  int exit_code = 0, number = 0;
+  for (Evaluated& one : all) {
+    ++number;
+    one.result = out.path() / one.result;
+    if (out.has_made(one.result)) {
+      std::cout << fmt::format("{} finished before\n", one.result.string());
+      exit_code = std::max(exit_code, sim::regression::read_result(one.result).exit_code);
+      continue;
+    }
+    const std::string of = all.size() > 1 ? fmt::format(" ({} of {})", number, all.size()) : "";
+    exit_code = std::max(exit_code, evaluate_one(one, request, of));
   }
-  const OutFolder out(request, fs::path("results") / name,
-                      {.results = std::move(results), .continues = true});
-  int exit_code = 0;
-  for (const std::string& folder : request.results)
-    exit_code = std::max(exit_code, evaluate_one(folder, request, out.path()));
+  out.finished();
   return exit_code;
 }
 

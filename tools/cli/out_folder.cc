@@ -75,9 +75,6 @@ bool was_interrupted(const fs::path& folder, const std::string& identity) {
 std::string kept_text(const fs::path& path, const OutUse& use) {
   if (use.replaces)
     return fmt::format("nothing was written, {} is as it was; the same command begins again", path.string());
-  if (use.continues && use.names.empty())
-    return fmt::format("what is finished is kept in {}; the same command does all of it again",
-                       path.string());
   if (use.names.empty() && use.identity.empty())
     return fmt::format(
         "nothing is kept of this run; earlier results in {} are as they were; the same command begins again",
@@ -132,7 +129,14 @@ void OutFolder::begin(const OutUse& use) {
   std::vector<std::string> names = use.names;
   if (!use.identity.empty()) names.push_back(kUnfinished);
   files::claim(path_, names);
-  if (!use.identity.empty()) files::write_durably(path_ / kUnfinished, use.identity + "\n");
+  if (!use.identity.empty() && !goes_on_) files::write_durably(path_ / kUnfinished, use.identity + "\n");
+}
+
+// A result is younger than the beginning of the command that made it.
+bool OutFolder::has_made(const fs::path& result) const {
+  std::error_code fault;
+  return goes_on_ && fs::is_regular_file(result / "score.json", fault) &&
+         fs::last_write_time(result / "score.json", fault) > fs::last_write_time(path_ / kUnfinished, fault);
 }
 
 void OutFolder::finished() const {

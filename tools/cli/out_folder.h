@@ -59,6 +59,8 @@ class OutFolder {
   const fs::path& path() const { return path_; }
   /// Whether the same command was interrupted there.
   bool goes_on() const { return goes_on_; }
+  /// Whether the interrupted command has made this result, which the folder holds.
+  bool has_made(const fs::path& result) const;
   /// The command has done what it was to do.
   void finished() const;
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "sim/report/paper_rows.h"
 #include "sim/result/about_file.h"
 #include "sim/scenario/yaml.h"
+#include "sim/view/server.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/finished.h"
 #include "tools/cli/jobs/batch.h"
@@ -21,6 +23,7 @@
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/version.h"
+#include "tools/cli/view_session.h"
 
 namespace cli {
 namespace {
@@ -32,12 +35,14 @@ constexpr const char* kReproduceExamples = R"(
 Examples:
   gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
   gaitslam reproduce --seeds 1..3 --out DIR
+  gaitslam reproduce --seeds 1 --view              # one walk after the other in the browser
 Every result is kept in the folder. After an interruption the same program continues where it stopped.)";
 
 struct ReproduceRequest {
   std::string seeds = "1..10";
   int jobs = 1;
   bool cached = false;
+  ViewRequest view;
   fs::path out = "results/paper", models = standard_models(),
            scenarios = standard_models().parent_path() / "scenarios";
   std::optional<fs::path> recordings;  ///< <experiment>/seed-<n> where it is there to be replayed
@@ -123,6 +128,7 @@ bool run_experiment(const Experiment& experiment, const ReproduceRequest& reques
   batch.cached = request.cached && experiment.recordings.empty();
   if (!experiment.recordings.empty()) batch.recordings = experiment.recordings;
   batch.origin = experiment.read.origin;
+  if (request.view.view) batch.more = view_arguments(request.view);
   const std::size_t left = batch.seeds.size();
   batch.progress = [&](double part) { cost.show(experiment, left, part); };
   bool all_there = true;
@@ -157,11 +163,23 @@ void print(const std::vector<report::PaperRow>& rows) {
                              agreement_text(row.agreement));
 }
 
-int reproduce(const ReproduceRequest& request) {
+/// Finds a free port and draws a token where none is given, for the processes that show their walks there one
+/// after the other. Prints the URL.
+void open_view(ViewRequest& place) {
+  const sim::view::Access access = sim::view::Server({place.address, place.port, place.token}, {}).access();
+  place.port = access.port;
+  ::setenv(kViewToken, access.token.c_str(), 1);
+  std::cout << "view at " << sim::view::url(access) << std::endl;
+}
+
+int reproduce(ReproduceRequest& request) {
   require_simulator();
+  if (request.view.view && (request.jobs > 1 || request.cached))
+    throw UsageError("--view shows one walk at a time as it goes on, expected --jobs 1 and no --cached");
   const std::vector<std::uint64_t> seeds = parse_seeds(request.seeds);
   const std::vector<Experiment> experiments = plan(request);
   const OutFolder out({}, request.out, {.names = {"index.html"}, .continues = true});
+  if (request.view.view) open_view(request.view);
   bool all_there = true;
   {
     RemainingCost cost(experiments, seeds);
@@ -191,6 +209,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
       "--recordings", request->recordings,
       "replay the recordings in DIR/<scenario>/seed-<n>, where they exist, instead of simulating");
   add_models(*command, request->models);
+  add_view(*command, request->view);
   command->add_option("--scenarios", request->scenarios, "folder of the scenarios of the experiments");
   command->footer(kReproduceExamples);
   command->callback([request, &exit_code] { exit_code = reproduce(*request); });

@@ -9,15 +9,26 @@ void add_view_place(CLI::App& command, ViewPlace& place) {
           "--address", place.address,
           "address of this machine that the view listens at; one that others can reach needs a --token")
       ->capture_default_str();
-  command.add_option("--token", place.token,
-                     "the secret in the view's URL, at least 22 letters, digits, - or _; drawn unless given");
+  command
+      .add_option("--token", place.token,
+                  "the secret in the view's URL, at least 22 letters, digits, - or _; drawn unless given")
+      ->envname(kViewToken);
 }
 
 void add_view(CLI::App& command, ViewRequest& request) {
   command.add_flag("--view", request.view, "show the walk in the browser as it goes on: prints a URL");
   command.add_flag("--control", request.control, "the view may pause, step and slow down what it shows");
   command.add_flag("--wait", request.wait, "begin when the view is open in a browser");
+  command.add_flag("--next-follows", request.next_follows)->group("");
   add_view_place(command, request);
+}
+
+std::vector<std::string> view_arguments(const ViewRequest& request) {
+  std::vector<std::string> arguments{"--view",        "--next-follows", "--address",
+                                     request.address, "--port",         std::to_string(request.port)};
+  if (request.control) arguments.emplace_back("--control");
+  if (request.wait) arguments.emplace_back("--wait");
+  return arguments;
 }
 
 }  // namespace cli

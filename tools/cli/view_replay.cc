@@ -37,7 +37,8 @@ class ReplaySession : public ViewSession {
   ReplaySession(const ViewRequest& request, const sim::scenario::ReadScenario& read,
                 const std::filesystem::path& recording, const std::filesystem::path& models) {
     const sim::recording::RecordingSetup setup = sim::recording::RecordingReader(recording).setup();
-    view::ShownRun run{.label = fmt::format("{}, seed {}, replayed", read.scenario.name, read.scenario.seed)};
+    view::ShownRun run{.label = fmt::format("{}, seed {}, replayed", read.scenario.name, read.scenario.seed),
+                       .next_follows = request.next_follows};
     const view::MakeRobot make = robot_maker(models);
     std::optional<view::RobotModel> robot;
     if (make) robot = make(read.scenario);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/scenario/scenario.h"
 #include "sim/tracking/tracking_observer.h"
@@ -25,12 +26,18 @@ struct ViewPlace {
 
 struct ViewRequest : ViewPlace {
   bool view = false, control = false, wait = false;
+  bool next_follows = false;  ///< set by a command that shows one walk after the other
 };
 
 /// --address, --port and --token.
 void add_view_place(CLI::App& command, ViewPlace& place);
-/// Besides these --view and --control.
+/// Besides these --view, --control and --wait.
 void add_view(CLI::App& command, ViewRequest& request);
+
+/// What the command line of a process has, so that it shows its walk there as one of several. The token is in
+/// the environment, which other users of the machine cannot read.
+inline constexpr const char* kViewToken = "GAITSLAM_VIEW_TOKEN";
+std::vector<std::string> view_arguments(const ViewRequest& request);
 
 /// A view that is open as long as this lives.
 class ViewSession {

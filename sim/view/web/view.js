@@ -188,8 +188,22 @@ class Page {
         requestAnimationFrame(newest);
       },
       told: (message) => this.told(message),
-      closed: () => { dataset.closed = 'true'; if (!this.ended) this.note.textContent = 'The connection is closed: the run has ended, or its program.'; },
+      closed: () => this.closed(),
     });
+  }
+
+  closed() {
+    dataset.closed = 'true';
+    if (!this.ended) this.note.textContent = 'The connection is closed: the run has ended, or its program.';
+    if (this.about.runs[0].next_follows) this.awaitNext();
+  }
+
+  /// Opens the next walk as soon as it is shown at this address.
+  async awaitNext() {
+    for (;;) {
+      await new Promise((resolve) => setTimeout(resolve, 200));
+      if (await getJson('/about').catch(() => null)) return location.reload();
+    }
   }
 
   told({op, paused, speed, how, why}) {

@@ -30,6 +30,7 @@ std::vector<std::string> arguments(const Batch& batch, const fs::path& scenario,
   else
     line = {"run", scenario.string(), "--out", batch.root.string(), "--models", batch.models.string()};
   if (batch.cached) line.push_back("--cached");
+  line.insert(line.end(), batch.more.begin(), batch.more.end());
   line.insert(line.end(), {fmt::format("seed={}", seed), "--force", "--set-by",
                            (scenario.parent_path() / kSetBy).string()});
   return line;

@@ -24,7 +24,8 @@ struct Batch {
   std::map<std::string, std::string, std::less<>> origin{};
   bool cached = false;  ///< simulate only the walks that the cache does not have
   Backend backend{};
-  ShowPart progress{};  ///< absent: a progress line on the terminal
+  ShowPart progress{};              ///< absent: a progress line on the terminal
+  std::vector<std::string> more{};  ///< arguments of every process
 };
 
 /// How the process of one seed ended. Where it left no result, there is none: an earlier one was moved.
