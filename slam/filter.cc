@@ -10,6 +10,8 @@ namespace slam {
 namespace {
 
 constexpr double kLongestStep_s = 10;         // a later time is taken for a broken clock
+constexpr Stamp kDoubtful =
+    std::chrono::seconds(3);                  // before a loss: landmarks may have been initialised wrongly
 constexpr double kLongestInterval_s = 0.5;    // between frames; in a longer one, frames are missing
 constexpr int kFramesBetweenFullChecks = 30;  // of the whole covariance
 constexpr int kMostChecked = 600;             // parameters of it, because the cost grows with their cube
@@ -86,13 +88,17 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
   good_image_ = !(seconds(interval) > kLongestInterval_s);
   const bool was_blind = tracking_.is_blind();
   if (seconds(interval) > kLongestInterval_s) tracking_.blind(interval, "no frame arrives");
-  if (tracking_.health() == Health::lost && !tracking_.is_blind()) return relocalise_in(o.image);
+  if (tracking_.health() == Health::lost && !tracking_.is_blind()) {
+    const Stamp before = o.t - tracking_.lost_for() - kDoubtful;
+    if (!vision_.recognises(o.image, map_.landmarks(), before, kalman_)) return relocalise_in(o);
+    tracking_.relocalised();
+  }
   const std::string unseen = measure_visually(o, seconds(interval));  // section III-A
   if (unseen.empty()) {
     if (was_blind || !tracking_.is_blind()) tracking_.sees();  // a loss is reported once at least
   } else {
     tracking_.blind(interval, unseen);
-    if (was_blind) relocalise_in(o.image);
+    if (was_blind) relocalise_in(o);
   }
 }
 
@@ -169,9 +175,13 @@ InitialisationCount Filter::manage_map(const Observation& o, const VisionResult&
   return initialised;
 }
 
-void Filter::relocalise_in(const cv::Mat& image) {
-  const auto found = relocalise(image, map_.landmarks(), kalman_.state(), camera_, options_.vision.sigma_px);
-  if (!found) return;
+void Filter::relocalise_in(const Observation& o) {
+  if (!recognition_.is_due(o.t)) return;
+  const auto found =
+      relocalise(o.image, map_.landmarks(), kalman_.state(), camera_, options_.vision.sigma_px);
+  if (!found || !recognition_.believes(o.t, *found, pose_estimate(kalman_.state(), o.t), o.plan.has_value()))
+    return;
+  recognition_.clear();
   kalman_.reset_robot(relocalised_state(*found, kalman_.state()));
   vision_.errors().clear(kalman_);
   tracking_.relocalised();

@@ -17,6 +17,7 @@
 #include "slam/observation.h"
 #include "slam/observation_check.h"
 #include "slam/options.h"
+#include "slam/relocalisation.h"
 #include "slam/sensor_watch.h"
 #include "slam/tracking_watch.h"
 #include "slam/vision.h"
@@ -53,7 +54,7 @@ class Filter {
   void report_vision(const VisionResult& vision);
   void report_initialised(std::size_t first);
   InitialisationCount manage_map(const Observation& observation, const VisionResult& vision, bool may_initialise);
-  void relocalise_in(const cv::Mat& image);
+  void relocalise_in(const Observation& observation);
   void judge_sensors(const Observation& observation, double dt);
   void publish();
   void report_health();
@@ -66,6 +67,7 @@ class Filter {
   Vision vision_;
   Map map_;
   TrackingWatch tracking_;
+  Recognition recognition_;
   SensorWatch sensor_watch_;
   std::optional<Stamp> now_;       // of the last observation taken in
   Stamp interval_ = std::chrono::milliseconds(33);  // between the last two observations taken in

@@ -17,6 +17,11 @@ constexpr double kLeastCorrelation = 0.85;
 constexpr double kInlierResidual_px = 4;
 constexpr std::size_t kLeastInliers = 6;
 constexpr int kPoseIterations = 10;
+constexpr double kSearchPeriod_s = 0.19;  // every sixth frame at 30 Hz
+constexpr double kLargestDifference = 5;  // standard deviations
+constexpr double kConfirmation_s = 1, kLongestConfirmation_s = 2;
+constexpr double kLargestMotionError = 0.5;  // of the motion
+constexpr double kLeastDifference_m = 0.05, kLeastDifference_rad = 0.05;
 constexpr double kWalkingSigma_m_s = 0.3, kWalkingSigma_rad_s = 0.5;
 
 /// A landmark found in the image, perhaps wrongly.
@@ -133,7 +138,45 @@ Relocation refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detectio
   return {X_WC, information.ldlt().solve(Matrix6d::Identity())};
 }
 
+/// Whether two poses are the same within their uncertainties.
+bool agree(const Relocation& found, const Estimate& predicted) {
+  Vector6d difference;
+  const Eigen::AngleAxisd turn(predicted.X_WC.linear().transpose() * found.X_WC.linear());
+  difference << turn.angle() * turn.axis(), found.X_WC.translation() - predicted.X_WC.translation();
+  const auto sum = Matrix6d(found.covariance + predicted.covariance).llt();
+  return sum.info() == Eigen::Success &&
+         difference.dot(sum.solve(difference)) < kLargestDifference * kLargestDifference;
+}
+
+bool rotates_alike(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  const auto angle = [](const Eigen::Matrix3d& R) { return Eigen::AngleAxisd(R).angle(); };
+  return angle(a.transpose() * b) <
+         std::max(kLeastDifference_rad, kLargestMotionError * std::max(angle(a), angle(b)));
+}
+
+bool moves_alike(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return (a - b).norm() < std::max(kLeastDifference_m, kLargestMotionError * std::max(a.norm(), b.norm()));
+}
+
 }  // namespace
+
+bool Recognition::is_due(Stamp t) {
+  if (searched_ && seconds(t - *searched_) < kSearchPeriod_s) return false;
+  searched_ = t;
+  return true;
+}
+
+bool Recognition::believes(Stamp t, const Relocation& found, const Estimate& predicted, bool plan_is_known) {
+  if (agree(found, predicted)) return true;
+  const Poses now{t, found.X_WC, predicted.X_WC};
+  if (!first_ || seconds(t - first_->t) > kLongestConfirmation_s) first_ = now;
+  if (seconds(t - first_->t) < kConfirmation_s) return false;
+  const Eigen::Isometry3d M_found = first_->found.inverse() * now.found;
+  const Eigen::Isometry3d M_predicted = first_->predicted.inverse() * now.predicted;
+  first_ = now;
+  return rotates_alike(M_found.linear(), M_predicted.linear()) &&
+         (!plan_is_known || moves_alike(M_found.translation(), M_predicted.translation()));
+}
 
 std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
                                               const BearingObservation& second, const Eigen::Matrix3d& R_WC) {

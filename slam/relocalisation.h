@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "slam/camera.h"
+#include "slam/frame_report.h"
 #include "slam/landmark.h"
 #include "slam/state.h"
 
@@ -34,6 +35,28 @@ struct Relocation {
 /// within 4 px.
 std::optional<Relocation> relocalise(const cv::Mat& image, const std::vector<Landmark>& landmarks,
                                      const State& state, const Camera& camera, double sigma_px);
+
+/// Decides which poses that were found in the images of a lost filter are believed. Landmarks that move with
+/// the camera, say on something that covers the view, would be recognised too.
+class Recognition {
+ public:
+  /// Whether the image at t is to be searched: five a second are, because a search takes longer than a frame.
+  bool is_due(Stamp t);
+  /// Takes in a pose found at t and the filter's own prediction. It is believed if both agree within their
+  /// uncertainties, or if the poses found over the last second or two have moved as predicted: up to half the
+  /// motion, because gyro or plan may be what the filter was lost by. With `plan_is_known` false, rotations
+  /// alone are compared.
+  bool believes(Stamp t, const Relocation& found, const Estimate& predicted, bool plan_is_known);
+  void clear() { *this = {}; }
+
+ private:
+  struct Poses {
+    Stamp t;
+    Eigen::Isometry3d found, predicted;
+  };
+  std::optional<Stamp> searched_;
+  std::optional<Poses> first_;  // that is to be confirmed
+};
 
 /// The robot's state after relocalisation: the pose found, velocities as uncertain as those of a walking
 /// robot, and everything else as it was in the state before.

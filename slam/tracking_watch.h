@@ -47,6 +47,8 @@ class TrackingWatch {
   void diverge(const std::string& cause);
   /// The map was recognised: the health is ok, and all earlier frames are forgotten.
   void relocalised() { *this = TrackingWatch(options_); }
+  /// For how long tracking has been lost.
+  Stamp lost_for() const { return health_ == Health::ok ? Stamp(0) : lost_; }
   /// A filter that was lost before this frame interval is lost after it; after give_up_s it has diverged.
   void remains_lost(Stamp interval);
 

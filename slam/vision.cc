@@ -7,6 +7,8 @@ namespace slam {
 namespace {
 
 constexpr double kGate = 9.21;  // chi-square, 99 %, 2 rows
+constexpr std::size_t kLeastRecognised = 6;    // landmarks
+constexpr double kLeastShareRecognised = 0.5;  // of those searched for
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.
 double image_coverage(const std::vector<SearchedLandmark>& searched, const CameraIntrinsics& camera) {
@@ -36,7 +38,9 @@ void Vision::add_lasting_error(int landmark, Measurement& m, Kalman& kalman) {
   if (m.error_at >= 0) m.R.diagonal().array() -= m.error_gain * m.error_gain * errors_.variance();
 }
 
-void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman) {
+/// before: only landmarks that were initialised before this time are searched for.
+void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
+                    Kalman& kalman) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
   if (options_.sigma_lasting_px > 0)
     for (Candidate& candidate : candidates_)
@@ -49,6 +53,8 @@ void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks
     result_.visible_indices.push_back(candidate.index);
   }
   errors_.keep_visible(result_.visible_indices, landmarks, kalman);
+  if (before)
+    std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialised >= *before; });
   keep_most_informative(candidates_,
                         static_cast<std::size_t>(std::min(options_.measured_landmarks, bounds_.measured)));
   keep_affordable(candidates_, bounds_.searched_px);
@@ -80,9 +86,18 @@ void Vision::find_inliers(const State& state) {
   inliers_ = consensus_.largest(gated_, kGate);
 }
 
+bool Vision::recognises(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before,
+                        Kalman& kalman) {
+  search(image, landmarks, before, kalman);
+  find_inliers(kalman.state());
+  return inliers_.size() >= kLeastRecognised &&
+         static_cast<double>(inliers_.size()) >
+             kLeastShareRecognised * static_cast<double>(result_.searched.size());
+}
+
 const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landmark>& landmarks,
                                    Kalman& kalman) {
-  search(image, landmarks, kalman);
+  search(image, landmarks, std::nullopt, kalman);
   find_inliers(kalman.state());
   result_.inliers.clear();
   result_.nis.reset();

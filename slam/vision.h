@@ -49,8 +49,13 @@ class Vision {
   /// The errors of matches that last: to be predicted as the state is; landmarks initialised after the update are to be added.
   MatchErrors& errors() { return errors_; }
 
+  /// Whether landmarks that were in the map before a time are found where the state predicts them: at least
+  /// six of them, and most of those searched for. Does not update the estimate.
+  bool recognises(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before, Kalman& kalman);
+
  private:
-  void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
+  void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
+              Kalman& kalman);
   void add_lasting_error(int landmark, Measurement& match, Kalman& kalman);
   void find_inliers(const State& state);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
+#include <tuple>
 
 #include "slam/filter.h"
 #include "tests/slam/synthetic_room.h"
@@ -59,6 +60,56 @@ TEST(Relocalisation, TheRobotsStateHasThePoseFoundTheVelocitiesOfAWalkAndItsOldB
   EXPECT_EQ((after.P.bottomLeftCorner<kRobot - kCamera, kCamera>().norm()), 0);
 }
 
+Eigen::Isometry3d moved(double x, double yaw) { return pose(yaw, 0, {x, 0, 0}); }
+
+Relocation found_at(const Eigen::Isometry3d& X_WC) { return {X_WC, 1e-6 * Matrix6d::Identity()}; }
+
+Estimate predicted_at(const Eigen::Isometry3d& X_WC, double sigma = 0.001) {
+  return {.X_WC = X_WC, .covariance = sigma * sigma * Matrix6d::Identity()};
+}
+
+Stamp at_s(double t) { return Stamp(static_cast<Stamp::rep>(1e9 * t)); }
+
+TEST(Recognition, BelievesAtOnceWhatAgreesWithThePrediction) {
+  Recognition recognition;
+  EXPECT_TRUE(recognition.believes(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.002, 0.2)), true));
+  EXPECT_FALSE(recognition.believes(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.1, 0.2)), true));
+  EXPECT_TRUE(
+      recognition.believes(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.1, 0.2), 0.1), true));
+}
+
+TEST(Recognition, BelievesElsewhereWhatMovesAsPredictedForASecond) {
+  Recognition recognition;
+  for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8})
+    EXPECT_FALSE(recognition.believes(at_s(t), found_at(moved(2 + 0.2 * t, 0.3 * t)),
+                                      predicted_at(moved(0.2 * t, 0.2 * t)), true))
+        << t;
+  EXPECT_TRUE(recognition.believes(at_s(1), found_at(moved(2.2, 0.3)), predicted_at(moved(0.2, 0.2)), true));
+}
+
+TEST(Recognition, DoesNotBelieveWhatMovesWithTheCamera) {
+  for (const auto& [speed, rate, plan] : {std::tuple{0.2, 0.0, true}, {0.0, 0.2, true}, {0.0, 0.2, false}}) {
+    Recognition recognition;
+    for (double t = 0; t < 10; t += 0.2)
+      EXPECT_FALSE(recognition.believes(at_s(t), found_at(moved(-2, 0)),
+                                        predicted_at(moved(speed * t, rate * t)), plan))
+          << t;
+  }
+}
+
+TEST(Recognition, ComparesNoDistancesWithoutAPlan) {
+  Recognition recognition;
+  recognition.believes(at_s(0), found_at(moved(2, 0)), predicted_at(moved(0, 0)), false);
+  EXPECT_TRUE(recognition.believes(at_s(1), found_at(moved(2, 0.2)), predicted_at(moved(1, 0.2)), false));
+}
+
+TEST(Recognition, SearchesFiveTimesASecond) {
+  Recognition recognition;
+  int searches = 0;
+  for (int k = 0; k < 60; ++k) searches += recognition.is_due(at_s(k / 30.0)) ? 1 : 0;
+  EXPECT_EQ(searches, 10);
+}
+
 const synthetic::Recording& walk() {
   static const synthetic::Recording recording = [] {
     synthetic::Walk walk;
@@ -93,7 +144,7 @@ TEST(Relocalisation, AFilterThatWasCarriedAwayFindsItsTruePose) {
   const Stamp lost_at = walk().walk().stamp(59);
   bool found = false;
   int after = 0;
-  for (int k = 20; k < 45; ++k) {  // put down where it was at frame 20, by now 0.2 m away and turned
+  for (int k = 20; k < 55; ++k) {  // put down where it was at frame 20, by now 0.2 m away and turned
     Observation o = walk().observation(k);
     const Stamp later = lost_at + walk().walk().stamp(k - 19) - o.t;
     o.t += later;
@@ -112,6 +163,34 @@ TEST(Relocalisation, AFilterThatWasCarriedAwayFindsItsTruePose) {
   }
   EXPECT_TRUE(found);
   EXPECT_GT(after, 5);
+}
+
+/// Something textured that covers the view and moves with the camera, as a noisy camera sees it.
+cv::Mat cover(int frame) {
+  cv::RNG random(7);
+  cv::Mat picture(240, 320, CV_8UC1), noise(240, 320, CV_8UC1);
+  random.fill(picture, cv::RNG::UNIFORM, 0, 200);
+  cv::RNG(static_cast<std::uint64_t>(100 + frame)).fill(noise, cv::RNG::UNIFORM, 0, 5);
+  return picture + noise;
+}
+
+TEST(Relocalisation, AFilterWhoseViewWasCoveredGoesOnWhereItIs) {
+  Options options;
+  options.tracking.lost_after_s = 0.5;
+  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
+  bool lost = false;
+  for (int k = 0; k < 75; ++k) {
+    Observation o = walk().observation(k);
+    const bool covered = k >= 40 && k < 60;
+    if (covered) o.image = cover(k);
+    const FrameReport& report = filter.step(o);
+    lost = lost || report.health == Health::lost;
+    EXPECT_TRUE(k < 63 || report.health == Health::ok) << k << report.cause;
+    EXPECT_FALSE(report.relocalised) << "gyro, accelerometer and plan knew where it went";
+    const Eigen::Isometry3d X_WC = walk().walk().X_WC(seconds(walk().walk().stamp(k)));
+    EXPECT_LT((filter.estimate().X_WC.translation() - X_WC.translation()).norm(), 0.05) << k;
+  }
+  EXPECT_TRUE(lost);
 }
 
 TEST(Relocalisation, AFilterThatDoesNotRecogniseItsMapDiverges) {

@@ -38,6 +38,17 @@ class Live : public testing::Test {
     for (int i = 0; i < 300 && view_.has_viewers() != wanted; ++i) std::this_thread::sleep_for(10ms);
     return view_.has_viewers() == wanted;
   }
+  /// Shows frames until their only viewer, which does not read, has room for no more of them.
+  bool fills_its_viewer() {
+    const auto end = Clock::now() + 60s;
+    for (int k = 0; Clock::now() < end; ++k) {
+      view_.show(frame_at(k));
+      if (view_.has_viewers()) continue;
+      std::this_thread::sleep_for(100ms);  // the kernel may still take what waits
+      if (!view_.has_viewers()) return true;
+    }
+    return false;
+  }
   LiveView view_{{.token = kToken}, {.label = "a walk"}, false};
 };
 
@@ -91,9 +102,7 @@ TEST_F(Live, AStalledViewerCostsNothing) {
   open_socket(stalled, view_.access());
   ASSERT_TRUE(becomes(true));
   const auto begin = Clock::now();
-  for (int k = 0; k < 1000; ++k) view_.show(frame_at(k));
-  EXPECT_LT(Clock::now() - begin, 60s) << "whoever waited for it would wait for ever";
-  ASSERT_TRUE(becomes(false));
+  ASSERT_TRUE(fills_its_viewer()) << "whoever waited for it would wait for ever";
   EXPECT_FALSE(view_.wants({}));
   view_.end("done");  // gives up waiting for it
   EXPECT_LT(Clock::now() - begin, 90s);
