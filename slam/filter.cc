@@ -143,8 +143,8 @@ std::string Filter::measure_visually(const Observation& o, double dt) {
   if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
     for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, o.t);
-  map_.prune(kalman_, report_.deleted);
-  sensor_watch_.images().take(dt, statistics.searched, statistics.accepted, report_.deleted.size());
+  const std::size_t young = map_.prune(kalman_, report_.deleted);
+  sensor_watch_.images().take(dt, statistics.searched, statistics.accepted, young);
   const InitialisationCount initialised = manage_map(o, vision, !failed && !tracking_.in_doubt());
   tracking_.judge(statistics);
   if (failed) return "almost no landmark found";

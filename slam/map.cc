@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kRoom = 256;         // landmarks before the list takes memory anew
 constexpr int kProposals = 5;              // corners tried for each landmark wanted
 constexpr int kInitialisedPerFrame = 3;    // landmarks, once the map is not empty
+constexpr Stamp kYoung = std::chrono::seconds(10);
 constexpr double kLeastViewChange = 0.02;  // motion over distance; swaying moves less, and comes back
 
 const char* kind_name(const LandmarkKind& kind) {
@@ -189,14 +190,17 @@ void Map::search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& d
   }
 }
 
-void Map::prune(Kalman& kalman, std::vector<int>& deleted) {
+std::size_t Map::prune(Kalman& kalman, std::vector<int>& deleted) {
+  std::size_t young = 0;
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
     const Landmark& landmark = landmarks_[i];
     const bool unreliable = landmark.attempts >= 10 && 2 * landmark.successes < landmark.attempts;
     if (!unreliable && !surely_behind(kalman.state(), landmark)) continue;
     deleted.push_back(landmark.id);
+    if (landmark.last_visible - landmark.initialised < kYoung) ++young;
     erase(i, kalman);
   }
+  return young;
 }
 
 void Map::erase(std::size_t index, Kalman& kalman) {

@@ -62,7 +62,9 @@ class Map {
 
   /// Deletes landmarks that were searched for at least 10 times and found less than every second time
   /// (Davison et al. 2007), or whose inverse depth is surely negative. Their ids are appended to `deleted`.
-  void prune(Kalman& kalman, std::vector<int>& deleted);
+  /// Returns how many of them were in view for the last time within 10 s of their first sight: others may be
+  /// hidden from where the camera is now.
+  std::size_t prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:
   int number_wanted(std::size_t visible, const State& state) const;

@@ -55,7 +55,8 @@ class ImageWatch {
   /// flat or frozen.
   void take_health(double dt_s, bool lost, bool good_image);
 
-  /// Takes in the landmarks that were searched for, accepted, and deleted because they were not found, in a frame interval.
+  /// Takes in the landmarks that were searched for, accepted, and deleted soon after their first sight
+  /// because they were not found, in a frame interval.
   void take(double dt_s, std::size_t searched, std::size_t accepted, std::size_t unreliable);
 
   bool fails() const;

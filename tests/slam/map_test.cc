@@ -11,6 +11,8 @@
 namespace slam {
 namespace {
 
+using namespace std::chrono_literals;
+
 Options options_for(int landmarks) {
   Options options;
   options.vision.visible_landmarks = landmarks;
@@ -204,6 +206,20 @@ TEST(Map, DeletesWhatWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse)
   const std::vector<int> deleted = b.pruned();
   EXPECT_EQ(std::set<int>(deleted.begin(), deleted.end()), (std::set<int>{two, three}));
   EXPECT_EQ(b.map.landmarks().size(), 2u);
+}
+
+TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
+  Initialised b(4);
+  const auto last_seen = [&](std::size_t i, std::chrono::seconds age) {
+    b.map.record_visible(i, b.map.landmarks()[i].initialised + age);
+    for (int k = 0; k < 10; ++k) b.map.record_search(i, false);
+  };
+  last_seen(0, 1s);
+  last_seen(1, 9s);
+  last_seen(2, 10s);
+  std::vector<int> deleted;
+  EXPECT_EQ(b.map.prune(b.kalman, deleted), 2u);
+  EXPECT_EQ(deleted.size(), 3u);
 }
 
 TEST(Map, DeletesALandmarkThatIsSurelyBehindItsFirstSight) {

@@ -78,9 +78,9 @@ TEST_F(Health, AFilterThatNeverSeesAnythingNewDivergesAndEveryFileSaysSo) {
     const auto rows = health_rows();
     ASSERT_FALSE(rows.empty());
     EXPECT_THAT(rows.back(), HasSubstr("diverged," + whole + ","));
-    EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const std::string& row) {
-      return row.starts_with("lost,tracking lost: " + cause + ",");
-    })) << cause;
+    const std::string lost = "lost,tracking lost: " + cause + ",";
+    EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return row.starts_with(lost); }))
+        << cause;
   }
 }
 
