@@ -34,7 +34,12 @@ export ASAN_OPTIONS=quarantine_size_mb=16:detect_leaks=1 UBSAN_OPTIONS=print_sta
 cat >"$memory/one" <<'ONE'
 mkdir -p "$folder/corpus/$1" "$folder/found/$1"
 "$folder/tests/fuzz/fuzz_$1" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed="$seed" -timeout="$slow" -rss_limit_mb=1024 \
-  -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$folder/log/$1" 2>&1 || echo "ended with $?" >>"$folder/log/$1"
+  -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$folder/log/$1" 2>&1 || status=$?
+case ${status:-0} in
+  0) ;;
+  72) echo "interrupted" >>"$folder/log/$1" ;;  # libFuzzer's word for SIGINT and SIGTERM
+  *) echo "ended with $status" >>"$folder/log/$1" ;;
+esac
 ONE
 printf '%s\n' $targets | xargs -P "$(nproc)" -I{} sh "$memory/one" {}
 
@@ -44,6 +49,7 @@ printf '%-14s %12s %9s %9s %8s  %s\n' target inputs 'per s' 'code' 'peak MB' res
 for target in $targets; do
   log=$folder/log/$target
   result='nothing found'
+  if grep -q '^interrupted$' "$log"; then result='nothing found until it was interrupted'; fi
   if grep -q '^ended with' "$log"; then
     findings=$((findings + 1))
     result=$(sed -n 's/^SUMMARY: //p' "$log" | tail -n 1)
