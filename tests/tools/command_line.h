@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <string>
 
 namespace tests {
@@ -18,6 +19,12 @@ namespace tests {
 struct Ran {
   int exit_code = -1;
   std::string out, err;
+
+  /// What it said besides the progress that it tells every 30 s where there is no terminal, as on a slow machine.
+  std::string complaints() const {
+    static const std::regex progress("gaitslam: [^\\n]* %,[^\\n]* left[^\\n]*\\n");
+    return std::regex_replace(err, progress, "");
+  }
 };
 
 /// A scenario that takes a second: one step with camera and filter.

@@ -20,7 +20,7 @@ class OutputTest : public tests::CommandLine {
   json document_of(const std::string& arguments, const std::string& schema) const {
     const Ran ran = gaitslam(arguments);
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
-    EXPECT_EQ(ran.err, "");
+    EXPECT_EQ(ran.complaints(), "");
     write("printed.json", ran.out);
     const Ran checked = shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
                               "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR "/sim/result/schemas/" +
