@@ -10,11 +10,11 @@ namespace slam {
 namespace {
 
 constexpr double kLongestStep_s = 10;         // a later time is taken for a broken clock
-constexpr Stamp kDoubtful =
-    std::chrono::seconds(3);                  // before a loss: landmarks may have been initialised wrongly
 constexpr double kLongestInterval_s = 0.5;    // between frames; in a longer one, frames are missing
 constexpr int kFramesBetweenFullChecks = 30;  // of the whole covariance
 constexpr int kMostChecked = 600;             // parameters of it, because the cost grows with their cube
+constexpr Stamp kDoubtful{
+    3'000'000'000};  // before a loss, in which landmarks may have been initialised wrongly
 
 /// The pose part of the state; its covariance is symmetric to the last bit.
 Estimate pose_estimate(const State& state, Stamp t) {
@@ -91,6 +91,7 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
   if (tracking_.health() == Health::lost && !tracking_.is_blind()) {
     const Stamp before = o.t - tracking_.lost_for() - kDoubtful;
     if (!vision_.recognises(o.image, map_.landmarks(), before, kalman_)) return relocalise_in(o);
+    recognition_.clear();
     tracking_.relocalised();
   }
   const std::string unseen = measure_visually(o, seconds(interval));  // section III-A

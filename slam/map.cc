@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kRoom = 256;         // landmarks before the list takes memory anew
 constexpr int kProposals = 5;              // corners tried for each landmark wanted
 constexpr int kInitialisedPerFrame = 3;    // landmarks, once the map is not empty
-constexpr Stamp kYoung = std::chrono::seconds(10);
+constexpr Stamp kYoung{10'000'000'000};    // between a landmark's first and last view
 constexpr double kLeastViewChange = 0.02;  // motion over distance; swaying moves less, and comes back
 
 const char* kind_name(const LandmarkKind& kind) {

@@ -15,7 +15,6 @@ constexpr int kLeastSuccesses = 10;
 constexpr double kLargestRelativeVariance = 0.04;  // of the position, relative to the squared distance
 constexpr double kLeastCorrelation = 0.85;
 constexpr double kInlierResidual_px = 4;
-constexpr std::size_t kLeastInliers = 6;
 constexpr int kPoseIterations = 10;
 constexpr double kSearchPeriod_s = 0.19;  // every sixth frame at 30 Hz
 constexpr double kLargestDifference = 5;  // standard deviations
@@ -215,7 +214,7 @@ std::optional<Relocation> relocalise(const cv::Mat& image, const std::vector<Lan
         best = std::move(inliers);
         X_best = X_WC;
       }
-  if (best.indices.size() < kLeastInliers) return std::nullopt;
+  if (best.indices.size() < kLeastRecognised) return std::nullopt;
   return refine(X_best, detections, best.indices, camera, sigma_px);
 }
 

@@ -14,6 +14,9 @@
 
 namespace slam {
 
+inline constexpr std::size_t kLeastRecognised =
+    6;  ///< landmarks of the map, by which a lost filter knows its pose
+
 /// The position of a landmark and the unit vector in C towards the pixel where it may have been found.
 struct BearingObservation {
   Eigen::Vector3d p_W, direction_C;
@@ -31,8 +34,8 @@ struct Relocation {
 };
 
 /// Searches for well-known landmarks in the whole image and tries the poses of every two of them; the tilt is
-/// that of the state, which gyro and gravity maintain. Nothing where fewer than 6 landmarks agree on a pose
-/// within 4 px.
+/// that of the state, which gyro and gravity maintain. Nothing where fewer than kLeastRecognised landmarks
+/// agree on a pose within 4 px.
 std::optional<Relocation> relocalise(const cv::Mat& image, const std::vector<Landmark>& landmarks,
                                      const State& state, const Camera& camera, double sigma_px);
 

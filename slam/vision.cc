@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <numeric>
 
+#include "slam/relocalisation.h"
+
 namespace slam {
 namespace {
 
-constexpr double kGate = 9.21;  // chi-square, 99 %, 2 rows
-constexpr std::size_t kLeastRecognised = 6;    // landmarks
+constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
 constexpr double kLeastShareRecognised = 0.5;  // of those searched for
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.

@@ -50,7 +50,7 @@ class Vision {
   MatchErrors& errors() { return errors_; }
 
   /// Whether landmarks that were in the map before a time are found where the state predicts them: at least
-  /// six of them, and most of those searched for. Does not update the estimate.
+  /// kLeastRecognised of them, and most of those searched for. Does not update the estimate.
   bool recognises(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before, Kalman& kalman);
 
  private:
