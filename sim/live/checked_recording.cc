@@ -17,7 +17,7 @@ CheckedRecording::CheckedRecording(const std::filesystem::path& folder,
 }
 
 void CheckedRecording::add(const Frame& frame) {
-  writer_.add(frame.observation);
+  writer_.add(frame.observation, frame.png);
   if (check_.view) check_.view->add(frame.observation.image, frame.observation.t, frame.X_WC);
 }
 

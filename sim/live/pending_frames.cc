@@ -1,9 +1,11 @@
 #include "sim/live/pending_frames.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "sim/live/recorded.h"
+#include "sim/recording/grey_png.h"
 #include "sim/result/timing.h"
 #include "sim/world/surfaces.h"
 
@@ -41,8 +43,12 @@ void PendingFrames::add_positions(const world::World& world) {
   if (camera_) motion_.add(world.time(), *world.model(), *world.data());
 }
 
-bool PendingFrames::is_due(nanoseconds t) const {
-  return t == std::chrono::milliseconds(std::llround(1e3 * next_ / options_.rate_hz));
+nanoseconds PendingFrames::next_due() const {
+  return std::chrono::milliseconds(std::llround(1e3 * next_ / options_.rate_hz));
+}
+
+nanoseconds PendingFrames::next_event() const {
+  return frames_.empty() ? next_due() : std::min(next_due(), frames_.front().observation.t + lead_);
 }
 
 void PendingFrames::push(Frame frame) {
@@ -66,6 +72,10 @@ void PendingFrames::draw_oldest() {
     if (camera_) {
       const result::StageClock clock(frame->render_ms);
       frame->observation.image = camera_->render(motion, frame->observation.t, lights_off_);
+    }
+    if (camera_) {
+      const result::StageClock clock(frame->encode_ms);
+      frame->png = recording::encode_grey_png(frame->observation.image);
     }
     return std::move(*frame);
   }));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <future>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "sim/live/ordered_worker.h"
@@ -22,7 +23,8 @@ namespace sim::live {
 struct Frame {
   slam::Observation observation;
   Eigen::Isometry3d X_WC;
-  double render_ms = 0;  ///< CPU time that drawing its image took
+  std::string png = {};                 ///< the image, encoded for the recording
+  double render_ms = 0, encode_ms = 0;  ///< CPU time that drawing and encoding its image took
 };
 
 /// Frame k is stamped at the millisecond of the physics nearest to k / rate; its image is complete when the
@@ -39,8 +41,10 @@ class PendingFrames {
 
   /// To be called at each millisecond: the positions that later images are drawn at.
   void add_positions(const world::World& world);
-  /// Whether the next frame is stamped at this time.
-  bool is_due(std::chrono::nanoseconds t) const;
+  /// When the next frame is stamped.
+  std::chrono::nanoseconds next_due() const;
+  /// When there is something to do next: a frame to stamp, or an image to draw.
+  std::chrono::nanoseconds next_event() const;
   void push(Frame frame);
 
   /// Has the images drawn whose shutters have closed at this time.

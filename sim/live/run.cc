@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -60,7 +61,7 @@ class Run {
 
  private:
   void command();
-  void step();
+  void step_until(slam::Stamp end);
   void take_frames();
   void stamp_frame();
   void read_imu();
@@ -108,12 +109,13 @@ Run::Run(const scenario::ReadScenario& read, const std::filesystem::path& folder
 }
 
 void Run::walk(const result::Progress& progress) {
+  frames_.add_positions(robot_.world());
   take_frames();
   while (robot_.walks()) {
     command();
     for (const slam::Stamp end = robot_.world().time() + walking::kTick;
          robot_.is_ok() && robot_.world().time() < end;) {
-      step();
+      step_until(std::min(end, frames_.next_event()));
       take_frames();
     }
     read_imu();
@@ -138,16 +140,18 @@ void Run::command() {
   robot_.command(readings);
 }
 
-// Every millisecond.
-void Run::step() {
+// In steps of a millisecond.
+void Run::step_until(slam::Stamp end) {
   const result::StageClock clock(frame_timing_.plan_and_physics_ms);
-  robot_.world().step();
+  do {
+    robot_.world().step();
+    frames_.add_positions(robot_.world());
+  } while (robot_.is_ok() && robot_.world().time() < end);
 }
 
 void Run::take_frames() {
   const slam::Stamp now = robot_.world().time();
-  frames_.add_positions(robot_.world());
-  if (frames_.is_due(now)) stamp_frame();
+  if (now >= frames_.next_due()) stamp_frame();
   frames_.draw_complete(now);
   while (frames_.is_full()) deliver_frame();
 }
@@ -181,6 +185,7 @@ void Run::deliver_frame() {
   const slam::Stamp t = frame.observation.t;
   frame_timing_.t = t;
   frame_timing_.render_ms = frame.render_ms;
+  frame_timing_.encode_ms = frame.encode_ms;
   {
     const result::StageClock clock(frame_timing_.record_ms);
     recording_.add(frame);

@@ -100,7 +100,8 @@ class RecordingWriter {
   RecordingWriter(const std::filesystem::path& folder, const RecordingSetup& setup);
   ~RecordingWriter();
 
-  void add(const slam::Observation& ideal);
+  /// png: the observation's image as encode_grey_png() gives it, if that has been called already.
+  void add(const slam::Observation& ideal, std::string_view png = {});
   void add(const BodyReading& reading);  ///< at any rate
   void add(const TruePoses& poses);      ///< once per frame
   void add(const TrueMotion& motion);    ///< at any rate

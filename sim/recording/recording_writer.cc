@@ -90,12 +90,12 @@ struct RecordingWriter::Files {
     manifest.add(name, file.hash());
   }
 
-  void add_image(slam::Stamp t, const cv::Mat& image) {
+  void add_image(slam::Stamp t, const cv::Mat& image, std::string_view png) {
     const slam::CameraIntrinsics& size = setup.calibration.camera;
     require(image.type() == CV_8UC1 && image.cols == size.width_px && image.rows == size.height_px,
             "an image is not 8-bit grey of the camera's size");
     const std::string name = fmt::format("{}.png", file_stamp(t));
-    write_whole(kCameraFolder + name, encode_grey_png(image));
+    write_whole(kCameraFolder + name, png.empty() ? encode_grey_png(image) : png);
     camera.add(t, "," + name);
   }
 
@@ -135,12 +135,12 @@ RecordingWriter::RecordingWriter(const fs::path& folder, const RecordingSetup& s
 
 RecordingWriter::~RecordingWriter() = default;
 
-void RecordingWriter::add(const slam::Observation& ideal) {
+void RecordingWriter::add(const slam::Observation& ideal, std::string_view png) {
   Files& f = *files_;
   const std::optional<slam::Stamp> last_frame = f.frames.last;
   f.frames.add(ideal.t, "");
   f.add_inertial(ideal, last_frame);
-  if (!ideal.image.empty()) f.add_image(ideal.t, ideal.image);
+  if (!ideal.image.empty()) f.add_image(ideal.t, ideal.image, png);
   if (ideal.plan) f.plan.add(ideal.t, "," + plan_fields(*ideal.plan));
 }
 

@@ -52,10 +52,10 @@ double process_cpu_ms() { return clock_ms(CLOCK_PROCESS_CPUTIME_ID); }
 double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
 
 void Timing::write(const std::filesystem::path& folder, double simulated_s) const {
-  std::string csv = "#timestamp [ns],plan_and_physics [ms],render [ms],record [ms],filter [ms],landmarks\n";
+  std::string csv = "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n";
   for (const FrameTiming& f : frames)
-    csv += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{}\n", f.t.count(), f.plan_and_physics_ms, f.render_ms,
-                       f.record_ms, f.filter_ms, f.landmarks);
+    csv += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{}\n", f.t.count(), f.plan_and_physics_ms,
+                       f.render_ms, f.encode_ms, f.record_ms, f.filter_ms, f.landmarks);
   files::write_text(folder / "timing.csv", csv);
 
   const auto filter = column(frames, &FrameTiming::filter_ms);
@@ -70,6 +70,7 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
   json["cpu_s"] = {{"all", 1e-3 * process_cpu_ms()},
                    {"plan_and_physics", total_s(column(frames, &FrameTiming::plan_and_physics_ms))},
                    {"render", total_s(column(frames, &FrameTiming::render_ms))},
+                   {"encode", total_s(column(frames, &FrameTiming::encode_ms))},
                    {"record", total_s(column(frames, &FrameTiming::record_ms))},
                    {"filter", total_s(filter)}};
   write_json(folder / "timing.json", json);

@@ -19,7 +19,7 @@ double thread_cpu_ms();
 /// The CPU time of a frame by stage.
 struct FrameTiming {
   slam::Stamp t{0};
-  double plan_and_physics_ms = 0, render_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU
+  double plan_and_physics_ms = 0, render_ms = 0, encode_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU
   int landmarks = 0;  ///< in the filter's map after the frame
 };
 

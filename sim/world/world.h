@@ -87,6 +87,7 @@ class World {
   void apply_masses(const Draw& draw);
   void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
   void push();
+  void read_forces_at(std::chrono::nanoseconds end);
   Status check() const;
   void look_around();
   bool feet_touch() const;

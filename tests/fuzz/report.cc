@@ -47,7 +47,8 @@ constexpr std::array kFiles{
          "[rad],drift_x [m],drift_y [m],drift_yaw [rad]\n0,500000000,left,stance,1,2,3,0,0,0,1,1,1\n"},
     File{
         "timing.csv",
-        "#timestamp [ns],plan_and_physics [ms],render [ms],record [ms],filter [ms],landmarks\n0,1,1,1,1,5\n"},
+        "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n"
+        "0,1,1,1,1,1,5\n"},
     File{
         "tune.json",
         R"({"accepted": true, "name": "a", "objective": "pose_nll", "parameters": [{"key": "k", "unit": "m", "from": 1,
