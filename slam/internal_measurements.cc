@@ -23,10 +23,27 @@ std::optional<VelocityIncrement> InternalMeasurements::integrate_accelerometer(c
   return velocity_increment(earlier_, later_, X_CG_, state.robot().segment<3>(kGyroBias), options_);
 }
 
+Measurement InternalMeasurements::measured_velocity(const RobotVector& x,
+                                                    const PlannedVelocity& planned) const {
+  return planned.legs ? measure_leg_velocity(x, planned, by_legs_.plan_velocity)
+                      : measure_velocity(x, planned, options_.plan_velocity);
+}
+
+/// What the innovation of the planned velocity says of the plan's scale although it enters no update. Swaying that is not in
+/// the plan is noise here, since the state has the little of it alone that leg odometry does not measure.
+SystematicEvidence InternalMeasurements::plan_scale(const State& state, const PlannedVelocity& planned) const {
+  Measurement m = measure_velocity(state.robot(), planned, options_.plan_velocity);
+  m.R.diagonal() += sway_sigma(options_.plan_velocity).cwiseAbs2();
+  const Eigen::Matrix3d S = m.H_robot * state.marginal<kRobot>(0) * m.H_robot.transpose() + m.R;
+  const Eigen::Vector3d per_scale = m.sensitivity.col(kPlanScale).head<3>();
+  const Eigen::Vector3d weighted = S.llt().solve(per_scale);
+  return {weighted.dot(m.innovation.head<3>()), weighted.dot(per_scale)};
+}
+
 bool InternalMeasurements::agrees_with_plan(const Prediction& prediction, const State& state,
                                             const std::optional<PlannedVelocity>& planned) const {
   if (!options_.plan_velocity.enabled || !planned) return true;
-  const Measurement m = measure_velocity(prediction.x, *planned, options_.plan_velocity);
+  const Measurement m = measured_velocity(prediction.x, *planned);
   const RobotMatrix P = prediction.F * state.marginal<kRobot>(0) * prediction.F.transpose() + prediction.Q;
   const Eigen::Matrix3d S = m.H_robot * P * m.H_robot.transpose() + m.R;
   return S.llt().matrixL().solve(m.innovation).squaredNorm() < kGate3;
@@ -39,13 +56,13 @@ GatedPrediction InternalMeasurements::predict(const Observation& o, Stamp previo
   const RobotVector x = state.robot();
   const auto increment = integrate_accelerometer(o, previous, state);
   if (increment) {
-    GatedPrediction gated{predict_motion(x, dt, increment, options_)};
+    GatedPrediction gated{predict_motion(x, dt, increment, options(planned))};
     const Eigen::Vector3d V = gated.prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
     const double sigma = options_.motion.sigma_acceleration_m_s2 * dt;
     if (V.squaredNorm() < kGate3 * sigma * sigma && agrees_with_plan(gated.prediction, state, planned))
       return gated;
   }
-  return {predict_motion(x, dt, std::nullopt, options_), increment.has_value()};
+  return {predict_motion(x, dt, std::nullopt, options(planned)), increment.has_value()};
 }
 
 InternalResult InternalMeasurements::update(const Observation& o, Stamp previous,
@@ -69,8 +86,10 @@ InternalResult InternalMeasurements::update(const Observation& o, Stamp previous
   if (options_.gyro.enabled && options_.start.sigma_rest_rad_s > 0 && planned && plan_.at_rest())
     gate(measure_rest(x, options_.start.sigma_rest_rad_s), kGate3, "rest");
   if (options_.plan_velocity.enabled && planned)
-    result.plan_velocity =
-        gate(measure_velocity(x, *planned, options_.plan_velocity), kGate3, "planned velocity");
+    result.plan_velocity = gate(measured_velocity(x, *planned), kGate3,
+                                planned->legs ? "leg odometry" : "planned velocity");
+  if (options_.plan_velocity.enabled && planned && planned->legs)
+    result.plan_scale = plan_scale(kalman.state(), *planned);
   if (o.plan) {
     const Eigen::Isometry3d& X_PC = o.plan->X_PC;
     if (options_.height.enabled)

@@ -24,7 +24,9 @@ struct GatedPrediction {
 };
 
 struct InternalResult {
-  std::optional<Nis> gyro, plan_velocity, height;  ///< absent where there is no measurement
+  /// Absent where there is no measurement. plan_velocity: of leg odometry where that takes the plan's place.
+  std::optional<Nis> gyro, plan_velocity, height;
+  SystematicEvidence plan_scale;  ///< of a plan that is not used, because leg odometry takes its place
   std::string rejected;                            ///< what was not used, and why
   bool updated = true;                             ///< false where S is not positive definite
 };
@@ -32,11 +34,13 @@ struct InternalResult {
 class InternalMeasurements {
  public:
   InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
-      : options_(options), X_CG_(X_CG) {}
+      : options_(options), by_legs_(options), X_CG_(X_CG) {
+    by_legs_.plan_velocity = noises_by_legs(options);
+  }
 
   /// Takes in the plan of an observation; returns the planned motion since the previous one, dt_s ago.
   std::optional<PlannedVelocity> advance_plan(const Observation& observation, double dt_s) {
-    return plan_.advance(observation.plan, dt_s, options_.plan_velocity);
+    return plan_.advance(observation.plan, dt_s, options_);
   }
 
   /// Predicts the robot's state at the observation. The accelerometer drives the prediction unless its
@@ -53,10 +57,16 @@ class InternalMeasurements {
  private:
   std::optional<VelocityIncrement> integrate_accelerometer(const Observation& observation, Stamp previous,
                                                            const State& state);
+  /// The options with the noises that hold in this frame.
+  const Options& options(const std::optional<PlannedVelocity>& planned) const {
+    return planned && planned->legs ? by_legs_ : options_;
+  }
+  Measurement measured_velocity(const RobotVector& x, const PlannedVelocity& planned) const;
   bool agrees_with_plan(const Prediction& prediction, const State& state,
                         const std::optional<PlannedVelocity>& planned) const;
+  SystematicEvidence plan_scale(const State& state, const PlannedVelocity& planned) const;
 
-  Options options_;
+  Options options_, by_legs_;
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;
   InertialInterval earlier_, later_;  // of the last two frame intervals

@@ -36,7 +36,12 @@ class Kalman {
   /// nothing, where S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
 
-  /// What the updates since the last call say of systematic errors.
+  /// Adds what a measurement that enters no update says of a systematic error.
+  void add_evidence(int error, const SystematicEvidence& evidence) {
+    SystematicEvidence& sum = evidence_[static_cast<std::size_t>(error)];
+    sum.score += evidence.score, sum.information += evidence.information;
+  }
+  /// What was added, and what the updates say of systematic errors, since the last call.
   Evidence take_evidence() { return std::exchange(evidence_, {}); }
 
   /// Adds a landmark at the end of the state; returns the first index of its parameters.

@@ -33,6 +33,13 @@ struct InertialSample {
 /// Which feet are on the ground according to the walking plan.
 enum class Support { both, left, right };
 
+/// Where leg odometry has the camera at the time of a frame, by the joints' encoders from the sole that carries the robot,
+/// which is taken to stand still. O is the odometry's own world: W at the start, it drifts from it as the soles slip and tilt.
+struct LegMotion {
+  Eigen::Isometry3d X_OC = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d p_CS = Eigen::Vector3d::Zero();  ///< the sole that carries the robot, m in C
+};
+
 /// The camera's motion at the time of the frame as the pattern generator plans it, in the plan's own world P,
 /// which equals W at the start and drifts from it as the feet slip. X_PC maps points from C to P. v_PC_C,
 /// w_PC_C: planned linear (m/s) and angular (rad/s) velocity of the camera in P, expressed in C.
@@ -44,6 +51,7 @@ struct PlannedMotion {
   /// C.
   Eigen::Vector3d p_CF = Eigen::Vector3d::Zero();
   Support support = Support::both;
+  std::optional<LegMotion> legs = {};  ///< what the legs made of the plan, where the robot measures it
 };
 
 /// One camera frame and all that was measured since the previous one. What is missing is absent: an empty

@@ -11,7 +11,8 @@ namespace {
 
 bool is_finite(const PlannedMotion& plan) {
   return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
-         plan.p_CF.allFinite();
+         plan.p_CF.allFinite() &&
+         (!plan.legs || (plan.legs->X_OC.matrix().allFinite() && plan.legs->p_CS.allFinite()));
 }
 
 /// Standard deviation of the grey values in every fourth row.

@@ -201,6 +201,24 @@ struct Options {
     }
   } plan_velocity;
 
+  /// Where the robot measures how its legs moved the camera, that takes the place of the planned velocity along the robot's
+  /// axes, and these noises the place of those of plan_velocity: of the sways and strides that are not in the plan little is left.
+  struct LegOdometry {
+    bool enabled = false;
+    double sigma_m_s = 0.012, sigma_stride = 0.005, sigma_sway_m_s = 0.005;
+
+    static void keys(auto&& key) {
+      key.value("enabled", &LegOdometry::enabled,
+                "whether leg odometry, where it is given, takes the place of the planned velocity");
+      key.number("sigma_m_s", &LegOdometry::sigma_m_s, 1e-9, 1e6,
+                 "standard deviation that the filter assumes for the velocity of a frame by leg odometry");
+      key.number("sigma_stride", &LegOdometry::sigma_stride, 0, 1e3,
+                 "standard deviation of a lasting error of leg odometry, relative, in length and sideways");
+      key.number("sigma_sway_m_s", &LegOdometry::sigma_sway_m_s, 0, 1e3,
+                 "standard deviation of the lateral sway velocity that leg odometry does not measure");
+    }
+  } leg_odometry;
+
   struct Height {
     bool enabled = true;
     double sigma_m = 0.03;
@@ -413,6 +431,7 @@ struct Options {
     key.part("gyro", &Options::gyro);
     key.part("accelerometer", &Options::accelerometer);
     key.part("plan_velocity", &Options::plan_velocity);
+    key.part("leg_odometry", &Options::leg_odometry);
     key.part("height", &Options::height);
     key.part("plan_orientation", &Options::plan_orientation);
     key.part("plan_position", &Options::plan_position);

@@ -31,14 +31,25 @@ Eigen::Matrix<double, 3, 2> stride_error_jacobian(const Eigen::Vector3d& steady_
   return J;
 }
 
+/// The mean angular velocity between two poses dt_s apart, rad/s in C.
+Eigen::Vector3d mean_rate(const Eigen::Isometry3d& before, const Eigen::Isometry3d& now, double dt_s) {
+  const Eigen::AngleAxisd turn(before.linear().transpose() * now.linear());
+  return turn.angle() / dt_s * turn.axis();
+}
+
+LegVelocity leg_velocity(const LegMotion& before, const LegMotion& now, double dt_s) {
+  const Eigen::Vector3d v_O = (now.X_OC.translation() - before.X_OC.translation()) / dt_s;
+  return {now.X_OC.linear().transpose() * v_O, mean_rate(before.X_OC, now.X_OC, dt_s),
+          (before.p_CS + now.p_CS) / 2, 0};
+}
+
 }  // namespace
 
 PlannedVelocity planned_velocity(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
                                  VelocityAxes axes) {
   const Eigen::Vector3d v_P = (now.X_PC.translation() - before.X_PC.translation()) / dt_s;
-  const Eigen::AngleAxisd turn(before.X_PC.linear().transpose() * now.X_PC.linear());
   const Eigen::Vector3d v_C = now.X_PC.linear().transpose() * v_P;
-  return {axes == VelocityAxes::plan ? v_P : v_C, turn.angle() / dt_s * turn.axis(),
+  return {axes == VelocityAxes::plan ? v_P : v_C, mean_rate(before.X_PC, now.X_PC, dt_s),
           (before.p_CF + now.p_CF) / 2, v_C};
 }
 
@@ -62,18 +73,43 @@ double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options) {
   return std::hypot(sigma, options.sigma_per_turn_m * gait.turning_rad_s);
 }
 
+Options::PlanVelocity noises_by_legs(const Options& options) {
+  Options::PlanVelocity noises = options.plan_velocity;
+  noises.sigma_m_s = options.leg_odometry.sigma_m_s;
+  noises.sigma_stride = options.leg_odometry.sigma_stride;
+  noises.sigma_sway_m_s = options.leg_odometry.sigma_sway_m_s;
+  return noises;
+}
+
 std::optional<PlannedVelocity> PlanHistory::advance(const std::optional<PlannedMotion>& plan, double dt_s,
-                                                    const Options::PlanVelocity& options) {
+                                                    const Options& options) {
   std::optional<PlannedVelocity> planned;
   if (previous_ && plan) {
-    planned = planned_velocity(*previous_, *plan, dt_s, options.axes);
+    planned = planned_velocity(*previous_, *plan, dt_s, options.plan_velocity.axes);
     gait_ = planned_gait(*previous_, *plan, *planned, gait_, dt_s);
     planned->steady_C = gait_.steady_C;
     moved_ = moved_ || !gait_.standing;
-    planned->sigma_m_s = velocity_sigma(gait_, options);
+    planned->sigma_m_s = velocity_sigma(gait_, options.plan_velocity);
+    const bool by_legs = options.leg_odometry.enabled && options.plan_velocity.axes == VelocityAxes::robot;
+    if (by_legs && previous_->legs && plan->legs) {
+      planned->legs = leg_velocity(*previous_->legs, *plan->legs, dt_s);
+      planned->legs->sigma_m_s = velocity_sigma(gait_, noises_by_legs(options));
+    }
   }
   previous_ = plan;
   return planned;
+}
+
+Measurement measure_leg_velocity(const RobotVector& x, const PlannedVelocity& planned,
+                                 const Options::PlanVelocity& options) {
+  PlannedVelocity measured = planned;
+  measured.velocity = planned.legs->velocity;
+  measured.rate = planned.legs->rate;
+  measured.p_CF = planned.legs->p_CS;
+  measured.sigma_m_s = planned.legs->sigma_m_s;
+  Measurement m = measure_velocity(x, measured, options);
+  m.sensitivity.col(kPlanScale).setZero();
+  return m;
 }
 
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,

@@ -10,6 +10,14 @@
 
 namespace slam {
 
+/// The same interval's motion by leg odometry.
+struct LegVelocity {
+  Eigen::Vector3d velocity;  ///< mean, m/s along the axes of C at the end
+  Eigen::Vector3d rate;      ///< mean angular velocity, rad/s in C
+  Eigen::Vector3d p_CS;      ///< mean position of the sole that carries the robot, m in C
+  double sigma_m_s = 0;      ///< standard deviation of the velocity's error per axis
+};
+
 /// The planned motion of the camera over one frame interval.
 struct PlannedVelocity {
   Eigen::Vector3d velocity;  ///< mean, m/s, along the axes of C at the end or along the plan's world axes
@@ -17,7 +25,8 @@ struct PlannedVelocity {
   Eigen::Vector3d p_CF;      ///< mean position of the support foot, m in C
   /// Planned velocity, m/s in C, to which the stride error is relative: without the swaying of single steps.
   Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
-  double sigma_m_s = 0;  ///< standard deviation of the velocity's error per axis
+  double sigma_m_s = 0;             ///< standard deviation of the velocity's error per axis
+  std::optional<LegVelocity> legs = {};  ///< where the filter is to use it in the plan's place
 };
 
 /// The mean velocity between two planned poses dt_s apart. steady_C is the velocity of this interval alone;
@@ -47,7 +56,7 @@ class PlanHistory {
   /// The planned motion since the previous frame, dt_s ago, with steady_C and sigma_m_s by the gait. Nothing
   /// where this frame or the previous one has no plan.
   std::optional<PlannedVelocity> advance(const std::optional<PlannedMotion>& plan, double dt_s,
-                                         const Options::PlanVelocity& options);
+                                         const Options& options);
 
   /// True as long as all planned motions are those of a robot that stands.
   bool at_rest() const { return previous_ && !moved_; }
@@ -66,6 +75,13 @@ class PlanHistory {
 /// it must not accumulate from step to step.
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
                              const Options::PlanVelocity& options);
+
+/// The same of the velocity by leg odometry, which there must be; it does not depend on the plan's scale.
+Measurement measure_leg_velocity(const RobotVector& x, const PlannedVelocity& planned,
+                                 const Options::PlanVelocity& options);
+
+/// The options of plan_velocity as they hold where leg odometry takes the plan's place.
+Options::PlanVelocity noises_by_legs(const Options& options);
 
 /// The measurement of h = 2 vec(q_planned⁻¹ × q), the small rotation from the planned to the estimated
 /// orientation, as 0 (Stasse et al. 2006, section IV-B). rad in C.

@@ -26,7 +26,7 @@ extern "C" {
 #endif
 
 /* The version of this interface. A library or program of another version is refused. */
-#define GAITSLAM_ESTIMATOR_VERSION 1u
+#define GAITSLAM_ESTIMATOR_VERSION 2u
 
 /* ---- Structures */
 
@@ -67,15 +67,18 @@ typedef struct gaitslam_reading {
 
 enum { GAITSLAM_SUPPORT_BOTH = 0, GAITSLAM_SUPPORT_LEFT = 1, GAITSLAM_SUPPORT_RIGHT = 2 };
 
-/* The planned motion of the camera at the stamp of the image. */
+/* The planned motion of the camera at the stamp of the image, and what the legs made of it. */
 typedef struct gaitslam_plan {
   gaitslam_pose X_PC;
   double v_PC_C[3];  /* linear velocity of C in P, axes C, m/s */
   double w_PC_C[3];  /* angular velocity of C in P, axes C, rad/s */
   double p_CF[3];    /* planned sole of the support foot, or the middle of both soles, in C */
   uint32_t support;  /* one of GAITSLAM_SUPPORT_... */
-  uint32_t reserved; /* 0 */
-} gaitslam_plan;     /* 176 bytes */
+  uint32_t has_legs; /* 1, or 0: what follows is all zero */
+  gaitslam_pose X_OC; /* camera by leg odometry: encoders and ankle forces, from the sole that carries the robot. O equals W
+                         at the start and drifts from it as soles slip and tilt */
+  double p_CS[3];     /* the sole that carries the robot, in C */
+} gaitslam_plan;      /* 296 bytes */
 
 /* An image and what was measured since the one before. What is missing has size or count 0. */
 typedef struct gaitslam_observation {
@@ -85,7 +88,7 @@ typedef struct gaitslam_observation {
   uint32_t has_plan; /* 1, or 0: `plan` is all zero */
   uint32_t reserved; /* 0 */
   gaitslam_plan plan;
-} gaitslam_observation; /* 208 bytes */
+} gaitslam_observation; /* 328 bytes */
 
 enum {
   GAITSLAM_OK = 0,      /* it tracks */

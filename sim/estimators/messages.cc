@@ -15,8 +15,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "structures in memory are messages");
 static_assert(sizeof(gaitslam_pose) == 96 && sizeof(gaitslam_start) == 288 &&
-              sizeof(gaitslam_reading) == 40 && sizeof(gaitslam_plan) == 176 &&
-              sizeof(gaitslam_observation) == 208 && sizeof(gaitslam_answer) == 408 &&
+              sizeof(gaitslam_reading) == 40 && sizeof(gaitslam_plan) == 296 &&
+              sizeof(gaitslam_observation) == 328 && sizeof(gaitslam_answer) == 408 &&
               sizeof(gaitslam_landmark) == 104 && sizeof(gaitslam_header) == 16 &&
               sizeof(gaitslam_ready) == 8);
 static_assert(GAITSLAM_SUPPORT_LEFT == static_cast<int>(slam::Support::left) &&
@@ -77,6 +77,10 @@ gaitslam_plan plan_of(const slam::PlannedMotion& planned) {
   copy(planned.w_PC_C, plan.w_PC_C);
   copy(planned.p_CF, plan.p_CF);
   plan.support = static_cast<std::uint32_t>(planned.support);
+  if (!planned.legs) return plan;
+  plan.has_legs = 1;
+  plan.X_OC = pose_of(planned.legs->X_OC);
+  copy(planned.legs->p_CS, plan.p_CS);
   return plan;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <deque>
+#include <utility>
 #include <optional>
 
 #include "sim/export/imu_merger.h"
@@ -95,7 +96,8 @@ class ImageWriter {
 }  // namespace
 
 void write_mav0(const ExportContext& out, bool images_within_imu) {
-  files::HashedFile imu = rows(out, kImuRows, ""), plan = rows(out, kPlanRows, kPlanHeader);
+  files::HashedFile imu = rows(out, kImuRows, ""), plan = rows(out, kPlanRows, "");
+  bool plan_begun = false;
   ImageWriter images(out, images_within_imu);
   ImuMerger imu_merger(out.setup.imu_rate_hz);
   bool imu_begun = false;
@@ -104,11 +106,13 @@ void write_mav0(const ExportContext& out, bool images_within_imu) {
       write_imu(imu, reading, imu_begun);
       images.note_reading(reading.t);
     }
+    if (o->plan && !std::exchange(plan_begun, true)) plan.write(recording::plan_header(*o->plan) + "\n");
     if (o->plan)
       plan.write(fmt::format("{},{}\n", recording::file_stamp(o->t), recording::plan_fields(*o->plan)));
     images.add(*o);
   }
   images.close();
+  if (!plan_begun) plan.write(kPlanHeader + "\n");
   for (files::HashedFile* file : {&imu, &plan}) file->close();
   write_sensors(out);
 }

@@ -54,4 +54,11 @@ slam::PlannedMotion planned_motion(const walking::Reference& from, const walking
   return motion;
 }
 
+slam::LegMotion leg_motion(const walking::LegOdometry& legs, const walking::JointVector& q,
+                           const Eigen::Isometry3d& X_BC) {
+  const auto [X_OB, p_OS] = legs.motion(q);
+  const Eigen::Isometry3d X_OC = X_OB * X_BC;
+  return {X_OC, X_OC.inverse() * p_OS};
+}
+
 }  // namespace sim::live

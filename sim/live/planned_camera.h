@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "slam/observation.h"
+#include "walking/leg_odometry.h"
 #include "walking/plan.h"
 
 namespace sim::live {
@@ -17,5 +18,9 @@ Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::R
 /// The planned motion of a camera fixed to the waist at X_BC. Velocities: those of the tick before t.
 slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
                                    const Eigen::Isometry3d& X_BC);
+
+/// Where leg odometry has a camera fixed to the waist at X_BC, by the encoders at this moment.
+slam::LegMotion leg_motion(const walking::LegOdometry& legs, const walking::JointVector& q,
+                           const Eigen::Isometry3d& X_BC);
 
 }  // namespace sim::live

@@ -78,6 +78,7 @@ class Run {
   ReadingNoise noise_{read_.scenario.seed, read_.scenario.stabilizer};
   Mounting mounting_;
   recording::RecordingSetup setup_;
+  walking::LegOdometry legs_{robot_.reference().X_PB};
   PendingFrames frames_;
   CheckedRecording recording_;
   std::optional<tracking::Tracking> tracking_;
@@ -100,6 +101,7 @@ Run::Run(const scenario::ReadScenario& read, const std::filesystem::path& folder
       setup_(recording_setup(read.scenario, mounting_, robot_.reference().X_PB)),
       frames_(read.scenario, models, threads > 1),
       recording_(folder_, setup_, true_motion(robot_.world()), frames_.surfaces()) {
+  legs_.take(robot_.world().leg_readings());
   if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
   const walking::SteeringOptions& steering = read.scenario.walk.steering;
@@ -136,6 +138,7 @@ void Run::command() {
   walking::SensorReadings readings = robot_.world().sensor_readings();
   recording_.add(recorded(robot_.world().time(), readings));
   left_ = readings.left, right_ = readings.right;
+  legs_.take(readings);
   noise_.add_to(readings);
   robot_.command(readings);
 }
@@ -162,6 +165,7 @@ void Run::stamp_frame() {
   read_imu();
   next_.t = world.time();
   next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
+  next_.plan->legs = leg_motion(legs_, world.leg_readings().q, mounting_.X_BC);
   if (places_) places_->add(next_.t, *next_.plan);
   if (observer_.stamped)
     observer_.stamped({next_.t, world, from, next_.plan->X_PC, feet_, left_, right_});

@@ -10,10 +10,22 @@ namespace sim::recording {
 
 using recording_format::kSupport;
 
+namespace {
+
+constexpr std::size_t kFirstOfLegs = 23;  // field
+
+}  // namespace
+
+const std::string& plan_header(const slam::PlannedMotion& plan) {
+  return plan.legs ? recording_format::kPlanAndLegsHeader : recording_format::kPlanHeader;
+}
+
 std::string plan_fields(const slam::PlannedMotion& plan) {
-  return fmt::format("{},{},{},{},{}", files::csv_fields(plan.X_PC), files::csv_fields(plan.v_PC_C),
+  std::string legs =
+      plan.legs ? fmt::format(",{},{}", files::csv_fields(plan.legs->X_OC), files::csv_fields(plan.legs->p_CS)) : "";
+  return legs.insert(0, fmt::format("{},{},{},{},{}", files::csv_fields(plan.X_PC), files::csv_fields(plan.v_PC_C),
                      files::csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
-                     files::csv_fields(plan.p_CF));
+                     files::csv_fields(plan.p_CF)));
 }
 
 slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
@@ -25,6 +37,8 @@ slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
   if (support == kSupport.end()) row.fail(19, "expected both, left or right");
   plan.support = static_cast<slam::Support>(support - kSupport.begin());
   plan.p_CF = row.vector(20);
+  if (row.fields() > kFirstOfLegs)
+    plan.legs = slam::LegMotion{row.pose(kFirstOfLegs), row.vector(kFirstOfLegs + 12)};
   return plan;
 }
 

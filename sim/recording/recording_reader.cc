@@ -99,7 +99,7 @@ struct RecordingReader::Files {
   StampedRows frames = rows_of(manifest, kFrames, {kStampColumn}),
               camera = rows_of(manifest, kCameraRows, {kCameraHeader}),
               imu = rows_of(manifest, kImuRows, {kImuHeader, kGyroHeader}),
-              plan = rows_of(manifest, kPlanRows, {kPlanHeader});
+              plan = rows_of(manifest, kPlanRows, {kPlanHeader, kPlanAndLegsHeader});
   slam::Stamp imu_end{0};
 
   cv::Mat image(std::string_view name) const {

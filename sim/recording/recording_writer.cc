@@ -75,13 +75,14 @@ struct RecordingWriter::Files {
   RecordingSetup setup;
   ManifestWriter manifest{folder};
   Rows frames{folder, kFrames, kStampColumn}, camera{folder, kCameraRows, kCameraHeader},
-      imu{folder, kImuRows}, plan{folder, kPlanRows, kPlanHeader}, motion{folder, kMotionRows, kMotionHeader},
+      imu{folder, kImuRows}, plan{folder, kPlanRows}, motion{folder, kMotionRows, kMotionHeader},
       true_camera{folder, kTrueCamera, kTrueCameraHeader}, true_waist{folder, kTrueWaist, kTrueWaistHeader},
       planned_waist{folder, kPlannedWaist, kPlannedWaistHeader}, feet{folder, kFeet, kFeetHeader},
       surfaces{folder, kSurfaces, kSurfacesHeader};
   std::vector<Rows> body;  // in the order of body_sensors()
   std::optional<slam::Stamp> imu_begin, imu_end;
   std::optional<bool> with_accelerometer;  // known from the first reading on
+  std::optional<bool> with_legs;           // known from the first plan on
 
   void write_whole(const std::string& name, std::string_view bytes) {
     files::HashedFile file = new_file(folder / name);
@@ -97,6 +98,14 @@ struct RecordingWriter::Files {
     const std::string name = fmt::format("{}.png", file_stamp(t));
     write_whole(kCameraFolder + name, png.empty() ? encode_grey_png(image) : png);
     camera.add(t, "," + name);
+  }
+
+  void add_plan(slam::Stamp t, const slam::PlannedMotion& planned) {
+    if (!with_legs) plan.file.write(plan_header(planned) + "\n");
+    require(with_legs.value_or(planned.legs.has_value()) == planned.legs.has_value(),
+            "leg odometry comes and goes");
+    with_legs = planned.legs.has_value();
+    plan.add(t, "," + plan_fields(planned));
   }
 
   void begin_inertial(const slam::InertialSample& first, bool accelerometer) {
@@ -141,7 +150,7 @@ void RecordingWriter::add(const slam::Observation& ideal, std::string_view png) 
   f.frames.add(ideal.t, "");
   f.add_inertial(ideal, last_frame);
   if (!ideal.image.empty()) f.add_image(ideal.t, ideal.image, png);
-  if (ideal.plan) f.plan.add(ideal.t, "," + plan_fields(*ideal.plan));
+  if (ideal.plan) f.add_plan(ideal.t, *ideal.plan);
 }
 
 void RecordingWriter::add(const BodyReading& reading) {
@@ -184,6 +193,7 @@ void RecordingWriter::add(const std::string& name, std::string_view text) { file
 void RecordingWriter::finish() {
   Files& f = *files_;
   if (!f.with_accelerometer) f.imu.file.write(kImuHeader + "\n");
+  if (!f.with_legs) f.plan.file.write(kPlanHeader + "\n");
   f.write_whole(kBody, body_yaml());
   f.write_whole(kCameraSensor, camera_yaml(f.setup));
   f.write_whole(kImuSensor, imu_yaml(f.setup, f.imu_begin));

@@ -22,13 +22,23 @@ std::vector<InertialSample> taken_until(Stamp t, std::deque<InertialSample>& que
   return readings;
 }
 
+Eigen::Isometry3d interpolate(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double part) {
+  Eigen::Isometry3d X = a;
+  const Eigen::Quaterniond q(a.linear());
+  X.linear() = q.slerp(part, Eigen::Quaterniond(b.linear())).normalized().toRotationMatrix();
+  X.translation() = (1 - part) * a.translation() + part * b.translation();
+  return X;
+}
+
 PlannedMotion interpolate(const PlannedMotion& a, const PlannedMotion& b, double part) {
   PlannedMotion plan = part < 0.5 ? a : b;
-  const Eigen::Quaterniond q(a.X_PC.linear());
-  plan.X_PC.linear() = q.slerp(part, Eigen::Quaterniond(b.X_PC.linear())).normalized().toRotationMatrix();
-  plan.X_PC.translation() = (1 - part) * a.X_PC.translation() + part * b.X_PC.translation();
+  plan.X_PC = interpolate(a.X_PC, b.X_PC, part);
   plan.v_PC_C = (1 - part) * a.v_PC_C + part * b.v_PC_C;
   plan.w_PC_C = (1 - part) * a.w_PC_C + part * b.w_PC_C;
+  plan.legs.reset();
+  if (a.legs && b.legs)
+    plan.legs = slam::LegMotion{interpolate(a.legs->X_OC, b.legs->X_OC, part),
+                                (1 - part) * a.legs->p_CS + part * b.legs->p_CS};
   return plan;
 }
 

@@ -251,18 +251,23 @@ walking::Wrench World::wrench(int sole_body, int force, int torque) const {
   return wrench;
 }
 
-walking::SensorReadings World::sensor_readings() {
-  const ImuState now = imu_state();
-  const ImuReading reading = reading_between(last_read_, now, vector(model_->opt.gravity));
-  last_read_ = now;
+walking::SensorReadings World::leg_readings() const {
   walking::SensorReadings readings;
-  readings.gyro = reading.gyro;
-  readings.accelerometer = reading.specific_force;
   readings.left = wrench(model_->site_bodyid[ids_.left_sole], ids_.left_force, ids_.left_torque);
   readings.right = wrench(model_->site_bodyid[ids_.right_sole], ids_.right_force, ids_.right_torque);
   for (int joint = 0; joint < walking::kJoints; ++joint) {
     readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
   }
+  return readings;
+}
+
+walking::SensorReadings World::sensor_readings() {
+  const ImuState now = imu_state();
+  const ImuReading reading = reading_between(last_read_, now, vector(model_->opt.gravity));
+  last_read_ = now;
+  walking::SensorReadings readings = leg_readings();
+  readings.gyro = reading.gyro;
+  readings.accelerometer = reading.specific_force;
   return readings;
 }
 

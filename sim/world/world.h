@@ -51,6 +51,9 @@ class World {
   /// Now is t = 0: readings and contacts are counted from here, and the pushes are due by this clock.
   void start_clock(std::vector<Push> pushes);
 
+  /// Encoders, and the wrenches on the soles at the end of the last tick; no IMU.
+  walking::SensorReadings leg_readings() const;
+
   /// Readings for the stabiliser, gyro and accelerometer as means since the last call (or the start).
   walking::SensorReadings sensor_readings();
 

@@ -160,8 +160,8 @@ TEST(Plan, StridesTooLongAndTurnedMakeThePlannedVelocityTooFastAndTurned) {
 }
 
 TEST(Plan, HistoryGivesTheVelocityWithSteadyPartAndSigmaWhereTwoFramesInARowHaveAPlan) {
-  Options::PlanVelocity options;
-  options.double_support_factor = 3;
+  Options options;
+  options.plan_velocity.double_support_factor = 3;
   PlannedMotion before, now;
   now.X_PC.translation().x() = 0.03;
   PlanHistory history;
@@ -170,9 +170,57 @@ TEST(Plan, HistoryGivesTheVelocityWithSteadyPartAndSigmaWhereTwoFramesInARowHave
   ASSERT_TRUE(planned);
   EXPECT_NEAR(planned->velocity.x(), 0.3, 1e-15);
   EXPECT_NEAR(planned->steady_C.x(), 0.3 * (1 - std::exp(-0.1 / 1.6)), 1e-15);  // low-pass over two steps
-  EXPECT_EQ(planned->sigma_m_s, 3 * options.sigma_m_s);
+  EXPECT_EQ(planned->sigma_m_s, 3 * options.plan_velocity.sigma_m_s);
+  EXPECT_FALSE(planned->legs);
   EXPECT_FALSE(history.advance(std::nullopt, 0.1, options));
   EXPECT_FALSE(history.advance(now, 0.1, options));
+}
+
+TEST(Plan, LegOdometryTakesThePlansPlaceWhereItIsGivenAlongTheRobotsAxes) {
+  Options options;
+  options.leg_odometry.enabled = true;
+  PlannedMotion before, now;
+  now.X_PC.translation().x() = 0.03;
+  before.legs.emplace(), now.legs.emplace();
+  before.legs->p_CS = {0, 1.4, 0}, now.legs->p_CS = {0, 1.4, -0.04};
+  now.legs->X_OC = pose(0.01, {0, 1, 0}, {0, 0, 0.02});
+  const auto moved = [&] {
+    PlanHistory history;
+    history.advance(before, 0, options);
+    return *history.advance(now, 0.1, options);
+  };
+  const PlannedVelocity planned = moved();
+  EXPECT_NEAR(planned.velocity.x(), 0.3, 1e-15);
+  ASSERT_TRUE(planned.legs);
+  const Eigen::Vector3d v_O(0, 0, 0.2);
+  EXPECT_LT((planned.legs->velocity - now.legs->X_OC.linear().transpose() * v_O).norm(), 1e-15);
+  EXPECT_LT((planned.legs->rate - Eigen::Vector3d(0, 0.1, 0)).norm(), 1e-12);
+  EXPECT_EQ(planned.legs->p_CS, Eigen::Vector3d(0, 1.4, -0.02));
+  EXPECT_EQ(planned.legs->sigma_m_s, options.leg_odometry.sigma_m_s);
+  options.plan_velocity.axes = VelocityAxes::plan;
+  EXPECT_FALSE(moved().legs);
+  options.plan_velocity.axes = VelocityAxes::robot;
+  options.leg_odometry.enabled = false;
+  EXPECT_FALSE(moved().legs);
+  options.leg_odometry.enabled = true;
+  before.legs.reset();
+  EXPECT_FALSE(moved().legs) << "there is no interval";
+}
+
+TEST(Plan, TheVelocityByLegOdometryIsMeasuredAsThePlansButForItsScale) {
+  const RobotVector x = generic_state();
+  const Options options;
+  PlannedVelocity planned{{0.1, 0.2, 0.3}, {0.01, 0.02, 0.03}, {0, 1.4, 0.1}, {0, 0, 0.2}, 0.02};
+  planned.legs = LegVelocity{{0.15, 0.1, 0.2}, {0.03, 0.01, 0.02}, {0.1, 1.4, 0}, 0.01};
+  const PlannedVelocity as_plan{planned.legs->velocity, planned.legs->rate, planned.legs->p_CS,
+                                planned.steady_C, planned.legs->sigma_m_s};
+  const Measurement m = measure_leg_velocity(x, planned, options.plan_velocity),
+                    expected = measure_velocity(x, as_plan, options.plan_velocity);
+  EXPECT_EQ(m.innovation, expected.innovation);
+  EXPECT_EQ(m.H_robot, expected.H_robot);
+  EXPECT_EQ(m.R, expected.R);
+  EXPECT_NE(expected.sensitivity.norm(), 0);
+  EXPECT_EQ(m.sensitivity.norm(), 0);
 }
 
 TEST(Plan, HeightIsThatOfTheCameraAlone) {

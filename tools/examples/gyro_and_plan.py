@@ -10,12 +10,12 @@ import sys
 
 import numpy as np
 
-VERSION = 1
+VERSION = 2
 START, READY, OBSERVATION, ANSWER, END = 1, 2, 3, 4, 5
 HEADER = struct.Struct('<4sIQ')
 OBSERVATION_HEAD = struct.Struct('<qIIIIII')  # before the plan: 32 bytes
 ANSWER_HEAD = struct.Struct('<qII')           # before the pose: 16 bytes
-POSE, PLAN, READING = 96, 176, 40             # bytes
+POSE, PLAN, READING = 96, 296, 40             # bytes
 
 
 def pose(data, at):

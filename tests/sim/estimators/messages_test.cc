@@ -38,7 +38,7 @@ TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
   EXPECT_EQ(message[4], 1);
   EXPECT_EQ(at<std::uint64_t>(message, 8), 288 + options.size());
   const std::string payload = message.substr(16);
-  EXPECT_EQ(at<std::uint32_t>(payload, 0), 1U);
+  EXPECT_EQ(at<std::uint32_t>(payload, 0), 2U);
   EXPECT_EQ(at<std::uint32_t>(payload, 4), 2U);  // equidistant
   EXPECT_EQ(at<std::uint32_t>(payload, 8), 320U);
   EXPECT_EQ(at<std::uint32_t>(payload, 12), 240U);
@@ -63,8 +63,10 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
   o.plan.emplace();
   o.plan->v_PC_C << 0.1, 0.2, 0.3;
   o.plan->support = slam::Support::right;
+  o.plan->legs.emplace();
+  o.plan->legs->p_CS << 0.4, 0.5, 0.6;
   const std::string payload = observation_message(o).substr(16);
-  ASSERT_EQ(payload.size(), 208U + 3 * 40 + 320 * 240);
+  ASSERT_EQ(payload.size(), 328U + 3 * 40 + 320 * 240);
   EXPECT_EQ(at<std::int64_t>(payload, 0), 123456789);
   EXPECT_EQ(at<std::uint32_t>(payload, 8), 320U);
   EXPECT_EQ(at<std::uint32_t>(payload, 16), 2U);
@@ -73,14 +75,17 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
   EXPECT_EQ(at<double>(payload, 32), 1);  // of the identity
   EXPECT_EQ(at<double>(payload, 32 + 96), 0.1);
   EXPECT_EQ(at<std::uint32_t>(payload, 32 + 168), 2U);
-  EXPECT_EQ(at<double>(payload, 208 + 40 + 16), 4);
-  EXPECT_EQ(at<double>(payload, 208 + 80 + 32), 9.81);
+  EXPECT_EQ(at<std::uint32_t>(payload, 204), 1U);
+  EXPECT_EQ(at<double>(payload, 208), 1);  // of the identity
+  EXPECT_EQ(at<double>(payload, 304 + 16), 0.6);
+  EXPECT_EQ(at<double>(payload, 328 + 40 + 16), 4);
+  EXPECT_EQ(at<double>(payload, 328 + 80 + 32), 9.81);
   EXPECT_EQ(payload.back(), 99);
 }
 
 TEST(Messages, WhatIsMissingTakesNoBytes) {
   const std::string payload = observation_message({}).substr(16);
-  EXPECT_EQ(payload, std::string(208, '\0'));
+  EXPECT_EQ(payload, std::string(328, '\0'));
   EXPECT_EQ(end_message(), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
 }
 

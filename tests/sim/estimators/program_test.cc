@@ -107,7 +107,7 @@ TEST(Program, WhatGoesWrongAtTheStartIsNamed) {
        {std::pair<std::string, std::string>{"crash",
                                             "failed at its start (limit 60 s): it was killed by signal 6"},
         {"cannot_start", "it cannot start: no vocabulary"},
-        {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 1"},
+        {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 2"},
         {"prints", "is no message: it begins with 'Loading"}}) {
     const Tracked tracked = track(behaviour, 0);
     ASSERT_TRUE(tracked.failed) << behaviour;

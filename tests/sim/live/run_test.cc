@@ -106,6 +106,18 @@ TEST_F(RunTest, ReplayGivesTheLiveResultBitForBit) {
       IsEmpty());
 }
 
+TEST_F(RunTest, LegOdometryIsRecordedAndReplayedBitForBit) {
+  const ReadScenario read = scenario({"slam.leg_odometry.enabled=true"});
+  ASSERT_EQ(run("live", read).ending, "completed");
+  ASSERT_EQ(replay("live", "replay", read).ending, "completed");
+  EXPECT_THAT(
+      tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
+      IsEmpty());
+  ASSERT_EQ(replay("live", "by plan", scenario({"slam.leg_odometry.enabled=false"})).ending, "completed");
+  EXPECT_NE(tests::files(folder_ / "replay")["estimate.tum"],
+            tests::files(folder_ / "by plan")["estimate.tum"]);
+}
+
 TEST_F(RunTest, ReplayWithAnotherGyroIsAnotherResult) {
   run("live", scenario());
   replay("live", "replay", scenario({"errors.gyro.sigma_rad_s=0.05"}));

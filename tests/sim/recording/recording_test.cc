@@ -47,7 +47,8 @@ RecordingSetup setup_of(sensor_errors::Random& random) {
 
 // Observations as a run gives them: readings every 5 ms, split at the frames; some frames without image or
 // plan.
-std::vector<slam::Observation> observations(sensor_errors::Random& random, int count, bool accelerometer) {
+std::vector<slam::Observation> observations(sensor_errors::Random& random, int count, bool accelerometer,
+                                            bool legs = false) {
   std::vector<slam::Observation> all;
   Stamp begin{-2'000'000};
   for (int k = 0; k < count; ++k) {
@@ -62,6 +63,7 @@ std::vector<slam::Observation> observations(sensor_errors::Random& random, int c
     }
     if (k % 5 != 3) o.image = random_image({kWidth, kHeight}, random);
     if (k % 7 != 4) o.plan = plan(random);
+    if (o.plan && legs) o.plan->legs = slam::LegMotion{random_pose(random), random_vector(random)};
     all.push_back(o);
   }
   return all;
@@ -99,6 +101,10 @@ void expect_same(const slam::Observation& a, const slam::Observation& b) {
   EXPECT_TRUE(same_bits(a.plan->w_PC_C, b.plan->w_PC_C));
   EXPECT_TRUE(same_bits(a.plan->p_CF, b.plan->p_CF));
   EXPECT_EQ(a.plan->support, b.plan->support);
+  ASSERT_EQ(a.plan->legs.has_value(), b.plan->legs.has_value());
+  if (!a.plan->legs) return;
+  EXPECT_TRUE(same_bits(a.plan->legs->X_OC.matrix(), b.plan->legs->X_OC.matrix()));
+  EXPECT_TRUE(same_bits(a.plan->legs->p_CS, b.plan->legs->p_CS));
 }
 
 // A finished recording of a few frames with truth and one surface.
@@ -107,7 +113,7 @@ struct Recorded {
       : folder(folder_) {
     sensor_errors::Random random(seed, "test");
     setup = setup_of(random);
-    given = observations(random, 12, accelerometer);
+    given = observations(random, 12, accelerometer, accelerometer);
     RecordingWriter writer(folder, setup);
     for (const slam::Observation& o : given) {
       writer.add(o);
@@ -381,7 +387,7 @@ TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
       says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,x"),
       AllOf(testing::StartsWith(":3:21: expected a finite number, found \"x"), testing::EndsWith("\"")));
   EXPECT_THAT(says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,nan,"),
-              HasSubstr(":3: expected 23 fields, found 24"));
+              HasSubstr(":3: expected 38 fields, found 39"));
   EXPECT_THAT(says("truth/surfaces.csv", "0.5,1,0.25", "0.5,inf,0.25"),
               HasSubstr("expected a finite number, found \"inf\""));
   EXPECT_THAT(says("mav0/cam0/data.csv", "033000000.png", "034000000.png"), HasSubstr("of another file"));
@@ -446,6 +452,8 @@ TEST(Recording, TheWriterRefusesWhatIdealSensorsCannotGive) {
               ThrowsMessage<std::logic_error>(HasSubstr("chain")));
   EXPECT_THAT(writing([](auto& all) { all[2].accelerometer.clear(); }),
               ThrowsMessage<std::logic_error>(HasSubstr("comes and goes")));
+  EXPECT_THAT(writing([](auto& all) { all[2].plan->legs.emplace(); }),
+              ThrowsMessage<std::logic_error>(HasSubstr("leg odometry comes and goes")));
   EXPECT_THAT(writing([](auto& all) { all[2].accelerometer.pop_back(); }),
               ThrowsMessage<std::logic_error>(HasSubstr("number")));
   EXPECT_THAT(writing([](auto& all) { all[2].accelerometer[1].begin += Stamp(1); }),

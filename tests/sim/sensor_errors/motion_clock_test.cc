@@ -20,6 +20,9 @@ Observation frame(int k) {
   o.plan->X_PC.translation().x() = 30 * k;
   o.plan->X_PC.linear() = Eigen::AngleAxisd(0.03 * k, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   o.plan->v_PC_C.y() = 30 * k;
+  o.plan->legs.emplace();
+  o.plan->legs->X_OC.translation().y() = 30 * k;
+  o.plan->legs->p_CS.z() = 30 * k;
   return o;
 }
 
@@ -68,6 +71,8 @@ TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
       const double planned_ms = 30.0 * static_cast<double>(k) - offset_ms;
       EXPECT_NEAR(all[k].plan->X_PC.translation().x(), planned_ms, 1e-9);
       EXPECT_NEAR(all[k].plan->v_PC_C.y(), planned_ms, 1e-9);
+      EXPECT_NEAR(all[k].plan->legs->X_OC.translation().y(), planned_ms, 1e-9);
+      EXPECT_NEAR(all[k].plan->legs->p_CS.z(), planned_ms, 1e-9);
       EXPECT_NEAR(Eigen::AngleAxisd(all[k].plan->X_PC.linear()).angle(), 1e-3 * planned_ms, 1e-9);
     }
   }

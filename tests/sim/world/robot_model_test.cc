@@ -126,6 +126,19 @@ TEST(RobotModel, HasTheLegGeometryOfThePlan) {
   EXPECT_LT(((X_BW * world.X_WL()).matrix() - left.matrix()).norm(), 1e-12);
 }
 
+TEST(RobotModel, HasTheBushesOfLegOdometry) {
+  const World world = standing();
+  const auto stiffness = [&](const std::string& joint) {
+    return world.model()->jnt_stiffness[mj_name2id(world.model(), mjOBJ_JOINT, joint.c_str())];
+  };
+  for (const std::string leg : {"RLEG_BUSH_", "LLEG_BUSH_"}) {
+    EXPECT_EQ(stiffness(leg + "Z"), walking::hrp2::kBushUp_n_m);
+    EXPECT_EQ(stiffness(leg + "YAW"), walking::hrp2::kBushYaw_nm_rad);
+    EXPECT_EQ(stiffness(leg + "PITCH"), walking::hrp2::kBushPitch_nm_rad);
+    EXPECT_EQ(stiffness(leg + "ROLL"), walking::hrp2::kBushRoll_nm_rad);
+  }
+}
+
 TEST(RobotModel, HasTheSolesAndUpperArmsOfThePlan) {
   const World world = standing();
   const mjModel* m = world.model();

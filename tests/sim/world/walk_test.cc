@@ -5,6 +5,9 @@
 
 #include "tests/sim/world/planned_walk.h"
 #include "tests/walking/smooth_walk.h"
+#include "walking/forward_kinematics.h"
+#include "walking/hrp2.h"
+#include "walking/leg_odometry.h"
 
 namespace sim::world {
 namespace {
@@ -59,6 +62,46 @@ TEST(Walk, EndsInAFallWithoutTheStabilizer) {
   walking::StabilizerOptions off;
   off.enabled = false;
   EXPECT_EQ(walk(commanded(walking::Straight{1.0, 0}), off).status.condition, Condition::fell);
+}
+
+/// How far from the truth the loaded soles of a walk are in the waist, mean of positions (m) and angles (rad): by the encoders,
+/// and by the ankles' bushes too.
+struct SoleErrors {
+  Eigen::Vector2d encoders = Eigen::Vector2d::Zero(), with_bushes = Eigen::Vector2d::Zero();
+};
+
+SoleErrors sole_errors(const walking::WalkOptions& options) {
+  WalkingRobot robot(walking::PatternGenerator(options), {}, {}, {}, models());
+  SoleErrors sum;
+  double count = 0;
+  while (robot.walks()) {
+    robot.tick();
+    const walking::SensorReadings readings = robot.world().leg_readings();
+    const auto add = [&](walking::Side side, int first, const walking::Wrench& wrench,
+                         const Eigen::Isometry3d& X_WS) {
+      if (wrench.force.z() < 100) return;
+      const Eigen::Isometry3d truth = robot.world().X_WB().inverse() * X_WS;
+      const auto error = [&](const Eigen::Isometry3d& X_BS) {
+        return Eigen::Vector2d((X_BS.translation() - truth.translation()).norm(),
+                               Eigen::AngleAxisd(X_BS.linear().transpose() * truth.linear()).angle());
+      };
+      sum.encoders += error(walking::sole_in_waist(side, readings.q.segment<6>(first)));
+      sum.with_bushes += error(walking::measured_sole_in_waist(side, readings.q.segment<6>(first), wrench));
+      ++count;
+    };
+    add(walking::Side::left, walking::hrp2::kLeftLeg, readings.left, robot.world().X_WL());
+    add(walking::Side::right, walking::hrp2::kRightLeg, readings.right, robot.world().X_WR());
+  }
+  sum.encoders /= count, sum.with_bushes /= count;
+  return sum;
+}
+
+TEST(Walk, LegOdometryKnowsWhereTheSolesAreBecauseItKnowsTheBushes) {
+  const SoleErrors errors = sole_errors(commanded(walking::TangentArc{0.75, 0.6}));
+  EXPECT_LT(errors.with_bushes.x(), 0.3 * errors.encoders.x());
+  EXPECT_LT(errors.with_bushes.y(), 0.3 * errors.encoders.y());
+  EXPECT_LT(errors.with_bushes.x(), 2e-4);
+  EXPECT_LT(errors.with_bushes.y(), 2e-3);
 }
 
 }  // namespace

@@ -1,0 +1,81 @@
+#include "walking/leg_odometry.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/walking/smooth_walk.h"
+#include "walking/forward_kinematics.h"
+#include "walking/hrp2.h"
+#include "walking/inverse_kinematics.h"
+
+namespace walking {
+namespace {
+
+using Eigen::Isometry3d, Eigen::Vector3d;
+
+/// The readings of a robot that does as planned; its ankles are loaded so little that they do not give way.
+SensorReadings readings_of(const Reference& reference) {
+  SensorReadings readings;
+  readings.q = inverse_kinematics(posture_of(reference)).q;
+  readings.left.force.z() = reference.support == Support::right ? 0 : 1e-3;
+  readings.right.force.z() = reference.support == Support::left ? 0 : 1e-3;
+  return readings;
+}
+
+TEST(LegOdometry, FollowsTheWaistOfAWalkThatGoesAsPlanned) {
+  WalkOptions options;
+  options.commands = {Straight{0.4, 0.1}, TangentArc{0.75, -0.6}, Stand{0.5}};
+  const std::vector<Reference> walk = planned(options);
+  Isometry3d X_OP = Isometry3d::Identity();
+  X_OP.translate(Vector3d(3, -2, 0)).rotate(Eigen::AngleAxisd(0.8, Vector3d::UnitZ()));
+  LegOdometry legs(X_OP * walk.front().X_PB);
+  double changes = 0;
+  Vector3d carrying = Vector3d::Constant(1e9);
+  for (const Reference& reference : walk) {
+    const SensorReadings readings = readings_of(reference);
+    legs.take(readings);
+    const auto [X_OB, p_OS] = legs.motion(readings.q);
+    ASSERT_LT((X_OB.matrix() - (X_OP * reference.X_PB).matrix()).norm(), 1e-6) << "at " << reference.t_s;
+    const Vector3d left = X_OP * reference.X_PL.translation(), right = X_OP * reference.X_PR.translation();
+    ASSERT_LT(std::min((p_OS - left).norm(), (p_OS - right).norm()), 1e-6) << "at " << reference.t_s;
+    changes += (p_OS - carrying).norm() > 0.01 ? 1 : 0;
+    carrying = p_OS;
+  }
+  EXPECT_GE(changes, 5) << "steps";
+}
+
+// Double support: the load goes back and forth by less than a tenth, and the sole that carries stays the same.
+TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
+  WalkOptions options;
+  options.commands = {Stand{0.5}};
+  SensorReadings readings = readings_of(planned(options).front());
+  LegOdometry legs(Isometry3d::Identity());
+  readings.left.force.z() = 300, readings.right.force.z() = 290;
+  legs.take(readings);
+  const Vector3d before = legs.motion(readings.q).p_OS;
+  readings.right.force.z() = 320;
+  legs.take(readings);
+  EXPECT_EQ(legs.motion(readings.q).p_OS, before);
+  readings.right.force.z() = 340;
+  legs.take(readings);
+  EXPECT_NEAR(legs.motion(readings.q).p_OS.y() - before.y(), -hrp2::kFootSpacing, 1e-6);
+}
+
+TEST(LegOdometry, TheAnkleGivesWayAsItsStiffnessSays) {
+  Eigen::Matrix<double, 6, 1> q;
+  q << 0.1, -0.05, -0.5, 0.9, -0.45, 0.08;
+  const Vector3d ankle(0, 0, hrp2::kAnkleHeight);
+  const auto given_way = [&](const Vector3d& force, const Vector3d& about_ankle) {
+    const Wrench wrench{force, about_ankle + ankle.cross(force)};
+    return Isometry3d(sole_in_waist(Side::left, q).inverse() *
+                      measured_sole_in_waist(Side::left, q, wrench));
+  };
+  EXPECT_LT((given_way({0, 0, 478.036}, {0, 0, 0}).translation() - Vector3d(0, 0, 0.002)).norm(), 1e-12);
+  const Isometry3d pitched = given_way({0, 0, 0}, {0, 5.02, 0});
+  EXPECT_LT((pitched.linear() - Eigen::AngleAxisd(0.01, Vector3d::UnitY()).toRotationMatrix()).norm(), 1e-12);
+  EXPECT_LT((pitched * ankle - ankle).norm(), 1e-12) << "about the ankle";
+  EXPECT_LT((given_way({30, 20, 0}, {0, 0, 0}).matrix() - Isometry3d::Identity().matrix()).norm(), 1e-12)
+      << "a force through the ankle turns nothing";
+}
+
+}  // namespace
+}  // namespace walking

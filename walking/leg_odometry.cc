@@ -1,0 +1,65 @@
+#include "walking/leg_odometry.h"
+
+#include <cmath>
+
+#include "walking/forward_kinematics.h"
+#include "walking/hrp2.h"
+
+namespace walking {
+namespace {
+
+constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
+
+/// The sole's pose on the floor: its place and heading.
+Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
+  Eigen::Isometry3d on_floor = Eigen::Isometry3d::Identity();
+  on_floor.linear() =
+      Eigen::AngleAxisd(std::atan2(X(1, 0), X(0, 0)), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  on_floor.translation() << X.translation().head<2>(), 0;
+  return on_floor;
+}
+
+}  // namespace
+
+Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q,
+                                         const Wrench& wrench) {
+  using Eigen::AngleAxisd, Eigen::Vector3d;
+  const Vector3d ankle(0, 0, hrp2::kAnkleHeight);
+  const Vector3d torque = wrench.torque - ankle.cross(wrench.force);  // about the ankle
+  const Eigen::Matrix3d turned = (AngleAxisd(torque.z() / hrp2::kBushYaw_nm_rad, Vector3d::UnitZ()) *
+                                  AngleAxisd(torque.y() / hrp2::kBushPitch_nm_rad, Vector3d::UnitY()) *
+                                  AngleAxisd(torque.x() / hrp2::kBushRoll_nm_rad, Vector3d::UnitX()))
+                                     .toRotationMatrix();
+  Eigen::Isometry3d deflection = Eigen::Isometry3d::Identity();  // of the sole
+  deflection.linear() = turned;
+  deflection.translation() =
+      ankle + Vector3d(0, 0, wrench.force.z() / hrp2::kBushUp_n_m) - turned * ankle;
+  return sole_in_waist(side, q) * deflection;
+}
+
+Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
+  return side == Side::left ? measured_sole_in_waist(side, q.segment<6>(hrp2::kLeftLeg), left_)
+                            : measured_sole_in_waist(side, q.segment<6>(hrp2::kRightLeg), right_);
+}
+
+void LegOdometry::take(const SensorReadings& readings) {
+  left_ = readings.left, right_ = readings.right;
+  const double left = left_.force.z(), right = right_.force.z();
+  if (!begun_) {
+    carrying_ = left > right ? Side::left : Side::right;
+    X_OS_ = flat(X_OB_start_ * X_BS(carrying_, readings.q));
+    begun_ = true;
+    return;
+  }
+  const bool carries_left = carrying_ == Side::left;
+  if ((carries_left ? right : left) <= kOtherCarries * (carries_left ? left : right)) return;
+  const Side other = carries_left ? Side::right : Side::left;
+  X_OS_ = flat(X_OS_ * X_BS(carrying_, readings.q).inverse() * X_BS(other, readings.q));
+  carrying_ = other;
+}
+
+LegOdometry::Motion LegOdometry::motion(const JointVector& q) const {
+  return {X_OS_ * X_BS(carrying_, q).inverse(), X_OS_.translation()};
+}
+
+}  // namespace walking
