@@ -29,9 +29,11 @@ Measurement InternalMeasurements::measured_velocity(const RobotVector& x,
                       : measure_velocity(x, planned, options_.plan_velocity);
 }
 
-/// What the innovation of the planned velocity says of the plan's scale although it enters no update. Swaying that is not in
-/// the plan is noise here, since the state has the little of it alone that leg odometry does not measure.
-SystematicEvidence InternalMeasurements::plan_scale(const State& state, const PlannedVelocity& planned) const {
+/// What the innovation of the planned velocity says of the plan's scale although it enters no update, after
+/// all that does. Swaying that is not in the plan is noise here, since the state has the little of it alone
+/// that leg odometry does not measure.
+SystematicEvidence InternalMeasurements::plan_scale(const State& state,
+                                                    const PlannedVelocity& planned) const {
   Measurement m = measure_velocity(state.robot(), planned, options_.plan_velocity);
   m.R.diagonal() += sway_sigma(options_.plan_velocity).cwiseAbs2();
   const Eigen::Matrix3d S = m.H_robot * state.marginal<kRobot>(0) * m.H_robot.transpose() + m.R;
@@ -86,10 +88,8 @@ InternalResult InternalMeasurements::update(const Observation& o, Stamp previous
   if (options_.gyro.enabled && options_.start.sigma_rest_rad_s > 0 && planned && plan_.at_rest())
     gate(measure_rest(x, options_.start.sigma_rest_rad_s), kGate3, "rest");
   if (options_.plan_velocity.enabled && planned)
-    result.plan_velocity = gate(measured_velocity(x, *planned), kGate3,
-                                planned->legs ? "leg odometry" : "planned velocity");
-  if (options_.plan_velocity.enabled && planned && planned->legs)
-    result.plan_scale = plan_scale(kalman.state(), *planned);
+    result.plan_velocity =
+        gate(measured_velocity(x, *planned), kGate3, planned->legs ? "leg odometry" : "planned velocity");
   if (o.plan) {
     const Eigen::Isometry3d& X_PC = o.plan->X_PC;
     if (options_.height.enabled)
@@ -103,6 +103,8 @@ InternalResult InternalMeasurements::update(const Observation& o, Stamp previous
   if (accepted_.empty()) return result;
   stack(kalman.state(), accepted_, stacked_);
   result.updated = kalman.update(stacked_);
+  if (options_.plan_velocity.enabled && planned && planned->legs && result.updated)
+    result.plan_scale = plan_scale(kalman.state(), *planned);
   return result;
 }
 

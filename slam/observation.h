@@ -33,8 +33,9 @@ struct InertialSample {
 /// Which feet are on the ground according to the walking plan.
 enum class Support { both, left, right };
 
-/// Where leg odometry has the camera at the time of a frame, by the joints' encoders from the sole that carries the robot,
-/// which is taken to stand still. O is the odometry's own world: W at the start, it drifts from it as the soles slip and tilt.
+/// Where leg odometry has the camera at the time of a frame, by the joints' encoders from the sole that
+/// carries the robot, which is taken to stand still. O is the odometry's own world: W at the start, it drifts
+/// from it as the soles slip and tilt.
 struct LegMotion {
   Eigen::Isometry3d X_OC = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_CS = Eigen::Vector3d::Zero();  ///< the sole that carries the robot, m in C

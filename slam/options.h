@@ -201,17 +201,23 @@ struct Options {
     }
   } plan_velocity;
 
-  /// Where the robot measures how its legs moved the camera, that takes the place of the planned velocity along the robot's
-  /// axes, and these noises the place of those of plan_velocity: of the sways and strides that are not in the plan little is left.
+  /// Where the robot measures how its legs moved the camera, that takes the place of the planned velocity
+  /// along the robot's axes, and these noises the place of those of plan_velocity: of the sways and strides
+  /// that are not in the plan little is left.
   struct LegOdometry {
     bool enabled = false;
-    double sigma_m_s = 0.012, sigma_stride = 0.005, sigma_sway_m_s = 0.005;
+    double sigma_m_s = 0.01, landing_factor = 7, landing_s = 0.15;
+    double sigma_stride = 0.005, sigma_sway_m_s = 0.005;
 
     static void keys(auto&& key) {
       key.value("enabled", &LegOdometry::enabled,
                 "whether leg odometry, where it is given, takes the place of the planned velocity");
       key.number("sigma_m_s", &LegOdometry::sigma_m_s, 1e-9, 1e6,
                  "standard deviation that the filter assumes for the velocity of a frame by leg odometry");
+      key.number("landing_factor", &LegOdometry::landing_factor, 1e-3, 1e3,
+                 "factor on leg_odometry.sigma_m_s just after the plan has set a foot down");
+      key.number("landing_s", &LegOdometry::landing_s, 0, 10,
+                 "time after a landing for which landing_factor holds");
       key.number("sigma_stride", &LegOdometry::sigma_stride, 0, 1e3,
                  "standard deviation of a lasting error of leg odometry, relative, in length and sideways");
       key.number("sigma_sway_m_s", &LegOdometry::sigma_sway_m_s, 0, 1e3,

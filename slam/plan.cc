@@ -76,6 +76,8 @@ double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options) {
 Options::PlanVelocity noises_by_legs(const Options& options) {
   Options::PlanVelocity noises = options.plan_velocity;
   noises.sigma_m_s = options.leg_odometry.sigma_m_s;
+  noises.landing_factor = options.leg_odometry.landing_factor;
+  noises.landing_s = options.leg_odometry.landing_s;
   noises.sigma_stride = options.leg_odometry.sigma_stride;
   noises.sigma_sway_m_s = options.leg_odometry.sigma_sway_m_s;
   return noises;

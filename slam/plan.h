@@ -25,7 +25,7 @@ struct PlannedVelocity {
   Eigen::Vector3d p_CF;      ///< mean position of the support foot, m in C
   /// Planned velocity, m/s in C, to which the stride error is relative: without the swaying of single steps.
   Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
-  double sigma_m_s = 0;             ///< standard deviation of the velocity's error per axis
+  double sigma_m_s = 0;                  ///< standard deviation of the velocity's error per axis
   std::optional<LegVelocity> legs = {};  ///< where the filter is to use it in the plan's place
 };
 

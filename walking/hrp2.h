@@ -21,7 +21,8 @@ inline constexpr double kThigh = 0.300;        ///< m
 inline constexpr double kShank = 0.300;        ///< m
 inline constexpr double kAnkleHeight = 0.105;  ///< m, ankle above the sole
 /// Stiffness of the rubber bush between ankle and sole, along and about the axes of the sole.
-inline constexpr double kBushUp_n_m = 239018, kBushYaw_nm_rad = 936, kBushPitch_nm_rad = 502, kBushRoll_nm_rad = 707;
+inline constexpr double kBushUp_n_m = 239018, kBushYaw_nm_rad = 936, kBushPitch_nm_rad = 502,
+                        kBushRoll_nm_rad = 707;
 inline constexpr double kFootSpacing = 2 * (kHipY + kKneeY);  ///< m between the ankles, feet together
 inline constexpr double kUpperArm = 0.25;                     ///< m, and as much from elbow to wrist
 inline constexpr double kWaistHeight = 0.6487018511825304;    ///< m, waist above the ground in half-sitting
@@ -36,7 +37,8 @@ const Eigen::Vector3d kComInWaist{0.013695, 0.0, 0.159589};
 /// The corners of a sole about the sole point (below the ankle), x ahead and y left, m.
 const Eigen::Vector2d kSoleMin{-0.100, -0.069}, kSoleMax{0.130, 0.069};
 
-inline constexpr int kRightLeg = 0, kLeftLeg = 6, kChestYaw = 12, kChestPitch = 13, kRightArm = 16, kLeftArm = 23;  ///< in JointVector
+inline constexpr int kRightLeg = 0, kLeftLeg = 6, kChestYaw = 12, kChestPitch = 13, kRightArm = 16,
+                     kLeftArm = 23;  ///< in JointVector
 inline constexpr int kElbow = 3;  ///< joints after the shoulder pitch of its arm
 inline constexpr double kShoulderPitch_deg = 15, kElbow_deg = -30;  ///< in half-sitting
 

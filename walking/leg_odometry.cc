@@ -32,8 +32,7 @@ Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 
                                      .toRotationMatrix();
   Eigen::Isometry3d deflection = Eigen::Isometry3d::Identity();  // of the sole
   deflection.linear() = turned;
-  deflection.translation() =
-      ankle + Vector3d(0, 0, wrench.force.z() / hrp2::kBushUp_n_m) - turned * ankle;
+  deflection.translation() = ankle + Vector3d(0, 0, wrench.force.z() / hrp2::kBushUp_n_m) - turned * ankle;
   return sole_in_waist(side, q) * deflection;
 }
 

@@ -8,19 +8,22 @@
 
 namespace walking {
 
-/// Where the sole is in the waist, by a leg's six encoders (rad) and the deflection of the ankle's rubber bush under the
-/// wrench that the ground exerts on the foot. The bush is a spring: what moves it quickly is neglected.
-Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q, const Wrench& wrench);
+/// Where the sole is in the waist, by a leg's six encoders (rad) and the deflection of the ankle's rubber
+/// bush under the wrench that the ground exerts on the foot. The bush is a spring: what moves it quickly is
+/// neglected.
+Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q,
+                                         const Wrench& wrench);
 
-/// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0. The sole that
-/// carries more is taken to lie flat and still, so that O drifts from the true world as soles slip, and the robot's tilt
-/// where a sole tilts on its pads is not seen: a gyro has to tell it.
+/// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0.
+/// The sole that carries more is taken to lie flat and still, so that O drifts from the true world as soles
+/// slip, and the robot's tilt where a sole tilts on its pads is not seen: a gyro has to tell it.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.
   explicit LegOdometry(const Eigen::Isometry3d& X_OB) : X_OB_start_(X_OB) {}
 
-  /// Takes in the readings of a tick: the sole with the greater load carries from here on. Call it at each tick.
+  /// Takes in the readings of a tick: the sole with the greater load carries from here on. Call it at each
+  /// tick.
   void take(const SensorReadings& readings);
 
   /// The waist, and the sole that carries the robot.
@@ -28,7 +31,8 @@ class LegOdometry {
     Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_OS = Eigen::Vector3d::Zero();
   };
-  /// By the encoders at some time after the last tick, with the wrenches of that tick. take() has been called before.
+  /// By the encoders at some time after the last tick, with the wrenches of that tick. take() has been called
+  /// before.
   Motion motion(const JointVector& q) const;
 
  private:

@@ -75,8 +75,8 @@ typedef struct gaitslam_plan {
   double p_CF[3];    /* planned sole of the support foot, or the middle of both soles, in C */
   uint32_t support;  /* one of GAITSLAM_SUPPORT_... */
   uint32_t has_legs; /* 1, or 0: what follows is all zero */
-  gaitslam_pose X_OC; /* camera by leg odometry: encoders and ankle forces, from the sole that carries the robot. O equals W
-                         at the start and drifts from it as soles slip and tilt */
+  gaitslam_pose X_OC; /* camera by leg odometry: encoders and ankle forces, from the sole that carries the
+                         robot. O equals W at the start and drifts from it as soles slip and tilt */
   double p_CS[3];     /* the sole that carries the robot, in C */
 } gaitslam_plan;      /* 296 bytes */
 

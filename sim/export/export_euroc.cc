@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <deque>
-#include <utility>
 #include <optional>
+#include <utility>
 
 #include "sim/export/imu_merger.h"
 #include "sim/files/hashed_file.h"

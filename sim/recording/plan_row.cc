@@ -21,11 +21,13 @@ const std::string& plan_header(const slam::PlannedMotion& plan) {
 }
 
 std::string plan_fields(const slam::PlannedMotion& plan) {
-  std::string legs =
-      plan.legs ? fmt::format(",{},{}", files::csv_fields(plan.legs->X_OC), files::csv_fields(plan.legs->p_CS)) : "";
-  return legs.insert(0, fmt::format("{},{},{},{},{}", files::csv_fields(plan.X_PC), files::csv_fields(plan.v_PC_C),
-                     files::csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
-                     files::csv_fields(plan.p_CF)));
+  std::string fields =
+      fmt::format("{},{},{},{},{}", files::csv_fields(plan.X_PC), files::csv_fields(plan.v_PC_C),
+                  files::csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
+                  files::csv_fields(plan.p_CF));
+  if (plan.legs)
+    fields += fmt::format(",{},{}", files::csv_fields(plan.legs->X_OC), files::csv_fields(plan.legs->p_CS));
+  return fields;
 }
 
 slam::PlannedMotion read_plan_row(const files::CsvReader& row) {

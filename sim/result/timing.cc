@@ -52,7 +52,8 @@ double process_cpu_ms() { return clock_ms(CLOCK_PROCESS_CPUTIME_ID); }
 double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
 
 void Timing::write(const std::filesystem::path& folder, double simulated_s) const {
-  std::string csv = "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n";
+  std::string csv =
+      "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n";
   for (const FrameTiming& f : frames)
     csv += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{}\n", f.t.count(), f.plan_and_physics_ms,
                        f.render_ms, f.encode_ms, f.record_ms, f.filter_ms, f.landmarks);

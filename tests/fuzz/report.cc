@@ -45,10 +45,9 @@ constexpr std::array kFiles{
          "#begin [ns],end [ns],foot,phase,moved_x [m],moved_y [m],moved_yaw [rad],creep_x [m],creep_y "
          "[m],creep_yaw "
          "[rad],drift_x [m],drift_y [m],drift_yaw [rad]\n0,500000000,left,stance,1,2,3,0,0,0,1,1,1\n"},
-    File{
-        "timing.csv",
-        "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n"
-        "0,1,1,1,1,1,5\n"},
+    File{"timing.csv",
+         "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n"
+         "0,1,1,1,1,1,5\n"},
     File{
         "tune.json",
         R"({"accepted": true, "name": "a", "objective": "pose_nll", "parameters": [{"key": "k", "unit": "m", "from": 1,

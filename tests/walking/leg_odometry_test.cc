@@ -43,7 +43,8 @@ TEST(LegOdometry, FollowsTheWaistOfAWalkThatGoesAsPlanned) {
   EXPECT_GE(changes, 5) << "steps";
 }
 
-// Double support: the load goes back and forth by less than a tenth, and the sole that carries stays the same.
+// Double support: the load goes back and forth by less than a tenth, and the sole that carries stays the
+// same.
 TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
   WalkOptions options;
   options.commands = {Stand{0.5}};
@@ -66,8 +67,7 @@ TEST(LegOdometry, TheAnkleGivesWayAsItsStiffnessSays) {
   const Vector3d ankle(0, 0, hrp2::kAnkleHeight);
   const auto given_way = [&](const Vector3d& force, const Vector3d& about_ankle) {
     const Wrench wrench{force, about_ankle + ankle.cross(force)};
-    return Isometry3d(sole_in_waist(Side::left, q).inverse() *
-                      measured_sole_in_waist(Side::left, q, wrench));
+    return Isometry3d(sole_in_waist(Side::left, q).inverse() * measured_sole_in_waist(Side::left, q, wrench));
   };
   EXPECT_LT((given_way({0, 0, 478.036}, {0, 0, 0}).translation() - Vector3d(0, 0, 0.002)).norm(), 1e-12);
   const Isometry3d pitched = given_way({0, 0, 0}, {0, 5.02, 0});

@@ -64,9 +64,12 @@ slam::PlannedMotion planned(const gaitslam_plan& plan) {
   std::optional<slam::LegMotion> legs;
   if (plan.has_legs)
     legs = slam::LegMotion{isometry(plan.X_OC), Eigen::Map<const Eigen::Vector3d>(plan.p_CS)};
-  return {isometry(plan.X_PC), Eigen::Map<const Eigen::Vector3d>(plan.v_PC_C),
-          Eigen::Map<const Eigen::Vector3d>(plan.w_PC_C), Eigen::Map<const Eigen::Vector3d>(plan.p_CF),
-          static_cast<slam::Support>(plan.support), legs};
+  return {isometry(plan.X_PC),
+          Eigen::Map<const Eigen::Vector3d>(plan.v_PC_C),
+          Eigen::Map<const Eigen::Vector3d>(plan.w_PC_C),
+          Eigen::Map<const Eigen::Vector3d>(plan.p_CF),
+          static_cast<slam::Support>(plan.support),
+          legs};
 }
 
 void write_estimate(const slam::Estimate& estimate, gaitslam_answer& answer) {

@@ -64,8 +64,8 @@ TEST(Walk, EndsInAFallWithoutTheStabilizer) {
   EXPECT_EQ(walk(commanded(walking::Straight{1.0, 0}), off).status.condition, Condition::fell);
 }
 
-/// How far from the truth the loaded soles of a walk are in the waist, mean of positions (m) and angles (rad): by the encoders,
-/// and by the ankles' bushes too.
+/// How far from the truth the loaded soles of a walk are in the waist, mean of positions (m) and angles
+/// (rad): by the encoders, and by the ankles' bushes too.
 struct SoleErrors {
   Eigen::Vector2d encoders = Eigen::Vector2d::Zero(), with_bushes = Eigen::Vector2d::Zero();
 };
