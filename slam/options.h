@@ -217,7 +217,7 @@ struct Options {
       key.number("landing_factor", &LegOdometry::landing_factor, 1e-3, 1e3,
                  "factor on leg_odometry.sigma_m_s just after the plan has set a foot down");
       key.number("landing_s", &LegOdometry::landing_s, 0, 10,
-                 "time after a landing for which landing_factor holds");
+                 "time after a landing for which leg_odometry.landing_factor holds");
       key.number("sigma_stride", &LegOdometry::sigma_stride, 0, 1e3,
                  "standard deviation of a lasting error of leg odometry, relative, in length and sideways");
       key.number("sigma_sway_m_s", &LegOdometry::sigma_sway_m_s, 0, 1e3,
