@@ -14,6 +14,11 @@ namespace {
 
 constexpr std::size_t kFirstOfLegs = 23;  // field
 
+/// Another program may have columns of its own after the plan's.
+bool has_legs(const files::CsvReader& row) {
+  return row.titles().size() >= kFirstOfLegs + 15 && row.titles()[kFirstOfLegs].starts_with("p_OC_x");
+}
+
 }  // namespace
 
 const std::string& plan_header(const slam::PlannedMotion& plan) {
@@ -39,8 +44,7 @@ slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
   if (support == kSupport.end()) row.fail(19, "expected both, left or right");
   plan.support = static_cast<slam::Support>(support - kSupport.begin());
   plan.p_CF = row.vector(20);
-  if (row.fields() > kFirstOfLegs)
-    plan.legs = slam::LegMotion{row.pose(kFirstOfLegs), row.vector(kFirstOfLegs + 12)};
+  if (has_legs(row)) plan.legs = slam::LegMotion{row.pose(kFirstOfLegs), row.vector(kFirstOfLegs + 12)};
   return plan;
 }
 

@@ -7,6 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "sim/files/text.h"
+#include "sim/recording/recording_format.h"
+#include "sim/recording/sensor_yaml.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::recording {
@@ -108,6 +110,23 @@ TEST_F(RecordedElsewhere, SensorsAreReadAsEurocStatesThem) {
             2 + 1e-9);
   EXPECT_EQ(reader.sensors().noise.gyro_density, 1.6968e-04);
   EXPECT_FALSE(reader.sensors().has_plan);
+}
+
+TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwnAndThenHasNoLegOdometry) {
+  write("plan0/sensor.yaml", plan_yaml({}));
+  const std::string pose = ",1,2,3,1,0,0,0,1,0,0,0,1", vectors = ",0,0,0,0,0,0,left,0,0,0";
+  write("plan0/data.csv",
+        recording_format::kPlanHeader + ",battery [V]\n1403636579763555584" + pose + vectors + ",48\n");
+  AslFolder own_column(folder_.path());
+  const auto first = own_column.next();
+  ASSERT_TRUE(first && first->plan);
+  EXPECT_FALSE(first->plan->legs);
+  write("plan0/data.csv",
+        recording_format::kPlanAndLegsHeader + "\n1403636579763555584" + pose + vectors + pose + ",7,8,9\n");
+  AslFolder with_legs(folder_.path());
+  const auto again = with_legs.next();
+  ASSERT_TRUE(again && again->plan && again->plan->legs);
+  EXPECT_EQ(again->plan->legs->p_CS, Eigen::Vector3d(7, 8, 9));
 }
 
 TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighboursAndIsSplitAtAFrame) {
