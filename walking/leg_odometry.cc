@@ -9,6 +9,7 @@ namespace walking {
 namespace {
 
 constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
+constexpr double kSettling_s = 0.1;    // time constant with which a sole that lands comes to lie flat
 
 /// The sole's pose on the floor: its place and heading.
 Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
@@ -17,6 +18,18 @@ Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
       Eigen::AngleAxisd(std::atan2(X(1, 0), X(0, 0)), Eigen::Vector3d::UnitZ()).toRotationMatrix();
   on_floor.translation() << X.translation().head<2>(), 0;
   return on_floor;
+}
+
+/// A sole that has landed, a tick later.
+Eigen::Isometry3d settled(const Eigen::Isometry3d& X) {
+  static const double part = 1 - std::exp(-kPeriod / kSettling_s);
+  const Eigen::Isometry3d end = flat(X);
+  Eigen::Isometry3d now = Eigen::Isometry3d::Identity();
+  const Eigen::Quaterniond q_OS =
+      Eigen::Quaterniond(X.linear()).normalized();  // or rounding errors would grow
+  now.linear() = q_OS.slerp(part, Eigen::Quaterniond(end.linear())).normalized().toRotationMatrix();
+  now.translation() = X.translation() + part * (end.translation() - X.translation());
+  return now;
 }
 
 }  // namespace
@@ -51,9 +64,12 @@ void LegOdometry::take(const SensorReadings& readings) {
     return;
   }
   const bool carries_left = carrying_ == Side::left;
-  if ((carries_left ? right : left) <= kOtherCarries * (carries_left ? left : right)) return;
+  if ((carries_left ? right : left) <= kOtherCarries * (carries_left ? left : right)) {
+    X_OS_ = settled(X_OS_);
+    return;
+  }
   const Side other = carries_left ? Side::right : Side::left;
-  X_OS_ = flat(X_OS_ * X_BS(carrying_, readings.q).inverse() * X_BS(other, readings.q));
+  X_OS_ = X_OS_ * X_BS(carrying_, readings.q).inverse() * X_BS(other, readings.q);
   carrying_ = other;
 }
 

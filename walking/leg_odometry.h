@@ -15,8 +15,10 @@ Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 
                                          const Wrench& wrench);
 
 /// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0.
-/// The sole that carries more is taken to lie flat and still, so that O drifts from the true world as soles
-/// slip, and the robot's tilt where a sole tilts on its pads is not seen: a gyro has to tell it.
+/// The sole that carries more is taken to lie still, so that O drifts from the true world as soles slip. It
+/// begins to carry where the other sole says it is, so that the waist never jumps, and settles on the floor
+/// within tenths of a second. The robot's tilt where a sole tilts on its pads is not seen: a gyro has to tell
+/// it.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.

@@ -61,6 +61,55 @@ TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
   EXPECT_NEAR(legs.motion(readings.q).p_OS.y() - before.y(), -hrp2::kFootSpacing, 1e-6);
 }
 
+// A foot that lands high and tilted does not move the waist at once, and comes to lie flat on the floor.
+TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
+  WalkOptions options;
+  options.commands = {Stand{0.5}};
+  SensorReadings readings = readings_of(planned(options).front());
+  LegOdometry legs(Isometry3d::Identity());
+  readings.left.force.z() = 300, readings.right.force.z() = 0;
+  legs.take(readings);
+  readings.q[hrp2::kRightLeg + 4] += 0.02;  // ankle pitch
+  readings.q[hrp2::kRightLeg + 3] += 0.03;  // knee
+  readings.right.force.z() = 400;
+  const Isometry3d before = legs.motion(readings.q).X_OB;
+  legs.take(readings);
+  EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - before.matrix()).norm(), 1e-4);  // the bush's deflection
+  EXPECT_GT(legs.motion(readings.q).p_OS.z(), 0.002);
+  for (int tick = 0; tick < 20; ++tick) {
+    const Isometry3d last = legs.motion(readings.q).X_OB;
+    legs.take(readings);
+    EXPECT_LT((legs.motion(readings.q).X_OB.translation() - last.translation()).norm(), 0.002) << tick;
+  }
+  EXPECT_LT(std::abs(legs.motion(readings.q).p_OS.z()), 0.002);
+  for (int tick = 0; tick < 200; ++tick) legs.take(readings);
+  const auto [X_OB, p_OS] = legs.motion(readings.q);
+  EXPECT_LT(std::abs(p_OS.z()), 1e-6);
+  const Isometry3d X_OS =
+      X_OB * measured_sole_in_waist(Side::right, readings.q.segment<6>(hrp2::kRightLeg), readings.right);
+  EXPECT_LT((X_OS.linear() * Vector3d::UnitZ() - Vector3d::UnitZ()).norm(), 1e-6);
+}
+
+TEST(LegOdometry, RoundingErrorsDoNotGrowWhateverTheHeading) {
+  WalkOptions options;
+  options.commands = {Stand{0.5}};
+  SensorReadings readings = readings_of(planned(options).front());
+  readings.q[hrp2::kRightLeg + 4] += 0.02;
+  readings.q[hrp2::kRightLeg + 3] += 0.03;
+  for (double heading = 0; heading < 6.3; heading += 0.1) {
+    LegOdometry legs(Isometry3d(Eigen::AngleAxisd(heading, Vector3d::UnitZ())));
+    readings.left.force.z() = 300, readings.right.force.z() = 0;
+    legs.take(readings);
+    readings.right.force.z() = 400;
+    for (int tick = 0; tick < 2000; ++tick) {
+      legs.take(readings);
+      const Eigen::Matrix3d R_OB = legs.motion(readings.q).X_OB.linear();
+      ASSERT_LT((R_OB * R_OB.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-13)
+          << "heading " << heading << " tick " << tick;
+    }
+  }
+}
+
 TEST(LegOdometry, TheAnkleGivesWayAsItsStiffnessSays) {
   Eigen::Matrix<double, 6, 1> q;
   q << 0.1, -0.05, -0.5, 0.9, -0.45, 0.08;
