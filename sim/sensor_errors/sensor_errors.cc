@@ -74,6 +74,7 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
       accelerometer_(accelerometer_errors(options, seed)),
       image_(options.image, seed, options.faults),
       plan_(options.plan.velocity_sigma_m_s, seed, options.faults),
+      legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),
       motion_clock_(stamp(options.motion.time_offset_s)),
       arrival_order_(seed, options.faults),
       frames_lost_(faults_of<FramesLost>(options.faults)),
@@ -99,6 +100,7 @@ void SensorErrors::disturb(slam::Observation& o) {
   gyro_.apply(o.gyro);
   accelerometer_.apply(o.accelerometer);
   o.image = delayed_image(received_image(o.image, o.t), o.t);
+  if (o.plan && o.plan->legs) legs_.apply(*o.plan->legs, o.t);
   o.plan = plan_.apply(std::move(o.plan), o.t);
   if (lost("plan loss", o.t, options_.plan.loss_fraction)) o.plan.reset();
 }

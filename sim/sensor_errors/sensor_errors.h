@@ -10,6 +10,7 @@
 #include "sim/sensor_errors/faults.h"
 #include "sim/sensor_errors/image_errors.h"
 #include "sim/sensor_errors/inertial_errors.h"
+#include "sim/sensor_errors/leg_errors.h"
 #include "sim/sensor_errors/motion_clock.h"
 #include "sim/sensor_errors/plan_errors.h"
 #include "slam/observation.h"
@@ -69,6 +70,17 @@ struct ErrorOptions {
                  "white noise of each frame's planned velocity, along x and y of the plan's world");
     }
   } plan;
+  struct LegOdometry {
+    double sigma_m = 1e-4;
+    double scale_fraction = 0;
+
+    static void keys(auto&& key) {
+      key.number("sigma_m", &LegOdometry::sigma_m, 0, 1e3,
+                 "white noise of each frame's position by leg odometry, of encoders and force sensors");
+      key.number("scale_fraction", &LegOdometry::scale_fraction, -1, 1,
+                 "error of the distances by leg odometry, relative to the true ones");
+    }
+  } leg_odometry;
   struct Motion {
     double time_offset_s = 0;
 
@@ -93,6 +105,7 @@ struct ErrorOptions {
     key.part("accelerometer", &ErrorOptions::accelerometer);
     key.part("image", &ErrorOptions::image);
     key.part("plan", &ErrorOptions::plan);
+    key.part("leg_odometry", &ErrorOptions::leg_odometry);
     key.part("motion", &ErrorOptions::motion);
     key.part("calibration", &ErrorOptions::calibration);
     key.value("faults", &ErrorOptions::faults, "temporary faults of the sensors and of the plan");
@@ -129,6 +142,7 @@ class SensorErrors {
   InertialErrors gyro_, accelerometer_;
   ImageErrors image_;
   PlanErrors plan_;
+  LegErrors legs_;
   MotionClock motion_clock_;
   ArrivalOrder arrival_order_;
   std::vector<FramesLost> frames_lost_;
