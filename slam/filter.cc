@@ -120,7 +120,6 @@ void Filter::predict_and_measure_internally(const Observation& o,
   const InternalResult internal = internal_.update(o, *now_, planned, kalman_);
   refuse(internal.rejected);
   if (!internal.updated) tracking_.diverge("the internal innovation covariance is not positive definite");
-  kalman_.add_evidence(kPlanScale, internal.plan_scale);
   report_.gyro = internal.gyro;
   report_.plan_velocity = internal.plan_velocity;
   report_.height = internal.height;

@@ -36,13 +36,7 @@ struct Nis {
   double log_determinant = 0;
 };
 
-/// What innovations say of a systematic error δ: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and of uᵀS⁻¹u. Where the filter is
-/// right the first has mean 0 and the second as its variance; where there is an error of δ, the first has mean δ times the
-/// second.
-struct SystematicEvidence {
-  double score = 0, information = 0;
-};
-/// By systematic error (kPlanScale, kLensDistortion).
+/// By systematic error (kPlanScale, kLensDistortion, kLegScale).
 using Evidence = std::array<SystematicEvidence, kSystematicErrors>;
 
 /// Where a landmark was searched for.
@@ -78,8 +72,9 @@ struct FrameReport {
   std::string refused;       ///< why the observation or parts of it were not used; empty if all was used
   Health health = Health::ok;
   std::string cause;  ///< why the health is not ok
-  /// The sensor whose measurements are not what the filter is told of it, and in what way: "inconsistent: plan, ...",
-  /// "inconsistent: gyro, ..." or "inconsistent: images, ..."; empty if there is none.
+  /// The sensor whose measurements are not what the filter is told of it, and in what way: "inconsistent:
+  /// plan, ...", "inconsistent: leg odometry, ...", "inconsistent: gyro, ..." or "inconsistent: images, ...";
+  /// empty if there is none.
   std::string suspect;
 };
 

@@ -29,19 +29,6 @@ Measurement InternalMeasurements::measured_velocity(const RobotVector& x,
                       : measure_velocity(x, planned, options_.plan_velocity);
 }
 
-/// What the innovation of the planned velocity says of the plan's scale although it enters no update, after
-/// all that does. Swaying that is not in the plan is noise here, since the state has the little of it alone
-/// that leg odometry does not measure.
-SystematicEvidence InternalMeasurements::plan_scale(const State& state,
-                                                    const PlannedVelocity& planned) const {
-  Measurement m = measure_velocity(state.robot(), planned, options_.plan_velocity);
-  m.R.diagonal() += sway_sigma(options_.plan_velocity).cwiseAbs2();
-  const Eigen::Matrix3d S = m.H_robot * state.marginal<kRobot>(0) * m.H_robot.transpose() + m.R;
-  const Eigen::Vector3d per_scale = m.sensitivity.col(kPlanScale).head<3>();
-  const Eigen::Vector3d weighted = S.llt().solve(per_scale);
-  return {weighted.dot(m.innovation.head<3>()), weighted.dot(per_scale)};
-}
-
 bool InternalMeasurements::agrees_with_plan(const Prediction& prediction, const State& state,
                                             const std::optional<PlannedVelocity>& planned) const {
   if (!options_.plan_velocity.enabled || !planned) return true;
@@ -90,6 +77,8 @@ InternalResult InternalMeasurements::update(const Observation& o, Stamp previous
   if (options_.plan_velocity.enabled && planned)
     result.plan_velocity =
         gate(measured_velocity(x, *planned), kGate3, planned->legs ? "leg odometry" : "planned velocity");
+  if (options_.plan_velocity.enabled && planned && planned->legs)
+    kalman.add_evidence(kPlanScale, planned->legs->plan_scale);
   if (o.plan) {
     const Eigen::Isometry3d& X_PC = o.plan->X_PC;
     if (options_.height.enabled)
@@ -103,8 +92,6 @@ InternalResult InternalMeasurements::update(const Observation& o, Stamp previous
   if (accepted_.empty()) return result;
   stack(kalman.state(), accepted_, stacked_);
   result.updated = kalman.update(stacked_);
-  if (options_.plan_velocity.enabled && planned && planned->legs && result.updated)
-    result.plan_scale = plan_scale(kalman.state(), *planned);
   return result;
 }
 

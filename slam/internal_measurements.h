@@ -26,9 +26,8 @@ struct GatedPrediction {
 struct InternalResult {
   /// Absent where there is no measurement. plan_velocity: of leg odometry where that takes the plan's place.
   std::optional<Nis> gyro, plan_velocity, height;
-  SystematicEvidence plan_scale;  ///< of a plan that is not used, because leg odometry takes its place
-  std::string rejected;                            ///< what was not used, and why
-  bool updated = true;                             ///< false where S is not positive definite
+  std::string rejected;  ///< what was not used, and why
+  bool updated = true;   ///< false where S is not positive definite
 };
 
 class InternalMeasurements {
@@ -50,7 +49,8 @@ class InternalMeasurements {
                           const std::optional<PlannedVelocity>& planned, const State& state);
 
   /// Updates the predicted state with gyro, planned velocity, height, orientation and position at once, each
-  /// only if the options enable it and it passes its gate.
+  /// only if the options enable it and it passes its gate. A plan that is not used, because leg
+  /// odometry takes its place, is compared with that.
   InternalResult update(const Observation& observation, Stamp previous,
                         const std::optional<PlannedVelocity>& planned, Kalman& kalman);
 
@@ -64,7 +64,6 @@ class InternalMeasurements {
   Measurement measured_velocity(const RobotVector& x, const PlannedVelocity& planned) const;
   bool agrees_with_plan(const Prediction& prediction, const State& state,
                         const std::optional<PlannedVelocity>& planned) const;
-  SystematicEvidence plan_scale(const State& state, const PlannedVelocity& planned) const;
 
   Options options_, by_legs_;
   Eigen::Isometry3d X_CG_;

@@ -7,6 +7,9 @@ namespace {
 
 constexpr double kStanding = 1e-3;  // m/s and rad/s
 constexpr double kTwoSteps_s = 1.6;
+// Of the difference between plan and leg odometry after two steps: the robot sways, and lands earlier or
+// later than planned.
+constexpr double kTwoStepsSigma_m = 0.005;
 
 /// Adds the horizontal motion of the camera by unplanned rotation about the support foot:
 /// R(q)ᵀ D R(q) (p_CF × (ω − ω_plan)).
@@ -37,10 +40,20 @@ Eigen::Vector3d mean_rate(const Eigen::Isometry3d& before, const Eigen::Isometry
   return turn.angle() / dt_s * turn.axis();
 }
 
+/// True where a foot has been set down since the frame in which `before` carried.
+bool lands(Support before, Support now) { return now != before && before != Support::both; }
+
+/// The horizontal way from one pose to another of the camera, along the heading that it had and to its left.
+Eigen::Vector2d horizontal_way(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
+  const Eigen::Vector2d ahead = from.linear().col(2).head<2>().normalized();
+  const Eigen::Vector2d way = (to.translation() - from.translation()).head<2>();
+  return {ahead.dot(way), ahead.x() * way.y() - ahead.y() * way.x()};
+}
+
 LegVelocity leg_velocity(const LegMotion& before, const LegMotion& now, double dt_s) {
   const Eigen::Vector3d v_O = (now.X_OC.translation() - before.X_OC.translation()) / dt_s;
   return {now.X_OC.linear().transpose() * v_O, mean_rate(before.X_OC, now.X_OC, dt_s),
-          (before.p_CS + now.p_CS) / 2, 0};
+          (before.p_CS + now.p_CS) / 2};
 }
 
 }  // namespace
@@ -55,13 +68,12 @@ PlannedVelocity planned_velocity(const PlannedMotion& before, const PlannedMotio
 
 Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const PlannedVelocity& planned,
                   const Gait& previous, double dt_s) {
-  const bool lands = now.support != before.support && before.support != Support::both;
   Gait gait;
   gait.turning_rad_s = planned.rate.norm();
   gait.standing = planned.velocity.norm() < kStanding && gait.turning_rad_s < kStanding;
   gait.double_support = now.support == Support::both;
   gait.steady_C = planned.steady_C + std::exp(-dt_s / kTwoSteps_s) * (previous.steady_C - planned.steady_C);
-  gait.since_landing_s = lands ? 0 : previous.since_landing_s + dt_s;
+  gait.since_landing_s = lands(before.support, now.support) ? 0 : previous.since_landing_s + dt_s;
   return gait;
 }
 
@@ -83,6 +95,22 @@ Options::PlanVelocity noises_by_legs(const Options& options) {
   return noises;
 }
 
+SystematicEvidence TwoSteps::take(const PlannedMotion& before, const PlannedMotion& now, bool standing) {
+  if (!now.legs || standing) begin_.reset();
+  if (!now.legs || standing || !lands(before.support, now.support)) return {};
+  if (begin_ && ++landings_ < 2) return {};
+  SystematicEvidence evidence;
+  if (begin_) {
+    const Eigen::Vector2d by_legs = horizontal_way(begin_->legs->X_OC, now.legs->X_OC);
+    const Eigen::Vector2d too_far = horizontal_way(begin_->X_PC, now.X_PC) - by_legs;
+    const double weight = 1 / (kTwoStepsSigma_m * kTwoStepsSigma_m);
+    evidence = {weight * by_legs.dot(too_far), weight * by_legs.squaredNorm()};
+  }
+  begin_ = now;
+  landings_ = 0;
+  return evidence;
+}
+
 std::optional<PlannedVelocity> PlanHistory::advance(const std::optional<PlannedMotion>& plan, double dt_s,
                                                     const Options& options) {
   std::optional<PlannedVelocity> planned;
@@ -91,13 +119,16 @@ std::optional<PlannedVelocity> PlanHistory::advance(const std::optional<PlannedM
     gait_ = planned_gait(*previous_, *plan, *planned, gait_, dt_s);
     planned->steady_C = gait_.steady_C;
     moved_ = moved_ || !gait_.standing;
+    const SystematicEvidence plan_scale = two_steps_.take(*previous_, *plan, gait_.standing);
     planned->sigma_m_s = velocity_sigma(gait_, options.plan_velocity);
     const bool by_legs = options.leg_odometry.enabled && options.plan_velocity.axes == VelocityAxes::robot;
     if (by_legs && previous_->legs && plan->legs) {
       planned->legs = leg_velocity(*previous_->legs, *plan->legs, dt_s);
       planned->legs->sigma_m_s = velocity_sigma(gait_, noises_by_legs(options));
+      planned->legs->plan_scale = plan_scale;
     }
   }
+  if (!plan) two_steps_ = {};
   previous_ = plan;
   return planned;
 }
@@ -110,7 +141,7 @@ Measurement measure_leg_velocity(const RobotVector& x, const PlannedVelocity& pl
   measured.p_CF = planned.legs->p_CS;
   measured.sigma_m_s = planned.legs->sigma_m_s;
   Measurement m = measure_velocity(x, measured, options);
-  m.sensitivity.col(kPlanScale).setZero();
+  m.sensitivity.col(kLegScale).swap(m.sensitivity.col(kPlanScale));
   return m;
 }
 

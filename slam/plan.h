@@ -7,6 +7,7 @@
 #include "slam/measurement.h"
 #include "slam/observation.h"
 #include "slam/options.h"
+#include "slam/state.h"
 
 namespace slam {
 
@@ -16,6 +17,7 @@ struct LegVelocity {
   Eigen::Vector3d rate;      ///< mean angular velocity, rad/s in C
   Eigen::Vector3d p_CS;      ///< mean position of the sole that carries the robot, m in C
   double sigma_m_s = 0;      ///< standard deviation of the velocity's error per axis
+  SystematicEvidence plan_scale = {};  ///< what it says of the planned distances, at the end of two steps
 };
 
 /// The planned motion of the camera over one frame interval.
@@ -50,6 +52,19 @@ Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const P
 /// lands, and hardly while it stands.
 double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options);
 
+/// Compares how far the camera is planned to move in two steps with how far it moved by leg odometry. Within
+/// a step, and as it begins to walk, the robot sways more than planned.
+class TwoSteps {
+ public:
+  /// What the motion since the landing before last says of the scale of the planned distances; nothing but at
+  /// every second landing. standing: the plan stands; there and without leg odometry it begins anew.
+  SystematicEvidence take(const PlannedMotion& before, const PlannedMotion& now, bool standing);
+
+ private:
+  std::optional<PlannedMotion> begin_;  // at a landing
+  int landings_ = 0;                    // since then
+};
+
 /// Follows the plan from frame to frame.
 class PlanHistory {
  public:
@@ -64,6 +79,7 @@ class PlanHistory {
  private:
   std::optional<PlannedMotion> previous_;
   Gait gait_;
+  TwoSteps two_steps_;
   bool moved_ = false;
 };
 
@@ -76,7 +92,8 @@ class PlanHistory {
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
                              const Options::PlanVelocity& options);
 
-/// The same of the velocity by leg odometry, which there must be; it does not depend on the plan's scale.
+/// The same of the velocity by leg odometry, which there must be; it depends on the scale of leg odometry in
+/// the place of that of the plan.
 Measurement measure_leg_velocity(const RobotVector& x, const PlannedVelocity& planned,
                                  const Options::PlanVelocity& options);
 

@@ -1,4 +1,5 @@
-// Judges whether the sensors are what the filter is told of them: the plan's distances, the gyro's noise, and the images.
+// Judges whether the sensors are what the filter is told of them: the distances of plan and leg odometry, the
+// gyro's noise, and the images.
 #pragma once
 
 #include <array>

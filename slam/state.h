@@ -21,10 +21,11 @@ inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying
 inline constexpr int kStrideError = 28;   ///< relative error of the strides' length, and their angle, rad
 inline constexpr int kRobot = 30;
 
-// Systematic errors of which the innovations tell (systematic_watch.h), both relative.
+// Systematic errors of which the innovations tell (sensor_watch.h), all relative.
 inline constexpr int kPlanScale = 0;       ///< of the planned distances
 inline constexpr int kLensDistortion = 1;  ///< of the lens distortion that the filter is told
-inline constexpr int kSystematicErrors = 2;
+inline constexpr int kLegScale = 2;        ///< of the distances by leg odometry
+inline constexpr int kSystematicErrors = 3;
 
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
 using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;
@@ -38,6 +39,13 @@ using ParameterJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 
 /// The derivative of values with respect to the systematic errors, a row for each value.
 using Sensitivity = Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors>;
+
+/// What innovations say of a systematic error δ: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and of uᵀS⁻¹u. Where the
+/// filter is right the first has mean 0 and the second as its variance; where there is an error of δ, the
+/// first has mean δ times the second.
+struct SystematicEvidence {
+  double score = 0, information = 0;
+};
 
 /// Mean and covariance of the robot alone.
 struct RobotState {

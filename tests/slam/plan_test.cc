@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "tests/numerical_jacobian.h"
 
@@ -220,7 +221,60 @@ TEST(Plan, TheVelocityByLegOdometryIsMeasuredAsThePlansButForItsScale) {
   EXPECT_EQ(m.H_robot, expected.H_robot);
   EXPECT_EQ(m.R, expected.R);
   EXPECT_NE(expected.sensitivity.norm(), 0);
-  EXPECT_EQ(m.sensitivity.norm(), 0);
+  EXPECT_EQ(m.sensitivity.col(kPlanScale).norm(), 0);
+  EXPECT_EQ(m.sensitivity.col(kLegScale), expected.sensitivity.col(kPlanScale));
+  EXPECT_EQ(expected.sensitivity.col(kLegScale).norm(), 0);
+}
+
+/// A robot that walks ahead along y of the plan's world, a step of 0.1 m in each of eight frames, with its
+/// plan and its odometry, whose worlds are turned against each other. sways_m: sideways, to each side in
+/// turn.
+std::vector<PlannedMotion> stepping(double scale, double sways_m = 0) {
+  Eigen::Matrix3d looking_along_y;  // z of C is y of P
+  looking_along_y << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const Eigen::Isometry3d X_OP = pose(1.2, {0, 0, 1}, {3, 4, 0});
+  std::vector<PlannedMotion> frames(8);
+  for (int k = 0; k < 8; ++k) {
+    PlannedMotion& m = frames[static_cast<std::size_t>(k)];
+    m.support = k % 2 == 0 ? Support::left : Support::right;
+    Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
+    X_PC.linear() = looking_along_y;
+    X_PC.translation() << (k % 2 == 0 ? sways_m : -sways_m), 0.1 * k, 1.4;
+    m.legs = LegMotion{X_OP * X_PC, {}};
+    X_PC.translation() << 0, 0.1 * scale * k, 1.4;
+    m.X_PC = X_PC;
+  }
+  return frames;
+}
+
+/// What each of the frames from 1 on says.
+std::vector<SystematicEvidence> said(const std::vector<PlannedMotion>& frames, std::size_t stands_at = 0) {
+  TwoSteps two_steps;
+  std::vector<SystematicEvidence> all;
+  for (std::size_t k = 1; k < frames.size(); ++k)
+    all.push_back(two_steps.take(frames[k - 1], frames[k], k == stands_at));
+  return all;
+}
+
+TEST(Plan, EveryTwoStepsLegOdometrySaysHowFarThePlanGoesTooFar) {
+  for (const double sways_m : {0.0, 0.03}) {
+    const auto all = said(stepping(1.1, sways_m));
+    for (const std::size_t k : {0, 1, 3, 5})
+      EXPECT_EQ(all[k].information, 0) << k;  // the first landing begins
+    for (const std::size_t k : {2U, 4U, 6U}) {
+      EXPECT_NEAR(all[k].score / all[k].information, 0.1, 1e-12) << k;
+      EXPECT_NEAR(all[k].information, 0.2 * 0.2 / (0.005 * 0.005), 1e-9) << k;
+    }
+  }
+}
+
+TEST(Plan, TwoStepsBeginAnewWhereThePlanStandsAndWhereThereIsNoLegOdometry) {
+  auto without_legs = stepping(1);
+  without_legs[2].legs.reset();
+  for (const auto& all : {said(stepping(1), 2), said(without_legs)}) {
+    for (const std::size_t k : {0U, 1U, 2U, 3U, 5U}) EXPECT_EQ(all[k].information, 0) << k;
+    for (const std::size_t k : {4U, 6U}) EXPECT_GT(all[k].information, 0) << k;
+  }
 }
 
 TEST(Plan, HeightIsThatOfTheCameraAlone) {

@@ -35,6 +35,15 @@ TEST(SensorWatch, NamesAPlanThatTheInnovationsContradictByMoreThanTheBound) {
             "inconsistent: plan, its distances are too short by 6 standard deviations of the innovations");
 }
 
+TEST(SensorWatch, NamesLegOdometryBeforeThePlanThatIsComparedWithIt) {
+  SensorWatch watch = watch_after(kLegScale, 0.11, 0.01);
+  const std::string cause =
+      "inconsistent: leg odometry, its distances are too long by 9 standard deviations of the innovations";
+  EXPECT_EQ(watch.suspect(), cause);
+  watch.take(evidence(kPlanScale, -0.11, 0.001), 0);
+  EXPECT_EQ(watch.suspect(), cause);
+}
+
 TEST(SensorWatch, NamesImagesWhoseLensTheInnovationsContradict) {
   Options options;
   options.tracking.lens_bound = 8;
