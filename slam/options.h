@@ -205,8 +205,8 @@ struct Options {
   /// along the robot's axes, and these noises the place of those of plan_velocity: of the sways and strides
   /// that are not in the plan little is left.
   struct LegOdometry {
-    bool enabled = false;
-    double sigma_m_s = 0.01, landing_factor = 7, landing_s = 0.15;
+    bool enabled = true;
+    double sigma_m_s = 0.008, landing_factor = 6, landing_s = 0.2;
     double sigma_stride = 0.005, sigma_sway_m_s = 0.005;
 
     static void keys(auto&& key) {

@@ -99,7 +99,7 @@ Figure nis(const Table& frames) {
   for (std::size_t i = 0; i < kRoles.size(); ++i) {
     const std::string sensor(score::kSensors[i]);
     if (!frames.has("nis_" + sensor)) continue;
-    const std::string name = sensor == "plan_velocity" ? "planned velocity" : sensor;
+    const std::string name = sensor == "plan_velocity" ? "velocity by legs or plan" : sensor;
     f.lines.push_back(line(name, kRoles[i], t, ratio(frames, sensor)));
   }
   const double rows = 3.0 * (2 * kHalfSecond + 1);  // of a sensor with three of them
