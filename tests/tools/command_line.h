@@ -49,6 +49,22 @@ class CommandLine : public testing::Test {
   }
   Ran gaitslam(const std::string& arguments) const { return shell(GAITSLAM_PROGRAM " " + arguments); }
 
+  /// Copies what `run walk.yaml --seeds 1..3` leaves of these seeds into a folder `to`, walk.yaml being
+  /// kShortWalk. They are walked once for all tests of a build.
+  void short_walks(const std::string& to, const std::string& seeds = "1") const {
+    write("walk.yaml", kShortWalk);
+    const Ran ran = shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +
+                          R"sh(' && export program to seeds &&
+        export store="${program%/tools/*}/tests/short_walks" && exec flock "$store.lock" sh -c '
+          of=$(stat -c "%n %y" "$program")
+          if [ "$of" != "$(cat "$store/of" 2>/dev/null)" ]; then
+            rm -rf "$store" && mkdir "$store" && cp walk.yaml "$store" &&
+            (cd "$store" && "$program" run walk.yaml --seeds 1..3 --jobs 2 --out walks) && echo "$of" >"$store/of" || exit 1
+          fi
+          mkdir -p "$to" && for n in $seeds; do cp -r "$store/walks/seed-$n" "$to" || exit 1; done')sh");
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  }
+
   void write(const std::string& name, const std::string& text) const {
     std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name) << text;

@@ -16,17 +16,9 @@ using testing::HasSubstr;
 using tests::Ran;
 namespace fs = std::filesystem;
 
-// One run serves all tests of the process.
 class OutsideEstimator : public tests::CommandLine {
  protected:
-  OutsideEstimator() {
-    if (!fs::exists(run_)) {
-      write("walk.yaml", tests::kShortWalk);
-      EXPECT_EQ(gaitslam("run walk.yaml --out '" + run_.string() + "'").exit_code, 0);
-    }
-    fs::create_directory_symlink(run_, folder_ / "r");
-  }
-  static void TearDownTestSuite() { fs::remove_all(run_); }
+  OutsideEstimator() { short_walks("r"); }
 
   Ran replay(const std::string& estimator, const std::string& more = "") const {
     return gaitslam("replay r/seed-1 --out out --force \"estimator=" + estimator + "\" " + more);
@@ -38,9 +30,6 @@ class OutsideEstimator : public tests::CommandLine {
     for (const auto& entry : fs::directory_iterator(folder_ / folder)) all.insert(entry.path().filename());
     return all;
   }
-
-  static inline const fs::path run_ =
-      fs::temp_directory_path() / ("gaitslam estimator " + std::to_string(getpid()));
 };
 
 /// Kills the program at these messages; 0 is the start.
@@ -191,8 +180,7 @@ TEST_F(OutsideEstimator, AProgramThatIsNotThereIsWrongUsage) {
 }
 
 TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
-  write("walk.yaml", tests::kShortWalk);
-  ASSERT_EQ(gaitslam("run walk.yaml --seeds 2,3 --out more").exit_code, 0);
+  short_walks("more", "2 3");
   const std::string script = std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/plan_alone.sh";
   const Ran ran =
       gaitslam("evaluate r/seed-1 more/seed-2 more/seed-3 --format tum --align none --out e --command '" +
@@ -209,7 +197,7 @@ TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
 }
 
 TEST_F(OutsideEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLeft) {
-  fs::copy(run_ / "seed-1", folder_ / "other", fs::copy_options::recursive);
+  fs::copy(folder_ / "r/seed-1", folder_ / "other", fs::copy_options::recursive);
   ASSERT_EQ(shell("sed -i 's/^seed: 1$/seed: 2/' other/scenario.yaml").exit_code, 0);
   write("plan.sh",
         "echo run >> runs\n"
@@ -255,9 +243,8 @@ TEST_F(OutsideEstimator, ACommandThatHangsEndsAtItsLimit) {
 }
 
 TEST_F(OutsideEstimator, EstimatorsStandSideBySideAndScenariosApart) {
-  write("walk.yaml", tests::kShortWalk);
+  short_walks("tree/filter", "1 2");
   write("other.yaml", "base: walk.yaml\nworld.room: hall\n");
-  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 --out tree/filter").exit_code, 0);
   ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 estimator=plan_alone --out tree/plan").exit_code, 0);
   ASSERT_EQ(gaitslam("run other.yaml --out tree/hall").exit_code, 0);
   const Ran ran =

@@ -18,18 +18,12 @@ slam.tracking: {lost_after_s: 0.4, give_up_s: 0.6}
 limits: {ending: [completed], tracked_share: {at_least: 0.99}}
 )";
 
-// One run serves all tests of the process.
 class Health : public tests::CommandLine {
  protected:
   Health() {
-    if (!std::filesystem::exists(run_)) {
-      write("walk.yaml", tests::kShortWalk);
-      EXPECT_EQ(gaitslam("run walk.yaml --out '" + run_.string() + "'").exit_code, 0);
-    }
-    std::filesystem::create_directory_symlink(run_, folder_ / "r");
+    short_walks("r");
     write("times.yaml", kShortTimes);
   }
-  static void TearDownTestSuite() { std::filesystem::remove_all(run_); }
 
   Ran replay(const std::string& changes) const {
     return gaitslam("replay r/seed-1 --with times.yaml --out out --force " + changes);
@@ -45,9 +39,6 @@ class Health : public tests::CommandLine {
     }
     return rows;
   }
-
-  static inline const std::filesystem::path run_ =
-      std::filesystem::temp_directory_path() / ("gaitslam health " + std::to_string(getpid()));
 };
 
 TEST_F(Health, AFilterThatSeesTracksAllTheTime) {

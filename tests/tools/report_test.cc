@@ -35,7 +35,7 @@ class ReportTest : public tests::CommandLine {
 };
 
 TEST_F(ReportTest, EveryFigureOfARunIsDrawnWithoutANetwork) {
-  walk("--out one");
+  short_walks("one");
   ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);
   const std::string page = text_of("one.html");
   EXPECT_THAT(page, Not(HasSubstr("<script src")));
@@ -44,7 +44,7 @@ TEST_F(ReportTest, EveryFigureOfARunIsDrawnWithoutANetwork) {
 }
 
 TEST_F(ReportTest, SeveralRunsAreComparedOnOnePage) {
-  walk("--seeds 1,2 --out two");
+  short_walks("two", "1 2");
   ASSERT_EQ(gaitslam("report two --out two.html").exit_code, 0);
   expect_all_drawn("two.html", 13);
   EXPECT_THAT(text_of("two.html"), HasSubstr("error_over_seeds"));
@@ -54,7 +54,7 @@ TEST_F(ReportTest, SeveralRunsAreComparedOnOnePage) {
 
 // As a suite leaves them: a folder of scenarios that hold seeds.
 TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
-  walk("--seeds 1,2 --out suite/walk");
+  short_walks("suite/walk", "1 2");
   walk("name=other --seeds 1,2 --out suite/other");
   ASSERT_EQ(gaitslam("report suite --out suite.html").exit_code, 0);
   expect_all_drawn("suite.html", 10);
@@ -99,7 +99,7 @@ TEST_F(ReportTest, AWalkWithoutFilterHasAReportToo) {
 // Every control is reached by the tab key in the order of the page, with its focus seen; Enter sorts, arrows
 // move the time and turn the map; what a dark screen prints is light, whole and without controls.
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
-  walk("--seeds 1..3 --out many");
+  short_walks("many", "1 2 3");
   ASSERT_EQ(gaitslam("report many --out many.html").exit_code, 0);
   const Ran ran = shell("timeout 300 node " GAITSLAM_USE_REPORT " many.html profile");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
@@ -140,7 +140,7 @@ TEST_F(ReportTest, ABrokenPageIsNoticed) {
 }
 
 TEST_F(ReportTest, StillPicturesAppearTogether) {
-  walk("--out two");
+  short_walks("two");
   const Ran ran = gaitslam("report two/seed-1 --plots svg,png --out figures");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_THAT(text_of("figures/error_x.svg"), HasSubstr("</svg>"));
@@ -152,7 +152,7 @@ TEST_F(ReportTest, StillPicturesAppearTogether) {
 
 // The grey of a picture that knows no colours has three equal parts.
 TEST_F(ReportTest, StillPicturesHaveColours) {
-  walk("--out two");
+  short_walks("two");
   ASSERT_EQ(gaitslam("report two/seed-1 --plots png --out figures").exit_code, 0);
   const Ran ran = shell(
       "ffmpeg -v error -i figures/from_above.png -f rawvideo -pix_fmt rgb24 - | python3 -c 'import sys, "
@@ -208,7 +208,7 @@ std::string payloads(std::size_t first, std::size_t end) {
 
 // A result that somebody else sent: every text in it that a page shows is a payload.
 TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
-  walk("--out one");
+  short_walks("one");
   auto score = nlohmann::json::parse(text_of("one/seed-1/score.json"));
   auto about = nlohmann::json::parse(text_of("one/seed-1/about.json"));
   const std::string payload = payloads(0, kPayloads.size());
@@ -234,7 +234,7 @@ TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
 
 // Were a text once written as it is, the browser would still run no script but the page's own.
 TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
-  walk("--out one");
+  short_walks("one");
   ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);
   std::string page = text_of("one.html");
   page.insert(page.find("<body>") + 6, payloads(0, 5));
@@ -252,7 +252,7 @@ TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
 }
 
 TEST_F(ReportTest, PicturesOutsideTheRecordingAreNotPutIntoAPage) {
-  walk("--out one");
+  short_walks("one");
   write("secret.png", "secret");
   const std::string rows = "one/seed-1/recording/mav0/cam0/data.csv";
   const std::string names = text_of(rows);
@@ -279,7 +279,7 @@ TEST_F(ReportTest, AFolderOfSeedsWithAnotherNameIsNamed) {
 }
 
 TEST_F(ReportTest, WhatIsNoResultIsNamed) {
-  walk("--out two");
+  short_walks("two");
   const auto complaint = [&](const std::string& arguments) { return refusal("report " + arguments); };
   EXPECT_THAT(complaint("nowhere --out x.html"), HasSubstr("nowhere: no such result folder"));
   std::filesystem::create_directory(folder_ / "empty");

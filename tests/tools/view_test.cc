@@ -106,7 +106,7 @@ TEST_F(ViewTest, ReproduceShowsOneWalkAtATime) {
 }
 
 TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
-  walk("walk.yaml", "plain");
+  short_walks("plain");
   const Ran ran = browsed("run walk.yaml --view --wait --out viewed", "watch");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_GT(json::parse(ran.out)["frames"], 3);
@@ -116,7 +116,7 @@ TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
 }
 
 TEST_F(ViewTest, AReplayIsShownWithTheRobotOfItsRecording) {
-  walk("walk.yaml", "plain");
+  short_walks("plain");
   const Ran ran = browsed("replay plain/seed-1 --view --wait --out again", "watch");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const json found = json::parse(ran.out);
@@ -155,8 +155,8 @@ TEST_F(ViewTest, APlaybackIsScrubbedToTheLoopClosure) {
 }
 
 TEST_F(ViewTest, TwoResultsOfAScenarioAreShownSideBySide) {
-  walk("walk.yaml", "one");
-  walk("walk.yaml", "two", "seed=2");
+  short_walks("one");
+  short_walks("two", "2");
   const Ran ran = played("one/seed-1 two/seed-2", "1");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_EQ(json::parse(ran.out)["panes"], 2);
