@@ -27,7 +27,7 @@ bool follows(const InertialSample& next, const InertialSample& reading) {
 
 std::string by_sigmas(const char* what, double sigmas, const char* more, const char* less) {
   return std::string("inconsistent: ") + what + (sigmas > 0 ? more : less) + " by " +
-         std::to_string(std::lround(std::abs(sigmas))) + " standard deviations of the innovations";
+         std::to_string(std::lround(std::abs(sigmas))) + " standard deviations";
 }
 
 }  // namespace

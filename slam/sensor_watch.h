@@ -82,9 +82,9 @@ class SensorWatch {
   /// Of a systematic error, see SystematicWatch::sigmas.
   double sigmas(int error) const { return systematic_[static_cast<std::size_t>(error)].sigmas(); }
 
-  /// "inconsistent: plan, its distances are too long by 9 standard deviations of the innovations" or the like; empty as
-  /// long as all is consistent. What is wrong with the gyro is said first and what is wrong with the plan last, because
-  /// the evidence for the latter needs the others.
+  /// "inconsistent: plan, its distances are too long by 9 standard deviations" or the like; empty as
+  /// long as all is consistent. What is wrong with the gyro is said first and what is wrong with the plan
+  /// last, because the evidence for the latter needs the others.
   std::string suspect() const;
 
  private:

@@ -30,15 +30,14 @@ SensorWatch watch_after(int which, double delta, double sigma, const Options& op
 
 TEST(SensorWatch, NamesAPlanThatTheInnovationsContradictByMoreThanTheBound) {
   EXPECT_EQ(watch_after(kPlanScale, 0.11, 0.01).suspect(),  // 2 % are ordinary
-            "inconsistent: plan, its distances are too long by 9 standard deviations of the innovations");
+            "inconsistent: plan, its distances are too long by 9 standard deviations");
   EXPECT_EQ(watch_after(kPlanScale, -0.08, 0.01).suspect(),
-            "inconsistent: plan, its distances are too short by 6 standard deviations of the innovations");
+            "inconsistent: plan, its distances are too short by 6 standard deviations");
 }
 
 TEST(SensorWatch, NamesLegOdometryBeforeThePlanThatIsComparedWithIt) {
   SensorWatch watch = watch_after(kLegScale, 0.11, 0.01);
-  const std::string cause =
-      "inconsistent: leg odometry, its distances are too long by 9 standard deviations of the innovations";
+  const std::string cause = "inconsistent: leg odometry, its distances are too long by 9 standard deviations";
   EXPECT_EQ(watch.suspect(), cause);
   watch.take(evidence(kPlanScale, -0.11, 0.001), 0);
   EXPECT_EQ(watch.suspect(), cause);
@@ -47,9 +46,9 @@ TEST(SensorWatch, NamesLegOdometryBeforeThePlanThatIsComparedWithIt) {
 TEST(SensorWatch, NamesImagesWhoseLensTheInnovationsContradict) {
   Options options;
   options.tracking.lens_bound = 8;
-  EXPECT_EQ(watch_after(kLensDistortion, 0.11, 0.01, options).suspect(),
-            "inconsistent: images, the distortion of the lens is said to be too large by 9 standard deviations of the "
-            "innovations");
+  EXPECT_EQ(
+      watch_after(kLensDistortion, 0.11, 0.01, options).suspect(),
+      "inconsistent: images, the distortion of the lens is said to be too large by 9 standard deviations");
   EXPECT_EQ(watch_after(kLensDistortion, 0.07, 0.01, options).suspect(), "");
 }
 
