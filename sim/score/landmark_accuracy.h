@@ -21,12 +21,17 @@ struct LandmarkError {
   int id = 0;
   double distance = 0;         ///< m
   std::optional<double> nees;  ///< 3 is expected; nothing when the covariance is not positive definite
+  /// The least NEES against a point of that ray as far away as what one of the template's pixels shows:
+  /// across the edge of a near surface the template shows two surfaces, and the landmark may be a point of
+  /// either.
+  std::optional<double> nees_of_template;
 };
 
-/// Of the landmarks that have a history and a surface point; the others are left out.
+/// Of the landmarks that have a history and a surface point; the others are left out. template_half_px: a
+/// template has 2 template_half_px + 1 rows and columns around the first pixel.
 std::vector<LandmarkError> landmark_errors(const std::vector<MappedPoint>& map,
                                            const std::vector<LandmarkHistory>& histories,
                                            const Trajectory& truth_X_WC, const std::vector<Surface>& surfaces,
-                                           const TrueCamera& camera);
+                                           const TrueCamera& camera, int template_half_px = 0);
 
 }  // namespace sim::score

@@ -16,12 +16,6 @@ std::vector<double> turns(const Trajectory& trajectory) {
   return all;
 }
 
-const StampedPose* pose_at(const Trajectory& trajectory, Stamp t) {
-  const auto at = std::lower_bound(trajectory.begin(), trajectory.end(), t,
-                                   [](const StampedPose& pose, Stamp stamp) { return pose.t < stamp; });
-  return at != trajectory.end() && at->t == t ? &*at : nullptr;
-}
-
 // When the point has for the first time after `begin` been out of view for long enough.
 std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp begin, const Trajectory& truth_X_WC,
                                     const TrueCamera& camera, Stamp long_enough) {
@@ -46,6 +40,12 @@ bool matches_truth(const StampedPixel& match, const Eigen::Vector3d& p_W, const 
 }
 
 }  // namespace
+
+const StampedPose* pose_at(const Trajectory& trajectory, Stamp t) {
+  const auto at = std::lower_bound(trajectory.begin(), trajectory.end(), t,
+                                   [](const StampedPose& pose, Stamp stamp) { return pose.t < stamp; });
+  return at != trajectory.end() && at->t == t ? &*at : nullptr;
+}
 
 std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
                                              const std::vector<Surface>& surfaces, const TrueCamera& camera) {

@@ -34,6 +34,9 @@ struct TrueCamera {
   std::function<Eigen::Vector3d(const Eigen::Vector2d& pixel)> bearing;
 };
 
+/// The pose of exactly that time; null if there is none.
+const StampedPose* pose_at(const Trajectory& trajectory, Stamp t);
+
 /// The point of the room at which the ray through a pixel, from the true camera at that time, first meets a
 /// surface.
 std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,

@@ -28,5 +28,27 @@ TEST(LandmarkAccuracy, IsTheDistanceToTheSurfacePointFirstSeen) {
       landmark_errors({{1, p, P}}, histories, truth, {}, square_camera()).empty());  // no surface, no truth
 }
 
+// The first pixel is three pixels beside a pillar 2 m away that stands before a wall 4 m away.
+TEST(LandmarkAccuracy, OfATemplateAcrossAnEdgeIsTheErrorAgainstEitherSurfaceButNotBetweenThem) {
+  Surface pillar{Surface::Kind::box, Eigen::Isometry3d::Identity(), {0.1, 0.5, 1.5}};
+  pillar.X_WS.translation() << 2.1, -0.5, 1.5;  // its left edge is at y = 0, pixel 160
+  const std::vector<Surface> surfaces{box_room(4), pillar};
+  const Trajectory truth{{Stamp(0), looking(0)}};
+  const std::vector<LandmarkHistory> histories{{1, {Stamp(0), {157, 120}}, {}}};
+  const Eigen::Vector3d ray(1, 3.0 / 160, 0);
+  const Eigen::Matrix3d P = 1e-4 * Eigen::Matrix3d::Identity();
+  const auto error = [&](double x_m, int half_px) {
+    const Eigen::Vector3d p_W = Eigen::Vector3d(0, 0, 1.4) + x_m * ray;
+    return landmark_errors({{1, p_W, P}}, histories, truth, surfaces, square_camera(), half_px).at(0);
+  };
+  EXPECT_LT(error(4, 5).nees.value(), 1e-9);
+  EXPECT_LT(error(4, 5).nees_of_template.value(), 1e-9);
+  EXPECT_GT(error(2, 5).nees.value(), 1000);
+  EXPECT_LT(error(2, 5).nees_of_template.value(), 0.1);
+  EXPECT_GT(error(2, 2).nees_of_template.value(), 1000) << "the template does not reach the pillar";
+  EXPECT_GT(error(3, 5).nees_of_template.value(), 1000);
+  EXPECT_EQ(error(3, 0).nees_of_template, error(3, 0).nees);
+}
+
 }  // namespace
 }  // namespace sim::score
