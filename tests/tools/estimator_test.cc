@@ -23,7 +23,6 @@ class OutsideEstimator : public tests::CommandLine {
   Ran replay(const std::string& estimator, const std::string& more = "") const {
     return gaitslam("replay r/seed-1 --out out --force \"estimator=" + estimator + "\" " + more);
   }
-  void expect_whole_results_of_killed(const std::vector<int>& messages) const;
   nlohmann::json json(const std::string& file) const { return nlohmann::json::parse(text_of(file)); }
   std::set<std::string> names(const fs::path& folder) const {
     std::set<std::string> all;
@@ -32,13 +31,13 @@ class OutsideEstimator : public tests::CommandLine {
   }
 };
 
-/// Kills the program at these messages; 0 is the start.
-void OutsideEstimator::expect_whole_results_of_killed(const std::vector<int>& messages) const {
+// It is killed at these messages; 0 is the start.
+TEST_F(OutsideEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   const std::set<std::string> whole = [&] {
     EXPECT_EQ(replay("filter").exit_code, 0);
     return names("out");
   }();
-  for (const int message : messages) {
+  for (const int message : {0, 1, 5, 10, 15, 20, 25, 30, 35, 40, 45}) {
     const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
     EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));
@@ -51,12 +50,6 @@ void OutsideEstimator::expect_whole_results_of_killed(const std::vector<int>& me
     EXPECT_LT(json("out/score.json")["metrics"]["tracked_share"]["value"], message / 40.0 + 0.01);
     EXPECT_EQ(names("out"), whole) << message;
   }
-}
-
-TEST_F(OutsideEstimator, KilledItLeavesAWholeResult) { expect_whole_results_of_killed({0, 1, 25}); }
-
-TEST_F(OutsideEstimator, KilledAtTenMomentsItLeavesTenWholeResults) {
-  expect_whole_results_of_killed({0, 5, 10, 15, 20, 25, 30, 35, 40, 45});
 }
 
 /// A shell's program that writes its process id, starts another one and waits; and what it answers: nothing.
