@@ -46,6 +46,19 @@ install_interop() {
   cp "$source/package-lock.json" "$folder/node_modules/.installed"
 }
 
+# configure PRESET [CMAKE OPTION...]
+configure() {
+  folder=$root/build/$1
+  if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
+  mkdir -p "$folder" || { say "$folder cannot be written"; exit 2; }
+  (cd "$root" && cmake --preset "$@" >"$folder/configure.log" 2>&1) || {
+    cat "$folder/configure.log" >&2
+    rm -f "$folder/build.ninja"
+    say "configuring failed"
+    exit 2
+  }
+}
+
 # build PRESET [TARGET...]: configures when that was never done; ninja sees to the rest.
 build() {
   folder=$root/build/$1
@@ -53,14 +66,8 @@ build() {
   exec 9>"$folder/.lock"
   flock 9  # two at a time would build into each other
   if [ ! -f "$folder/build.ninja" ]; then
-    if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
     say "building in build/$1 (the first time takes some minutes)"
-    (cd "$root" && cmake --preset "$1" >"$folder/configure.log" 2>&1) || {
-      cat "$folder/configure.log" >&2
-      rm -f "$folder/build.ninja"
-      say "configuring failed"
-      exit 2
-    }
+    configure "$1"
   fi
   shift
   export CCACHE_SLOPPINESS=pch_defines,time_macros  # without it the compiler cache leaves files with precompiled headers out
