@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 #include "sim/report/axis.h"
 #include "sim/report/figure.h"
@@ -12,7 +13,9 @@
 namespace sim::report {
 namespace {
 
-constexpr double kLeft = 62, kRight = 14, kTop = 30, kBottom = 46;
+constexpr double kLeft = 62, kRight = 14, kBottom = 46;
+constexpr double kLine = 18;  // px of the title's lines
+constexpr double kTitleLeft = 8, kTitleCharacter = 7.6, kLegendCharacter = 7, kLegendMark = 26;
 // A colour twice: plain, for programs that know no variables of style sheets, then as the page around it sets
 // it.
 std::string colour(const std::string& property, const std::string& variable, const std::string& plain) {
@@ -34,6 +37,36 @@ std::string style() {
   }
   return css + "</style>";
 }
+
+double legend_width(const Line& line) {
+  return line.name.empty() ? 0 : kLegendCharacter * static_cast<double>(line.name.size()) + kLegendMark;
+}
+
+/// What stands above the axes: the title, in as many lines as it needs, and the legend beside or below its
+/// last line.
+struct Header {
+  Header(const Figure& figure, double width) {
+    const double room = width - kTitleLeft - kRight;
+    const auto fits = [&](const std::string& line) {
+      return kTitleCharacter * static_cast<double>(line.size()) <= room;
+    };
+    std::istringstream words(figure.title);
+    for (std::string word; words >> word;)
+      if (title.empty() || !fits(title.back() + " " + word))
+        title.push_back(word);
+      else
+        title.back() += " " + word;
+    double legend = 0;
+    for (const Line& line : figure.lines) legend += legend_width(line);
+    const double last = title.empty() ? 0 : kTitleCharacter * static_cast<double>(title.back().size());
+    const auto lines = static_cast<double>(std::max<std::size_t>(title.size(), 1));
+    legend_y = kLine * (last + legend > room ? lines + 1 : lines);
+    bottom = legend_y + 12;
+  }
+
+  std::vector<std::string> title;
+  double legend_y = 0, bottom = 0;  ///< px
+};
 
 struct Axes {
   Axis x, y;
@@ -59,7 +92,7 @@ Axes axes_of(const Figure& figure, double width, double height) {
   y.push_back(&levels);
   Axes axes{axis_of(x, figure.logarithmic_x), axis_of(y, figure.logarithmic)};
   axes.x.begin = kLeft, axes.x.end = width - kRight;
-  axes.y.begin = height - kBottom, axes.y.end = kTop;
+  axes.y.begin = height - kBottom, axes.y.end = Header(figure, width).bottom;
   axes.x.whole = figure.whole_x, axes.y.whole = figure.whole_y;
   if (figure.equal_axes) make_equal(axes);
   return axes;
@@ -131,17 +164,18 @@ std::string draw(const Axes& axes, const Moment& moment) {
       escaped(moment.name));
 }
 
-std::string legend(const Figure& figure, double right) {
+std::string legend(const Figure& figure, double width) {
   std::string svg;
-  double x = right;
-  const auto entry = [&](const std::string& name, Role role) {
-    x -= 7.0 * static_cast<double>(name.size()) + 22;
+  const double y = Header(figure, width).legend_y;
+  double x = width - kRight;
+  for (auto line = figure.lines.rbegin(); line != figure.lines.rend(); ++line) {
+    if (line->name.empty()) continue;
+    x -= legend_width(*line);
     svg += fmt::format(
-        "<rect class='fill {}' x='{:.1f}' y='10' width='12' height='8'/><text x='{:.1f}' y='18'>{}</text>",
-        role_name(role), x, x + 16, escaped(name));
-  };
-  for (auto line = figure.lines.rbegin(); line != figure.lines.rend(); ++line)
-    if (!line->name.empty()) entry(line->name, line->role);
+        "<rect class='fill {}' x='{:.1f}' y='{:.0f}' width='12' height='8'/><text x='{:.1f}' "
+        "y='{:.0f}'>{}</text>",
+        role_name(line->role), x, y - 8, x + 16, y, escaped(line->name));
+  }
   return svg;
 }
 
@@ -158,13 +192,17 @@ std::string frame(const Axes& axes) {
                      axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
 }
 
-std::string labels(const Figure& figure, const Axes& axes, double height) {
-  return fmt::format(
-      "<text class='title' x='{:.0f}' y='18'>{}</text><text x='{:.1f}' y='{:.1f}' "
-      "text-anchor='middle'>{}</text>"
-      "<text transform='translate(14 {:.1f})rotate(-90)' text-anchor='middle'>{}</text>",
-      8.0, escaped(figure.title), (axes.x.begin + axes.x.end) / 2, height - 10, escaped(figure.x_label),
-      (axes.y.begin + axes.y.end) / 2, escaped(figure.y_label));
+std::string labels(const Figure& figure, const Axes& axes, double width, double height) {
+  std::string svg;
+  double y = 0;
+  for (const std::string& line : Header(figure, width).title)
+    svg += fmt::format("<text class='title' x='{:.0f}' y='{:.0f}'>{}</text>", kTitleLeft, y += kLine,
+                       escaped(line));
+  return svg + fmt::format(
+                   "<text x='{:.1f}' y='{:.1f}' text-anchor='middle'>{}</text>"
+                   "<text transform='translate(14 {:.1f})rotate(-90)' text-anchor='middle'>{}</text>",
+                   (axes.x.begin + axes.x.end) / 2, height - 10, escaped(figure.x_label),
+                   (axes.y.begin + axes.y.end) / 2, escaped(figure.y_label));
 }
 
 Axes axes_of_boxes(const Figure& figure, double width, double height) {
@@ -172,7 +210,7 @@ Axes axes_of_boxes(const Figure& figure, double width, double height) {
   for (const Box& box : figure.boxes) values.push_back(&box.values);
   Axes axes{{0, static_cast<double>(figure.boxes.size()), kLeft, width - kRight, false, false},
             axis_of(values, figure.logarithmic)};
-  axes.y.begin = height - kBottom, axes.y.end = kTop;
+  axes.y.begin = height - kBottom, axes.y.end = Header(figure, width).bottom;
   return axes;
 }
 
@@ -208,7 +246,7 @@ std::string boxes_svg(const Figure& figure, double width, double height) {
   for (std::size_t i = 0; i < figure.boxes.size(); ++i)
     svg += draw(axes, figure.boxes[i], axes.x.begin + (static_cast<double>(i) + 0.5) * each,
                 std::min(40.0, 0.25 * each));
-  return svg + frame(axes) + labels(figure, axes, height) + "</svg>\n";
+  return svg + frame(axes) + labels(figure, axes, width, height) + "</svg>\n";
 }
 
 // From light (the least value) to dark; the text on it is black or white.
@@ -243,7 +281,8 @@ std::string draw(const Figure& figure, const Cell& cell, double x, double y, dou
 std::string cells_svg(const Figure& figure, double width, double height) {
   constexpr double kNames = 84;  // px left of the rows
   Axes axes;
-  axes.x.begin = kNames, axes.x.end = width - kRight, axes.y.begin = height - kBottom, axes.y.end = kTop;
+  axes.x.begin = kNames, axes.x.end = width - kRight, axes.y.begin = height - kBottom,
+  axes.y.end = Header(figure, width).bottom;
   const double across = (axes.x.end - axes.x.begin) / static_cast<double>(figure.columns.size()),
                down = (axes.y.begin - axes.y.end) / static_cast<double>(figure.rows.size());
   std::string svg = begin_svg(figure, width, height);
@@ -256,7 +295,7 @@ std::string cells_svg(const Figure& figure, double width, double height) {
     svg += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='end'>{}</text>", kNames - 6,
                        y(i) + down / 2 + 4, escaped(figure.rows[i]));
   for (const Cell& cell : figure.cells) svg += draw(figure, cell, x(cell.column), y(cell.row), across, down);
-  return svg + labels(figure, axes, height) + "</svg>\n";
+  return svg + labels(figure, axes, width, height) + "</svg>\n";
 }
 
 }  // namespace
@@ -275,7 +314,7 @@ std::string to_svg(const Figure& figure, double width, double height) {
   for (const Level& level : figure.levels) svg += draw(axes, level);
   for (const Moment& moment : figure.moments) svg += draw(axes, moment);
   for (const Line& line : figure.lines) svg += draw(axes, line);
-  return svg + frame(axes) + labels(figure, axes, height) + legend(figure, width - kRight) + "</svg>\n";
+  return svg + frame(axes) + labels(figure, axes, width, height) + legend(figure, width) + "</svg>\n";
 }
 
 }  // namespace sim::report

@@ -115,6 +115,19 @@ TEST(Svg, AColourIsThereForReadersWithoutVariablesAndForThePageAroundIt) {
               HasSubstr(".line.estimate{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
 }
 
+TEST(Svg, ATitleAndALegendThatDoNotFitInALineAreBelowEachOther) {
+  Figure figure = one_line({0, 1}, {0, 1});
+  const std::string beside = to_svg(figure, 300, 300);
+  EXPECT_THAT(beside, HasSubstr("y='18'>Title</text>"));
+  EXPECT_THAT(beside, HasSubstr("y='18'>truth</text>"));
+  figure.title = "A title that is as long as those of some of the figures of a report";
+  const std::string below = to_svg(figure, 300, 300);
+  EXPECT_THAT(below, HasSubstr("y='18'>A title that is as long as those of</text>"));
+  EXPECT_THAT(below, HasSubstr("y='36'>some of the figures of a report</text>"));
+  EXPECT_THAT(below, HasSubstr("y='54'>truth</text>"));
+  EXPECT_THAT(below, HasSubstr("<rect class='frame' x='62.0' y='66.0'"));
+}
+
 TEST(Svg, EqualAxesGiveAMetreTheSameLengthBothWays) {
   Figure figure = one_line({0, 4}, {0, 1});
   figure.equal_axes = true;
