@@ -21,6 +21,12 @@ SensorReadings readings_of(const Reference& reference) {
   return readings;
 }
 
+SensorReadings standing_readings() {
+  WalkOptions options;
+  options.commands = {Stand{0.5}};
+  return readings_of(planned(options).front());
+}
+
 TEST(LegOdometry, FollowsTheWaistOfAWalkThatGoesAsPlanned) {
   WalkOptions options;
   options.commands = {Straight{0.4, 0.1}, TangentArc{0.75, -0.6}, Stand{0.5}};
@@ -46,9 +52,7 @@ TEST(LegOdometry, FollowsTheWaistOfAWalkThatGoesAsPlanned) {
 // Double support: the load goes back and forth by less than a tenth, and the sole that carries stays the
 // same.
 TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
-  WalkOptions options;
-  options.commands = {Stand{0.5}};
-  SensorReadings readings = readings_of(planned(options).front());
+  SensorReadings readings = standing_readings();
   LegOdometry legs(Isometry3d::Identity());
   readings.left.force.z() = 300, readings.right.force.z() = 290;
   legs.take(readings);
@@ -63,9 +67,7 @@ TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
 
 // A foot that lands high and tilted does not move the waist at once, and comes to lie flat on the floor.
 TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
-  WalkOptions options;
-  options.commands = {Stand{0.5}};
-  SensorReadings readings = readings_of(planned(options).front());
+  SensorReadings readings = standing_readings();
   LegOdometry legs(Isometry3d::Identity());
   readings.left.force.z() = 300, readings.right.force.z() = 0;
   legs.take(readings);
@@ -91,9 +93,7 @@ TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
 }
 
 TEST(LegOdometry, RoundingErrorsDoNotGrowWhateverTheHeading) {
-  WalkOptions options;
-  options.commands = {Stand{0.5}};
-  SensorReadings readings = readings_of(planned(options).front());
+  SensorReadings readings = standing_readings();
   readings.q[hrp2::kRightLeg + 4] += 0.02;
   readings.q[hrp2::kRightLeg + 3] += 0.03;
   for (double heading = 0; heading < 6.3; heading += 0.1) {
