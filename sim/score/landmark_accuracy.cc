@@ -1,25 +1,34 @@
 #include "sim/score/landmark_accuracy.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "sim/score/consistency.h"
 
 namespace sim::score {
 namespace {
 
-/// Points of the ray through `seen`, each as far from the camera as the surface that a pixel of the template
-/// shows.
+/// Points of the ray through `seen`: of each surface that the template shows one, as far from the camera as
+/// that surface is where the template shows it nearest to `seen`.
 std::vector<Eigen::Vector3d> template_points(const StampedPixel& seen, int half_px,
                                              const Eigen::Isometry3d& X_WC,
                                              const std::vector<Surface>& surfaces, const TrueCamera& camera) {
   const auto ray = [&](int du, int dv) -> Eigen::Vector3d {
     return X_WC.linear() * camera.bearing(seen.pixel + Eigen::Vector2d(du, dv));
   };
-  std::vector<Eigen::Vector3d> points;
+  std::map<std::size_t, std::pair<int, double>>
+      shown;  // surface: squared distance from `seen`, px², and from the camera
   for (int dv = -half_px; dv <= half_px; ++dv)
     for (int du = -half_px; du <= half_px; ++du)
-      if (const auto distance = first_hit(surfaces, X_WC.translation(), ray(du, dv)))
-        points.push_back(X_WC.translation() + *distance * ray(0, 0));
+      if (const auto hit = first_surface(surfaces, X_WC.translation(), ray(du, dv))) {
+        const std::pair<int, double> here{du * du + dv * dv, hit->distance};
+        const auto [at, is_new] = shown.try_emplace(hit->surface, here);
+        if (!is_new) at->second = std::min(at->second, here);
+      }
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& [surface, nearest] : shown)
+    points.push_back(X_WC.translation() + nearest.second * ray(0, 0));
   return points;
 }
 

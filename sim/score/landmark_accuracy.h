@@ -21,9 +21,9 @@ struct LandmarkError {
   int id = 0;
   double distance = 0;         ///< m
   std::optional<double> nees;  ///< 3 is expected; nothing when the covariance is not positive definite
-  /// The least NEES against a point of that ray as far away as what one of the template's pixels shows:
-  /// across the edge of a near surface the template shows two surfaces, and the landmark may be a point of
-  /// either.
+  /// The least NEES against the points of that ray that are as far away as the surfaces which the template
+  /// shows, each taken where it is nearest to the first pixel: across the edge of a near surface the
+  /// template shows two surfaces, and the landmark may be a point of either.
   std::optional<double> nees_of_template;
 };
 

@@ -110,15 +110,23 @@ double hit(const Surface& surface, const Ray& ray) {
 
 }  // namespace
 
+std::optional<Hit> first_surface(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
+                                 const Eigen::Vector3d& direction) {
+  Hit first{0, kNever};
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const Eigen::Isometry3d X_SW = surfaces[i].X_WS.inverse();
+    const double distance = hit(surfaces[i], {X_SW * origin, X_SW.linear() * direction});
+    if (distance < first.distance) first = {i, distance};
+  }
+  if (first.distance == kNever) return std::nullopt;
+  return first;
+}
+
 std::optional<double> first_hit(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
                                 const Eigen::Vector3d& direction) {
-  double nearest = kNever;
-  for (const Surface& surface : surfaces) {
-    const Eigen::Isometry3d X_SW = surface.X_WS.inverse();
-    nearest = std::min(nearest, hit(surface, {X_SW * origin, X_SW.linear() * direction}));
-  }
-  if (nearest == kNever) return std::nullopt;
-  return nearest;
+  const auto first = first_surface(surfaces, origin, direction);
+  if (!first) return std::nullopt;
+  return first->distance;
 }
 
 }  // namespace sim::score

@@ -18,8 +18,17 @@ struct Surface {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
 };
 
-/// The least distance > 0 along the unit vector `direction` from `origin` (both in W) at which the ray meets
-/// a surface; nothing if it meets none. From inside a solid it meets the solid's surface on the way out.
+struct Hit {
+  std::size_t surface = 0;  ///< its index
+  double distance = 0;      ///< m
+};
+
+/// The surface that a ray along the unit vector `direction` from `origin` (both in W) meets first, at a
+/// distance > 0; nothing if it meets none. From inside a solid it meets the solid's surface on the way out.
+std::optional<Hit> first_surface(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
+                                 const Eigen::Vector3d& direction);
+
+/// Its distance alone.
 std::optional<double> first_hit(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
                                 const Eigen::Vector3d& direction);
 

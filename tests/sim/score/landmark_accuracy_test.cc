@@ -50,5 +50,18 @@ TEST(LandmarkAccuracy, OfATemplateAcrossAnEdgeIsTheErrorAgainstEitherSurfaceButN
   EXPECT_EQ(error(3, 0).nees_of_template, error(3, 0).nees);
 }
 
+// A floor seen at a slant has many distances within a template, and is one surface.
+TEST(LandmarkAccuracy, OfATemplateOnOneSlantedSurfaceIsTheErrorAtTheFirstPixel) {
+  const std::vector<Surface> surfaces{box_room(4)};
+  const Trajectory truth{{Stamp(0), looking(0)}};
+  const std::vector<LandmarkHistory> histories{{1, {Stamp(0), {160, 235}}, {}}};
+  const auto p_W = surface_point(histories[0].begun, truth, surfaces, square_camera());
+  const Eigen::Vector3d off = 1.03 * (*p_W - truth[0].X.translation()) + truth[0].X.translation();
+  const auto error = landmark_errors({{1, off, 1e-4 * Eigen::Matrix3d::Identity()}}, histories, truth,
+                                     surfaces, square_camera(), 5);
+  EXPECT_GT(error.at(0).nees.value(), 25);
+  EXPECT_EQ(error.at(0).nees_of_template, error.at(0).nees);
+}
+
 }  // namespace
 }  // namespace sim::score
