@@ -21,10 +21,12 @@ def walk(args, circle, office, first, last):
     command = [args.program, 'run', scenario, f'world.seed={office}', '--seeds', f'{first}..{last}', '--jobs', str(args.jobs),
                '--out', out, '--force'] + (['--without', ','.join(sections)] if sections else [])
     ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    if ran.returncode not in (0, 1, 3):  # 1: a limit was missed; 3: a walk ended early
+        sys.exit(f'walks: exit code {ran.returncode}: {ran.stderr}')
     endings = {}
     for seed in range(first, last + 1):
         about = out / f'seed-{seed}/about.json'
-        endings[seed] = json.loads(about.read_text())['walk_ending'] if about.exists() else f'none: {ran.stderr[-200:]}'
+        endings[seed] = json.loads(about.read_text())['walk_ending'] if about.exists() else 'no result'
     return endings
 
 
