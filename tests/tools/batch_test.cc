@@ -20,6 +20,7 @@ class BatchTest : public tests::CommandLine {
  protected:
   BatchTest() { write("walk.yaml", kWalk); }
 };
+using LongBatchTest = BatchTest;
 
 TEST_F(BatchTest, TheNumberOfJobsChangesNoByte) {
   ASSERT_EQ(gaitslam("run walk.yaml --seeds 1..3 --jobs 1 --out one").exit_code, 0);
@@ -28,7 +29,7 @@ TEST_F(BatchTest, TheNumberOfJobsChangesNoByte) {
   EXPECT_GT(std::filesystem::file_size(folder_ / "one/summary.json"), 0u);
 }
 
-TEST_F(BatchTest, TheNumberOfJobsChangesNoByteOfFramesWithImageEffects) {
+TEST_F(LongBatchTest, TheNumberOfJobsChangesNoByteOfFramesWithImageEffects) {
   const std::string run =
       "run walk.yaml --seeds 1,2 --without slam camera.exposure_s=0.01 camera.readout_s=0.02 "
       "camera.subframes=2 world.lights_off.from_s=0.3 world.lights_off.duration_s=0.3 ";

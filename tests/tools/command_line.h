@@ -30,7 +30,7 @@ struct Ran {
 /// A scenario that takes a second: one step with camera and filter.
 inline constexpr const char* kShortWalk = R"(
 walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
-camera: {}
+camera: {rate_hz: 10}
 slam: {}
 )";
 

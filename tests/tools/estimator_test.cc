@@ -30,6 +30,7 @@ class OutsideEstimator : public tests::CommandLine {
     return all;
   }
 };
+using LongOutsideEstimator = OutsideEstimator;
 
 // It is killed at these messages; 0 is the start.
 TEST_F(OutsideEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
@@ -124,7 +125,7 @@ TEST_F(OutsideEstimator, TheFilterAsAProgramWritesTheSameBytes) {
 }
 
 // The bound is a twentieth of the path, chosen before the first try; one that stands still misses it by far.
-TEST_F(OutsideEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
+TEST_F(LongOutsideEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/tools", folder_ / "tools");
   const Ran built = shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/visual_odometry.cc)\"");

@@ -15,7 +15,7 @@ walk:
   commands:
     - stand: {duration_s: 0.3}
     - straight: {forward_m: 0.3, left_m: 0}
-camera: {}
+camera: {rate_hz: 10}
 slam: {}
 )";
 

@@ -52,6 +52,7 @@ class Interruption : public tests::CommandLineWithCache {
     return all;
   }
 };
+using LongInterruption = Interruption;
 
 TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
   ok(kBlind + "--seeds 1..3 --out h");
@@ -114,7 +115,7 @@ TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
   }
 }
 
-TEST_F(Interruption, ASuiteGoesOnByTheSameCommand) {
+TEST_F(LongInterruption, ASuiteGoesOnByTheSameCommand) {
   write("suites/ci.yaml", "seeds: 1..3\nscenarios: [{scenario: ../walk.yaml}]\n");
   ok("baseline update suites/ci.yaml --reason first --out first");
   ended_when("[ -e killed/walk/seed-1 ]", "KILL", "regress suites/ci.yaml --out killed");

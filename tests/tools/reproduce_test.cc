@@ -41,8 +41,9 @@ class ReproduceTest : public tests::CommandLineWithCache {
     return std::filesystem::last_write_time(folder_ / "out" / experiment / "seed-3/score.json");
   }
 };
+using LongReproduceTest = ReproduceTest;
 
-TEST_F(ReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
+TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
   const Ran first = reproduce();
   ASSERT_EQ(first.exit_code, 0) << first.err;
   EXPECT_EQ(first.complaints(), "") << "no drawn progress where there is no terminal";

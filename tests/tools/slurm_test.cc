@@ -25,7 +25,7 @@ slam: {}
 
 const std::string kTool = "'" GAITSLAM_SOURCE_DIR "/tools/slurm_local.sh' ";
 
-class SlurmTest : public tests::CommandLineWithCache {
+class LongSlurmTest : public tests::CommandLineWithCache {
  protected:
   void SetUp() override {
     if (shell("command -v slurmctld munged").exit_code != 0)
@@ -48,7 +48,7 @@ class SlurmTest : public tests::CommandLineWithCache {
 };
 
 // Slurm fills its nodes one after another: the third array element runs on the second node.
-TEST_F(SlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannotBeTried) {
+TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannotBeTried) {
   const std::string sweep =
       "sweep walk.yaml walk.step_length_m=0.4 'slam.vision.sigma_px=linspace(1, 3, 60)' "
       "'walk.commands=[{stand: {duration_s: 6}}],[{straight: {forward_m: 2}}]' --seeds 1,2 ";
@@ -70,7 +70,7 @@ TEST_F(SlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannotBeTr
   EXPECT_EQ(text_of("here/scores.jsonl"), text_of("there/scores.jsonl"));
 }
 
-TEST_F(SlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice) {
+TEST_F(LongSlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice) {
   const std::string sweep = " sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 40)' --out ";
   ASSERT_EQ(shell(GAITSLAM_PROGRAM + sweep + "here").exit_code, 0);
   shell(GAITSLAM_PROGRAM + sweep +
@@ -83,7 +83,7 @@ TEST_F(SlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice)
   EXPECT_FALSE(fs::exists(folder_ / "there/slurm"));
 }
 
-TEST_F(SlurmTest, ATuningFromTheCacheEndsAsItDoesHereAlsoTakenUpByTheSameCommand) {
+TEST_F(LongSlurmTest, ATuningFromTheCacheEndsAsItDoesHereAlsoTakenUpByTheSameCommand) {
   write("steps.yaml", kSteps);
   write("spec.yaml",
         "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.29}}\n"
@@ -103,7 +103,7 @@ TEST_F(SlurmTest, ATuningFromTheCacheEndsAsItDoesHereAlsoTakenUpByTheSameCommand
   EXPECT_FALSE(fs::exists(folder_ / "there/slurm"));
 }
 
-TEST_F(SlurmTest, WhyAHeldJobWaitsIsSaidOnce) {
+TEST_F(LongSlurmTest, WhyAHeldJobWaitsIsSaidOnce) {
   const Ran ran = shell(
       "timeout -s INT 15 " GAITSLAM_PROGRAM
       " record walk.yaml --seeds 1,2 --backend slurm & record=$!; "
@@ -114,7 +114,7 @@ TEST_F(SlurmTest, WhyAHeldJobWaitsIsSaidOnce) {
   EXPECT_NE(shell("squeue -h").out, "") << "it stays in the queue";
 }
 
-TEST_F(SlurmTest, RecordingsAndASuiteAreMadeThere) {
+TEST_F(LongSlurmTest, RecordingsAndASuiteAreMadeThere) {
   const Ran recorded = gaitslam("record walk.yaml --seeds 1..3 --backend slurm --jobs 3");
   EXPECT_EQ(recorded.exit_code, 0) << recorded.err;
   EXPECT_THAT(recorded.out, HasSubstr("seed 3: recorded, completed"));

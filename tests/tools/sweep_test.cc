@@ -35,6 +35,7 @@ class SweepTest : public tests::CommandLineWithCache {
     }
   }
 };
+using LongSweepTest = SweepTest;
 
 TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
   const Ran dry = gaitslam("sweep walk.yaml slam.vision.sigma_px=1,2 world.seed=1,2,3 --seeds 1,2 --dry-run");
@@ -88,7 +89,7 @@ TEST_F(SweepTest, TheNumberOfJobsChangesNoByte) {
   EXPECT_FALSE(fs::exists(folder_ / "one/parts") && !fs::is_empty(folder_ / "one/parts"));
 }
 
-TEST_F(SweepTest, KilledAtAnyMomentItGoesOnAndEndsTheSame) {
+TEST_F(LongSweepTest, KilledAtAnyMomentItGoesOnAndEndsTheSame) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 8)' --seeds 1,2 ";
   const auto begin = std::chrono::steady_clock::now();
   ASSERT_EQ(gaitslam(sweep + "--out whole").exit_code, 0);
@@ -175,7 +176,7 @@ TEST_F(SweepTest, WrongSpecsAreAnsweredWithTheirPlace) {
 
 // The values of the trials are those of runs with the same settings: replays of one recording would have
 // others.
-TEST_F(SweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting) {
+TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting) {
   write("steered.yaml",
         "walk: {commands: [{straight: {forward_m: 0.2, left_m: 0}}], steering: {by: estimate, final_steps: "
         "0}}\n"

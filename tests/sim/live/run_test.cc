@@ -52,6 +52,16 @@ class RunTest : public testing::Test {
         read, place(name), [](double) {}, threads);
   }
 
+  /// Leaves what run(name, scenario()) leaves; the tests of a process share the walk.
+  void live(const std::string& name) const {
+    if (!fs::exists(shared_)) {
+      EXPECT_EQ(run(name, scenario()).exit_code, 0);
+      fs::rename(folder_ / name, shared_);
+    }
+    fs::copy(shared_, folder_ / name, fs::copy_options::recursive);
+  }
+  static void TearDownTestSuite() { fs::remove_all(shared_); }
+
   Outcome replay(const std::string& of, const std::string& name, const ReadScenario& read) const {
     return sim::replay::replay(read, folder_ / of / "recording", {"completed", ""}, place(name),
                                [](double) {});
@@ -61,10 +71,12 @@ class RunTest : public testing::Test {
       fs::temp_directory_path() /
       ("gaitslam run " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + " " +
        std::to_string(getpid()));
+  static inline const fs::path shared_ =
+      fs::temp_directory_path() / ("gaitslam run " + std::to_string(getpid()));
 };
 
 TEST_F(RunTest, SameSeedGivesTheSameBitsAndAnotherSeedOthers) {
-  ASSERT_EQ(run("one", scenario()).exit_code, 0);
+  live("one");
   ASSERT_EQ(run("two", scenario(), 2).exit_code, 0) << "images drawn beside the walk";
   ASSERT_EQ(run("other", scenario({"seed=2"})).exit_code, 0);
   EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
@@ -99,7 +111,7 @@ TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
 }
 
 TEST_F(RunTest, ReplayGivesTheLiveResultBitForBit) {
-  ASSERT_EQ(run("live", scenario()).ending, "completed");
+  live("live");
   ASSERT_EQ(replay("live", "replay", scenario()).ending, "completed");
   EXPECT_THAT(
       tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
@@ -119,14 +131,14 @@ TEST_F(RunTest, ByPlanAloneItIsAnotherResultThatIsReplayedBitForBitToo) {
 }
 
 TEST_F(RunTest, ReplayWithAnotherGyroIsAnotherResult) {
-  run("live", scenario());
+  live("live");
   replay("live", "replay", scenario({"errors.gyro.sigma_rad_s=0.05"}));
   EXPECT_NE(tests::files(folder_ / "live")["estimate.tum"], tests::files(folder_ / "replay")["estimate.tum"]);
   EXPECT_EQ(tests::files(folder_ / "live")["truth.tum"], tests::files(folder_ / "replay")["truth.tum"]);
 }
 
 TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
-  run("live", scenario());
+  live("live");
   for (const char* name :
        {"scenario.yaml", "about.json", "truth.tum", "plan.tum", "estimate.tum", "waist_truth.tum",
         "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv", "timing.csv",
@@ -138,7 +150,7 @@ TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
 }
 
 TEST_F(RunTest, TheWalkDoesNotDependOnCameraAndFilter) {
-  run("watched", scenario());
+  live("watched");
   const Outcome outcome = run("alone", scenario({}, {"camera", "slam"}));
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(tests::files(folder_ / "watched")["truth.tum"], tests::files(folder_ / "alone")["truth.tum"]);
@@ -200,7 +212,7 @@ TEST_F(RunTest, WhatCannotBeBegunLeavesNothingBehind) {
 }
 
 TEST_F(RunTest, ADamagedRecordingIsRefusedAndLeavesNothingBehind) {
-  run("live", scenario());
+  live("live");
   std::ofstream(folder_ / "live/recording/mav0/imu0/data.csv", std::ios::app) << "1,2\n";
   EXPECT_THROW(replay("live", "replay", scenario()), sim::files::FileError);
   EXPECT_FALSE(fs::exists(folder_ / "replay"));

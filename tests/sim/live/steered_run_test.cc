@@ -69,6 +69,7 @@ class SteeredRunTest : public testing::Test {
       ("gaitslam steered " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) +
        " " + std::to_string(getpid()));
 };
+using LongSteeredRunTest = SteeredRunTest;
 
 TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
   ASSERT_EQ(run("plan", scenario(kWalk)).ending, "completed");
@@ -128,7 +129,7 @@ TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
             "completed");
 }
 
-TEST_F(SteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
+TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
   for (const char* jump : {"x_m: 0.3", "x_m: 0, y_m: -0.3", "x_m: 0, yaw_deg: 10"}) {
     const std::string name = "jump " + std::string(jump);
     const Outcome outcome =

@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Walks : public testing::TestWithParam<fs::path> {};
-INSTANTIATE_TEST_SUITE_P(, Walks, testing::ValuesIn(scenario::scenario_files()), scenario::test_name);
+class LongWalks : public testing::TestWithParam<fs::path> {};
+INSTANTIATE_TEST_SUITE_P(, LongWalks, testing::ValuesIn(scenario::scenario_files()), scenario::test_name);
 
 // The truth takes the place of an estimate that steers.
 scenario::ReadScenario without_filter(const fs::path& file) {
@@ -29,7 +29,7 @@ scenario::ReadScenario without_filter(const fs::path& file) {
 
 // A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that asks its
 // filter to give up ("diverged") completes here without it.
-TEST_P(Walks, CompleteAndRaiseNoWarning) {
+TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
   const fs::path out = fs::temp_directory_path() / ("gaitslam walks " + std::to_string(getpid()));
   fs::create_directories(out);
   const scenario::ReadScenario read = without_filter(GetParam());
@@ -43,13 +43,13 @@ TEST_P(Walks, CompleteAndRaiseNoWarning) {
   fs::remove_all(out);
 }
 
-class WalksFarAway : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(, WalksFarAway,
+class LongWalksFarAway : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(, LongWalksFarAway,
                          testing::Values("tangent_quadrant", "tangent_circle", "perpendicular_circle_trial1",
                                          "perpendicular_circle", "straight_10m"),
                          [](const auto& test) { return test.param; });
 
-TEST_P(WalksFarAway, DriftAsTheyDoAtTheOrigin) {
+TEST_P(LongWalksFarAway, DriftAsTheyDoAtTheOrigin) {
   // Even: the floor's waves belong to the place.
   const fs::path file = scenario::scenario_folder() / (std::string(GetParam()) + ".yaml");
   const scenario::Scenario s =
