@@ -17,7 +17,7 @@ using std::chrono::steady_clock;
 constexpr const char* kOwnProtocol = "gaitslam.view.v1";
 // Between two frames, or two maps, by the clock on the wall.
 constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100};
-constexpr std::chrono::milliseconds kForMessages{300}, kForPages{15000};  // at the end
+constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at the end
 constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
 
 bool is_own(const Client& client) { return client.protocol() == kOwnProtocol; }

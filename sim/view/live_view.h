@@ -41,7 +41,7 @@ class LiveView {
   void show(const Frame& frame);
   /// Returns when the run may go on.
   void pace(slam::Stamp t);
-  /// Tells how the run ended and waits at most 0.3 s until that is sent, and at most 15 s for pages that
+  /// Tells how the run ended and waits at most 3 s until that is sent, and at most 15 s for pages that
   /// still fetch room and robot.
   void end(const std::string& how);
 

@@ -12,7 +12,7 @@ const short = ({space, head, ...rest}) => rest;
 
 async function useLive(browser, url) {
   await browser.open(url, kReady);
-  await browser.until(`document.documentElement?.dataset.model === 'true'`);
+  await browser.until(`document.documentElement?.dataset.model === 'true' && !!${kFrame}`);
   await browser.press('4', 52);  // slowly: what follows takes a busy machine some time, and the walk is short
   const first = await look(browser);
   await browser.until(`gaitslamPage.t > ${first.t} + 1 && ${kPane}.scene.shownEllipsoids > 5`);

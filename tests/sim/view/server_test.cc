@@ -108,6 +108,27 @@ TEST_F(Live, AStalledViewerCostsNothing) {
   EXPECT_LT(Clock::now() - begin, 90s);
 }
 
+// As on a busy machine, whose browser draws for a second before it reads on; then the program ends.
+TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
+  auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
+  RawClient slow(view->access().port, "127.0.0.1", 4096);
+  open_socket(slow, view->access());
+  for (int i = 0; i < 300 && !view->has_viewers(); ++i) std::this_thread::sleep_for(10ms);
+  for (int k = 0; view->has_viewers() && k < 100'000; ++k) view->show(frame_at(k));
+  std::thread program([&] {
+    view->end("done");
+    view.reset();
+  });
+  std::this_thread::sleep_for(1s);
+  std::string last;
+  for (auto payload = next_payload(slow); payload && !payload->empty(); payload = next_payload(slow)) {
+    last = *payload;
+    if (last.find("ended") != last.npos) break;
+  }
+  EXPECT_EQ(last, R"({"op":"ended","how":"done"})");
+  program.join();
+}
+
 TEST_F(Live, AViewerThatReadsIsServedBesideOneThatStalls) {
   RawClient stalled(view_.access().port, "127.0.0.1", 4096), reading(view_.access().port);
   open_socket(stalled, view_.access());
