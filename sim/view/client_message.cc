@@ -76,7 +76,7 @@ ClientMessage read_client_message(std::string_view text) {
   if (op == "resume") return Resume{};
   if (op == "step") return Step{};
   if (op == "speed") return speed(message);
-  if (op == "loading" || op == "loaded") return Loading{op == "loading"};
+  if (op == "loaded") return Loaded{};
   if (op == "subscribe") return subscribe(message);
   if (op == "unsubscribe") return unsubscribe(message);
   for (const char* const known : kIgnored)

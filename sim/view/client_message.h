@@ -25,10 +25,8 @@ struct Subscribe {
 struct Unsubscribe {
   std::vector<std::uint32_t> subscriptions;
 };
-/// The page fetches room and robot, or has them.
-struct Loading {
-  bool goes_on = false;
-};
+/// The page has fetched room and robot.
+struct Loaded {};
 /// A message of a kind that is allowed and of no use here.
 struct Ignored {};
 struct Malformed {
@@ -36,7 +34,7 @@ struct Malformed {
 };
 
 using ClientMessage =
-    std::variant<Pause, Resume, Step, Speed, Subscribe, Unsubscribe, Loading, Ignored, Malformed>;
+    std::variant<Pause, Resume, Step, Speed, Subscribe, Unsubscribe, Loaded, Ignored, Malformed>;
 
 /// No more subscriptions than that in one message.
 inline constexpr std::size_t kMostSubscriptions = 64;

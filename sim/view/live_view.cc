@@ -116,8 +116,8 @@ void LiveView::received(Client& client, std::string_view said) {
   }
   if (const auto* const malformed = std::get_if<Malformed>(&message))
     return client.send(json_message({{"op", "refused"}, {"why", malformed->why}}));
-  if (const auto* const loading = std::get_if<Loading>(&message)) {
-    client.loading = loading->goes_on;
+  if (std::holds_alternative<Loaded>(message)) {
+    client.loading = false;
     return;
   }
   if (!control_)

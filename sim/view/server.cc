@@ -87,7 +87,9 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
         slot_(std::move(slot)),
         socket_(std::move(stream)),
         protocol_(std::move(protocol)),
-        queue_(shared_->limits.queued_frames * (is_own() ? 1 : 16), shared_->limits.queued_messages) {}
+        queue_(shared_->limits.queued_frames * (is_own() ? 1 : 16), shared_->limits.queued_messages) {
+    loading = is_own();
+  }
 
   void accept(const Request& request) {
     beast::get_lowest_layer(socket_).expires_never();

@@ -41,7 +41,7 @@ class Client {
   virtual ~Client() = default;
   virtual const std::string& protocol() const = 0;  ///< the subprotocol agreed on
   virtual void send(Message message) = 0;
-  bool loading = false;                                                ///< a page that still fetches files
+  bool loading = false;  ///< a page, until it says that it has its files
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
 };
 

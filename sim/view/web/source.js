@@ -33,12 +33,12 @@ export class StoredImages {
 export function listen({frame, told, closed}) {
   const socket = new WebSocket(`ws://${location.host}${address('/socket')}`, 'gaitslam.view.v1');
   socket.binaryType = 'arraybuffer';
-  socket.onopen = () => socket.send('{"op":"loading"}');
   socket.onmessage = ({data}) => {
     if (typeof data === 'string') return told(JSON.parse(data));
     const length = new DataView(data).getUint32(0, true);
     frame(JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), new Uint8Array(data, 4 + length));
   };
   socket.onclose = closed;
-  return (message) => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
+  const opened = new Promise((resolve) => { socket.onopen = resolve; });
+  return (message) => opened.then(() => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); });
 }

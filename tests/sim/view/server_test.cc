@@ -29,6 +29,8 @@ void open_socket(RawClient& client, const Access& access, const std::string& pro
   ASSERT_THAT(client.until("\r\n\r\n"), HasSubstr("Sec-WebSocket-Protocol: " + protocol));
 }
 
+void say_loaded(RawClient& client) { client.send(text_frame(R"({"op":"loaded"})")); }
+
 Frame frame_at(int k) { return {.t = k * 33ms, .image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(k % 256))}; }
 
 /// Shows frames until their only viewer, which does not read, has room for no more of them.
@@ -66,6 +68,7 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShown) {
   EXPECT_TRUE(view_.wants({}));
   view_.show(frame_at(3));
   EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("{\"t\":0.099000,\"image\":[320,240]}"));
+  say_loaded(client);
   view_.end("The run has ended.");
   EXPECT_EQ(next_payload(client), R"({"op":"ended","how":"The run has ended."})");
 }
@@ -84,11 +87,9 @@ TEST_F(Live, TheEndWaitsForAPageThatFetchesTheRoom) {
   RawClient client(view_.access().port);
   open_socket(client, view_.access());
   ASSERT_TRUE(becomes(true));
-  client.send(text_frame(R"({"op":"loading"})"));
-  std::this_thread::sleep_for(100ms);
   std::thread page([&] {
     std::this_thread::sleep_for(500ms);
-    client.send(text_frame(R"({"op":"loaded"})"));
+    say_loaded(client);
   });
   const auto begin = Clock::now();
   view_.end("done");
@@ -101,6 +102,7 @@ TEST_F(Live, TheEndWaitsForAPageThatFetchesTheRoom) {
 TEST_F(Live, AStalledViewerCostsNothing) {
   RawClient stalled(view_.access().port, "127.0.0.1", 4096);
   open_socket(stalled, view_.access());
+  say_loaded(stalled);
   ASSERT_TRUE(becomes(true));
   const auto begin = Clock::now();
   ASSERT_TRUE(fills_its_viewer(view_)) << "whoever waited for it would wait for ever";
@@ -114,6 +116,7 @@ TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
   RawClient slow(view->access().port, "127.0.0.1", 4096);
   open_socket(slow, view->access());
+  say_loaded(slow);
   for (int i = 0; i < 300 && !view->has_viewers(); ++i) std::this_thread::sleep_for(10ms);
   ASSERT_TRUE(fills_its_viewer(*view));
   std::thread program([&] {
