@@ -41,8 +41,8 @@ class LiveView {
   void show(const Frame& frame);
   /// Returns when the run may go on.
   void pace(slam::Stamp t);
-  /// Tells how the run ended and waits at most 3 s until that is sent, and at most 15 s for pages that
-  /// still fetch room and robot.
+  /// Tells how the run ended, waits at most 15 s for pages that still fetch room and robot, and then at most
+  /// 3 s until all is sent.
   void end(const std::string& how);
 
  private:

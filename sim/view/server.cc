@@ -358,12 +358,16 @@ int Server::with_room(std::string_view protocol_prefix) const {
 
 void Server::flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading) {
   const auto begin = std::chrono::steady_clock::now();
+  auto loaded = begin;
   for (;;) {
     std::promise<std::pair<std::size_t, std::size_t>> answer;
     net::post(implementation_->context, [&] { answer.set_value(implementation_->unfinished()); });
     const auto [messages, pages] = answer.get_future().get();
-    const auto passed = std::chrono::steady_clock::now() - begin;
-    if ((messages == 0 || passed > queues) && (pages == 0 || passed > loading)) return;
+    const auto now = std::chrono::steady_clock::now();
+    if (pages > 0 && now - begin <= loading)
+      loaded = now;
+    else if (messages == 0 || now - loaded > queues)
+      return;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 }

@@ -74,7 +74,7 @@ class Server {
   /// From any thread: clients of subprotocols whose queue has room for a frame.
   int with_room(std::string_view protocol_prefix) const;
 
-  /// Waits until all queues are empty, at most so long, and until no page is loading, at most so long.
+  /// Waits until no page is loading, at most so long, and then until all queues are empty, at most so long.
   void flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading);
 
  private:

@@ -22,14 +22,14 @@ using tests::Ran;
 /// On the spot once around: the loop closes.
 constexpr const char* kTurn = R"(
 walk: {commands: [{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}]}
-camera: {rate_hz: 10}
+camera: {}
 slam: {}
 )";
 
 /// Long enough for a browser on a busy machine to slow it down before it ends.
 constexpr const char* kLong = R"(
 walk: {commands: [{straight: {forward_m: 0.6}}, {stand: {duration_s: 20}}]}
-camera: {rate_hz: 10}
+camera: {}
 slam: {}
 )";
 
