@@ -4,7 +4,7 @@
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
-/// Mesa itself keeps a few hundred bytes of each context that was destroyed, which no message need tell.
+/// Mesa itself keeps a few hundred bytes of each context that was destroyed. A silent command stays silent.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; }
 extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
 #endif

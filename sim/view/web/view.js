@@ -227,8 +227,7 @@ async function start() {
     globalThis.gaitslamPage = page;
     if (page.live) page.followLive();
     else await page.playBack();
-    await Promise.all(page.panes.map((pane) => pane.loadModel()));
-    if (page.live) page.send({op: 'loaded'});
+    await Promise.all(page.panes.map((pane) => pane.loadModel())).finally(() => page.live && page.send({op: 'loaded'}));
     dataset.model = 'true';
   } catch (error) {
     document.body.append(element('p', {class: 'note'}, error.message));

@@ -45,13 +45,14 @@ bool fills_its_viewer(LiveView& view) {
   return false;
 }
 
+/// Waits until the server's thread has seen its client.
+bool has_a_viewer(const LiveView& view) {
+  for (int i = 0; i < 300 && !view.has_viewers(); ++i) std::this_thread::sleep_for(10ms);
+  return view.has_viewers();
+}
+
 class Live : public testing::Test {
  protected:
-  /// Until the server's thread has seen what was sent to it.
-  bool becomes(bool wanted) {
-    for (int i = 0; i < 300 && view_.has_viewers() != wanted; ++i) std::this_thread::sleep_for(10ms);
-    return view_.has_viewers() == wanted;
-  }
   LiveView view_{{.token = kToken}, {.label = "a walk"}, false};
 };
 
@@ -63,7 +64,7 @@ TEST_F(Live, WithoutAViewerNoFrameIsWanted) {
 TEST_F(Live, AViewerIsSentTheFramesThatAreShown) {
   RawClient client(view_.access().port);
   open_socket(client, view_.access());
-  ASSERT_TRUE(becomes(true));
+  ASSERT_TRUE(has_a_viewer(view_));
   EXPECT_EQ(next_payload(client), R"({"op":"pace","paused":false,"speed":0.0})");
   EXPECT_TRUE(view_.wants({}));
   view_.show(frame_at(3));
@@ -76,7 +77,7 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShown) {
 TEST_F(Live, AtMostFortyFramesASecondAreWanted) {
   RawClient client(view_.access().port);
   open_socket(client, view_.access());
-  ASSERT_TRUE(becomes(true));
+  ASSERT_TRUE(has_a_viewer(view_));
   view_.show(frame_at(0));
   EXPECT_FALSE(view_.wants({}));
   std::this_thread::sleep_for(30ms);
@@ -86,7 +87,7 @@ TEST_F(Live, AtMostFortyFramesASecondAreWanted) {
 TEST_F(Live, TheEndWaitsForAPageThatFetchesTheRoom) {
   RawClient client(view_.access().port);
   open_socket(client, view_.access());
-  ASSERT_TRUE(becomes(true));
+  ASSERT_TRUE(has_a_viewer(view_));
   std::thread page([&] {
     std::this_thread::sleep_for(500ms);
     say_loaded(client);
@@ -103,7 +104,7 @@ TEST_F(Live, AStalledViewerCostsNothing) {
   RawClient stalled(view_.access().port, "127.0.0.1", 4096);
   open_socket(stalled, view_.access());
   say_loaded(stalled);
-  ASSERT_TRUE(becomes(true));
+  ASSERT_TRUE(has_a_viewer(view_));
   const auto begin = Clock::now();
   ASSERT_TRUE(fills_its_viewer(view_)) << "whoever waited for it would wait for ever";
   EXPECT_FALSE(view_.wants({}));
@@ -117,7 +118,7 @@ TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
   RawClient slow(view->access().port, "127.0.0.1", 4096);
   open_socket(slow, view->access());
-  for (int i = 0; i < 300 && !view->has_viewers(); ++i) std::this_thread::sleep_for(10ms);
+  ASSERT_TRUE(has_a_viewer(*view));
   ASSERT_TRUE(fills_its_viewer(*view));
   std::thread program([&] {
     view->end("done");
@@ -140,7 +141,7 @@ TEST_F(Live, AViewerThatReadsIsServedBesideOneThatStalls) {
   open_socket(stalled, view_.access());
   for (int k = 0; k < 1000; ++k) view_.show(frame_at(k));
   open_socket(reading, view_.access());
-  ASSERT_TRUE(becomes(true));
+  ASSERT_TRUE(has_a_viewer(view_));
   next_payload(reading);  // the pace
   next_payload(reading);  // the last frame
   view_.show(frame_at(2000));
