@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -80,9 +81,10 @@ std::string file_text(const std::filesystem::path& file) {
     throw ConfigError(fmt::format("{}: is a folder, expected a scenario file", file.string()));
   std::ifstream in(file, std::ios::binary);
   if (!in) throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
-  std::string text(kLargest + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(in.gcount()));
+  std::string text;
+  std::array<char, 1 << 14> part;
+  while (text.size() <= kLargest && (in.read(part.data(), part.size()), in.gcount() > 0))
+    text.append(part.data(), static_cast<std::size_t>(in.gcount()));
   if (text.size() > kLargest)
     throw ConfigError(fmt::format("{}: larger than 1 MiB, expected a scenario", file.string()));
   return text;

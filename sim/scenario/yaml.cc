@@ -158,10 +158,13 @@ Yaml parse_yaml(std::string_view text, const Origin& origin) {
 
 std::string did_you_mean(std::string_view typed, std::span<const std::string_view> candidates) {
   const std::size_t allowed = std::max<std::size_t>(2, typed.size() / 3);
+  const std::string_view begin = typed.substr(0, 100);
   std::string_view best;
   std::size_t best_distance = allowed + 1;
   for (const std::string_view candidate : candidates) {
-    const std::size_t distance = edit_distance(typed.substr(0, 100), candidate);
+    if (std::max(begin.size(), candidate.size()) - std::min(begin.size(), candidate.size()) >= best_distance)
+      continue;  // their distance is at least that difference
+    const std::size_t distance = edit_distance(begin, candidate);
     if (distance < best_distance && distance < candidate.size()) {
       best = candidate;
       best_distance = distance;
