@@ -1,18 +1,22 @@
 #!/bin/sh
-# Feeds the readers inputs that clang's libFuzzer makes: tools/fuzz.sh [--seconds S | --runs N] [--seed N] [--slow S] [TARGET...]
+# Feeds the readers inputs that clang's libFuzzer makes:
+#   tools/fuzz.sh [--fast] [--seconds S | --runs N] [--seed N] [--slow S] [TARGET...]
 # Each target of tests/fuzz runs for S seconds (default 3600) or N inputs, on all processors. A crash, an input that
 # takes more than 1 s (--slow: another limit, for machines that stall), or memory of more than 1 GB is a finding: its input is
 # kept in build/fuzz/found. What reached new code is kept in build/fuzz/corpus and continued with. --seed repeats a run's
-# random numbers. Prints a table; exit code 1 where there is a finding.
+# random numbers. --fast does without the address sanitizer, for several times the inputs; --runs 0 then gives all that is
+# in build/fuzz/corpus to the sanitized targets once. Prints a table; exit code 1 where there is a finding.
 set -eu
 root=$(dirname "$(dirname "$(readlink -f "$0")")")
-limit=-max_total_time=3600 seed=0 slow=1
+limit=-max_total_time=3600 seed=0 slow=1 preset=fuzz
 while :; do
   case ${1:-} in
+    --fast) preset=fuzz-fast && shift && continue ;;
     --seconds) limit=-max_total_time=$2 ;;
     --runs) limit=-runs=$2 ;;
     --seed) seed=$2 ;;
     --slow) slow=$2 ;;
+    -*) echo "fuzz: $1 is not known; expected --fast, --seconds S, --runs N, --seed N, --slow S or targets" >&2 && exit 2 ;;
     *) break ;;
   esac
   shift 2
@@ -20,20 +24,20 @@ done
 . "$root/tools/setup.sh"
 install_packages "$root/tools/packages.txt" "$root/tools/packages_test.txt"
 targets=${*:-$(cd "$root/tests/fuzz" && ls ./*.cc | sed 's|^\./||; s|\.cc$||')}
-build fuzz $(printf 'fuzz_%s ' $targets)
+build "$preset" $(printf 'fuzz_%s ' $targets)
 folder=$root/build/fuzz
 mkdir -p "$folder/found" "$folder/log"
 
 memory=$(mktemp -d -p "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")" gaitslam-fuzz-XXXXXX)
 trap 'rm -rf "$memory"' EXIT
 trap 'exit 2' INT TERM
-export TMPDIR="$memory" folder root limit seed slow
+export TMPDIR="$memory" folder root limit seed slow preset
 export ASAN_OPTIONS=quarantine_size_mb=16:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
 
 # One target; its log has libFuzzer's figures.
 cat >"$memory/one" <<'ONE'
 mkdir -p "$folder/corpus/$1" "$folder/found/$1"
-"$folder/tests/fuzz/fuzz_$1" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed="$seed" -timeout="$slow" -rss_limit_mb=1024 \
+"$root/build/$preset/tests/fuzz/fuzz_$1" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed="$seed" -timeout="$slow" -rss_limit_mb=1024 \
   -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$folder/log/$1" 2>&1 || status=$?
 case ${status:-0} in
   0) ;;

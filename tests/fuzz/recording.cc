@@ -1,12 +1,14 @@
 // A recording of the program's own, of which one file is the input and the manifest says so; the input's
-// first byte says which file.
+// first byte says which of the files that are taken apart; of the others only the hash is compared.
 #include "sim/recording/recording.h"
 
 #include <map>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "sim/files/csv.h"
 #include "sim/recording/manifest.h"
+#include "sim/recording/recording_format.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -28,6 +30,7 @@ void record() {
   writer.add(o);
   writer.add(recording::TruePoses{});
   writer.add(recording::TrueFeet{});
+  writer.add(std::vector{recording::CorrectedStep{}});
   writer.add(recording::RecordedSurface{"box"});
   writer.finish();
 }
@@ -47,23 +50,40 @@ std::string manifest_row(const std::string& name, std::string_view content) {
   return hash.hex() + "," + std::to_string(content.size()) + "," + name + "\n";
 }
 
+// Relative path -> row of the manifest.
+std::map<std::string, std::string> rows_of(const std::map<std::string, std::string>& contents) {
+  std::map<std::string, std::string> all;
+  for (const auto& [name, content] : contents) all[name] = manifest_row(name, content);
+  return all;
+}
+
+const std::string& changed_file(std::uint8_t byte) {
+  using namespace recording::recording_format;
+  static const std::vector<std::string> all{
+      kFrames,     kCameraSensor, kCameraRows,   kImuSensor, kImuRows,        kPlanSensor, kPlanRows,
+      kTrueCamera, kTrueWaist,    kPlannedWaist, kFeet,      kCorrectedSteps, kSurfaces};
+  return all[byte % all.size()];
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::map<std::string, std::string> whole = contents();
+  static const std::map<std::string, std::string> whole = contents(), rows = rows_of(whole);
   if (size == 0) return 0;
-  const auto changed = std::next(whole.begin(), data[0] % static_cast<std::ptrdiff_t>(whole.size()));
+  const std::string& changed = changed_file(data[0]);
   const std::string_view content = fuzz::text_of(data + 1, size - 1);
   std::string manifest = "#xxh3_128,bytes,path\n";
-  for (const auto& [name, text] : whole)
-    manifest += manifest_row(name, name == changed->first ? content : text);
+  for (const auto& [name, row] : rows) manifest += name == changed ? manifest_row(name, content) : row;
   fuzz::file("recording/manifest.csv", manifest);
-  fuzz::file("recording/" + changed->first, content);
-  fuzz::read_or_refuse([] {
-    recording::RecordingReader reader(root());
-    while (reader.next()) continue;
+  fuzz::file("recording/" + changed, content);
+  fuzz::read_or_refuse([&] {
+    if (changed.starts_with("truth/")) {
+      recording::read_truth(root());
+    } else {
+      recording::RecordingReader reader(root());
+      while (reader.next()) continue;
+    }
   });
-  fuzz::read_or_refuse([] { recording::read_truth(root()); });
-  fuzz::file("recording/" + changed->first, changed->second);
+  fuzz::file("recording/" + changed, whole.at(changed));
   return 0;
 }
