@@ -13,6 +13,7 @@ constexpr double kLongestStep_s = 10;         // a later time is taken for a bro
 constexpr double kLongestInterval_s = 0.5;    // between frames; in a longer one, frames are missing
 constexpr int kFramesBetweenFullChecks = 30;  // of the whole covariance
 constexpr int kMostChecked = 600;             // parameters of it, because the cost grows with their cube
+constexpr double kLargestTurn_rad = 0.1;      // 1σ; beyond it an update is too far from linear
 constexpr Stamp kDoubtful{
     3'000'000'000};  // before a loss, in which landmarks may have been initialised wrongly
 
@@ -25,6 +26,12 @@ Estimate pose_estimate(const State& state, Stamp t) {
   J.block<3, 3>(3, kPosition).setIdentity();
   const Matrix6d covariance = J * state.marginal<7>(0) * J.transpose();
   return {t, state.X_WC(), (covariance + covariance.transpose()) / 2};
+}
+
+/// Whether landmarks can be searched for where they are predicted, and their matches correct the pose.
+bool is_oriented(const State& state, Stamp t) {
+  return pose_estimate(state, t).covariance.diagonal().head<3>().maxCoeff() <
+         kLargestTurn_rad * kLargestTurn_rad;
 }
 
 std::optional<double> per_degree_of_freedom(const std::optional<Nis>& nis) {
@@ -88,6 +95,7 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
   good_image_ = !(seconds(interval) > kLongestInterval_s);
   const bool was_blind = tracking_.is_blind();
   if (seconds(interval) > kLongestInterval_s) tracking_.blind(interval, "no frame arrives");
+  if (was_blind && !is_oriented(kalman_.state(), o.t)) return relocalise_in(o);
   if (tracking_.health() == Health::lost && !tracking_.is_blind()) {
     const Stamp before = o.t - tracking_.lost_for() - kDoubtful;
     if (!vision_.recognises(o.image, map_.landmarks(), before, kalman_)) return relocalise_in(o);

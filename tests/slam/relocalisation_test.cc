@@ -193,6 +193,25 @@ TEST(Relocalisation, AFilterWhoseViewWasCoveredGoesOnWhereItIs) {
   EXPECT_TRUE(lost);
 }
 
+TEST(Relocalisation, WithoutImagesAndGyroNoMatchNearThePredictionIsBelieved) {
+  Options options;
+  options.tracking.lost_after_s = 0.5;
+  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
+  bool lost = false, found = false;
+  for (int k = 0; k < 75; ++k) {
+    Observation o = walk().observation(k);
+    if (k >= 30 && k < 50) o.image = cv::Mat(), o.gyro.clear(), o.accelerometer.clear(), o.plan.reset();
+    const FrameReport& report = filter.step(o);
+    lost = lost || report.health == Health::lost;
+    found = found || report.relocalised;
+    if (!lost || report.health == Health::lost) continue;
+    EXPECT_TRUE(found) << k;
+    const Eigen::Isometry3d X_WC = walk().walk().X_WC(seconds(walk().walk().stamp(k)));
+    EXPECT_LT((filter.estimate().X_WC.translation() - X_WC.translation()).norm(), 0.05) << k;
+  }
+  EXPECT_TRUE(found);
+}
+
 TEST(Relocalisation, AFilterThatDoesNotRecogniseItsMapDiverges) {
   Options::Tracking tracking;
   tracking.lost_after_s = tracking.give_up_s = 0.3;
