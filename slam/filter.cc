@@ -93,9 +93,12 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
   if (defect.blinds) tracking_.blind(interval, defect.reason);
   if (!defect.reason.empty()) return;
   good_image_ = !(seconds(interval) > kLongestInterval_s);
-  const bool was_blind = tracking_.is_blind();
+  const bool was_lost = tracking_.health() == Health::lost, was_blind = tracking_.is_blind();
   if (seconds(interval) > kLongestInterval_s) tracking_.blind(interval, "no frame arrives");
-  if (was_blind && !is_oriented(kalman_.state(), o.t)) return relocalise_in(o);
+  if (tracking_.health() == Health::lost && !is_oriented(kalman_.state(), o.t)) {
+    if (was_lost) relocalise_in(o);  // a loss is reported once at least
+    return;
+  }
   if (tracking_.health() == Health::lost && !tracking_.is_blind()) {
     const Stamp before = o.t - tracking_.lost_for() - kDoubtful;
     if (!vision_.recognises(o.image, map_.landmarks(), before, kalman_)) return relocalise_in(o);
@@ -104,7 +107,7 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
   }
   const std::string unseen = measure_visually(o, seconds(interval));  // section III-A
   if (unseen.empty()) {
-    if (was_blind || !tracking_.is_blind()) tracking_.sees();  // a loss is reported once at least
+    if (was_blind || !tracking_.is_blind()) tracking_.sees();
   } else {
     tracking_.blind(interval, unseen);
     if (was_blind) relocalise_in(o);
