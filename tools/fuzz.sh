@@ -1,22 +1,24 @@
 #!/bin/sh
 # Feeds the readers inputs that clang's libFuzzer makes:
-#   tools/fuzz.sh [--fast] [--seconds S | --runs N] [--seed N] [--slow S] [TARGET...]
-# Each target of tests/fuzz runs for S seconds (default 3600) or N inputs, on all processors. A crash, an input that
+#   tools/fuzz.sh [--fast] [--seconds S | --runs N | --total N] [--seed N] [--slow S] [TARGET...]
+# Each target of tests/fuzz runs for S seconds (default 3600) or N inputs, on all processors; with --total until it has had N
+# inputs, those of earlier commands with --total and the same program included: interrupted, the same command goes on. A crash, an input that
 # takes more than 1 s (--slow: another limit, for machines that stall), or memory of more than 1 GB is a finding: its input is
 # kept in build/fuzz/found. What reached new code is kept in build/fuzz/corpus and continued with. --seed repeats a run's
 # random numbers. --fast does without the address sanitizer, for several times the inputs; --runs 0 then gives all that is
 # in build/fuzz/corpus to the sanitized targets once. Prints a table; exit code 1 where there is a finding.
 set -eu
 root=$(dirname "$(dirname "$(readlink -f "$0")")")
-limit=-max_total_time=3600 seed=0 slow=1 preset=fuzz
+limit=-max_total_time=3600 total='' seed=0 slow=1 preset=fuzz
 while :; do
   case ${1:-} in
     --fast) preset=fuzz-fast && shift && continue ;;
     --seconds) limit=-max_total_time=$2 ;;
     --runs) limit=-runs=$2 ;;
+    --total) total=$2 ;;
     --seed) seed=$2 ;;
     --slow) slow=$2 ;;
-    -*) echo "fuzz: $1 is not known; expected --fast, --seconds S, --runs N, --seed N, --slow S or targets" >&2 && exit 2 ;;
+    -*) echo "fuzz: $1 is not known; expected --fast, --seconds S, --runs N, --total N, --seed N, --slow S or targets" >&2 && exit 2 ;;
     *) break ;;
   esac
   shift 2
@@ -31,19 +33,39 @@ mkdir -p "$folder/found" "$folder/log"
 memory=$(mktemp -d -p "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")" gaitslam-fuzz-XXXXXX)
 trap 'rm -rf "$memory"' EXIT
 trap 'exit 2' INT TERM
-export TMPDIR="$memory" folder root limit seed slow preset
+export TMPDIR="$memory" folder root limit total seed slow preset
 export ASAN_OPTIONS=quarantine_size_mb=16:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
 
-# One target; its log has libFuzzer's figures.
+# One target, with --total a million inputs at a time; its log has libFuzzer's figures.
 cat >"$memory/one" <<'ONE'
-mkdir -p "$folder/corpus/$1" "$folder/found/$1"
-"$root/build/$preset/tests/fuzz/fuzz_$1" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed="$seed" -timeout="$slow" -rss_limit_mb=1024 \
-  -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$folder/log/$1" 2>&1 || status=$?
-case ${status:-0} in
-  0) ;;
-  72) echo "interrupted" >>"$folder/log/$1" ;;  # libFuzzer's word for SIGINT and SIGTERM
-  *) echo "ended with $status" >>"$folder/log/$1" ;;
-esac
+program=$root/build/$preset/tests/fuzz/fuzz_$1
+log=$folder/log/$1
+count=$folder/count/$1-$(sha256sum "$program" | cut -c1-16)
+mkdir -p "$folder/corpus/$1" "$folder/found/$1" "$folder/count"
+begin=$(date +%s) had=0
+[ -z "$total" ] || had=$(cat "$count" 2>/dev/null || echo 0)
+now=$had
+while :; do
+  if [ -n "$total" ]; then
+    left=$((total - now))
+    [ "$left" -gt 0 ] || break
+    limit=-runs=$((left < 1000000 ? left : 1000000))
+  fi
+  status=0
+  "$program" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed="$seed" -timeout="$slow" -rss_limit_mb=1024 \
+    -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$log" 2>&1 || status=$?
+  case $status in
+    0) ;;
+    72) echo "interrupted" >>"$log" ;;  # libFuzzer's word for SIGINT and SIGTERM
+    *) echo "ended with $status" >>"$log" ;;
+  esac
+  [ -n "$total" ] || break
+  now=$((now + $(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)))
+  echo "$now" >"$count.$$" && mv "$count.$$" "$count"
+  [ "$status" = 0 ] || break
+  echo "fuzz: $1: $now of $total inputs, $(((total - now) * ($(date +%s) - begin) / (now - had) / 60)) min left" >&2
+done
+[ -z "$total" ] || echo "stat::number_of_executed_units: $now" >>"$log"
 ONE
 printf '%s\n' $targets | xargs -P "$(nproc)" -I{} sh "$memory/one" {}
 
