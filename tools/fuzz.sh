@@ -60,7 +60,8 @@ while :; do
     *) echo "ended with $status" >>"$log" ;;
   esac
   [ -n "$total" ] || break
-  now=$((now + $(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)))
+  ran=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
+  now=$((now + ${ran:-0}))
   echo "$now" >"$count.$$" && mv "$count.$$" "$count"
   [ "$status" = 0 ] || break
   echo "fuzz: $1: $now of $total inputs, $(((total - now) * ($(date +%s) - begin) / (now - had) / 60)) min left" >&2
