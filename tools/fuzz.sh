@@ -2,11 +2,11 @@
 # Feeds the readers inputs that clang's libFuzzer makes:
 #   tools/fuzz.sh [--fast] [--seconds S | --runs N | --total N] [--seed N] [--slow S] [TARGET...]
 # Each target of tests/fuzz runs for S seconds (default 3600) or N inputs, on all processors; with --total until it has had N
-# inputs, those of earlier commands with --total and the same program included: interrupted, the same command goes on. A crash, an input that
-# takes more than 1 s (--slow: another limit, for machines that stall), or memory of more than 1 GB is a finding: its input is
-# kept in build/fuzz/found. What reached new code is kept in build/fuzz/corpus and continued with. --seed repeats a run's
-# random numbers. --fast does without the address sanitizer, for several times the inputs; --runs 0 then gives all that is
-# in build/fuzz/corpus to the sanitized targets once. Prints a table; exit code 1 where there is a finding.
+# inputs, those of earlier commands with --total and the same program included: interrupted, the same command goes on. A
+# crash, an input that takes more than 1 s (--slow: another limit, for machines that stall), or memory of more than 1 GB is a
+# finding: its input is kept in build/fuzz/found. What reached new code is kept in build/fuzz/corpus and continued with. --seed
+# repeats a run's random numbers. --fast does without the address sanitizer, for several times the inputs; --runs 0 then gives
+# all that is in build/fuzz/corpus to the sanitized targets once. Prints a table; exit code 1 where there is a finding.
 set -eu
 root=$(dirname "$(dirname "$(readlink -f "$0")")")
 limit=-max_total_time=3600 total='' seed=0 slow=1 preset=fuzz
@@ -52,7 +52,8 @@ while :; do
     limit=-runs=$((left < 1000000 ? left : 1000000))
   fi
   status=0
-  "$program" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed="$seed" -timeout="$slow" -rss_limit_mb=1024 \
+  random=$((seed ? seed + now : 0))  # each part its own; for 0 libFuzzer draws one
+  "$program" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed=$random -timeout="$slow" -rss_limit_mb=1024 \
     -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$log" 2>&1 || status=$?
   case $status in
     0) ;;
