@@ -138,6 +138,23 @@ TEST_F(Interruption, LeftoversInTheTemporaryFolderGoWithTheNextStart) {
   EXPECT_EQ(text_of("tmp/gaitslam-letter/dear.txt"), "mine");
 }
 
+TEST_F(Interruption, ResultsInTheTemporaryFolderAreNoLeftovers) {
+  ok(kBlind + "--seeds 1,2 --out tmp/gaitslam-result");
+  write("tmp/gaitslam-result/notes.txt", "mine");
+  ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
+  ok(kBlind + "--seeds 1,2 --out again");
+  ::unsetenv("TMPDIR");
+  EXPECT_TRUE(fs::exists(folder_ / "tmp/gaitslam-result/seed-1/score.json"));
+  EXPECT_EQ(text_of("tmp/gaitslam-result/notes.txt"), "mine");
+}
+
+TEST_F(Interruption, ATemporaryFolderThatIsMissingIsNamed) {
+  ::setenv("TMPDIR", "/no such folder", 1);
+  EXPECT_EQ(refusal(kBlind + "--seeds 1,2 --out h"),
+            "gaitslam: TMPDIR: /no such folder: expected a folder for temporary files\n");
+  ::unsetenv("TMPDIR");
+}
+
 TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
   const std::string longer =
       "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --without camera,slam ";

@@ -9,12 +9,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <string_view>
 #include <system_error>
 
-#include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/usage_error.h"
@@ -27,6 +27,7 @@ using sim::files::FileLock;
 constexpr useconds_t kChildPollUs = 10'000;
 constexpr int kPollsForParts = 20;  // between two looks at how far the processes are
 constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
+constexpr const char* kLock = ".gaitslam-temporary";  // no folder of results has such a file
 
 /// The file beside a log in which the process says how far it is.
 fs::path part_file(const fs::path& log) { return log.string() + ".part"; }
@@ -78,7 +79,7 @@ bool is_abandoned(const fs::path& folder) {
       !fs::is_directory(fs::symlink_status(folder, fault)))
     return false;
   try {
-    return FileLock::take(folder / sim::files::kMarker, FileLock::Mode::exclusive, FileLock::IfHeld::give_up,
+    return FileLock::take(folder / kLock, FileLock::Mode::exclusive, FileLock::IfHeld::give_up,
                           FileLock::IfAbsent::give_up)
         .has_value();
   } catch (const sim::files::FileError&) {
@@ -92,15 +93,25 @@ void remove_abandoned(const fs::path& all) {
     if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
 }
 
+fs::path folder_for_temporary_files() {
+  const char* const named = std::getenv("TMPDIR");
+  const fs::path folder = named ? named : "/tmp";
+  std::error_code fault;
+  if (!fs::is_directory(folder, fault))
+    throw UsageError(fmt::format("TMPDIR: {}: expected a folder for temporary files", folder.string()));
+  return folder;
+}
+
 }  // namespace
 
 TemporaryFolder::TemporaryFolder() {
-  remove_abandoned(fs::temp_directory_path());
-  std::string pattern = (fs::temp_directory_path() / kTemporary).string();
+  const fs::path all = folder_for_temporary_files();
+  remove_abandoned(all);
+  std::string pattern = (all / kTemporary).string();
   if (mkdtemp(pattern.data()) == nullptr)
     throw UsageError(fmt::format("{}: {}", pattern, std::strerror(errno)));
   path_ = pattern;
-  lock_ = FileLock::take(path_ / sim::files::kMarker, FileLock::Mode::exclusive, FileLock::IfHeld::wait);
+  lock_ = FileLock::take(path_ / kLock, FileLock::Mode::exclusive, FileLock::IfHeld::wait);
 }
 
 TemporaryFolder::~TemporaryFolder() {
