@@ -24,4 +24,11 @@ void claim(const fs::path& folder, const std::vector<std::string>& names) {
   write_durably(folder / kMarker, marker_text(made));
 }
 
+void add_to_marker(const fs::path& folder, const std::vector<std::string>& names) {
+  std::optional<MarkedNames> made = listed_in(folder);
+  if (!made) return;
+  made->insert(names.begin(), names.end());
+  write_durably(folder / kMarker, marker_text(*made));
+}
+
 }  // namespace sim::files

@@ -54,25 +54,19 @@ bool is_listed_file(const fs::path& path, const fs::path& folder, const Names& m
   return made.contains(listed_as(path.parent_path() / name.substr(1, name.rfind(".partial") - 1), folder));
 }
 
-// A folder that no marker above it lists: it has a marker itself, or holds only such folders.
-std::optional<fs::path> foreign_in_unlisted(const fs::path& folder) {
-  if (listed_in(folder)) return foreign_in(folder);
+// What to name of a folder that is not listed: the first thing in it, unless that is not the user's own
+// either.
+fs::path first_in(const fs::path& folder) {
+  if (!is_real_folder(folder) || is_real_file(folder / kMarker)) return folder;
   const std::vector<fs::path> entries = sorted_entries(folder);
-  if (entries.empty()) return folder;
-  for (const fs::path& entry : entries) {
-    if (is_leftover(entry)) continue;
-    if (!is_real_folder(entry)) return entry;
-    if (auto foreign = foreign_in_unlisted(entry)) return foreign;
-  }
-  return std::nullopt;
+  return entries.empty() ? folder : first_in(entries.front());
 }
 
 std::optional<fs::path> foreign_below(const fs::path& below, const fs::path& folder, const Names& made) {
   for (const fs::path& path : sorted_entries(below)) {
     if (is_listed_file(path, folder, made) || is_leftover(path)) continue;
-    if (!is_real_folder(path)) return path;
-    const bool is_made = made.contains(listed_as(path, folder));
-    if (auto foreign = is_made ? foreign_below(path, folder, made) : foreign_in_unlisted(path))
+    if (!is_real_folder(path) || !made.contains(listed_as(path, folder))) return first_in(path);
+    if (auto foreign = has_marker(path) ? foreign_in(path) : foreign_below(path, folder, made))
       return foreign;
   }
   return std::nullopt;

@@ -26,9 +26,10 @@ std::string marker_of_all(const std::filesystem::path& folder);
 /// Whether the folder itself, no symbolic link to it, has a marker.
 bool has_marker(const std::filesystem::path& folder);
 
-/// The first thing in the folder, by name, that the program did not make: it is not listed in the marker, is
-/// no folder with a marker of its own, and no leftover of a process that was killed. Symbolic links are not
-/// followed and never the program's. Nothing when all was made by the program, or the folder is empty.
+/// The first thing in the folder, by name, that the program did not make there: it is not listed in the
+/// marker and no leftover of a process that was killed. What is in a listed folder with a marker of its own
+/// is judged by that one. Symbolic links are not followed and never the program's. Nothing when all was made
+/// by the program, or the folder is empty.
 std::optional<std::filesystem::path> foreign_in(const std::filesystem::path& folder);
 
 /// Throws a FileError that names the first thing in the folder that the program did not make, or the folder

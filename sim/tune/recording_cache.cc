@@ -56,12 +56,17 @@ std::uintmax_t size_of(const fs::path& folder) {
 constexpr std::size_t kKeyLetters = 32;
 constexpr int kAttempts = 5;  // to get a recording that other processes keep removing
 
+constexpr std::uint64_t kEntryFormat = 3;  // before 3 the hash of the files in a result was with its marker
+
 /// A hash of the names and contents of the files beside the recording, which its manifest does not list.
-/// Times are other ones each time, and no result depends on them.
-std::string hash_of_files_in(const fs::path& result) {
+/// Times are other ones each time, and no result depends on them. Commands that put something into the result
+/// list it in its marker.
+std::string hash_of_files_in(const fs::path& result, std::uint64_t entry_format = kEntryFormat) {
   std::set<fs::path> beside;
   for (const auto& entry : fs::directory_iterator(result))
-    if (!entry.is_directory() && entry.path().stem() != "timing") beside.insert(entry.path());
+    if (!entry.is_directory() && entry.path().stem() != "timing" &&
+        (entry_format < 3 || entry.path().filename() != files::kMarker))
+      beside.insert(entry.path());
   files::Hash hash;
   for (const fs::path& file : beside) {
     const std::string content = files::read_text(file);
@@ -120,7 +125,8 @@ bool RecordingCache::is_whole(const std::string& key, const Say& say) const {
     for (const std::string& file : listed(entry / "result/recording")) manifest.check(file);
     const files::Json stored = files::read_json(entry / "entry.json");
     const bool same_recording = stored.at("recording").text() == manifest.hash();
-    if (same_recording && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result"))
+    const std::uint64_t format = stored.at("format_version").whole();
+    if (same_recording && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result", format))
       return true;
     say(fmt::format("{}: holds another {} than was stored", entry.string(),
                     same_recording ? "result" : "recording"));
@@ -135,7 +141,7 @@ void RecordingCache::make_entry(const std::string& key, const Make& make) const 
   const fs::path result = folder.path() / "result";
   make(result);
   const result::About about = result::read_about(result / "about.json");
-  const json entry{{"format_version", 2},
+  const json entry{{"format_version", kEntryFormat},
                    {"recording", recording::Manifest(result / "recording").hash()},
                    {"files_xxh3_128", hash_of_files_in(result)},
                    {"scenario", about.scenario},

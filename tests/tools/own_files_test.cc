@@ -106,6 +106,14 @@ TEST_F(OwnFiles, NotesInTheFoldersOfAResultAreSpared) {
   EXPECT_EQ(gaitslam("replay " + result).exit_code, 0);
 }
 
+TEST_F(OwnFiles, AResultThatTheUserPutIntoAnotherIsSpared) {
+  run("--out one");
+  run("");
+  fs::copy(folder_ / "one/seed-1", folder_ / "results/walk/seed-1/before", fs::copy_options::recursive);
+  for (const std::string& command : {kBlind, kBlind + "--seeds 1,2"})
+    expect_spared(command, "results", "seed-1/before: was not made by gaitslam");
+}
+
 TEST_F(OwnFiles, ResultsOfOlderVersionsAreRefusedWithWhatToDo) {
   run("");
   fs::remove(folder_ / "results/walk/seed-1/.gaitslam");

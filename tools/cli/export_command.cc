@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "sim/export/export.h"
+#include "sim/files/claim.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
@@ -56,6 +57,7 @@ int export_result(const ExportRequest& request) {
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
   require_outside(out.path(), request.result);
+  if (!request.out) files::add_to_marker(request.result, {"export/", "export/" + request.format + "/"});
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
   exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
                        request.format == "mcap" ? robot_description(scenario, request.models) : nullptr,

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "sim/files/claim.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/replay/foreign_replay.h"
 #include "sim/replay/replay.h"
@@ -117,6 +118,7 @@ int replay_result(const ReplayRequest& request) {
         "--view: expected the result of a run; of a recording made elsewhere, view the result of its replay");
   const auto view = view_of_replay(request.view, read, request.result / "recording", request.models);
   const auto observer = view ? view->tracking_observer() : sim::tracking::TrackingObserver{};
+  if (!request.out) sim::files::add_to_marker(request.result, {"replay/"});
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());

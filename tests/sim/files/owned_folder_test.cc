@@ -87,12 +87,21 @@ TEST_F(OwnedFolder, FoldersThatTheProgramAddedLaterAreItsOwn) {
     write_text(added.path() / "data.csv", "x");
     added.commit();
   }
+  add_to_marker(folder_ / "result", {"replay/", "export/", "export/euroc/"});
   claim(folder_ / "result", {"video.mp4"});
   write("result/video.mp4");
   write("result/.score.json.partial");
   EXPECT_EQ(foreign_in(folder_ / "result"), std::nullopt);
   write("result/export/euroc/notes.txt");
   EXPECT_EQ(foreign_in(folder_ / "result"), folder_ / "result/export/euroc/notes.txt");
+}
+
+TEST_F(OwnedFolder, AResultThatTheUserPutIntoItIsSpared) {
+  make();
+  fs::copy(folder_ / "result", folder_ / "copy", fs::copy_options::recursive);
+  fs::rename(folder_ / "copy", folder_ / "result/before");
+  expect_spared("result/before: was not made by gaitslam");
+  EXPECT_EQ(read_text(folder_ / "result/before/score.json"), "made");
 }
 
 TEST_F(OwnedFolder, LinksAreNeitherFollowedNorRemoved) {

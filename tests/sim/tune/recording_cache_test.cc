@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/files/claim.h"
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -101,6 +102,12 @@ TEST_F(RecordingCacheTest, OneWhoseManifestIsAnotherIsDamagedToo) {
   manifest.finish();
   EXPECT_FALSE(cache_.find(key('a'), say()));
   EXPECT_THAT(said_, ElementsAre(HasSubstr("another recording")));
+}
+
+TEST_F(RecordingCacheTest, OneInWhichACommandListedMoreIsWhole) {
+  files::claim(get('a').folder, {"video.mp4"});
+  EXPECT_TRUE(cache_.find(key('a'), say()));
+  EXPECT_THAT(said_, IsEmpty());
 }
 
 // Whatever stands in the files beside the recording: the entry is named as damaged and made again.
