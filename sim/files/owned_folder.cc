@@ -45,13 +45,18 @@ bool is_leftover(const fs::path& path) {
       .has_value();
 }
 
-// Whether the marker lists a file, or the file of which this is the partial one.
+// The file of which this is the partial one, or the file itself.
+fs::path whole_of(const fs::path& path) {
+  if (!is_partial(path)) return path;
+  const std::string name = path.filename().string();
+  return path.parent_path() / name.substr(1, name.rfind(".partial") - 1);
+}
+
+// Whether the file is the marker, in the marker's list, or the partial one of such a file.
 bool is_listed_file(const fs::path& path, const fs::path& folder, const Names& made) {
   if (!is_real_file(path)) return false;
-  if (path == folder / kMarker || made.contains(listed_as(path, folder))) return true;
-  if (!is_partial(path)) return false;
-  const std::string name = path.filename().string();
-  return made.contains(listed_as(path.parent_path() / name.substr(1, name.rfind(".partial") - 1), folder));
+  const fs::path whole = whole_of(path);
+  return whole == folder / kMarker || made.contains(listed_as(whole, folder));
 }
 
 // What to name of a folder that is not listed: the first thing in it, unless that is not the user's own

@@ -119,6 +119,14 @@ TEST_F(OwnedFolder, LinksAreNeitherFollowedNorRemoved) {
   EXPECT_EQ(read_text(folder_ / "precious/letter.txt"), "mine");
 }
 
+TEST_F(OwnedFolder, WhatAKilledClaimLeftIsTheProgramsOwn) {
+  make();
+  write("result/..gaitslam.partial", "half");
+  make("again");
+  EXPECT_EQ(read_text(folder_ / "result/score.json"), "again");
+  EXPECT_FALSE(fs::exists(folder_ / "result/..gaitslam.partial"));
+}
+
 TEST_F(OwnedFolder, AMarkerThatIsALinkOrOfSomethingElseIsNone) {
   make();
   fs::rename(folder_ / "result" / kMarker, folder_ / "marker");
