@@ -106,11 +106,15 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
   }
 }
 
-// Removes a folder whose marker is locked by this process.
+// Removes a folder whose marker is locked by this process. What cannot be removed stays, with the marker by
+// which it is known.
 void remove_partial(const fs::path& partial) {
+  try {
+    empty_but_marker(partial);
+  } catch (const std::exception&) {
+    return;
+  }
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(partial, ignored))
-    if (entry.path().filename() != kMarker) fs::remove_all(entry.path(), ignored);
   fs::remove(partial / kMarker, ignored);
   fs::remove(partial, ignored);  // not where another process has begun anew
 }

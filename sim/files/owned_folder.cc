@@ -138,7 +138,11 @@ bool is_partial(const fs::path& path) {
 
 void empty_but_marker(const fs::path& folder) {
   for (const fs::path& path : sorted_entries(folder))
-    if (path != folder / kMarker) fs::remove_all(path);
+    if (path != folder / kMarker) {
+      std::error_code fault;
+      fs::remove_all(path, fault);
+      if (fault) throw FileError(path, "cannot be removed: " + fault.message());
+    }
 }
 
 }  // namespace sim::files

@@ -40,7 +40,8 @@ void require_own(const std::filesystem::path& folder);
 /// (".X.partial").
 bool is_partial(const std::filesystem::path& path);
 
-/// Removes what is in the folder, its marker excepted; links are not followed.
+/// Removes what is in the folder, its marker excepted; links are not followed. Throws a FileError that names
+/// what cannot be removed.
 void empty_but_marker(const std::filesystem::path& folder);
 
 }  // namespace sim::files

@@ -41,6 +41,24 @@ void run_and_kill(Work work) {
   ASSERT_TRUE(WIFSIGNALED(status));
 }
 
+// For root no permission is missing: the test goes on as another user while this object lives.
+class AsUser {
+ public:
+  explicit AsUser(const fs::path& folder) {
+    fs::permissions(folder, fs::perms::all);
+    if (before_ == 0) {
+      EXPECT_EQ(seteuid(kNobody), 0);
+    }
+  }
+  ~AsUser() { EXPECT_EQ(seteuid(before_), 0); }
+  AsUser(const AsUser&) = delete;
+  AsUser& operator=(const AsUser&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  const uid_t before_ = geteuid();
+};
+
 TEST(DurableFile, IsWrittenAndReplaced) {
   const TemporaryFolder folder;
   write_durably(folder / "a.json", "first");
@@ -235,6 +253,25 @@ TEST(DurableFolder, TheLeftoverIsKnownByItsLockAndNotByAProcessId) {
   fs::create_directory(folder /
                        ".result.partial-thishost-1");  // of an older version: the id of a living process
   const DurableFolder result(folder / "result");
+}
+
+TEST(DurableFolder, WhatCannotBeRemovedIsStillKnownAsTheProgramsOwn) {
+  const TemporaryFolder folder;
+  const AsUser user(folder.path());
+  const auto make = [&] {
+    DurableFolder result(folder / "result", Existing::replace);
+    fs::create_directory(result.path() / "recording");
+    write_text(result.path() / "recording/frames.csv", "x");
+    result.commit();
+  };
+  make();
+  fs::permissions(folder / "result/recording", fs::perms::owner_read | fs::perms::owner_exec);
+  make();
+  EXPECT_THAT(make, ThrowsMessage<FileError>(
+                        HasSubstr(".result.partial/recording: cannot be removed: Permission denied")));
+  fs::permissions(folder / ".result.partial/recording", fs::perms::owner_all);
+  make();
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
 }
 
 TEST(DurableFile, WhatAKilledWriterLeftDoesNotStay) {
