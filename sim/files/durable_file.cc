@@ -167,8 +167,12 @@ void remove_leftovers(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, none)) {
     const fs::path partial = entry.path();
     if (!is_partial(partial) || !fs::is_directory(entry.symlink_status(none))) continue;
-    const auto lock = FileLock::take(partial / kMarker, Mode::exclusive, IfHeld::give_up, IfAbsent::give_up);
-    if (lock && (!has_marker(partial) || !foreign_in(partial))) remove_partial(partial);
+    try {
+      const auto lock =
+          FileLock::take(partial / kMarker, Mode::exclusive, IfHeld::give_up, IfAbsent::give_up);
+      if (lock && (!has_marker(partial) || !foreign_in(partial))) remove_partial(partial);
+    } catch (const std::runtime_error&) {  // of another user
+    }
   }
 }
 

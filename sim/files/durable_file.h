@@ -38,7 +38,8 @@ class PartialFolder {
   bool released_ = false;
 };
 
-/// Removes those partial folders and files in `folder` that killed processes left.
+/// Removes those partial folders in `folder` that killed processes left. What belongs to another user, so
+/// that it cannot be looked at, stays.
 void remove_leftovers(const std::filesystem::path& folder);
 
 /// What happens to an existing folder of the same name. replace: if the program made all that is in it.

@@ -255,6 +255,18 @@ TEST(DurableFolder, TheLeftoverIsKnownByItsLockAndNotByAProcessId) {
   const DurableFolder result(folder / "result");
 }
 
+TEST(DurableFolder, LeftoversThatCannotBeLockedStay) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / ".a.partial");
+  write_text(folder / ".a.partial" / kMarker, "");
+  fs::permissions(folder / ".a.partial" / kMarker, fs::perms::none);
+  const AsUser user(folder.path());
+  fs::create_directory(folder / ".b.partial");
+  write_text(folder / ".b.partial" / kMarker, "");
+  remove_leftovers(folder.path());
+  EXPECT_THAT(names(folder.path()), testing::ElementsAre(".a.partial"));
+}
+
 TEST(DurableFolder, WhatCannotBeRemovedIsStillKnownAsTheProgramsOwn) {
   const TemporaryFolder folder;
   const AsUser user(folder.path());
