@@ -2,11 +2,13 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "sim/files/owned_folder.h"
@@ -57,6 +59,16 @@ void sync_folder(const fs::path& folder, bool whole_file_system = false) {
 
 int rename_with(const fs::path& from, const fs::path& to, unsigned flags) {
   return ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags);
+}
+
+std::optional<mode_t> permissions_of(const fs::path& file) {
+  struct stat found {};
+  if (::stat(file.c_str(), &found) != 0) return std::nullopt;
+  return found.st_mode & ACCESSPERMS;
+}
+
+void set_permissions(int fd, const fs::path& file, mode_t permissions) {
+  if (::fchmod(fd, permissions) != 0) fail(file, "cannot be given its permissions");
 }
 
 bool is_there(const fs::path& path) {
@@ -141,13 +153,25 @@ fs::path free_name(const fs::path& target, const std::string& ending) {
 
 }  // namespace
 
+void require_regular(const fs::path& file) {
+  std::error_code fault;
+  const fs::file_status status = fs::status(file, fault);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw FileError(file, "cannot be written: it is no regular file");
+}
+
 void write_durably(const fs::path& file, std::string_view bytes) {
+  require_regular(file);
+  const auto replaced = permissions_of(file);
   const fs::path temporary = partial_of(file);
   const auto lock = FileLock::take(temporary, Mode::exclusive, IfHeld::wait);
   try {
+    // Ours to read and write until it has its name, so that a next process can use what is left of this one.
+    if (replaced) set_permissions(lock->fd(), temporary, *replaced | S_IRUSR | S_IWUSR);
     write_whole(lock->fd(), temporary, bytes);
     if (::fsync(lock->fd()) != 0) fail(temporary, "cannot be forced to the disk");
     if (::rename(temporary.c_str(), file.c_str()) != 0) fail(file, "cannot be written");
+    if (replaced) set_permissions(lock->fd(), file, *replaced);
   } catch (...) {
     ::unlink(temporary.c_str());
     throw;

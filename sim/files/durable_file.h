@@ -10,9 +10,13 @@
 
 namespace sim::files {
 
+/// Throws a FileError where something has this name, or a symbolic link of this name leads to something, that
+/// is no regular file: a device, a pipe, a folder.
+void require_regular(const std::filesystem::path& file);
+
 /// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`,
-/// which is replaced. The temporary of a killed process is used by the next call for the same file. Throws
-/// FileError; then `file` is as it was.
+/// which is replaced and whose permissions are kept. The temporary of a killed process is used by the next
+/// call for the same file. Throws FileError, as require_regular() does too; then `file` is as it was.
 void write_durably(const std::filesystem::path& file, std::string_view bytes);
 
 /// A hidden folder beside `target`, .<target>.partial, in which one process makes what then gets the name of

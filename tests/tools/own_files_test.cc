@@ -138,6 +138,23 @@ TEST_F(OwnFiles, AReportAsksBeforeItReplacesAFile) {
   EXPECT_NE(text_of("page.html"), "mine");
 }
 
+TEST_F(OwnFiles, NothingButRegularFilesIsReplaced) {
+  run("--without camera,slam --out one");
+  ASSERT_EQ(shell("mkfifo pipe.mp4 && ln -s pipe.mp4 link.mp4").exit_code, 0);
+  for (const std::string command :
+       {"report one/seed-1 --force --out ", "leaderboard one --force --csv ",
+        "leaderboard one --force --html ", "video one/seed-1 --force --out ",
+        "compare one/seed-1 one/seed-1 --json ", "compare one/seed-1 one/seed-1 --junit ",
+        "compare one/seed-1 one/seed-1 --markdown "})
+    for (const std::string file : {"pipe.mp4", "link.mp4"}) {
+      const Ran ran = shell("timeout 20 " GAITSLAM_PROGRAM " " + command + file);
+      EXPECT_EQ(ran.exit_code, 2) << command << file;
+      EXPECT_EQ(ran.err, "gaitslam: " + file + ": cannot be written: it is no regular file\n") << command;
+      EXPECT_TRUE(fs::is_fifo(folder_ / "pipe.mp4") && fs::is_symlink(folder_ / "link.mp4"))
+          << command << file;
+    }
+}
+
 TEST_F(OwnFiles, CleaningTheCacheRemovesItsOwnRecordingsAlone) {
   ASSERT_EQ(gaitslam("record walk.yaml --seeds 1,2").exit_code, 0);
   const std::string hash = "the cache/0123456789abcdef0123456789abcdef";

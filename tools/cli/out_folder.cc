@@ -101,6 +101,7 @@ void require_new_file(const fs::path& file, bool force) {
   std::error_code fault;
   if (fs::is_directory(file, fault))
     throw UsageError(fmt::format("{}: is a folder, expected a file to write", file.string()));
+  files::require_regular(file);
   if (!force && fs::exists(fs::symlink_status(file, fault)))
     throw UsageError(fmt::format("{}: exists already; --force replaces it", file.string()));
 }

@@ -39,7 +39,8 @@ struct OutUse {
 
 /// Throws UsageError where replacing the folder `out` would remove `read`, which the command reads.
 void require_outside(const fs::path& out, const fs::path& read);
-/// Throws UsageError where the file exists and force is not given, or is a folder.
+/// Throws UsageError where the file exists and force is not given, or is a folder; FileError where it is no
+/// regular file.
 void require_new_file(const fs::path& file, bool force);
 
 /// The folder that was asked for, or a standard one. Commands that write there under names of their own lock

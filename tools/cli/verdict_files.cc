@@ -27,11 +27,12 @@ constexpr std::string_view kJson = "{\n  \"title\": \"gaitslam ";
 
 void require_beginning(const std::optional<fs::path>& file, std::string_view beginning) {
   if (!file || !fs::exists(fs::symlink_status(*file))) return;
+  sim::files::require_regular(*file);
   std::string found(beginning.size(), '\0');
   std::ifstream in(*file, std::ios::binary);
   in.read(found.data(), static_cast<std::streamsize>(found.size()));
   found.resize(static_cast<std::size_t>(in.gcount()));
-  if (!fs::is_regular_file(*file) || (!found.empty() && found != beginning))
+  if (!found.empty() && found != beginning)
     throw UsageError(fmt::format(
         "{}: exists and was not written by gaitslam; name another file, or remove it", file->string()));
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/ptrace.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -77,6 +78,32 @@ TEST(DurableFile, ThatCannotBeWrittenIsNamedAndLeavesNothing) {
   EXPECT_THAT([&] { write_durably(folder / "taken", "x"); },
               ThrowsMessage<FileError>(HasSubstr("taken: cannot be written")));
   EXPECT_THAT(names(folder.path()), testing::ElementsAre("taken"));
+}
+
+TEST(DurableFile, ReplacesNothingButRegularFiles) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  fs::create_symlink("pipe", folder / "link");
+  fs::create_symlink("/dev/null", folder / "null");
+  for (const char* name : {"pipe", "link", "null"}) {
+    const auto type = fs::symlink_status(folder / name).type();
+    EXPECT_THAT([&] { write_durably(folder / name, "x"); },
+                ThrowsMessage<FileError>(
+                    HasSubstr(std::string(name) + ": cannot be written: it is no regular file")));
+    EXPECT_EQ(fs::symlink_status(folder / name).type(), type);
+  }
+}
+
+TEST(DurableFile, KeepsThePermissionsOfTheFileThatItReplaces) {
+  const TemporaryFolder folder;
+  for (const fs::perms bits : {fs::perms(0600), fs::perms(0664), fs::perms(0400)}) {
+    write_text(folder / "a", "x");
+    fs::permissions(folder / "a", bits);
+    write_durably(folder / "a", "y");
+    EXPECT_EQ(fs::status(folder / "a").permissions(), bits);
+    EXPECT_EQ(read_text(folder / "a"), "y");
+    fs::remove(folder / "a");
+  }
 }
 
 TEST(DurableFolder, AppearsByCommitAlone) {
