@@ -5,10 +5,27 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "sim/files/number.h"
 
 namespace sim::files {
+namespace {
+
+// Whether a line ends within a quoted field. quoted: it begins within one.
+bool ends_in_quotes(std::string_view line, bool quoted) {
+  if (line.find('"') == line.npos) return quoted;
+  bool may_open = true;  // a quote is part of a field that does not begin with one
+  for (const char c : line) {
+    if (c == '"' && (quoted || may_open))
+      quoted = !quoted, may_open = true;
+    else
+      may_open = c == ',';
+  }
+  return quoted;
+}
+
+}  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
     : file_(file), input_(file, std::ios::binary), strict_(writer == Writer::own) {
@@ -16,8 +33,7 @@ CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
   std::error_code no_size;  // of a pipe
   size_ = std::filesystem::file_size(file_, no_size);
   if (no_size) size_ = 0;
-  if (!read_line()) throw FileError(file_, "is empty");
-  if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
+  if (!read_row()) throw FileError(file_, "is empty");
   split();
   titles_.assign(fields_.begin(), fields_.end());
   fields_.clear();
@@ -41,15 +57,29 @@ CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields
         fmt::format("expected a header of at least {} columns, found {}", least_fields, titles_.size()));
 }
 
-bool CsvReader::read_line() {
-  if (!std::getline(input_, line_)) {
+bool CsvReader::read_line(std::string& line) {
+  if (!std::getline(input_, line)) {
     if (input_.bad()) throw FileError(file_, "cannot be read");
     return false;
   }
-  ++line_number_;
-  read_ += line_.size() + 1;
+  read_ += line.size() + 1;
   if (input_.eof() && strict_)
     throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
+  return true;
+}
+
+bool CsvReader::read_row() {
+  line_number_ += std::exchange(lines_, 1);
+  if (!read_line(line_)) return false;
+  if (!strict_ && line_number_ == 1 && line_.starts_with("\xef\xbb\xbf"))
+    line_.erase(0, 3);  // UTF-8's byte order mark
+  bool open = ends_in_quotes(line_, false);
+  for (std::string more; open; ++lines_) {
+    if (!read_line(more)) throw FileError(file_, line_number_, "a quoted field does not end");
+    open = ends_in_quotes(more, true);
+    line_ += '\n';
+    line_ += more;
+  }
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();
   return true;
 }
@@ -60,14 +90,33 @@ double CsvReader::part() const {
 
 void CsvReader::split() {
   fields_.clear();
-  std::string_view rest = line_;
-  for (std::size_t comma; (comma = rest.find(',')) != rest.npos; rest.remove_prefix(comma + 1))
-    fields_.push_back(rest.substr(0, comma));
-  fields_.push_back(rest);
+  for (std::size_t begin = 0;; ++begin) {
+    if (begin < line_.size() && line_[begin] == '"') {
+      begin = split_quoted(begin);
+    } else {
+      const std::size_t end = std::min(line_.find(',', begin), line_.size());
+      fields_.push_back(std::string_view(line_).substr(begin, end - begin));
+      begin = end;
+    }
+    if (begin == line_.size()) return;
+  }
+}
+
+std::size_t CsvReader::split_quoted(std::size_t begin) {
+  std::size_t from = begin + 1, to = from;
+  for (; from < line_.size(); ++from, ++to) {
+    if (line_[from] == '"' && (++from == line_.size() || line_[from] != '"')) break;
+    line_[to] = line_[from];
+  }
+  fields_.push_back(std::string_view(line_).substr(begin + 1, to - begin - 1));
+  if (from < line_.size() && line_[from] != ',')
+    throw FileError(file_, line_number_, from + 1, "expected a comma after the quoted field");
+  return from;
 }
 
 void CsvReader::trim() {
   for (std::string_view& field : fields_) {
+    if (field.data() != line_.data() && field.data()[-1] == '"') continue;  // it was quoted
     field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
     field.remove_suffix(field.size() - 1 - std::min(field.find_last_not_of(" \t"), field.size() - 1));
   }
@@ -75,7 +124,7 @@ void CsvReader::trim() {
 
 bool CsvReader::next() {
   do
-    if (!read_line()) return false;
+    if (!read_row()) return false;
   while (!strict_ && line_.empty());
   split();
   if (!strict_) trim();
@@ -115,6 +164,15 @@ Eigen::Isometry3d CsvReader::pose(std::size_t first) const {
   if (residual.norm() > 1e-9 || X.linear().determinant() < 0)
     fail(first + 3, "these nine numbers are not a rotation");
   return X;
+}
+
+std::string csv_field(std::string_view text) {
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+  const bool trimmed = text.empty() || (!is_blank(text.front()) && !is_blank(text.back()));
+  if (trimmed && text.find_first_of(",\"\r\n") == text.npos) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
 }
 
 std::string csv_fields(const Eigen::Vector3d& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }

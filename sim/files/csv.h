@@ -1,4 +1,4 @@
-// Strict reading of comma-separated files, line by line: every complaint names file, line and column.
+// Strict reading of comma-separated files, row by row: every complaint names file, line and column.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,8 +13,10 @@
 
 namespace sim::files {
 
-/// Reads a file whose first line is its header. Each row must have as many fields as the header. Memory: one
-/// line. All members throw FileError.
+/// Reads a file whose first row is its header. Each row must have as many fields as the header. A field that
+/// begins with a quote is one of RFC 4180: it ends with a quote, quotes in it are doubled, and commas and
+/// line feeds are part of it. Complaints name the line in which the row begins. Memory: one row. All members
+/// throw FileError.
 class CsvReader {
  public:
   /// A file of the program's own: the first line must be one of `headers`, and each line ends with a line
@@ -48,20 +50,24 @@ class CsvReader {
  private:
   enum class Writer { own, other };
   CsvReader(const std::filesystem::path& file, Writer writer);
-  bool read_line();
+  bool read_line(std::string& line);
+  bool read_row();
   void split();
+  std::size_t split_quoted(std::size_t begin);  // where the field ends
   void trim();
 
   std::filesystem::path file_;
   std::ifstream input_;
   bool strict_;
   std::uintmax_t size_ = 0, read_ = 0;  // bytes
-  std::size_t header_ = 0, line_number_ = 0;
+  std::size_t header_ = 0, line_number_ = 1, lines_ = 0;  // the line in which the row begins; of the row
   std::vector<std::string> titles_;
   std::string line_;
   std::vector<std::string_view> fields_;
 };
 
+/// A text as a field: quoted as RFC 4180 wants it where it has to be, so that any text is read back.
+std::string csv_field(std::string_view text);
 /// Shortest decimals that read back to the same bits, separated by commas.
 std::string csv_fields(const Eigen::Vector3d& v);
 /// Position, then rotation by rows: the twelve fields that CsvReader::pose reads.

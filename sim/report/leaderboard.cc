@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "sim/files/csv.h"
 #include "sim/files/file_error.h"
 #include "sim/files/json.h"
 #include "sim/files/owned_folder.h"
@@ -90,13 +91,6 @@ std::vector<std::string> cells(const LeaderboardRow& row, const std::vector<std:
   return all;
 }
 
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n") == text.npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
 std::string html_row(const std::vector<std::string>& row, const char* tag) {
   std::string html = "<tr>";
   for (const std::string& cell : row) html += fmt::format("<{0}>{1}</{0}>", tag, escaped(cell));
@@ -157,10 +151,10 @@ std::string leaderboard_csv(const std::vector<LeaderboardRow>& rows,
     return value ? fmt::format("{}", *value) : "";
   };
   for (const LeaderboardRow& row : rows) {
-    text += fmt::format("{},{},{},{}", csv_field(row.scenario), csv_field(row.estimator), row.runs,
-                        row.completed);
+    text += fmt::format("{},{},{},{}", files::csv_field(row.scenario), files::csv_field(row.estimator),
+                        row.runs, row.completed);
     for (const std::string& metric : metrics) text += "," + exact(row.medians.at(metric));
-    text += fmt::format(",{},{}\n", exact(row.cpu_ms), csv_field(fs::proximate(row.folder).string()));
+    text += fmt::format(",{},{}\n", exact(row.cpu_ms), files::csv_field(fs::proximate(row.folder).string()));
   }
   return text;
 }

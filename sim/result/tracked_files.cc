@@ -5,6 +5,7 @@
 #include <array>
 #include <string_view>
 
+#include "sim/files/csv.h"
 #include "sim/files/text.h"
 #include "sim/result/sensor_innovations.h"
 
@@ -34,7 +35,8 @@ void write_frames(const fs::path& folder, const tracking::Tracked& tracked) {
     text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
                         r.initialised.size(), r.deleted.size());
     for (const auto nis : kSensorInnovations) text += nis_fields(r.*nis);
-    text += fmt::format(",{},{},{},{}\n", name(r.health), r.cause, r.refused, r.suspect);
+    text += fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
+                        files::csv_field(r.refused), files::csv_field(r.suspect));
   }
   files::write_text(folder / "frames.csv", text);
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text_table.h"
 #include "sim/score/statistics.h"
@@ -20,13 +21,6 @@ using std::string_view_literals::operator""sv;
 constexpr std::size_t kMostRows = 40;
 constexpr std::array kShown{"ate_se3_rmse_m"sv, "rmse_m"sv, "nees_position_mean"sv, "nees_orientation_mean"sv,
                             "loop_landmarks"sv};
-
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == text.npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
 
 ordered_json value_of(const std::string& printed) {
   const ordered_json value = ordered_json::parse(printed, nullptr, false);
@@ -73,9 +67,10 @@ std::string scores_csv(const SweepPlan& plan, const RecordOf& record) {
   for (std::size_t i = 0; i < plan.trials(); ++i) {
     const TrialRecord* const one = record(i);
     if (!one) continue;
-    text += fmt::format("{},{},{}", i, field(configuration(plan, i).read.scenario.name), one->seed);
-    for (const std::string& value : configuration(plan, i).values) text += "," + field(value);
-    text += fmt::format(",{},{}", one->ending, field(one->cause));
+    text +=
+        fmt::format("{},{},{}", i, files::csv_field(configuration(plan, i).read.scenario.name), one->seed);
+    for (const std::string& value : configuration(plan, i).values) text += "," + files::csv_field(value);
+    text += fmt::format(",{},{}", one->ending, files::csv_field(one->cause));
     for (const std::string& name : names) {
       const auto found = one->values.find(name);
       text += found == one->values.end() ? "," : fmt::format(",{}", found->second);

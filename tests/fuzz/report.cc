@@ -33,7 +33,8 @@ constexpr std::array kFiles{
          "#timestamp "
          "[ns],landmarks,predicted,measured,accepted,begun,deleted,nis_vision,dof_vision,nis_gyro,dof_gyro,"
          "nis_plan_velocity,dof_plan_velocity,nis_height,dof_height,health,cause,refused\n"
-         "0,5,5,5,5,0,0,1,2,1,3,1,3,1,1,ok,,\n1000000000,5,5,5,5,0,0,1,2,,,1,3,1,1,ok,,\n"},
+         "0,5,5,5,5,0,0,1,2,1,3,1,3,1,1,lost,\"dark, \"\"all\"\" of "
+         "it\",\n1000000000,5,5,5,5,0,0,1,2,,,1,3,1,1,ok,,\n"},
     File{"map.csv", "#id,kind,@,begun [ns],attempts,successes\n1,point,1,2,3,1,0,0,1,0,1,0,5,4\n"},
     File{"map_over_time.csv",
          "#timestamp [ns],id,@\n0,1,1,2,3,1,0,0,1,0,1\n1000000000,1,1,2,3,1,0,0,1,0,1\n"},

@@ -1,0 +1,71 @@
+#include "sim/files/csv.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::files {
+namespace {
+
+using testing::ElementsAre;
+
+class CsvTest : public testing::Test {
+ protected:
+  std::filesystem::path file(const std::string& text) const {
+    write_text(folder_ / "rows.csv", text);
+    return folder_ / "rows.csv";
+  }
+  std::vector<std::vector<std::string>> rows(const std::string& text) const {
+    std::vector<std::vector<std::string>> all;
+    for (CsvReader csv(file(text)); csv.next();) {
+      all.emplace_back();
+      for (std::size_t i = 0; i < csv.fields(); ++i) all.back().emplace_back(csv.text(i));
+    }
+    return all;
+  }
+  std::string complaint(const std::string& text) const {
+    try {
+      rows(text);
+    } catch (const FileError& e) {
+      return std::string(e.what()).substr(folder_.path().string().size() + 1);
+    }
+    return "";
+  }
+  const TemporaryFolder folder_;
+};
+
+TEST_F(CsvTest, AQuotedFieldIsReadAsItIs) {
+  EXPECT_THAT(rows("a,b\n\"1, 2\",3\n"), ElementsAre(ElementsAre("1, 2", "3")));
+  EXPECT_THAT(rows("a,b\n\"\",\" say \"\"no\"\" \"\r\n"), ElementsAre(ElementsAre("", " say \"no\" ")));
+  EXPECT_THAT(rows("a,b\n\"1\r\n\n2\",3\n4,\"5\"\n"),
+              ElementsAre(ElementsAre("1\r\n\n2", "3"), ElementsAre("4", "5")));
+  EXPECT_THAT(rows("\xef\xbb\xbf\"a,\",b\n1,2"), ElementsAre(ElementsAre("1", "2")));
+}
+
+TEST_F(CsvTest, AQuoteWithinAFieldIsPartOfIt) {
+  EXPECT_THAT(rows("a,b\n 5\" ,x\"y\"\n"), ElementsAre(ElementsAre("5\"", "x\"y\"")));
+}
+
+TEST_F(CsvTest, WhatIsWrongWithQuotesIsNamedWithItsPlace) {
+  EXPECT_EQ(complaint("a,b\n1,\"2\n3,4\n"), "rows.csv:2: a quoted field does not end");
+  EXPECT_EQ(complaint("a,b\n\"1\"2,3\n"), "rows.csv:2:4: expected a comma after the quoted field");
+  EXPECT_EQ(complaint("a,b\n\"1\n\",2\n3\n"), "rows.csv:4: expected 2 fields, found 1");
+  EXPECT_EQ(complaint("\""), "rows.csv:1: a quoted field does not end");
+}
+
+TEST_F(CsvTest, NumbersMayBeQuotedAndComplaintsNameTheirColumn) {
+  CsvReader csv(file("a,b\n\"1.5\",\"x\"\n"));
+  ASSERT_TRUE(csv.next());
+  EXPECT_EQ(csv.number(0), 1.5);
+  try {
+    csv.number(1);
+    ADD_FAILURE();
+  } catch (const FileError& e) {
+    EXPECT_THAT(e.what(), testing::EndsWith("rows.csv:2:8: expected a finite number, found \"x\""));
+  }
+}
+
+}  // namespace
+}  // namespace sim::files
