@@ -59,7 +59,9 @@ std::optional<LimitVerdict> on_each_seed(const scenario::Scenario& scenario,
 
 LimitVerdict over_seeds(const result::JudgedLimit& judged, const std::vector<result::SeedScore>& seeds) {
   return {.what = text_of(judged.limit),
-          .observed = judged.value ? fmt::format("{:.4g}", *judged.value) : "no value",
+          .observed = judged.value            ? fmt::format("{:.4g}", *judged.value)
+                      : judged.reason.empty() ? "no value"
+                                              : judged.reason,
           .passed = !judged.missed(),
           .worst_seed = worst_seed(judged.limit, seeds)};
 }

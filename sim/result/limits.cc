@@ -48,10 +48,12 @@ std::string verdict_text(std::optional<bool> passed, bool colours) {
 }
 
 nlohmann::ordered_json to_json(const JudgedLimit& judged) {
-  return {{"metric", subject(judged.limit)},
-          {std::string(word(judged.limit.bound)), judged.limit.value},
-          {"value", or_null(judged.value)},
-          {"passed", or_null(judged.passed)}};
+  nlohmann::ordered_json json{{"metric", subject(judged.limit)},
+                              {std::string(word(judged.limit.bound)), judged.limit.value},
+                              {"value", or_null(judged.value)},
+                              {"passed", or_null(judged.passed)}};
+  if (!judged.reason.empty()) json["reason"] = judged.reason;
+  return json;
 }
 
 }  // namespace sim::result

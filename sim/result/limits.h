@@ -15,11 +15,13 @@
 namespace sim::result {
 
 /// A limit on a metric or on an aggregate of it over seeds. A limit whose value is absent is missed, unless
-/// no filter was to run: then it is not judged and `passed` is absent too.
+/// no filter was to run: then it is not judged and `passed` is absent too. reason: why the value is
+/// absent, of a limit over seeds; else empty.
 struct JudgedLimit {
   scenario::MetricLimit limit;
   std::optional<double> value;
   std::optional<bool> passed;
+  std::string reason = {};
 
   bool missed() const { return passed && !*passed; }
 };

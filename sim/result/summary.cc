@@ -38,13 +38,23 @@ std::vector<double> values_of(const std::string& metric, const std::vector<SeedS
   return values;
 }
 
-// The value over seeds that a limit is on; the worst is the one nearest to missing this limit.
-std::optional<double> aggregate(const scenario::MetricLimit& limit, const std::vector<SeedScore>& seeds) {
-  const score::Summary over_seeds = score::summarise(values_of(limit.metric, seeds), worst_side(limit));
-  if (over_seeds.n == 0) return std::nullopt;
-  return limit.aggregate == "median" ? over_seeds.median
-         : limit.aggregate == "mean" ? over_seeds.mean
-                                     : over_seeds.worst;
+// A limit on a value over seeds, which there is if each seed has the metric; the worst is the one nearest to
+// missing this limit.
+JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
+                             const std::vector<SeedScore>& seeds) {
+  const std::vector<double> values = values_of(limit.metric, seeds);
+  const std::size_t without = seeds.size() - values.size();
+  if (values.empty() || without > 0) {
+    JudgedLimit judged = judge(scenario, limit, std::nullopt);
+    if (!values.empty()) judged.passed = false;
+    if (judged.missed()) judged.reason = fmt::format("no value of {} of {} seeds", without, seeds.size());
+    return judged;
+  }
+  const score::Summary over_seeds = score::summarise(values, worst_side(limit));
+  return judge(scenario, limit,
+               limit.aggregate == "median" ? over_seeds.median
+               : limit.aggregate == "mean" ? over_seeds.mean
+                                           : over_seeds.worst);
 }
 
 ordered_json json_of(const MetricSummary& metric) {
@@ -132,7 +142,7 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
     }
   }
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
-    if (!limit.aggregate.empty()) summary.limits.push_back(judge(scenario, limit, aggregate(limit, seeds)));
+    if (!limit.aggregate.empty()) summary.limits.push_back(judge_over_seeds(scenario, limit, seeds));
   }
   return summary;
 }
@@ -167,8 +177,9 @@ std::string summary_table(const Summary& summary, const TableStyle& style) {
   std::string text = fmt::format("{}, {}\n", summary.scenario, files::counted(summary.seeds.size(), "seed"));
   text += endings(summary, style) + "\n" + metrics(summary, style);
   for (const JudgedLimit& limit : summary.limits) {
-    text += fmt::format("limit {} {} {}: {}  {}\n", subject(limit.limit), word(limit.limit.bound),
-                        limit.limit.value, number(limit.value), verdict_text(limit.passed, style.colours));
+    text += fmt::format("limit {} {} {}: {}  {}{}{}\n", subject(limit.limit), word(limit.limit.bound),
+                        limit.limit.value, number(limit.value), verdict_text(limit.passed, style.colours),
+                        limit.reason.empty() ? "" : ": ", limit.reason);
   }
   return text;
 }

@@ -218,10 +218,14 @@ TEST(Verdict, WithoutAFilterOnlyLimitsWithValuesAreJudged) {
 TEST(Verdict, ASeedWithoutAValueMissesItsLimit) {
   scenario::Scenario scenario;
   scenario.slam.emplace();
-  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 10}};
+  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 10},
+                             {kError, "median", scenario::Bound::at_most, 10}};
   const std::vector<LimitVerdict> limits = judge_limits(scenario, results({1, {}, 2}).seeds);
   EXPECT_EQ(limits[1].observed, "2/3");
   EXPECT_EQ(limits[1].worst_seed, 2u);
+  EXPECT_FALSE(limits[2].passed);
+  EXPECT_EQ(limits[2].observed, "no value of 1 of 3 seeds");
+  EXPECT_EQ(limits[2].worst_seed, 2u);
 }
 
 // Two sets of ten seeds of the same distribution, six gates, 400 times, neither tolerance nor mercy: the

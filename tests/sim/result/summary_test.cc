@@ -150,6 +150,27 @@ TEST_F(SummaryTest, ALimitOnAMetricOfNoSeedIsMissedUnlessNoFilterWasToRun) {
   EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 0);
 }
 
+TEST_F(SummaryTest, ALimitOverSeedsIsMissedWhereOneOfThemHasNoValue) {
+  const std::vector<SeedScore> seeds{seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)};
+  for (const char* const aggregate : {"worst", "median", "mean"})
+    for (const bool filter : {true, false}) {
+      scenario::Scenario scenario =
+          scenario_with({{"ate_se3_rmse_m", aggregate, scenario::Bound::at_most, 1}});
+      if (!filter) scenario.slam.reset();  // a metric of the walk itself
+      const Summary summary = summarize(scenario, seeds);
+      EXPECT_EQ(exit_code(summary), 1) << aggregate;
+      EXPECT_EQ(summary.metrics[0].over_seeds.n, 1u);
+      const std::string table = summary_table(summary);
+      EXPECT_NE(table.find(std::string("limit ate_se3_rmse_m.") + aggregate +
+                           " at_most 1: -  MISSED: no value of 2 of 3 seeds\n"),
+                table.npos)
+          << table;
+      EXPECT_EQ(to_json(summary)["limits"][0].dump(),
+                std::string(R"({"metric":"ate_se3_rmse_m.)") + aggregate +
+                    R"(","at_most":1.0,"value":null,"passed":false,"reason":"no value of 2 of 3 seeds"})");
+    }
+}
+
 TEST_F(SummaryTest, TheExitCodeIsThatOfTheWorstSeed) {
   EXPECT_EQ(exit_code(summarize(scenario_with({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})),
             3);
