@@ -88,7 +88,7 @@ void Filter::refuse_whole() {
 /// Uses the image of an observation, if it can be used, and tells the health what was seen.
 void Filter::look(const Observation& o, Stamp interval, const std::optional<PlannedVelocity>& planned) {
   if (o.image.empty()) return tracking_.blind(interval, "no image arrives");
-  const ImageDefect defect = image_check_.defect(o.image, camera_motion(o, planned, options_));
+  const ImageDefect defect = image_check_.defect(o.image, stands_still(o, planned, options_));
   refuse(defect.reason);
   if (defect.blinds) tracking_.blind(interval, defect.reason);
   if (!defect.reason.empty()) return;

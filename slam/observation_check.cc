@@ -31,14 +31,8 @@ double contrast(const cv::Mat& image) {
 }
 
 constexpr double kStandingSpeed = 1e-3;  // m/s and rad/s, planned
-constexpr double kMoving_rad_s = 0.05;   // a third of a pixel in a frame
 constexpr double kStill_rad_s = 0.02;
 constexpr int kNoisyImages = 5;
-
-/// The rate above which the gyro's readings of a frame interval cannot be noise and bias alone.
-double moving_rad_s(const Options::Gyro& gyro) {
-  return std::max(kMoving_rad_s, 6 * gyro.sigma_rad_s) + 4 * gyro.sigma_bias_rad_s;
-}
 
 double mean_gyro_rad_s(const std::vector<InertialSample>& gyro) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -59,14 +53,11 @@ std::string malformation(const Observation& o, const CameraIntrinsics& camera) {
   return "";
 }
 
-CameraMotion camera_motion(const Observation& o, const std::optional<PlannedVelocity>& planned,
-                           const Options& options) {
-  const bool plan = options.plan_velocity.enabled && planned, gyro = options.gyro.enabled && !o.gyro.empty();
-  const bool walks =
-      plan && (planned->velocity.norm() > kStandingSpeed || planned->rate.norm() > kStandingSpeed);
-  const double rate = gyro ? mean_gyro_rad_s(o.gyro) : 0;
-  if (walks || rate > moving_rad_s(options.gyro)) return CameraMotion::moving;
-  return plan && gyro && rate < kStill_rad_s ? CameraMotion::still : CameraMotion::unknown;
+bool stands_still(const Observation& o, const std::optional<PlannedVelocity>& planned,
+                  const Options& options) {
+  return options.plan_velocity.enabled && planned && planned->velocity.norm() < kStandingSpeed &&
+         planned->rate.norm() < kStandingSpeed && options.gyro.enabled && !o.gyro.empty() &&
+         mean_gyro_rad_s(o.gyro) < kStill_rad_s;
 }
 
 /// A camera at rest shows the same scene twice, so that differences all over the image are its noise.
@@ -80,14 +71,13 @@ void ImageCheck::look_for_noise(const cv::Mat& image) {
   noisy_ = 2 * differing > count ? noisy_ + 1 : 0;
 }
 
-ImageDefect ImageCheck::defect(const cv::Mat& image, CameraMotion motion) {
+ImageDefect ImageCheck::defect(const cv::Mat& image, bool stands_still) {
   const bool frozen =
       !previous_.empty() && std::equal(image.begin<uchar>(), image.end<uchar>(), previous_.begin<uchar>());
-  if (motion == CameraMotion::still && !frozen) look_for_noise(image);
+  if (stands_still && !frozen) look_for_noise(image);
   image.copyTo(previous_);
   if (contrast(image) < kFlatContrast) return {"the image is flat", true};
-  if (frozen)
-    return {"the image is the last one again", motion == CameraMotion::moving || noisy_ >= kNoisyImages};
+  if (frozen) return {"the image is the last one again", !stands_still || noisy_ >= kNoisyImages};
   return {};
 }
 

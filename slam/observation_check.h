@@ -15,20 +15,17 @@ namespace slam {
 /// finite. Empty if it is well-formed.
 std::string malformation(const Observation& observation, const CameraIntrinsics& camera);
 
-/// Whether the camera moved in a frame interval, as far as gyro and plan tell.
-enum class CameraMotion { unknown, still, moving };
-
-/// moving: the plan moves, or the gyro's mean exceeds its noise by far; still: the plan stands and the gyro reads
-/// nothing but noise. Sensors that the options do not enable are not asked.
-/// planned: the planned motion of the interval, if there is one.
-CameraMotion camera_motion(const Observation& observation, const std::optional<PlannedVelocity>& planned,
-                           const Options& options);
+/// True if the camera is known to have stood still in a frame interval: the plan stands and the gyro reads
+/// nothing but noise. Sensors that the options do not enable are not asked. planned: the planned motion of
+/// the interval, if there is one.
+bool stands_still(const Observation& observation, const std::optional<PlannedVelocity>& planned,
+                  const Options& options);
 
 /// Why an image cannot be used.
 struct ImageDefect {
   std::string reason;  ///< empty if it can
   /// Nothing is seen. False for an image identical with the previous one that may yet be a true one, because
-  /// nothing says that the camera moved, and it is not known to have noise.
+  /// the camera is known to stand still, and not known to have noise.
   bool blinds = false;
 };
 
@@ -36,7 +33,7 @@ struct ImageDefect {
 class ImageCheck {
  public:
   /// The defect of an image that is not empty: it is flat, or identical with the previous one.
-  ImageDefect defect(const cv::Mat& image, CameraMotion motion);
+  ImageDefect defect(const cv::Mat& image, bool stands_still);
 
  private:
   void look_for_noise(const cv::Mat& image);

@@ -224,6 +224,17 @@ TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostAndNamesTheCause) {
   }
 }
 
+TEST(Filter, AFrozenImageIsALossAlsoWhereNeitherPlanNorGyroIsUsed) {
+  const cv::Mat last = short_walk().observation(19).image;
+  Options vision_alone;
+  vision_alone.gyro.enabled = vision_alone.accelerometer.enabled = false;
+  vision_alone.plan_velocity.enabled = vision_alone.height.enabled = false;
+  Filter filter = filter_at_start(vision_alone);
+  const FrameReport frozen = end_of_walk(filter, [&](Observation& o) { o.image = last; });
+  EXPECT_EQ(frozen.health, Health::lost);
+  EXPECT_EQ(frozen.cause, "tracking lost: the image is the last one again");
+}
+
 TEST(Filter, ABlindFilterIsOkAgainOnceItSeesItsMapAndDivergesIfItDoesNotInTime) {
   Options options;
   options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;

@@ -37,7 +37,7 @@ TEST(ObservationCheck, NamesTheMalformationAndAcceptsWhatIsAbsent) {
 TEST(ImageCheck, NamesFlatAndRepeatedImages) {
   ImageCheck check;
   const cv::Mat image = random_blocks(320, 8, 1), other = random_blocks(320, 8, 2);
-  const auto reason = [&](const cv::Mat& now) { return check.defect(now, CameraMotion::unknown).reason; };
+  const auto reason = [&](const cv::Mat& now) { return check.defect(now, false).reason; };
   EXPECT_EQ(reason(image), "");
   EXPECT_EQ(reason(image.clone()), "the image is the last one again");
   EXPECT_EQ(reason(other), "");
@@ -45,48 +45,44 @@ TEST(ImageCheck, NamesFlatAndRepeatedImages) {
   EXPECT_EQ(reason(other), "");
 }
 
-TEST(ImageCheck, ARepeatedImageBlindsWhereTheCameraMovesAndNotWhereItMayStandStill) {
+TEST(ImageCheck, ARepeatedImageBlindsUnlessTheCameraIsKnownToStandStill) {
   const cv::Mat image = random_blocks(320, 8, 1);
-  for (const CameraMotion motion : {CameraMotion::unknown, CameraMotion::still, CameraMotion::moving}) {
+  for (const bool still : {true, false}) {
     ImageCheck check;
-    check.defect(image, motion);
-    for (int k = 0; k < 20; ++k)
-      EXPECT_EQ(check.defect(image, motion).blinds, motion == CameraMotion::moving) << k;
+    check.defect(image, still);
+    for (int k = 0; k < 20; ++k) EXPECT_EQ(check.defect(image, still).blinds, !still) << k;
   }
 }
 
 TEST(ImageCheck, ARepeatedImageOfACameraWithNoiseBlindsAlsoWhereItStandsStill) {
   ImageCheck check;
-  for (std::uint64_t k = 0; k < 6; ++k)
-    EXPECT_EQ(check.defect(random_blocks(320, 1, k), CameraMotion::still).reason, "");
-  const cv::Mat last = random_blocks(320, 1, 5);
-  EXPECT_TRUE(check.defect(last, CameraMotion::still).blinds);
-  EXPECT_TRUE(check.defect(last, CameraMotion::unknown).blinds);
+  for (std::uint64_t k = 0; k < 6; ++k) EXPECT_EQ(check.defect(random_blocks(320, 1, k), true).reason, "");
+  EXPECT_TRUE(check.defect(random_blocks(320, 1, 5), true).blinds);
 }
 
 TEST(ImageCheck, FlatImagesBlind) {
   ImageCheck check;
-  EXPECT_TRUE(check.defect(cv::Mat(240, 320, CV_8UC1, cv::Scalar(0)), CameraMotion::still).blinds);
+  EXPECT_TRUE(check.defect(cv::Mat(240, 320, CV_8UC1, cv::Scalar(0)), true).blinds);
 }
 
-TEST(CameraMotion, IsToldByPlanAndGyroAndByNoOther) {
+TEST(StandsStill, IsKnownOnlyWherePlanAndGyroBothSaySo) {
   Observation o;
   o.gyro = {{Stamp(0), Stamp(5), {0.01, 0, -0.01}}, {Stamp(5), Stamp(10), {-0.01, 0, 0.01}}};
   PlannedVelocity stands{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   PlannedVelocity walks = stands;
   walks.velocity.x() = 0.1;
-  Options options;
-  EXPECT_EQ(camera_motion(o, stands, options), CameraMotion::still);
-  EXPECT_EQ(camera_motion(o, walks, options), CameraMotion::moving);
-  EXPECT_EQ(camera_motion(o, std::nullopt, options), CameraMotion::unknown);
-  options.plan_velocity.enabled = false;
-  EXPECT_EQ(camera_motion(o, walks, options), CameraMotion::unknown);
+  const Options options;
+  EXPECT_TRUE(stands_still(o, stands, options));
+  EXPECT_FALSE(stands_still(o, walks, options));
+  EXPECT_FALSE(stands_still(o, std::nullopt, options));
+  Options without_plan, without_gyro;
+  without_plan.plan_velocity.enabled = without_gyro.gyro.enabled = false;
+  EXPECT_FALSE(stands_still(o, stands, without_plan));
+  EXPECT_FALSE(stands_still(o, stands, without_gyro));
   for (InertialSample& reading : o.gyro) reading.value.y() = 0.2;
-  EXPECT_EQ(camera_motion(o, std::nullopt, options), CameraMotion::moving);
-  options.gyro.sigma_bias_rad_s = 0.1;  // the gyro could read that at rest
-  EXPECT_EQ(camera_motion(o, std::nullopt, options), CameraMotion::unknown);
+  EXPECT_FALSE(stands_still(o, stands, options));
   o.gyro.clear();
-  EXPECT_EQ(camera_motion(o, std::nullopt, options), CameraMotion::unknown);
+  EXPECT_FALSE(stands_still(o, stands, options));
 }
 
 }  // namespace
