@@ -63,6 +63,7 @@ const FrameReport& Filter::step(const Observation& o) {
     refuse_whole();
     return report_;
   }
+  tracking_.accepts();
   const Stamp interval = now_ ? o.t - *now_ : Stamp(0);
   const bool was_lost = tracking_.health() == Health::lost;
   const auto planned = internal_.advance_plan(o, seconds(interval));
@@ -79,9 +80,7 @@ const FrameReport& Filter::step(const Observation& o) {
 
 /// An observation that is refused changes nothing of the state; the health knows of it.
 void Filter::refuse_whole() {
-  const bool was_lost = tracking_.health() == Health::lost;
-  tracking_.blind(interval_, "observations are refused because " + report_.refused);
-  if (was_lost) tracking_.remains_lost(interval_);
+  tracking_.refuses(interval_, report_.refused);
   report_health();
 }
 
@@ -100,7 +99,7 @@ void Filter::look(const Observation& o, Stamp interval, const std::optional<Plan
     return;
   }
   if (tracking_.health() == Health::lost && !tracking_.is_blind()) {
-    const Stamp before = o.t - tracking_.lost_for() - kDoubtful;
+    const Stamp before = o.t - interval - tracking_.lost_for() - kDoubtful;
     if (!vision_.recognises(o.image, map_.landmarks(), before, kalman_)) return relocalise_in(o);
     recognition_.clear();
     tracking_.relocalised();

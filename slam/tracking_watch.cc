@@ -8,6 +8,7 @@ namespace {
 constexpr double kLeastFound = 0.2;        // fraction of the landmarks searched for
 constexpr double kLeastCoverage = 0.4;     // fraction of the image
 constexpr std::size_t kLeastSearched = 5;  // landmarks
+constexpr const char* kNotFoundAgain = "; the map was not found again";
 
 }  // namespace
 
@@ -44,7 +45,7 @@ void TrackingWatch::lose(const std::string& why) {
   if (!options_.relocalise) return diverge("tracking lost: " + why);
   health_ = Health::lost;
   cause_ = "tracking lost: " + why;
-  lost_ = Stamp(0);
+  refused_ = lost_ = Stamp(0);
   blind_loss_ = false;
 }
 
@@ -52,6 +53,15 @@ void TrackingWatch::blind(Stamp interval, const std::string& why) {
   blind_ += interval;
   if (health_ != Health::ok || !(seconds(blind_) > options_.lost_after_s)) return;
   lose(why);
+  blind_loss_ = true;
+}
+
+void TrackingWatch::refuses(Stamp interval, const std::string& why) {
+  refused_ += interval;
+  if (health_ == Health::lost && seconds(refused_) > options_.give_up_s)
+    return diverge(cause_ + kNotFoundAgain);
+  if (health_ != Health::ok || !(seconds(refused_) > options_.lost_after_s)) return;
+  lose("observations are refused because " + why);
   blind_loss_ = true;
 }
 
@@ -71,7 +81,7 @@ void TrackingWatch::diverge(const std::string& cause) {
 void TrackingWatch::remains_lost(Stamp interval) {
   if (health_ != Health::lost) return;
   lost_ += interval;
-  if (seconds(lost_) > options_.give_up_s) diverge(cause_ + "; the map was not found again");
+  if (seconds(lost_) > options_.give_up_s) diverge(cause_ + kNotFoundAgain);
 }
 
 }  // namespace slam

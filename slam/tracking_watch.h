@@ -41,6 +41,12 @@ class TrackingWatch {
   /// Takes in a frame interval in which nothing was seen that the filter could use, and why. After lost_after_s
   /// of such intervals without sees() in between, tracking is lost.
   void blind(Stamp interval, const std::string& why);
+  /// An observation was refused whole, and why. Its stamp may not tell how much time has passed; if no
+  /// observation is accepted meanwhile, each stands for one interval, and tracking is lost after lost_after_s
+  /// of them and the filter has diverged after give_up_s more.
+  void refuses(Stamp interval, const std::string& why);
+  /// An observation was accepted: its stamp tells how much time has passed since the last one.
+  void accepts() { refused_ = Stamp(0); }
   /// Something was seen: ends a loss for want of it.
   void sees();
   /// The filter is broken. The first cause is kept.
@@ -68,7 +74,7 @@ class TrackingWatch {
   Health health_ = Health::ok;
   std::string cause_;
   double failing_s_ = 0;
-  Stamp blind_{0}, lost_{0};  // for how long
+  Stamp blind_{0}, refused_{0}, lost_{0};  // for how long
   bool blind_loss_ = false;
   MovingMean vision_, height_;
 };

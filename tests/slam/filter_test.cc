@@ -274,6 +274,31 @@ TEST(Filter, AClockThatStandsStillIsALoss) {
   EXPECT_EQ(filter.step(short_walk().observation(20)).health, Health::ok);
 }
 
+/// The health of each frame of the short walk with half a second as both limits and without images for 0.8 s,
+/// and its causes. Each observation is given to the filter `times` times.
+std::vector<std::string> health_without_images_for_a_while(int times) {
+  Options options;
+  options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;
+  Filter filter = filter_at_start(options);
+  std::vector<std::string> all;
+  for (int k = 0; k < 60; ++k) {
+    Observation o = short_walk().observation(k);
+    if (k >= 20 && k < 44) o.image = cv::Mat();
+    FrameReport report;
+    for (int i = 0; i < times; ++i) report = filter.step(o);
+    all.push_back((report.health == Health::ok ? "ok" : "not ok; ") + report.cause);
+  }
+  return all;
+}
+
+TEST(Filter, ObservationsThatArriveAgainAreNoTimeWithoutSight) {
+  const auto once = health_without_images_for_a_while(1);
+  EXPECT_EQ(once[34], "ok");
+  EXPECT_EQ(once[35], "not ok; tracking lost: no image arrives");
+  EXPECT_EQ(once[44], "ok");
+  EXPECT_EQ(health_without_images_for_a_while(3), once);
+}
+
 TEST(Filter, StandingStillInTheLightIsNoLossWithAndWithoutNoise) {
   for (const double noise : {0.0, 2.0}) {
     synthetic::Walk still = short_walk().walk();

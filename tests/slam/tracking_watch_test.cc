@@ -118,6 +118,29 @@ TEST(TrackingWatch, ABlindFilterDivergesAfterTheTimeThatTheOptionsAllow) {
   EXPECT_EQ(watch.cause(), "tracking lost: no image arrives; the map was not found again");
 }
 
+TEST(TrackingWatch, ObservationsThatAreAllRefusedAreALossAndInTheEndADivergence) {
+  TrackingWatch watch{Options::Tracking{}};
+  for (int k = 0; k < 4; ++k) watch.refuses(kHalf, "its plan is not finite");
+  EXPECT_EQ(watch.health(), Health::ok);
+  watch.refuses(kHalf, "its plan is not finite");
+  EXPECT_EQ(watch.health(), Health::lost);
+  EXPECT_TRUE(watch.is_blind());
+  EXPECT_EQ(watch.cause(), "tracking lost: observations are refused because its plan is not finite");
+  for (int k = 0; k < 20; ++k) watch.refuses(kHalf, "its plan is not finite");
+  EXPECT_EQ(watch.health(), Health::lost);
+  watch.refuses(kHalf, "its plan is not finite");
+  EXPECT_EQ(watch.health(), Health::diverged);
+}
+
+TEST(TrackingWatch, OneObservationThatIsAcceptedEndsTheTimeOfRefusals) {
+  TrackingWatch watch{Options::Tracking{}};
+  for (int k = 0; k < 40; ++k) {
+    watch.refuses(kHalf, "its time is not after the last one's");
+    if (k % 3 == 0) watch.accepts();
+  }
+  EXPECT_EQ(watch.health(), Health::ok);
+}
+
 TEST(TrackingWatch, KeepsTheFirstCauseOfADivergence) {
   TrackingWatch watch{Options::Tracking{}};
   watch.diverge("first");
