@@ -35,12 +35,19 @@ std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory&
   const bool fewer_estimates = shifted.size() <= truth.size();
   const Trajectory &few = fewer_estimates ? shifted : truth, &many = fewer_estimates ? truth : shifted;
   std::vector<PosePair> pairs;
+  auto last = many.end();  // the pose of the last pair, which is `last_apart` from its partner
+  Stamp last_apart{0};
   for (const StampedPose& pose : few) {
     const auto nearest = nearest_in_time(many, pose.t);
-    if (nearest == many.end() || std::chrono::abs(nearest->t - pose.t) > most) continue;
+    if (nearest == many.end()) continue;
+    const Stamp apart = std::chrono::abs(nearest->t - pose.t);
+    if (apart > most || (nearest == last && apart >= last_apart)) continue;
+    if (nearest == last) pairs.pop_back();
     const auto &of_truth = fewer_estimates ? *nearest : pose,
                &of_estimate = fewer_estimates ? pose : *nearest;
     pairs.push_back({of_estimate.t, of_truth.X, of_estimate.X});
+    last = nearest;
+    last_apart = apart;
   }
   return pairs;
 }

@@ -32,7 +32,7 @@ std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& e
 
 /// Pairs each pose of the shorter trajectory with the one of the other nearest in time (of two as near the
 /// earlier), if it is off by at most `most`; `offset` is added to the estimate's stamps. As in the evaluation
-/// program evo.
+/// program evo, except that each pose is used once at most: with the nearest of several.
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset = Stamp(0));
 

@@ -82,20 +82,42 @@ Offset best_offset(const Trajectory& truth, const Trajectory& estimate, Stamp ap
   return best;
 }
 
-// Why no poses are paired, and which option may help.
+// Why no poses are paired, or hardly any, and which option may help.
 std::string why_unmatched(const Trajectory& truth, const Trajectory& estimate,
-                          const TrajectoryOptions& options) {
+                          const std::vector<PosePair>& pairs, const TrajectoryOptions& options) {
   const Offset best = best_offset(truth, estimate, stamp(options.most_apart_s));
   const double a0 = seconds(truth.front().t), a1 = seconds(truth.back().t),
                b0 = seconds(estimate.front().t) + options.offset_s,
                b1 = seconds(estimate.back().t) + options.offset_s;
-  const std::string none = fmt::format("0 of {} estimated poses have a true one: ", estimate.size());
-  if (b0 > a1 || b1 < a0)
-    return none + fmt::format(
-                      "the truth is from {:.3f} to {:.3f} s, the estimate from {:.3f} to {:.3f} s; "
-                      "with --t-offset {} {} of its poses have a true one",
-                      a0, a1, b0, b1, seconds(best.t), best.pairs);
-  return none + fmt::format("no stamps nearer than {} s (--t-max-diff)", options.most_apart_s);
+  const std::string few = fmt::format(
+      "{} of {} estimated poses have a true one{}: ", pairs.size(), estimate.size(),
+      pairs.empty() ? "" : fmt::format(", over {:.3f} s", seconds(pairs.back().t - pairs.front().t)));
+  if (pairs.empty() && b0 <= a1 && b1 >= a0)
+    return few + fmt::format("no stamps nearer than {} s (--t-max-diff)", options.most_apart_s);
+  return few +
+         fmt::format("the truth is from {:.3f} to {:.3f} s, the estimate from {:.3f} to {:.3f} s", a0, a1, b0,
+                     b1) +
+         (best.pairs > pairs.size() ? fmt::format("; with --t-offset {} {} of its poses have a true one",
+                                                  seconds(best.t), best.pairs)
+                                    : "");
+}
+
+Stamp duration(const Trajectory& poses) { return poses.back().t - poses.front().t; }
+
+// True where the pairs are of an instant only of two trajectories that both last much longer.
+bool meet_in_an_instant(const std::vector<PosePair>& pairs, const Trajectory& truth,
+                        const Trajectory& estimate) {
+  constexpr int kMuchLonger = 100;
+  return (pairs.back().t - pairs.front().t) * kMuchLonger < std::min(duration(truth), duration(estimate));
+}
+
+// Throws std::invalid_argument where a sum or difference of stamps would not be one.
+void require_offset(const Trajectory& truth, const Trajectory& estimate, double offset_s) {
+  double furthest_s = std::abs(offset_s);
+  for (const Stamp t : {truth.front().t, truth.back().t, estimate.front().t, estimate.back().t})
+    furthest_s = std::max(furthest_s, std::abs(offset_s) + std::abs(seconds(t)));
+  if (offset_s != 0 && !(furthest_s < 4e9))
+    throw std::invalid_argument(fmt::format("--t-offset {}: with it a stamp is beyond 4e9 s", offset_s));
 }
 
 bool counts_frames(const files::TrajectoryFile& read) { return read.stamps == "frame numbers"; }
@@ -110,15 +132,31 @@ double duration_s(const files::TrajectoryFile& read) {
   return seconds(read.rows.back().t - read.rows.front().t);
 }
 
+// True where the poses last much shorter than the others, and not because they are fewer.
+bool last_much_shorter(const files::TrajectoryFile& read, const files::TrajectoryFile& other) {
+  constexpr double kMuch = 30;  // a minute has 60 seconds
+  if (read.rows.size() < 2 || other.rows.size() < 2) return false;
+  const double spans = static_cast<double>(read.rows.size() - 1),
+               other_spans = static_cast<double>(other.rows.size() - 1);
+  return kMuch * duration_s(read) <= duration_s(other) &&
+         kMuch * duration_s(read) / spans <= duration_s(other) / other_spans;
+}
+
 // Throws FileError where the stamps of one file are the numbers of its frames and those of the other are
-// times. Whole numbers may be times once a second, but not where they last much longer than the other file
-// does, though that has about as many poses.
+// times, or where they are not in the same unit. Whole numbers may be times once a second, but not where they
+// last much longer than the other file does, though that has about as many poses.
 void require_times(const fs::path& file, const files::TrajectoryFile& read, const fs::path& other_file,
                    const files::TrajectoryFile& other, const TrajectoryOptions& options) {
   if (counts_frames(read) && !counts_frames(other))
     throw files::FileError(
         file, fmt::format("its stamps are frame numbers, those of {} are times in {}{}", other_file.string(),
                           other.stamps, read.format == "KITTI" ? "; times.txt beside it has the times" : ""));
+  if (!are_whole(read) && !are_whole(other) && last_much_shorter(read, other))
+    throw files::FileError(
+        file,
+        fmt::format(
+            "its {} poses last {:.3f} s, the {} of {} last {:.3f} s: their stamps are not in the same unit",
+            read.rows.size(), duration_s(read), other.rows.size(), other_file.string(), duration_s(other)));
   if (options.interpolate || !are_whole(read) || are_whole(other)) return;
   const bool longer = duration_s(read) > 1.5 * duration_s(other),
              as_many = 2 * other.rows.size() > read.rows.size();
@@ -276,8 +314,11 @@ TrajectoryReport report_trajectories(const fs::path& truth, const fs::path& esti
   TrajectoryReport report;
   report.truth = describe_file(truth, a);
   report.estimate = describe_file(estimate, b);
-  const std::vector<PosePair> pairs = pair(trajectory(a), trajectory(b), options);
-  if (pairs.empty()) throw std::invalid_argument(why_unmatched(trajectory(a), trajectory(b), options));
+  const Trajectory of_truth = trajectory(a), of_estimate = trajectory(b);
+  require_offset(of_truth, of_estimate, options.offset_s);
+  const std::vector<PosePair> pairs = pair(of_truth, of_estimate, options);
+  if (pairs.empty() || meet_in_an_instant(pairs, of_truth, of_estimate))
+    throw std::invalid_argument(why_unmatched(of_truth, of_estimate, pairs, options));
   if (!is_of_orientation(options)) {
     require_motion(truth, pairs, &PosePair::X_true);
     require_motion(estimate, pairs, &PosePair::X_estimate);
@@ -292,6 +333,8 @@ TrajectoryReport report_trajectories(const fs::path& truth, const fs::path& esti
   if (const auto* why = std::get_if<std::string>(&moved))
     throw std::invalid_argument(fmt::format("--align {}: {}", report.alignment, *why));
   add_errors(report, std::get<std::vector<PosePair>>(moved), options);
+  if (options.relative && report.errors.empty())
+    throw std::invalid_argument(fmt::format("{}: {}", report.rows.front().name, report.rows.front().reason));
   if (!options.alignment && !options.relative) add_overview(report, pairs, options);
   for (const TrajectoryRow& nees : nees_rows(pairs, b, stamp(options.offset_s))) report.rows.push_back(nees);
   return report;

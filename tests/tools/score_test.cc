@@ -19,12 +19,12 @@ class Score : public tests::CommandLine {
   static std::string line(const std::string& stamp, double x, double y) {
     return fmt::format("{} {} {} 1 0 0 0 1\n", stamp, x, y);
   }
-  /// Ten seconds of a curve.
-  static std::string curve(double rate_hz, bool counts_frames = false) {
+  /// Ten seconds of a curve, whose stamps are to be in units of `unit_s`.
+  static std::string curve(double rate_hz, bool counts_frames = false, double unit_s = 1) {
     std::string text;
     for (int i = 0; i < 10 * rate_hz; ++i) {
       const double t = i / rate_hz;
-      text += line(counts_frames ? std::to_string(i) : fmt::format("{:.9f}", t), t, std::sin(t));
+      text += line(counts_frames ? std::to_string(i) : fmt::format("{:.9f}", t / unit_s), t, std::sin(t));
     }
     return text;
   }
@@ -59,6 +59,58 @@ TEST_F(Score, FrameNumbersAreNoTimes) {
       "poses.txt: its stamps are frame numbers, those of truth.tum are times in seconds; times.txt");
   expect_refused("score truth.tum poses.csv", "poses.csv: its stamps are frame numbers");
   EXPECT_EQ(gaitslam("score poses.txt poses.csv").exit_code, 0) << "both count frames";
+}
+
+TEST_F(Score, StampsInAnotherUnitAreNoTimesInSeconds) {
+  std::string microseconds;
+  for (int i = 0; i < 300; ++i)
+    microseconds += fmt::format("{:.0f},{},{},1,1,0,0,0\n", 1e6 * i / 30, i / 30.0, std::sin(i / 30.0));
+  write("us.csv", microseconds);
+  write("minutes.tum", curve(30, false, 60));
+  write("ms.tum", curve(30, false, 0.001));
+  for (const char* options : {"", " --interpolate"}) {
+    expect_refused(
+        fmt::format("score truth.tum us.csv{}", options),
+        "us.csv: its 300 poses last 0.010 s, the 300 of truth.tum last 9.967 s: their stamps are not "
+        "in the same unit");
+    expect_refused(fmt::format("score truth.tum minutes.tum{}", options), "are not in the same unit");
+    expect_refused(fmt::format("score truth.tum ms.tum{}", options), "are not in the same unit");
+    expect_refused(fmt::format("score minutes.tum truth.tum{}", options), "are not in the same unit");
+  }
+}
+
+TEST_F(Score, AShortEstimateAndAFewKeyframesAreScored) {
+  write("short.tum", line("0.0", 0, 0) + line("0.033333333", 0.1, 0) + line("0.066666667", 0.2, 0));
+  write("fast.tum", curve(3000));
+  EXPECT_EQ(gaitslam("score truth.tum short.tum").exit_code, 0);
+  EXPECT_EQ(gaitslam("score fast.tum truth.tum").exit_code, 0);
+}
+
+TEST_F(Score, PosesThatMeetInAnInstantSayNothing) {
+  std::string later;
+  for (int i = 0; i < 300; ++i) later += line(fmt::format("{:.9f}", (298 + i) / 30.0), i / 30.0, 0);
+  write("later.tum", later);
+  expect_refused(
+      "score truth.tum later.tum",
+      "2 of 300 estimated poses have a true one, over 0.033 s: the truth is from 0.000 to 9.967 s");
+}
+
+TEST_F(Score, NumbersThatNoOptionCanHaveAreRefused) {
+  for (const char* offset : {"inf", "nan", "1e10", "1e300", "-1e300"})
+    expect_refused(fmt::format("score truth.tum truth.tum --align none --t-offset {}", offset),
+                   "--t-offset ");
+  expect_refused("score truth.tum truth.tum --t-max-diff nan", "--t-max-diff");
+  for (const char* tolerance : {"-1", "nan", "inf"})
+    expect_refused(fmt::format("score truth.tum truth.tum -d 1 -u m --all-pairs --delta-tol {}", tolerance),
+                   "--delta-tol");
+  for (const char* delta : {"inf", "nan", "-1", "0"})
+    expect_refused(fmt::format("score truth.tum truth.tum -u m -d {}", delta), "-d");
+  expect_refused("score truth.tum truth.tum -d 1e300", "-d 1e+300");
+}
+
+TEST_F(Score, ARelativeErrorOverSpansThatThereAreNotIsNoScore) {
+  expect_refused("score truth.tum truth.tum -d 100 -u m", "RPE 100 m: the path has no such spans");
+  expect_refused("score truth.tum truth.tum -d 1000 --json", "RPE 1000 frames: the path has no such spans");
 }
 
 // Stamps of exports begin at 1e9 s, and a program that needs time to begin has no poses for the first

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -90,8 +91,9 @@ std::optional<score::Spans> spans(const ScoreRequest& r) {
         fmt::format("-u {}: expected f (frames), m, s, d (degrees), r (radians) or step", r.unit));
   const double delta = r.delta.value_or(1);
   const bool counted = unit->second == Unit::frames || unit->second == Unit::footsteps;
-  if (!(delta > 0) || (counted && delta != static_cast<double>(static_cast<long>(delta))))
-    throw UsageError(fmt::format("-d {}: expected a positive number, whole for frames and footsteps", delta));
+  if (!(delta > 0 && delta < 1e9) || (counted && delta != std::floor(delta)))
+    throw UsageError(
+        fmt::format("-d {}: expected a positive number below 1e9, whole for frames and footsteps", delta));
   return score::Spans{unit->second,
                       delta,
                       r.all_pairs,
@@ -100,7 +102,15 @@ std::optional<score::Spans> spans(const ScoreRequest& r) {
                       unit->second == Unit::footsteps ? footsteps(r.truth) : std::vector<score::Stamp>{}};
 }
 
+/// CLI::Range and CLI::NonNegativeNumber let NaN pass.
+void require_not_negative(const char* option, double value, double most) {
+  if (!(value >= 0 && value <= most))
+    throw UsageError(fmt::format("{} {}: expected a number from 0 to {}", option, value, most));
+}
+
 void print(const ScoreRequest& request) {
+  require_not_negative("--t-max-diff", request.options.most_apart_s, 1e9);
+  require_not_negative("--delta-tol", request.delta_tolerance, 1e9);
   score::TrajectoryOptions options = request.options;
   options.alignment = alignment(request);
   options.relation = relation(request.relation);
@@ -147,7 +157,6 @@ void add_options(CLI::App& command, ScoreRequest& r) {
   command
       .add_option("--t-max-diff,--t_max_diff", r.options.most_apart_s,
                   "largest time between the stamps of a pair, in s")
-      ->check(CLI::Range(0.0, 1e9))
       ->capture_default_str();
   command.add_option("--t-offset,--t_offset", r.options.offset_s,
                      "time added to the stamps of the estimate, in s");

@@ -50,6 +50,21 @@ TEST(Trajectory, PairsByInterpolationWithinTheTruthsTime) {
   EXPECT_EQ(pairs[0].X_estimate.translation().x(), 7);
 }
 
+TEST(Trajectory, PairsByNearestUseEachPoseOnceWithTheNearestOfSeveral) {
+  const Trajectory many{{Stamp(0), upright(0, 0, 0)},
+                        {Stamp(100), upright(1, 0, 0)},
+                        {Stamp(200), upright(2, 0, 0)},
+                        {Stamp(300), upright(3, 0, 0)}};
+  const Trajectory few{
+      {Stamp(95), upright(7, 0, 0)}, {Stamp(101), upright(8, 0, 0)}, {Stamp(109), upright(9, 0, 0)}};
+  const auto pairs = pair_by_nearest(many, few, Stamp(10)), swapped = pair_by_nearest(few, many, Stamp(10));
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0].X_true.translation().x(), 1);
+  EXPECT_EQ(pairs[0].X_estimate.translation().x(), 8);
+  ASSERT_EQ(swapped.size(), 1u);
+  EXPECT_EQ(swapped[0].X_true.translation().x(), 8);
+}
+
 TEST(Trajectory, PathLengthIsTheSumOfTheSteps) {
   EXPECT_EQ(path_length(
                 {{Stamp(0), upright(0, 0, 0)}, {Stamp(1), upright(3, 4, 0)}, {Stamp(2), upright(3, 4, 12)}}),
