@@ -134,7 +134,7 @@ double duration_s(const files::TrajectoryFile& read) {
 
 // True where the poses last much shorter than the others, and not because they are fewer.
 bool last_much_shorter(const files::TrajectoryFile& read, const files::TrajectoryFile& other) {
-  constexpr double kMuch = 30;  // a minute has 60 seconds
+  constexpr double kMuch = 50;  // a minute has 60 seconds
   if (read.rows.size() < 2 || other.rows.size() < 2) return false;
   const double spans = static_cast<double>(read.rows.size() - 1),
                other_spans = static_cast<double>(other.rows.size() - 1);
