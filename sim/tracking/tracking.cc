@@ -22,7 +22,10 @@ slam::Calibration miscalibrated(slam::Calibration calibration, const sensor_erro
 
 bool Tracked::diverged() const { return !frames.empty() && frames.back().report.health != slam::Health::ok; }
 
-const std::string& Tracked::cause() const { return frames.back().report.cause; }
+std::string Tracked::cause() const {
+  const slam::FrameReport& last = frames.back().report;
+  return last.cause + (last.health == slam::Health::lost ? "; the map was not found again before the end" : "");
+}
 
 std::vector<estimators::PoseEstimate> Tracked::estimates() const {
   std::vector<estimators::PoseEstimate> all;

@@ -44,7 +44,7 @@ struct Tracked {
   std::string log = {};                    ///< what an estimator outside wrote to its standard error
   /// The filter diverged, or was still lost when the run ended.
   bool diverged() const;
-  const std::string& cause() const;  ///< of the divergence
+  std::string cause() const;  ///< of the divergence
   /// The estimates, each once: a refused observation makes no new one.
   std::vector<estimators::PoseEstimate> estimates() const;
   std::vector<TrackingFault> losses() const;

@@ -94,6 +94,7 @@ TEST(Tracking, LossesHaveTheirTimesAndCauses) {
   EXPECT_EQ(losses[1].cause, "dark");
   EXPECT_FALSE(losses[1].to);
   EXPECT_TRUE(tracked.diverged());  // a run that ends lost has not found its way
+  EXPECT_EQ(tracked.cause(), "dark; the map was not found again before the end");
 }
 
 TEST(Tracking, SuspicionsHaveTheirTimesAndTheLastOfTheirCauses) {
