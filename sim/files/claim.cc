@@ -6,6 +6,11 @@
 namespace sim::files {
 namespace {
 namespace fs = std::filesystem;
+
+bool is_there(const fs::path& folder, const std::string& name) {
+  std::error_code fault;
+  return fs::exists(fs::symlink_status(folder / name, fault));
+}
 }
 
 void claim(const fs::path& folder, const std::vector<std::string>& names) {
@@ -22,6 +27,18 @@ void claim(const fs::path& folder, const std::vector<std::string>& names) {
   made.insert(names.begin(), names.end());
   fs::create_directories(folder);
   write_durably(folder / kMarker, marker_text(made));
+}
+
+void drop_unwritten(const fs::path& folder, const std::vector<std::string>& names) {
+  std::optional<MarkedNames> made = listed_in(folder);
+  if (!made) return;
+  const std::size_t before = made->size();
+  for (const std::string& name : names)
+    if (!is_there(folder, name)) made->erase(name);
+  if (made->empty())
+    fs::remove(folder / kMarker);
+  else if (made->size() < before)
+    write_durably(folder / kMarker, marker_text(*made));
 }
 
 void add_to_marker(const fs::path& folder, const std::vector<std::string>& names) {

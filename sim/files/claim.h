@@ -14,6 +14,10 @@ namespace sim::files {
 /// was not listed before; then nothing is changed.
 void claim(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
+/// Takes those of these names that nothing in the folder has out of its marker, which is removed when it
+/// lists nothing.
+void drop_unwritten(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
 /// Lists these names in the folder's marker, as claim() does, whatever is there now; does nothing in a folder
 /// without a marker. For folders in a result that have a marker of their own.
 void add_to_marker(const std::filesystem::path& folder, const std::vector<std::string>& names);

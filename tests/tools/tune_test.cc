@@ -69,6 +69,15 @@ TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {
   EXPECT_THAT(text_of("out/report.html"), HasSubstr("refused"));
 }
 
+TEST_F(Tune, AFileOfTheUsersWithANameThatWasNotWrittenIsSpared) {
+  write_walks();
+  write_spec(", set: [errors.gyro.sigma_rad_s=0.2]");
+  ASSERT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 1);
+  write("out/best.yaml", "mine");
+  EXPECT_THAT(refusal("tune spec.yaml --out out"), HasSubstr("out/best.yaml: was not made by this version"));
+  EXPECT_EQ(text_of("out/best.yaml"), "mine");
+}
+
 TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {
   write_spec();
   expect_refused("tune spec.yaml", "spec.yaml:2:25: recordings: walks/seed-1 has no finished recording");

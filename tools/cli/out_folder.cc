@@ -107,7 +107,9 @@ void require_new_file(const fs::path& file, bool force) {
 }
 
 OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use)
-    : path_(request.out ? fs::path(*request.out) : standard), on_interrupt_(kept_text(path_, use)) {
+    : path_(request.out ? fs::path(*request.out) : standard),
+      names_(use.names),
+      on_interrupt_(kept_text(path_, use)) {
   require_folder(path_);
   goes_on_ = was_interrupted(path_, use.identity);
   if (request.out && !request.force && !use.continues && !goes_on_) require_empty(path_);
@@ -145,13 +147,23 @@ void OutFolder::finished() const {
   fs::remove(path_ / kUnfinished, fault);
 }
 
+// So that a file which the user makes later under such a name is not taken for one of ours.
+void OutFolder::drop_names() noexcept try {
+  std::vector<std::string> names = names_;
+  names.push_back(kUnfinished);
+  files::drop_unwritten(path_, names);
+} catch (const std::exception&) {
+}
+
 OutFolder::~OutFolder() {
   std::error_code fault;
   if (lock_ && has_no_results(path_)) {
     fs::remove(path_ / kUnfinished, fault);
     fs::remove(path_ / files::kMarker, fault);
+  } else if (lock_) {
+    drop_names();
   }
-  for (fs::path empty = fs::absolute(path_); empty != existing_ && empty != empty.parent_path();
+  for (fs::path empty = fs::absolute(path_, fault); empty != existing_ && empty != empty.parent_path();
        empty = empty.parent_path()) {
     if (fs::exists(empty, fault) && !fs::remove(empty, fault)) return;
   }

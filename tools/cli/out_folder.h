@@ -44,8 +44,8 @@ void require_outside(const fs::path& out, const fs::path& read);
 void require_new_file(const fs::path& file, bool force);
 
 /// The folder that was asked for, or a standard one. Commands that write there under names of their own lock
-/// it. At the end of its life it removes those folders above the results that did not exist before and are
-/// empty.
+/// it. At the end of its life it gives up those of its names that were not written, and removes those folders
+/// above the results that did not exist before and are empty.
 class OutFolder {
  public:
   /// Throws UsageError when nothing can be written below the folder (which need not exist yet), when --out
@@ -67,8 +67,10 @@ class OutFolder {
 
  private:
   void begin(const OutUse& use);
+  void drop_names() noexcept;
 
   fs::path path_, existing_;
+  std::vector<std::string> names_;
   bool goes_on_ = false;
   std::optional<sim::files::FileLock> lock_;
   OnInterrupt on_interrupt_;

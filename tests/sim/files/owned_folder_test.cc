@@ -173,5 +173,19 @@ TEST_F(OwnedFolder, NamesAreClaimedUnlessSomebodyElseHasThem) {
   EXPECT_EQ(foreign_in(root), std::nullopt);
 }
 
+TEST_F(OwnedFolder, NamesThatWereClaimedAndNotWrittenAreFreeAgain) {
+  const fs::path root = folder_ / "root";
+  claim(root, {"summary.json", "best.yaml", "parts/"});
+  write("root/summary.json", "ours");
+  drop_unwritten(root, {"summary.json", "best.yaml", "parts/"});
+  EXPECT_EQ(listed_in(root), MarkedNames{"summary.json"});
+  write("root/best.yaml");
+  EXPECT_THAT([&] { claim(root, {"best.yaml"}); },
+              ThrowsMessage<FileError>(HasSubstr("best.yaml: was not made")));
+  fs::remove(root / "summary.json");
+  drop_unwritten(root, {"summary.json"});
+  EXPECT_FALSE(fs::exists(root / kMarker)) << "it lists nothing";
+}
+
 }  // namespace
 }  // namespace sim::files
