@@ -78,6 +78,18 @@ TEST_F(Tune, AFileOfTheUsersWithANameThatWasNotWrittenIsSpared) {
   EXPECT_EQ(text_of("out/best.yaml"), "mine");
 }
 
+TEST_F(Tune, TheResultOfAnotherTuningIsNotReplaced) {
+  write_walks();
+  write_spec();
+  ASSERT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0);
+  const std::string result = text_of("out/tune.json");
+  write("other.yaml", text_of("spec.yaml"));
+  EXPECT_EQ(refusal("tune other.yaml --out out"),
+            "gaitslam: out: holds the result of the tuning spec, not of other; name another folder\n");
+  EXPECT_EQ(text_of("out/tune.json"), result);
+  EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be told again";
+}
+
 TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {
   write_spec();
   expect_refused("tune spec.yaml", "spec.yaml:2:25: recordings: walks/seed-1 has no finished recording");

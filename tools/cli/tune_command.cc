@@ -6,6 +6,8 @@
 #include <optional>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/json.h"
+#include "sim/files/owned_folder.h"
 #include "sim/report/tune_page.h"
 #include "sim/tune/tuning.h"
 #include "tools/cli/commands.h"
@@ -31,9 +33,10 @@ Examples:
 CMA-ES searches the whole range of the parameters, then Nelder and Mead's method polishes the best setting, and the
 loss is profiled along each parameter. The results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished
 trial), history.csv, tune.json, report.html and best.yaml. After an interruption the same command continues, and ends
-with the same result. Recordings that the spec names by scenario and seeds are taken from the cache, and recorded
-there first if they are missing. A walk that is steered by its estimate is simulated anew with each setting. On Slurm
-each generation of CMA-ES is a job array, and so is each setting of the polish.
+with the same result. A folder with the result of a tuning of another name is refused. Recordings that the spec names
+by scenario and seeds are taken from the cache, and recorded there first if they are missing. A walk that is steered
+by its estimate is simulated anew with each setting. On Slurm each generation of CMA-ES is a job array, and so is each
+setting of the polish.
 To look at a grid or at samples instead of the best setting use gaitslam sweep.
 Exit codes: 0 tuned; 1 worse than the start on the hold-out recordings, so that there is no best.yaml; 2 wrong usage
 or configuration.)";
@@ -104,11 +107,23 @@ tune::RunTasks run_in_processes(const TuneRequest& request, const fs::path& out,
   };
 }
 
+/// Throws UsageError where the folder holds the finished result of a tuning of another name.
+void require_same_tuning(const fs::path& out, const tune::Spec& spec) {
+  const auto made = sim::files::listed_in(out);
+  if (!made || !made->contains("tune.json") || !fs::exists(out / "tune.json")) return;
+  const std::string name = sim::files::read_json(out / "tune.json").at("name").text();
+  if (name != spec.name)
+    throw UsageError(fmt::format("{}: holds the result of the tuning {}, not of {}; name another folder",
+                                 out.string(), name, spec.name));
+}
+
 int tune_by(const TuneRequest& request) {
   require_usable(request.backend, request.out.out.value_or(""));
   tune::Spec spec = tune::read_spec(request.spec);
+  const fs::path standard = fs::path("results") / ("tune-" + spec.name);
+  require_same_tuning(request.out.out.value_or(standard.string()), spec);
   const OutFolder folder(
-      request.out, fs::path("results") / ("tune-" + spec.name),
+      request.out, standard,
       {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "parts/", "slurm/"},
        .continues = true});
   const fs::path& out = folder.path();
