@@ -128,6 +128,20 @@ TEST_F(OwnFiles, WhatIsReadIsNotReplaced) {
     expect_spared(command, "one", "would be replaced, and the command reads one/seed-1");
 }
 
+TEST_F(OwnFiles, TheCurrentFolderIsNotReplaced) {
+  run("--out one");
+  for (const std::string command : {"replay ../one/seed-1", "export ../one/seed-1 --format tum"})
+    for (const std::string out : {".", "./", "\"$PWD\"", "../here"}) {
+      const Ran ran =
+          shell("rm -rf here; mkdir here; cd here; " GAITSLAM_PROGRAM " " + command + " --out " + out);
+      EXPECT_EQ(ran.exit_code, 2) << command << out;
+      EXPECT_THAT(
+          ran.err,
+          HasSubstr(": is the current folder or has it in it, and would be replaced; name another folder"));
+      EXPECT_TRUE(fs::is_empty(folder_ / "here"));
+    }
+}
+
 TEST_F(OwnFiles, AReportAsksBeforeItReplacesAFile) {
   run("--out one");
   write("page.html", "mine");

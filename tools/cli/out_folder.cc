@@ -34,6 +34,12 @@ fs::path nearest_existing(const fs::path& folder) {
   return nearest;
 }
 
+/// Whether the folder is the other path or above it.
+bool holds(const fs::path& folder, const fs::path& path) {
+  const fs::path above = fs::weakly_canonical(folder), below = fs::weakly_canonical(path);
+  return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();
+}
+
 void require_folder(const fs::path& path) {
   if (path.empty()) throw UsageError("--out: is empty, expected a folder for results");
   std::error_code fault;
@@ -90,9 +96,7 @@ void add_out(CLI::App& command, OutRequest& request) {
 }
 
 void require_outside(const fs::path& out, const fs::path& read) {
-  const fs::path above = fs::weakly_canonical(out), below = fs::weakly_canonical(read);
-  const auto [end, unused] = std::mismatch(above.begin(), above.end(), below.begin(), below.end());
-  if (end == above.end())
+  if (holds(out, read))
     throw UsageError(fmt::format("{}: would be replaced, and the command reads {}; name another folder",
                                  out.string(), read.string()));
 }
@@ -113,6 +117,10 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   require_folder(path_);
   goes_on_ = was_interrupted(path_, use.identity);
   if (request.out && !request.force && !use.continues && !goes_on_) require_empty(path_);
+  if (use.replaces && holds(path_, fs::current_path()))
+    throw UsageError(
+        fmt::format("{}: is the current folder or has it in it, and would be replaced; name another folder",
+                    path_.string()));
   if (use.replaces) files::require_own(path_.has_filename() ? path_ : path_.parent_path());
   for (const std::string& result : use.results) files::require_own(path_ / result);
   existing_ = nearest_existing(path_);

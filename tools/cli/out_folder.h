@@ -49,7 +49,8 @@ void require_new_file(const fs::path& file, bool force);
 class OutFolder {
  public:
   /// Throws UsageError when nothing can be written below the folder (which need not exist yet), when --out
-  /// names a folder that is not empty and --force is not given, or when another process writes there;
+  /// names a folder that is not empty and --force is not given, when the current folder would be replaced, or
+  /// when another process writes there;
   /// FileError when anything would be replaced that the program did not make. Leftovers of killed processes
   /// are removed and count for nothing.
   OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use = {});
