@@ -211,16 +211,64 @@ TEST_F(OutsideEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLe
   EXPECT_EQ(fs::last_write_time(folder_ / "e/walk/seed-1/score.json"), made);
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-2/score.json"));
   EXPECT_EQ(text_of("runs"), "run\nrun\nrun\n");
-  ASSERT_EQ(shell(evaluate).exit_code, 0);
+  ASSERT_EQ(shell(evaluate + " --force").exit_code, 0);
   EXPECT_EQ(text_of("runs"), "run\nrun\nrun\nrun\nrun\n") << "it was finished: all is done again";
+}
+
+// The old results look younger than the command, as after the clock was set back.
+TEST_F(OutsideEstimator, ResultsOfAnEarlierEvaluationAreNotTakenForThoseOfTheInterruptedOne) {
+  short_walks("r", "2");
+  write("plan.sh",
+        "echo run >> runs\n"
+        "[ -e go ] || sleep 1000\n"
+        "grep -v '^#' \"$1/plan.txt\" > \"$2\"\n");
+  const std::string evaluate = GAITSLAM_PROGRAM
+      " evaluate r/seed-1 r/seed-2 --format tum --out e --force --command 'sh plan.sh {folder} {trajectory}'";
+  write("go", "");
+  ASSERT_EQ(shell(evaluate).exit_code, 0);
+  shell("touch -d '+1 hour' e/walk/seed-*/score.json; rm go runs; " + evaluate +
+        " & command=$!; until [ -e runs ]; do sleep 0.02; done; kill -9 $command; wait $command");
+  write("go", "");
+  const Ran ran = shell(evaluate);
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("finished before")));
+  EXPECT_EQ(text_of("runs"), "run\nrun\nrun\n");
+}
+
+TEST_F(OutsideEstimator, EvaluateReplacesNothingThatItReads) {
+  short_walks("results/walk", "1 2");
+  short_walks("e/walk/seed-1/kept", "1");
+  for (const std::string command :
+       {"results/walk/seed-1 --out results", "results/walk/seed-* --out results",
+        "results/walk/seed-1 --out results --force", "e/walk/seed-1/kept/seed-1 --out e"})
+    expect_refused("evaluate --format tum --name other --command 'false # {trajectory}' " + command,
+                   "walk/seed-1: would be replaced, and the command reads ");
+  EXPECT_TRUE(fs::exists(folder_ / "results/walk/seed-1/recording"));
+  EXPECT_FALSE(fs::exists(folder_ / "results/.unfinished"));
+}
+
+TEST_F(OutsideEstimator, EvaluateReplacesAnEarlierResultByForceAlone) {
+  short_walks("r", "2");
+  const std::string plan =
+      " --format tum --out e --command 'grep -v \"^#\" {folder}/plan.txt > {trajectory}'";
+  ASSERT_EQ(gaitslam("evaluate r/seed-1" + plan).exit_code, 0);
+  const auto made = fs::last_write_time(folder_ / "e/walk/seed-1/score.json");
+  for (const char* recordings : {"r/seed-1", "r/seed-2 r/seed-1"})
+    expect_refused(std::string("evaluate ") + recordings + plan,
+                   "e/walk/seed-1: exists already; --force replaces it");
+  EXPECT_FALSE(fs::exists(folder_ / "e/walk/seed-2"));
+  EXPECT_EQ(gaitslam("evaluate r/seed-2" + plan).exit_code, 0) << "beside it";
+  EXPECT_EQ(fs::last_write_time(folder_ / "e/walk/seed-1/score.json"), made);
+  EXPECT_EQ(gaitslam("evaluate r/seed-1 r/seed-2 --force" + plan).exit_code, 0);
+  EXPECT_NE(fs::last_write_time(folder_ / "e/walk/seed-1/score.json"), made);
 }
 
 TEST_F(OutsideEstimator, NoTruthIsInWhatACommandIsGiven) {
   for (const char* format : {"euroc", "openvins", "orbslam3", "tum", "kitti"}) {
-    const Ran ran =
-        gaitslam(fmt::format("evaluate r/seed-1 --format {} --out e --command 'cp -r {{folder}} kept-{} && "
-                             "false # {{trajectory}}'",
-                             format, format));
+    const Ran ran = gaitslam(
+        fmt::format("evaluate r/seed-1 --format {} --out e --force --command 'cp -r {{folder}} kept-{} && "
+                    "false # {{trajectory}}'",
+                    format, format));
     EXPECT_EQ(ran.exit_code, 3) << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("estimator_failed: the command failed: it ended with exit code 1"));
     const Ran found =

@@ -133,14 +133,16 @@ scenario::ReadScenario with_command(const fs::path& folder, const EvaluateReques
   return read;
 }
 
-/// One of the recordings, and where its result goes.
+/// One of the recordings, and where its result goes within the folder that all of them are written to.
 struct Evaluated {
-  fs::path recorded, result;
+  fs::path recorded;
+  std::string result;
   scenario::ReadScenario read;
 };
 
 /// of: "", or which of how many recordings it is.
-int evaluate_one(const Evaluated& one, const EvaluateRequest& request, const std::string& of) {
+int evaluate_one(const Evaluated& one, const fs::path& result_folder, const EvaluateRequest& request,
+                 const std::string& of) {
   const scenario::Scenario& s = one.read.scenario;
   const fs::path& folder = one.recorded;
   result::Outcome outcome;
@@ -151,24 +153,22 @@ int evaluate_one(const Evaluated& one, const EvaluateRequest& request, const std
                         scratch / "export", sim::files::Existing::refuse);
     const result::Timing timing;
     const replay::OutsideRun run = run_command(request, scratch);
-    const result::ResultPlace place{one.result, sim::files::Existing::replace, {}, kVersion, kRevision,
+    const result::ResultPlace place{result_folder, sim::files::Existing::replace, {}, kVersion, kRevision,
                                     libraries()};
     outcome = replay::score_outside(one.read, folder / "recording", replay::read_walk_end(folder), run, place,
                                     timing);
   }
-  return cli::report(outcome, one.result);
+  return cli::report(outcome, result_folder);
 }
 
-/// The results are named within the folder that all of them are written to.
 std::vector<Evaluated> read_results(const EvaluateRequest& request) {
   std::vector<Evaluated> all;
-  std::map<fs::path, std::string> from;
+  std::map<std::string, std::string> from;
   for (const std::string& folder : request.results) {
     scenario::ReadScenario read = with_command(folder, request);
-    const fs::path result = fs::path(read.scenario.name) / fmt::format("seed-{}", read.scenario.seed);
+    const std::string result = fmt::format("{}/seed-{}", read.scenario.name, read.scenario.seed);
     if (const auto [earlier, is_new] = from.emplace(result, folder); !is_new)
-      throw UsageError(
-          fmt::format("{} and {} would both be written to {}", earlier->second, folder, result.string()));
+      throw UsageError(fmt::format("{} and {} would both be written to {}", earlier->second, folder, result));
     all.push_back({folder, result, std::move(read)});
   }
   return all;
@@ -185,27 +185,36 @@ std::string identity_of(const std::vector<Evaluated>& all, const EvaluateRequest
   return identity_of_runs(scenarios, {}, request.undistort ? "undistorted" : "");
 }
 
+/// Throws UsageError where a result would replace a recording that is read.
+void require_outside_of_all(const fs::path& folder, const std::vector<Evaluated>& all) {
+  for (const Evaluated& written : all)
+    for (const Evaluated& read : all) require_outside(folder / written.result, read.recorded);
+}
+
 int evaluate(const EvaluateRequest& request) {
   convention_of(request.format), body_of(request), alignment_of(request);
   if (request.command.find("{trajectory}") == std::string::npos)
     throw UsageError("--command: expected {trajectory} in it, the file that it is to write");
-  std::vector<Evaluated> all = read_results(request);
+  const std::vector<Evaluated> all = read_results(request);
+  const fs::path standard = fs::path("results") / all.front().read.scenario.estimator.name;
+  require_outside_of_all(request.out ? fs::path(*request.out) : standard, all);
   std::vector<std::string> results;
-  for (const Evaluated& one : all) results.push_back(one.result.string());
+  for (const Evaluated& one : all) results.push_back(one.result);
   const OutFolder out(
-      request, fs::path("results") / all.front().read.scenario.estimator.name,
+      request, standard,
       {.results = std::move(results), .continues = true, .identity = identity_of(all, request)});
   int exit_code = 0, number = 0;
-  for (Evaluated& one : all) {
+  for (const Evaluated& one : all) {
     ++number;
-    one.result = out.path() / one.result;
-    if (out.has_made(one.result)) {
-      std::cout << fmt::format("{} finished before\n", one.result.string());
-      exit_code = std::max(exit_code, sim::regression::read_result(one.result).exit_code);
+    const fs::path result = out.path() / one.result;
+    if (out.has_made(one.result) && is_finished(result, one.read.scenario, one.read.scenario.seed)) {
+      std::cout << fmt::format("{} finished before\n", result.string());
+      exit_code = std::max(exit_code, sim::regression::read_result(result).exit_code);
       continue;
     }
     const std::string of = all.size() > 1 ? fmt::format(" ({} of {})", number, all.size()) : "";
-    exit_code = std::max(exit_code, evaluate_one(one, request, of));
+    exit_code = std::max(exit_code, evaluate_one(one, result, request, of));
+    out.note_made(one.result);
   }
   out.finished();
   return exit_code;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "sim/files/claim.h"
 #include "sim/files/durable_file.h"
@@ -24,7 +25,8 @@ namespace {
 
 namespace files = sim::files;
 
-/// Holds the identity of a command from its beginning to its end.
+/// Is there from the beginning of a command to its end. Its first line identifies the command, the others are
+/// what it has finished.
 constexpr const char* kUnfinished = ".unfinished";
 
 fs::path nearest_existing(const fs::path& folder) {
@@ -71,11 +73,24 @@ int why_not_writable(const fs::path& folder) {
   return access(folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
 }
 
-bool was_interrupted(const fs::path& folder, const std::string& identity) {
+/// What the same command has finished before it was interrupted; nothing where it was not.
+std::optional<std::set<std::string>> made_before(const fs::path& folder, const std::string& identity) {
   const fs::path file = folder / kUnfinished;
   std::error_code fault;
-  return !identity.empty() && files::has_marker(folder) &&
-         fs::is_regular_file(fs::symlink_status(file, fault)) && files::read_text(file) == identity + "\n";
+  if (identity.empty() || !files::has_marker(folder) || !fs::is_regular_file(fs::symlink_status(file, fault)))
+    return std::nullopt;
+  std::istringstream lines(files::read_text(file));
+  std::string line;
+  if (!std::getline(lines, line) || line != identity) return std::nullopt;
+  std::set<std::string> made;
+  while (std::getline(lines, line)) made.insert(line);
+  return made;
+}
+
+void require_absent(const fs::path& folder, const std::vector<std::string>& results) {
+  for (const std::string& result : results)
+    if (fs::exists(folder / result / "score.json"))
+      throw UsageError(fmt::format("{}: exists already; --force replaces it", (folder / result).string()));
 }
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
@@ -113,10 +128,14 @@ void require_new_file(const fs::path& file, bool force) {
 OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use)
     : path_(request.out ? fs::path(*request.out) : standard),
       names_(use.names),
+      identity_(use.identity),
       on_interrupt_(kept_text(path_, use)) {
   require_folder(path_);
-  goes_on_ = was_interrupted(path_, use.identity);
-  if (request.out && !request.force && !use.continues && !goes_on_) require_empty(path_);
+  const auto made = made_before(path_, use.identity);
+  goes_on_ = made.has_value();
+  made_ = made.value_or(std::set<std::string>());
+  if (request.out && !request.force && !goes_on_)
+    use.continues ? require_absent(path_, use.results) : require_empty(path_);
   if (use.replaces && holds(path_, fs::current_path()))
     throw UsageError(
         fmt::format("{}: is the current folder or has it in it, and would be replaced; name another folder",
@@ -138,19 +157,18 @@ void OutFolder::begin(const OutUse& use) {
     throw UsageError(fmt::format("{}: another process is writing there: wait for it, or name another folder",
                                  path_.string()));
   std::vector<std::string> names = use.names;
-  if (!use.identity.empty()) names.push_back(kUnfinished);
+  if (!identity_.empty()) names.push_back(kUnfinished);
   files::claim(path_, names);
-  if (!use.identity.empty() && !goes_on_) files::write_durably(path_ / kUnfinished, use.identity + "\n");
+  if (!identity_.empty() && !goes_on_) files::write_durably(path_ / kUnfinished, identity_ + "\n");
 }
 
-// A result is younger than the beginning of the command that made it.
-bool OutFolder::has_made(const fs::path& result) const {
-  std::error_code fault;
-  return goes_on_ && fs::is_regular_file(result / "score.json", fault) &&
-         fs::last_write_time(result / "score.json", fault) > fs::last_write_time(path_ / kUnfinished, fault);
+void OutFolder::note_made(const std::string& name) const {
+  if (!identity_.empty())
+    files::write_durably(path_ / kUnfinished, files::read_text(path_ / kUnfinished) + name + "\n");
 }
 
 void OutFolder::finished() const {
+  if (identity_.empty()) return;  // another command may have been interrupted here
   std::error_code fault;
   fs::remove(path_ / kUnfinished, fault);
 }

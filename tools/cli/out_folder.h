@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,7 @@ struct OutUse {
   std::vector<std::string> names{};
   /// Folders in it that are replaced one by one, as paths within it.
   std::vector<std::string> results{};
-  /// It goes on with what it finds there, without --force.
+  /// It adds to what it finds there, without --force; none of its `results` may be there.
   bool continues = false;
   /// Identifies a command that goes on, without --force, where the same one was interrupted; else empty.
   std::string identity{};
@@ -61,8 +62,10 @@ class OutFolder {
   const fs::path& path() const { return path_; }
   /// Whether the same command was interrupted there.
   bool goes_on() const { return goes_on_; }
-  /// Whether the interrupted command has made this result, which the folder holds.
-  bool has_made(const fs::path& result) const;
+  /// Whether the interrupted command has noted this as finished.
+  bool has_made(const std::string& name) const { return made_.contains(name); }
+  /// Notes for the same command, should this one be interrupted, what is finished: a path within the folder.
+  void note_made(const std::string& name) const;
   /// The command has done what it was to do.
   void finished() const;
 
@@ -72,7 +75,9 @@ class OutFolder {
 
   fs::path path_, existing_;
   std::vector<std::string> names_;
+  std::string identity_;
   bool goes_on_ = false;
+  std::set<std::string> made_;  ///< by the interrupted command
   std::optional<sim::files::FileLock> lock_;
   OnInterrupt on_interrupt_;
 };
