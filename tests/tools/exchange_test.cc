@@ -124,4 +124,20 @@ TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
             "gaitslam: --out: expected a .mp4 or .webm file, not 'v.gif'\n");
 }
 
+// A limit of the size of files, in blocks of 512 bytes, stands for a full disk.
+TEST_F(Exchange, AVideoThatCannotBeWrittenReplacesNone) {
+  for (const std::string video : {"v.mp4", "v.webm"}) {
+    ASSERT_EQ(gaitslam("video r/seed-1 --out " + video).exit_code, 0);
+    const std::string whole = text_of(video);
+    for (const std::size_t blocks : {std::size_t{4}, whole.size() / 1024, (whole.size() - 1) / 512}) {
+      const tests::Ran ran = shell("trap '' XFSZ; ulimit -f " + std::to_string(blocks) +
+                                   "; exec " GAITSLAM_PROGRAM " video r/seed-1 --force --out " + video);
+      EXPECT_EQ(ran.exit_code, 2) << video << ' ' << blocks;
+      EXPECT_THAT(ran.err, testing::MatchesRegex("gaitslam: ffmpeg failed: [^\n]*: File too large\n"));
+      EXPECT_EQ(ran.out, "");
+      EXPECT_TRUE(text_of(video) == whole) << video << ' ' << blocks;
+    }
+  }
+}
+
 }  // namespace

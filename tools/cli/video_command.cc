@@ -78,14 +78,23 @@ class Encoder {
 
  private:
   std::vector<std::string> command(const cv::Size& size) const {
-    std::vector<std::string> words{"ffmpeg",      "-loglevel",
-                                   "error",       "-y",
-                                   "-f",          "rawvideo",
-                                   "-pix_fmt",    "bgr24",
-                                   "-video_size", fmt::format("{}x{}", size.width, size.height),
-                                   "-framerate",  fmt::format("{}", rate_hz_),
-                                   "-i",          "-",
-                                   "-pix_fmt",    "yuv420p",
+    std::vector<std::string> words{"ffmpeg",
+                                   "-loglevel",
+                                   "error",
+                                   "-xerror",
+                                   "-y",
+                                   "-f",
+                                   "rawvideo",
+                                   "-pix_fmt",
+                                   "bgr24",
+                                   "-video_size",
+                                   fmt::format("{}x{}", size.width, size.height),
+                                   "-framerate",
+                                   fmt::format("{}", rate_hz_),
+                                   "-i",
+                                   "-",
+                                   "-pix_fmt",
+                                   "yuv420p",
                                    "-bitexact"};
     using Words = std::vector<std::string>;
     const Words codec =

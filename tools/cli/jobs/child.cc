@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,8 +23,9 @@ std::string where_from(const std::string& program) {
   return "";
 }
 
-// Starts a program with `input` as its standard input, or with none where that is negative.
-pid_t start(const std::vector<std::string>& argv, int input) {
+// Starts a program with `input` as its standard input, or with none where that is negative, and `errors` as
+// its standard error, or with ours.
+pid_t start(const std::vector<std::string>& argv, int input, int errors) {
   std::vector<char*> arguments;
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
@@ -33,6 +35,7 @@ pid_t start(const std::vector<std::string>& argv, int input) {
     posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   else
     posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
+  if (errors >= 0) posix_spawn_file_actions_adddup2(&files, errors, STDERR_FILENO);
   pid_t process = 0;
   const int fault = posix_spawnp(&process, arguments[0], &files, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&files);
@@ -49,10 +52,18 @@ bool ends_well(pid_t process) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
+// The first line of a file, after ": "; empty where it has none.
+std::string first_line(int file) {
+  std::array<char, 1000> bytes{};
+  const ssize_t n = ::pread(file, bytes.data(), bytes.size(), 0);
+  const std::string_view text(bytes.data(), n < 0 ? 0 : static_cast<std::size_t>(n));
+  return text.empty() ? "" : fmt::format(": {}", text.substr(0, text.find('\n')));
+}
+
 }  // namespace
 
 void run_child(const std::vector<std::string>& argv) {
-  if (!ends_well(start(argv, -1))) throw std::runtime_error(fmt::format("{} failed", argv[0]));
+  if (!ends_well(start(argv, -1, -1))) throw std::runtime_error(fmt::format("{} failed", argv[0]));
 }
 
 FedChild::FedChild(const std::vector<std::string>& argv) : name_(argv[0]) {
@@ -61,26 +72,33 @@ FedChild::FedChild(const std::vector<std::string>& argv) : name_(argv[0]) {
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
     throw std::runtime_error(fmt::format("no pipe to {}: {}", name_, std::strerror(errno)));
   input_ = ends[1];
+  errors_ = ::memfd_create("errors", MFD_CLOEXEC);
   try {
-    process_ = start(argv, ends[0]);
+    process_ = start(argv, ends[0], errors_);
   } catch (...) {
-    ::close(ends[0]), ::close(ends[1]);
+    ::close(ends[0]), ::close(ends[1]), ::close(errors_);
     throw;
   }
   ::close(ends[0]);
 }
 
 FedChild::~FedChild() {
-  if (input_ < 0) return;
-  ::close(input_);
-  ends_well(process_);
+  if (input_ >= 0) {
+    ::close(input_);
+    ends_well(process_);
+  }
+  ::close(errors_);
 }
 
 void FedChild::write(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(input_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw std::runtime_error(fmt::format("{} ended early: {}", name_, std::strerror(errno)));
+    if (n < 0) {
+      const std::string fault = std::strerror(errno);
+      finish();
+      throw std::runtime_error(fmt::format("{} ended early: {}", name_, fault));
+    }
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
 }
@@ -88,7 +106,7 @@ void FedChild::write(std::string_view bytes) {
 void FedChild::finish() {
   ::close(input_);
   input_ = -1;
-  if (!ends_well(process_)) throw std::runtime_error(fmt::format("{} failed", name_));
+  if (!ends_well(process_)) throw std::runtime_error(fmt::format("{} failed{}", name_, first_line(errors_)));
 }
 
 }  // namespace cli

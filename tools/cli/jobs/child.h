@@ -11,7 +11,8 @@ namespace cli {
 /// be started or does not end with exit code 0. It writes to our standard error.
 void run_child(const std::vector<std::string>& argv);
 
-/// A program that reads its standard input from us; otherwise as run_child.
+/// A program that reads its standard input from us; otherwise as run_child, but that the first line that it
+/// writes to its standard error is in the exception.
 class FedChild {
  public:
   explicit FedChild(const std::vector<std::string>& argv);
@@ -26,7 +27,7 @@ class FedChild {
 
  private:
   std::string name_;
-  int process_ = 0, input_ = -1;
+  int process_ = 0, input_ = -1, errors_ = -1;
 };
 
 }  // namespace cli
