@@ -2,6 +2,7 @@
 // they are the same bytes for any number of jobs and however often the sweep is killed.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -112,6 +113,30 @@ TEST_F(SweepTest, FinishedTrialsAreNotTriedAgain) {
   shell("sed -i 's/\"rmse_m\":[0-9.e-]*/\"rmse_m\":42/' sweep/trials.jsonl");
   ASSERT_EQ(gaitslam(sweep).exit_code, 0);
   EXPECT_EQ(lines("sweep/scores.jsonl")[1]["values"]["rmse_m"], 42) << "it was taken from the log";
+}
+
+// Scores of trials that were finished before are marked in the log.
+TEST_F(SweepTest, ByForceItGoesOnWhereTheSameWasInterrupted) {
+  const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 30)' --out s ";
+  ASSERT_EQ(gaitslam("sweep walk.yaml slam.vision.sigma_px=4 --out s").exit_code, 0);
+  const std::string old = text_of("s/scores.csv"), old_lines = text_of("s/scores.jsonl");
+  shell(GAITSLAM_PROGRAM " " + sweep +
+        "--force & sweep=$!; while kill -0 $sweep && [ \"$(cat s/parts/*.log | wc -l)\" -lt 4 ]; do sleep "
+        "0.02; done; kill -9 $sweep; wait $sweep");
+  EXPECT_EQ(text_of("s/scores.csv"), old) << "the new ones are not whole";
+  EXPECT_EQ(text_of("s/scores.jsonl"), old_lines);
+  const Ran marked = shell("sleep 0.2; sed -i 's/\"rmse_m\":[0-9.e-]*/\"rmse_m\":42/' s/parts/*.log");
+  ASSERT_EQ(marked.exit_code, 0) << marked.err;
+  const auto taken_from_the_log = [&] {
+    const std::vector<json> scores = lines("s/scores.jsonl");
+    EXPECT_EQ(scores.size(), 30u);
+    return std::count_if(scores.begin(), scores.end(),
+                         [](const json& score) { return score["values"]["rmse_m"] == 42; });
+  };
+  ASSERT_EQ(gaitslam(sweep + "--force").exit_code, 0);
+  EXPECT_GE(taken_from_the_log(), 3);
+  ASSERT_EQ(gaitslam(sweep + "--force").exit_code, 0);
+  EXPECT_EQ(taken_from_the_log(), 0) << "it was finished: all is done again";
 }
 
 // A process may take one second here, which the long walk's simulation needs more than.

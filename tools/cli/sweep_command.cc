@@ -146,15 +146,8 @@ std::string purpose(const Sweep& sweep) {
                      sweep.keys.size(), hash.hex());
 }
 
-/// Throws UsageError when the folder has the log of another sweep; with --force removes it.
-void require_own_folder(const SweepRequest& request, const fs::path& out, const std::string& purpose) {
-  const fs::path log = out / "trials.jsonl";
-  if (request.force) {
-    for (const char* old : {"trials.jsonl", "scores.csv", "scores.jsonl"}) fs::remove(out / old);
-    remove_parts(out / "parts");
-    remove_arrays(out / "slurm");
-    return;
-  }
+/// Throws UsageError when the folder has the log of another sweep.
+void require_own_log(const fs::path& log, const std::string& purpose) {
   std::string first;
   std::ifstream in(log);
   const bool whole = std::getline(in, first) && !in.eof();  // else a process was killed while it wrote it
@@ -163,6 +156,16 @@ void require_own_folder(const SweepRequest& request, const fs::path& out, const 
         "{}: is of another sweep, other scenarios or another program; --force starts again, --out "
         "names another folder",
         log.string()));
+}
+
+/// Removes the trials of an earlier sweep, once, and leaves its scores until new ones replace them.
+void remove_earlier_trials(const OutFolder& folder) {
+  constexpr const char* kRemoved = "earlier trials removed";
+  if (folder.has_made(kRemoved)) return;
+  fs::remove(folder.path() / "trials.jsonl");
+  remove_parts(folder.path() / "parts");
+  remove_arrays(folder.path() / "slurm");
+  folder.note_made(kRemoved);
 }
 
 void make_recordings(const Sweep& sweep, const Recordings& recordings, const Backend& backend) {
@@ -227,13 +230,15 @@ int sweep(const SweepRequest& request) {
     return 0;
   }
   const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
-  const bool begun = fs::exists((request.out ? fs::path(*request.out) : standard) / "trials.jsonl");
+  const fs::path old_log = (request.out ? fs::path(*request.out) : standard) / "trials.jsonl";
+  if (!request.force) require_own_log(old_log, purpose(sweep));
   const OutFolder folder(
       request, standard,
       {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios/", "parts/", "slurm/"},
-       .continues = begun});
+       .continues = fs::exists(old_log),
+       .identity = purpose(sweep) + (request.force ? " --force" : "")});
   const fs::path& out = folder.path();
-  require_own_folder(request, out, purpose(sweep));
+  if (request.force) remove_earlier_trials(folder);
   fs::create_directories(out);
   write_scenarios(sweep, out);
   tune::TrialLog log(out / "trials.jsonl", purpose(sweep));
@@ -250,7 +255,9 @@ int sweep(const SweepRequest& request) {
   }
   remove_arrays(backend.spool);
   log.sort();
-  return finish(sweep, log, out);
+  const int exit_code = finish(sweep, log, out);
+  folder.finished();
+  return exit_code;
 }
 
 }  // namespace
