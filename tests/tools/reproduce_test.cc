@@ -82,6 +82,14 @@ TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
   EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
 }
 
+TEST_F(ReproduceTest, TheRecordingsThatItReadsStayWhereTheyAre) {
+  write("p/tangent_circle/seed-3/recording/kept", "recorded");
+  for (const char* out : {"p", "./s/../p"})
+    EXPECT_THAT(refusal("reproduce --scenarios s --seeds 1 --recordings p --out " + std::string(out)),
+                HasSubstr("would be replaced, and the command reads p/"));
+  EXPECT_EQ(text_of("p/tangent_circle/seed-3/recording/kept"), "recorded");
+}
+
 TEST_F(ReproduceTest, WhatIsWrongIsSaidBeforeAnythingIsRun) {
   const auto complaint = [&](const std::string& arguments) {
     return refusal("reproduce --out out " + arguments);

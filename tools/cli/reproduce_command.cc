@@ -73,9 +73,13 @@ struct Experiment {
   fs::path root, recordings;  ///< recordings: empty where the experiment simulates its walks
 };
 
+const std::string& recorded_name(const report::PaperExperiment& what) {
+  return what.recordings.empty() ? what.name : what.recordings;
+}
+
 /// The folder of the recordings that an experiment replays; empty where it simulates its walks.
 fs::path recordings_of(const report::PaperExperiment& what, const ReproduceRequest& request) {
-  const std::string& name = what.recordings.empty() ? what.name : what.recordings;
+  const std::string& name = recorded_name(what);
   if (request.recordings && fs::is_directory(*request.recordings / name)) return *request.recordings / name;
   return what.recordings.empty() ? fs::path() : request.out / what.recordings;
 }
@@ -172,12 +176,21 @@ void open_view(ViewRequest& place) {
   std::cout << "view at " << sim::view::url(access) << std::endl;
 }
 
+/// Throws UsageError where results would replace recordings that were asked for.
+void require_outside_of_recordings(const ReproduceRequest& request) {
+  if (!request.recordings) return;
+  for (const report::PaperExperiment& written : report::paper_experiments())
+    for (const report::PaperExperiment& read : report::paper_experiments())
+      require_outside(request.out / written.name, *request.recordings / recorded_name(read));
+}
+
 int reproduce(ReproduceRequest& request) {
   require_simulator();
   if (request.view.view && (request.jobs > 1 || request.cached))
     throw UsageError("--view shows one walk at a time as it goes on, expected --jobs 1 and no --cached");
   const std::vector<std::uint64_t> seeds = parse_seeds(request.seeds);
   const std::vector<Experiment> experiments = plan(request);
+  require_outside_of_recordings(request);
   const OutFolder out({}, request.out, {.names = {"index.html"}, .continues = true});
   if (request.view.view) open_view(request.view);
   bool all_there = true;
