@@ -104,6 +104,41 @@ TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
   EXPECT_THAT(partial("killed"), IsEmpty());
 }
 
+// The estimator writes the file `ran`.
+TEST_F(Interruption, OlderResultsAreNotTakenForThoseOfTheInterruptedCommand) {
+  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
+  const std::string run =
+      "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1,2 --out h --force";
+  ok(run);
+  ASSERT_EQ(
+      shell("echo 'open(\"ran\", \"a\").write(\"x\")' | cat - gyro.py > new && mv new gyro.py").exit_code, 0);
+  ended_when("[ -e h/.unfinished ]", "KILL", run);
+  fs::remove(folder_ / "ran");
+  const Ran again = gaitslam(run);
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.out, Not(HasSubstr("finished before")));
+  EXPECT_EQ(text_of("ran"), "xx");
+}
+
+TEST_F(Interruption, WithOtherModelsOrAnotherEstimatorItIsAnotherCommand) {
+  for (const char* models : {"m", "m2"})
+    fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/models", folder_ / models);
+  ASSERT_EQ(shell("echo '<!-- other -->' >> m2/office.xml").exit_code, 0);
+  const std::string blind = kBlind + "--seeds 1..3 --out h ";
+  ended_when("[ -e h/seed-2 ]", "KILL", blind + "--models m");
+  EXPECT_EQ(gaitslam(blind + "--models m2").exit_code, 2);
+  const Ran other = gaitslam(blind + "--models m2 --force");
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_THAT(other.out, Not(HasSubstr("finished before")));
+
+  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
+  const std::string run =
+      "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1..3 --out k";
+  ended_when("[ -e k/seed-2 ]", "KILL", run);
+  ASSERT_EQ(shell("echo '# other' >> gyro.py").exit_code, 0);
+  EXPECT_EQ(gaitslam(run).exit_code, 2);
+}
+
 TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
   for (const std::string& command : {kBlind + "--out h", kBlind + "--seeds 1,2 --out h"}) {
     ended_when("[ -e h/.seed-1.partial/recording ]", "KILL", command);
@@ -123,6 +158,10 @@ TEST_F(LongInterruption, ASuiteGoesOnByTheSameCommand) {
   EXPECT_EQ(last.exit_code, 0) << last.err;
   EXPECT_THAT(last.out, HasSubstr("IDENTICAL"));
   EXPECT_THAT(differences(folder_ / "first", folder_ / "killed"), IsEmpty());
+  const auto made = fs::last_write_time(folder_ / "killed/walk/seed-1/score.json");
+  ended_when("[ -e killed/.unfinished ]", "KILL", "regress suites/ci.yaml --out killed --force");
+  ok("regress suites/ci.yaml --out killed --force");
+  EXPECT_NE(fs::last_write_time(folder_ / "killed/walk/seed-1/score.json"), made) << "it was older";
 }
 
 TEST_F(Interruption, LeftoversInTheTemporaryFolderGoWithTheNextStart) {

@@ -6,6 +6,7 @@
 #include "sim/files/text.h"
 #include "sim/result/about_file.h"
 #include "sim/tune/trial_log.h"
+#include "tools/cli/estimator_files.h"
 #include "tools/cli/version.h"
 
 namespace cli {
@@ -33,12 +34,19 @@ bool is_finished(const fs::path& result, sim::scenario::Scenario scenario, std::
          sim::files::read_text(result / "scenario.yaml") == sim::scenario::to_yaml(scenario);
 }
 
-std::vector<std::uint64_t> unfinished(const fs::path& root, const sim::scenario::Scenario& scenario,
+std::vector<std::uint64_t> unfinished(const OutFolder& out, const std::string& within,
+                                      const sim::scenario::Scenario& scenario,
                                       const std::vector<std::uint64_t>& seeds) {
   std::vector<std::uint64_t> left;
   for (const std::uint64_t seed : seeds)
-    if (!is_finished(root / fmt::format("seed-{}", seed), scenario, seed)) left.push_back(seed);
+    if (const std::string name = fmt::format("{}seed-{}", within, seed);
+        !out.has_made(name) || !is_finished(out.path() / name, scenario, seed))
+      left.push_back(seed);
   return left;
+}
+
+std::string inputs_of(const sim::scenario::Scenario& scenario) {
+  return sim::scenario::to_yaml(scenario) + estimator_files_identity(scenario.estimator);
 }
 
 std::string identity_of_runs(const std::vector<std::string>& scenarios,

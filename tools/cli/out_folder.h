@@ -60,8 +60,6 @@ class OutFolder {
   OutFolder& operator=(const OutFolder&) = delete;
 
   const fs::path& path() const { return path_; }
-  /// Whether the same command was interrupted there.
-  bool goes_on() const { return goes_on_; }
   /// Whether the interrupted command has noted this as finished.
   bool has_made(const std::string& name) const { return made_.contains(name); }
   /// Notes for the same command, should this one be interrupted, what is finished: a path within the folder.

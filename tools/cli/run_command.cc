@@ -13,6 +13,7 @@
 #include "sim/replay/replay.h"
 #include "sim/result/summary.h"
 #include "sim/scenario/yaml.h"
+#include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/finished.h"
 #include "tools/cli/jobs/batch.h"
@@ -135,19 +136,21 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   require_no_seed_typed(request);
   const std::vector<std::uint64_t> seeds = parse_seeds(*request.seeds);
   const std::string identity =
-      identity_of_runs({scenario::to_yaml(read.scenario)}, seeds, request.cached ? "cached" : "");
+      identity_of_runs({inputs_of(read.scenario), sim::tune::models_hash(request.models)}, seeds,
+                       request.cached ? "cached" : "");
   std::vector<std::string> results;
   for (const std::uint64_t seed : seeds) results.push_back(fmt::format("seed-{}", seed));
   const OutFolder out(request, standard_folder(read),
                       {.names = {"summary.json"}, .results = std::move(results), .identity = identity});
   const fs::path& root = out.path();
-  const auto left = out.goes_on() ? unfinished(root, read.scenario, seeds) : seeds;
+  const auto left = unfinished(out, "", read.scenario, seeds);
   if (left.size() < seeds.size())
     text_out() << fmt::format("{} finished before\n",
                               sim::files::counted(seeds.size() - left.size(), "seed"));
-  const auto outcomes = run_batch(
-      read.scenario,
-      {left, root, request.models, {}, read.origin, request.cached, {.jobs = request.jobs.value_or(1)}});
+  Batch batch{
+      left, root, request.models, {}, read.origin, request.cached, {.jobs = request.jobs.value_or(1)}};
+  batch.on_made = [&out](std::uint64_t seed) { out.note_made(fmt::format("seed-{}", seed)); };
+  const auto outcomes = run_batch(read.scenario, batch);
   const std::vector<result::SeedScore> scores = read_scores(root, seeds, outcomes);
   set_aside(root, results_of_other_seeds(root, seeds));
   print_complaints(outcomes);

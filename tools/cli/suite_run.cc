@@ -10,6 +10,7 @@
 #include "sim/files/text.h"
 #include "sim/regression/result_set.h"
 #include "sim/result/score_input.h"
+#include "sim/tune/recording_key.h"
 #include "tools/cli/finished.h"
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/earlier.h"
@@ -52,13 +53,16 @@ double planned_s(const walking::WalkOptions& walk) {
 }
 
 regression::ScenarioResults run_scenario(const SuiteRequest& request, const SuiteScenario& scenario,
-                                         const fs::path& root, const std::vector<std::uint64_t>& seeds,
-                                         bool goes_on, const ShowPart& show) {
+                                         const OutFolder& out, const std::vector<std::uint64_t>& seeds,
+                                         const ShowPart& show) {
+  const std::string& name = scenario.read.scenario.name;
+  const fs::path root = out.path() / name;
   // On Slurm the job array knows what has ended.
   const auto left =
-      goes_on && !request.backend.slurm() ? unfinished(root, scenario.read.scenario, seeds) : seeds;
+      request.backend.slurm() ? seeds : unfinished(out, name + "/", scenario.read.scenario, seeds);
   Batch batch{left, root, request.models, {}, scenario.read.origin, request.cached, request.backend};
   batch.progress = show;
+  batch.on_made = [&](std::uint64_t seed) { out.note_made(fmt::format("{}/seed-{}", name, seed)); };
   batch.backend.spool = root / ".slurm";
   batch.backend.seconds_each = request.cached || request.recordings ? 3 : 15;  // CPU time
   if (request.recordings) batch.recordings = *request.recordings / scenario.read.scenario.name;
@@ -93,7 +97,7 @@ void run_scenarios(const SuiteRequest& request, SuiteRun& run, const OutFolder& 
     SuiteScenario& s = run.scenarios[i];
     const std::string& name = s.read.scenario.name;
     const auto show = [&](double part) { progress.show((before_s + part * walks_s[i]) / total_s, name); };
-    s.results = run_scenario(request, s, out.path() / name, run.seeds, out.goes_on(), show);
+    s.results = run_scenario(request, s, out, run.seeds, show);
     before_s += walks_s[i];
   }
 }
@@ -117,8 +121,8 @@ std::vector<std::string> results_of(const SuiteRun& run) {
 }
 
 std::string identity_of(const SuiteRun& run, const SuiteRequest& request) {
-  std::vector<std::string> scenarios;
-  for (const SuiteScenario& s : run.scenarios) scenarios.push_back(scenario::to_yaml(s.read.scenario));
+  std::vector<std::string> scenarios{request.recordings ? "" : sim::tune::models_hash(request.models)};
+  for (const SuiteScenario& s : run.scenarios) scenarios.push_back(inputs_of(s.read.scenario));
   return identity_of_runs(scenarios, run.seeds,
                           fmt::format("{}\n{}", request.cached ? "cached" : "",
                                       request.recordings ? request.recordings->string() : ""));

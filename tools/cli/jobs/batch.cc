@@ -81,7 +81,11 @@ std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, cons
   std::optional<ProgressLine> line;
   if (!batch.progress) line.emplace(fmt::format("{} seeds of {}", batch.seeds.size(), scenario.name));
   const ShowPart show = [&](double part) { line ? line->show(part) : batch.progress(part); };
-  const std::vector<Ended> ended = run_all(lines, batch.backend, show);
+  const OnEnded on_ended = [&](std::size_t i) {
+    const Identity now = identity_of(result_folder(batch, batch.seeds[i]));
+    if (batch.on_made && now && now != before[i]) batch.on_made(batch.seeds[i]);
+  };
+  const std::vector<Ended> ended = run_all(lines, batch.backend, show, on_ended);
   std::vector<SeedOutcome> outcomes;
   std::vector<std::string> not_replaced;
   for (std::size_t i = 0; i < ended.size(); ++i) {

@@ -26,6 +26,8 @@ struct Batch {
   Backend backend{};
   ShowPart progress{};              ///< absent: a progress line on the terminal
   std::vector<std::string> more{};  ///< arguments of every process
+  /// Called when a seed has a new result, but not on Slurm; absent: not called.
+  std::function<void(std::uint64_t seed)> on_made{};
 };
 
 /// How the process of one seed ended. Where it left no result, there is none: an earlier one was moved.

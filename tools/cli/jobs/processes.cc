@@ -124,7 +124,8 @@ void die_with(pid_t parent) {
   if (getppid() != parent) raise(SIGKILL);
 }
 
-std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show) {
+std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
+                                 const OnEnded& on_ended) {
   const TemporaryFolder temporary;
   const auto log = [&](std::size_t i) { return temporary / std::to_string(i); };
   std::vector<Ended> all(command_lines.size());
@@ -148,6 +149,7 @@ std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, co
     if (ended_one == 0) usleep(kChildPollUs);
     if (process == running.end()) continue;
     all[process->second] = ended(status, log(process->second));
+    if (on_ended) on_ended(process->second);
     running.erase(process);
     ++done;
   }

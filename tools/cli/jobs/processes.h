@@ -45,8 +45,12 @@ using CommandLines = std::vector<std::vector<std::string>>;
 /// those that run as far as they are.
 using ShowPart = std::function<void(double)>;
 
+/// Called when one of the processes has ended, with its number among the command lines.
+using OnEnded = std::function<void(std::size_t)>;
+
 /// Runs this program (the running one, even when its file has been replaced) with each of the command lines,
 /// `jobs` at a time. Returns how they ended, in the order of the command lines.
-std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show);
+std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
+                                 const OnEnded& on_ended = {});
 
 }  // namespace cli

@@ -8,10 +8,11 @@ namespace cli {
 
 namespace fs = std::filesystem;
 
-std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show) {
+std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
+                           const OnEnded& on_ended) {
   if (command_lines.empty()) return {};
   return backend.slurm() ? run_on_slurm(command_lines, backend, show)
-                         : run_processes(command_lines, std::max(backend.jobs, 1), show);
+                         : run_processes(command_lines, std::max(backend.jobs, 1), show, on_ended);
 }
 
 SharedFolder::SharedFolder(const Backend& backend) {

@@ -13,8 +13,9 @@ namespace cli {
 
 /// Runs the command lines and returns how they ended, in their order. On Slurm the elements of the array last
 /// half a minute at least, those of a lost node are started again, and after this process was killed the same
-/// call continues where it stopped. Throws UsageError.
-std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show);
+/// call continues where it stopped; on_ended is not called there. Throws UsageError.
+std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
+                           const OnEnded& on_ended = {});
 
 /// A folder for files that the processes read: temporary, or on Slurm the spool, where the files stay for the
 /// lifetime of this object.
