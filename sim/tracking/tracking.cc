@@ -1,5 +1,7 @@
 #include "sim/tracking/tracking.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <new>
@@ -17,6 +19,35 @@ slam::Calibration miscalibrated(slam::Calibration calibration, const sensor_erro
     lens->k1_px2 *= 1 + errors.calibration.distortion_fraction;
   return calibration;
 }
+
+/// What was suspect in the frames of one time: each sensor with the last that was said of it.
+class Suspects {
+ public:
+  void take(const std::string& cause) {
+    const std::string sensor = cause.substr(0, cause.find(','));
+    auto found = std::find_if(said_.begin(), said_.end(), [&](const Said& s) { return s.sensor == sensor; });
+    if (found == said_.end()) found = said_.insert(found, {sensor, "", 0});
+    found->cause = cause;
+    ++found->frames, ++frames_;
+  }
+  /// With the share of the frames of each, where there are several.
+  std::string text() const {
+    if (said_.size() == 1) return said_.front().cause;
+    std::string text;
+    for (const Said& said : said_)
+      text += fmt::format("{}{} ({:.3g} % of these frames)", text.empty() ? "" : "; ", said.cause,
+                          100 * said.frames / frames_);
+    return text;
+  }
+
+ private:
+  struct Said {
+    std::string sensor, cause;
+    double frames;
+  };
+  std::vector<Said> said_;
+  double frames_ = 0;
+};
 
 }  // namespace
 
@@ -49,13 +80,17 @@ std::vector<TrackingFault> Tracked::losses() const {
 
 std::vector<TrackingFault> Tracked::suspicions() const {
   std::vector<TrackingFault> all;
-  bool trusted = true;
+  std::optional<Suspects> suspects;
   for (const TrackedFrame& frame : frames) {
     const slam::FrameReport& report = frame.report;
-    if (trusted && !report.suspect.empty()) all.push_back({report.t, std::nullopt, ""});
-    if (!trusted && report.suspect.empty()) all.back().to = report.t;
-    trusted = report.suspect.empty();
-    if (!trusted) all.back().cause = report.suspect;
+    if (report.suspect.empty()) {
+      if (suspects) all.back().to = report.t;
+      suspects.reset();
+      continue;
+    }
+    if (!suspects) all.push_back({report.t, std::nullopt, ""}), suspects.emplace();
+    suspects->take(report.suspect);
+    all.back().cause = suspects->text();
   }
   return all;
 }

@@ -48,7 +48,8 @@ struct Tracked {
   /// The estimates, each once: a refused observation makes no new one.
   std::vector<estimators::PoseEstimate> estimates() const;
   std::vector<TrackingFault> losses() const;
-  /// When a sensor contradicted all others; the cause is that of the last frame of each time.
+  /// When a sensor contradicted all others; the cause is the last one of each time. Where several sensors
+  /// were suspect in turns, it names each with its share of the frames.
   std::vector<TrackingFault> suspicions() const;
 };
 

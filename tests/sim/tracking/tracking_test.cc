@@ -102,17 +102,33 @@ TEST(Tracking, SuspicionsHaveTheirTimesAndTheLastOfTheirCauses) {
   for (int k = 0; k < 6; ++k) {
     TrackedFrame frame;
     frame.report.t = std::chrono::seconds(k);
-    if (k == 1 || k == 2 || k == 5) frame.report.suspect = "plan: " + std::to_string(k);
+    if (k == 1 || k == 2 || k == 5) frame.report.suspect = "plan, " + std::to_string(k);
     tracked.frames.push_back(frame);
   }
   const auto suspicions = tracked.suspicions();
   ASSERT_EQ(suspicions.size(), 2U);
   EXPECT_EQ(suspicions[0].from, std::chrono::seconds(1));
   EXPECT_EQ(suspicions[0].to, std::optional<slam::Stamp>(std::chrono::seconds(3)));
-  EXPECT_EQ(suspicions[0].cause, "plan: 2");
-  EXPECT_EQ(suspicions[1].cause, "plan: 5");
+  EXPECT_EQ(suspicions[0].cause, "plan, 2");
+  EXPECT_EQ(suspicions[1].cause, "plan, 5");
   EXPECT_FALSE(suspicions[1].to);
   EXPECT_FALSE(tracked.diverged());  // it still tracks
+}
+
+TEST(Tracking, ASuspicionNamesEachSensorThatWasSuspectWithItsShare) {
+  Tracked tracked;
+  for (int k = 0; k < 8; ++k) {
+    TrackedFrame frame;
+    frame.report.t = std::chrono::seconds(k);
+    const std::string sensor = k % 4 == 3 ? "leg odometry, long by " : "plan, short by ";
+    frame.report.suspect = "inconsistent: " + sensor + std::to_string(k);
+    tracked.frames.push_back(frame);
+  }
+  const auto suspicions = tracked.suspicions();
+  ASSERT_EQ(suspicions.size(), 1U);
+  EXPECT_EQ(suspicions[0].cause,
+            "inconsistent: plan, short by 6 (75 % of these frames); "
+            "inconsistent: leg odometry, long by 7 (25 % of these frames)");
 }
 
 TEST(Tracking, AFilterThatNeverSeesIsLostAfterTwoSecondsAndDivergesAfterTenMore) {
