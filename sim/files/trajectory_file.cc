@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sim::files {
@@ -40,7 +41,8 @@ void settle_stamps(TrajectoryFile& read, const std::vector<TextLine>& lines) {
 }
 
 TrajectoryFile read_tum_like(const std::vector<TextLine>& lines) {
-  const std::size_t n = lines.front().size();
+  const auto with_covariance = [](const TextLine& line) { return line.size() == 20; };
+  const std::size_t n = std::any_of(lines.begin(), lines.end(), with_covariance) ? 20 : 8;
   const Unit unit = unit_of(lines);
   TrajectoryFile read{
       n == 20 ? "TUM with covariance" : "TUM", unit == Unit::seconds ? "seconds" : "nanoseconds", {}};

@@ -16,8 +16,8 @@ struct TrajectoryFile {
   std::string warning = {};  ///< what was left out, and why; empty if nothing was
 };
 
-/// TUM: 8 numbers a line, or 20 with covariance (tum.h), stamps in s, or in ns where they are beyond 9e9 or
-/// more than a day apart.
+/// TUM: 8 numbers a line, or 20 where a pose has a covariance (tum.h), stamps in s, or in ns where they are
+/// beyond 9e9 or more than a day apart.
 /// KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one a second.
 /// EuRoC: t, position, quaternion (w first) and whatever follows, with commas; stamps in ns where they are
 /// whole numbers, or frame numbers where these rise by less than 1000 from pose to pose, else in s. Lines

@@ -61,6 +61,14 @@ TEST_F(TrajectoryFileTest, CovarianceIsReadWhereThereIsOne) {
   EXPECT_FALSE(file.rows[1].covariance);
 }
 
+TEST_F(TrajectoryFileTest, TheFirstPoseMayBeWithoutTheCovarianceThatOthersHave) {
+  const TrajectoryFile file = read("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n");
+  EXPECT_EQ(file.format, "TUM with covariance");
+  EXPECT_FALSE(file.rows[0].covariance);
+  ASSERT_TRUE(file.rows[1].covariance);
+  EXPECT_EQ((*file.rows[1].covariance)(1, 2), 5);
+}
+
 TEST_F(TrajectoryFileTest, EurocHasTheQuaternionsRealPartFirst) {
   const TrajectoryFile file = read("#timestamp, p_RS_R_x [m]\n1000000000000000000,1,2,3,0,1,0,0,9,9\n");
   EXPECT_EQ(file.format, "EuRoC csv");
