@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -114,7 +115,9 @@ std::vector<LeaderboardRow> leaderboard(const std::vector<fs::path>& folders,
     if (found.size() == before) throw files::FileError(folder, "has no result in it (score.json)");
   }
   std::map<RowKey, Collected> all;
-  for (const fs::path& result : found) add_result(result, metrics, all);
+  std::set<fs::path> counted;  // a folder may be below several of those given
+  for (const fs::path& result : found)
+    if (counted.insert(fs::canonical(result)).second) add_result(result, metrics, all);
   std::vector<LeaderboardRow> rows;
   for (const auto& [key, collected] : all) {
     LeaderboardRow row{

@@ -31,10 +31,12 @@ class Regress : public tests::CommandLine {
           gaitslam(fmt::format("config walk.yaml seed={} {} --yaml", seed, changes)).out);
     write(folder + "/about.json", fmt::format(R"({{"recording_xxh3_128": "{}"}})", recording));
     write(folder + "/timing.json", "{}");
-    write(folder + "/score.json",
-          fmt::format(R"({{"seed": {}, "ending": "{}", "metrics": {{"rmse_m": {{"value": {}, "unit": "m"}},)"
-                      R"("rpe_1m_m": {{"value": 0.1, "unit": "m"}}}}}})",
-                      seed, ending, rmse));
+    write(
+        folder + "/score.json",
+        fmt::format(
+            R"({{"scenario": "walk", "limits": [], "seed": {}, "ending": "{}", "metrics": {{"rmse_m": {{"value": {}, "unit": "m"}},)"
+            R"("rpe_1m_m": {{"value": 0.1, "unit": "m"}}}}}})",
+            seed, ending, rmse));
   }
   void write_results(const std::string& set, double factor, int seeds = 3, int first = 1) const {
     for (int i = 0; i < seeds; ++i) write_result(set, first + i, factor * (0.1 + 0.01 * i));
@@ -68,6 +70,23 @@ TEST_F(Regress, AWorseOneFailsWithACommandToRunItAgain) {
   EXPECT_THAT(text_of("j.xml"), HasSubstr("failures=\"1\""));
   EXPECT_THAT(text_of("m.md"), HasSubstr("| `rmse_m` | **FAIL** |"));
   EXPECT_THAT(text_of("j.json"), HasSubstr("\"exit_code\": 1"));
+}
+
+TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
+  write_results("one", 1);
+  for (const char* const folder : {"two/a", "two/b"}) {
+    std::filesystem::create_directories(folder_ / folder);
+    std::filesystem::copy(folder_ / "one/walk", folder_ / folder, std::filesystem::copy_options::recursive);
+  }
+  for (const char* const command : {"compare one two", "compare two one --across", "compare two two"}) {
+    const Ran ran = gaitslam(command);
+    EXPECT_EQ(ran.exit_code, 2) << ran.out;
+    EXPECT_THAT(ran.err, HasSubstr("two/a and two/b hold the same scenario, walk; compare one of them"));
+  }
+  EXPECT_EQ(gaitslam("compare two/a two/b").exit_code, 0);
+  const Ran table = gaitslam("leaderboard two two/a --metric rmse_m");
+  EXPECT_EQ(table.out, gaitslam("leaderboard two --metric rmse_m").out);
+  EXPECT_THAT(table.out, ContainsRegex("filter +3/3")) << table.err;
 }
 
 TEST_F(Regress, JsonIsTheOnlyThingOnStandardOutput) {

@@ -76,6 +76,14 @@ const regression::ResultSet* find(const std::vector<regression::ResultSet>& sets
   return nullptr;
 }
 
+/// Throws UsageError where two folders hold the same scenario: by its name neither could be told.
+void require_each_once(const std::vector<regression::ResultSet>& sets) {
+  for (const regression::ResultSet& set : sets)
+    if (const regression::ResultSet* first = find(sets, set.results.name); first != &set)
+      throw UsageError(fmt::format("{} and {} hold the same scenario, {}; compare one of them",
+                                   first->folder.string(), set.folder.string(), set.results.name));
+}
+
 regression::ScenarioVerdict judge(const regression::ResultSet* before, const regression::ResultSet& now,
                                   const std::vector<regression::Gate>& gates) {
   regression::ScenarioVerdict verdict =
@@ -125,6 +133,8 @@ int compare(const CompareRequest& request) {
   const auto gates = gates_of(request);
   const auto before = regression::read_result_sets(request.before),
              now = regression::read_result_sets(request.after);
+  require_each_once(before);
+  require_each_once(now);
   if (!request.across) require_comparable(before, now, request);
   regression::Comparison comparison{
       fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(),
