@@ -131,6 +131,13 @@ std::string metric_lines(const Json& scored, const TableStyle& style) {
   return text + reasons.notes();
 }
 
+// ": left hand and desk at 3.2 s" of a run that was not completed.
+std::string cause_of(const std::string& ending, const std::filesystem::path& about) {
+  const std::string cause =
+      ending != "completed" && std::filesystem::exists(about) ? read_about(about).cause : "";
+  return cause.empty() ? "" : ": " + cause;
+}
+
 // How the errors were worked out.
 std::string alignment_text(const std::filesystem::path& about) {
   const std::string by = std::filesystem::exists(about) ? read_about(about).alignment : "";
@@ -144,8 +151,9 @@ std::string score_table(const std::filesystem::path& result_folder, const TableS
   const Json scored = read_whole_score(result_folder / "score.json"),
              timing = files::read_json(result_folder / "timing.json");
   std::string text =
-      fmt::format("{}  seed {}  {}\n", scored.at("scenario").text(), scored.at("seed").whole(),
-                  painted(scored.at("ending").text(), failed ? Paint::bad : Paint::none, style.colours));
+      fmt::format("{}  seed {}  {}{}\n", scored.at("scenario").text(), scored.at("seed").whole(),
+                  painted(scored.at("ending").text(), failed ? Paint::bad : Paint::none, style.colours),
+                  failed ? "" : cause_of(scored.at("ending").text(), result_folder / "about.json"));
   text += tracking_faults(scored) + metric_lines(scored, style);
   if (const auto poses = value_of(scored.at("metrics"), "poses_matched"))
     text +=

@@ -51,6 +51,13 @@ TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
       << "one reason stands beside its metric";
 }
 
+TEST_F(ScoreFile, AnEndingThatIsAllowedHasItsCauseBesideIt) {
+  files::write_text(folder_ / "about.json", R"({"cause": "left hand and desk at 3.2 s"})");
+  EXPECT_THAT(table("completed", "collided"), HasSubstr("collided: left hand and desk at 3.2 s\n"));
+  EXPECT_THAT(table(), testing::Not(HasSubstr("left hand")));
+  EXPECT_THAT(score_table(folder_.path(), {}, true), testing::Not(HasSubstr("left hand")));
+}
+
 TEST_F(ScoreFile, AllMetricsAreShownOnRequest) {
   const std::string from = "\"metrics\": {", to = from + R"("poses_matched": {"value": 7, "unit": "1"},)";
   EXPECT_THAT(table(from, to), testing::Not(HasSubstr("  poses_matched")));
