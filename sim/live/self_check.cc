@@ -13,13 +13,14 @@ double yaw_deg(const InertialCheck& inertial) { return inertial.worst_yaw_rad() 
 }  // namespace
 
 std::string SelfCheck::complaint() const {
-  constexpr const char* kPath =
-      "self-check: the ideal gyro and accelerometer, integrated over 30 s, leave the true ";
+  const std::string path =
+      fmt::format("self-check: the ideal gyro and accelerometer, integrated over {:.1f} s, leave the true ",
+                  slam::seconds(inertial.longest()));
   if (!(inertial.worst_position_m() <= kInertialPosition_m))
-    return fmt::format("{}path by {:.4f} m, more than {} m", kPath, inertial.worst_position_m(),
+    return fmt::format("{}path by {:.4f} m, more than {} m", path, inertial.worst_position_m(),
                        kInertialPosition_m);
   if (!(yaw_deg(inertial) <= kInertialYaw_deg))
-    return fmt::format("{}heading by {:.4f} deg, more than {} deg", kPath, yaw_deg(inertial),
+    return fmt::format("{}heading by {:.4f} deg, more than {} deg", path, yaw_deg(inertial),
                        kInertialYaw_deg);
   const std::optional<double> distance = view ? view->median_px() : std::nullopt;
   if (distance && !(*distance <= kView_px))

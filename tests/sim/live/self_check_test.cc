@@ -1,6 +1,7 @@
 // The self check on a short real walk: it passes what is right and detects a lag of one sample or one frame.
 #include "sim/live/self_check.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -121,6 +122,44 @@ TEST_F(SelfCheckTest, SaysWhatDoesNotAgree) {
   EXPECT_THAT(check.complaint(), testing::HasSubstr("px from where the true pose puts them"));
   check.inertial = inertial(1);
   EXPECT_THAT(check.complaint(), testing::HasSubstr("leave the true"));
+}
+
+TEST_F(SelfCheckTest, NamesTheTimeOverWhichItIntegrated) {
+  const double walked_s = slam::seconds(motions().back().t);
+  EXPECT_THAT((live::SelfCheck{inertial(1), {}}.complaint()),
+              testing::HasSubstr(fmt::format("integrated over {:.1f} s, leave", walked_s)));
+}
+
+TEST_F(SelfCheckTest, AWalkThatAViolentPushEndsFellAndDidNotFail) {
+  for (const int impulse_ns : {500, 2000, 10000}) {
+    const auto read = scenario::read_scenario_text(
+        fmt::format("walk: {{commands: [{{straight: {{forward_m: 0.5}}}}]}}\n"
+                    "world: {{pushes: [{{push: {{time_s: 2, impulse_ns: {}, duration_s: 0.1}}}}]}}\n",
+                    impulse_ns),
+        "walk.yaml");
+    const fs::path result = folder() / fmt::format("pushed {}", impulse_ns);
+    live::run(read, {result, files::Existing::refuse, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
+              [](double) {});
+    const nlohmann::json about = tests::json_of(result / "about.json");
+    EXPECT_EQ(about["ending"], "fell") << impulse_ns << ": " << about["cause"];
+    EXPECT_EQ(tests::json_of(result / "recording/self_check.json")["complaint"], "") << impulse_ns;
+  }
+}
+
+TEST_F(SelfCheckTest, ReadingsAreCheckedAgainAfterABlow) {
+  const auto at = [](int i) { return std::chrono::milliseconds(5 * i); };
+  live::InertialCheck check(
+      recording::TrueMotion{at(0), Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero()});
+  const auto add = [&](int i, const Eigen::Vector3d& force) {  // while it truly stands still
+    check.add({at(i), at(i + 1), Eigen::Vector3d::Zero()}, {at(i), at(i + 1), force},
+              {at(i + 1), Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero()});
+  };
+  const Eigen::Vector3d rest(0, 0, 9.81);
+  add(0, rest + Eigen::Vector3d(1000, 0, 0));
+  for (int i = 1; i < 200; ++i) add(i, rest);
+  EXPECT_LT(check.worst_position_m(), 1e-9);
+  for (int i = 200; i < 400; ++i) add(i, rest + Eigen::Vector3d(0.1, 0, 0));
+  EXPECT_GT(check.worst_position_m(), live::kInertialPosition_m);
 }
 
 TEST_F(SelfCheckTest, ARunThatFailedItIsNotScored) {
