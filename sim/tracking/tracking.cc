@@ -1,8 +1,7 @@
 #include "sim/tracking/tracking.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <new>
 #include <stdexcept>
@@ -35,8 +34,8 @@ class Suspects {
     if (said_.size() == 1) return said_.front().cause;
     std::string text;
     for (const Said& said : said_)
-      text += fmt::format("{}{} ({:.3g} % of these frames)", text.empty() ? "" : "; ", said.cause,
-                          100 * said.frames / frames_);
+      text += (text.empty() ? "" : "; ") + said.cause + " (" +
+              std::to_string(std::lround(100 * said.frames / frames_)) + " % of these frames)";
     return text;
   }
 
