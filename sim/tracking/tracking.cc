@@ -29,6 +29,7 @@ class Suspects {
     found->cause = cause;
     ++found->frames, ++frames_;
   }
+  bool empty() const { return said_.empty(); }
   /// With the share of the frames of each, where there are several.
   std::string text() const {
     if (said_.size() == 1) return said_.front().cause;
@@ -79,17 +80,17 @@ std::vector<TrackingFault> Tracked::losses() const {
 
 std::vector<TrackingFault> Tracked::suspicions() const {
   std::vector<TrackingFault> all;
-  std::optional<Suspects> suspects;
+  Suspects suspects;
   for (const TrackedFrame& frame : frames) {
     const slam::FrameReport& report = frame.report;
     if (report.suspect.empty()) {
-      if (suspects) all.back().to = report.t;
-      suspects.reset();
+      if (!suspects.empty()) all.back().to = report.t;
+      suspects = Suspects();
       continue;
     }
-    if (!suspects) all.push_back({report.t, std::nullopt, ""}), suspects.emplace();
-    suspects->take(report.suspect);
-    all.back().cause = suspects->text();
+    if (suspects.empty()) all.push_back({report.t, std::nullopt, ""});
+    suspects.take(report.suspect);
+    all.back().cause = suspects.text();
   }
   return all;
 }
