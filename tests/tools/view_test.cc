@@ -39,7 +39,7 @@ class ViewTest : public tests::CommandLine {
 
   /// Runs a command that prints a URL, and `user` with that URL in $url as soon as it has; what both left.
   Ran viewed(const std::string& command, const std::string& user, const std::string& end = "wait $!") const {
-    return shell("'" GAITSLAM_PROGRAM "' " + command +
+    return shell("rm -f said; '" GAITSLAM_PROGRAM "' " + command +
                  " >said 2>complaint & "
                  "for i in $(seq 600); do grep -q token said && break; sleep 0.1; done; url=$(sed -n "
                  "'s/^view at //p' said); " +
