@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/files/printed_text.h"
 #include "sim/files/text.h"
 
 namespace sim::files {
@@ -66,7 +67,7 @@ std::optional<Json> Json::find(std::string_view key) const {
 
 std::string Json::text() const {
   require(value_->is_string(), "text");
-  return value_->get<std::string>();
+  return without_controls(value_->get<std::string>());
 }
 
 double Json::number() const {

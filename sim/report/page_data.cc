@@ -8,6 +8,7 @@
 #include <map>
 
 #include "sim/files/number.h"
+#include "sim/files/printed_text.h"
 #include "sim/report/comparison_figures.h"
 #include "sim/report/pictures.h"
 #include "sim/report/run_figures.h"
@@ -114,8 +115,9 @@ ordered_json run_data(const RunData& run, bool in_full) {
     json["pictures"].push_back({{"t", picture.t}, {"svg", picture.svg}});
   json["scene"] = run.map && run.errors ? scene_data(run) : ordered_json(nullptr);
   json["configuration"] = configuration(run, scenario);
-  json["view"] = fmt::format("tools/gaitslam view {}", run.folder.string());
-  json["command"] = fmt::format("tools/gaitslam run {}/scenario.yaml --out DIR", run.folder.string());
+  json["view"] = "tools/gaitslam view " + files::shell_word(run.folder.string());
+  json["command"] = fmt::format("tools/gaitslam run {} --out DIR",
+                                files::shell_word((run.folder / "scenario.yaml").string()));
   return json;
 }
 

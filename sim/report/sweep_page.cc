@@ -12,6 +12,7 @@
 
 #include "sim/files/json.h"
 #include "sim/files/number.h"
+#include "sim/files/printed_text.h"
 #include "sim/files/text.h"
 #include "sim/report/figure.h"
 #include "sim/report/html.h"
@@ -254,12 +255,9 @@ const SweepTrial& worst_of(const std::vector<const SweepTrial*>& trials, const s
 /// The changes that make the trial a run of its scenario's file.
 std::string command_of(const SweepOf& sweep, const SweepTrial& trial, const fs::path& folder) {
   std::string command =
-      fmt::format("tools/gaitslam run {}", (folder / "scenarios" / (trial.scenario + ".yaml")).string());
-  for (std::size_t k = 0; k < sweep.keys.size(); ++k) {
-    const std::string change = fmt::format("{}={}", sweep.keys[k], trial.settings[k]);
-    const bool plain = change.find_first_of(" '\"{}[]$&*;|<>()\\") == change.npos;
-    command += plain ? " " + change : fmt::format(" '{}'", change);
-  }
+      "tools/gaitslam run " + files::shell_word((folder / "scenarios" / (trial.scenario + ".yaml")).string());
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
+    command += " " + files::shell_word(fmt::format("{}={}", sweep.keys[k], trial.settings[k]));
   return fmt::format("{} seed={}", command, trial.seed);
 }
 

@@ -105,6 +105,11 @@ files::Json read_whole_score(const fs::path& file) {
     if (const auto reason = metric.find("reason")) reason->text();
   }
   for (const files::Json& limit : json.at("limits").items()) check_limit(limit);
+  if (const auto tracking = json.find("tracking"))
+    for (const char* kind : {"lost", "suspect"})
+      if (const auto faults = tracking->find(kind))
+        for (const files::Json& fault : faults->items())
+          fault.at("from_s").number(), fault.at("cause").text();
   return json;
 }
 

@@ -5,13 +5,13 @@
 #include <memory>
 #include <set>
 
+#include "sim/files/printed_text.h"
 #include "sim/regression/result_set.h"
 #include "sim/regression/verdict_reports.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/evaluate.h"
 #include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/shell.h"
 #include "tools/cli/suite_run.h"
 #include "tools/cli/usage_error.h"
 #include "tools/cli/verdict_files.h"
@@ -146,7 +146,7 @@ int compare(const CompareRequest& request) {
         if (!set) return std::string();
         const fs::path one = set->folder / fmt::format("seed-{}", seed);
         return "tools/gaitslam run " +
-               shell_word(((fs::exists(one) ? one : request.after) / "scenario.yaml").string());
+               sim::files::shell_word(((fs::exists(one) ? one : request.after) / "scenario.yaml").string());
       }};
   const bool one_of_each = before.size() == 1 && now.size() == 1;
   for (const regression::ResultSet& set : now)

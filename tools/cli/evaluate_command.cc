@@ -11,6 +11,7 @@
 
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
+#include "sim/files/printed_text.h"
 #include "sim/regression/result_set.h"
 #include "sim/replay/outside_trajectory.h"
 #include "sim/scenario/keys.h"
@@ -20,7 +21,6 @@
 #include "tools/cli/finished.h"
 #include "tools/cli/jobs/processes.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/shell.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/version.h"
@@ -99,8 +99,8 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 replay::OutsideRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
   replay::OutsideRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
   const std::string command =
-      replaced(replaced(request.command, "{folder}", shell_word((scratch / "export").string())),
-               "{trajectory}", shell_word(run.trajectory.string()));
+      replaced(replaced(request.command, "{folder}", sim::files::shell_word((scratch / "export").string())),
+               "{trajectory}", sim::files::shell_word(run.trajectory.string()));
   estimators::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command});
   try {
     program.run(std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(

@@ -8,7 +8,7 @@
 #include <array>
 #include <cstdlib>
 
-#include "tools/cli/jobs/shell.h"
+#include "sim/files/printed_text.h"
 
 namespace cli {
 namespace {
@@ -43,8 +43,8 @@ void exchange_handlers(void (*from)(int), void (*to)(int)) {
 
 void remember_command(int argc, char** argv) {
   const char* const launcher = std::getenv("GAITSLAM_TYPED_AS");  // set by tools/gaitslam
-  std::string command = shell_word(launcher ? launcher : argv[0]);
-  for (int i = 1; i < argc; ++i) command += " " + shell_word(argv[i]);
+  std::string command = sim::files::shell_word(launcher ? launcher : argv[0]);
+  for (int i = 1; i < argc; ++i) command += " " + sim::files::shell_word(argv[i]);
   typed_command() = command;
 }
 

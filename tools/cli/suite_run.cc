@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "sim/files/number.h"
+#include "sim/files/printed_text.h"
 #include "sim/files/text.h"
 #include "sim/regression/result_set.h"
 #include "sim/result/score_input.h"
@@ -15,7 +16,6 @@
 #include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/earlier.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/shell.h"
 #include "tools/cli/live.h"
 #include "tools/cli/options.h"
 
@@ -131,17 +131,17 @@ std::string identity_of(const SuiteRun& run, const SuiteRequest& request) {
 /// The command that runs one seed of a scenario as the suite does.
 std::string repro(const SuiteRequest& request, const SuiteScenario& scenario, std::uint64_t seed) {
   std::string command = "tools/gaitslam ";
-  const std::string file = shell_word(scenario.entry.file.string());
+  const std::string file = sim::files::shell_word(scenario.entry.file.string());
   if (request.recordings) {
     const fs::path recorded =
         *request.recordings / scenario.read.scenario.name / fmt::format("seed-{}", seed);
-    command += fmt::format("replay {} --scenario {}", shell_word(recorded.string()), file);
+    command += fmt::format("replay {} --scenario {}", sim::files::shell_word(recorded.string()), file);
   } else {
     command += "run " + file;
   }
   command += fmt::format(" seed={}", seed);
   for (const auto* changes : {&scenario.entry.changes.overrides, &request.overrides})
-    for (const std::string& change : *changes) command += " " + shell_word(change);
+    for (const std::string& change : *changes) command += " " + sim::files::shell_word(change);
   for (const std::string& section : scenario.entry.changes.without) command += " --without " + section;
   return command;
 }

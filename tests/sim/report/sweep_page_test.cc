@@ -45,6 +45,18 @@ TEST_F(SweepPage, OneKeyIsALineOfMediansAndItsWorstSeedIsNamedWithItsCommand) {
   EXPECT_THAT(html, HasSubstr("<td class='number'>0.2</td>")) << "the median of 0.1 and 0.3";
 }
 
+TEST_F(SweepPage, WhatASweepNamesIsOneWordEachOfACommandThatIsCopied) {
+  add("hall; touch a #", R"({"slam.vision.sigma_px": "`id`"})", 1, R"({"rmse_m": 0.1})");
+  add("hall; touch a #", R"({"slam.vision.sigma_px": "1'; touch b; '"})", 1, R"({"rmse_m": 0.2})");
+  const std::string html = page();
+  EXPECT_THAT(
+      html,
+      HasSubstr("/scenarios/hall; touch a #.yaml&#39; &#39;slam.vision.sigma_px=`id`&#39; seed=1</pre>"));
+  EXPECT_THAT(
+      html,
+      HasSubstr("slam.vision.sigma_px=1&#39;\\&#39;&#39;; touch b; &#39;\\&#39;&#39;&#39; seed=1</pre>"));
+}
+
 TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
   for (const char* a : {"1", "10", "2"})
     for (const char* b : {"x", "y"})

@@ -40,6 +40,21 @@ TEST_F(ScoreFile, TheTableShowsMetricsWithTheirLimits) {
   EXPECT_FALSE(read_score(folder_ / "score.json").value("loop_closed"));
 }
 
+TEST_F(ScoreFile, WhatTheTrackingHasOfWrongTypeIsRefusedByName) {
+  const auto refused = [&](const std::string& tracking, const std::string& why) {
+    std::string text = kScore;
+    text.replace(text.rfind('}'), 1, ", \"tracking\": " + tracking + "}");
+    files::write_text(folder_ / "score.json", text);
+    EXPECT_THAT([&] { read_whole_score(folder_ / "score.json"); },
+                ThrowsMessage<files::FileError>(HasSubstr("score.json: tracking" + why)));
+  };
+  refused("5", ": expected an object");
+  refused(R"({"lost": {"a": {}}})", ".lost: expected a list");
+  refused(R"({"lost": [1]})", ".lost[0]: expected an object");
+  refused(R"({"suspect": [{"from_s": "x", "cause": ""}]})", ".suspect[0].from_s: expected a number");
+  refused(R"({"suspect": [{"from_s": 1, "cause": 3}]})", ".suspect[0].cause: expected text");
+}
+
 TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
   const std::string other =
       R"("loop_time_s": {"value": null, "unit": "s", "reason": "no loop"}, "loop_closed")";

@@ -1,12 +1,9 @@
-// Words and commands of a POSIX shell.
+// Commands of a POSIX shell.
 #pragma once
 
 #include <string>
 
 namespace cli {
-
-/// The text as one word of a shell command, in quotes where that is needed.
-std::string shell_word(const std::string& text);
 
 /// What a shell command printed on standard output and standard error, and its exit status.
 struct ShellOutput {

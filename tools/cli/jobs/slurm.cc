@@ -12,6 +12,7 @@
 
 #include "sim/files/durable_file.h"
 #include "sim/files/hashed_file.h"
+#include "sim/files/printed_text.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/shell.h"
@@ -77,13 +78,13 @@ fs::path this_program() {
 }
 
 std::string shell_lines(const CommandLines& lines) {
-  const std::string program = shell_word(this_program().string());
+  const std::string program = sim::files::shell_word(this_program().string());
   std::string text;
   for (const auto& line : lines) {
     text += program;
     for (const std::string& word : line) {
       require_usable({"slurm"}, word);
-      text += " " + shell_word(word);
+      text += " " + sim::files::shell_word(word);
     }
     text += '\n';
   }
@@ -123,7 +124,7 @@ class Array {
   bool is_in_queue() {
     const std::string job = text_if_there(folder_ / "job");
     if (job.empty()) return false;
-    const ShellOutput queue = run_shell("squeue -h -j " + shell_word(job) + " -o '%T %r'");
+    const ShellOutput queue = run_shell("squeue -h -j " + sim::files::shell_word(job) + " -o '%T %r'");
     if (queue.status != 0 || queue.text.empty()) return false;
     if (const std::string reason = waits_for(queue.text); !reason.empty() && said_.insert(reason).second)
       std::cerr << fmt::format(
@@ -135,12 +136,13 @@ class Array {
 
   void submit() const {
     const std::string elements = missing_elements();
-    const ShellOutput printed = run_shell(
-        fmt::format("sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
-                    "--array={}{} --output={} {} {} {}",
-                    elements, backend_.jobs > 0 ? fmt::format("%{}", backend_.jobs) : "",
-                    shell_word((folder_ / "element-%a.log").string()),
-                    shell_word((folder_ / "element.sh").string()), shell_word(folder_.string()), each_));
+    const ShellOutput printed =
+        run_shell(fmt::format("sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
+                              "--array={}{} --output={} {} {} {}",
+                              elements, backend_.jobs > 0 ? fmt::format("%{}", backend_.jobs) : "",
+                              sim::files::shell_word((folder_ / "element-%a.log").string()),
+                              sim::files::shell_word((folder_ / "element.sh").string()),
+                              sim::files::shell_word(folder_.string()), each_));
     if (printed.status != 0) throw UsageError("sbatch: " + printed.text.substr(0, printed.text.find('\n')));
     const std::string job = printed.text.substr(0, printed.text.find_first_of(";\n"));
     sim::files::write_durably(folder_ / "job", job);
