@@ -20,11 +20,9 @@ std::size_t bytes_of_first(std::string_view text) {
                         : first >= 0xE0 && first < 0xF0 ? 3
                         : first >= 0xF0 && first < 0xF5 ? 4
                                                         : 0;
-  if (n > text.size()) return 0;
-  return std::all_of(text.begin() + 1, text.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(n, 1)),
-                     is_continuation)
-             ? n
-             : 0;
+  if (n == 0 || n > text.size()) return 0;
+  const std::string_view others = text.substr(1, n - 1);
+  return std::all_of(others.begin(), others.end(), is_continuation) ? n : 0;
 }
 
 bool is_obeyed(std::string_view character) {

@@ -55,7 +55,8 @@ bool Tracked::diverged() const { return !frames.empty() && frames.back().report.
 
 std::string Tracked::cause() const {
   const slam::FrameReport& last = frames.back().report;
-  return last.cause + (last.health == slam::Health::lost ? "; the map was not found again before the end" : "");
+  return last.cause +
+         (last.health == slam::Health::lost ? "; the map was not found again before the end" : "");
 }
 
 std::vector<estimators::PoseEstimate> Tracked::estimates() const {

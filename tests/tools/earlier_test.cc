@@ -28,16 +28,20 @@ class Earlier : public testing::Test {
 };
 
 TEST_F(Earlier, OnlyNamesAsTheProgramWritesThemAreResults) {
-  for (const char* name : {"seed-1", "seed-2", "seed-10", "seed-07", "seed-+3", "seed-x", "seed-"}) make(name);
+  for (const char* name : {"seed-1", "seed-2", "seed-10", "seed-07", "seed-+3", "seed-x", "seed-"})
+    make(name);
   EXPECT_THAT(results_of_other_seeds(folder_.path(), {1}), ElementsAre("seed-2", "seed-10"));
 }
 
 TEST_F(Earlier, WhatCannotBeMovedIsNamedAndTheOthersAreMoved) {
   make("seed-1");
-  EXPECT_THAT([&] { set_aside(folder_.path(), {"seed-7", "seed-1"}); },
-              ThrowsMessage<sim::files::FileError>(
-                  AllOf(HasSubstr("earlier-1: cannot be moved there: seed-7: No such file or directory"),
-                        Not(HasSubstr("seed-1:")))));
+  EXPECT_THAT(
+      [&] {
+        set_aside(folder_.path(), {"seed-7", "seed-1"});
+      },
+      ThrowsMessage<sim::files::FileError>(
+          AllOf(HasSubstr("earlier-1: cannot be moved there: seed-7: No such file or directory"),
+                Not(HasSubstr("seed-1:")))));
   EXPECT_TRUE(fs::exists(folder_ / "earlier-1/seed-1/score.json"));
 }
 
