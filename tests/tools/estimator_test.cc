@@ -12,7 +12,10 @@
 
 namespace {
 
+using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
+using testing::StartsWith;
 using tests::Ran;
 namespace fs = std::filesystem;
 
@@ -93,6 +96,27 @@ TEST_F(OutsideEstimator, AWalkThatAChangedProgramSteersIsRecordedAgain) {
   EXPECT_TRUE(recorded("steered.yaml"));
   EXPECT_FALSE(recorded("walk.yaml"));  // nothing steers it
   ::unsetenv("GAITSLAM_CACHE");
+}
+
+TEST_F(OutsideEstimator, AProgramThatOnlyTheResultNamesIsNotStarted) {
+  ASSERT_EQ(replay("{program: [/usr/bin/touch, started]}").exit_code, 3);
+  ASSERT_EQ(shell("mv out received && cp -r r/seed-1/recording received && rm started").exit_code, 0);
+  const auto replayed = [&](const std::string& more) {
+    return gaitslam("replay received --out out " + more);
+  };
+  const Ran refused = replayed("slam.gyro.sigma_rad_s=0.02");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err,
+              AllOf(StartsWith("gaitslam: received/scenario.yaml:"),
+                    HasSubstr(R"(: estimator: is {program: ["/usr/bin/touch", started])"),
+                    EndsWith("which a replay starts only when the command names it, expected --scenario "
+                             "received/scenario.yaml or estimator=filter\n")));
+  EXPECT_FALSE(fs::exists(folder_ / "started"));
+  EXPECT_EQ(replayed("estimator=plan_alone").exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "started"));
+  EXPECT_EQ(replayed("--force --scenario received/scenario.yaml").exit_code, 3);
+  EXPECT_TRUE(fs::exists(folder_ / "started"));
+  EXPECT_EQ(json("out/about.json")["set_by"], json("received/about.json")["set_by"]);
 }
 
 TEST_F(OutsideEstimator, ALibraryThatCrashesLeavesAWholeResult) {

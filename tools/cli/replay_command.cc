@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
 #include "sim/files/claim.h"
+#include "sim/files/printed_text.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/replay/foreign_replay.h"
 #include "sim/replay/replay.h"
@@ -34,6 +36,7 @@ Examples:
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
   gaitslam replay MH_01_easy --out DIR                        # a EuRoC/ASL folder recorded elsewhere
+  gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml   # starts the estimator program named there
 The results go to RESULT/replay, replacing an earlier replay, or to DIR. A folder with anything in it that gaitslam did
 not make is never replaced. The exit codes are those of gaitslam run.)";
 
@@ -64,6 +67,24 @@ void require_same_walk(const scenario::Scenario& recorded, const scenario::Scena
                                  other->recorded, request.result.string(), other->now));
 }
 
+/// Throws UsageError when the program or library to start is known from the result alone, which may have come
+/// from anywhere.
+void require_asked_for(const scenario::ReadScenario& read, const scenario::Scenario& recorded,
+                       const ReplayRequest& request) {
+  const sim::estimators::EstimatorChoice& choice = read.scenario.estimator;
+  if (choice.source == sim::estimators::Source::built_in || choice != recorded.estimator) return;
+  const auto& changes = request.changes.overrides;
+  if (request.scenario || std::any_of(changes.begin(), changes.end(), [](const std::string& change) {
+        return change.starts_with("estimator=");
+      }))
+    return;
+  throw UsageError(fmt::format(
+      "{}: estimator: is {}, which a replay starts only when the command names it, expected "
+      "--scenario {} or estimator=filter",
+      read.origin.find("estimator")->second, scenario::find_key("estimator")->print(read.scenario),
+      sim::files::shell_word((request.result / "scenario.yaml").string())));
+}
+
 /// The scenario.yaml of a result lists every key, so that only its about.json says who set which.
 void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
   if (!fs::exists(result / "about.json")) return;
@@ -72,6 +93,12 @@ void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
   for (const auto& [key, by] : read.origin)
     if (by.starts_with("argument")) origin[key] = by;
   read.origin = std::move(origin);
+}
+
+/// False for the result's own file, which --scenario names to have its estimator started.
+bool replaces_scenario(const ReplayRequest& request) {
+  std::error_code error;
+  return request.scenario && !fs::equivalent(*request.scenario, request.result / "scenario.yaml", error);
 }
 
 scenario::ReadScenario read_request(const ReplayRequest& request) {
@@ -83,9 +110,10 @@ scenario::ReadScenario read_request(const ReplayRequest& request) {
                     request.result.string()));
   const std::string file = request.scenario.value_or(own.string());
   const scenario::ReadScenario read = scenario::read_scenario(file, request.changes);
+  const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
   const std::string& last = request.changes.with.empty() ? file : request.changes.with.back();
-  if (last != own.string())
-    require_same_walk(scenario::read_scenario(own).scenario, read.scenario, last, request);
+  if (last != own.string()) require_same_walk(recorded, read.scenario, last, request);
+  require_asked_for(read, recorded, request);
   return read;
 }
 
@@ -102,7 +130,7 @@ int replay_result(const ReplayRequest& request) {
   require_replayable(read);
   if (request.batch.set_by)
     take_origin(read, *request.batch.set_by);
-  else if (!foreign && !request.scenario)
+  else if (!foreign && !replaces_scenario(request))
     keep_origin(read, request.result);
   if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to run");
   const OutFolder out(request, request.result / "replay", {.replaces = true});
