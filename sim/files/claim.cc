@@ -5,22 +5,30 @@
 
 namespace sim::files {
 namespace {
+
 namespace fs = std::filesystem;
 
-bool is_there(const fs::path& folder, const std::string& name) {
-  std::error_code fault;
-  return fs::exists(fs::symlink_status(folder / name, fault));
-}
-}
+/// A name, that of a folder with "/" at its end, and what stands there itself, not what a link leads to.
+struct Entry {
+  Entry(const fs::path& folder, std::string_view name)
+      : path(folder / name.substr(0, name.size() - (name.ends_with('/') ? 1 : 0))) {
+    std::error_code fault;
+    const fs::file_status status = fs::symlink_status(path, fault);
+    exists = fs::exists(status);
+    is_as_named = exists && !fs::is_symlink(status) && fs::is_directory(status) == name.ends_with('/');
+  }
+  fs::path path;
+  bool exists = false, is_as_named = false;
+};
+
+}  // namespace
 
 void claim(const fs::path& folder, const std::vector<std::string>& names) {
   MarkedNames made = listed_in(folder).value_or(MarkedNames{});
-  std::error_code fault;
   for (const std::string& name : names) {
-    const fs::path path = folder / (name.ends_with('/') ? name.substr(0, name.size() - 1) : name);
-    const bool known = made.contains(name) && !fs::is_symlink(fs::symlink_status(path, fault));
-    if (!known && fs::exists(fs::symlink_status(path, fault)))
-      throw FileError(path,
+    const Entry entry(folder, name);
+    if (entry.exists && !(entry.is_as_named && made.contains(name)))
+      throw FileError(entry.path,
                       "was not made by this version of gaitslam, which would replace it: move it away, or "
                       "name another folder");
   }
@@ -34,7 +42,7 @@ void drop_unwritten(const fs::path& folder, const std::vector<std::string>& name
   if (!made) return;
   const std::size_t before = made->size();
   for (const std::string& name : names)
-    if (!is_there(folder, name)) made->erase(name);
+    if (!Entry(folder, name).is_as_named) made->erase(name);
   if (made->empty())
     fs::remove(folder / kMarker);
   else if (made->size() < before)

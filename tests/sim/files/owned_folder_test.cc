@@ -173,6 +173,13 @@ TEST_F(OwnedFolder, NamesAreClaimedUnlessSomebodyElseHasThem) {
   EXPECT_EQ(foreign_in(root), std::nullopt);
 }
 
+TEST_F(OwnedFolder, AFileWhereTheProgramMadeAFolderIsSomebodyElses) {
+  const fs::path root = folder_ / "root";
+  claim(root, {"parts/"});
+  write("root/parts");
+  EXPECT_THAT([&] { claim(root, {"parts/"}); }, ThrowsMessage<FileError>(HasSubstr("parts: was not made")));
+}
+
 TEST_F(OwnedFolder, NamesThatWereClaimedAndNotWrittenAreFreeAgain) {
   const fs::path root = folder_ / "root";
   claim(root, {"summary.json", "best.yaml", "parts/"});
