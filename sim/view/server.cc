@@ -59,10 +59,15 @@ struct Shared {
   Limits limits;
   std::size_t connections = 0;
   std::list<std::weak_ptr<class SocketClient>> sockets;
+  std::list<std::weak_ptr<class HttpConnection>>
+      strangers;                           ///< oldest first; some have shown the token since
   std::atomic<int> viewers{0}, others{0};  // clients whose queue has room
 
   void count_rooms();
   std::size_t viewers_left() const;
+  void add_stranger(const std::shared_ptr<HttpConnection>& connection);
+  /// False where no connection is left that has not shown the token.
+  bool end_oldest_stranger();
 };
 
 /// One of the connections that are counted.
@@ -211,6 +216,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
                      [self = shared_from_this()](Error error, std::size_t) { self->on_read(error); });
   }
 
+  /// Until a request with the token has come.
+  bool is_stranger() const { return stranger_; }
+  void end() { stream_.close(); }
+
  private:
   void on_read(Error error) {
     if (error == http::error::header_limit) return answer(431, "the request's header is too long", false);
@@ -223,6 +232,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const Request request = parser_->release();
     if (const auto refused = refusal(head_of(request), shared_->access))
       return answer(refused->status, refused->why, false);
+    stranger_ = false;
     if (websocket::is_upgrade(request)) return upgrade(request);
     serve(path_of(plain(request.target())), request.keep_alive());
   }
@@ -279,7 +289,27 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
+  bool stranger_ = true;
 };
+
+void Shared::add_stranger(const std::shared_ptr<HttpConnection>& connection) {
+  strangers.remove_if([](const auto& stranger) {
+    const auto known = stranger.lock();
+    return !known || !known->is_stranger();
+  });
+  strangers.push_back(connection);
+}
+
+bool Shared::end_oldest_stranger() {
+  while (!strangers.empty()) {
+    const auto oldest = strangers.front().lock();
+    strangers.pop_front();
+    if (!oldest || !oldest->is_stranger()) continue;
+    oldest->end();
+    return true;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -307,9 +337,11 @@ struct Server::Implementation {
   void accept() {
     acceptor.async_accept([this](Error error, tcp::socket socket) {
       if (error == net::error::operation_aborted) return;
-      if (!error && shared->connections < shared->limits.clients) {
+      if (!error && (shared->connections < shared->limits.clients || shared->end_oldest_stranger())) {
         socket.set_option(tcp::no_delay(true), error);
-        std::make_shared<HttpConnection>(shared, std::move(socket))->read();
+        const auto connection = std::make_shared<HttpConnection>(shared, std::move(socket));
+        shared->add_stranger(connection);
+        connection->read();
       }
       accept();
     });

@@ -259,6 +259,19 @@ TEST_F(Security, NoMoreClientsThanAllowedAreHeard) {
   expect_alive();
 }
 
+TEST_F(Security, ConnectionsThatSayNothingKeepNobodyOut) {
+  Limits limits = Security::limits();
+  limits.request = std::chrono::minutes(1);
+  const Server server{{.token = kToken}, service(), limits};
+  const std::uint16_t port = server.access().port;
+  std::vector<std::unique_ptr<RawClient>> silent;
+  for (std::size_t i = 0; i < 2 * limits.clients; ++i) silent.push_back(std::make_unique<RawClient>(port));
+  RawClient client(port);
+  client.send(fmt::format("GET /?token={} HTTP/1.1\r\nHost: {}\r\n\r\n", kToken, authority(server.access())));
+  EXPECT_THAT(client.until("\r\n\r\n"), StartsWith("HTTP/1.1 200"));
+  EXPECT_TRUE(silent.front()->is_closed_within(3000));
+}
+
 TEST_F(Security, ALongMessageEndsItsConnection) {
   const auto client = opened();
   client->send(text_frame(std::string(900, 'x')));
