@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "sim/files/number.h"
@@ -28,11 +26,7 @@ bool ends_in_quotes(std::string_view line, bool quoted) {
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
-    : file_(file), input_(file, std::ios::binary), strict_(writer == Writer::own) {
-  if (!input_) throw FileError(file_, std::string("cannot be read: ") + std::strerror(errno));
-  std::error_code no_size;  // of a pipe
-  size_ = std::filesystem::file_size(file_, no_size);
-  if (no_size) size_ = 0;
+    : file_(file), input_(file), strict_(writer == Writer::own) {
   if (!read_row()) throw FileError(file_, "is empty");
   split();
   titles_.assign(fields_.begin(), fields_.end());
@@ -58,14 +52,19 @@ CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields
 }
 
 bool CsvReader::read_line(std::string& line) {
-  if (!std::getline(input_, line)) {
-    if (input_.bad()) throw FileError(file_, "cannot be read");
-    return false;
+  line.clear();
+  for (;;) {
+    if (piece_.empty() && (piece_ = input_.next()).empty()) break;
+    const std::size_t end = std::min(piece_.find('\n'), piece_.size());
+    const bool ends = end < piece_.size();
+    line += piece_.substr(0, end);
+    piece_.remove_prefix(end + ends);
+    read_ += end + ends;
+    if (ends) return true;
   }
-  read_ += line.size() + 1;
-  if (input_.eof() && strict_)
+  if (!line.empty() && strict_)
     throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
-  return true;
+  return !line.empty();
 }
 
 bool CsvReader::read_row() {
@@ -85,7 +84,8 @@ bool CsvReader::read_row() {
 }
 
 double CsvReader::part() const {
-  return size_ == 0 ? 0 : std::min(1.0, static_cast<double>(read_) / static_cast<double>(size_));
+  const auto size = static_cast<double>(input_.size());
+  return size == 0 ? 0 : std::min(1.0, static_cast<double>(read_) / size);
 }
 
 void CsvReader::split() {

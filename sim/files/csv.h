@@ -4,12 +4,12 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sim/files/file_error.h"
+#include "sim/files/input_file.h"
 
 namespace sim::files {
 
@@ -57,9 +57,10 @@ class CsvReader {
   void trim();
 
   std::filesystem::path file_;
-  std::ifstream input_;
+  InputFile input_;
+  std::string_view piece_;  // what is left of the piece at hand
   bool strict_;
-  std::uintmax_t size_ = 0, read_ = 0;  // bytes
+  std::uintmax_t read_ = 0;                               // bytes
   std::size_t header_ = 0, line_number_ = 1, lines_ = 0;  // the line in which the row begins; of the row
   std::vector<std::string> titles_;
   std::string line_;

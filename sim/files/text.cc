@@ -1,19 +1,17 @@
 #include "sim/files/text.h"
 
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 
+#include "sim/files/input_file.h"
+
 namespace sim::files {
 
 std::string read_text(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
+  InputFile in(file);
   std::string text;
-  std::array<char, 1 << 16> part;
-  while (in.read(part.data(), part.size()), in.gcount() > 0)
-    text.append(part.data(), static_cast<std::size_t>(in.gcount()));
-  if (!in.eof()) throw FileError(file, std::string("cannot be read: ") + std::strerror(errno));
+  for (std::string_view piece; !(piece = in.next()).empty();) text += piece;
   return text;
 }
 

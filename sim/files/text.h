@@ -9,7 +9,7 @@
 
 namespace sim::files {
 
-/// All bytes of a file. Throws FileError "cannot be read: " and the reason of the operating system.
+/// All bytes of a file that InputFile reads. Throws FileError, as InputFile does.
 std::string read_text(const std::filesystem::path& file);
 
 /// Makes or replaces a file that holds exactly these bytes. Throws FileError "cannot be written: " and the

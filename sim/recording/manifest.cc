@@ -2,12 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <cerrno>
-#include <cstring>
-
 #include "sim/files/csv.h"
 #include "sim/files/inner_file.h"
+#include "sim/files/input_file.h"
 
 namespace sim::recording {
 namespace {
@@ -18,14 +15,10 @@ constexpr const char* kHeader = "#xxh3_128,bytes,path";
 constexpr const char* kName = "manifest.csv";
 constexpr const char* kUnfinished = "manifest.unfinished";
 
-// Gives the file to `take` in pieces of 64 KiB.
+// Gives the file to `take` piece by piece.
 void for_each_piece(const fs::path& file, const std::function<void(std::string_view)>& take) {
-  std::ifstream input(file, std::ios::binary);
-  if (!input) throw files::FileError(file, std::string("cannot be read: ") + std::strerror(errno));
-  std::array<char, 65536> piece;
-  while (input.read(piece.data(), piece.size()), input.gcount() > 0)
-    take({piece.data(), static_cast<std::size_t>(input.gcount())});
-  if (input.bad()) throw files::FileError(file, "cannot be read");
+  files::InputFile input(file);
+  for (std::string_view piece; !(piece = input.next()).empty();) take(piece);
 }
 
 std::string wrong_size(std::uint64_t expected, std::uint64_t found) {
@@ -68,9 +61,11 @@ Manifest::Manifest(const fs::path& folder) : folder_(folder) {
 
 void Manifest::check_sizes() const {
   for (const auto& [path, entry] : entries_) {
-    std::error_code error;
+    std::error_code error, none;
     const std::uint64_t bytes = fs::file_size(folder_ / path, error);
-    if (error) throw files::FileError(folder_ / path, "is missing");
+    if (error)
+      throw files::FileError(folder_ / path,
+                             fs::exists(folder_ / path, none) ? files::kNotRegular : "is missing");
     if (bytes != entry.bytes) throw files::FileError(folder_ / path, wrong_size(entry.bytes, bytes));
   }
 }

@@ -4,12 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <span>
 
+#include "sim/files/input_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/limits.h"
 
@@ -79,15 +76,15 @@ std::string file_text(const std::filesystem::path& file) {
   std::error_code fault;
   if (std::filesystem::is_directory(file, fault))
     throw ConfigError(fmt::format("{}: is a folder, expected a scenario file", file.string()));
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
-  std::string text;
-  std::array<char, 1 << 14> part;
-  while (text.size() <= kLargest && (in.read(part.data(), part.size()), in.gcount() > 0))
-    text.append(part.data(), static_cast<std::size_t>(in.gcount()));
-  if (text.size() > kLargest)
-    throw ConfigError(fmt::format("{}: larger than 1 MiB, expected a scenario", file.string()));
-  return text;
+  try {
+    files::InputFile in(file);
+    std::string text;
+    for (std::string_view piece; text.size() <= kLargest && !(piece = in.next()).empty();) text += piece;
+    if (text.size() > kLargest) throw files::FileError(file, "larger than 1 MiB, expected a scenario");
+    return text;
+  } catch (const files::FileError& e) {
+    throw ConfigError(e.what());
+  }
 }
 
 void ScenarioReader::read_file(const Yaml& root) {

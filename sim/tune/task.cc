@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "sim/files/durable_file.h"
 #include "sim/files/json.h"
+#include "sim/files/text.h"
 #include "sim/result/score_input.h"
 
 namespace sim::tune {
@@ -40,7 +41,7 @@ void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
 }
 
 TaskFile read_tasks(const std::filesystem::path& file) {
-  std::ifstream in(file);
+  std::istringstream in(files::read_text(file));
   TaskFile tasks;
   if (!std::getline(in, tasks.purpose)) throw files::FileError(file, "cannot be read");
   for (std::string line; std::getline(in, line);) {

@@ -170,6 +170,26 @@ TEST_F(Cli, FilesThatAreNotScenariosAreRefused) {
   expect_refused("check unknown.yaml", "unknown.yaml:1:1: sede: unknown key; did you mean 'seed'?");
 }
 
+TEST_F(Cli, AScenarioMayComeThroughAPipeOfTheShell) {
+  write("walk.yaml", tests::kShortWalk);
+  for (const std::string command : {GAITSLAM_PROGRAM " check /dev/stdin <walk.yaml",
+                                    "cat walk.yaml | " GAITSLAM_PROGRAM " check /dev/stdin",
+                                    "bash -c '" GAITSLAM_PROGRAM " check <(sleep 0.2; cat walk.yaml)'"})
+    EXPECT_THAT(shell(command).out, HasSubstr(": valid, a walk of")) << command;
+}
+
+TEST_F(Cli, APipeInAFolderIsRefused) {
+  ASSERT_EQ(shell("mkdir -p result/recording && cd result && mkfifo scenario.yaml score.json truth.tum "
+                  "estimate.tum recording/manifest.csv")
+                .exit_code,
+            0);
+  for (const std::string command :
+       {"export result --format tum", "report result --out r.html", "view result", "score result",
+        "replay result", "regress result/score.json", "sweep result/scenario.yaml",
+        "tune result/scenario.yaml", "check result/scenario.yaml"})
+    EXPECT_THAT(refusal(command), HasSubstr("is not a regular file, expected one")) << command;
+}
+
 TEST_F(Cli, OverridesThatAreWrongAreRefused) {
   expect_refused("config '" + kCircle + "' slam.gyro.sigma_rads=1",
                  "<argument>:1:1: slam.gyro.sigma_rads: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -13,6 +12,7 @@
 #include "sim/files/durable_file.h"
 #include "sim/files/hashed_file.h"
 #include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/sweep_plan.h"
@@ -148,10 +148,10 @@ std::string purpose(const Sweep& sweep) {
 
 /// Throws UsageError when the folder has the log of another sweep.
 void require_own_log(const fs::path& log, const std::string& purpose) {
-  std::string first;
-  std::ifstream in(log);
-  const bool whole = std::getline(in, first) && !in.eof();  // else a process was killed while it wrote it
-  if (whole && first != purpose)
+  if (!fs::exists(log)) return;
+  const std::string text = sim::files::read_text(log);
+  const std::size_t end = text.find('\n');  // none: a process was killed while it wrote the line
+  if (end != text.npos && std::string_view(text).substr(0, end) != purpose)
     throw UsageError(fmt::format(
         "{}: is of another sweep, other scenarios or another program; --force starts again, --out "
         "names another folder",

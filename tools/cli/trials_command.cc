@@ -6,10 +6,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
 
 #include "sim/files/file_error.h"
 #include "sim/files/text.h"
@@ -46,7 +46,8 @@ fs::path running_file(const fs::path& tasks) { return fs::path(tasks).replace_ex
 
 Running read_running(const fs::path& tasks) {
   Running running;
-  std::ifstream(running_file(tasks)) >> running.key >> running.attempt;
+  if (fs::exists(running_file(tasks)))
+    std::istringstream(sim::files::read_text(running_file(tasks))) >> running.key >> running.attempt;
   return running;
 }
 

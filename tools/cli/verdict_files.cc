@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <iostream>
 #include <string>
 #include <string_view>
 
 #include "sim/files/durable_file.h"
+#include "sim/files/input_file.h"
 #include "tools/cli/jobs/terminal.h"
 #include "tools/cli/usage_error.h"
 
@@ -28,11 +28,9 @@ constexpr std::string_view kJson = "{\n  \"title\": \"gaitslam ";
 void require_beginning(const std::optional<fs::path>& file, std::string_view beginning) {
   if (!file || !fs::exists(fs::symlink_status(*file))) return;
   sim::files::require_regular(*file);
-  std::string found(beginning.size(), '\0');
-  std::ifstream in(*file, std::ios::binary);
-  in.read(found.data(), static_cast<std::streamsize>(found.size()));
-  found.resize(static_cast<std::size_t>(in.gcount()));
-  if (!found.empty() && found != beginning)
+  sim::files::InputFile in(*file);
+  const std::string_view found = in.next();
+  if (!found.empty() && !found.starts_with(beginning))
     throw UsageError(fmt::format(
         "{}: exists and was not written by gaitslam; name another file, or remove it", file->string()));
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
+#include <sys/stat.h>
 
 #include <cstring>
 #include <fstream>
@@ -300,6 +301,20 @@ TEST(Recording, AnyMissingFileIsNamed) {
     files::write_text(file, bytes);
   }
   EXPECT_NO_THROW(read_everything(recorded.folder));
+}
+
+TEST(Recording, APipeInPlaceOfAnyFileIsNamed) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  std::vector<fs::path> files = files_of(recorded.folder);
+  files.push_back(recorded.folder / "manifest.csv");
+  for (const fs::path& file : files) {
+    fs::rename(file, folder / "file");
+    ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+    EXPECT_THAT([&] { RecordingReader reader(recorded.folder); },
+                ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": is not a regular file")));
+    fs::rename(folder / "file", file);
+  }
 }
 
 TEST(Recording, AnyTruncatedFileIsNamed) {

@@ -199,6 +199,8 @@ TEST(Scenario, FilesThatCannotBeReadAreNamed) {
   EXPECT_EQ(complaint_of([] { read_scenario("no/such.yaml"); }),
             "no/such.yaml: cannot be read: No such file or directory");
   EXPECT_EQ(complaint_of([] { read_scenario("/"); }), "/: is a folder, expected a scenario file");
+  EXPECT_EQ(complaint_of([] { read_scenario("/dev/null"); }),
+            "/dev/null: is not a regular file, expected one: pipes, devices and sockets are not read");
 }
 
 TEST(Scenario, DeepNestingIsRefusedNotCrashedOn) {

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <set>
 
+#include "sim/files/text.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/run_all.h"
 
@@ -51,8 +50,9 @@ std::vector<fs::path> write_parts(const std::vector<tune::Task>& tasks, const Pa
 fs::path log_of(const fs::path& part) { return fs::path(part).replace_extension(".log"); }
 
 std::size_t lines_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return static_cast<std::size_t>(std::count(std::istreambuf_iterator<char>(in), {}, '\n'));
+  if (!fs::exists(file)) return 0;
+  const std::string text = sim::files::read_text(file);
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
 /// Records that parts have written by now.

@@ -1,0 +1,49 @@
+#include "sim/files/input_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace sim::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kPiece = 1 << 16;  // bytes
+
+[[noreturn]] void fail(const fs::path& file, int fault) {
+  throw FileError(file, std::string("cannot be read: ") + std::strerror(fault));
+}
+
+bool is_descriptor(const fs::path& file) {
+  return file == "/dev/stdin" || file.parent_path() == "/dev/fd" || file.parent_path() == "/proc/self/fd";
+}
+
+}  // namespace
+
+InputFile::InputFile(const fs::path& file) : file_(file), piece_(kPiece, '\0') {
+  const int fd = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (fd < 0 && errno == ENXIO) throw FileError(file, kNotRegular);  // a socket
+  if (fd < 0) fail(file, errno);
+  in_.reset(::fdopen(fd, "rb"));
+  struct stat found {};
+  if (::fstat(fd, &found) != 0) fail(file, errno);
+  if (S_ISDIR(found.st_mode)) fail(file, EISDIR);
+  if (S_ISREG(found.st_mode))
+    size_ = static_cast<std::uintmax_t>(found.st_size);
+  else if (!is_descriptor(file))
+    throw FileError(file, kNotRegular);
+  else
+    ::fcntl(fd, F_SETFL, 0);  // its bytes are waited for
+}
+
+std::string_view InputFile::next() {
+  const std::size_t n = std::fread(piece_.data(), 1, piece_.size(), in_.get());
+  if (n == 0 && std::ferror(in_.get())) fail(file_, errno);
+  return {piece_.data(), n};
+}
+
+}  // namespace sim::files
