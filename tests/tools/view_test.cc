@@ -101,6 +101,15 @@ TEST_F(LongViewTest, ThePageFollowsReproduceFromWalkToWalk) {
   EXPECT_EQ(said.find("view at"), said.rfind("view at")) << "one URL for all";
 }
 
+TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
+  short_walks("walks");
+  const Ran ran = shell(
+      "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; env --default-signal=INT '" GAITSLAM_PROGRAM
+      "' view walks/seed-1 >said & sleep 0.7; kill -INT $!; wait $!");
+  EXPECT_EQ(ran.exit_code, 130);
+  EXPECT_EQ(text_of("said"), "");
+}
+
 TEST_F(ViewTest, ReproduceShowsOneWalkAtATime) {
   expect_refused("reproduce --view --jobs 2 --out out", "one walk at a time");
   expect_refused("reproduce --view --cached --out out", "one walk at a time");

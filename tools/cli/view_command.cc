@@ -69,11 +69,11 @@ class UntilInterrupted {
 
 int view_results(const RequestToView& request) {
   require_results(request.results);
-  const UntilInterrupted interrupted;  // before any thread, which inherits it
   const view::MakeRobot make_robot = robot_maker(request.models);
   std::vector<view::Playback> results;
   for (const std::string& result : request.results)
     results.push_back(view::read_playback(result, make_robot));
+  const UntilInterrupted interrupted;  // before the server's threads, which inherit it
   const view::PlaybackView shown(access_of(request), results);
   announce(shown.access());
   interrupted.wait();
