@@ -10,6 +10,8 @@
 namespace sim::files {
 namespace {
 
+constexpr std::size_t kLongestRow = 1 << 20;
+
 // Whether a line ends within a quoted field. quoted: it begins within one.
 bool ends_in_quotes(std::string_view line, bool quoted) {
   if (line.find('"') == line.npos) return quoted;
@@ -26,7 +28,7 @@ bool ends_in_quotes(std::string_view line, bool quoted) {
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
-    : file_(file), input_(file), strict_(writer == Writer::own) {
+    : file_(file), input_(file, kMostOfRows), strict_(writer == Writer::own) {
   if (!read_row()) throw FileError(file_, "is empty");
   split();
   titles_.assign(fields_.begin(), fields_.end());
@@ -51,6 +53,10 @@ CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields
         fmt::format("expected a header of at least {} columns, found {}", least_fields, titles_.size()));
 }
 
+void CsvReader::fail_length() const {
+  throw FileError(file_, line_number_, fmt::format("has more than {} characters", kLongestRow));
+}
+
 bool CsvReader::read_line(std::string& line) {
   line.clear();
   for (;;) {
@@ -58,6 +64,7 @@ bool CsvReader::read_line(std::string& line) {
     const std::size_t end = std::min(piece_.find('\n'), piece_.size());
     const bool ends = end < piece_.size();
     line += piece_.substr(0, end);
+    if (line.size() > kLongestRow) fail_length();
     piece_.remove_prefix(end + ends);
     read_ += end + ends;
     if (ends) return true;
@@ -78,6 +85,7 @@ bool CsvReader::read_row() {
     open = ends_in_quotes(more, true);
     line_ += '\n';
     line_ += more;
+    if (line_.size() > kLongestRow) fail_length();
   }
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();
   return true;

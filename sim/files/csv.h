@@ -50,6 +50,7 @@ class CsvReader {
  private:
   enum class Writer { own, other };
   CsvReader(const std::filesystem::path& file, Writer writer);
+  [[noreturn]] void fail_length() const;
   bool read_line(std::string& line);
   bool read_row();
   void split();

@@ -1,6 +1,7 @@
 #include "sim/files/input_file.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -24,7 +25,8 @@ bool is_descriptor(const fs::path& file) {
 
 }  // namespace
 
-InputFile::InputFile(const fs::path& file) : file_(file), piece_(kPiece, '\0') {
+InputFile::InputFile(const fs::path& file, std::uintmax_t most)
+    : file_(file), most_(most), piece_(kPiece, '\0') {
   const int fd = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (fd < 0 && errno == ENXIO) throw FileError(file, kNotRegular);  // a socket
   if (fd < 0) fail(file, errno);
@@ -38,11 +40,13 @@ InputFile::InputFile(const fs::path& file) : file_(file), piece_(kPiece, '\0') {
     throw FileError(file, kNotRegular);
   else
     ::fcntl(fd, F_SETFL, 0);  // its bytes are waited for
+  if (size_ > most) throw FileError(file, fmt::format("has {} bytes, expected at most {}", size_, most));
 }
 
 std::string_view InputFile::next() {
   const std::size_t n = std::fread(piece_.data(), 1, piece_.size(), in_.get());
   if (n == 0 && std::ferror(in_.get())) fail(file_, errno);
+  if ((read_ += n) > most_) throw FileError(file_, fmt::format("has more than {} bytes", most_));
   return {piece_.data(), n};
 }
 

@@ -107,7 +107,7 @@ std::vector<std::pair<std::string, Json>> Json::entries() const {
   return all;
 }
 
-Json read_json(const std::filesystem::path& file) { return {file, read_text(file)}; }
+Json read_json(const std::filesystem::path& file) { return {file, read_text(file, kMostOfJson)}; }
 
 std::string json_text(const ordered_json& json, int indent) {
   return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);

@@ -4,12 +4,10 @@
 #include <cstring>
 #include <fstream>
 
-#include "sim/files/input_file.h"
-
 namespace sim::files {
 
-std::string read_text(const std::filesystem::path& file) {
-  InputFile in(file);
+std::string read_text(const std::filesystem::path& file, std::uintmax_t most) {
+  InputFile in(file, most);
   std::string text;
   for (std::string_view piece; !(piece = in.next()).empty();) text += piece;
   return text;

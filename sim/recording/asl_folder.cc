@@ -87,18 +87,20 @@ Eigen::Matrix3d upright(const fs::path& imu_rows, const Eigen::Matrix3d& R_CG) {
   return Eigen::Quaterniond::FromTwoVectors(R_CG * sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
+std::string read_settings(const fs::path& file) { return files::read_text(file, files::kMostOfYaml); }
+
 AslSensors read_sensors(const fs::path& folder) {
   AslSensors sensors;
   RecordingSetup& setup = sensors.setup;
-  read_camera_yaml(folder / kCameraSensor, files::read_text(folder / kCameraSensor), setup);
-  const MountedImu imu = read_mounted_imu(folder / kImuSensor, files::read_text(folder / kImuSensor));
+  read_camera_yaml(folder / kCameraSensor, read_settings(folder / kCameraSensor), setup);
+  const MountedImu imu = read_mounted_imu(folder / kImuSensor, read_settings(folder / kImuSensor));
   setup.imu_rate_hz = imu.rate_hz;
   sensors.noise = imu.noise;
   sensors.X_BC = setup.calibration.X_CG.inverse();
   setup.calibration.X_CG = setup.calibration.X_CG * imu.X_BS;
   sensors.has_plan = fs::exists(folder / kPlanRows);
   if (sensors.has_plan)
-    read_plan_yaml(folder / kPlanSensor, files::read_text(folder / kPlanSensor), setup);
+    read_plan_yaml(folder / kPlanSensor, read_settings(folder / kPlanSensor), setup);
   else
     setup.X_WC_start.linear() = upright(folder / kImuRows, setup.calibration.X_CG.linear());
   return sensors;
@@ -162,7 +164,8 @@ struct AslFolder::Files {
     const fs::path file = files::inner_file(folder / kCameraFolder, camera.row().text(1));
     if (!fs::is_regular_file(file)) camera.row().fail(1, "no such image: " + file.string());
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
-    return decode_image(file, files::read_text(file), {size.width_px, size.height_px}, cv::IMREAD_GRAYSCALE);
+    return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
+                        cv::IMREAD_GRAYSCALE);
   }
 };
 
@@ -206,7 +209,7 @@ std::vector<files::TimedPose> read_asl_truth(const fs::path& folder, const AslSe
   for (const slam::Stamp t : times) own_clock.push_back(t + start);
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   if (fs::exists(*truth / "sensor.yaml"))
-    X_BS = read_mounting(*truth / "sensor.yaml", files::read_text(*truth / "sensor.yaml"));
+    X_BS = read_mounting(*truth / "sensor.yaml", read_settings(*truth / "sensor.yaml"));
   std::vector<files::TimedPose> poses = interpolated(*truth / "data.csv", own_clock);
   if (poses.empty())
     throw files::FileError(*truth / "data.csv", "none of its poses is near the time of an image");

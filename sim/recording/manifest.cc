@@ -4,7 +4,6 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/inner_file.h"
-#include "sim/files/input_file.h"
 
 namespace sim::recording {
 namespace {
@@ -16,8 +15,9 @@ constexpr const char* kName = "manifest.csv";
 constexpr const char* kUnfinished = "manifest.unfinished";
 
 // Gives the file to `take` piece by piece.
-void for_each_piece(const fs::path& file, const std::function<void(std::string_view)>& take) {
-  files::InputFile input(file);
+void for_each_piece(const fs::path& file, std::uintmax_t most,
+                    const std::function<void(std::string_view)>& take) {
+  files::InputFile input(file, most);
   for (std::string_view piece; !(piece = input.next()).empty();) take(piece);
 }
 
@@ -55,7 +55,7 @@ Manifest::Manifest(const fs::path& folder) : folder_(folder) {
     if (!entries_.emplace(rows.text(2), entry).second) rows.fail(2, "this file is listed twice");
   }
   files::Hash own;
-  for_each_piece(file, [&](std::string_view piece) { own.add(piece); });
+  for_each_piece(file, files::kMostOfRows, [&](std::string_view piece) { own.add(piece); });
   hash_ = own.hex();
 }
 
@@ -70,12 +70,13 @@ void Manifest::check_sizes() const {
   }
 }
 
-void Manifest::read_pieces(const std::string& path, const std::function<void(std::string_view)>& take) const {
+void Manifest::read_pieces(const std::string& path, std::uintmax_t most,
+                           const std::function<void(std::string_view)>& take) const {
   const auto listed = entries_.find(path);
   if (listed == entries_.end()) throw files::FileError(folder_ / kName, "does not list " + path);
   if (!fs::exists(folder_ / path)) throw files::FileError(folder_ / path, "is missing");
   files::Hash found;
-  for_each_piece(folder_ / path, [&](std::string_view piece) {
+  for_each_piece(folder_ / path, most, [&](std::string_view piece) {
     found.add(piece);
     take(piece);
   });
@@ -86,13 +87,13 @@ void Manifest::read_pieces(const std::string& path, const std::function<void(std
 }
 
 fs::path Manifest::check(const std::string& path) const {
-  read_pieces(path, [](std::string_view) {});
+  read_pieces(path, files::kMostOfRows, [](std::string_view) {});
   return folder_ / path;
 }
 
-std::string Manifest::read(const std::string& path) const {
+std::string Manifest::read(const std::string& path, std::uintmax_t most) const {
   std::string content;
-  read_pieces(path, [&](std::string_view piece) { content += piece; });
+  read_pieces(path, most, [&](std::string_view piece) { content += piece; });
   return content;
 }
 

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "sim/files/hashed_file.h"
+#include "sim/files/input_file.h"
 
 namespace sim::recording {
 
@@ -39,8 +40,9 @@ class Manifest {
   void check_sizes() const;
   /// The file is listed and its content is what was recorded; reads it in pieces. Returns its full path.
   std::filesystem::path check(const std::string& path) const;
-  /// The whole content of a listed file. Throws FileError unless it is what was recorded.
-  std::string read(const std::string& path) const;
+  /// The whole content of a listed file, `most` bytes at most. Throws FileError unless it is what was
+  /// recorded.
+  std::string read(const std::string& path, std::uintmax_t most = files::kMostOfText) const;
   bool lists(const std::string& path) const { return entries_.contains(path); }
   /// The manifest's own hash, which stands for the whole recording.
   const std::string& hash() const { return hash_; }
@@ -51,7 +53,8 @@ class Manifest {
     std::string hash;
   };
   /// Calls `take` with the pieces of a listed file, then throws FileError unless they are what was recorded.
-  void read_pieces(const std::string& path, const std::function<void(std::string_view)>& take) const;
+  void read_pieces(const std::string& path, std::uintmax_t most,
+                   const std::function<void(std::string_view)>& take) const;
 
   std::filesystem::path folder_;
   std::map<std::string, Entry> entries_;

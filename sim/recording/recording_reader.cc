@@ -85,9 +85,10 @@ struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
     for (const std::string& name : files_for_other_readers()) manifest.check(name);
-    read_camera_yaml(folder / kCameraSensor, manifest.read(kCameraSensor), setup);
-    read_plan_yaml(folder / kPlanSensor, manifest.read(kPlanSensor), setup);
-    const auto begin = read_imu_yaml(folder / kImuSensor, manifest.read(kImuSensor), setup);
+    read_camera_yaml(folder / kCameraSensor, manifest.read(kCameraSensor, files::kMostOfYaml), setup);
+    read_plan_yaml(folder / kPlanSensor, manifest.read(kPlanSensor, files::kMostOfYaml), setup);
+    const auto begin =
+        read_imu_yaml(folder / kImuSensor, manifest.read(kImuSensor, files::kMostOfYaml), setup);
     if (imu.stamp() && !begin)
       throw files::FileError(folder / kImuSensor, "has no key first_interval_begins_ns");
     if (begin) imu_end = *begin;
@@ -103,7 +104,8 @@ struct RecordingReader::Files {
   slam::Stamp imu_end{0};
 
   cv::Mat image(std::string_view name) const {
-    const std::string path = kCameraFolder + std::string(name), png = manifest.read(path);
+    const std::string path = kCameraFolder + std::string(name),
+                      png = manifest.read(path, files::kMostOfImage);
     const slam::CameraIntrinsics& camera_model = setup.calibration.camera;
     const cv::Mat decoded = decode_image(folder / path, png, {camera_model.width_px, camera_model.height_px},
                                          cv::IMREAD_UNCHANGED);

@@ -139,7 +139,7 @@ std::string config_hash(const std::map<std::string, std::string>& config) {
 Baseline read_baseline(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file))
     throw files::FileError(file, "there is no such baseline; 'gaitslam baseline update' makes one");
-  const std::string text = files::read_text(file);
+  const std::string text = files::read_text(file, files::kMostOfJson);
   check_seal(file, text);
   const files::Json json(file, text);
   if (const std::uint64_t format = json.at("format_version").whole(); format != kFormat)

@@ -74,7 +74,7 @@ class Searches {
 
 /// Throws FileError where the file is no PNG: the page must not carry anything else.
 std::string picture(const std::filesystem::path& file, double t, const std::string& over) {
-  const std::string png = files::read_text(file);
+  const std::string png = files::read_text(file, files::kMostOfImage);
   const auto size = recording::image_size(png);
   if (!size || !png.starts_with("\x89PNG")) throw files::FileError(file, "is not a PNG image");
   return fmt::format(

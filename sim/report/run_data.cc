@@ -114,7 +114,7 @@ RunData read_run(const fs::path& folder) {
   run.score = score.value();
   run.about = result::read_about(folder / "about.json");
   if (const auto median = timing.find("frame_cpu_ms_median")) run.frame_cpu_ms_median = median->number();
-  run.scenario_yaml = files::read_text(folder / "scenario.yaml");
+  run.scenario_yaml = files::read_text(folder / "scenario.yaml", files::kMostOfYaml);
   run.label = fmt::format("{}, seed {}", score.at("scenario").text(), score.at("seed").whole());
   if (const auto estimator = score.find("estimator"); estimator && estimator->text() != "filter")
     run.label += ", " + estimator->text();

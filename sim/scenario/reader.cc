@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <span>
 
-#include "sim/files/input_file.h"
+#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/limits.h"
 
@@ -72,16 +72,11 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
 }  // namespace
 
 std::string file_text(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kLargest = 1 << 20;
   std::error_code fault;
   if (std::filesystem::is_directory(file, fault))
     throw ConfigError(fmt::format("{}: is a folder, expected a scenario file", file.string()));
   try {
-    files::InputFile in(file);
-    std::string text;
-    for (std::string_view piece; text.size() <= kLargest && !(piece = in.next()).empty();) text += piece;
-    if (text.size() > kLargest) throw files::FileError(file, "larger than 1 MiB, expected a scenario");
-    return text;
+    return files::read_text(file, files::kMostOfYaml);
   } catch (const files::FileError& e) {
     throw ConfigError(e.what());
   }

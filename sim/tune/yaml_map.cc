@@ -14,7 +14,7 @@ using scenario::Yaml;
 
 Yaml parse_yaml_file(const std::filesystem::path& file) {
   try {
-    return scenario::parse_yaml(files::read_text(file), {file.string()});
+    return scenario::parse_yaml(files::read_text(file, files::kMostOfYaml), {file.string()});
   } catch (const files::FileError& e) {
     throw scenario::ConfigError(e.what());
   }

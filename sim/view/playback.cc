@@ -66,8 +66,7 @@ void name_what_is_missing(Playback& playback, const fs::path& recording, bool si
 }
 
 Resource png(const fs::path& file) {
-  if (fs::file_size(file) > kMostImageBytes) throw files::FileError(file, "is too large for an image");
-  auto bytes = std::make_shared<const std::string>(files::read_text(file));
+  auto bytes = std::make_shared<const std::string>(files::read_text(file, kMostImageBytes));
   if (!recording::image_size(*bytes) || !bytes->starts_with("\x89PNG"))
     throw files::FileError(file, "is no PNG image");
   return {"image/png", std::move(bytes)};

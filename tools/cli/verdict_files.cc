@@ -28,7 +28,7 @@ constexpr std::string_view kJson = "{\n  \"title\": \"gaitslam ";
 void require_beginning(const std::optional<fs::path>& file, std::string_view beginning) {
   if (!file || !fs::exists(fs::symlink_status(*file))) return;
   sim::files::require_regular(*file);
-  sim::files::InputFile in(*file);
+  sim::files::InputFile in(*file, sim::files::kMostOfText);
   const std::string_view found = in.next();
   if (!found.empty() && !found.starts_with(beginning))
     throw UsageError(fmt::format(

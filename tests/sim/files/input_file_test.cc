@@ -68,11 +68,50 @@ TEST(InputFile, MayBeAPipeOfThisProcess) {
   ::close(ends[0]);
 }
 
+// Sparse files, which take no room on the disk.
+TEST(InputFile, ThatIsTooLargeIsRefusedBeforeItIsRead) {
+  const TemporaryFolder folder;
+  const auto sparse = [&](const std::string& name, std::uintmax_t bytes) {
+    write_text(folder / name, "");
+    fs::resize_file(folder / name, bytes);
+    return folder / name;
+  };
+  const fs::path large = sparse("large", 3221225473);
+  EXPECT_THAT(
+      [&] { read_text(large); },
+      ThrowsMessage<FileError>(HasSubstr("large: has 3221225473 bytes, expected at most 2147483648")));
+  EXPECT_THAT([&] { read_text(large, 100); },
+              ThrowsMessage<FileError>(HasSubstr("large: has 3221225473 bytes, expected at most 100")));
+  EXPECT_THAT([&] { read_json(large); }, ThrowsMessage<FileError>(HasSubstr("expected at most 67108864")));
+  const fs::path largest = sparse("largest", std::uintmax_t{1} << 40);
+  EXPECT_THAT([&] { CsvReader rows(largest); },
+              ThrowsMessage<FileError>(HasSubstr("has 1099511627776 bytes, expected at most 17179869184")));
+  EXPECT_THAT([&] { CsvReader rows(large); },
+              ThrowsMessage<FileError>(HasSubstr("large:1: has more than 1048576 characters")));
+  write_text(folder / "quoted", "a,b\n\"" + std::string((1 << 20) + 1, '\n'));
+  EXPECT_THAT(
+      [&] {
+        CsvReader rows(folder / "quoted");
+        rows.next();
+      },
+      ThrowsMessage<FileError>(HasSubstr("quoted:2: has more than 1048576 characters")));
+}
+
+TEST(InputFile, OfAPipeIsReadUpToTheLimitOnly) {
+  int ends[2] = {};
+  ASSERT_EQ(::pipe(ends), 0);
+  ASSERT_EQ(::write(ends[1], "0123456789", 10), 10);
+  ::close(ends[1]);
+  EXPECT_THAT([&] { read_text("/dev/fd/" + std::to_string(ends[0]), 9); },
+              ThrowsMessage<FileError>(HasSubstr(": has more than 9 bytes")));
+  ::close(ends[0]);
+}
+
 TEST(InputFile, IsGivenInPiecesAndMayBeMoved) {
   const TemporaryFolder folder;
   const std::string whole(200'000, 'x');
   write_text(folder / "a", whole);
-  InputFile first(folder / "a");
+  InputFile first(folder / "a", whole.size());
   EXPECT_EQ(first.size(), whole.size());
   std::string read(first.next());
   InputFile second = std::move(first);

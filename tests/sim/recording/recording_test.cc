@@ -347,6 +347,23 @@ TEST(Recording, AnyEditedFileIsNamedWhichHasTheSameSize) {
   }
 }
 
+// Sparse files, whose sizes the manifest has.
+TEST(Recording, ASettingsFileOrAnImageThatIsTooLargeIsNamedBeforeItIsRead) {
+  const files::TemporaryFolder folder;
+  for (const std::string name : {"mav0/cam0/sensor.yaml", "mav0/cam0/data/1000000000033000000.png"}) {
+    const Recorded recorded(folder / fs::path(name).filename());
+    const fs::path manifest = recorded.folder / "manifest.csv", file = recorded.folder / name;
+    std::string rows = files::read_text(manifest);
+    const std::string listed = "," + std::to_string(fs::file_size(file)) + "," + name;
+    ASSERT_NE(rows.find(listed), rows.npos);
+    files::write_text(manifest, rows.replace(rows.find(listed), listed.size(), ",3221225472," + name));
+    fs::resize_file(file, 3221225472);
+    EXPECT_THAT([&] { read_everything(recorded.folder); },
+                ThrowsMessage<files::FileError>(
+                    HasSubstr(file.string() + ": has 3221225472 bytes, expected at most")));
+  }
+}
+
 // Brings the manifest up to date with an edited file, so that only its content can reveal the edit.
 void sign_again(const fs::path& folder, const std::string& name) {
   const fs::path manifest = folder / "manifest.csv";
