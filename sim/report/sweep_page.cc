@@ -30,6 +30,8 @@ using files::Json;
 constexpr std::array kMetrics{"ate_se3_rmse_m", "rmse_m", "end_position_error_m", "nees_position_mean",
                               "loop_landmarks"};
 
+constexpr std::size_t kMostMappedKeys = 6;  // 15 heat maps of each metric
+
 /// One line of scores.jsonl.
 struct SweepTrial {
   std::string scenario;
@@ -45,6 +47,7 @@ struct SweepOf {
   std::vector<std::string> keys;
   std::vector<std::vector<std::string>>
       at;  ///< of each key, its values in ascending order or that of the file
+  std::vector<std::map<std::string, std::size_t>> place;  ///< of each key, where its values are in `at`
   std::vector<SweepTrial> trials;
 };
 
@@ -79,10 +82,12 @@ std::vector<std::string> ordered(std::vector<std::string> values) {
 void find_values(SweepOf& sweep) {
   for (std::size_t k = 0; k < sweep.keys.size(); ++k) {
     std::vector<std::string> values;
+    std::map<std::string, std::size_t> place;
     for (const SweepTrial& trial : sweep.trials)
-      if (std::find(values.begin(), values.end(), trial.settings[k]) == values.end())
-        values.push_back(trial.settings[k]);
+      if (place.emplace(trial.settings[k], 0).second) values.push_back(trial.settings[k]);
     sweep.at.push_back(ordered(std::move(values)));
+    for (std::size_t i = 0; i < sweep.at[k].size(); ++i) place[sweep.at[k][i]] = i;
+    sweep.place.push_back(std::move(place));
   }
 }
 
@@ -96,7 +101,7 @@ std::vector<SweepOf> read_sweep(const fs::path& folder) {
     SweepTrial trial = trial_of(Json(file, line), keys);
     auto found =
         std::find_if(all.begin(), all.end(), [&](const SweepOf& s) { return s.scenario == trial.scenario; });
-    if (found == all.end()) found = all.insert(all.end(), {trial.scenario, {}, {}, {}});
+    if (found == all.end()) found = all.insert(all.end(), {trial.scenario, {}, {}, {}, {}});
     found->trials.push_back(std::move(trial));
   }
   if (all.empty()) throw files::FileError(file, "has no trial");
@@ -118,10 +123,6 @@ std::string metric_label(const std::string& name) {
 }
 
 bool is_counted(const std::string& name) { return name == "loop_landmarks"; }
-
-std::size_t index_of(const std::vector<std::string>& all, const std::string& value) {
-  return static_cast<std::size_t>(std::find(all.begin(), all.end(), value) - all.begin());
-}
 
 /// Where the values of a key lie on an axis: at themselves where they are numbers, else at 1, 2, 3, ...
 struct KeyAxis {
@@ -157,7 +158,7 @@ Figure lines_figure(const SweepOf& sweep, std::size_t k, const std::string& metr
   for (const SweepTrial& trial : sweep.trials) {
     const auto value = trial.values.find(metric);
     if (value == trial.values.end()) continue;
-    const std::size_t i = index_of(sweep.at[k], trial.settings[k]);
+    const std::size_t i = sweep.place[k].at(trial.settings[k]);
     values[i].push_back(value->second);
     dots.x.push_back(axis.at[i]), dots.y.push_back(value->second);
   }
@@ -174,7 +175,7 @@ Figure lines_figure(const SweepOf& sweep, std::size_t k, const std::string& metr
 std::string anchor(const SweepOf& sweep, const std::vector<std::string>& settings) {
   std::string name = "setting-" + sweep.scenario;
   for (std::size_t k = 0; k < settings.size(); ++k)
-    name += fmt::format("-{}", index_of(sweep.at[k], settings[k]) + 1);
+    name += fmt::format("-{}", sweep.place[k].at(settings[k]) + 1);
   return name;
 }
 
@@ -212,15 +213,41 @@ std::vector<std::string> metrics_of(const SweepOf& sweep) {
   return shown;
 }
 
+/// The keys of a grid that have several values.
+std::vector<std::size_t> grid_keys(const SweepOf& sweep) {
+  std::vector<std::size_t> keys;
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
+    if (is_grid(sweep, k) && sweep.at[k].size() > 1) keys.push_back(k);
+  return keys;
+}
+
+/// The keys of which heat maps are drawn, each with each of the others.
+std::vector<std::size_t> mapped_keys(const SweepOf& sweep) {
+  std::vector<std::size_t> keys = grid_keys(sweep);
+  keys.resize(std::min(keys.size(), kMostMappedKeys));
+  return keys;
+}
+
+/// Which keys have heat maps, where not all have.
+std::string about_heat_maps(const SweepOf& sweep) {
+  const std::vector<std::size_t> mapped = mapped_keys(sweep);
+  const std::size_t all = grid_keys(sweep).size();
+  if (mapped.size() == all) return "";
+  std::string names;
+  for (const std::size_t k : mapped) names += (names.empty() ? "" : ", ") + escaped(sweep.keys[k]);
+  return fmt::format("<p>Heat maps are drawn of the first {} of {} keys with several values: {}.</p>\n",
+                     mapped.size(), all, names);
+}
+
 std::vector<Figure> figures_of(const SweepOf& sweep) {
   std::vector<Figure> all;
   const std::size_t keys = sweep.keys.size();
+  const std::vector<std::size_t> mapped = mapped_keys(sweep);
   for (const std::string& metric : metrics_of(sweep)) {
     const std::size_t before = all.size();
-    for (std::size_t a = 0; a < keys; ++a)
-      for (std::size_t b = a + 1; b < keys; ++b)
-        if (is_grid(sweep, a) && is_grid(sweep, b) && sweep.at[a].size() > 1 && sweep.at[b].size() > 1)
-          all.push_back(heat_figure(sweep, a, b, metric));
+    for (std::size_t a = 0; a < mapped.size(); ++a)
+      for (std::size_t b = a + 1; b < mapped.size(); ++b)
+        all.push_back(heat_figure(sweep, mapped[a], mapped[b], metric));
     if (keys == 2 && all.size() > before) continue;  // it has both keys already
     for (std::size_t k = 0; k < keys; ++k)
       if (sweep.at[k].size() > 1) all.push_back(lines_figure(sweep, k, metric));
@@ -231,11 +258,11 @@ std::vector<Figure> figures_of(const SweepOf& sweep) {
 /// The trials of each setting, in the order of the file.
 std::vector<std::vector<const SweepTrial*>> by_setting(const SweepOf& sweep) {
   std::vector<std::vector<const SweepTrial*>> groups;
+  std::map<std::vector<std::string>, std::size_t> group_of;
   for (const SweepTrial& trial : sweep.trials) {
-    const auto same = [&](const auto& group) { return group.front()->settings == trial.settings; };
-    auto found = std::find_if(groups.begin(), groups.end(), same);
-    if (found == groups.end()) found = groups.insert(groups.end(), std::vector<const SweepTrial*>{});
-    found->push_back(&trial);
+    const auto [group, is_new] = group_of.emplace(trial.settings, groups.size());
+    if (is_new) groups.emplace_back();
+    groups[group->second].push_back(&trial);
   }
   return groups;
 }
@@ -350,7 +377,7 @@ std::string order_of_values(const SweepOf& sweep) {
 std::string section_of(const SweepOf& sweep, const fs::path& folder) {
   constexpr double kWidth = 640, kHeight = 320;
   std::string html = fmt::format("<h2 id='scenario-{0}'>{0}</h2>\n", escaped(sweep.scenario));
-  html += worst_list(sweep) + "<div class='figures'>\n";
+  html += worst_list(sweep) + about_heat_maps(sweep) + "<div class='figures'>\n";
   for (const Figure& figure : figures_of(sweep))
     html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.name),
                         escaped(figure.title), to_svg(figure, kWidth, kHeight));

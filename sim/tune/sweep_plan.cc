@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <string_view>
 
 #include "sim/scenario/keys.h"
+#include "sim/tune/value_list.h"
 
 namespace sim::tune {
 namespace {
-
-constexpr std::size_t kMostTrials = 1'000'000;
 
 void apply(const Setting& setting, scenario::ReadScenario& read) {
   if (!scenario::has_section(read.scenario, setting.key))
@@ -38,11 +39,19 @@ std::vector<std::string> printed(const std::vector<std::string>& keys, const sce
 
 std::size_t combinations(const SweepSpec& spec) {
   std::size_t n = 1;
-  for (const Axis& axis : spec.axes) {
-    n *= axis.size();
-    if (n > kMostTrials) break;
-  }
+  for (const Axis& axis : spec.axes) n *= axis.size();
   return n;
+}
+
+void require_few_trials(const SweepSpec& spec, std::size_t seeds) {
+  const std::size_t n = combinations(spec), scenarios = spec.scenarios.size(), trials = n * scenarios * seeds;
+  if (trials <= kMostTrials) return;
+  const std::string why =
+      fmt::format("makes {} trials of {} combinations, {} scenarios and {} seeds, expected at most {}",
+                  trials, n, scenarios, seeds, kMostTrials);
+  if (spec.axes.empty()) throw scenario::ConfigError(fmt::format("{}: {}", spec.name, why));
+  const Setting& last = spec.axes.back().front().front();
+  scenario::fail(last.at, last.key, why);
 }
 
 /// The points of one combination; the last axis changes fastest.
@@ -56,12 +65,14 @@ std::vector<const Point*> points_of(const SweepSpec& spec, std::size_t combinati
 }
 
 void require_different_names(const std::vector<scenario::ReadScenario>& scenarios, const SweepSpec& spec) {
-  for (std::size_t i = 0; i < scenarios.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (scenarios[i].scenario.name == scenarios[k].scenario.name)
-        throw scenario::ConfigError(
-            fmt::format("{}: is called '{}' as {} is; a sweep needs names that differ",
-                        spec.scenarios[i].string(), scenarios[i].scenario.name, spec.scenarios[k].string()));
+  std::map<std::string_view, std::size_t> first;
+  for (std::size_t i = 0; i < scenarios.size(); ++i) {
+    const auto [same, is_new] = first.emplace(scenarios[i].scenario.name, i);
+    if (!is_new)
+      throw scenario::ConfigError(fmt::format("{}: is called '{}' as {} is; a sweep needs names that differ",
+                                              spec.scenarios[i].string(), scenarios[i].scenario.name,
+                                              spec.scenarios[same->second].string()));
+  }
 }
 
 }  // namespace
@@ -77,9 +88,8 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
   SweepPlan plan{spec.name, {}, {}, seeds};
   for (const Axis& axis : spec.axes)
     for (const Setting& setting : axis.front()) plan.keys.push_back(setting.key);
+  require_few_trials(spec, seeds.size());
   const std::size_t n = combinations(spec);
-  if (n * spec.scenarios.size() * seeds.size() > kMostTrials)
-    throw scenario::ConfigError(fmt::format("{}: is a sweep of more than {} trials", spec.name, kMostTrials));
   std::vector<scenario::ReadScenario> scenarios;
   for (const auto& file : spec.scenarios) scenarios.push_back(scenario::read_scenario(file, changes));
   require_different_names(scenarios, spec);

@@ -29,7 +29,7 @@ struct SweepPlan {
 };
 
 /// changes: changes of every scenario, made before those of the sweep. Throws ConfigError at a value that its
-/// key does not accept, and when there are more than a million trials.
+/// key does not accept, and when there are more than kMostTrials.
 SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& seeds,
                      const scenario::Changes& changes);
 

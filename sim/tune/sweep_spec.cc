@@ -45,6 +45,17 @@ Axis grid_axis(const Yaml& key, const Yaml& values) {
   return axis;
 }
 
+/// Throws ConfigError at the key of the axis by which there are more combinations than a sweep may have.
+void add_axis(std::vector<Axis>& axes, Axis axis) {
+  const Setting& first = axis.front().front();
+  std::size_t n = axis.size();
+  for (const Axis& before : axes) n *= before.size();
+  if (n > kMostTrials)
+    scenario::fail(first.at, first.key,
+                   fmt::format("makes {} combinations, expected at most {}", n, kMostTrials));
+  axes.push_back(std::move(axis));
+}
+
 /// Sets the keys together: point i has the i-th value of each key.
 Axis zip_axis(const std::vector<Yaml>& keys, const std::vector<Yaml>& values) {
   Axis axis = grid_axis(keys[0], values[0]);
@@ -128,7 +139,7 @@ Axis read_sample(const Yaml& node) {
              }},
             {"points",
              [&](const Yaml& value) {
-               scenario::read(value, "sample.points", {1, 1e6}, sampling.points);
+               scenario::read(value, "sample.points", {1, kMostTrials}, sampling.points);
              }},
             {"seed", [&](const Yaml& value) { scenario::read(value, "sample.seed", {}, sampling.seed); }},
             {"keys", read_distributions}});
@@ -143,7 +154,7 @@ void read_zip(const Yaml& node, std::vector<Axis>& axes) {
     return;
   }
   require_entries(node, "zip", "keys with lists of values that are set together, or a list of such maps");
-  axes.push_back(zip_axis(node.keys, node.items));
+  add_axis(axes, zip_axis(node.keys, node.items));
 }
 
 fs::path scenario_file(const Yaml& node, const fs::path& folder) {
@@ -161,7 +172,7 @@ std::vector<fs::path> scenario_files(const Yaml& list, const fs::path& folder) {
 
 void read_grid(const Yaml& map, std::vector<Axis>& axes) {
   require_entries(map, "grid", "keys with values, as in slam.vision.sigma_px: [1, 1.5, 2]");
-  for (std::size_t k = 0; k < map.keys.size(); ++k) axes.push_back(grid_axis(map.keys[k], map.items[k]));
+  for (std::size_t k = 0; k < map.keys.size(); ++k) add_axis(axes, grid_axis(map.keys[k], map.items[k]));
 }
 
 MapReaders spec_readers(SweepSpec& spec, const fs::path& folder) {
@@ -171,7 +182,7 @@ MapReaders spec_readers(SweepSpec& spec, const fs::path& folder) {
       {"seeds", [&spec](const Yaml& value) { spec.seeds = read_seeds(value); }},
       {"grid", [&spec](const Yaml& value) { read_grid(value, spec.axes); }},
       {"zip", [&spec](const Yaml& value) { read_zip(value, spec.axes); }},
-      {"sample", [&spec](const Yaml& value) { spec.axes.push_back(read_sample(value)); }}};
+      {"sample", [&spec](const Yaml& value) { add_axis(spec.axes, read_sample(value)); }}};
 }
 
 bool has_any_key(const Yaml& root, const MapReaders& readers) {
@@ -252,7 +263,7 @@ void read_argument(const Argument& argument, SweepSpec& spec, std::vector<Distri
   if (argument.text.starts_with(kZip) && argument.text.ends_with(')')) {
     const auto inner = argument.text.substr(kZip.size(), argument.text.size() - kZip.size() - 1);
     const Assignments pairs = assignments(argument, kZip.size(), inner);
-    spec.axes.push_back(zip_axis(pairs.keys, pairs.lists));
+    add_axis(spec.axes, zip_axis(pairs.keys, pairs.lists));
     return;
   }
   const Assignments one = assignments(argument, 0, argument.text);
@@ -261,7 +272,7 @@ void read_argument(const Argument& argument, SweepSpec& spec, std::vector<Distri
     if (list.items.size() == 1 && is_distribution(list.items[0]))
       distributions.push_back(distribution(one.keys[k], list.items[0]));
     else
-      spec.axes.push_back(grid_axis(one.keys[k], list));
+      add_axis(spec.axes, grid_axis(one.keys[k], list));
   }
 }
 
@@ -290,7 +301,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
   std::vector<Distribution> distributions;
   for (std::size_t i = 0; i < arguments.size(); ++i)
     read_argument({arguments[i], static_cast<int>(i) + 1}, spec, distributions);
-  if (!distributions.empty()) spec.axes.push_back(sample_axis(distributions, sampling));
+  if (!distributions.empty()) add_axis(spec.axes, sample_axis(distributions, sampling));
   require_each_key_once(spec);
   return spec;
 }

@@ -12,7 +12,6 @@ namespace {
 
 using scenario::Yaml;
 
-constexpr std::size_t kMostValues = 100'000;
 constexpr std::array<std::string_view, 5> kFunctions{"range", "linspace", "logspace", "uniform",
                                                      "loguniform"};
 
@@ -42,8 +41,8 @@ std::vector<Yaml> range(const Yaml& node, const Call& call) {
   const double steps = std::floor((last - first) / step + 1e-9);  // a last one that rounding misses is meant
   if (!(steps >= 0) || step == 0)
     scenario::fail(node, "", fmt::format("range(...): no step of {} leads from {} to {}", step, first, last));
-  if (steps >= static_cast<double>(kMostValues))
-    scenario::fail(node, "", fmt::format("range(...): more than {} values", kMostValues));
+  if (steps >= static_cast<double>(kMostTrials))
+    scenario::fail(node, "", fmt::format("range(...): more than {} values", kMostTrials));
   std::vector<Yaml> values;
   for (int i = 0; i <= static_cast<int>(steps); ++i)
     values.push_back(number_node(first + i * step, node.origin));
@@ -55,10 +54,10 @@ std::vector<Yaml> spaced(const Yaml& node, const Call& call) {
   require_arguments(node, call, 3, call.name + "(first, last, how many)");
   double first = call.arguments[0], last = call.arguments[1];
   const double n = call.arguments[2];
-  if (n != std::floor(n) || n < 2 || n > static_cast<double>(kMostValues))
+  if (n != std::floor(n) || n < 2 || n > static_cast<double>(kMostTrials))
     scenario::fail(
         node, "",
-        fmt::format("{}(...): {} values, expected a whole number from 2 to {}", call.name, n, kMostValues));
+        fmt::format("{}(...): {} values, expected a whole number from 2 to {}", call.name, n, kMostTrials));
   if (even_factor && !(first > 0 && last > 0))
     scenario::fail(
         node, "",
@@ -137,8 +136,12 @@ std::vector<Yaml> values_of(const Yaml& item) {
 std::vector<Yaml> values_of_list(const Yaml& list) {
   if (list.kind != Yaml::Kind::list) return values_of(list);
   std::vector<Yaml> values;
-  for (const Yaml& item : list.items)
+  for (const Yaml& item : list.items) {
     for (Yaml& value : values_of(item)) values.push_back(std::move(value));
+    if (values.size() > kMostTrials)
+      scenario::fail(item, "",
+                     fmt::format("makes {} values, expected at most {}", values.size(), kMostTrials));
+  }
   return values;
 }
 

@@ -23,7 +23,11 @@ std::optional<Call> call_of(const scenario::Yaml& scalar);
 /// any other item stands for itself. Throws ConfigError at the node.
 std::vector<scenario::Yaml> values_of(const scenario::Yaml& item);
 
-/// The values of all items of a list, or of a node that is no list.
+/// The most values of a key, and the most trials of a sweep.
+inline constexpr std::size_t kMostTrials = 100'000;
+
+/// The values of all items of a list, or of a node that is no list. Throws ConfigError at the item by which
+/// they are more than kMostTrials.
 std::vector<scenario::Yaml> values_of_list(const scenario::Yaml& list);
 
 /// Text between commas outside of brackets and quotes, and where it begins.

@@ -17,6 +17,7 @@
 #include "sim/scenario/yaml.h"
 #include "sim/tune/sweep_plan.h"
 #include "sim/tune/sweep_scores.h"
+#include "sim/tune/value_list.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/slurm.h"
 #include "tools/cli/jobs/trial_parts.h"
@@ -272,7 +273,7 @@ void add_sweep(CLI::App& app, int& exit_code) {
   command
       ->add_option("--samples", request->sampling.points,
                    "number of samples of uniform(a, b) and loguniform(a, b) on the command line")
-      ->check(CLI::Range(1, 1000000))
+      ->check(CLI::Range(std::size_t{1}, tune::kMostTrials))
       ->capture_default_str();
   command->add_option("--sampling", request->sampling.method, "method of these samples")
       ->check(CLI::IsMember({"sobol", "random"}))

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
 #include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
@@ -67,6 +69,42 @@ TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
   EXPECT_THAT(html, HasSubstr("<a href='#setting-hall-3-2'><rect")) << "10 comes after 2";
   EXPECT_THAT(html, HasSubstr(">0.125</text>"));
   EXPECT_THAT(html, Not(HasSubstr("rmse_m over slam.a")));
+}
+
+TEST_F(SweepPage, OfManyKeysHasHeatMapsOfTheFirstOnes) {
+  std::string one, two;
+  for (int k = 100; k < 200; ++k) {
+    one += (one.empty() ? "" : ", ") + ("\"slam.k" + std::to_string(k) + "\": 1");
+    two += (two.empty() ? "" : ", ") + ("\"slam.k" + std::to_string(k) + "\": 2");
+  }
+  add("hall", "{" + one + "}", 1, R"({"rmse_m": 1})");
+  add("hall", "{" + two + "}", 1, R"({"rmse_m": 2})");
+  const std::string html = page();
+  const auto count = [&](const std::string& text) {
+    int n = 0;
+    for (std::size_t at = 0; (at = html.find(text, at)) != html.npos; at += text.size()) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("median over seeds and the other keys; dark is worse</figcaption>"), 15);
+  EXPECT_THAT(html, HasSubstr("<figure id='hall_rmse_m_slam.k104_slam.k105'>"));
+  EXPECT_THAT(html,
+              HasSubstr("Heat maps are drawn of the first 6 of 100 keys with several values: slam.k100, "
+                        "slam.k101, slam.k102, slam.k103, slam.k104, slam.k105."));
+}
+
+// Each trial has values of its own, as samples have.
+TEST_F(SweepPage, OfManyTrialsIsMadeInATimeThatGrowsAsTheyDo) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_of = [&](int trials) {
+    lines_.clear();
+    for (int i = 0; i < trials; ++i)
+      add("hall", "{\"slam.a\": \"v" + std::to_string(i) + "\"}", 1, R"({"rmse_m": 1})");
+    const auto begin = Clock::now();
+    page();
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+  };
+  seconds_of(2000);
+  EXPECT_LT(seconds_of(20'000), 40 * seconds_of(2000));
 }
 
 TEST_F(SweepPage, ScenariosAreNotPooled) {

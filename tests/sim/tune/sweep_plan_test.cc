@@ -150,7 +150,26 @@ TEST_F(Sweep, WhatIsWrongInAFileIsNamedWithItsPlace) {
   EXPECT_THAT(complaint_of_spec(
                   "scenario: walk.yaml\ngrid:\n  world.seed: range(1, 100000, 1)\n  slam.vision.sigma_px: "
                   "range(1, 20, 1)\n"),
-              HasSubstr("more than 1000000 trials"));
+              EndsWith("2000000 combinations, expected at most 100000"));
+}
+
+TEST_F(Sweep, MoreTrialsThanAnyoneWaitsForAreRefusedAtTheKeyThatAsksForThem) {
+  EXPECT_EQ(complaint_of_spec("scenario: walk.yaml\ngrid:\n  world.seed: range(1, 1000, 1)\n"
+                              "  slam.vision.sigma_px: 'linspace(1, 2, 101)'\n"),
+            "spec.yaml:4:3: slam.vision.sigma_px: makes 101000 combinations, expected at most 100000");
+  EXPECT_EQ(complaint("walk.yaml", {"slam.vision.sigma_px=linspace(1,2,100000),linspace(3,4,100000)"}),
+            "<argument>:1:43: makes 200000 values, expected at most 100000");
+  EXPECT_EQ(complaint_of_spec("scenario: walk.yaml\nsample: {points: 1000000, keys: "
+                              "{slam.vision.sigma_px: 'uniform(1, 2)'}}\n"),
+            "spec.yaml:2:18: sample.points: is '1000000', expected a whole number from 1 to 100000");
+  write("spec.yaml", "scenarios: [walk.yaml, blind.yaml]\ngrid: {world.seed: 'range(1, 1000, 1)'}\n");
+  const SweepSpec spec = read_sweep(folder_ / "spec.yaml", {}, {});
+  std::vector<std::uint64_t> seeds(51);
+  EXPECT_THAT(
+      [&] { plan_sweep(spec, seeds, {}); },
+      testing::ThrowsMessage<scenario::ConfigError>(EndsWith(
+          "spec.yaml:2:8: world.seed: makes 102000 trials of 1000 combinations, 2 scenarios and 51 seeds, "
+          "expected at most 100000")));
 }
 
 }  // namespace
