@@ -22,6 +22,8 @@ Footstep footstep_at(const FootPose& centre, Side side) { return {side, feet_tog
 
 /// Distances along the way after each step: whole steps, then the rest.
 std::vector<double> progress(double distance, double step) {
+  constexpr double kShortestStep_s = 0.1;  // the least walk.single_support_s
+  if (distance / step > kLongestWalk_s / kShortestStep_s) throw TooLong(0, "too many steps");
   const int whole = static_cast<int>(std::floor(distance / step + kNegligible));
   std::vector<double> s;
   for (int k = 1; k <= whole; ++k) s.push_back(std::min(k * step, distance));

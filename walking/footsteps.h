@@ -3,11 +3,23 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "walking/plan.h"
 
 namespace walking {
+
+/// A walk of more than kLongestWalk_s.
+class TooLong : public std::invalid_argument {
+ public:
+  TooLong(int command, const std::string& why) : std::invalid_argument(why), command_(command) {}
+  int command() const { return command_; }  ///< index into WalkOptions::commands of the one that makes it so
+
+ private:
+  int command_;
+};
 
 /// A sole on the ground, or the stance of both: the point below the ankle (m) and the heading (rad, never
 /// wrapped).

@@ -25,6 +25,9 @@ enum class Side { right, left };
 // value, once for all who read, check, print or explain it. A visitor has number, degrees, choice, value and
 // part, as RangeCheck (range_check.h) has. kName: what a command is called in a scenario file.
 
+/// The longest walk, s: two commands of an hour each.
+inline constexpr int kLongestWalk_s = 7200;
+
 /// Stand still on both feet.
 struct Stand {
   static constexpr const char* kName = "stand";
@@ -182,7 +185,8 @@ struct WalkOptions {
               "whether a second preview stage makes the ZMP of the whole body, not only the cart-table's, "
               "follow the "
               "reference");
-    key.value("commands", &WalkOptions::commands, "walk commands, carried out in this order");
+    key.value("commands", &WalkOptions::commands,
+              "walk commands, carried out in this order, in at most 7200 s altogether");
     key.part("steering", &WalkOptions::steering);
   }
 };

@@ -56,6 +56,11 @@ void Timeline::carry_out(int command, const WalkOptions& options, int least_stan
     const auto steps = footsteps(what, centre_of(stance_), options.step_length_m);
     for (const Footstep& landing : steps) step(command, landing);
   }
+  if (static_cast<double>(ticks()) * kPeriod > kLongestWalk_s) throw TooLong(command, "");
+} catch (const TooLong&) {  // of a repeat, too
+  const auto word = std::visit([](const auto& c) { return c.kName; }, options.commands[command]);
+  throw TooLong(command, "walk.commands[" + std::to_string(command) + "]: " + word +
+                             ": makes the walk longer than " + std::to_string(kLongestWalk_s) + " s");
 } catch (const std::invalid_argument& e) {
   throw std::invalid_argument("walk.commands[" + std::to_string(command) + "]." + e.what());
 }

@@ -31,7 +31,8 @@ struct Phase {
 class Timeline {
  public:
   /// Feet together around `start`, in P. `zmp_in_foot`: the place of the ZMP under a support sole, in
-  /// its axes, m. Throws std::invalid_argument naming the option when the commands cannot be carried out.
+  /// its axes, m. Throws std::invalid_argument naming the option when the commands cannot be carried out,
+  /// TooLong where they would take more than kLongestWalk_s.
   Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot);
 
   std::size_t ticks() const { return begins_.back(); }

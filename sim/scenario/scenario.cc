@@ -6,6 +6,7 @@
 #include "sim/scenario/limits.h"
 #include "sim/scenario/reader.h"
 #include "sim/scenario/yaml.h"
+#include "walking/timeline.h"
 
 namespace sim::scenario {
 namespace {
@@ -41,6 +42,19 @@ void check_whole(const Scenario& scenario, const Yaml& at) {
     if (steered_by == plan && sensor_errors::is_of_steering(fault))
       fail(at, "errors.faults",
            "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
+}
+
+/// Throws ConfigError at the command that makes the walk too long to be planned in a reasonable time.
+void check_length(const ReadScenario& read, const Yaml& root) {
+  try {
+    walking::Timeline(read.scenario.walk, {}, Eigen::Vector2d::Zero());
+  } catch (const walking::TooLong& e) {
+    const auto command = static_cast<std::size_t>(e.command());
+    Yaml at = root;
+    if (command < read.command_origins.size()) at.origin = read.command_origins[command];
+    fail(at, "", e.what());
+  } catch (const std::invalid_argument&) {  // told where the walk is planned
+  }
 }
 
 /// Writes "a: \n  b: value" for "a.b", repeating only the sections that change from key to key.
@@ -86,6 +100,7 @@ ReadScenario read_scenario_text(std::string_view text, const std::string& file_n
   for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
   leave_out(reader.result.scenario, changes.without);
   check_whole(reader.result.scenario, root);
+  check_length(reader.result, root);
   return reader.result;
 }
 

@@ -203,6 +203,17 @@ TEST(Scenario, FilesThatCannotBeReadAreNamed) {
             "/dev/null: is not a regular file, expected one: pipes, devices and sockets are not read");
 }
 
+TEST(Scenario, AWalkOfMoreThanTwoHoursIsRefusedAtTheCommandThatMakesItSoLong) {
+  const std::string hour = "    - stand: {duration_s: 3600}\n", begin = "walk:\n  commands:\n";
+  EXPECT_EQ(complaint(begin + hour + hour), "");
+  EXPECT_EQ(complaint(begin + hour + hour + hour),
+            "test.yaml:5:7: walk.commands[2]: stand: makes the walk longer than 7200 s");
+  EXPECT_EQ(complaint(begin + hour + "    - repeat: {last: 1, times: 1000}\n"),
+            "test.yaml:4:7: walk.commands[1]: repeat: makes the walk longer than 7200 s");
+  EXPECT_EQ(complaint(kWalk, {{"walk.commands=[{tangent_arc: {radius_m: 1000, angle_deg: 36000}}]"}, {}}),
+            "<argument>:1:16: walk.commands[0]: tangent_arc: makes the walk longer than 7200 s");
+}
+
 TEST(Scenario, DeepNestingIsRefusedNotCrashedOn) {
   EXPECT_NE(complaint(std::string(100000, '[')), "");
   EXPECT_NE(complaint(std::string(100000, '{')), "");
