@@ -11,6 +11,7 @@
 #include "sim/recording/image_file.h"
 #include "sim/recording/plan_row.h"
 #include "sim/recording/recording_format.h"
+#include "sim/recording/sensor_bounds.h"
 #include "sim/recording/stamped_rows.h"
 
 namespace sim::recording {
@@ -60,8 +61,8 @@ class Readings {
     const std::optional<Reading> before = now_;
     now_.reset();
     if (!rows_.stamp()) return;
-    Reading reading{*rows_.stamp(), {}, {}, rows_.row().vector(1), std::nullopt};
-    if (rows_.row().fields() >= 7) reading.accelerometer = rows_.row().vector(4);
+    Reading reading{*rows_.stamp(), {}, {}, angular_rate(rows_.row()), std::nullopt};
+    if (rows_.row().fields() >= 7) reading.accelerometer = acceleration(rows_.row());
     rows_.advance();
     const auto half = [&](slam::Stamp gap) { return std::min(gap, kLongestGap) / 2; };
     const slam::Stamp ahead = rows_.stamp() ? *rows_.stamp() - reading.t : half_ * 2;
@@ -82,25 +83,29 @@ Eigen::Matrix3d upright(const fs::path& imu_rows, const Eigen::Matrix3d& R_CG) {
   StampedRows rows = rows_of(imu_rows, 4);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int i = 0; i < 20 && rows.stamp() && rows.row().fields() >= 7; ++i, rows.advance())
-    sum += rows.row().vector(4);
+    sum += acceleration(rows.row());
   if (sum.isZero()) return Eigen::Matrix3d::Identity();
   return Eigen::Quaterniond::FromTwoVectors(R_CG * sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
-std::string read_settings(const fs::path& file) { return files::read_text(file, files::kMostOfYaml); }
+std::string sensor_text(const fs::path& file) {
+  std::string text = files::read_text(file, files::kMostOfYaml);
+  require_plausible(file, text);
+  return text;
+}
 
 AslSensors read_sensors(const fs::path& folder) {
   AslSensors sensors;
   RecordingSetup& setup = sensors.setup;
-  read_camera_yaml(folder / kCameraSensor, read_settings(folder / kCameraSensor), setup);
-  const MountedImu imu = read_mounted_imu(folder / kImuSensor, read_settings(folder / kImuSensor));
+  read_camera_yaml(folder / kCameraSensor, sensor_text(folder / kCameraSensor), setup);
+  const MountedImu imu = read_mounted_imu(folder / kImuSensor, sensor_text(folder / kImuSensor));
   setup.imu_rate_hz = imu.rate_hz;
   sensors.noise = imu.noise;
   sensors.X_BC = setup.calibration.X_CG.inverse();
   setup.calibration.X_CG = setup.calibration.X_CG * imu.X_BS;
   sensors.has_plan = fs::exists(folder / kPlanRows);
   if (sensors.has_plan)
-    read_plan_yaml(folder / kPlanSensor, read_settings(folder / kPlanSensor), setup);
+    read_plan_yaml(folder / kPlanSensor, sensor_text(folder / kPlanSensor), setup);
   else
     setup.X_WC_start.linear() = upright(folder / kImuRows, setup.calibration.X_CG.linear());
   return sensors;
@@ -209,7 +214,7 @@ std::vector<files::TimedPose> read_asl_truth(const fs::path& folder, const AslSe
   for (const slam::Stamp t : times) own_clock.push_back(t + start);
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   if (fs::exists(*truth / "sensor.yaml"))
-    X_BS = read_mounting(*truth / "sensor.yaml", read_settings(*truth / "sensor.yaml"));
+    X_BS = read_mounting(*truth / "sensor.yaml", sensor_text(*truth / "sensor.yaml"));
   std::vector<files::TimedPose> poses = interpolated(*truth / "data.csv", own_clock);
   if (poses.empty())
     throw files::FileError(*truth / "data.csv", "none of its poses is near the time of an image");

@@ -8,6 +8,7 @@
 #include "sim/recording/plan_row.h"
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
+#include "sim/recording/sensor_bounds.h"
 #include "sim/recording/sensor_yaml.h"
 #include "sim/recording/stamped_rows.h"
 
@@ -85,10 +86,9 @@ struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
     for (const std::string& name : files_for_other_readers()) manifest.check(name);
-    read_camera_yaml(folder / kCameraSensor, manifest.read(kCameraSensor, files::kMostOfYaml), setup);
-    read_plan_yaml(folder / kPlanSensor, manifest.read(kPlanSensor, files::kMostOfYaml), setup);
-    const auto begin =
-        read_imu_yaml(folder / kImuSensor, manifest.read(kImuSensor, files::kMostOfYaml), setup);
+    read_camera_yaml(folder / kCameraSensor, sensor_text(kCameraSensor), setup);
+    read_plan_yaml(folder / kPlanSensor, sensor_text(kPlanSensor), setup);
+    const auto begin = read_imu_yaml(folder / kImuSensor, sensor_text(kImuSensor), setup);
     if (imu.stamp() && !begin)
       throw files::FileError(folder / kImuSensor, "has no key first_interval_begins_ns");
     if (begin) imu_end = *begin;
@@ -102,6 +102,12 @@ struct RecordingReader::Files {
               imu = rows_of(manifest, kImuRows, {kImuHeader, kGyroHeader}),
               plan = rows_of(manifest, kPlanRows, {kPlanHeader, kPlanAndLegsHeader});
   slam::Stamp imu_end{0};
+
+  std::string sensor_text(const std::string& name) const {
+    std::string text = manifest.read(name, files::kMostOfYaml);
+    require_plausible(folder / name, text);
+    return text;
+  }
 
   cv::Mat image(std::string_view name) const {
     const std::string path = kCameraFolder + std::string(name),
@@ -118,8 +124,9 @@ struct RecordingReader::Files {
       const slam::Stamp begin = imu_end;
       imu_end = *imu.stamp();
       if (imu_end <= begin) imu.row().fail(0, "the interval ends before it begins");
-      observation.gyro.push_back({begin, imu_end, imu.row().vector(1)});
-      if (imu.row().header() == 0) observation.accelerometer.push_back({begin, imu_end, imu.row().vector(4)});
+      observation.gyro.push_back({begin, imu_end, angular_rate(imu.row())});
+      if (imu.row().header() == 0)
+        observation.accelerometer.push_back({begin, imu_end, acceleration(imu.row())});
     }
   }
 

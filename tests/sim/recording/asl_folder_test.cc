@@ -202,6 +202,24 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
       {"imu0/sensor.yaml", "1.6968e-04", "-1.6968e-04", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
       {"imu0/sensor.yaml", "1.6968e-04", "1e300", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
       {"state_groundtruth_estimate0/data.csv", "0,1,0,0,0", "0,2,0,0,0", "data.csv:2:27: the quaternion"},
+      {"cam0/sensor.yaml", "camera_model", "resolution",
+       "cam0/sensor.yaml:14:1: resolution: given twice, first in line 13, expected once"},
+      {"cam0/sensor.yaml", "  rows", "  cols", "cam0/sensor.yaml:7:3: cols: given twice, first in line 6"},
+      {"imu0/sensor.yaml", "gyroscope_random_walk", "rate_hz",
+       "imu0/sensor.yaml:8:1: rate_hz: given twice, first in line 6"},
+      {"imu0/sensor.yaml", "rate_hz: 200", "rate_hz: 0",
+       "imu0/sensor.yaml:6:10: rate_hz: expected a number of Hz from 0.001 to 1000000, found \"0\""},
+      {"imu0/sensor.yaml", "rate_hz: 200", "rate_hz: .nan", "imu0/sensor.yaml:6:10: rate_hz: expected a num"},
+      {"imu0/sensor.yaml", "rate_hz: 200", "rate_hz: -1e308", "imu0/sensor.yaml:6:10: rate_hz: expected a"},
+      {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: -20",
+       "cam0/sensor.yaml:12:10: rate_hz: expected a number"},
+      {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: 1e308",
+       "cam0/sensor.yaml:12:10: rate_hz: expected a num"},
+      {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: [20]", "cam0/sensor.yaml:12:10: rate_hz: expected a num"},
+      {"imu0/data.csv", "3,0,0", "3,1e308,0",
+       "imu0/data.csv:4:23: gyroscope: 1e+308 rad/s, expected from -10000000 to 10000000 rad/s"},
+      {"imu0/data.csv", "3,0,0,9.81", "3,0,0,-1e8",
+       "imu0/data.csv:4:27: accelerometer: -100000000 m/s^2, expected from -10000000 to 10000000 m/s^2"},
   };
   for (const Fault& fault : faults) {
     const fs::path file = folder_ / "mav0" / fault.file, kept = folder_ / "kept";
@@ -211,6 +229,15 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
     fs::copy_file(kept, file, fs::copy_options::overwrite_existing);
   }
   EXPECT_EQ(complaint(), "");
+}
+
+TEST_F(RecordedElsewhere, AKeyGivenTwiceInTheMountingOfTheTruthOrInThePlanIsRefused) {
+  const std::string mounting = "T_BS:\n  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n";
+  write("state_groundtruth_estimate0/sensor.yaml", mounting + mounting);
+  EXPECT_THAT(complaint(), HasSubstr("sensor.yaml:3:1: T_BS: given twice, first in line 1"));
+  write("plan0/sensor.yaml", plan_yaml({}) + "rate_hz: 30\n");
+  write("plan0/data.csv", recording_format::kPlanHeader + "\n");
+  EXPECT_THAT(complaint(), HasSubstr("plan0/sensor.yaml:12:1: rate_hz: given twice, first in line 4"));
 }
 
 TEST_F(RecordedElsewhere, WhatIsMissingIsNamed) {

@@ -437,6 +437,14 @@ TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
               HasSubstr("expected an integer"));
   EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: 9", "first_interval_begins_ns: 19"),
               HasSubstr("of another file"));
+  EXPECT_EQ(says("mav0/imu0/sensor.yaml", "rate_hz: 200", "rate_hz: -1e308"),
+            ":11:10: rate_hz: expected a number of Hz from 0.001 to 1000000, found \"-1e308\"");
+  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "camera_model: pinhole", "rate_hz: 20"),
+            ":20:1: rate_hz: given twice, first in line 18, expected once");
+  EXPECT_EQ(says("mav0/plan0/sensor.yaml", "rate_hz", "comment"),
+            ":4:1: comment: given twice, first in line 3, expected once");
+  EXPECT_THAT(says("mav0/imu0/data.csv", "1000000000005000000,-0.", "1000000000005000000,-90000000."),
+              testing::EndsWith("rad/s, expected from -10000000 to 10000000 rad/s"));
 }
 
 // The manifest has the hashes of the damaged files.
