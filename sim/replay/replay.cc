@@ -31,7 +31,7 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
 
 WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
   const result::About about = result::read_about_of_walk(result_folder / "about.json");
-  return {about.walk_ending, about.walk_cause};
+  return {about.walk_ending, about.walk_cause, "", about.models};
 }
 
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,

@@ -26,6 +26,7 @@ About about_of(const files::Json& json) {
   about.counterfactual = text_or_empty(json, "counterfactual");
   about.alignment = text_or_empty(json, "alignment");
   about.recording = text_or_empty(json, "recording_xxh3_128");
+  about.models = text_or_empty(json, "models_xxh3_128");
   if (const auto set_by = json.find("set_by"))
     for (const auto& [key, origin] : set_by->entries()) about.set_by[key] = origin.text();
   return about;

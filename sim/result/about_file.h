@@ -19,6 +19,7 @@ struct About {
   std::string counterfactual;  ///< of a replay: why its filter would have steered another walk
   std::string alignment;       ///< by which the truth placed a trajectory of another program in W; else empty
   std::string recording;       ///< the hash of its manifest
+  std::string models;          ///< the hash of the models in which was walked
   std::map<std::string, std::string, std::less<>> set_by;
 };
 

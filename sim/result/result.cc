@@ -102,6 +102,7 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
                               {"walk_cause", record.cause},
                               {"recording_xxh3_128", record.recording_hash},
                               {"set_by", set_by}};
+  if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
   if (!record.counterfactual.empty()) json["counterfactual"] = record.counterfactual;
   if (!record.alignment.empty()) json["alignment"] = record.alignment;
   write_json(file, json);

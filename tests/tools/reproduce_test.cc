@@ -82,6 +82,20 @@ TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
   EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
 }
 
+TEST_F(ReproduceTest, WalksInOtherModelsAreMadeAgain) {
+  scenarios(kStand);
+  std::filesystem::copy(std::string(GAITSLAM_SOURCE_DIR) + "/models", folder_ / "m");
+  ASSERT_EQ(reproduce("--out out --models m").exit_code, 0);
+  const auto walked = made("tangent_circle"), without_filter = made("tangent_quadrant");
+  ASSERT_EQ(shell("for f in m/*.xml; do echo '<!-- other -->' >> $f; done").exit_code, 0);
+  ASSERT_EQ(reproduce("--out out --models m").exit_code, 0);
+  EXPECT_NE(made("tangent_circle"), walked);
+  EXPECT_NE(made("tangent_quadrant"), without_filter);
+  const auto again = made("tangent_circle");
+  ASSERT_EQ(reproduce("--out out --models m").exit_code, 0);
+  EXPECT_EQ(made("tangent_circle"), again);
+}
+
 TEST_F(ReproduceTest, TheRecordingsThatItReadsStayWhereTheyAre) {
   write("p/tangent_circle/seed-3/recording/kept", "recorded");
   for (const char* out : {"p", "./s/../p"})

@@ -153,10 +153,10 @@ int evaluate_one(const Evaluated& one, const fs::path& result_folder, const Eval
                         scratch / "export", sim::files::Existing::refuse);
     const result::Timing timing;
     const replay::OutsideRun run = run_command(request, scratch);
-    const result::ResultPlace place{result_folder, sim::files::Existing::replace, {}, kVersion, kRevision,
-                                    libraries()};
-    outcome = replay::score_outside(one.read, folder / "recording", replay::read_walk_end(folder), run, place,
-                                    timing);
+    const replay::WalkEnd walk = replay::read_walk_end(folder);
+    const result::ResultPlace place{
+        result_folder, sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
+    outcome = replay::score_outside(one.read, folder / "recording", walk, run, place, timing);
   }
   return cli::report(outcome, result_folder);
 }

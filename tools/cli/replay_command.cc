@@ -150,8 +150,8 @@ int replay_result(const ReplayRequest& request) {
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());
-    const result::ResultPlace place{out.path(), sim::files::Existing::replace, {}, kVersion, kRevision,
-                                    libraries()};
+    const result::ResultPlace place{
+        out.path(), sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
     const auto show = [&](double part) { progress.show(part); };
     outcome = foreign ? replay::replay_foreign(read, request.result, place, show)
                       : replay::replay(read, request.result / "recording", walk, place, show,

@@ -13,6 +13,7 @@
 #include "sim/report/paper_rows.h"
 #include "sim/result/about_file.h"
 #include "sim/scenario/yaml.h"
+#include "sim/tune/recording_key.h"
 #include "sim/view/server.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/finished.h"
@@ -57,11 +58,12 @@ sim::result::About about(const fs::path& result) try {
   return {};
 }
 
-/// Whether the result is of this program, scenario and seed, and of the recording that is there now.
-bool is_done(const fs::path& result, const fs::path& recorded, const scenario::Scenario& scenario,
-             std::uint64_t seed) {
+/// Whether the result is of this program, scenario and seed, and of the recording or the models that are
+/// there now. recorded: empty where the walk is simulated.
+bool is_done(const fs::path& result, const fs::path& recorded, const std::string& models_hash,
+             const scenario::Scenario& scenario, std::uint64_t seed) {
   if (!is_finished(result, scenario, seed)) return false;
-  if (recorded.empty()) return true;
+  if (recorded.empty()) return about(result).models == models_hash;
   const std::string walked = about(recorded).recording;  // empty before the walk was recorded
   return !walked.empty() && walked == about(result).recording;
 }
@@ -71,6 +73,7 @@ struct Experiment {
   report::PaperExperiment what;
   scenario::ReadScenario read;
   fs::path root, recordings;  ///< recordings: empty where the experiment simulates its walks
+  std::string models_hash;
 };
 
 const std::string& recorded_name(const report::PaperExperiment& what) {
@@ -85,10 +88,11 @@ fs::path recordings_of(const report::PaperExperiment& what, const ReproduceReque
 }
 
 std::vector<Experiment> plan(const ReproduceRequest& request) {
+  const std::string models_hash = sim::tune::models_hash(request.models);
   std::vector<Experiment> all;
   for (const report::PaperExperiment& what : report::paper_experiments())
     all.push_back({what, scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
-                   request.out / what.name, recordings_of(what, request)});
+                   request.out / what.name, recordings_of(what, request), models_hash});
   return all;
 }
 
@@ -98,7 +102,8 @@ std::vector<std::uint64_t> still_to_run(const Experiment& experiment,
   for (const std::uint64_t seed : seeds) {
     const fs::path recorded =
         experiment.recordings.empty() ? fs::path() : seed_folder(experiment.recordings, seed);
-    if (!is_done(seed_folder(experiment.root, seed), recorded, experiment.read.scenario, seed))
+    if (!is_done(seed_folder(experiment.root, seed), recorded, experiment.models_hash,
+                 experiment.read.scenario, seed))
       left.push_back(seed);
   }
   return left;

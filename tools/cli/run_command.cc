@@ -85,7 +85,8 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
   {
     ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
     const result::ResultPlace place{
-        folder, sim::files::Existing::replace, request.models, kVersion, kRevision, libraries()};
+        folder,      sim::files::Existing::replace,         request.models, kVersion, kRevision,
+        libraries(), sim::tune::models_hash(request.models)};
     const auto show = [&](double part) { progress.show(part); };
     outcome = request.cached
                   ? run_cached(read, place, show)
