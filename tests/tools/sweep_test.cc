@@ -115,6 +115,20 @@ TEST_F(SweepTest, FinishedTrialsAreNotTriedAgain) {
   EXPECT_EQ(lines("sweep/scores.jsonl")[1]["values"]["rmse_m"], 42) << "it was taken from the log";
 }
 
+TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
+  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
+  write("walk.yaml", std::string(tests::kShortWalk) + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
+  const std::string sweep = "sweep walk.yaml errors.gyro.sigma_rad_s=0.01,0.02 --out s";
+  ASSERT_EQ(gaitslam(sweep).exit_code, 0);
+  EXPECT_THAT(gaitslam(sweep).out, HasSubstr("2 trials were finished before"));
+  shell("echo '# changed' >> gyro.py");
+  const Ran other = gaitslam(sweep);
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("s/trials.jsonl: is of another sweep, other scenarios, another program or "
+                                   "other files of the estimator; --force starts again"));
+  EXPECT_THAT(gaitslam(sweep + " --force").out, Not(HasSubstr("finished before")));
+}
+
 // Scores of trials that were finished before are marked in the log.
 TEST_F(SweepTest, ByForceItGoesOnWhereTheSameWasInterrupted) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 30)' --out s ";

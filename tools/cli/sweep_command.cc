@@ -19,6 +19,7 @@
 #include "sim/tune/sweep_scores.h"
 #include "sim/tune/value_list.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/finished.h"
 #include "tools/cli/jobs/slurm.h"
 #include "tools/cli/jobs/trial_parts.h"
 #include "tools/cli/live.h"
@@ -90,7 +91,7 @@ Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
     const scenario::ReadScenario read = sweep.plan.scenario(i);
     const scenario::Scenario& scenario = read.scenario;
     sweep.recordings.push_back(recordings.key(scenario));
-    sweep.keys.push_back(tune::trial_key({program, sweep.recordings[i], scenario::to_yaml(scenario)}));
+    sweep.keys.push_back(tune::trial_key({program, sweep.recordings[i], inputs_of(scenario)}));
     sweep.scenario_of.emplace(sweep.recordings[i], read);
   }
   for (const auto& [key, read] : sweep.scenario_of)
@@ -154,8 +155,8 @@ void require_own_log(const fs::path& log, const std::string& purpose) {
   const std::size_t end = text.find('\n');  // none: a process was killed while it wrote the line
   if (end != text.npos && std::string_view(text).substr(0, end) != purpose)
     throw UsageError(fmt::format(
-        "{}: is of another sweep, other scenarios or another program; --force starts again, --out "
-        "names another folder",
+        "{}: is of another sweep, other scenarios, another program or other files of the estimator; --force "
+        "starts again, --out names another folder",
         log.string()));
 }
 
