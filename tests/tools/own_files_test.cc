@@ -130,7 +130,8 @@ TEST_F(OwnFiles, WhatIsReadIsNotReplaced) {
 
 TEST_F(OwnFiles, TheCurrentFolderIsNotReplaced) {
   run("--out one");
-  for (const std::string command : {"replay ../one/seed-1", "export ../one/seed-1 --format tum"})
+  for (const std::string command : {"replay ../one/seed-1", "export ../one/seed-1 --format tum",
+                                    "report ../one/seed-1 --plots svg --force"})
     for (const std::string out : {".", "./", "\"$PWD\"", "../here"}) {
       const Ran ran =
           shell("rm -rf here; mkdir here; cd here; " GAITSLAM_PROGRAM " " + command + " --out " + out);

@@ -129,10 +129,9 @@ void write_plots(const std::vector<report::Figure>& figures, const fs::path& fol
   }
 }
 
-int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& request) {
-  for (const report::RunData& run : runs) require_outside(request.out, run.folder);
-  sim::files::DurableFolder folder(
-      request.out, request.force ? sim::files::Existing::replace : sim::files::Existing::refuse);
+int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
+  for (const report::RunData& run : runs) require_outside(out.path(), run.folder);
+  sim::files::DurableFolder folder(out.path(), sim::files::Existing::replace);
   for (const report::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
@@ -162,11 +161,15 @@ std::string page_of(const ReportRequest& request, ProgressLine& progress) {
 }
 
 int make_report(const ReportRequest& request) {
-  if (request.plots.empty()) require_new_file(request.out, request.force);
+  if (!request.plots.empty()) {
+    const OutFolder out({request.out, request.force}, {}, {.replaces = true});
+    ProgressLine progress("report");
+    return make_plots(read_runs(request, progress), request, out);
+  }
+  require_new_file(request.out, request.force);
   const OnInterrupt on_interrupt("nothing was written; the same command begins again");
   {
     ProgressLine progress("report");
-    if (!request.plots.empty()) return make_plots(read_runs(request, progress), request);
     sim::files::write_durably(request.out, page_of(request, progress));
   }
   std::cout << "report in " << request.out << '\n';
