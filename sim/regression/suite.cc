@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
@@ -54,11 +55,27 @@ std::vector<Gate> read_gates(const scenario::Yaml& node) {
   return gates;
 }
 
-std::vector<std::string> texts(const scenario::Yaml& node, const std::string& key) {
-  if (node.kind != scenario::Yaml::Kind::list) scenario::fail(node, key, "expected a list, as in [seed=1]");
+std::vector<std::string> texts(const scenario::Yaml& node, const std::string& key, std::string_view example) {
+  if (node.kind != scenario::Yaml::Kind::list)
+    scenario::fail(node, key, fmt::format("expected a list, as in {}", example));
   std::vector<std::string> all;
-  for (const scenario::Yaml& item : node.items) all.push_back(item.text);
+  for (const scenario::Yaml& item : node.items) {
+    if (item.kind != scenario::Yaml::Kind::scalar)
+      scenario::fail(item, key, fmt::format("expected text, as in {}", example));
+    all.push_back(item.text);
+  }
   return all;
+}
+
+std::vector<std::string> read_without(const scenario::Yaml& node) {
+  static constexpr std::array kSections{"camera"sv, "slam"sv};
+  std::vector<std::string> sections = texts(node, "without", "[slam]");
+  for (std::size_t i = 0; i < sections.size(); ++i)
+    if (std::find(kSections.begin(), kSections.end(), sections[i]) == kSections.end())
+      scenario::fail(node.items[i], "without",
+                     fmt::format("'{}', expected camera or slam{}", sections[i],
+                                 scenario::did_you_mean(sections[i], kSections)));
+  return sections;
 }
 
 SuiteEntry read_entry(const scenario::Yaml& node, const std::filesystem::path& folder) {
@@ -72,9 +89,10 @@ SuiteEntry read_entry(const scenario::Yaml& node, const std::filesystem::path& f
         scenario::fail(node.items[i], key, "expected a scenario's YAML file");
       entry.file = (folder / node.items[i].text).lexically_normal();
     } else if (key == "set") {
-      entry.changes.overrides = texts(node.items[i], key);
+      entry.changes.overrides = texts(node.items[i], key, "[seed=1]");
+      entry.set = node.items[i].items;
     } else if (key == "without") {
-      entry.changes.without = texts(node.items[i], key);
+      entry.changes.without = read_without(node.items[i]);
     } else if (key == "gate") {
       entry.gates = read_gates(node.items[i]);
     } else {
@@ -85,21 +103,24 @@ SuiteEntry read_entry(const scenario::Yaml& node, const std::filesystem::path& f
   return entry;
 }
 
-// An error in what the suite sets is reported as one of the suite.
-std::string name_of(const SuiteEntry& entry, const std::filesystem::path& file) {
+// An error in what the suite sets, "<argument>:n:column: why", is reported as one of the suite, at its place.
+std::string name_of(const SuiteEntry& entry) {
   try {
     return scenario::read_scenario(entry.file, entry.changes).scenario.name;
   } catch (const scenario::ConfigError& e) {
-    const std::string_view why = e.what();
-    if (!why.starts_with("<argument>")) throw;
-    throw scenario::ConfigError(fmt::format("{}: set: {}", file.string(), why.substr(why.find(' ') + 1)));
+    std::size_t n = 0;
+    int column = 0, begin = 0;
+    if (std::sscanf(e.what(), "<argument>:%zu:%d: %n", &n, &column, &begin) != 2) throw;
+    scenario::Yaml at = entry.set.at(std::min(n, entry.set.size()) - 1);  // a text may have several lines
+    at.origin.column += column - 1;
+    scenario::fail(at, "set", e.what() + begin);
   }
 }
 
 void require_different_names(const Suite& suite, const std::filesystem::path& file) {
   std::vector<std::string> names;
   for (const SuiteEntry& entry : suite.entries) {
-    const std::string name = name_of(entry, file);
+    const std::string name = name_of(entry);
     if (std::find(names.begin(), names.end(), name) != names.end())
       throw scenario::ConfigError(fmt::format(
           "{}: two scenarios are called '{}'; set: [name=...] tells them apart", file.string(), name));

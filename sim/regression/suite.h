@@ -14,6 +14,7 @@ struct SuiteEntry {
   std::filesystem::path file;
   scenario::Changes changes;
   std::vector<Gate> gates;
+  std::vector<scenario::Yaml> set{};  ///< the overrides of `changes` as they stand in the file
 };
 
 struct Suite {

@@ -71,6 +71,18 @@ TEST_F(SuiteTest, WhatIsNoSuiteIsRefused) {
   expect_refused("seeds: 1\nscenarios: [{scenario: ../walk.yaml, set: [walk.step=1]}]\n", "unknown key");
 }
 
+TEST_F(SuiteTest, WhatIsWrongInASetOrWithoutIsSaidWithItsPlace) {
+  const std::string one = "seeds: 1\nscenarios: [{scenario: ../walk.yaml, ";
+  expect_refused(one + "set: [walk.step=1]}]\n", "ci.yaml:2:44: set: walk.step: unknown key");
+  expect_refused(one + "set: [name=a, seed=x]}]\n", "ci.yaml:2:57: set: seed: ");
+  expect_refused(one + "set: [name]}]\n", "ci.yaml:2:44: set: 'name': expected key=value");
+  expect_refused(one + "set: [[name=a]]}]\n", "ci.yaml:2:44: set: expected text, as in [seed=1]");
+  expect_refused(one + "set: name=a}]\n", "ci.yaml:2:43: set: expected a list, as in [seed=1]");
+  expect_refused(one + "without: [slma]}]\n",
+                 "ci.yaml:2:48: without: 'slma', expected camera or slam; did you mean 'slam'?");
+  expect_refused(one + "without: slam}]\n", "ci.yaml:2:47: without: expected a list, as in [slam]");
+}
+
 TEST_F(SuiteTest, GatesThatAreWrongAreRefused) {
   const auto gate = [](const std::string& text) {
     return "seeds: 1\nscenarios: [{scenario: ../walk.yaml, gate: " + text + "}]\n";
