@@ -15,7 +15,7 @@ struct WalkEnd {
   std::string ending, cause;
   /// Why the filter that is replayed would have steered another walk; empty if it would not.
   std::string counterfactual = {};
-  std::string models_hash = {};  ///< of the models in which was walked; empty: unknown
+  std::string models_hash = {};  ///< of the models that the walk was simulated with; empty: unknown
 };
 
 /// Reads the walk's end from the about.json of a result folder. Throws FileError.

@@ -19,7 +19,7 @@ struct About {
   std::string counterfactual;  ///< of a replay: why its filter would have steered another walk
   std::string alignment;       ///< by which the truth placed a trajectory of another program in W; else empty
   std::string recording;       ///< the hash of its manifest
-  std::string models;          ///< the hash of the models in which was walked
+  std::string models;          ///< the hash of the models that the walk was simulated with
   std::map<std::string, std::string, std::less<>> set_by;
 };
 

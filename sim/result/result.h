@@ -22,7 +22,7 @@ struct ResultPlace {
   std::filesystem::path models;                  ///< for a live run
   std::string version, revision;                 ///< of the program
   std::map<std::string, std::string> libraries;  ///< name and version
-  std::string models_hash{};                     ///< of the models in which was walked; empty: unknown
+  std::string models_hash{};  ///< of the models that the walk was simulated with; empty: unknown
 };
 
 /// How a run ended, and the exit code that follows, see limits.h.
