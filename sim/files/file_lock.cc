@@ -29,6 +29,16 @@ int try_flock(int fd, int operation) {
   return 0;
 }
 
+/// Opens a file to lock it; where nothing can be written, one that is there.
+int open_to_lock(const fs::path& file, FileLock::IfAbsent if_absent) {
+  const int make = if_absent == FileLock::IfAbsent::make ? O_CREAT : 0;
+  const int fd = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | make, 0666);
+  if (fd >= 0 || (errno != EACCES && errno != EROFS)) return fd;
+  const int fault = errno, read_only = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  errno = fault;
+  return read_only;
+}
+
 [[noreturn]] void fail_with(int fault, const fs::path& file, const std::string& what) {
   throw FileError(file, what + ": " + std::strerror(fault));
 }
@@ -42,9 +52,8 @@ FileLock::~FileLock() {
 std::optional<FileLock> FileLock::take(const fs::path& file, Mode mode, IfHeld if_held, IfAbsent if_absent) {
   const int operation =
       (mode == Mode::shared ? LOCK_SH : LOCK_EX) | (if_held == IfHeld::give_up ? LOCK_NB : 0);
-  const int flags = O_RDWR | O_CLOEXEC | O_NOFOLLOW | (if_absent == IfAbsent::make ? O_CREAT : 0);
   for (;;) {
-    FileLock lock(::open(file.c_str(), flags, 0666));
+    FileLock lock(open_to_lock(file, if_absent));
     if (lock.fd_ < 0 && errno == ENOENT && if_absent == IfAbsent::give_up) return std::nullopt;
     if (lock.fd_ < 0) fail_with(errno, file, "cannot be opened");
     const int fault = try_flock(lock.fd_, operation);

@@ -18,7 +18,8 @@ class FileLock {
   enum class IfAbsent { make, give_up };
 
   /// Locks the file that has this name now. Nothing when another holds the lock, or when the file is not
-  /// there, as far as these are to be given up for. A symbolic link is not followed. Throws FileError.
+  /// there, as far as these are to be given up for. A file that this process cannot write is locked as well.
+  /// A symbolic link is not followed. Throws FileError.
   static std::optional<FileLock> take(const std::filesystem::path& file, Mode mode, IfHeld if_held,
                                       IfAbsent if_absent = IfAbsent::make);
   /// Locks a folder exclusively, without a file in it; nothing when another process holds it. Where the file

@@ -1,12 +1,16 @@
 #include "sim/tune/recording_cache.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -94,6 +98,12 @@ std::int64_t last_change_ns(const fs::path& file) {
                                             : 0;
 }
 
+void require_writable(const fs::path& folder, const char* but) {
+  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0 && errno != ENOENT)
+    throw FileError(folder,
+                    fmt::format("{}{}; GAITSLAM_CACHE names another folder", but, std::strerror(errno)));
+}
+
 }  // namespace
 
 CachePlace cache_place() {
@@ -171,6 +181,7 @@ CachedRecording RecordingCache::get(const std::string& key, const Make& make, co
       if (made) clean(place_.most_bytes);
       return std::move(*found);
     }
+    require_writable(place_.folder, "does not hold this recording whole, and it cannot be made there: ");
     const std::optional<FileLock> alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::wait);
     if (is_whole(key, say)) continue;  // made by another in the meantime
     make_entry(key, make);
@@ -228,6 +239,7 @@ bool RecordingCache::remove_if_unused(const std::string& key) const {
 
 RecordingCache::Cleaned RecordingCache::clean(std::uintmax_t most_bytes) const {
   Cleaned cleaned;
+  require_writable(place_.folder, "cannot be written: ");
   files::remove_leftovers(place_.folder);
   const std::vector<Entry> entries = list();
   std::uintmax_t total = 0;

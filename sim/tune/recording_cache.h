@@ -32,7 +32,7 @@ struct CachedRecording {
 };
 
 /// Holds each recording in a folder <key>/ that appears whole or not at all. Several processes may use one
-/// cache at the same time.
+/// cache at the same time, and those that cannot write there what it holds.
 class RecordingCache {
  public:
   /// Makes a complete result folder at the path it is given, which is not there yet.

@@ -70,6 +70,67 @@ TEST_F(RecordingCacheTest, ARecordingIsMadeOnce) {
   EXPECT_THAT(said_, IsEmpty());
 }
 
+// Nobody may write there while this object lives, which for root is another user.
+class ReadOnly {
+ public:
+  explicit ReadOnly(const fs::path& folder) : folder_(folder) {
+    permit(fs::perm_options::remove);
+    if (before_ == 0) {
+      EXPECT_EQ(seteuid(kNobody), 0);
+    }
+  }
+  ~ReadOnly() {
+    EXPECT_EQ(seteuid(before_), 0);
+    permit(fs::perm_options::add);
+  }
+  ReadOnly(const ReadOnly&) = delete;
+  ReadOnly& operator=(const ReadOnly&) = delete;
+
+ private:
+  void permit(fs::perm_options how) const {
+    const auto writing = how == fs::perm_options::add
+                             ? fs::perms::owner_write
+                             : fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
+    fs::permissions(folder_, writing, how);
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      fs::permissions(entry.path(), writing, how);
+  }
+
+  static constexpr uid_t kNobody = 65534;
+  const uid_t before_ = geteuid();
+  fs::path folder_;
+};
+
+TEST_F(RecordingCacheTest, OneThatCannotBeWrittenServesWhatItHas) {
+  get('a');
+  {
+    const ReadOnly read_only(cache_.place().folder);
+    const CachedRecording found = get('a');
+    EXPECT_FALSE(found.made);
+    EXPECT_TRUE(cache_.find(key('a'), say()));
+    ASSERT_EQ(cache_.list().size(), 1u);
+    EXPECT_EQ(cache_.list()[0].scenario, "walk");
+    EXPECT_THAT([&] { get('b'); },
+                testing::ThrowsMessage<files::FileError>(HasSubstr(
+                    "cache: does not hold this recording whole, and it cannot be made there: Permission "
+                    "denied; GAITSLAM_CACHE names another folder")));
+  }
+  EXPECT_EQ(made_, 1);
+  EXPECT_THAT(said_, IsEmpty());
+}
+
+TEST_F(RecordingCacheTest, TheLockOfAReaderThatCannotWriteHoldsToo) {
+  get('a');
+  std::optional<CachedRecording> reader;
+  {
+    const ReadOnly read_only(cache_.place().folder);
+    reader = cache_.find(key('a'), say());
+  }
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(cache_.clean(0).in_use, 1u);
+  EXPECT_TRUE(has('a'));
+}
+
 TEST_F(RecordingCacheTest, WhatCannotBeMadeLeavesNothing) {
   const auto half = [](const fs::path& result) {
     fs::create_directories(result / "recording");
