@@ -102,6 +102,20 @@ TEST_F(Cli, OptionsThatAreWrongAreRefusedWithTheNearest) {
   EXPECT_THAT(refusal("config '" + kCircle + "' --frobnicate"), testing::Not(HasSubstr("did you mean")));
 }
 
+// U+009B begins a command of a terminal, U+202E turns the direction of writing.
+TEST_F(Cli, WhatATerminalObeysIsNotPrintedInAComplaint) {
+  write("key.yaml", R"("a\x9BK\u202Ez": 1)");
+  write("value.yaml", R"({world: {room: "a\x9BK\u202Ez"}, walk: {commands: [{stand: {duration_s: 1}}]}})");
+  const std::string change = "config '" + kCircle + "' 'a\xC2\x9BK\xE2\x80\xAEz=1'";
+  for (const std::string& command : {std::string("config key.yaml"), std::string("check key.yaml"),
+                                     std::string("check value.yaml"), change}) {
+    const std::string said = refusal(command);
+    EXPECT_THAT(said, HasSubstr("a?K?z")) << command;
+    EXPECT_THAT(said, testing::Not(HasSubstr("\xC2\x9B"))) << command;
+    EXPECT_THAT(said, testing::Not(HasSubstr("\xE2\x80\xAE"))) << command;
+  }
+}
+
 TEST_F(Cli, AModelThatIsNotThereIsRefusedByCheck) {
   write("kitchen.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld:\n  room: kitchen\n");
   expect_refused("check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of ");
