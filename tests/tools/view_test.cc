@@ -104,8 +104,10 @@ TEST_F(LongViewTest, ThePageFollowsReproduceFromWalkToWalk) {
 TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
   short_walks("walks");
   const Ran ran = shell(
-      "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; env --default-signal=INT '" GAITSLAM_PROGRAM
-      "' view walks/seed-1 >said & sleep 0.7; kill -INT $!; wait $!");
+      "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; "
+      "env --default-signal=INT '" GAITSLAM_PROGRAM "' view walks/seed-1 >said & "
+      "until ls -l /proc/$!/fd | grep -q waist_plan.tum; do kill -0 $! || exit 77; done; "
+      "kill -INT $!; wait $!");
   EXPECT_EQ(ran.exit_code, 130);
   EXPECT_EQ(text_of("said"), "");
 }

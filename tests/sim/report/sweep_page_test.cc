@@ -2,8 +2,6 @@
 
 #include <gmock/gmock.h>
 
-#include <chrono>
-
 #include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
@@ -90,21 +88,6 @@ TEST_F(SweepPage, OfManyKeysHasHeatMapsOfTheFirstOnes) {
   EXPECT_THAT(html,
               HasSubstr("Heat maps are drawn of the first 6 of 100 keys with several values: slam.k100, "
                         "slam.k101, slam.k102, slam.k103, slam.k104, slam.k105."));
-}
-
-// Each trial has values of its own, as samples have.
-TEST_F(SweepPage, OfManyTrialsIsMadeInATimeThatGrowsAsTheyDo) {
-  using Clock = std::chrono::steady_clock;
-  const auto seconds_of = [&](int trials) {
-    lines_.clear();
-    for (int i = 0; i < trials; ++i)
-      add("hall", "{\"slam.a\": \"v" + std::to_string(i) + "\"}", 1, R"({"rmse_m": 1})");
-    const auto begin = Clock::now();
-    page();
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-  };
-  seconds_of(2000);
-  EXPECT_LT(seconds_of(20'000), 40 * seconds_of(2000));
 }
 
 TEST_F(SweepPage, ScenariosAreNotPooled) {
