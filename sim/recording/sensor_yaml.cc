@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
@@ -60,6 +61,8 @@ class Yaml {
     if (text.starts_with(kDirective)) text.replace(0, std::string(kDirective).size(), "#");
     try {
       root_ = YAML::Load(text);
+    } catch (const YAML::DeepRecursion& error) {
+      fail(error.mark, fmt::format("has {} levels or more, expected fewer", error.depth()));
     } catch (const YAML::Exception& error) {
       fail(error.mark, error.msg);
     }

@@ -1,6 +1,7 @@
 #include "sim/scenario/yaml.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
@@ -151,6 +152,8 @@ Yaml parse_yaml(std::string_view text, const Origin& origin) {
     Yaml root = std::move(builder.root);
     if (parser.HandleNextDocument(builder)) fail(builder.root, "", "a second document; expected one");
     return root;
+  } catch (const YAML::DeepRecursion& e) {
+    fail(builder.at(e.mark), "", fmt::format("has {} levels or more, expected fewer", e.depth()));
   } catch (const YAML::Exception& e) {
     fail(builder.at(e.mark), "", "bad YAML: " + e.msg);
   }

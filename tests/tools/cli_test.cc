@@ -178,6 +178,8 @@ TEST_F(Cli, FilesThatAreNotScenariosAreRefused) {
   expect_refused("config .", ".: is a folder, expected a scenario file");
   write("bad.yaml", "walk: {commands: [\n");
   expect_refused("config bad.yaml", "bad.yaml:2:1: bad YAML: end of sequence flow not found");
+  write("deep.yaml", "walk: " + std::string(100000, '['));
+  expect_refused("config deep.yaml", "has 500 levels or more, expected fewer");
   write("doubled.yaml", "seed: 1\nseed: 2\n");
   expect_refused("check doubled.yaml", "doubled.yaml:2:1: seed: given twice, first in line 1");
   write("unknown.yaml", "sede: 1\n");
