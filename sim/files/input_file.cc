@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <string>
 
 namespace sim::files {
 namespace {
@@ -25,12 +26,18 @@ bool is_descriptor(const fs::path& file) {
 
 }  // namespace
 
+InputFile::Descriptor::~Descriptor() {
+  if (fd >= 0) ::close(fd);
+}
+
 InputFile::InputFile(const fs::path& file, std::uintmax_t most)
-    : file_(file), most_(most), piece_(kPiece, '\0') {
-  const int fd = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    : file_(file),
+      in_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)),
+      most_(most),
+      piece_(std::make_unique_for_overwrite<char[]>(kPiece)) {
+  const int fd = in_.fd;
   if (fd < 0 && errno == ENXIO) throw FileError(file, kNotRegular);  // a socket
   if (fd < 0) fail(file, errno);
-  in_.reset(::fdopen(fd, "rb"));
   struct stat found {};
   if (::fstat(fd, &found) != 0) fail(file, errno);
   if (S_ISDIR(found.st_mode)) fail(file, EISDIR);
@@ -44,10 +51,13 @@ InputFile::InputFile(const fs::path& file, std::uintmax_t most)
 }
 
 std::string_view InputFile::next() {
-  const std::size_t n = std::fread(piece_.data(), 1, piece_.size(), in_.get());
-  if (n == 0 && std::ferror(in_.get())) fail(file_, errno);
-  if ((read_ += n) > most_) throw FileError(file_, fmt::format("has more than {} bytes", most_));
-  return {piece_.data(), n};
+  ssize_t n;
+  do n = ::read(in_.fd, piece_.get(), kPiece);
+  while (n < 0 && errno == EINTR);
+  if (n < 0) fail(file_, errno);
+  const auto bytes = static_cast<std::size_t>(n);
+  if ((read_ += bytes) > most_) throw FileError(file_, fmt::format("has more than {} bytes", most_));
+  return {piece_.get(), bytes};
 }
 
 }  // namespace sim::files

@@ -2,11 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <string_view>
+#include <utility>
 
 #include "sim/files/file_error.h"
 
@@ -37,13 +36,21 @@ class InputFile {
   std::string_view next();
 
  private:
-  struct Close {
-    void operator()(std::FILE* in) const { std::fclose(in); }
+  /// An open file of the operating system, closed with this.
+  struct Descriptor {
+    explicit Descriptor(int opened) : fd(opened) {}
+    Descriptor(Descriptor&& other) noexcept : fd(std::exchange(other.fd, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+      std::swap(fd, other.fd);
+      return *this;
+    }
+    ~Descriptor();
+    int fd;  ///< below zero: none
   };
   std::filesystem::path file_;
-  std::unique_ptr<std::FILE, Close> in_;
+  Descriptor in_;
   std::uintmax_t most_, size_ = 0, read_ = 0;
-  std::string piece_;
+  std::unique_ptr<char[]> piece_;
 };
 
 }  // namespace sim::files

@@ -3,15 +3,17 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <string>
 
 #include "sim/files/csv.h"
 
+namespace YAML {
+class Node;
+}
+
 namespace sim::recording {
 
-/// Throws FileError where a map of a sensor.yaml has a key twice, or its rate_hz is none of a sensor. What is
-/// no YAML at all is left to its reader.
-void require_plausible(const std::filesystem::path& file, const std::string& text);
+/// Throws FileError where a map of a sensor.yaml has a key twice, or its rate_hz is none of a sensor.
+void require_plausible(const std::filesystem::path& file, const YAML::Node& root);
 
 /// The fields 1 to 3 and 4 to 6 of a row of an IMU. Throw FileError where a reading is beyond any sensor.
 Eigen::Vector3d angular_rate(const files::CsvReader& row);  ///< rad/s

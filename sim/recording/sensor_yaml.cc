@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "sim/files/number.h"
+#include "sim/recording/sensor_bounds.h"
 #include "slam/camera.h"
 
 namespace sim::recording {
@@ -66,6 +67,7 @@ class Yaml {
     } catch (const YAML::Exception& error) {
       fail(error.mark, error.msg);
     }
+    require_plausible(file_, root_);
   }
 
   YAML::Node at(const std::string& key) const {

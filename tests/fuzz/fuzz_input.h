@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -29,23 +30,25 @@ inline const std::filesystem::path& folder() {
 
 /// A file of that folder with the text.
 inline std::filesystem::path file(const std::string& name, std::string_view text) {
+  static std::set<std::string> made;  // names whose folder is there
   const std::filesystem::path path = folder() / name;
-  std::filesystem::create_directories(path.parent_path());
+  if (made.insert(name).second) std::filesystem::create_directories(path.parent_path());
   sim::files::write_text(path, text);
   return path;
 }
 
 /// Whatever the input holds, it is read or refused with a message; any other exception ends the target.
-/// Returns true where it was read.
+/// Returns the message, empty where it was read.
 template <class Read>
-bool read_or_refuse(const Read& read) {
+std::string read_or_refuse(const Read& read) {
   try {
     read();
-    return true;
-  } catch (const sim::files::FileError&) {
-  } catch (const sim::scenario::ConfigError&) {
+    return "";
+  } catch (const sim::files::FileError& error) {
+    return error.what();
+  } catch (const sim::scenario::ConfigError& error) {
+    return error.what();
   }
-  return false;
 }
 
 /// Ends the target where a property of what was read does not hold.

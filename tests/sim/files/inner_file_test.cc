@@ -53,6 +53,19 @@ TEST_F(InnerFile, LinksThatLeadOutAreRefusedAndOthersAreNot) {
   EXPECT_THROW(inner_file(root_, "loop"), FileError);
 }
 
+// What is known of a folder holds for that folder alone, and not for what is in it.
+TEST_F(InnerFile, LinksAreRefusedInListsWhoseFoldersAreKnown) {
+  fs::create_directory_symlink(folder_.path(), root_ / "below/up");
+  fs::create_symlink(folder_ / "secret.txt", root_ / "below/link.txt");
+  InnerFiles files(root_);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(files.file("below/a.txt"), root_ / "below/a.txt");
+    for (const char* name : {"below/link.txt", "below/up/secret.txt"})
+      EXPECT_THAT([&] { files.file(name); }, ThrowsMessage<FileError>(HasSubstr("leads out of the folder")))
+          << name;
+  }
+}
+
 TEST_F(InnerFile, TheFolderItselfMayBeALink) {
   fs::create_directory_symlink(root_, folder_ / "alias");
   EXPECT_EQ(read_text(inner_file(folder_ / "alias", "below/a.txt")), "inside");
