@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -31,6 +32,8 @@ constexpr std::array kMetrics{"ate_se3_rmse_m", "rmse_m", "end_position_error_m"
                               "loop_landmarks"};
 
 constexpr std::size_t kMostMappedKeys = 6;  // 15 heat maps of each metric
+constexpr std::size_t kMostLineKeys = 20;   // a figure of each metric
+constexpr std::size_t kMostDots = 2000;     // of a figure
 
 /// One line of scores.jsonl.
 struct SweepTrial {
@@ -146,6 +149,14 @@ KeyAxis axis_of_key(const std::vector<std::string>& values) {
 /// Whether the key has few values, as in a grid, and not one for each sample.
 bool is_grid(const SweepOf& sweep, std::size_t k) { return sweep.at[k].size() <= 20; }
 
+/// Whether the nth of so many trials has a dot. Multiples of the golden ratio are spread evenly modulo 1, and
+/// so are those of every second, third, ... number: no value of a grid is left out.
+bool is_drawn(std::size_t n, std::size_t trials) {
+  const double multiple = std::numbers::phi * static_cast<double>(n);
+  return trials <= kMostDots ||
+         multiple - std::floor(multiple) < static_cast<double>(kMostDots) / static_cast<double>(trials);
+}
+
 Figure lines_figure(const SweepOf& sweep, std::size_t k, const std::string& metric) {
   const KeyAxis axis = axis_of_key(sweep.at[k]);
   Figure f{fmt::format("{}_{}_{}", sweep.scenario, metric, sweep.keys[k]),
@@ -155,16 +166,21 @@ Figure lines_figure(const SweepOf& sweep, std::size_t k, const std::string& metr
   f.logarithmic_x = axis.logarithmic, f.whole_x = !axis.numbers, f.whole_y = is_counted(metric);
   std::vector<std::vector<double>> values(axis.at.size());
   Line dots{"a trial", Role::truth, {}, {}, true}, median{"median", Role::estimate};
-  for (const SweepTrial& trial : sweep.trials) {
+  for (std::size_t n = 0; n < sweep.trials.size(); ++n) {
+    const SweepTrial& trial = sweep.trials[n];
     const auto value = trial.values.find(metric);
     if (value == trial.values.end()) continue;
     const std::size_t i = sweep.place[k].at(trial.settings[k]);
     values[i].push_back(value->second);
-    dots.x.push_back(axis.at[i]), dots.y.push_back(value->second);
+    if (is_drawn(n, sweep.trials.size())) dots.x.push_back(axis.at[i]), dots.y.push_back(value->second);
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i].empty()) continue;
     median.x.push_back(axis.at[i]), median.y.push_back(score::median(values[i]));
+  }
+  if (sweep.trials.size() > kMostDots) {
+    dots.name = fmt::format("{} of {} trials", dots.x.size(), sweep.trials.size());
+    median.name = "median of all";
   }
   f.lines = {dots};
   if (is_grid(sweep, k)) f.lines.push_back(median);
@@ -185,19 +201,21 @@ Figure heat_figure(const SweepOf& sweep, std::size_t a, std::size_t b, const std
                        sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds"),
            with_unit(sweep.keys[a]), with_unit(sweep.keys[b])};
   f.columns = sweep.at[a], f.rows = sweep.at[b];
-  for (std::size_t i = 0; i < f.columns.size(); ++i)
-    for (std::size_t j = 0; j < f.rows.size(); ++j) {
-      std::vector<double> values;
-      std::string href;
-      for (const SweepTrial& trial : sweep.trials) {
-        if (trial.settings[a] != f.columns[i] || trial.settings[b] != f.rows[j]) continue;
-        if (href.empty()) href = "#" + anchor(sweep, trial.settings);
-        if (const auto v = trial.values.find(metric); v != trial.values.end()) values.push_back(v->second);
-      }
-      if (href.empty()) continue;
-      const double value = values.empty() ? NAN : score::median(values);
-      f.cells.push_back({i, j, value, score::loss(value, score::direction_of(metric)), href});
-    }
+  struct Cell {
+    std::string href;  // of its first trial
+    std::vector<double> values;
+  };
+  std::map<std::pair<std::size_t, std::size_t>, Cell> cells;
+  for (const SweepTrial& trial : sweep.trials) {
+    Cell& cell = cells[{sweep.place[a].at(trial.settings[a]), sweep.place[b].at(trial.settings[b])}];
+    if (cell.href.empty()) cell.href = "#" + anchor(sweep, trial.settings);
+    if (const auto v = trial.values.find(metric); v != trial.values.end()) cell.values.push_back(v->second);
+  }
+  for (const auto& [at, cell] : cells) {
+    const double value = cell.values.empty() ? NAN : score::median(cell.values);
+    f.cells.push_back(
+        {at.first, at.second, value, score::loss(value, score::direction_of(metric)), cell.href});
+  }
   return f;
 }
 
@@ -213,44 +231,52 @@ std::vector<std::string> metrics_of(const SweepOf& sweep) {
   return shown;
 }
 
-/// The keys of a grid that have several values.
-std::vector<std::size_t> grid_keys(const SweepOf& sweep) {
+/// The keys that have several values.
+std::vector<std::size_t> varied_keys(const SweepOf& sweep) {
   std::vector<std::size_t> keys;
   for (std::size_t k = 0; k < sweep.keys.size(); ++k)
-    if (is_grid(sweep, k) && sweep.at[k].size() > 1) keys.push_back(k);
+    if (sweep.at[k].size() > 1) keys.push_back(k);
   return keys;
 }
 
-/// The keys of which heat maps are drawn, each with each of the others.
-std::vector<std::size_t> mapped_keys(const SweepOf& sweep) {
-  std::vector<std::size_t> keys = grid_keys(sweep);
-  keys.resize(std::min(keys.size(), kMostMappedKeys));
+/// Those of a grid.
+std::vector<std::size_t> grid_keys(const SweepOf& sweep) {
+  std::vector<std::size_t> keys = varied_keys(sweep);
+  std::erase_if(keys, [&](std::size_t k) { return !is_grid(sweep, k); });
   return keys;
 }
 
-/// Which keys have heat maps, where not all have.
-std::string about_heat_maps(const SweepOf& sweep) {
-  const std::vector<std::size_t> mapped = mapped_keys(sweep);
-  const std::size_t all = grid_keys(sweep).size();
-  if (mapped.size() == all) return "";
+std::vector<std::size_t> first(std::vector<std::size_t> keys, std::size_t most) {
+  keys.resize(std::min(keys.size(), most));
+  return keys;
+}
+
+/// Which of the keys have figures, where not all have. what: the figures.
+std::string about_left_out(const SweepOf& sweep, const std::string& what,
+                           const std::vector<std::size_t>& keys, std::size_t most) {
+  if (keys.size() <= most) return "";
   std::string names;
-  for (const std::size_t k : mapped) names += (names.empty() ? "" : ", ") + escaped(sweep.keys[k]);
-  return fmt::format("<p>Heat maps are drawn of the first {} of {} keys with several values: {}.</p>\n",
-                     mapped.size(), all, names);
+  for (const std::size_t k : first(keys, most)) names += (names.empty() ? "" : ", ") + escaped(sweep.keys[k]);
+  return fmt::format("<p>{} are drawn of the first {} of {} keys with several values: {}.</p>\n", what, most,
+                     keys.size(), names);
+}
+
+std::string about_left_out(const SweepOf& sweep) {
+  return about_left_out(sweep, "Heat maps", grid_keys(sweep), kMostMappedKeys) +
+         about_left_out(sweep, "Lines and dots", varied_keys(sweep), kMostLineKeys);
 }
 
 std::vector<Figure> figures_of(const SweepOf& sweep) {
   std::vector<Figure> all;
-  const std::size_t keys = sweep.keys.size();
-  const std::vector<std::size_t> mapped = mapped_keys(sweep);
+  const std::vector<std::size_t> mapped = first(grid_keys(sweep), kMostMappedKeys),
+                                 lined = first(varied_keys(sweep), kMostLineKeys);
   for (const std::string& metric : metrics_of(sweep)) {
     const std::size_t before = all.size();
     for (std::size_t a = 0; a < mapped.size(); ++a)
       for (std::size_t b = a + 1; b < mapped.size(); ++b)
         all.push_back(heat_figure(sweep, mapped[a], mapped[b], metric));
-    if (keys == 2 && all.size() > before) continue;  // it has both keys already
-    for (std::size_t k = 0; k < keys; ++k)
-      if (sweep.at[k].size() > 1) all.push_back(lines_figure(sweep, k, metric));
+    if (sweep.keys.size() == 2 && all.size() > before) continue;  // it has both keys already
+    for (const std::size_t k : lined) all.push_back(lines_figure(sweep, k, metric));
   }
   return all;
 }
@@ -377,7 +403,7 @@ std::string order_of_values(const SweepOf& sweep) {
 std::string section_of(const SweepOf& sweep, const fs::path& folder) {
   constexpr double kWidth = 640, kHeight = 320;
   std::string html = fmt::format("<h2 id='scenario-{0}'>{0}</h2>\n", escaped(sweep.scenario));
-  html += worst_list(sweep) + about_heat_maps(sweep) + "<div class='figures'>\n";
+  html += worst_list(sweep) + about_left_out(sweep) + "<div class='figures'>\n";
   for (const Figure& figure : figures_of(sweep))
     html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.name),
                         escaped(figure.title), to_svg(figure, kWidth, kHeight));

@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
+#include <regex>
+#include <string>
+
 #include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
@@ -69,7 +73,7 @@ TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
   EXPECT_THAT(html, Not(HasSubstr("rmse_m over slam.a")));
 }
 
-TEST_F(SweepPage, OfManyKeysHasHeatMapsOfTheFirstOnes) {
+TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnes) {
   std::string one, two;
   for (int k = 100; k < 200; ++k) {
     one += (one.empty() ? "" : ", ") + ("\"slam.k" + std::to_string(k) + "\": 1");
@@ -88,6 +92,25 @@ TEST_F(SweepPage, OfManyKeysHasHeatMapsOfTheFirstOnes) {
   EXPECT_THAT(html,
               HasSubstr("Heat maps are drawn of the first 6 of 100 keys with several values: slam.k100, "
                         "slam.k101, slam.k102, slam.k103, slam.k104, slam.k105."));
+  EXPECT_EQ(count("<figcaption>rmse_m over slam."), 20);
+  EXPECT_THAT(html, HasSubstr("<figure id='hall_rmse_m_slam.k119'>"));
+  EXPECT_THAT(html, HasSubstr("Lines and dots are drawn of the first 20 of 100 keys with several values: "));
+}
+
+TEST_F(SweepPage, OfManyTrialsHasDotsOfSomeAndTheMedianOfAll) {
+  for (int seed = 1; seed <= 2000; ++seed)
+    for (int a = 1; a <= 4; ++a)
+      add("hall", R"({"slam.a": )" + std::to_string(a) + "}", seed,
+          R"({"rmse_m": 0.)" + std::to_string(a) + "}");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("2002 of 8000 trials"));
+  EXPECT_THAT(html, HasSubstr("median of all"));
+  EXPECT_THAT(html, HasSubstr("2000 of 2000</td>")) << "of a setting";
+  std::map<std::string, int> dots;  // height -> how many
+  const std::regex dot("<circle[^>]* cy='([^']*)'");
+  for (std::sregex_iterator at(html.begin(), html.end(), dot), end; at != end; ++at) ++dots[(*at)[1]];
+  EXPECT_EQ(dots.size(), 4u);
+  for (const auto& [height, n] : dots) EXPECT_NEAR(n, 500, 5) << height;
 }
 
 TEST_F(SweepPage, ScenariosAreNotPooled) {
