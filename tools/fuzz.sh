@@ -1,25 +1,26 @@
 #!/bin/sh
 # Feeds the readers inputs that clang's libFuzzer makes:
-#   tools/fuzz.sh [--fast] [--seconds S | --runs N | --total N] [--seed N] [--slow S] [TARGET...]
+#   tools/fuzz.sh [--fast] [--seconds S | --runs N | --total N] [--longest BYTES] [--seed N] [--slow S] [TARGET...]
 # Each target of tests/fuzz runs for S seconds (default 3600) or N inputs, on all processors; with --total until it has had N
 # inputs, those of earlier commands with --total and the same program included: interrupted, the same command goes on. A
 # crash, an input that takes more than 1 s (--slow: another limit, for machines that stall), or memory of more than 1 GB is a
-# finding: its input is kept in build/fuzz/found. What reached new code is kept in build/fuzz/corpus and continued with. --seed
-# repeats a run's random numbers. --fast does without the address sanitizer, and draws from the corpus without weights, for
-# several times the inputs; --runs 0 then gives all that is in build/fuzz/corpus to the sanitized targets once. Prints a
-# table; exit code 1 where there is a finding.
+# finding: its input is kept in build/fuzz/found. What reached new code is kept in build/fuzz/corpus and continued with. Inputs
+# have at most 4096 bytes, or --longest: short ones take less time. --seed repeats a run's random numbers. --fast does without
+# the address sanitizer, and draws from the corpus without weights, for several times the inputs; --runs 0 then gives all that
+# is in build/fuzz/corpus to the sanitized targets once. Prints a table; exit code 1 where there is a finding.
 set -eu
 root=$(dirname "$(dirname "$(readlink -f "$0")")")
-limit=-max_total_time=3600 total='' seed=0 slow=1 preset=fuzz entropic=1
+limit=-max_total_time=3600 total='' longest=4096 seed=0 slow=1 preset=fuzz entropic=1
 while :; do
   case ${1:-} in
     --fast) preset=fuzz-fast entropic=0 && shift && continue ;;
     --seconds) limit=-max_total_time=$2 ;;
     --runs) limit=-runs=$2 ;;
     --total) total=$2 ;;
+    --longest) longest=$2 ;;
     --seed) seed=$2 ;;
     --slow) slow=$2 ;;
-    -*) echo "fuzz: $1 is not known; expected --fast, --seconds S, --runs N, --total N, --seed N, --slow S or targets" >&2 && exit 2 ;;
+    -*) echo "fuzz: $1 is not known; expected --fast, --seconds S, --runs N, --total N, --longest BYTES, --seed N, --slow S or targets" >&2 && exit 2 ;;
     *) break ;;
   esac
   shift 2
@@ -34,7 +35,7 @@ mkdir -p "$folder/found" "$folder/log"
 memory=$(mktemp -d -p "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")" gaitslam-fuzz-XXXXXX)
 trap 'rm -rf "$memory"' EXIT
 trap 'exit 2' INT TERM
-export TMPDIR="$memory" folder root limit total seed slow preset entropic
+export TMPDIR="$memory" folder root limit total longest seed slow preset entropic
 export ASAN_OPTIONS=quarantine_size_mb=16:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
 export GLIBC_TUNABLES=glibc.malloc.trim_threshold=67108864  # memory that an input frees is kept for the next one
 
@@ -56,7 +57,7 @@ while :; do
   status=0
   random=$((seed ? seed + now : 0))  # each part its own; for 0 libFuzzer draws one
   "$program" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed=$random -entropic=$entropic -timeout="$slow" \
-    -rss_limit_mb=1024 -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$log" 2>&1 || status=$?
+    -max_len="$longest" -rss_limit_mb=1024 -print_final_stats=1 -artifact_prefix="$folder/found/$1/" >"$log" 2>&1 || status=$?
   case $status in
     0) ;;
     72) echo "interrupted" >>"$log" ;;  # libFuzzer's word for SIGINT and SIGTERM
