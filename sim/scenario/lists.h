@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/physics/options.h"
 #include "sim/scenario/kind_list.h"
 #include "sim/sensor_errors/faults.h"
-#include "sim/world/options.h"
 #include "walking/plan.h"
 
 namespace sim::scenario {
@@ -16,8 +16,8 @@ namespace sim::scenario {
 /// How the items of each list are written.
 const KindList<walking::Command>& grammar_of(const std::vector<walking::Command>&);
 const KindList<sensor_errors::Fault>& grammar_of(const std::vector<sensor_errors::Fault>&);
-const KindList<world::Push>& grammar_of(const std::vector<world::Push>&);
-const KindList<world::FloorPatch>& grammar_of(const std::vector<world::FloorPatch>&);
+const KindList<physics::Push>& grammar_of(const std::vector<physics::Push>&);
+const KindList<physics::FloorPatch>& grammar_of(const std::vector<physics::FloorPatch>&);
 
 /// expected, read and print of value.h, for these lists.
 template <class Item>
