@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "sim/score/types.h"
+
 namespace sim::camera {
 /// Triangles in a geom's own frame, counter-clockwise seen from outside.
 struct GeomMesh {
@@ -59,5 +61,9 @@ class Lamps {
   std::vector<Lamp> lamps_;
   Eigen::Vector3f ambient_;
 };
+
+/// All surfaces of the model that are drawn and never move: the room without the robot. Throws
+/// std::invalid_argument for a shape that is not a primitive (mesh, height field) and for an infinite plane.
+std::vector<score::Surface> room_surfaces(const mjModel& model);
 
 }  // namespace sim::camera

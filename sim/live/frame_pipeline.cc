@@ -4,8 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "sim/camera/surfaces.h"
-#include "sim/live/recorded.h"
+#include "sim/camera/shapes.h"
 #include "sim/recording/grey_png.h"
 #include "sim/result/timing.h"
 
@@ -30,8 +29,7 @@ FramePipeline::FramePipeline(const scenario::Scenario& scenario, const std::file
   if (!scenario.camera) return;
   const physics::WorldOptions& w = scenario.world;
   auto model = std::make_shared<physics::Model>(physics::load_model(w.robot, w.room, models));
-  for (const camera::RoomPrimitive& primitive : camera::room_primitives(**model))
-    surfaces_.push_back(recorded(primitive));
+  surfaces_ = camera::room_surfaces(**model);
   worker_
       .do_next([this, model, seed = w.seed] {
         camera_ = std::make_unique<camera::HeadCamera>(std::move(*model), options_, seed);

@@ -37,7 +37,7 @@ class FramePipeline {
   FramePipeline(const scenario::Scenario& scenario, const std::filesystem::path& models, bool beside);
 
   /// The surfaces that the camera can see.
-  const std::vector<recording::RecordedSurface>& surfaces() const { return surfaces_; }
+  const std::vector<score::Surface>& surfaces() const { return surfaces_; }
 
   /// To be called at each millisecond: the positions that later images are drawn at.
   void add_positions(const physics::World& world);
@@ -70,7 +70,7 @@ class FramePipeline {
   camera::CameraOptions options_;
   physics::WorldOptions::LightsOff lights_off_;
   std::chrono::nanoseconds lead_;
-  std::vector<recording::RecordedSurface> surfaces_;
+  std::vector<score::Surface> surfaces_;
   camera::RecentMotion motion_;
   std::deque<Frame> frames_;              // their shutters are open
   std::deque<std::future<Frame>> drawn_;  // or being drawn

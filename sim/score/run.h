@@ -14,6 +14,7 @@
 #include "sim/score/loop_closure.h"
 #include "sim/score/surfaces.h"
 #include "sim/score/trajectory.h"
+#include "sim/score/types.h"
 
 namespace sim::score {
 
@@ -48,12 +49,6 @@ struct PlannedTimes {
   std::vector<Stamp> footsteps;
 };
 
-/// A footstep that steering was free to correct, and by how much: ahead, aside (m), turn (rad).
-struct StepCorrection {
-  Stamp t{0};
-  double ahead = 0, aside = 0, turn = 0;
-};
-
 /// The path that the commands of a walk describe, laid into W at the start.
 struct DesiredPath {
   Trajectory waist;                                       ///< X_WB wanted at the stamps of the true waist
@@ -77,8 +72,8 @@ struct Run {
   std::vector<Surface> surfaces;
   TrueCamera camera;
   std::optional<PlannedTimes> planned;
-  std::string no_scale = {};            ///< why the estimate's scale means nothing; empty if it does
-  std::optional<std::string> diverged;  ///< the cause, if the filter gave up
+  std::string no_scale = {};               ///< why the estimate's scale means nothing; empty if it does
+  std::optional<std::string> diverged;     ///< the cause, if the filter gave up
   std::optional<std::string> failed = {};  ///< the cause, if the estimator failed as a program
 };
 
