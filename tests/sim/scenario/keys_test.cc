@@ -15,7 +15,7 @@ namespace sim::scenario {
 namespace {
 
 /// Values of all types; each key takes one of them that is not its default.
-std::vector<std::string> values_for(const Key<Scenario>& key) {
+std::vector<std::string> values_for(const Key& key) {
   std::vector<std::string> values{
       "true",
       "false",
@@ -44,7 +44,7 @@ std::vector<std::string> values_for(const Key<Scenario>& key) {
 }
 
 /// The default scenario with another value of that key.
-std::optional<Scenario> changed(const Key<Scenario>& key) {
+std::optional<Scenario> changed(const Key& key) {
   for (const std::string& value : values_for(key)) {
     Scenario scenario = default_scenario();
     if (!complaint_of([&] { key.read(parse_yaml(value, {"test"}), scenario); }).empty()) continue;
@@ -98,10 +98,10 @@ constexpr int members() {
 }
 
 /// A visitor of `keys` that expects one key for each member of the options and of their parts.
-class Count {
+class Count : public walking::KeyVisitor {
  public:
   template <class Options>
-  static void expect_one_for_each_member(const char* name) {
+  static void expect_one_for_each_member(const std::string& name) {
     Count count;
     Options::keys(count);
     EXPECT_EQ(count.count_, members<Options>()) << name;
@@ -112,9 +112,9 @@ class Count {
   void choice(auto&&...) { ++count_; }
   void value(auto&&...) { ++count_; }
   template <class Part, class Owner>
-  void part(const char* name, Part Owner::*) {
+  void part(std::string_view name, Part Owner::*) {
     ++count_;
-    expect_one_for_each_member<Part>(name);
+    expect_one_for_each_member<Part>(std::string(name));
   }
 
  private:
@@ -154,6 +154,22 @@ TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
     std::sort(list->begin(), list->end());
     EXPECT_EQ(std::adjacent_find(list->begin(), list->end()), list->end());
   }
+}
+
+TEST(Keys, TakeTheirNamesFromTheirMembers) {
+  static_assert(walking::member_name<&world::Push::impulse_ns>() == "impulse_ns");
+  EXPECT_NE(find_key("errors.gyro.sigma_rad_s"), nullptr);
+}
+
+TEST(Keys, FormerNamesGetAMessageWithTheNewOne) {
+  const std::string walk = "walk.commands: [{stand: {}}]\ncamera: {}\n";
+  EXPECT_EQ(
+      complaint_of([&] { read_scenario_text(walk + "slam:\n  vision: {sigma_lasting_px: 1}", "a.yaml"); }),
+      "a.yaml:4:12: slam.vision.sigma_lasting_px: was renamed to slam.vision.match_bias_sigma_px");
+  EXPECT_EQ(complaint_of([&] {
+              read_scenario_text(walk + "slam: {}", "a.yaml", {.overrides = {"slam.vision.sigma_view_px=1"}});
+            }),
+            "<argument>:1:1: slam.vision.sigma_view_px: was renamed to slam.vision.viewpoint_sigma_px");
 }
 
 TEST(Keys, CarryTheirUnitInTheName) {
