@@ -135,8 +135,13 @@ const std::vector<Key>& scenario_keys();
 /// The key of that name, or nullptr.
 const Key* find_key(std::string_view name);
 
-/// Returns "was renamed to slam.vision.match_bias_sigma_px" for the former name of a key or a metric, "is
-/// gone: ..." for one that no longer exists, and "" for any other name.
+/// A key or metric of an earlier version: its name now, or the reason why it is gone.
+struct FormerName {
+  std::string_view name, now, reason;
+};
+std::vector<FormerName> former_names();
+
+/// Returns "was renamed to NAME" or "is gone: REASON" for a former name, "" for any other.
 std::string former_name(std::string_view name);
 
 /// The default scenario with every optional section present: where defaults are read from.

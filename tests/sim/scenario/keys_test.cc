@@ -1,5 +1,6 @@
 #include "sim/scenario/keys.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,10 +10,13 @@
 #include <sstream>
 
 #include "sim/scenario/scenario.h"
+#include "sim/score/evaluate.h"
 #include "tests/sim/scenario/complaint.h"
 
 namespace sim::scenario {
 namespace {
+
+using testing::HasSubstr;
 
 /// Values of all types; each key takes one of them that is not its default.
 std::vector<std::string> values_for(const Key& key) {
@@ -162,14 +166,17 @@ TEST(Keys, TakeTheirNamesFromTheirMembers) {
 }
 
 TEST(Keys, FormerNamesGetAMessageWithTheNewOne) {
-  const std::string walk = "walk.commands: [{stand: {}}]\ncamera: {}\n";
-  EXPECT_EQ(
-      complaint_of([&] { read_scenario_text(walk + "slam:\n  vision: {sigma_lasting_px: 1}", "a.yaml"); }),
-      "a.yaml:4:12: slam.vision.sigma_lasting_px: was renamed to slam.vision.match_bias_sigma_px");
-  EXPECT_EQ(complaint_of([&] {
-              read_scenario_text(walk + "slam: {}", "a.yaml", {.overrides = {"slam.vision.sigma_view_px=1"}});
-            }),
-            "<argument>:1:1: slam.vision.sigma_view_px: was renamed to slam.vision.viewpoint_sigma_px");
+  for (const FormerName& former : former_names()) {
+    if (find_key(former.name) || score::find_metric(former.name)) continue;
+    const std::string note = former_name(former.name);
+    EXPECT_THAT(note, HasSubstr(former.now.empty() ? former.reason : former.now));
+    const std::string name(former.name);
+    if (name.find('.') != name.npos)
+      EXPECT_EQ(complaint(kAll + name + ": 1\n"), "test.yaml:4:1: " + name + ": " + note);
+    else
+      EXPECT_EQ(complaint(kAll + "limits." + name + ".at_most: 1\n"),
+                "test.yaml:4:1: limits." + name + ".at_most: metric " + name + " " + note);
+  }
 }
 
 TEST(Keys, CarryTheirUnitInTheName) {
