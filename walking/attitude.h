@@ -12,13 +12,14 @@ struct AttitudeOptions {
   double bias_gain_per_s2 = 0.004;
 
   static void keys(auto&& key) {
-    key.value("enabled", &AttitudeOptions::enabled,
-              "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise it counts "
-              "as upright");
-    key.number("accelerometer_gain_per_s", &AttitudeOptions::accelerometer_gain_per_s, 0, 1e6,
-               "rate at which the estimated vertical is corrected towards the accelerometer's");
-    key.number("bias_gain_per_s2", &AttitudeOptions::bias_gain_per_s2, 0, 1e6,
-               "gain with which the attitude filter estimates the gyro's bias");
+    value<&AttitudeOptions::enabled>(
+        key,
+        "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise it counts "
+        "as upright");
+    number<&AttitudeOptions::accelerometer_gain_per_s>(
+        key, 0, 1e6, "rate at which the estimated vertical is corrected towards the accelerometer's");
+    number<&AttitudeOptions::bias_gain_per_s2>(
+        key, 0, 1e6, "gain with which the attitude filter estimates the gyro's bias");
   }
 };
 

@@ -30,8 +30,9 @@ inline constexpr double kAnkleX = 0.00949035111398315;  ///< m, ankles ahead of 
 inline constexpr double kComHeight = 0.808291;  ///< m, centre of mass above the ground in half-sitting
 
 /// Centre of mass in the waist's axes in half-sitting, m. The real one is 1.55 mm to the left: the plan is
-/// symmetric, so that left and right walks mirror each other, and leaves that offset to the stabiliser. (Not inline:
-/// clang 14 takes an inline vector for zero where it computes another constant from it at compile time.)
+/// symmetric, so that left and right walks mirror each other, and leaves that offset to the stabiliser. (Not
+/// inline: clang 14 takes an inline vector for zero where it computes another constant from it at compile
+/// time.)
 const Eigen::Vector3d kComInWaist{0.013695, 0.0, 0.159589};
 
 /// The corners of a sole about the sole point (below the ankle), x ahead and y left, m.
@@ -39,7 +40,7 @@ const Eigen::Vector2d kSoleMin{-0.100, -0.069}, kSoleMax{0.130, 0.069};
 
 inline constexpr int kRightLeg = 0, kLeftLeg = 6, kChestYaw = 12, kChestPitch = 13, kRightArm = 16,
                      kLeftArm = 23;  ///< in JointVector
-inline constexpr int kElbow = 3;  ///< joints after the shoulder pitch of its arm
+inline constexpr int kElbow = 3;     ///< joints after the shoulder pitch of its arm
 inline constexpr double kShoulderPitch_deg = 15, kElbow_deg = -30;  ///< in half-sitting
 
 /// Half-sitting: the posture the robot stands in and the upper body keeps, rad, order of JointVector.

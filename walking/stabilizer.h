@@ -51,27 +51,28 @@ struct StabilizerOptions {
       double fast_pole_per_s = 13, slow_pole_per_s = 4;
 
       static void keys(auto&& key) {
-        key.number("lag_s", &DelayedZmp::lag_s, 1e-3, 1e6,
-                   "time constant with which the ZMP follows the desired one in the delayed_zmp law");
-        key.number("fast_pole_per_s", &DelayedZmp::fast_pole_per_s, 0, 1e6,
-                   "faster of the two decay rates that the delayed_zmp law gives to errors");
-        key.number("slow_pole_per_s", &DelayedZmp::slow_pole_per_s, 0, 1e6,
-                   "slower of the two decay rates that the delayed_zmp law gives to errors");
+        number<&DelayedZmp::lag_s>(
+            key, 1e-3, 1e6,
+            "time constant with which the ZMP follows the desired one in the delayed_zmp law");
+        number<&DelayedZmp::fast_pole_per_s>(
+            key, 0, 1e6, "faster of the two decay rates that the delayed_zmp law gives to errors");
+        number<&DelayedZmp::slow_pole_per_s>(
+            key, 0, 1e6, "slower of the two decay rates that the delayed_zmp law gives to errors");
       }
     } delayed_zmp;
 
     static void keys(auto&& key) {
-      key.value("enabled", &Tracking::enabled, "whether errors of the centre of mass are fed back");
-      key.choice(
-          "law", &Tracking::law, kTrackingLaws,
+      value<&Tracking::enabled>(key, "whether errors of the centre of mass are fed back");
+      choice<&Tracking::law>(
+          key, kTrackingLaws,
           "feedback law: of the capture point, or of the centre of mass, its velocity and a delayed ZMP");
-      key.number("gain_per_s", &Tracking::gain_per_s, 0, 1e6,
-                 "rate at which the error of the capture point decays");
-      key.number("velocity_cutoff_hz", &Tracking::velocity_cutoff_hz, 0.01, 100,
-                 "cut-off frequency of the low-pass filter on the velocity error of the centre of mass");
-      key.number("sole_margin_m", &Tracking::sole_margin_m, 0, 0.1,
-                 "least distance of the desired ZMP from the edge of the soles");
-      key.part("delayed_zmp", &Tracking::delayed_zmp);
+      number<&Tracking::gain_per_s>(key, 0, 1e6, "rate at which the error of the capture point decays");
+      number<&Tracking::velocity_cutoff_hz>(
+          key, 0.01, 100,
+          "cut-off frequency of the low-pass filter on the velocity error of the centre of mass");
+      number<&Tracking::sole_margin_m>(key, 0, 0.1,
+                                       "least distance of the desired ZMP from the edge of the soles");
+      part<&Tracking::delayed_zmp>(key);
     }
   } tracking;
 
@@ -81,8 +82,8 @@ struct StabilizerOptions {
     bool enabled = true;
 
     static void keys(auto&& key) {
-      key.value("enabled", &Distribution::enabled,
-                "whether the feet share the load according to the desired ZMP; otherwise each carries half");
+      value<&Distribution::enabled>(
+          key, "whether the feet share the load according to the desired ZMP; otherwise each carries half");
     }
   } distribution;
 
@@ -94,13 +95,12 @@ struct StabilizerOptions {
     double limit_rad = 0.17;
 
     static void keys(auto&& key) {
-      key.value("enabled", &AnkleAdmittance::enabled,
-                "whether the ankles yield to the measured torque (admittance)");
-      key.number("gain_rad_s_per_nm", &AnkleAdmittance::gain_rad_s_per_nm, 0, 1e6,
-                 "angular velocity of an ankle for each N·m of torque beyond the desired one");
-      key.number("leak_s", &AnkleAdmittance::leak_s, 1e-3, 1e6,
-                 "time constant with which the ankle correction decays");
-      key.number("limit_rad", &AnkleAdmittance::limit_rad, 0, 1, "largest ankle correction");
+      value<&AnkleAdmittance::enabled>(key, "whether the ankles yield to the measured torque (admittance)");
+      number<&AnkleAdmittance::gain_rad_s_per_nm>(
+          key, 0, 1e6, "angular velocity of an ankle for each N·m of torque beyond the desired one");
+      number<&AnkleAdmittance::leak_s>(key, 1e-3, 1e6,
+                                       "time constant with which the ankle correction decays");
+      number<&AnkleAdmittance::limit_rad>(key, 0, 1, "largest ankle correction");
     }
   } ankle_admittance;
 
@@ -113,15 +113,15 @@ struct StabilizerOptions {
     double limit_m = 0.025;
 
     static void keys(auto&& key) {
-      key.value("enabled", &ForceDifference::enabled,
-                "whether the foot that carries too little is lowered and the other one raised");
-      key.number("gain_m_s_per_n", &ForceDifference::gain_m_s_per_n, 0, 1e6,
-                 "velocity of a foot for each N of missing vertical force");
-      key.number("leak_s", &ForceDifference::leak_s, 1e-3, 1e6,
-                 "time constant with which the foot height correction decays while both feet stand");
-      key.number("leak_in_swing_s", &ForceDifference::leak_in_swing_s, 1e-3, 1e6,
-                 "time constant with which the foot height correction decays while one foot swings");
-      key.number("limit_m", &ForceDifference::limit_m, 0, 0.2, "largest foot height correction");
+      value<&ForceDifference::enabled>(
+          key, "whether the foot that carries too little is lowered and the other one raised");
+      number<&ForceDifference::gain_m_s_per_n>(key, 0, 1e6,
+                                               "velocity of a foot for each N of missing vertical force");
+      number<&ForceDifference::leak_s>(
+          key, 1e-3, 1e6, "time constant with which the foot height correction decays while both feet stand");
+      number<&ForceDifference::leak_in_swing_s>(
+          key, 1e-3, 1e6, "time constant with which the foot height correction decays while one foot swings");
+      number<&ForceDifference::limit_m>(key, 0, 0.2, "largest foot height correction");
     }
   } force_difference;
 
@@ -133,11 +133,11 @@ struct StabilizerOptions {
     double lag_s = 0.03;
 
     static void keys(auto&& key) {
-      key.value("enabled", &LegCompliance::enabled,
-                "whether a leg is lengthened by the compression under its planned load");
-      key.number("stiffness_n_m", &LegCompliance::stiffness_n_m, 1e3, 1e9,
-                 "vertical stiffness of a leg from waist to ground");
-      key.number("lag_s", &LegCompliance::lag_s, 0, 1, "time constant with which a leg is compressed");
+      value<&LegCompliance::enabled>(key,
+                                     "whether a leg is lengthened by the compression under its planned load");
+      number<&LegCompliance::stiffness_n_m>(key, 1e3, 1e9,
+                                            "vertical stiffness of a leg from waist to ground");
+      number<&LegCompliance::lag_s>(key, 0, 1, "time constant with which a leg is compressed");
     }
   } leg_compliance;
 
@@ -149,29 +149,27 @@ struct StabilizerOptions {
     double limit_rad = 0.1;
 
     static void keys(auto&& key) {
-      key.value("enabled", &BodyAttitude::enabled, "whether the waist is turned against its estimated tilt");
-      key.number("gain_per_s", &BodyAttitude::gain_per_s, 0, 1e6,
-                 "rate at which the tilt of the waist is corrected");
-      key.number("leak_s", &BodyAttitude::leak_s, 1e-3, 1e6,
-                 "time constant with which the waist correction decays");
-      key.number("limit_rad", &BodyAttitude::limit_rad, 0, 1, "largest waist correction");
+      value<&BodyAttitude::enabled>(key, "whether the waist is turned against its estimated tilt");
+      number<&BodyAttitude::gain_per_s>(key, 0, 1e6, "rate at which the tilt of the waist is corrected");
+      number<&BodyAttitude::leak_s>(key, 1e-3, 1e6, "time constant with which the waist correction decays");
+      number<&BodyAttitude::limit_rad>(key, 0, 1, "largest waist correction");
     }
   } body_attitude;
 
   static void keys(auto&& key) {
-    key.value("enabled", &StabilizerOptions::enabled,
-              "whether the plan is corrected by the robot's own sensor readings");
-    key.number("gyro_sigma_rad_s", &StabilizerOptions::gyro_sigma_rad_s, 0, 1e3,
-               "white noise of the 200 Hz gyro readings that the stabiliser is given");
-    key.number("accelerometer_sigma_m_s2", &StabilizerOptions::accelerometer_sigma_m_s2, 0, 1e3,
-               "white noise of the 200 Hz accelerometer readings that the stabiliser is given");
-    key.part("attitude", &StabilizerOptions::attitude);
-    key.part("tracking", &StabilizerOptions::tracking);
-    key.part("distribution", &StabilizerOptions::distribution);
-    key.part("ankle_admittance", &StabilizerOptions::ankle_admittance);
-    key.part("force_difference", &StabilizerOptions::force_difference);
-    key.part("leg_compliance", &StabilizerOptions::leg_compliance);
-    key.part("body_attitude", &StabilizerOptions::body_attitude);
+    value<&StabilizerOptions::enabled>(key,
+                                       "whether the plan is corrected by the robot's own sensor readings");
+    number<&StabilizerOptions::gyro_sigma_rad_s>(
+        key, 0, 1e3, "white noise of the 200 Hz gyro readings that the stabiliser is given");
+    number<&StabilizerOptions::accelerometer_sigma_m_s2>(
+        key, 0, 1e3, "white noise of the 200 Hz accelerometer readings that the stabiliser is given");
+    part<&StabilizerOptions::attitude>(key);
+    part<&StabilizerOptions::tracking>(key);
+    part<&StabilizerOptions::distribution>(key);
+    part<&StabilizerOptions::ankle_admittance>(key);
+    part<&StabilizerOptions::force_difference>(key);
+    part<&StabilizerOptions::leg_compliance>(key);
+    part<&StabilizerOptions::body_attitude>(key);
   }
 };
 

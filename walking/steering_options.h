@@ -31,29 +31,26 @@ struct SteeringOptions {
   int final_steps = 8;
 
   static void keys(auto&& key) {
-    key.choice("by", &SteeringOptions::by, kSteeredBy,
-               "who corrects the footsteps: plan (nobody), truth or estimate");
-    key.number("latency_s", &SteeringOptions::latency_s, 0, 10,
-               "age of the newest estimate that may correct a footstep");
-    key.number("gain", &SteeringOptions::gain, 0, 1, "part of an error that one footstep corrects");
-    key.number("dead_band_sigma", &SteeringOptions::dead_band_sigma, 0, 100,
-               "part of an error that is not corrected, in standard deviations of the estimate");
-    key.number("largest_ahead_m", &SteeringOptions::largest_ahead_m, 0, 0.1,
-               "largest correction of a footstep along the foot");
-    key.number("largest_aside_m", &SteeringOptions::largest_aside_m, 0, 0.1,
-               "largest correction of a footstep across the foot");
-    key.degrees("largest_turn_deg", &SteeringOptions::largest_turn_rad, 0, 10,
-                "largest correction of a footstep's heading");
-    key.choice("on_lost", &SteeringOptions::on_lost, kOnLost,
-               "what happens when the estimate stays lost: go_on (by the plan) or stop (on both feet)");
-    key.number("lost_s", &SteeringOptions::lost_s, 0, 1e6,
-               "time without an estimate after which it counts as lost");
-    key.number("tolerance_m", &SteeringOptions::tolerance_m, 0, 10,
-               "distance from the end of the path at which no more steps are added");
-    key.degrees("tolerance_deg", &SteeringOptions::tolerance_rad, 0, 180,
-                "difference from the heading at the end of the path at which no more steps are added");
-    key.number("final_steps", &SteeringOptions::final_steps, 0, 1000,
-               "most steps that are added at the end of the path to come within the tolerance");
+    choice<&SteeringOptions::by>(key, kSteeredBy,
+                                 "who corrects the footsteps: plan (nobody), truth or estimate");
+    number<&SteeringOptions::latency_s>(key, 0, 10, "age of the newest estimate that may correct a footstep");
+    number<&SteeringOptions::gain>(key, 0, 1, "part of an error that one footstep corrects");
+    number<&SteeringOptions::dead_band_sigma>(
+        key, 0, 100, "part of an error that is not corrected, in standard deviations of the estimate");
+    number<&SteeringOptions::largest_ahead_m>(key, 0, 0.1, "largest correction of a footstep along the foot");
+    number<&SteeringOptions::largest_aside_m>(key, 0, 0.1,
+                                              "largest correction of a footstep across the foot");
+    degrees<&SteeringOptions::largest_turn_rad>(key, 0, 10, "largest correction of a footstep's heading");
+    choice<&SteeringOptions::on_lost>(
+        key, kOnLost,
+        "what happens when the estimate stays lost: go_on (by the plan) or stop (on both feet)");
+    number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
+    number<&SteeringOptions::tolerance_m>(
+        key, 0, 10, "distance from the end of the path at which no more steps are added");
+    degrees<&SteeringOptions::tolerance_rad>(
+        key, 0, 180, "difference from the heading at the end of the path at which no more steps are added");
+    number<&SteeringOptions::final_steps>(
+        key, 0, 1000, "most steps that are added at the end of the path to come within the tolerance");
   }
 };
 
