@@ -10,9 +10,54 @@
 #include <vector>
 
 #include "walking/hrp2.h"
-#include "walking/steering_options.h"
 
 namespace walking {
+
+/// Who says where the robot is: nobody (the plan is walked as it is), the truth (what steering alone can do),
+/// or the estimate.
+enum class SteeredBy { plan, truth, estimate };
+inline constexpr std::array<std::string_view, 3> kSteeredBy{"plan", "truth", "estimate"};
+
+enum class OnLost { go_on, stop };
+inline constexpr std::array<std::string_view, 2> kOnLost{"go_on", "stop"};
+
+struct SteeringOptions {
+  SteeredBy by = SteeredBy::plan;
+  double latency_s = 0.1;
+  double gain = 0.8;
+  double dead_band_sigma = 0.5;
+  double largest_ahead_m = 0.03;
+  double largest_aside_m = 0.02;
+  double largest_turn_rad = 3 * std::numbers::pi / 180;
+  OnLost on_lost = OnLost::stop;
+  double lost_s = 3.0;
+  double tolerance_m = 0.006;
+  double tolerance_rad = 0.5 * std::numbers::pi / 180;
+  int final_steps = 8;
+
+  static void keys(auto&& key) {
+    choice<&SteeringOptions::by>(key, kSteeredBy,
+                                 "who corrects the footsteps: plan (nobody), truth or estimate");
+    number<&SteeringOptions::latency_s>(key, 0, 10, "age of the newest estimate that may correct a footstep");
+    number<&SteeringOptions::gain>(key, 0, 1, "part of an error that one footstep corrects");
+    number<&SteeringOptions::dead_band_sigma>(
+        key, 0, 100, "part of an error that is not corrected, in standard deviations of the estimate");
+    number<&SteeringOptions::largest_ahead_m>(key, 0, 0.1, "largest correction of a footstep along the foot");
+    number<&SteeringOptions::largest_aside_m>(key, 0, 0.1,
+                                              "largest correction of a footstep across the foot");
+    degrees<&SteeringOptions::largest_turn_rad>(key, 0, 10, "largest correction of a footstep's heading");
+    choice<&SteeringOptions::on_lost>(
+        key, kOnLost,
+        "what happens when the estimate stays lost: go_on (by the plan) or stop (on both feet)");
+    number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
+    number<&SteeringOptions::tolerance_m>(
+        key, 0, 10, "distance from the end of the path at which no more steps are added");
+    degrees<&SteeringOptions::tolerance_rad>(
+        key, 0, 180, "difference from the heading at the end of the path at which no more steps are added");
+    number<&SteeringOptions::final_steps>(
+        key, 0, 1000, "most steps that are added at the end of the path to come within the tolerance");
+  }
+};
 
 inline constexpr std::chrono::milliseconds kTick{
     5};  ///< control period of HRP-2 and of its pattern generator
@@ -46,7 +91,7 @@ struct Straight {
     number<&Straight::left_m>(key, -1000, 1000, "distance to the left; negative: to the right");
   }
 };
-/// Walk along a circle, facing along it; angle > 0 turns left (centre on the left).
+/// Walk along a circle, facing along it; angle > 0 turns left (center on the left).
 struct TangentArc {
   static constexpr const char* kName = "tangent_arc";
   double radius_m = 0.75;
@@ -59,7 +104,7 @@ struct TangentArc {
                                     "angle to walk along the circle; positive: the robot turns left");
   }
 };
-/// Walk along a circle, facing its centre (radius_m ahead); angle > 0 turns left, the robot moving to its
+/// Walk along a circle, facing its center (radius_m ahead); angle > 0 turns left, the robot moving to its
 /// right.
 struct PerpendicularArc {
   static constexpr const char* kName = "perpendicular_arc";
@@ -169,7 +214,7 @@ struct WalkOptions {
     number<&WalkOptions::step_height_m>(key, 0.005, 0.2, "height to which the swing foot is lifted");
     number<&WalkOptions::step_length_m>(key, 0.01, 0.4, "longest advance of the body in one step");
     number<&WalkOptions::preview_s>(key, 0.1, 10, "horizon of the preview control of the ZMP");
-    number<&WalkOptions::com_height_m>(key, 0.3, 1.5, "height of the centre of mass in the cart-table model");
+    number<&WalkOptions::com_height_m>(key, 0.3, 1.5, "height of the center of mass in the cart-table model");
     choice<&WalkOptions::swing>(key, kSwingPolynomials, "polynomial of the swing foot's trajectory");
     choice<&WalkOptions::arm_motion>(
         key, kArmMotions,
@@ -189,7 +234,7 @@ struct WalkOptions {
 enum class Support { both, left, right };
 
 /// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z
-/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the centre of mass 13.7 mm ahead and
+/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead and
 /// 0.808 m above ground (the cart-table's com_height_m sets the dynamics alone).
 struct Reference {
   double t_s = 0;

@@ -158,11 +158,11 @@ namespace {
 
 Eigen::Vector3f rgb(const float* values) { return Eigen::Map<const Eigen::Vector3f>(values); }
 
-// MuJoCo's rule: the colour of a geom counts where it has no material, or differs from the default.
-bool own_colour(const mjModel& model, int geom) {
-  const float* colour = model.geom_rgba + 4 * geom;
-  return model.geom_matid[geom] < 0 || colour[0] != 0.5f || colour[1] != 0.5f || colour[2] != 0.5f ||
-         colour[3] != 1.0f;
+// MuJoCo's rule: the color of a geom counts where it has no material, or differs from the default.
+bool own_color(const mjModel& model, int geom) {
+  const float* color = model.geom_rgba + 4 * geom;
+  return model.geom_matid[geom] < 0 || color[0] != 0.5f || color[1] != 0.5f || color[2] != 0.5f ||
+         color[3] != 1.0f;
 }
 
 }  // namespace
@@ -175,7 +175,7 @@ bool is_drawn(const mjModel& model, int geom, Robot robot) {
 
 Paint paint_of(const mjModel& model, int geom) {
   const int material = model.geom_matid[geom];
-  return {rgb(own_colour(model, geom) ? model.geom_rgba + 4 * geom : model.mat_rgba + 4 * material),
+  return {rgb(own_color(model, geom) ? model.geom_rgba + 4 * geom : model.mat_rgba + 4 * material),
           material < 0 ? 0 : model.mat_emission[material]};
 }
 

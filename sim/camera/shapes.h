@@ -39,7 +39,7 @@ struct Paint {
   float emission = 0;
 };
 
-/// The paint of a geom: its own colour or that of its material.
+/// The paint of a geom: its own color or that of its material.
 Paint paint_of(const mjModel& model, int geom);
 
 /// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. What

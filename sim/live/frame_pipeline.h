@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <deque>
-#include <filesystem>
 #include <future>
 #include <memory>
 #include <string>
@@ -34,7 +33,7 @@ struct Frame {
 class FramePipeline {
  public:
   /// beside: images are drawn on a thread of their own, a few frames behind the walk.
-  FramePipeline(const scenario::Scenario& scenario, const std::filesystem::path& models, bool beside);
+  FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
 
   /// The surfaces that the camera can see.
   const std::vector<score::Surface>& surfaces() const { return surfaces_; }

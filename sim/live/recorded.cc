@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 
 namespace sim::live {
 namespace {
@@ -34,7 +34,7 @@ slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens) {
 }
 
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
-                  const std::filesystem::path& models) {
+                  const physics::Models& models) {
   const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(start)).q;
   physics::WorldOptions empty = scenario.world;
   empty.room = physics::kPhysicalRoom;

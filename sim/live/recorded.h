@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -21,7 +20,7 @@ struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
 };
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
-                  const std::filesystem::path& models);
+                  const physics::Models& models);
 
 /// The simulated camera as estimators are told of it.
 slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens);

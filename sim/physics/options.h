@@ -92,7 +92,7 @@ struct WorldOptions {
       number<&Variation::mass_fraction>(key, 0, 0.2,
                                         "standard deviation of each link's mass over seeds, relative");
       number<&Variation::com_m>(
-          key, 0, 0.1, "standard deviation of each link's centre of mass over seeds, along each axis");
+          key, 0, 0.1, "standard deviation of each link's center of mass over seeds, along each axis");
       number<&Variation::posture_rad>(key, 0, 0.1,
                                       "standard deviation of each joint's angle at the start over seeds");
       number<&Variation::servo_fraction>(key, 0, 0.2,

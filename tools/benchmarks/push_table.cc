@@ -25,7 +25,8 @@ bool survives(const Trial& trial, const Push& push) {
   options.enabled = trial.stabilizer;
   sim::physics::WorldOptions world;
   world.pushes = {push};
-  sim::physics::WalkingRobot robot(walking::PatternGenerator(walk), options, world, {}, GAITSLAM_MODELS);
+  sim::physics::WalkingRobot robot(walking::PatternGenerator(walk), options, world, {},
+                                   {world.robot, world.room, GAITSLAM_MODELS});
   while (robot.walks()) robot.tick();
   return robot.is_ok();
 }

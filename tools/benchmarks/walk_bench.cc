@@ -82,7 +82,8 @@ Drift walk(const sim::scenario::Scenario& scenario, std::uint64_t seed, const Ei
                                      sim::physics::nominal_body(scenario.world.robot, GAITSLAM_MODELS));
   });
   sim::physics::WalkingRobot robot(std::move(plan), scenario.stabilizer, scenario.world,
-                                   sim::live::plant_variation(seed, scenario.world), GAITSLAM_MODELS, X_WP);
+                                   sim::live::plant_variation(seed, scenario.world),
+                                   {scenario.world.robot, scenario.world.room, GAITSLAM_MODELS}, X_WP);
   sim::physics::World& world = robot.world();
   while (robot.walks()) {
     timed(profile.control, [&] { return robot.command(world.sensor_readings()), 0; });

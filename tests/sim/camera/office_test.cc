@@ -47,7 +47,7 @@ bool is_shell(const score::Surface& surface) {
 }  // namespace
 
 // The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
-TEST(Rooms, OfficeIsSevenByElevenByThreeMetresAndTheHallWithItsOpenOffice25By18) {
+TEST(Rooms, OfficeIsSevenByElevenByThreeMetersAndTheHallWithItsOpenOffice25By18) {
   for (const Room& room : {kOffice, kHall}) {
     Vector3d low = Vector3d::Constant(1e9), high = -low;
     for (const score::Surface& surface : room_surfaces(*robot_in(room.name))) {
@@ -61,19 +61,19 @@ TEST(Rooms, OfficeIsSevenByElevenByThreeMetresAndTheHallWithItsOpenOffice25By18)
   }
 }
 
-TEST(Rooms, EverythingStandsInsideAndMetresAroundTheWalkAreFree) {
+TEST(Rooms, EverythingStandsInsideAndMetersAroundTheWalkAreFree) {
   const Vector2d walked(0.9, 0.15);  // middle of the circles
   for (const Room& room : {kOffice, kHall})
     for (const score::Surface& surface : room_surfaces(*robot_in(room.name))) {
       if (is_shell(surface)) continue;
-      const Vector3d centre = surface.X_WS.translation(), half = half_box(surface);
-      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().x() + half.x(), room.size.x() / 2 + 1e-3);
-      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().y() + half.y(), room.size.y() / 2 + 1e-3);
-      EXPECT_LT(centre.z() + half.z(), 3.0 + 1e-9);
-      if (centre.z() - half.z() > 2) continue;      // hangs above the robot
-      if (centre.z() + half.z() < 0.002) continue;  // is part of the floor
-      const Vector2d away = ((centre.head<2>() - walked).cwiseAbs() - half.head<2>()).cwiseMax(0);
-      EXPECT_GT(away.norm(), room.free) << room.name << " " << centre.transpose();
+      const Vector3d center = surface.X_WS.translation(), half = half_box(surface);
+      EXPECT_LT((center.head<2>() - room.middle).cwiseAbs().x() + half.x(), room.size.x() / 2 + 1e-3);
+      EXPECT_LT((center.head<2>() - room.middle).cwiseAbs().y() + half.y(), room.size.y() / 2 + 1e-3);
+      EXPECT_LT(center.z() + half.z(), 3.0 + 1e-9);
+      if (center.z() - half.z() > 2) continue;      // hangs above the robot
+      if (center.z() + half.z() < 0.002) continue;  // is part of the floor
+      const Vector2d away = ((center.head<2>() - walked).cwiseAbs() - half.head<2>()).cwiseMax(0);
+      EXPECT_GT(away.norm(), room.free) << room.name << " " << center.transpose();
     }
 }
 
@@ -98,7 +98,7 @@ TEST(Rooms, EachTextureHasAPainter) {
 }
 
 // The highest plane below the circles walked: the floor, or a sharper piece of it just above.
-TEST(Rooms, FloorIsPaintedToTwoMillimetresPerTexelWhereTheRobotWalks) {
+TEST(Rooms, FloorIsPaintedToTwoMillimetersPerTexelWhereTheRobotWalks) {
   for (const Room& room : {kOffice, kHall}) {
     const Model model = robot_in(room.name);
     double height = -1, texel_m = 0;
@@ -153,7 +153,7 @@ TEST(RoomSurfaces, RaysMeetThemWhereMuJoCosDo) {
       const std::optional<double> found = score::first_hit(surfaces, from, along);
       ASSERT_TRUE(found.has_value());
       ASSERT_NEAR(*found, expected, 1e-6)
-          << "geom " << geom;  // rounding of distances of some metres, grazing included
+          << "geom " << geom;  // rounding of distances of some meters, grazing included
     }
   }
 }
