@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "sim/files/json.h"
-#include "sim/report/page_data.h"
-#include "sim/report/tune_page.h"
+#include "sim/pages/page_data.h"
+#include "sim/pages/tune_page.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -84,10 +84,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const File& changed = kFiles[data[0] % kFiles.size()];
   fuzz::file(changed.first, fuzz::text_of(data + 1, size - 1));
   if (is_of_tuning(changed)) {
-    fuzz::read_or_refuse([] { sim::report::tune_page(fuzz::folder()); });
+    fuzz::read_or_refuse([] { sim::pages::tune_page(fuzz::folder()); });
   } else {
     fuzz::read_or_refuse(
-        [] { sim::files::json_text(sim::report::page_data({sim::report::read_run(fuzz::folder())})); });
+        [] { sim::files::json_text(sim::pages::page_data({sim::pages::read_run(fuzz::folder())})); });
   }
   restore(changed);
   return 0;
