@@ -8,7 +8,7 @@
 
 #include "walking/hrp2.h"
 
-namespace sim::world {
+namespace sim::camera {
 namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
@@ -118,7 +118,7 @@ void stand_on_circle(mjData& data, double yaw) {
 CornerError corner_error(HeadCamera& camera, int headings, double turn_rad) {
   std::vector<score::Surface> room;
   for (const RoomPrimitive& surface : room_primitives(camera.model())) room.push_back(scored(surface));
-  const Data data(mj_makeData(&camera.model()));
+  const physics::Data data(mj_makeData(&camera.model()));
   std::vector<Vector2d> errors;
   for (int step = 0; step < headings; ++step) {
     const double yaw = 2 * CV_PI * step / headings;
@@ -135,4 +135,4 @@ CornerError corner_error(HeadCamera& camera, int headings, double turn_rad) {
   return summary(errors);
 }
 
-}  // namespace sim::world
+}  // namespace sim::camera

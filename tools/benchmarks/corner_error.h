@@ -5,11 +5,11 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "sim/camera/head_camera.h"
+#include "sim/camera/surfaces.h"
 #include "sim/score/surfaces.h"
-#include "sim/world/head_camera.h"
-#include "sim/world/surfaces.h"
 
-namespace sim::world {
+namespace sim::camera {
 
 /// Errors of corners found again. px; all zero when there were none.
 struct CornerError {
@@ -29,4 +29,4 @@ score::Surface scored(const RoomPrimitive& surface);
 /// lens. Patches across the edge of something nearer are left out, as are those that correlate below 0.9.
 CornerError corner_error(HeadCamera& camera, int headings, double turn_rad);
 
-}  // namespace sim::world
+}  // namespace sim::camera

@@ -5,8 +5,8 @@
 #include <exception>
 #include <vector>
 
+#include "sim/physics/nominal_body.h"
 #include "sim/scenario/scenario.h"
-#include "sim/world/nominal_body.h"
 #include "tools/benchmarks/play_plan.h"
 
 namespace {
@@ -50,7 +50,7 @@ void print(const char* arms, bool second_preview, const Report& r) {
 
 void report(const char* file) {
   const auto scenario = sim::scenario::read_scenario(file).scenario;
-  const walking::WholeBody body = sim::world::nominal_body(scenario.world.robot, GAITSLAM_MODELS);
+  const walking::WholeBody body = sim::physics::nominal_body(scenario.world.robot, GAITSLAM_MODELS);
   std::printf("%s\n  arms      stages  ZMP error, mm: ahead, aside  yaw momentum, kg m²/s; moment, N·m\n",
               scenario.name.c_str());
   std::printf("                      rms   max    rms   max       rms    max     rms    max\n");

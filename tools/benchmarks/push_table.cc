@@ -3,11 +3,11 @@
 #include <cstdio>
 #include <numbers>
 
-#include "sim/world/walking_robot.h"
+#include "sim/physics/walking_robot.h"
 
 namespace {
 
-using sim::world::Push;
+using sim::physics::Push;
 
 constexpr double kLargest = 64, kResolution = 1;  // N s
 
@@ -23,9 +23,9 @@ bool survives(const Trial& trial, const Push& push) {
   walk.commands = trial.commands;
   walking::StabilizerOptions options;
   options.enabled = trial.stabilizer;
-  sim::world::WorldOptions world;
+  sim::physics::WorldOptions world;
   world.pushes = {push};
-  sim::world::WalkingRobot robot(walking::PatternGenerator(walk), options, world, {}, GAITSLAM_MODELS);
+  sim::physics::WalkingRobot robot(walking::PatternGenerator(walk), options, world, {}, GAITSLAM_MODELS);
   while (robot.walks()) robot.tick();
   return robot.is_ok();
 }

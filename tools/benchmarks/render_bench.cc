@@ -10,13 +10,14 @@
 #include <numeric>
 #include <string>
 
-#include "sim/world/head_camera.h"
+#include "sim/camera/head_camera.h"
 #include "tools/benchmarks/corner_error.h"
 #include "tools/benchmarks/cpu_time.h"
 
 namespace {
 
-using namespace sim::world;
+using namespace sim::camera;
+using namespace sim::physics;
 
 constexpr int kHeadings = 24, kRounds = 6;
 constexpr int kPartRounds = 3;

@@ -15,10 +15,10 @@
 #include <utility>
 #include <vector>
 
-#include "sim/live/draw.h"
+#include "sim/live/plant_variation.h"
+#include "sim/physics/nominal_body.h"
+#include "sim/physics/walking_robot.h"
 #include "sim/scenario/scenario.h"
-#include "sim/world/nominal_body.h"
-#include "sim/world/walking_robot.h"
 #include "tools/benchmarks/cpu_time.h"
 
 namespace {
@@ -52,7 +52,7 @@ struct Balance {
   double tilt_squared = 0, largest_tilt = 0, capture_point_squared = 0;
 };
 
-void add(const sim::world::WalkingRobot& robot, Balance& balance) {
+void add(const sim::physics::WalkingRobot& robot, Balance& balance) {
   const double tilt = std::acos(std::min(1.0, robot.world().X_WB().linear()(2, 2)));
   ++balance.ticks;
   balance.tilt_squared += tilt * tilt;
@@ -79,11 +79,11 @@ Drift walk(const sim::scenario::Scenario& scenario, std::uint64_t seed, const Ei
            Profile& profile, Balance& balance) {
   walking::PatternGenerator plan = timed(profile.plan, [&] {
     return walking::PatternGenerator(scenario.walk,
-                                     sim::world::nominal_body(scenario.world.robot, GAITSLAM_MODELS));
+                                     sim::physics::nominal_body(scenario.world.robot, GAITSLAM_MODELS));
   });
-  sim::world::WalkingRobot robot(std::move(plan), scenario.stabilizer, scenario.world,
-                                 sim::live::draw(seed, scenario.world), GAITSLAM_MODELS, X_WP);
-  sim::world::World& world = robot.world();
+  sim::physics::WalkingRobot robot(std::move(plan), scenario.stabilizer, scenario.world,
+                                   sim::live::plant_variation(seed, scenario.world), GAITSLAM_MODELS, X_WP);
+  sim::physics::World& world = robot.world();
   while (robot.walks()) {
     timed(profile.control, [&] { return robot.command(world.sensor_readings()), 0; });
     timed(profile.physics, [&] {

@@ -1,5 +1,5 @@
-// Draws the pictures of sim/world/README.md: the robot in its rooms, and the views of its head camera at four
-// headings with each effect of shutter, light and noise.
+// Draws the pictures of sim/camera/README.md: the robot in its rooms, and the views of its head camera at
+// four headings with each effect of shutter, light and noise.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,13 +11,14 @@
 #include <string>
 #include <vector>
 
+#include "sim/camera/head_camera.h"
 #include "sim/sensor_errors/image_errors.h"
-#include "sim/world/head_camera.h"
 #include "tools/benchmarks/corner_error.h"
 
 namespace {
 
-using namespace sim::world;
+using namespace sim::camera;
+using namespace sim::physics;
 using Eigen::Vector3d;
 
 constexpr double kDegree = CV_PI / 180;
