@@ -161,7 +161,7 @@ TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
 }
 
 TEST(Keys, TakeTheirNamesFromTheirMembers) {
-  static_assert(walking::member_name<&world::Push::impulse_ns>() == "impulse_ns");
+  static_assert(walking::member_name<&physics::Push::impulse_ns>() == "impulse_ns");
   EXPECT_NE(find_key("errors.gyro.sigma_rad_s"), nullptr);
 }
 
