@@ -9,7 +9,7 @@
 #include "sim/world/head_camera.h"
 #include "sim/world/office_paint.h"
 #include "sim/world/surfaces.h"
-#include "tools/benchmarks/corner_error.h"
+#include "tests/sim/world/corner_error.h"
 
 namespace sim::world {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "sim/world/nominal_body.h"
 #include "tests/sim/world/half_sitting_world.h"
-#include "tools/benchmarks/play_plan.h"
+#include "tests/sim/world/play_plan.h"
 
 namespace sim::world {
 namespace {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "tests/sim/world/small_model.h"
-#include "tools/benchmarks/corner_error.h"
+#include "tests/sim/world/corner_error.h"
 
 namespace sim::world {
 namespace {
