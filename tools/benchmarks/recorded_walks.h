@@ -1,4 +1,4 @@
-// Recorded walks held in memory, so that many settings of the filter can be tried on them and scored.
+// Recorded walks of a suite, kept in memory so that many settings of the filter can be tried and scored on them.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/recording/recording.h"
+#include "sim/regression/suite.h"
 #include "sim/score/evaluate.h"
 #include "sim/tracking/tracking.h"
 
@@ -15,7 +16,7 @@
 struct RecordedWalk {
   explicit RecordedWalk(const std::filesystem::path& result_folder);
 
-  /// Replaces the images, frame by frame, by those of another walk, as long as it lasts.
+  /// Replaces the images, frame by frame, by those of another walk, until that one ends.
   void take_images_of(const RecordedWalk& other);
 
   std::uint64_t seed;
@@ -44,3 +45,14 @@ struct Trial {
 /// Replays the walk with the scenario's file under these changes.
 Trial try_on(const RecordedWalk& walk, const std::filesystem::path& scenario,
              const std::vector<std::string>& changes);
+
+/// The runs of one scenario of a suite.
+struct RecordedEntry {
+  std::string name;
+  std::filesystem::path scenario;
+  std::vector<std::string> changes;            ///< key=value
+  std::vector<std::filesystem::path> folders;  ///< result folders with a recording, one per seed
+};
+
+/// Runs `program record` (gaitslam) for what its cache lacks. Throws std::runtime_error if that fails.
+std::vector<RecordedEntry> record_suite(const sim::regression::Suite& suite, const std::string& program);
