@@ -11,7 +11,7 @@
 #include "sim/files/printed_text.h"
 #include "sim/report/html.h"
 #include "sim/report/sweep_figures.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::report {

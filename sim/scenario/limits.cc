@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "sim/scenario/value.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::scenario {
 namespace {

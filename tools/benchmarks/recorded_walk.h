@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "sim/recording/recording.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
+#include "sim/score/run.h"
 #include "sim/tracking/tracking.h"
 
 /// One recording, decoded.
