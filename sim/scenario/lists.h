@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "sim/physics/options.h"
 #include "sim/scenario/keys.h"
 #include "sim/sensor_errors/faults.h"
-#include "sim/physics/options.h"
 #include "walking/plan.h"
 
 namespace sim::scenario {

@@ -1,4 +1,4 @@
-#include "tools/benchmarks/corner_error.h"
+#include "tests/sim/camera/corner_error.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
 #include "sim/score/surfaces.h"
-#include "tools/benchmarks/corner_error.h"
+#include "tests/sim/camera/corner_error.h"
 
 namespace sim::camera {
 using namespace physics;

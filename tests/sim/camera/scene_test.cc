@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "tests/sim/physics/small_model.h"
-#include "tools/benchmarks/corner_error.h"
+#include "tests/sim/camera/corner_error.h"
 
 namespace sim::camera {
 using namespace physics;

@@ -7,7 +7,7 @@
 
 #include "sim/physics/nominal_body.h"
 #include "tests/sim/physics/half_sitting_world.h"
-#include "tools/benchmarks/play_plan.h"
+#include "tests/sim/physics/play_plan.h"
 
 namespace sim::physics {
 namespace {
