@@ -11,10 +11,10 @@
 
 namespace sim::live {
 
-/// Writes what ideal sensors gave and where everything truly was.
+/// Writes readings of ideal sensors and ground truth.
 class CheckedRecording {
  public:
-  /// start: true motion at t = 0. surfaces: of the room; images are checked where there are any.
+  /// start: true motion at t = 0. surfaces: of the room; if empty, images are not checked.
   CheckedRecording(const std::filesystem::path& folder, const recording::RecordingSetup& setup,
                    const recording::TrueMotion& start, const std::vector<score::Surface>& surfaces);
 
@@ -27,8 +27,8 @@ class CheckedRecording {
   void add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,
            const recording::TrueMotion& end);
 
-  /// Writes the figures of the self check and closes the recording. Returns what does not agree with the
-  /// truth, in words; empty if all does.
+  /// Writes the figures of the self check and closes the recording. Describes the disagreements with the
+  /// truth; empty if all agree.
   std::string finish();
 
  private:

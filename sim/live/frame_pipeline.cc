@@ -14,7 +14,7 @@ using std::chrono::nanoseconds;
 
 namespace {
 
-constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait for it while the walk goes on
+constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait beside the walk
 
 }  // namespace
 

@@ -28,11 +28,10 @@ struct Frame {
 
 /// Frame k is stamped at the millisecond of the physics nearest to k / rate; its image is complete when the
 /// shutter has closed, which may be later. Without a camera in the scenario images stay empty. Images do not
-/// change the walk, so that they can be drawn beside it: they are the same, and come in the same order, as
-/// when each is drawn before the walk goes on.
+/// change the walk, so they can be drawn beside it, with the same bits and in the same order.
 class FramePipeline {
  public:
-  /// beside: images are drawn on a thread of their own, a few frames behind the walk.
+  /// beside: images are drawn on a separate thread, a few frames behind the walk.
   FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
 
   /// The surfaces that the camera can see.
@@ -46,11 +45,11 @@ class FramePipeline {
   std::chrono::nanoseconds next_event() const;
   void push(Frame frame);
 
-  /// Has the images drawn whose shutters have closed at this time.
+  /// Draws the images with shutters closed at this time.
   void draw_complete(std::chrono::nanoseconds t);
-  /// Has all images drawn: no more time will pass.
+  /// Draws all remaining images at the end of the walk.
   void draw_all();
-  /// Whether so many images are being drawn that the oldest frame is to be taken now.
+  /// Returns whether the oldest frame must be popped because enough images are in flight.
   bool is_full() const { return drawn_.size() > in_flight_; }
   bool empty() const { return drawn_.empty(); }
   /// The stamp of the frame that pop() gives next; there must be one.

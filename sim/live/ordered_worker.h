@@ -1,4 +1,4 @@
-// Work done in the order given, on a thread of its own or on the caller's.
+// Runs functions in order, on a separate thread or on the caller's.
 #pragma once
 
 #include <condition_variable>
@@ -14,7 +14,7 @@ namespace sim::live {
 
 /// Calls functions one after another, in the order of do_next(), all on one thread: its own, or the caller's
 /// within do_next(). Objects that belong to one thread, as OpenGL's contexts do, are made, used and destroyed
-/// by such functions. What has not begun when the worker is destroyed is not done.
+/// by such functions. Functions that have not started when the worker is destroyed are dropped.
 class OrderedWorker {
  public:
   explicit OrderedWorker(bool own_thread);
@@ -22,7 +22,7 @@ class OrderedWorker {
   OrderedWorker(const OrderedWorker&) = delete;
   OrderedWorker& operator=(const OrderedWorker&) = delete;
 
-  /// What the function returns or throws is in the future.
+  /// The future has the function's result or exception.
   template <typename Function>
   auto do_next(Function function) {
     // Shared, since std::function copies.

@@ -19,7 +19,7 @@ Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::R
 slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
                                    const Eigen::Isometry3d& X_BC);
 
-/// Where leg odometry has a camera fixed to the waist at X_BC, by the encoders at this moment.
+/// Pose by leg odometry of a camera fixed to the waist at X_BC, by the encoders at this moment.
 slam::LegMotion leg_motion(const walking::LegOdometry& legs, const walking::JointVector& q,
                            const Eigen::Isometry3d& X_BC);
 

@@ -1,4 +1,4 @@
-// What differs between the plant and its nominal model on a seed.
+// Differences between the plant and its nominal model, by seed.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace sim::live {
 
-/// Drawn from streams named after what they vary, so that one spread set to 0 leaves the others' draws alone.
+/// Each is drawn from its named stream, so that setting one spread to 0 does not change the others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
 
 }  // namespace sim::live

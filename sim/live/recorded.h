@@ -22,7 +22,7 @@ struct Mounting {
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const physics::Models& models);
 
-/// The simulated camera as estimators are told of it.
+/// Intrinsics of the simulated camera for estimators.
 slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens);
 
 /// X_PB: the planned waist at the start.

@@ -1,4 +1,4 @@
-// Who looks on while the robot walks, without any part in what comes of it.
+// Read-only observer of a run.
 #pragma once
 
 #include <functional>
@@ -21,10 +21,10 @@ struct StampedState {
   const walking::Wrench &left, &right;  ///< of the ground on the feet, at this tick
 };
 
-/// Of a run. Whoever does not look on leaves them empty.
+/// Callbacks of an observer; unused ones are empty.
 struct RunObserver {
   std::function<void(const recording::RecordingSetup&)> begins = {};
-  /// At the end of each tick of 5 ms; returns when the walk may go on.
+  /// At the end of each tick of 5 ms; the walk continues when it returns.
   std::function<void(slam::Stamp)> ticked = {};
   std::function<void(const StampedState&)> stamped = {};
   tracking::TrackingObserver tracking = {};  ///< some frames later, with the image

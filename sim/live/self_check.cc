@@ -25,7 +25,8 @@ std::string SelfCheck::complaint() const {
   const std::optional<double> distance = view ? view->median_px() : std::nullopt;
   if (distance && !(*distance <= kView_px))
     return fmt::format(
-        "self-check: points of the room are {:.2f} px from where the true pose puts them, more than {} px",
+        "self-check: points of the room are {:.2f} px from their projection by the true pose, more than {} "
+        "px",
         *distance, kView_px);
   return "";
 }

@@ -1,4 +1,4 @@
-// The self check: a run whose ideal sensors do not agree with its truth is not scored.
+// The self check: a run is not scored if its ideal sensors disagree with its truth.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct SelfCheck {
   InertialCheck inertial;
   std::optional<ViewCheck> view;  ///< absent without a camera
 
-  /// What does not agree, in words; empty if all does.
+  /// Describes the disagreements; empty if all agree.
   std::string complaint() const;
   /// The figures, for the recording's self_check.json.
   std::string json() const;

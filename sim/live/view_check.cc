@@ -19,7 +19,7 @@ cv::Rect around(cv::Point center, int half) {
   return {center.x - half, center.y - half, 2 * half + 1, 2 * half + 1};
 }
 
-// Where in (-1, 1) the parabola through three values at -1, 0 and 1 has its top.
+// Position of the vertex, in (-1, 1), of the parabola through three values at -1, 0 and 1.
 double top(double before, double at, double after) {
   const double bend = before - 2 * at + after;
   return bend < 0 ? 0.5 * (before - after) / bend : 0;
@@ -63,7 +63,7 @@ void ViewCheck::extract_corners(const cv::Mat& image, slam::Stamp t, const Eigen
   }
 }
 
-// Nothing where the point is out of sight.
+// Returns nullopt if the point is out of sight.
 std::optional<Eigen::Vector2d> ViewCheck::expected(const Eigen::Vector3d& p_W,
                                                    const Eigen::Isometry3d& X_WC) const {
   const auto seen = camera_.project(X_WC.inverse() * p_W);

@@ -15,7 +15,7 @@
 namespace sim::live {
 
 /// Uses the filter's camera model, which shares nothing with the renderer's lens. One pair of images a
-/// second, 0.4 s apart: half a step, after which the head sways the other way, so that an image that lags
+/// second, 0.4 s apart: half a step, when the head sways the other way, so that an image that lags
 /// shows.
 class ViewCheck {
  public:
@@ -25,7 +25,7 @@ class ViewCheck {
   void add(const cv::Mat& image, slam::Stamp t, const Eigen::Isometry3d& X_WC);
 
   std::size_t points() const { return points_; }
-  /// Median distance (px) between where points were found and where they should be; nothing for fewer than
+  /// Median distance (px) of found points from their projections; nullopt for fewer than
   /// 30 points, as when the lights are off.
   std::optional<double> median_px() const;
 

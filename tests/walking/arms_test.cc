@@ -63,7 +63,7 @@ TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxes) {
   EXPECT_TRUE(difference.isZero(0));
 }
 
-// A waist with a flywheel's inertia, and arms whose momentum about the vertical is known.
+// A waist with a flywheel's inertia, and arms of known momentum about the vertical.
 constexpr double kTrunk = 1.5, kRightArm = -0.4, kLeftArm = 0.4;  // kg m²
 
 BodyMomentum flywheel(const BodyMotion& motion) {

@@ -237,7 +237,7 @@ TEST(PlanCause, IsNoneWhereSeveralKeysAreWrong) {
             "no single key is the cause");
   EXPECT_EQ(cause_of_infeasible(options, 1, [](const WalkOptions&) { return true; }),
             "no single key is the cause")
-      << "the command alone is feasible";
+      << "without the rest the command is feasible";
 }
 
 }  // namespace

@@ -128,7 +128,7 @@ double pitch_of(const Eigen::Isometry3d& X) { return std::asin(-X.linear()(2, 0)
 
 TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlanned) {
   StabilizerOptions options;
-  options.leg_compliance.enabled = false;  // this one acts on the planned load alone
+  options.leg_compliance.enabled = false;  // this one only acts on the planned load
   for (const auto& [reference, left] : {std::pair{standing(), 0.5}, std::pair{on_the_left_foot(), 1.0}}) {
     Stabilizer stabilizer(options);
     const Posture posture = after(stabilizer, reference, as_planned(reference, left), 200);

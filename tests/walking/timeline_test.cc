@@ -108,7 +108,7 @@ void expect_complaint(const std::string& about, const std::function<void(WalkOpt
   spoil(options);
   try {
     timeline_of(options);
-    ADD_FAILURE() << "nothing said about " << about;
+    ADD_FAILURE() << "no complaint about " << about;
   } catch (const std::invalid_argument& e) {
     EXPECT_NE(std::string(e.what()).find(about), std::string::npos) << e.what();
   }

@@ -1,5 +1,5 @@
-// The accuracy of corners in the head camera's frames: where they are found again against where the true
-// surfaces put them.
+// The accuracy of corners in the head camera's frames: found positions against projections of the true
+// surfaces.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ struct CornerError {
 void stand_on_circle(mjData& data, double yaw);
 
 /// Strong corners of a frame are searched in another, a little further on the circle, by correlation of 11x11
-/// patches, refined by a parabola, and compared with where the room's true surface puts them through the
+/// patches, refined by a parabola, and compared with the projection of the room's true surface through the
 /// lens. Patches across the edge of something nearer are left out, as are those that correlate below 0.9.
 CornerError corner_error(HeadCamera& camera, int headings, double turn_rad);
 

@@ -7,7 +7,7 @@
 namespace sim::camera {
 using namespace physics;
 
-// What sub-pixel work needs of anti-aliasing, at both sizes, without and with multisampling. Measured here
+// Anti-aliasing for sub-pixel work, at both sizes, without and with multisampling. Measured here
 // over 24 headings: 0.15 px without, 0.14 px with; a sampled edge without any smoothing gives 0.25 px.
 TEST(HeadCamera, CornersAreFoundAgainWithinAFifthOfAPixel) {
   const std::filesystem::path models = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";

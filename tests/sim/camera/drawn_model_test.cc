@@ -109,7 +109,7 @@ TEST(DrawnModel, ABodyThatTheModelDoesNotHaveIsRefused) {
 using namespace physics;
 namespace {
 
-// An independent reader of the format puts every link where the simulator puts its body.
+// An independent reader of the format and the simulator agree on the place of every link.
 TEST(Urdf, LinksAreWhereTheBodiesOfTheModelAre) {
   PosedRobot robot("hrp2", "office", models());
   const files::TemporaryFolder folder;

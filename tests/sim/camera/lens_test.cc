@@ -30,7 +30,7 @@ double degrees_across(const CameraModel& camera) {
   return (std::atan(right) - std::atan(left)) * 180 / std::numbers::pi;
 }
 
-// The view of a column, by where the columns' shares begin.
+// The view of a column.
 const Pinhole& view_of(const LensWarp& lens, const CameraOptions& options, int u) {
   return lens.views()[std::size_t(u) * lens.views().size() / std::size_t(options.width_px)];
 }
@@ -117,7 +117,8 @@ TEST(LensWarp, AWideLensIsDrawnInTwoViewsOfTwoThirdsOfThePixelsAndAPinholeInOne)
 }
 
 // A smooth pattern over directions, painted into the views by their definition, must appear in the image
-// where the lens formula puts it: half pixels, the views' turns, their seam and the scale all show in this.
+// at its projection by the lens formula: half pixels, the views' turns, their seam and the scale all show in
+// this.
 TEST(LensWarp, ImageShowsAtEachPixelWhatItsDirectionSees) {
   const auto pattern = [](double x, double y) {
     return 127.5 + 100 * std::sin(9 * x + 1) * std::cos(7 * y - 0.5);

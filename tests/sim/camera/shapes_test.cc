@@ -22,7 +22,7 @@ GeomMesh mesh_of(const std::string& geom, const std::string& assets = "") {
   return geom_mesh(*SmallModel("<asset>" + assets + "</asset><worldbody>" + geom + "</worldbody>").load(), 0);
 }
 
-// Of a closed surface, by the divergence theorem; negative where triangles face inwards.
+// Volume of a closed surface, by the divergence theorem; negative if triangles face inwards.
 double volume(const GeomMesh& mesh) {
   double sum = 0;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -125,7 +125,7 @@ Lamps lamps(const std::string& lights, const std::string& robot = "<worldbody/>"
 }  // namespace
 
 // By hand: 0.2 of the headlight, 0.1 ambient, 0.5 cos(60 degrees) of the lamp; the lamp from below adds
-// nothing, nor does what of the headlight would move with the head.
+// nothing, nor does the part of the headlight that would move with the head.
 TEST(Lamps, ASurfaceHasTheLightOfThoseInFrontOfIt) {
   const Lamps two = lamps(
       "<light directional='true' dir='-0.8660254 0 -0.5' ambient='0.1 0.1 0.1' diffuse='0.5 0.4 0.3'/>"

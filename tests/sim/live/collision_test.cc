@@ -1,4 +1,4 @@
-// Runs in which the robot meets walls and furniture, without camera and filter.
+// Runs with collisions with walls and furniture, without camera and filter.
 #include <fstream>
 
 #include "sim/live/room_check.h"

@@ -1,4 +1,4 @@
-// Runs whose footsteps are corrected: by the truth without a camera, by the estimate in the real office.
+// Steered runs: by the truth without a camera, by the estimate in the real office.
 #include <cmath>
 #include <string>
 #include <vector>

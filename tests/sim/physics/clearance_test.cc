@@ -44,7 +44,8 @@ TEST(RoomClearance, ABareFloorIsEndlesslyFree) {
   EXPECT_EQ(Stander("floor").at(1e4, 0).distance_m, std::numeric_limits<double>::infinity());
 }
 
-// A robot whose waist is on a wall's plane stands through that wall, wherever along it: no gap leads out.
+// A robot with its waist on a wall's plane stands through that wall, everywhere along it: the walls have no
+// gap.
 TEST(RoomClearance, WallsAreSolidAllAround) {
   struct Extent {
     const char* room;
@@ -96,7 +97,7 @@ TEST(RoomClearance, AMarginIsADistance) {
   EXPECT_NEAR(first(0.05) - first(0), 0.05, 0.002);
 }
 
-// What World's sparse looks rely on.
+// World's sparse checks rely on this.
 TEST(RoomClearance, TheDistanceIsNeverMoreThanTheWayToTheFirstTouch) {
   Stander robot("office");
   double touched_x = 0;

@@ -1,4 +1,4 @@
-// A world in which the robot stands in half-sitting on a bare floor.
+// A world with the robot in half-sitting on a bare floor.
 #pragma once
 
 #include <filesystem>

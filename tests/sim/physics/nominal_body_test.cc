@@ -87,7 +87,7 @@ Eigen::Vector3d link_by_link(const walking::BodyMotion& motion) {
 TEST(NominalBody, AngularMomentumIsThatOfItsLinks) {
   const walking::BodyMotion motion = generic_motion();
   const Eigen::Vector3d angular = nominal_body("hrp2", models())(motion).angular;
-  // Taken at the start of an interval of 2e-5 s, in which what is about 1 kg m²/s changes by 1e-5 of itself.
+  // Taken at the start of an interval of 2e-5 s; about 1 kg m²/s changes by 1e-5 of itself.
   EXPECT_LT((angular - link_by_link(motion)).norm(), 5e-5);
   EXPECT_GT(angular.norm(), 0.5);
 }

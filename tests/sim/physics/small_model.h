@@ -1,4 +1,4 @@
-// A MuJoCo model of a few lines, for a test alone.
+// A MuJoCo model of a few lines for a test.
 #pragma once
 
 #include <unistd.h>

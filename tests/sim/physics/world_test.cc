@@ -104,7 +104,7 @@ TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
   EXPECT_EQ(world.status().condition, Condition::ok) << world.status().cause;
   EXPECT_EQ(world.time(), 5s);
   EXPECT_LT((world.X_WB().translation() - Eigen::Vector3d(0, 0, walking::hrp2::kWaistHeight)).norm(),
-            0.005);  // servos and ankle bushes give way
+            0.005);  // servos and ankle bushes yield
 }
 
 TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
