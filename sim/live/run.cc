@@ -167,8 +167,7 @@ void Run::stamp_frame() {
   next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
   next_.plan->legs = leg_motion(legs_, world.leg_readings().q, mounting_.X_BC);
   if (places_) places_->add(next_.t, *next_.plan);
-  if (observer_.stamped)
-    observer_.stamped({next_.t, world, from, next_.plan->X_PC, feet_, left_, right_});
+  if (observer_.stamped) observer_.stamped({next_.t, world, from, next_.plan->X_PC, feet_, left_, right_});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
   recording_.add(
       recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
@@ -257,7 +256,7 @@ result::RunRecord Run::record() {
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
   require_clear_walk(scenario, place.models);
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   Run live(scenario, folder.path(), place.models, threads, observer);
   live.walk(progress);
   const result::Outcome outcome =

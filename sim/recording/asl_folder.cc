@@ -6,7 +6,7 @@
 #include <array>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/inner_file.h"
+#include "sim/files/contained_path.h"
 #include "sim/files/text.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/plan_row.h"
@@ -162,7 +162,7 @@ struct AslFolder::Files {
   std::optional<StampedRows> plan;
 
   cv::Mat image() const {
-    const fs::path file = files::inner_file(folder / kCameraFolder, camera.row().text(1));
+    const fs::path file = files::contained_path(folder / kCameraFolder, camera.row().text(1));
     if (!fs::is_regular_file(file)) camera.row().fail(1, "no such image: " + file.string());
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
     return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},

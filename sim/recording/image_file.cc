@@ -6,7 +6,7 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/recording/grey_png.h"
 
 namespace sim::recording {

@@ -26,7 +26,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/recording/body_sensors.h"
 #include "slam/observation.h"
 #include "slam/options.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 
 namespace sim::recording {
 namespace {

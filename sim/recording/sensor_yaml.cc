@@ -8,7 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/recording/sensor_bounds.h"
 #include "slam/camera.h"
 

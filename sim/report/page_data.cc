@@ -7,8 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "sim/files/number.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/report/comparison_figures.h"
 #include "sim/report/pictures.h"
 #include "sim/report/run_figures.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/core.h>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/report/figure.h"
 #include "sim/report/html.h"
 #include "sim/report/paper_figures.h"

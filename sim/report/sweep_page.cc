@@ -7,8 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "sim/files/number.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/report/html.h"
 #include "sim/report/sweep_figures.h"
 #include "sim/score/evaluate.h"

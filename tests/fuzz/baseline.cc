@@ -1,7 +1,7 @@
 // A baseline, its seal made for the input.
 #include "sim/regression/baseline.h"
 
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // entry.json of the cache: a damaged entry is listed and never taken for a whole one.
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
 #include "sim/recording/manifest.h"
 #include "sim/tune/recording_cache.h"
 #include "tests/fuzz/fuzz_input.h"
@@ -11,7 +11,8 @@ const std::string kKey(32, 'a');
 bool make_entry() {
   std::filesystem::create_directories(fuzz::folder() / kKey / "result/recording");
   sim::recording::ManifestWriter(fuzz::folder() / kKey / "result/recording").finish();
-  sim::files::write_text(fuzz::folder() / kKey / sim::files::kMarker, sim::files::marker_of_all(fuzz::folder() / kKey));
+  sim::files::write_text(fuzz::folder() / kKey / sim::files::kMarker,
+                         sim::files::marker_of_all(fuzz::folder() / kKey));
   return true;
 }
 

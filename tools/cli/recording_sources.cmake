@@ -5,7 +5,7 @@ file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/sim/world/*.cc ${SOURCE}/sim/world/*.h)
 list(APPEND RECORDING_SOURCES
   sim/recording/recording.h sim/recording/recording_format.h sim/recording/recording_writer.cc)
-foreach(PART files/csv files/hashed_file recording/grey_png recording/manifest recording/plan_row recording/sensor_yaml sensor_errors/random
+foreach(PART files/csv files/hash recording/grey_png recording/manifest recording/plan_row recording/sensor_yaml sensor_errors/random
     live/checked_recording live/draw live/ordered_worker live/pending_frames live/place_estimates live/planned_camera live/recorded live/run live/self_check scenario/lists)
   list(APPEND RECORDING_SOURCES sim/${PART}.cc sim/${PART}.h)
 endforeach()

@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/report/paper_page.h"
 #include "sim/report/paper_rows.h"
@@ -206,7 +206,7 @@ int reproduce(ReproduceRequest& request) {
   }
   const report::PaperRuns runs = read_results(experiments, seeds);
   const fs::path page = request.out / "index.html";
-  sim::files::write_durably(page, report::paper_page(runs, kRevision));
+  sim::files::write_atomically(page, report::paper_page(runs, kRevision));
   print(report::paper_rows(runs));
   std::cout << "page in " << page.string() << '\n';
   return all_there ? 0 : 3;

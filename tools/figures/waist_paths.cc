@@ -5,8 +5,8 @@
 #include <exception>
 #include <stdexcept>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/tum.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/report/figure.h"
 
 namespace {
@@ -42,7 +42,7 @@ report::Figure figure(int count, char** arguments) {
 
 int main(int count, char** arguments) try {
   if (count < 3) return std::fputs("usage: waist_paths OUT.svg NAME=RESULT...\n", stderr), 2;
-  files::write_durably(arguments[1], report::to_svg(figure(count - 2, arguments + 2), 760, 620));
+  files::write_atomically(arguments[1], report::to_svg(figure(count - 2, arguments + 2), 760, 620));
 } catch (const std::exception& error) {
   std::fprintf(stderr, "waist_paths: %s\n", error.what());
   return 2;

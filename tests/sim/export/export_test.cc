@@ -173,7 +173,7 @@ class Exported : public testing::Test {
 
   fs::path made(const std::string& format) const {
     const fs::path out = folder_ / format;
-    export_run(run_, format, out, files::Existing::refuse);
+    export_run(run_, format, out, files::Existing::reject);
     return out;
   }
 

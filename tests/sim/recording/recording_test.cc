@@ -12,7 +12,7 @@
 #include <sstream>
 
 #include "sim/files/csv.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "sim/sensor_errors/random.h"
 #include "tests/sim/files/damage.h"

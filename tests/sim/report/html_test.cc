@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/report/figure.h"
 #include "sim/report/paper_page.h"
 #include "sim/report/tune_page.h"
