@@ -9,9 +9,10 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/camera/options.h"
 #include "sim/estimators/estimator_choice.h"
+#include "sim/physics/options.h"
 #include "sim/sensor_errors/sensor_errors.h"
-#include "sim/world/options.h"
 #include "slam/options.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
@@ -52,8 +53,8 @@ struct Scenario {
   std::uint64_t seed = 1;
   walking::WalkOptions walk;
   walking::StabilizerOptions stabilizer;
-  world::WorldOptions world;
-  std::optional<world::CameraOptions> camera;
+  physics::WorldOptions world;
+  std::optional<camera::CameraOptions> camera;
   sensor_errors::ErrorOptions errors;
   estimators::EstimatorChoice estimator;  ///< the section slam is unused by all but the filter
   std::optional<slam::Options> slam;
