@@ -9,7 +9,6 @@
 #include "sim/export/imu_merger.h"
 #include "sim/files/hash.h"
 #include "sim/recording/manifest.h"
-#include "sim/recording/plan_row.h"
 #include "sim/recording/recording_format.h"
 
 namespace sim::exports {

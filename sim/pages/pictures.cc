@@ -9,7 +9,7 @@
 
 #include "sim/files/contained_path.h"
 #include "sim/files/text.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 
 namespace sim::pages {
 std::string base64(std::string_view bytes) {
