@@ -10,7 +10,7 @@
 #include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/sweep_figures.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {

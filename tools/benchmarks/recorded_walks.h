@@ -9,7 +9,8 @@
 
 #include "sim/recording/recording.h"
 #include "sim/regression/suite.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
+#include "sim/score/run.h"
 #include "sim/tracking/tracking.h"
 
 /// One recording, decoded.
