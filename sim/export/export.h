@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sim/export/exported_run.h"
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 
 namespace sim::exports {
 

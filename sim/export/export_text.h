@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "slam/observation.h"
 #include "slam/options.h"
 

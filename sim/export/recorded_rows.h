@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/recording/stamped_rows.h"
+#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 

@@ -257,7 +257,7 @@ result::RunRecord Run::record() {
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
   require_clear_walk(scenario, place.models);
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   Run live(scenario, folder.path(), place.models, threads, observer);
   live.walk(progress);
   const result::Outcome outcome =

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/sha256.h"
 #include "sim/pages/bundle.h"
 #include "sim/pages/pictures.h"
 

@@ -7,8 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "sim/files/number.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/pages/comparison_figures.h"
 #include "sim/pages/pictures.h"
 #include "sim/pages/run_figures.h"

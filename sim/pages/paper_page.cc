@@ -2,7 +2,7 @@
 
 #include <fmt/core.h>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/pages/figure.h"
 #include "sim/pages/html.h"
 #include "sim/pages/paper_figures.h"

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/files/inner_file.h"
+#include "sim/files/contained_path.h"
 #include "sim/files/text.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 
 namespace sim::pages {
 std::string base64(std::string_view bytes) {
@@ -97,7 +97,7 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   for (int k = 0; k < count && !t.empty(); ++k) {
     const std::size_t i = k * (t.size() - 1) / std::max(1, count - 1);
     const double since_start = t[i] - t[0], shown = std::round(10 * since_start) / 10;
-    all.push_back({shown, picture(files::inner_file(camera / "data", names[i]), shown,
+    all.push_back({shown, picture(files::contained_path(camera / "data", names[i]), shown,
                                   sought ? sought->at(since_start) : "")});
   }
   return all;

@@ -6,7 +6,7 @@
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/result/score_file.h"
 #include "sim/score/consistency.h"
 

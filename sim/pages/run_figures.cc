@@ -10,7 +10,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/pages/units.h"
 #include "sim/score/consistency.h"
 #include "sim/score/run.h"

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "sim/files/json.h"
-#include "sim/files/number.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"

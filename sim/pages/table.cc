@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "sim/files/csv.h"
-#include "sim/files/file_error.h"
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 
 namespace sim::pages {
 namespace {

@@ -71,7 +71,7 @@ scenario::ReadScenario foreign_scenario(const fs::path& folder, const scenario::
 
 result::Outcome replay_foreign(const scenario::ReadScenario& scenario, const fs::path& folder,
                                const result::ResultPlace& place, const result::Progress& progress) {
-  files::DurableFolder result(place.folder, place.existing);
+  files::AtomicFolder result(place.folder, place.existing);
   recording::AslFolder reader(folder);
   const recording::AslSensors& sensors = reader.sensors();
   tracking::Tracking tracking(scenario.scenario, sensors.setup.calibration, sensors.setup.X_WC_start);

@@ -109,7 +109,7 @@ std::string why_no_scale(score::Alignment alignment) {
 result::Outcome score_outside(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                               const WalkEnd& walk, const OutsideRun& run, const result::ResultPlace& place,
                               result::Timing timing) {
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   recording::RecordingReader reader(recording);
   const Frames frames = frames_of(reader);
   result::RunRecord record{

@@ -38,7 +38,7 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
                        const WalkEnd& walk, const result::ResultPlace& place,
                        const result::Progress& progress, Recorded recorded,
                        const tracking::TrackingObserver& observer) {
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   result::Timing timing;
   recording::RecordingReader reader(recording);
   std::optional<tracking::Tracking> tracking;

@@ -4,7 +4,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"

@@ -129,7 +129,7 @@ void Tracking::guarded(const Action& action) {
 }
 
 void Tracking::take(slam::Observation ideal) {
-  for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
+  for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
 }
 
 void Tracking::step(const slam::Observation& arrived) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "sim/files/text.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording.h"
 #include "sim/view/result_frames.h"

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/files/contained_path.h"
 #include "sim/files/csv.h"
-#include "sim/files/inner_file.h"
 #include "sim/recording/recording.h"
 
 namespace sim::view {
@@ -107,7 +107,7 @@ std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::pa
     const slam::Stamp t = from_file(list.integer(0));
     while (row < frames.size() && frames[row].t < t) ++row;
     if (row < frames.size() && frames[row].t == t)
-      images[row] = files::inner_file(camera / "data", list.text(1));
+      images[row] = files::contained_path(camera / "data", list.text(1));
   }
   return images;
 }

@@ -6,9 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "sim/files/file_error.h"
-#include "sim/files/number.h"
-#include "sim/files/tum.h"
+#include "sim/files/text.h"
+#include "sim/files/trajectory_file.h"
 
 namespace sim::view {
 namespace {

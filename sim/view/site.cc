@@ -6,7 +6,7 @@
 #include <future>
 
 #include "sim/files/json.h"
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/view/bundle.h"
 
 namespace sim::view {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <sstream>
 
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 
 namespace cli {
 namespace {

@@ -47,7 +47,7 @@ class CollisionTest : public testing::Test {
     return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, {}});
   }
   Outcome run(const std::string& name, const ReadScenario& read, const fs::path& models = kModels) const {
-    return sim::live::run(read, {folder_ / name, sim::files::Existing::refuse, models, "1", "test", {}},
+    return sim::live::run(read, {folder_ / name, sim::files::Existing::reject, models, "1", "test", {}},
                           [](double) {});
   }
 

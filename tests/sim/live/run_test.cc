@@ -40,7 +40,7 @@ class RunTest : public testing::Test {
 
   sim::result::ResultPlace place(const std::string& name) const {
     return {folder_ / name,
-            sim::files::Existing::refuse,
+            sim::files::Existing::reject,
             fs::path(GAITSLAM_SOURCE_DIR) / "models",
             "1",
             "test",
@@ -141,8 +141,8 @@ TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
   live("live");
   for (const char* name :
        {"scenario.yaml", "about.json", "truth.tum", "plan.tum", "estimate.tum", "waist_truth.tum",
-        "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv", "timing.csv",
-        "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
+        "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv",
+        "timing.csv", "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
     EXPECT_TRUE(fs::exists(folder_ / "live" / name)) << name;
   const nlohmann::json timing = tests::json_of(folder_ / "live/timing.json");
   for (const char* key : {"frame_cpu_ms_median", "frame_cpu_ms_p99", "realtime_factor"})

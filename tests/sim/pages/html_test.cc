@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/pages/figure.h"
 #include "sim/pages/paper_page.h"
 #include "sim/pages/tune_page.h"

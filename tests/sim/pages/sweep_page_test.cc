@@ -6,7 +6,6 @@
 #include <regex>
 #include <string>
 
-#include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 

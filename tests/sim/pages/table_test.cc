@@ -5,7 +5,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 
 namespace {
 
