@@ -14,6 +14,7 @@
 #include "sim/score/loop_closure.h"
 #include "sim/score/surfaces.h"
 #include "sim/score/trajectory.h"
+#include "sim/score/types.h"
 
 namespace sim::score {
 
@@ -46,12 +47,6 @@ struct TimedHealth {
 struct PlannedTimes {
   Stamp end{0};
   std::vector<Stamp> footsteps;
-};
-
-/// A footstep that steering was free to correct, and by how much: ahead, aside (m), turn (rad).
-struct StepCorrection {
-  Stamp t{0};
-  double ahead = 0, aside = 0, turn = 0;
 };
 
 /// The path that the commands of a walk describe, laid into W at the start.

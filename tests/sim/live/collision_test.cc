@@ -78,7 +78,7 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItHoldsTheCommands) {
           StartsWith("<argument>:2:42: walk.commands[1]: straight: at ")));
 }
 
-TEST_F(CollisionTest, NineMetresAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
+TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
   const Outcome outcome = run("ahead", scenario(kAhead, {"limits.ending=[collided]"}));
   EXPECT_EQ(outcome.ending, "collided");
   EXPECT_EQ(outcome.exit_code, 0);

@@ -1,13 +1,22 @@
-// The arms compensate the yaw momentum of the rest of the body: resolved momentum control of the yaw.
+// Motions of the arms that make up for yaw momentum of the legs.
 #pragma once
 
 #include <utility>
 
-#include "walking/whole_body.h"
+#include "walking/kinematics.h"
+#include "walking/plan.h"
 
 namespace walking {
 
-/// Turns the shoulder pitches so that the angular momentum about the vertical through the centre of mass
+/// The arm while the foot on its side is `foot_ahead_m` ahead of where it stands in half-sitting: the hand
+/// goes the other way by 0.2267747 of that, at its height in half-sitting (Stasse et al. 2006, section II:
+/// "arm motion heuristic"; gain and geometry of the JRL pattern generator). Half-sitting for 0.
+ArmAngles arm_swing(double foot_ahead_m);
+
+/// Both arms for the feet of `reference`.
+Arms arm_swing(const Reference& reference);
+
+/// Turns the shoulder pitches so that the angular momentum about the vertical through the center of mass
 /// stays that of arms on their way back to half-sitting (Kajita et al. 2003, "Resolved momentum control",
 /// with the row L_z selected and the shoulder pitches free; chest and head keep still for camera and IMU).
 /// Momentum that alternates from step to step cancels; that of a steady turn is not compensated in the long
