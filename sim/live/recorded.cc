@@ -105,18 +105,18 @@ recording::TrueFeet true_feet(world::World& world, const walking::Reference& pla
           true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)};
 }
 
-std::string ending(world::Condition condition) {
+scenario::Ending ending(world::Condition condition) {
   switch (condition) {
     case world::Condition::fell:
-      return "fell";
+      return scenario::Ending::fell;
     case world::Condition::collided:
-      return "collided";
+      return scenario::Ending::collided;
     case world::Condition::physics_failed:
-      return "failed";
+      return scenario::Ending::failed;
     case world::Condition::ok:
       break;
   }
-  return "completed";
+  return scenario::Ending::completed;
 }
 
 }  // namespace sim::live

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "sim/recording/recording.h"
-#include "sim/tracking/tracking_observer.h"
+#include "sim/tracking/tracking.h"
 #include "sim/world/world.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"

@@ -92,7 +92,7 @@ std::string ranges(std::vector<std::uint64_t> seeds) {
 }
 
 const char* exit_text(int exit_code) {
-  constexpr const char* kTexts[]{"passed", "missed a limit", "not begun", "failed"};
+  constexpr const char* kTexts[]{"passed", "missed a limit", "not started", "failed"};
   return kTexts[std::clamp(exit_code, 0, 3)];
 }
 
@@ -158,7 +158,8 @@ ordered_json to_json(const Summary& summary) {
   ordered_json json{{"format_version", 1}, {"scenario", summary.scenario}};
   json["seeds"] = ordered_json::array();
   for (const SeedScore& seed : summary.seeds) {
-    json["seeds"].push_back({{"seed", seed.seed}, {"ending", seed.ending}, {"exit_code", seed.exit_code}});
+    json["seeds"].push_back(
+        {{"seed", seed.seed}, {"ending", scenario::name_of(seed.ending)}, {"exit_code", seed.exit_code}});
   }
   json["metrics"] = ordered_json::object();
   for (const MetricSummary& m : summary.metrics) {

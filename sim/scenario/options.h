@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/estimators/estimator_choice.h"
+#include "sim/scenario/ending.h"
 #include "sim/sensor_errors/sensor_errors.h"
 #include "sim/world/options.h"
 #include "slam/options.h"
@@ -17,12 +18,6 @@
 #include "walking/stabilizer.h"
 
 namespace sim::scenario {
-
-/// How a run can end. `stopped`: a steered walk had no estimate for too long. `estimator_failed`: the
-/// estimator crashed, did not answer in time, or gave an answer that is none. `failed`: the simulator broke
-/// in a way that no scenario can allow.
-inline constexpr std::array<std::string_view, 7> kEndings{
-    "completed", "fell", "collided", "diverged", "stopped", "estimator_failed", "failed"};
 
 /// Which way a limit holds its metric.
 enum class Bound { at_most, at_least };
@@ -37,11 +32,11 @@ struct MetricLimit {
 
 /// The scenario's keys limits.*: what a run must keep to pass.
 struct Limits {
-  std::vector<std::string> ending{"completed"};
+  std::vector<std::string> ending{"completed"};  ///< names of Endings
   std::vector<MetricLimit> metrics;
 
   static void keys(auto&& key) {
-    key.choice("ending", &Limits::ending, kEndings, "endings with which a run can pass");
+    key.choice("ending", &Limits::ending, kResultEndings, "endings with which a run can pass");
   }
 };
 
@@ -68,8 +63,7 @@ struct Scenario {
     key.part("camera", &Scenario::camera);
     key.part("errors", &Scenario::errors);
     key.value("estimator", &Scenario::estimator,
-              "estimator that is run on the observations: a built-in one by its name, or another program or "
-              "library");
+              "estimator of the run: a built-in one by its name, or an external program");
     key.part("slam", &Scenario::slam);
     key.part("limits", &Scenario::limits);
   }

@@ -1,6 +1,6 @@
-// What a frame costs more when the estimator is a program of its own: the time from an observation to the
-// answer of one that computes next to nothing, as built in and as programs and libraries (*.so).
-//   estimator_bench FILE...
+// Time from an observation to the answer of an estimator that computes almost nothing: built in, and as
+// external programs.
+//   estimator_bench PROGRAM...
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/estimators/estimators.h"
-#include "sim/estimators/library_estimator.h"
+#include "sim/estimators/estimator.h"
 
 namespace {
 
@@ -34,16 +33,16 @@ slam::Observation observation(int frame) {
 
 /// Wall times of the frames, ms, in order of size.
 std::vector<double> times_ms(const estimators::EstimatorChoice& choice) {
-  const estimators::Estimator estimator = estimators::make_estimator(choice, {});
+  const auto estimator = estimators::make_estimator(choice, {});
   std::vector<double> times;
   for (int frame = 0; frame < 3000; ++frame) {
     const slam::Observation o = observation(frame);
     const auto begin = std::chrono::steady_clock::now();
-    estimator.step(o);
+    estimator->step(o);
     times.push_back(
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
   }
-  estimator.finish();
+  estimator->finish();
   std::sort(times.begin(), times.end());
   return times;
 }
@@ -56,17 +55,14 @@ void print(const std::string& name, const std::vector<double>& times) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (const auto exit_code = estimators::hosted_library(argc, argv)) return *exit_code;
   if (argc < 2) {
-    std::fputs("usage: estimator_bench FILE...\n", stderr);
+    std::fputs("usage: estimator_bench PROGRAM...\n", stderr);
     return 2;
   }
   try {
     print("plan_alone, built in", times_ms({.name = "plan_alone", .words = {}, .options = {}}));
-    for (const std::string file : std::span(argv + 1, static_cast<std::size_t>(argc - 1))) {
-      const auto source = file.ends_with(".so") ? estimators::Source::library : estimators::Source::program;
-      print(file, times_ms({source, "outside", {file}, {}, 60, 10}));
-    }
+    for (const std::string program : std::span(argv + 1, static_cast<std::size_t>(argc - 1)))
+      print(program, times_ms({estimators::Source::program, "external", {program}, {}, 60, 10}));
   } catch (const std::exception& failure) {
     fmt::print(stderr, "{}\n", failure.what());
     return 1;

@@ -71,7 +71,7 @@ void measure(const fs::path& folder, int trials) {
   fmt::print("memory during trials: {:.1f} MB\n", resident_mb());
   const fs::path out = fs::temp_directory_path() / "gaitslam tune_bench";
   print("replay from the disk, result written", cost([&] {
-          replay::replay(scenario, folder / "recording", {"completed", ""},
+          replay::replay(scenario, folder / "recording", {{scenario::Ending::completed}},
                          {out, files::Existing::replace, {}, "1", "bench", {}}, [](double) {});
         }),
         walked_s);

@@ -27,7 +27,7 @@ class SummaryTest : public testing::Test {
 
 SeedScore seed(std::uint64_t number, std::optional<double> ate, std::optional<double> closed, int code = 0) {
   return {number,
-          "completed",
+          scenario::Ending::completed,
           code,
           {{"ate_se3_rmse_m", "m", ate}, {"loop_closed", "", closed}, {"drift", "m", -1.0}}};
 }
@@ -63,7 +63,7 @@ TEST_F(SummaryTest, WorstIsOnTheSideThatTheLimitForbids) {
 TEST_F(SummaryTest, WithoutALimitTheWorstIsThatOfTheMetricsDefinition) {
   const auto worst = [](const std::string& metric, const std::vector<double>& values) {
     std::vector<SeedScore> seeds;
-    for (const double value : values) seeds.push_back({1, "completed", 0, {{metric, "1", value}}});
+    for (const double value : values) seeds.push_back({1, scenario::Ending::completed, 0, {{metric, "1", value}}});
     return summarize(scenario_with({}), seeds).metrics[0].over_seeds.worst;
   };
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
@@ -79,7 +79,7 @@ TEST_F(SummaryTest, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
       below{"nees_position_mean", "worst", scenario::Bound::at_least, 1};
   std::vector<SeedScore> seeds;
   for (const double value : {0.2, 6.0})
-    seeds.push_back({1, "completed", 0, {{"nees_position_mean", "1", value}}});
+    seeds.push_back({1, scenario::Ending::completed, 0, {{"nees_position_mean", "1", value}}});
   const Summary summary = summarize(scenario_with({above, below}), seeds);
   EXPECT_TRUE(summary.limits.at(0).missed());
   EXPECT_TRUE(summary.limits.at(1).missed());
@@ -125,7 +125,7 @@ TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
 
 TEST_F(SummaryTest, WithoutAnyScoreThereIsNoTableOfMetrics) {
   const std::string table =
-      summary_table(summarize(scenario_with({}), {{1, "crashed", 3, {}}, {2, "crashed", 3, {}}}));
+      summary_table(summarize(scenario_with({}), {{1, scenario::Ending::crashed, 3, {}}, {2, scenario::Ending::crashed, 3, {}}}));
   EXPECT_NE(table.find("no metrics: no seed has a score\n"), table.npos) << table;
   EXPECT_EQ(table.find("median"), table.npos) << table;
 }
@@ -181,15 +181,15 @@ TEST_F(SummaryTest, ScoresAreReadFromTheSeedsFolders) {
       7,
       R"({"ending":"fell","metrics":{"rmse_m":{"value":0.5,"unit":"m"},"x":{"value":null,"unit":"","reason":"r"}}})");
   const SeedScore score = read_seed_score(root_, 7, 3);
-  EXPECT_EQ(score.ending, "fell");
+  EXPECT_EQ(score.ending, scenario::Ending::fell);
   ASSERT_EQ(score.metrics.size(), 2u);
   EXPECT_EQ(score.metrics[0].value, 0.5);
   EXPECT_FALSE(score.metrics[1].value);
 }
 
 TEST_F(SummaryTest, AProcessThatLeftNoScoreHasCrashedOrNotBegun) {
-  EXPECT_EQ(read_seed_score(root_, 1, 3).ending, "crashed");
-  EXPECT_EQ(read_seed_score(root_, 1, 2).ending, "not begun");
+  EXPECT_EQ(read_seed_score(root_, 1, 3).ending, scenario::Ending::crashed);
+  EXPECT_EQ(read_seed_score(root_, 1, 2).ending, scenario::Ending::not_started);
   EXPECT_THROW(read_seed_score(root_, 1, 0), files::FileError);
 }
 
