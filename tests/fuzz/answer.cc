@@ -1,4 +1,4 @@
-// Answers of a program: the first byte selects the message, the next 16 are its header.
+// Answers of an estimator program: the first byte selects the question, the next 16 are the header.
 #include "sim/estimators/messages.h"
 #include "tests/fuzz/fuzz_input.h"
 

@@ -35,7 +35,7 @@ std::string misbehaving(const std::string& behavior, const std::string& message,
   return fmt::format("{{program: [\"{}\", {}, {}]{}}}", GAITSLAM_MISBEHAVING, behavior, message, limits);
 }
 
-slam::Observation observation(int k) {
+slam::Observation numbered(int k) {
   slam::Observation o;
   o.t = std::chrono::milliseconds(33 * k);
   o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(k));
@@ -44,20 +44,21 @@ slam::Observation observation(int k) {
   return o;
 }
 
-Tracked track(Tracking tracking) {
-  for (int k = 0; k < kObservations; ++k) tracking.step(observation(k));
+Tracked track_program(Tracking tracking) {
+  for (int k = 0; k < kObservations; ++k) tracking.step(numbered(k));
   return tracking.finish();
 }
 
 /// Tracks a program that misbehaves at the message of this number.
-Tracked track(const std::string& behavior, const std::string& message = "3", const std::string& limits = "") {
+Tracked track_program(const std::string& behavior, const std::string& message = "3",
+                      const std::string& limits = "") {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   X_WC.translation() << 1, 2, 3;
-  return track(Tracking(scenario_with(misbehaving(behavior, message, limits)), {}, X_WC));
+  return track_program(Tracking(scenario_with(misbehaving(behavior, message, limits)), {}, X_WC));
 }
 
 TEST(Program, AnswersAreEstimates) {
-  const Tracked tracked = track("nothing");
+  const Tracked tracked = track_program("nothing");
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   const auto estimates = tracked.estimates();
   ASSERT_EQ(estimates.size(), 6U);
@@ -93,7 +94,7 @@ TEST(Program, AFailureNamesItsCause) {
         {"wrong_status", "its status is 9, expected 0 (ok)"},
         {"future", "its pose has the stamp 66000001 ns, expected one from 33000000"},
         {"past", "its pose has the stamp -1 ns"}}) {
-    const Tracked tracked = track(behavior);
+    const Tracked tracked = track_program(behavior);
     ASSERT_TRUE(tracked.failed) << behavior;
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behavior;
     EXPECT_EQ(tracked.failure()->ending, scenario::Ending::estimator_failed) << behavior;
@@ -109,7 +110,7 @@ TEST(Program, AFailureAtTheStartNamesItsCause) {
         {"cannot_start", "it cannot start: no vocabulary"},
         {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 2"},
         {"prints", "is not a message: it starts with 'Loading"}}) {
-    const Tracked tracked = track(behavior, "0");
+    const Tracked tracked = track_program(behavior, "0");
     ASSERT_TRUE(tracked.failed) << behavior;
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behavior;
     EXPECT_TRUE(tracked.frames.empty()) << behavior;
@@ -119,20 +120,20 @@ TEST(Program, AFailureAtTheStartNamesItsCause) {
 
 TEST(Program, AHangEndsAtItsLimitWithAllChildren) {
   for (const char* behavior : {"hang", "grandchild", "floods_output"}) {
-    const Tracked tracked = track(behavior, "3", ", answer_within_s: 0.3");
+    const Tracked tracked = track_program(behavior, "3", ", answer_within_s: 0.3");
     ASSERT_TRUE(tracked.failed) << behavior;
     if (std::string(behavior) != "floods_output") {
       EXPECT_THAT(*tracked.failed,
                   HasSubstr("at t = 0.066 s (limit 0.3 s): no answer within its time limit"));
     }
   }
-  const Tracked tracked = track("hang", "0", ", start_within_s: 0.3");
+  const Tracked tracked = track_program("hang", "0", ", start_within_s: 0.3");
   ASSERT_TRUE(tracked.failed);
   EXPECT_THAT(*tracked.failed, HasSubstr("at its start (limit 0.3 s): no answer within its time limit"));
 }
 
 TEST(Program, ALongLogIsTruncatedAndDoesNotBlock) {
-  const Tracked tracked = track("floods_error");
+  const Tracked tracked = track_program("floods_error");
   EXPECT_FALSE(tracked.failed);
   EXPECT_EQ(tracked.frames.size(), 6U);
   EXPECT_THAT(tracked.log, StartsWith("(the first "));
@@ -141,7 +142,7 @@ TEST(Program, ALongLogIsTruncatedAndDoesNotBlock) {
 }
 
 TEST(Program, GivingUpIsADivergence) {
-  const Tracked tracked = track("gives_up");
+  const Tracked tracked = track_program("gives_up");
   EXPECT_FALSE(tracked.failed);
   ASSERT_TRUE(tracked.failure());
   EXPECT_EQ(tracked.failure()->ending, scenario::Ending::diverged);
@@ -155,7 +156,7 @@ TEST(Program, OneMadeByTheHeaderFailsWithAClearCause) {
        {std::pair<std::string, std::string>{"fails", "its last lines: the map is broken"},
         {"huge_counts", "it announces 3000000000 landmarks, expected at most 100000"},
         {"no_landmarks", "it announces 3 landmarks, expected at most 100000 and a pointer to them"}}) {
-    const Tracked tracked = track(behavior, "3, header");
+    const Tracked tracked = track_program(behavior, "3, header");
     ASSERT_TRUE(tracked.failed) << behavior;
     EXPECT_THAT(*tracked.failed, HasSubstr("failed at t = 0.066 s (limit 10 s): it ended with exit code 1"));
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behavior;
@@ -164,14 +165,14 @@ TEST(Program, OneMadeByTheHeaderFailsWithAClearCause) {
 }
 
 TEST(Program, OneMadeByTheHeaderPrintsToTheLog) {
-  const Tracked tracked = track("print", "3, header");
+  const Tracked tracked = track_program("print", "3, header");
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   EXPECT_EQ(tracked.frames.size(), 6U);
   EXPECT_EQ(tracked.log, "printed by the estimator\n");
 }
 
 TEST(Program, ItsLatestMapIsKept) {
-  const Tracked tracked = track("maps");
+  const Tracked tracked = track_program("maps");
   ASSERT_EQ(tracked.map.size(), 1U);
   EXPECT_EQ(tracked.map[0].id, 42);
   EXPECT_EQ(tracked.map[0].p_W.z(), 1.5);
@@ -197,7 +198,7 @@ TEST(Program, ExceptionsOfABuiltInEstimatorAreItsFailure) {
   int steps = 0;
   const auto tracked_with = [&](Step step) {
     steps = 0;
-    return track(Tracking(scenario_with("plan_alone"), estimator_from(std::move(step))));
+    return track_program(Tracking(scenario_with("plan_alone"), estimator_from(std::move(step))));
   };
   const Tracked thrown = tracked_with([&](const slam::Observation& o) -> Answer {
     if (++steps == 3) throw std::logic_error("no such landmark");
