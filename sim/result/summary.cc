@@ -98,14 +98,14 @@ const char* exit_text(int exit_code) {
 
 // A line for all seeds that ended alike, the passed ones first.
 std::string endings(const Summary& summary, const TableStyle& style) {
-  std::map<std::pair<int, std::string>, std::vector<std::uint64_t>> alike;
+  std::map<std::pair<int, scenario::Ending>, std::vector<std::uint64_t>> alike;
   for (const SeedScore& seed : summary.seeds) alike[{seed.exit_code, seed.ending}].push_back(seed.seed);
   std::string text;
   for (const auto& [how, seeds] : alike) {
     const std::string passed = fmt::format("{:<14}", exit_text(how.first));
     text += fmt::format("  {}  {:<16}  {} {}\n",
-                        painted(passed, how.first == 0 ? Paint::good : Paint::bad, style.colours), how.second,
-                        seeds.size() == 1 ? "seed" : "seeds", ranges(seeds));
+                        painted(passed, how.first == 0 ? Paint::good : Paint::bad, style.colours),
+                        name_of(how.second), seeds.size() == 1 ? "seed" : "seeds", ranges(seeds));
   }
   return text;
 }
