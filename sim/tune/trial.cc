@@ -112,7 +112,7 @@ Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenar
                            track(recording, scenario.scenario),
                            recording.hash};
   const score::Run run = result::score_input(record);
-  const score::Scored scored(run);
+  const score::ScoreContext scored(run);
   Trial trial{result::ending_of(record), score::evaluate(scored), std::nullopt, 1};
   trial.lasted_fraction = lasted_fraction(recording, *record.tracked);
   trial.terms = terms(scored, *record.tracked, trial.metrics, recording.setup.calibration.camera);
