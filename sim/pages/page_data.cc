@@ -13,6 +13,7 @@
 #include "sim/pages/pictures.h"
 #include "sim/pages/run_figures.h"
 #include "sim/pages/scene_data.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
