@@ -12,6 +12,7 @@
 #include "sim/pages/pictures.h"
 #include "sim/pages/run_figures.h"
 #include "sim/pages/scene_data.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
@@ -50,8 +51,8 @@ struct Verdict {
 
 Verdict verdict_of(const RunData& run, const scenario::Scenario& scenario) {
   const std::string ending = run.score.value("ending", "?");
-  const auto& allowed = scenario.limits.ending;
-  if (std::find(allowed.begin(), allowed.end(), ending) == allowed.end()) return {3, ending};
+  const auto named = scenario::ending_named(ending);
+  if (!named || !result::is_allowed(scenario, *named)) return {3, ending};
   for (const auto& limit : run.score["limits"])
     if (limit["passed"] == false) return {1, "missed a limit"};
   return {0, "passed"};
