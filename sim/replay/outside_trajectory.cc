@@ -10,7 +10,6 @@
 
 #include "sim/recording/recording.h"
 #include "sim/score/trajectory.h"
-#include "sim/score/trajectory_report.h"
 
 namespace sim::replay {
 namespace {

@@ -1,10 +1,15 @@
 #include "sim/score/alignment.h"
 
 #include <Eigen/SVD>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 namespace sim::score {
 namespace {
+
+constexpr std::array<std::string_view, 6> kNames{"none", "origin", "yaw", "se3", "sim3", "scale"};
 
 // First and second moments of the paired positions, about their means.
 struct Moments {
@@ -75,6 +80,14 @@ OrAbsent<Similarity> align_scale(const Moments& m) {
 }
 
 }  // namespace
+
+std::string name_of(Alignment alignment) { return std::string(kNames[static_cast<std::size_t>(alignment)]); }
+
+std::optional<Alignment> alignment_of(const std::string& name) {
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<Alignment>(found - kNames.begin());
+}
 
 Eigen::Isometry3d Similarity::operator*(const Eigen::Isometry3d& X) const {
   Eigen::Isometry3d Y = Eigen::Isometry3d::Identity();

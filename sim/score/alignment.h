@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/score/statistics.h"
@@ -14,6 +16,11 @@ namespace sim::score {
 /// rotation, translation and scale by least squares of positions (Umeyama 1991) · scale: the scale of sim3
 /// alone.
 enum class Alignment { none, origin, yaw_position, se3, sim3, scale };
+
+/// Returns "none", "origin", "yaw", "se3", "sim3" or "scale".
+std::string name_of(Alignment alignment);
+/// Returns the alignment of that name; nothing for another word.
+std::optional<Alignment> alignment_of(const std::string& name);
 
 /// p -> scale R p + translation; orientations are turned by R.
 struct Similarity {

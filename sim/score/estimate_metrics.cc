@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "sim/score/alignment.h"
-#include "sim/score/errors.h"
 #include "sim/score/metrics.h"
 #include "sim/score/relative.h"
 #include "sim/score/score_context.h"

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "sim/score/errors.h"
 #include "sim/score/metrics.h"
 #include "sim/score/score_context.h"
 

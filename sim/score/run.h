@@ -10,8 +10,7 @@
 
 #include "sim/score/consistency.h"
 #include "sim/score/feet.h"
-#include "sim/score/landmark_accuracy.h"
-#include "sim/score/loop_closure.h"
+#include "sim/score/landmarks.h"
 #include "sim/score/surfaces.h"
 #include "sim/score/trajectory.h"
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/score/errors.h"
 #include "sim/score/metrics.h"
 #include "sim/score/score_context.h"
 

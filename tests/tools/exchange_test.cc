@@ -103,7 +103,7 @@ TEST_F(Exchange, AFolderOfNeitherKindIsOneLine) {
 
 TEST_F(Exchange, WhatAnExportCannotDoIsOneLine) {
   EXPECT_EQ(gaitslam("export r/seed-1 --format rosbag").err,
-            "gaitslam: --format: expected one of euroc, tum, kitti, mcap, orbslam3, openvins, not "
+            "gaitslam: --format: expected one of euroc, tum, mcap, orbslam3, openvins, not "
             "'rosbag'\n");
   EXPECT_EQ(gaitslam("export r --format mcap").err,
             "gaitslam: r: has no recording/: expected the folder of a run\n");

@@ -1,3 +1,5 @@
+#include "sim/score/metrics.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -5,7 +7,6 @@
 #include <regex>
 #include <set>
 
-#include "sim/score/metrics.h"
 #include "sim/score/run.h"
 #include "tests/sim/score/square_camera.h"
 
