@@ -35,8 +35,8 @@ ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
   return json;
 }
 
-// When tracking was lost and why, when a sensor was suspect, and how many observations were refused, wholly or
-// in part.
+// When tracking was lost and why, when a sensor was suspect, and how many observations were refused, wholly
+// or in part.
 ordered_json tracking_json(const tracking::Tracked& tracked) {
   const auto refused =
       std::count_if(tracked.frames.begin(), tracked.frames.end(),

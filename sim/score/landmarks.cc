@@ -24,7 +24,7 @@ std::vector<double> turns(const Trajectory& trajectory) {
 std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp begin, const Trajectory& truth_X_WC,
                                     const TrueCamera& camera, Stamp long_enough) {
   std::optional<Stamp> out_since;
-  for (const StampedPose& pose : truth_X_WC) {
+  for (const TimedPose& pose : truth_X_WC) {
     if (pose.t < begin) continue;
     if (camera.project(pose.X, p_W)) {
       out_since.reset();
@@ -38,7 +38,7 @@ std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp begin, con
 
 bool matches_truth(const StampedPixel& match, const Eigen::Vector3d& p_W, const Trajectory& truth_X_WC,
                    const TrueCamera& camera, double tolerance_px) {
-  const StampedPose* pose = pose_at(truth_X_WC, match.t);
+  const TimedPose* pose = pose_at(truth_X_WC, match.t);
   const auto pixel = pose ? camera.project(pose->X, p_W) : std::nullopt;
   return pixel && (*pixel - match.pixel).norm() <= tolerance_px;
 }
@@ -68,15 +68,15 @@ std::vector<Eigen::Vector3d> template_points(const StampedPixel& seen, int half_
 
 }  // namespace
 
-const StampedPose* pose_at(const Trajectory& trajectory, Stamp t) {
+const TimedPose* pose_at(const Trajectory& trajectory, Stamp t) {
   const auto at = std::lower_bound(trajectory.begin(), trajectory.end(), t,
-                                   [](const StampedPose& pose, Stamp stamp) { return pose.t < stamp; });
+                                   [](const TimedPose& pose, Stamp stamp) { return pose.t < stamp; });
   return at != trajectory.end() && at->t == t ? &*at : nullptr;
 }
 
 std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
                                              const std::vector<Surface>& surfaces, const TrueCamera& camera) {
-  const StampedPose* pose = pose_at(truth_X_WC, seen.t);
+  const TimedPose* pose = pose_at(truth_X_WC, seen.t);
   if (!pose) return std::nullopt;
   const Eigen::Vector3d direction = pose->X.linear() * camera.bearing(seen.pixel);
   const auto distance = first_hit(surfaces, pose->X.translation(), direction);

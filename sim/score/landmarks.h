@@ -35,7 +35,7 @@ struct TrueCamera {
 };
 
 /// Returns the pose of exactly that time, or null.
-const StampedPose* pose_at(const Trajectory& trajectory, Stamp t);
+const TimedPose* pose_at(const Trajectory& trajectory, Stamp t);
 
 /// Returns the point at which the ray through a pixel, from the true camera at that time, first meets the
 /// room.

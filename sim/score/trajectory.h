@@ -7,18 +7,16 @@
 #include <optional>
 #include <vector>
 
+#include "sim/files/tum.h"
+
 namespace sim::score {
 
 using Stamp = std::chrono::nanoseconds;
 
-/// A pose at a time; the variable that holds it names the frames.
-struct StampedPose {
-  Stamp t{0};
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-};
+using files::TimedPose;
 
 /// In order of time, no stamp twice.
-using Trajectory = std::vector<StampedPose>;
+using Trajectory = std::vector<TimedPose>;
 
 /// The true (or reference) and the estimated pose at one time, both in the same world.
 struct PosePair {

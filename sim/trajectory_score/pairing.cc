@@ -13,7 +13,7 @@ namespace sim::trajectory_score {
 namespace {
 
 namespace fs = std::filesystem;
-using score::PosePair, score::Stamp, score::StampedPose, score::Trajectory;
+using files::TimedPose, score::PosePair, score::Stamp, score::Trajectory;
 
 Trajectory trajectory(const files::TrajectoryFile& file) {
   Trajectory poses;
@@ -30,7 +30,7 @@ std::string describe_file(const fs::path& file, const files::TrajectoryFile& rea
 std::vector<PosePair> pair(const Trajectory& truth, Trajectory estimate, const PairingOptions& options) {
   if (!options.interpolate)
     return score::pair_by_nearest(truth, estimate, stamp(options.most_apart_s), stamp(options.offset_s));
-  for (StampedPose& pose : estimate) pose.t += stamp(options.offset_s);
+  for (TimedPose& pose : estimate) pose.t += stamp(options.offset_s);
   return score::pair_by_interpolation(truth, estimate);
 }
 
@@ -46,7 +46,7 @@ std::vector<Stamp> likely_offsets(const Trajectory& truth, const Trajectory& est
   std::map<std::int64_t, std::pair<std::size_t, Stamp>> votes;  // by the offset in units of `apart`
   const std::size_t every = std::max<std::size_t>(1, estimate.size() / kSome);
   for (std::size_t i = 0; i < estimate.size(); i += every)
-    for (const StampedPose& pose : truth) {
+    for (const TimedPose& pose : truth) {
       auto& [count, offset] = votes[(pose.t - estimate[i].t) / apart];
       offset = count++ == 0 ? pose.t - estimate[i].t : offset;
     }

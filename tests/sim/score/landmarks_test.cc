@@ -122,7 +122,7 @@ TEST(LoopClosure, ALandmarkNeverMatchedAgainOrNeverOutOfViewOrOnNoSurfaceDoesNot
   circle.surfaces.clear();
   EXPECT_TRUE(circle.found(l).empty());
   circle = {};
-  for (StampedPose& pose : circle.truth) pose.X = looking(0);
+  for (TimedPose& pose : circle.truth) pose.X = looking(0);
   l.accepted.back().pixel = {160, 120};
   EXPECT_TRUE(circle.found(l).empty());
 }
@@ -130,7 +130,7 @@ TEST(LoopClosure, ALandmarkNeverMatchedAgainOrNeverOutOfViewOrOnNoSurfaceDoesNot
 TEST(LoopClosure, ALandmarkOutOfViewForLessThanFiveSecondsAtATimeDoesNotCount) {
   Circle circle;
   const auto look_away = [&](int from_ms, int to_ms) {
-    for (StampedPose& pose : circle.truth)
+    for (TimedPose& pose : circle.truth)
       pose.X = looking(pose.t >= milliseconds(from_ms) && pose.t <= milliseconds(to_ms) ? pi : 0);
   };
   LandmarkHistory l = circle.landmark(0);
@@ -147,7 +147,7 @@ TEST(LoopClosure, ALandmarkOutOfViewForLessThanFiveSecondsAtATimeDoesNotCount) {
 
 TEST(LoopClosure, TimeOutOfViewBeforeTheLandmarkWasBegunDoesNotCount) {
   Circle circle;
-  for (StampedPose& pose : circle.truth) pose.X = looking(pose.t < milliseconds(9000) ? pi : 0);
+  for (TimedPose& pose : circle.truth) pose.X = looking(pose.t < milliseconds(9000) ? pi : 0);
   LandmarkHistory l = circle.landmark(0);
   l.begun.t = milliseconds(9500);
   l.accepted = {{milliseconds(39900), {160, 120}}};
@@ -161,7 +161,7 @@ TEST(LoopClosure, AMatchOfTheRightPixelButAnotherSurfacePointDoesNotCount) {
   const double first = 2 * pi * 1000 / 40000;
   post.X_WS.translation() = Eigen::Vector3d(std::cos(first), std::sin(first), 1.5);
   circle.surfaces.push_back(post);
-  for (StampedPose& pose : circle.truth)
+  for (TimedPose& pose : circle.truth)
     if (pose.t > milliseconds(30000))
       pose.X.translation().y() += 0.2;  // walked aside: parallax tells the two apart
   LandmarkHistory l = circle.landmark(0);
