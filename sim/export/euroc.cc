@@ -47,8 +47,8 @@ void write_sensors(const ExportContext& out) {
   out.write_truth(kMotionRows, recording::Manifest(out.run.result / "recording").read(kMotionRows));
 }
 
-/// Images and their stamps. Programs that look for readings before the first image and after the last one
-/// leave their arrays where there are none: images_within_imu leaves such images out.
+/// Images and their stamps. Some programs read beyond their arrays if an image lacks readings on either side:
+/// images_within_imu skips such images.
 class ImageWriter {
  public:
   ImageWriter(const ExportContext& out, bool images_within_imu)

@@ -142,7 +142,7 @@ std::string imu(const ImuReading& reading, const std::string& frame, double gyro
                 double accelerometer_variance) {
   const std::array<double, 4> no_orientation{0, 0, 0, 1};
   std::array<double, 9> unknown{};
-  unknown[0] = -1;  // by convention: there is no such measurement
+  unknown[0] = -1;  // by convention: not measured
   Cdr cdr;
   cdr.header(reading.t, frame).numbers(no_orientation).numbers(unknown);
   cdr.numbers(reading.gyro).numbers(diagonal(gyro_variance));

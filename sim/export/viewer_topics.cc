@@ -80,7 +80,7 @@ ViewerTopics::ViewerTopics(const ExportContext& out, Bag& bag)
   right_wrench_ = bag.add_topic("/right_foot/wrench", ros::kWrench);
 }
 
-// The planned poses come with the observations; others that are not known are no frame.
+// Skips frames without poses, except the planned one: its poses come with the observations.
 void ViewerTopics::add(const std::string& frame, Poses poses, const char* path) {
   if (poses.empty() && frame != "plan_camera") return;
   moving_.push_back({frame, std::move(poses)});

@@ -63,7 +63,7 @@ OrAbsent<Similarity> align_yaw(const Moments& m) {
 OrAbsent<Similarity> align_umeyama(const Moments& m, bool with_scale) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d D = svd.singularValues();
-  if (!(D(0) > rounding_error(m))) return Absent{"the positions are all in one point"};
+  if (!(D(0) > rounding_error(m))) return Absent{"all positions coincide"};
   if (!(D(1) > rounding_error(m)))
     return Absent{"the positions are on one line: the rotation about it is not determined"};
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
@@ -72,7 +72,7 @@ OrAbsent<Similarity> align_umeyama(const Moments& m, bool with_scale) {
   return about_means(m, R, with_scale ? D.dot(signs) / m.square_estimate : 1);
 }
 
-// The scale that Umeyama finds, without the turn and the shift it finds with it.
+// The scale of Umeyama's alignment, without its rotation and translation.
 OrAbsent<Similarity> align_scale(const Moments& m) {
   const auto full = align_umeyama(m, true);
   if (const auto* none = std::get_if<Absent>(&full)) return *none;

@@ -20,12 +20,12 @@ std::vector<double> turns(const Trajectory& trajectory) {
   return all;
 }
 
-// The first time after `begin` at which the point has been out of view for long enough.
-std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp begin, const Trajectory& truth_X_WC,
+// The end of the first stretch after `start` with the point out of view for long enough.
+std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp start, const Trajectory& truth_X_WC,
                                     const TrueCamera& camera, Stamp long_enough) {
   std::optional<Stamp> out_since;
   for (const TimedPose& pose : truth_X_WC) {
-    if (pose.t < begin) continue;
+    if (pose.t < start) continue;
     if (camera.project(pose.X, p_W)) {
       out_since.reset();
       continue;
@@ -100,10 +100,10 @@ std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& lan
                                          const std::vector<Surface>& surfaces, const TrueCamera& camera,
                                          const LoopRule& rule) {
   const auto found_again = [&](const LandmarkHistory& landmark) -> std::optional<LoopLandmark> {
-    if (landmark.begun.t >= marks.quarter) return std::nullopt;
-    const auto p_W = surface_point(landmark.begun, truth_X_WC, surfaces, camera);
+    if (landmark.first_seen.t >= marks.quarter) return std::nullopt;
+    const auto p_W = surface_point(landmark.first_seen, truth_X_WC, surfaces, camera);
     if (!p_W) return std::nullopt;
-    const auto lost = lost_from_view(*p_W, landmark.begun.t, truth_X_WC, camera, rule.out_of_view);
+    const auto lost = lost_from_view(*p_W, landmark.first_seen.t, truth_X_WC, camera, rule.out_of_view);
     if (!lost) return std::nullopt;
     const auto match_from = [&](Stamp t) {
       return std::find_if(landmark.accepted.begin(), landmark.accepted.end(), [&](const StampedPixel& match) {
@@ -130,12 +130,12 @@ std::vector<LandmarkError> landmark_errors(const std::vector<MappedPoint>& map,
     const auto history = std::find_if(histories.begin(), histories.end(),
                                       [&](const LandmarkHistory& h) { return h.id == point.id; });
     if (history == histories.end()) continue;
-    const auto p_W = surface_point(history->begun, truth_X_WC, surfaces, camera);
+    const auto p_W = surface_point(history->first_seen, truth_X_WC, surfaces, camera);
     if (!p_W) continue;
     const Eigen::Vector3d error = *p_W - point.p_W;
     std::optional<double> nees = normalized_square(error, point.covariance), least = nees;
-    const Eigen::Isometry3d& X_WC = pose_at(truth_X_WC, history->begun.t)->X;
-    for (const auto& of_W : template_points(history->begun, template_half_px, X_WC, surfaces, camera))
+    const Eigen::Isometry3d& X_WC = pose_at(truth_X_WC, history->first_seen.t)->X;
+    for (const auto& of_W : template_points(history->first_seen, template_half_px, X_WC, surfaces, camera))
       if (least) least = std::min(least, normalized_square(of_W - point.p_W, point.covariance));
     errors.push_back({point.id, error.norm(), nees, least});
   }

@@ -21,7 +21,7 @@ struct StampedPixel {
 /// A landmark from its initialization on.
 struct LandmarkHistory {
   int id = 0;
-  StampedPixel begun;
+  StampedPixel first_seen;
   std::vector<StampedPixel> accepted;  ///< matches that entered an update, in order of time
 };
 
@@ -37,12 +37,11 @@ struct TrueCamera {
 /// Returns the pose of exactly that time, or null.
 const TimedPose* pose_at(const Trajectory& trajectory, Stamp t);
 
-/// Returns the point at which the ray through a pixel, from the true camera at that time, first meets the
-/// room.
+/// Returns the first point of the room on the ray through a pixel, from the true camera at that time.
 std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
                                              const std::vector<Surface>& surfaces, const TrueCamera& camera);
 
-/// When the planned waist has turned a quarter and three quarters of the plan's total turn.
+/// The times at which the planned waist has turned a quarter and three quarters of the plan's total turn.
 struct TurnMarks {
   Stamp quarter{0}, three_quarters{0};
 };
@@ -65,9 +64,9 @@ struct LoopLandmark {
 };
 
 /// Returns the landmarks that were found again, in the order of `landmarks`. Each was first seen in the first
-/// quarter of the turn. Its surface point, where the ray through its first pixel meets the room, was then
-/// outside the camera's field of view (occlusion does not matter) in all frames over at least 5 s in one
-/// stretch, and a later match was accepted within 3 px of its true projection. truth_X_WC: at the frames.
+/// quarter of the turn. Its surface_point() was then outside the camera's field of view (occlusion does not
+/// matter) in all frames over at least 5 s in one stretch, and a later match was accepted within 3 px of its
+/// true projection. truth_X_WC: at the frames.
 std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
                                          const TurnMarks& marks, const Trajectory& truth_X_WC,
                                          const std::vector<Surface>& surfaces, const TrueCamera& camera,

@@ -30,7 +30,7 @@ std::optional<Absent> why_no_estimate(const ScoreContext& c) {
   if (!c.run.estimate) return Absent{"the filter was not run"};
   if (c.run.failed) return Absent{"the estimator failed: " + *c.run.failed};
   if (c.run.diverged) return Absent{"the filter diverged: " + *c.run.diverged};
-  if (!c.start) return Absent{c.run.plan_waist.empty() ? "there is no truth" : "the plan never moves"};
+  if (!c.start) return Absent{c.run.plan_waist.empty() ? "the run has no true pose" : "the plan never moves"};
   if (c.pairs.empty()) return Absent{"no estimate has the stamp of a true pose"};
   return std::nullopt;
 }

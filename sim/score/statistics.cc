@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kExact = 50;        // 2^50 sign patterns are counted exactly in doubles
 constexpr std::size_t kExactInAll = 100;  // of the rank sum test
 
-// Ranks of values, of which some are chosen; twice the ranks, so that shared ranks are whole numbers.
+// Twice the ranks of values, some of them chosen: shared ranks become whole numbers.
 struct Ranks {
   std::vector<int> twice;
   int twice_chosen = 0;  // sum over the chosen ones
@@ -37,7 +37,7 @@ Ranks rank(std::vector<std::pair<double, bool>> values) {
 }
 
 // The two-sided p-value: twice the smaller of the probabilities that the sum of ranks is at most or at least
-// what was observed. ways: in how many ways each sum comes about; all: the sum of these.
+// the observed one. ways: the number of ways to reach each sum; all: their total.
 double exact_p(const std::vector<double>& ways, int observed, double all) {
   const auto at = ways.begin() + observed;
   const double below = std::accumulate(ways.begin(), at + 1, 0.0),

@@ -23,20 +23,20 @@ double mean(const std::vector<double>& values);
 double root_mean_square(const std::vector<double>& values);
 /// The middle value; of an even count the mean of the two in the middle.
 double median(std::vector<double> values);
-/// Of a sample (n − 1); 0 for a single value.
+/// The standard deviation of a sample (n − 1); 0 for a single value.
 double standard_deviation(const std::vector<double>& values);
-/// p in [0, 1]: linear between order statistics, p = 0 the minimum, p = 1 the maximum (Hyndman & Fan 1996,
-/// type 7).
+/// Linear between order statistics for p in [0, 1]: p = 0 is the minimum, p = 1 the maximum (Hyndman & Fan
+/// 1996, type 7).
 double quantile(std::vector<double> values, double p);
 
-/// Which of several values of a metric is the worst.
+/// The worst of several values of a metric.
 enum class Worst { largest, smallest, largest_magnitude, farthest_from_expected };
 
-/// The direction in which a metric becomes worse.
+/// The direction of getting worse.
 struct Direction {
   constexpr Direction(Worst which = Worst::largest) : worst(which) {}
-  /// Away from a positive value that is expected, such as the degrees of freedom of a normalised square: as
-  /// bad above it as below it, by the magnitude of the logarithm of their ratio.
+  /// Away from a positive expected value, such as the degrees of freedom of a normalized square: by the
+  /// magnitude of the logarithm of their ratio, as bad above as below.
   static constexpr Direction away_from(double expected_value) {
     Direction direction(Worst::farthest_from_expected);
     direction.expected = expected_value;
@@ -50,7 +50,7 @@ struct Direction {
 /// A finite number that grows as the value becomes worse.
 double loss(double value, const Direction& direction);
 
-/// A metric over the seeds in which it is defined. Without any: n = 0 and the rest meaningless.
+/// A metric over the seeds that define it. Without any, n = 0 and the rest is meaningless.
 struct Summary {
   std::size_t n = 0;
   double median = 0, mean = 0, worst = 0;

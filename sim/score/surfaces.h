@@ -1,4 +1,4 @@
-// The surfaces of the room as simple shapes, and where a ray first meets one.
+// The surfaces of the room as simple shapes, and the first one on a ray.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,7 +8,7 @@
 namespace sim::score {
 
 /// Sizes as in MJCF, all half-lengths in m along the axes S of the shape:
-/// plane: x and y, 0 for without end; the surface is z = 0, seen from z > 0 alone · box: x, y, z · sphere:
+/// plane: x and y, 0 for without end; the surface is z = 0, visible only from z > 0 · box: x, y, z · sphere:
 /// radius · cylinder: radius, half-height along z · ellipsoid: three radii · capsule: radius, half-length of
 /// its straight part.
 struct Surface {
@@ -23,12 +23,12 @@ struct Hit {
   double distance = 0;      ///< m
 };
 
-/// The surface that a ray along the unit vector `direction` from `origin` (both in W) meets first, at a
-/// distance > 0; nothing if it meets none. From inside a solid it meets the solid's surface on the way out.
+/// Returns the first surface on the ray along the unit vector `direction` from `origin` (both in W), at a
+/// distance > 0. From inside a solid the ray meets its surface on the way out.
 std::optional<Hit> first_surface(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
                                  const Eigen::Vector3d& direction);
 
-/// Its distance alone.
+/// Returns the distance of first_surface().
 std::optional<double> first_hit(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
                                 const Eigen::Vector3d& direction);
 

@@ -51,7 +51,7 @@ struct Circle {
   LandmarkHistory landmark(double off) const {
     LandmarkHistory l;
     l.id = 7;
-    l.begun = {milliseconds(1000), {160, 120}};
+    l.first_seen = {milliseconds(1000), {160, 120}};
     l.accepted = {{milliseconds(1100), {160, 120}},
                   {milliseconds(39900), image_of_first_point(39900) + Eigen::Vector2d(off, 0)}};
     return l;
@@ -149,7 +149,7 @@ TEST(LoopClosure, TimeOutOfViewBeforeTheLandmarkWasBegunDoesNotCount) {
   Circle circle;
   for (TimedPose& pose : circle.truth) pose.X = looking(pose.t < milliseconds(9000) ? pi : 0);
   LandmarkHistory l = circle.landmark(0);
-  l.begun.t = milliseconds(9500);
+  l.first_seen.t = milliseconds(9500);
   l.accepted = {{milliseconds(39900), {160, 120}}};
   EXPECT_TRUE(circle.found(l).empty());
 }
@@ -194,7 +194,7 @@ TEST(LandmarkAccuracy, IsTheDistanceToTheSurfacePointFirstSeen) {
   Eigen::Matrix3d P = Eigen::Vector3d(0.01, 1, 0.04).cwiseAbs2().asDiagonal();
   const auto errors =
       landmark_errors({{1, p, P}, {2, p, P}, {3, p, P}}, histories, truth, {room}, square_camera());
-  ASSERT_EQ(errors.size(), 1u);  // 2 was begun at no known pose, 3 has no history
+  ASSERT_EQ(errors.size(), 1u);  // 2 was first_seen at no known pose, 3 has no history
   EXPECT_EQ(errors[0].id, 1);
   EXPECT_NEAR(errors[0].distance, 0.05, 1e-12);
   EXPECT_NEAR(errors[0].nees.value(), 9 + 1, 1e-9);
@@ -232,7 +232,7 @@ TEST(LandmarkAccuracy, OfATemplateOnOneSlantedSurfaceIsTheErrorAtTheFirstPixel) 
   const std::vector<Surface> surfaces{box_room(4)};
   const Trajectory truth{{Stamp(0), looking(0)}};
   const std::vector<LandmarkHistory> histories{{1, {Stamp(0), {160, 235}}, {}}};
-  const auto p_W = surface_point(histories[0].begun, truth, surfaces, square_camera());
+  const auto p_W = surface_point(histories[0].first_seen, truth, surfaces, square_camera());
   const Eigen::Vector3d off = 1.03 * (*p_W - truth[0].X.translation()) + truth[0].X.translation();
   const auto error = landmark_errors({{1, off, 1e-4 * Eigen::Matrix3d::Identity()}}, histories, truth,
                                      surfaces, square_camera(), 5);
