@@ -194,7 +194,7 @@ TEST(LandmarkAccuracy, IsTheDistanceToTheSurfacePointFirstSeen) {
   Eigen::Matrix3d P = Eigen::Vector3d(0.01, 1, 0.04).cwiseAbs2().asDiagonal();
   const auto errors =
       landmark_errors({{1, p, P}, {2, p, P}, {3, p, P}}, histories, truth, {room}, square_camera());
-  ASSERT_EQ(errors.size(), 1u);  // 2 was first_seen at no known pose, 3 has no history
+  ASSERT_EQ(errors.size(), 1u);  // 2 was first seen at an unknown pose, 3 has no history
   EXPECT_EQ(errors[0].id, 1);
   EXPECT_NEAR(errors[0].distance, 0.05, 1e-12);
   EXPECT_NEAR(errors[0].nees.value(), 9 + 1, 1e-9);
