@@ -46,9 +46,7 @@ void write_trajectories(const fs::path& folder, const RunRecord& record) {
 
 /// A steered walk's desired path, and the corrections of its steps.
 void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
-  std::string path;
-  for (const score::StampedPose& pose : desired.waist) path += files::tum_row(pose.t, pose.X);
-  files::write_text(folder / "waist_desired.tum", path);
+  files::write_text(folder / "waist_desired.tum", tum(desired.waist));
   std::string steps =
       "#time [ns],foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],"
       "expected_yaw [rad],ahead [m],aside [m],turn [rad]\n";

@@ -14,12 +14,6 @@ namespace {
 
 constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 
-score::Trajectory trajectory(const std::vector<files::TimedPose>& poses) {
-  score::Trajectory trajectory;
-  for (const files::TimedPose& pose : poses) trajectory.push_back({pose.t, pose.X});
-  return trajectory;
-}
-
 std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
   std::vector<score::EstimatedPose> poses;
   for (const estimators::PoseEstimate& e : tracked.estimates()) poses.push_back({e.t, e.X_WC, e.covariance});
@@ -121,11 +115,11 @@ std::vector<files::TimedPose> planned_camera(const RunRecord& record) {
 
 score::Run score_input(const RunRecord& record) {
   score::Run run;
-  run.truth_camera = trajectory(record.truth.camera);
-  run.plan_camera = trajectory(planned_camera(record));
-  run.no_scale = record.no_scale;
-  run.truth_waist = trajectory(record.truth.waist);
-  run.plan_waist = trajectory(record.truth.waist_plan);
+  run.truth_camera = record.truth.camera;
+  run.plan_camera = planned_camera(record);
+  if (!record.no_scale.empty()) run.no_scale = record.no_scale;
+  run.truth_waist = record.truth.waist;
+  run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
   run.surfaces = record.truth.surfaces;
   run.feet = feet(record.truth);

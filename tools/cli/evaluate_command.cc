@@ -16,7 +16,7 @@
 #include "sim/replay/replay.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/trajectory_report.h"
+#include "sim/score/alignment.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/finished.h"
 #include "tools/cli/jobs/processes.h"
@@ -63,8 +63,7 @@ struct Convention {
 constexpr std::array kConventions{Convention{"euroc", replay::PosedBody::imu, "yaw"},
                                   Convention{"openvins", replay::PosedBody::imu, "yaw"},
                                   Convention{"orbslam3", replay::PosedBody::camera, "sim3"},
-                                  Convention{"tum", replay::PosedBody::camera, "sim3"},
-                                  Convention{"kitti", replay::PosedBody::camera, "sim3"}};
+                                  Convention{"tum", replay::PosedBody::camera, "sim3"}};
 
 const Convention& convention_of(const std::string& format) {
   std::vector<std::string_view> names;
@@ -233,7 +232,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("--format", request->format,
-                   "format of the export: euroc, openvins, orbslam3, tum or kitti")
+                   "format of the export: euroc, openvins, orbslam3 or tum")
       ->required();
   command->add_option("--name", request->name,
                       "what the results call the program; without it, that of its file");
@@ -248,7 +247,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.001, 1e9))
       ->capture_default_str();
   command->add_flag("--undistort", request->undistort,
-                    "rectify images to a pinhole camera, as tum and kitti always do");
+                    "rectify images to a pinhole camera, as tum always does");
   add_out(*command, *request);
   command->footer(kEvaluateExamples);
   command->callback([request, &exit_code] { exit_code = evaluate(*request); });

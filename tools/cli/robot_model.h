@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "sim/export/robot_description.h"
+#include "sim/export/export.h"
 #include "sim/view/playback.h"
 
 namespace cli {

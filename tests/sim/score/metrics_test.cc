@@ -1,3 +1,5 @@
+#include "sim/score/metrics.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -5,7 +7,6 @@
 #include <regex>
 #include <set>
 
-#include "sim/score/metrics.h"
 #include "sim/score/run.h"
 #include "tests/sim/score/square_camera.h"
 
@@ -296,10 +297,10 @@ TEST(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
     run.landmarks.push_back({id, {Stamp(0), {160, 120}}, {}});
     run.map.push_back({id, Eigen::Vector3d(5, 0, 1.4 + 0.3 * id), 0.09 * Eigen::Matrix3d::Identity()});
   }
-  run.landmarks[0].begun.t = run.landmarks[1].begun.t = run.truth_camera[21].t;
+  run.landmarks[0].first_seen.t = run.landmarks[1].first_seen.t = run.truth_camera[21].t;
   const Eigen::Isometry3d& X_WC = run.truth_camera[21].X;
   for (auto& landmark : run.landmarks)
-    landmark.begun.pixel = *run.camera.project(X_WC, Eigen::Vector3d(5, 0, 1.4));
+    landmark.first_seen.pixel = *run.camera.project(X_WC, Eigen::Vector3d(5, 0, 1.4));
   const Metrics m = evaluate(run);
   EXPECT_NEAR(value(m, "landmark_rmse_m"), std::sqrt((0.09 + 0.36) / 2), 1e-9);
   EXPECT_NEAR(value(m, "landmark_nees_mean"), (1 + 4) / 2.0, 1e-9);

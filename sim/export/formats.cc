@@ -1,15 +1,53 @@
-#include "sim/export/export_openvins.h"
-
+// The TUM RGB-D layout, OpenVINS, and bags for viewers.
 #include <fmt/format.h>
 
-#include "sim/export/export_euroc.h"
-#include "sim/export/export_text.h"
-#include "sim/export/ros_bag.h"
+#include "sim/export/export_context.h"
+#include "sim/export/imu_merger.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 namespace {
+
+constexpr const char* kTumReadme =
+    R"(Layout of the TUM RGB-D benchmark (Sturm et al. 2012): `rgb/`, `rgb.txt`, `accelerometer.txt`, and true
+camera poses in `groundtruth.txt`; `plan.txt` has the camera poses of the walking plan, `estimate.txt` (if a filter
+ran) those of GaitSLAM's filter. `settings.yaml` is for ORB-SLAM3 (v1.0). In the folder of ORB-SLAM3:
+
+    ./Examples/Monocular/mono_tum Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER
+    evo_ape tum FOLDER/groundtruth.txt KeyFrameTrajectory.txt --align --correct_scale
+)";
+
+// Three lines before the first row, which is the number that readers skip.
+std::string header(const char* what, const ExportContext& out, const char* columns) {
+  return fmt::format("# {}\n# file: {}, seed {}\n# {}\n", what, out.run.name, out.run.seed, columns);
+}
+
+constexpr const char* kMcapReadme =
+    R"(`run.mcap` holds ROS 2 messages (CDR), `metadata.yaml` makes the folder a bag:
+
+    ros2 bag play FOLDER                      # or: ros2 bag info FOLDER
+    evo_ape mcap FOLDER/run.mcap /ground_truth/pose /slam/pose
+
+Foxglove, Lichtblick and Rerun open `run.mcap` itself. In a 3D panel with the frame `world`, switch on `/tf`, the paths, `/slam/map` and the robot of `/robot_description`;
+`/camera/image/compressed` goes into an image panel, `/joint_states` and the wrenches into plots.
+
+| topic | type | content |
+|---|---|---|
+| /camera/image/compressed | sensor_msgs/CompressedImage | PNG, lossless |
+| /camera/camera_info | sensor_msgs/CameraInfo | with each image |
+| /imu | sensor_msgs/Imu | chest IMU |
+| /ground_truth/pose | geometry_msgs/PoseStamped | true camera pose in the world |
+| /plan/pose | geometry_msgs/PoseStamped | planned camera pose |
+| /slam/pose | geometry_msgs/PoseWithCovarianceStamped | estimated camera pose, if there was an estimate |
+| /tf | tf2_msgs/TFMessage | at each frame, in `world`: true `camera`, `waist`, `left_foot` and `right_foot`, `plan_camera`, `slam_camera`; the robot's links in `waist` |
+| /tf_static | tf2_msgs/TFMessage | `imu` in `camera`, as calibrated |
+| /ground_truth/path, /plan/path, /slam/path | nav_msgs/Path | camera path so far, once a second and at the end |
+| /slam/map | sensor_msgs/PointCloud2 | landmarks, once a second: x, y, z and id |
+| /robot_description | std_msgs/String | the robot as URDF, at the start; where the program that exported has the simulator |
+| /joint_states | sensor_msgs/JointState | joint encoders, the last reading until each frame |
+| /left_foot/wrench, /right_foot/wrench | geometry_msgs/WrenchStamped | force and torque of the ground on each sole, likewise |
+)";
 
 constexpr const char* kOpenvinsReadme =
     R"(For OpenVINS (2.7 with ROS 2): a bag with raw images, and `estimator_config.yaml` with the two calibration
@@ -140,6 +178,39 @@ relative_config_imucam: "kalibr_imucam_chain.yaml"
 )";
 
 }  // namespace
+
+void export_tum(const ExportContext& out) {
+  const char* poses = "timestamp tx ty tz qx qy qz qw";
+  std::string images = header("color images", out, "timestamp filename"),
+              accelerations = header("accelerometer data, chest IMU", out, "timestamp ax ay az"),
+              plan = header("planned camera poses", out, poses);
+  ImuMerger imu_merger(out.setup.imu_rate_hz);
+  for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
+    for (const ImuReading& reading : imu_merger.merge(*o))
+      if (const auto& a = reading.accelerometer)
+        accelerations += fmt::format("{} {} {} {}\n", written_seconds(reading.t), a->x(), a->y(), a->z());
+    if (o->plan) plan += files::tum_row(recording::kEpoch + o->t, o->plan->X_PC);
+    if (o->image.empty()) continue;
+    const std::string name = fmt::format("rgb/{}.png", written_seconds(o->t));
+    out.write_png(name, o->image);
+    images += fmt::format("{} {}\n", written_seconds(o->t), name);
+  }
+  out.write("rgb.txt", images);
+  out.write("accelerometer.txt", accelerations);
+  out.write("plan.txt", plan);
+  out.write_truth("groundtruth.txt",
+                  header("ground truth trajectory", out, poses) + tum_text(out.truth().camera));
+  if (const auto rows = out.estimate(); !rows.empty())
+    out.write("estimate.txt",
+              header("estimated trajectory", out, poses) + tum_text({rows.begin(), rows.end()}));
+  out.write("settings.yaml", orbslam3_settings(out, false));
+  out.write_readme(kTumReadme);
+}
+
+void export_mcap(const ExportContext& out) {
+  write_ros_bag(out, {"", "/camera/image/compressed", "/camera/camera_info", "/imu", true, true});
+  out.write_readme(kMcapReadme);
+}
 
 void export_openvins(const ExportContext& out) {
   write_mav0(out);

@@ -1,13 +1,17 @@
-#include "sim/score/trajectory_score.h"
+#include "sim/trajectory_score/errors.h"
 
 #include <cmath>
 #include <numbers>
 
-namespace sim::score {
+#include "sim/score/statistics.h"
+
+namespace sim::trajectory_score {
 namespace {
 
+using score::PosePair, score::Span;
+
 double of_difference(const Eigen::Isometry3d& E, Relation relation) {
-  const auto angle = [&] { return rotation_vector(E.linear()).norm(); };
+  const auto angle = [&] { return score::rotation_vector(E.linear()).norm(); };
   switch (relation) {
     case Relation::trans_part:
     case Relation::point_distance:
@@ -58,14 +62,25 @@ std::vector<double> motion_errors(const std::vector<PosePair>& pairs, const std:
     const PosePair &a = pairs[span.from], &b = pairs[span.to];
     errors.push_back(relation == Relation::point_distance
                          ? std::abs(distance(a.X_true, b.X_true) - distance(a.X_estimate, b.X_estimate))
-                         : of_difference(relative_difference(pairs, span), relation));
+                         : of_difference(score::relative_difference(pairs, span), relation));
   }
   return errors;
 }
 
-OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment alignment, std::size_t count) {
-  if (count == 0 || count >= pairs.size()) return align(pairs, alignment);
-  return align({pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(count)}, alignment);
+ErrorStatistics describe(const std::vector<double>& errors) {
+  const double m = score::mean(errors), rmse = score::root_mean_square(errors);
+  std::vector<double> deviations;
+  for (const double error : errors) deviations.push_back(error - m);
+  return {errors.size(),
+          rmse,
+          m,
+          score::median(errors),
+          score::root_mean_square(deviations),
+          score::quantile(errors, 0),
+          score::quantile(errors, 1),
+          score::quantile(errors, 0.95),
+          score::quantile(errors, 0.99),
+          rmse * rmse * static_cast<double>(errors.size())};
 }
 
-}  // namespace sim::score
+}  // namespace sim::trajectory_score

@@ -56,7 +56,7 @@ TEST(Navigation, ErrorsAreThoseOfTheTrueWaistFromTheCommandedPath) {
 TEST(Navigation, HeightDoesNotCount) {
   auto run = straight();
   const double before = value_of(run, "navigation_rmse_m");
-  for (StampedPose& pose : run.truth_waist) pose.X.translation().z() -= 0.01;
+  for (TimedPose& pose : run.truth_waist) pose.X.translation().z() -= 0.01;
   EXPECT_EQ(value_of(run, "navigation_rmse_m"), before);
 }
 
