@@ -6,16 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <tuple>
 
-#include "sim/files/number.h"
-#include "sim/pages/units.h"
-#include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
 #include "sim/score/run.h"
-#include "sim/score/statistics.h"
 
 namespace sim::pages {
 namespace {
@@ -52,7 +46,7 @@ void add_errors(std::vector<Figure>& figures, const Errors& e) {
 }
 
 Figure nees(const Errors& e) {
-  Figure f{"nees", "Normalised error squared (3 expected; 95 % of a run's frames between the lines)", kTime,
+  Figure f{"nees", "Normalized error squared (3 expected; 95 % of a run's frames between the lines)", kTime,
            "NEES"};
   f.logarithmic = true;
   f.lines.push_back(line("position", Role::first, e.t, e.nees_position));
@@ -62,7 +56,7 @@ Figure nees(const Errors& e) {
   return f;
 }
 
-// The moving mean over a second takes the flicker out of single frames.
+// Moving mean over a second.
 Column smoothed(const Column& values, int half) {
   Column out;
   for (int i = 0; i < static_cast<int>(values.size()); ++i) {
@@ -88,7 +82,7 @@ Column ratio(const Table& frames, const std::string& sensor) {
 
 Figure nis(const Table& frames) {
   Figure f{"nis",
-           "Normalised innovation squared by degrees of freedom, mean over 1 s (1 expected; 95 % between the "
+           "Normalized innovation squared by degrees of freedom, mean over 1 s (1 expected; 95 % between the "
            "lines for "
            "three rows)",
            kTime, "NIS / dof"};
@@ -136,8 +130,7 @@ Figure cpu_by_map(const Table& times, const Table& frames) {
   return f;
 }
 
-// Dots at the begin of each row of feet.csv of a phase: how far (or how much about the vertical) the foot
-// moved.
+// A dot at the start of each row of feet.csv in a phase: how far the foot moved or how much it turned.
 Line feet_moved(const Table& feet, const std::string& phase, const std::string& name, Role role,
                 bool turning) {
   const Column t = feet.seconds("begin"), x = feet.numbers("moved_x"), y = feet.numbers("moved_y"),
@@ -153,23 +146,23 @@ Line feet_moved(const Table& feet, const std::string& phase, const std::string& 
 }
 
 void add_slip(std::vector<Figure>& figures, const Table& feet) {
-  Figure slip{"slip", "Slip, step by step: how far a sole moved on the ground", kTime, "mm"};
-  Figure turn{"slip_turn", "Slip, step by step: how much a sole turned on the ground", kTime, "deg"};
+  Figure slip{"slip", "Slip of each step: distance that a sole moved on the ground", kTime, "mm"};
+  Figure turn{"slip_turn", "Slip of each step: angle that a sole turned on the ground", kTime, "deg"};
   for (Figure* f : {&slip, &turn})
     for (const auto& [phase, name, role] : {std::tuple{"landing", "landing", Role::first},
                                             std::tuple{"support", "carrying the robot", Role::estimate},
                                             std::tuple{"lift_off", "lifting off", Role::second}})
       f->lines.push_back(feet_moved(feet, phase, name, role, f == &turn));
-  Figure landing{"landing", "How far beside its planned place a foot was put down", kTime, "mm"};
+  Figure landing{"landing", "Distance of each landing from its planned place", kTime, "mm"};
   landing.lines = {feet_moved(feet, "put_down", "foot", Role::plan, false)};
   figures.insert(figures.end(), {slip, turn, landing});
 }
 
-// Ten seconds around the closing of the loop.
+// Ten seconds around the loop closure.
 std::optional<Figure> closure(const RunData& run) {
   const auto time = run.metric("loop_time_s");
   if (!time || !run.errors) return std::nullopt;
-  Figure f{"closure", "Position error around the closing of the loop", kTime, "mm"};
+  Figure f{"closure", "Position error around the loop closure", kTime, "mm"};
   Line distance = line("error", Role::estimate, {}, {}), sigma = line("3 sigma", Role::first, {}, {});
   const Errors& e = *run.errors;
   for (std::size_t i = 0; i < e.t.size(); ++i) {
@@ -180,70 +173,6 @@ std::optional<Figure> closure(const RunData& run) {
   }
   f.lines = {sigma, distance};
   f.moments = {{"loop closed", *time}};
-  return f;
-}
-
-Figure error_over_seeds(const std::map<double, Column>& at) {
-  Figure f{"error_over_seeds", "Position error over seeds: minimum, median and maximum", kTime, "mm"};
-  Line median = line("median", Role::estimate, {}, {});
-  Envelope spread{"minimum to maximum", Role::estimate, {}, {}, {}};
-  for (const auto& [t, values] : at) {
-    median.x.push_back(t), spread.x.push_back(t);
-    median.y.push_back(score::quantile(values, 0.5));
-    spread.low.push_back(score::quantile(values, 0));
-    spread.high.push_back(score::quantile(values, 1));
-  }
-  f.lines = {median};
-  f.envelopes = {spread};
-  return f;
-}
-
-// By time, one NEES of each run.
-using Moments = std::map<double, Column>;
-
-Moments moments(const std::vector<RunData>& runs, Column Errors::*nees) {
-  Moments all;
-  for (const RunData& run : runs)
-    for (std::size_t i = 0; run.errors && i < run.errors->t.size(); ++i)
-      if (const double value = ((*run.errors).*nees)[i]; std::isfinite(value))
-        all[run.errors->t[i]].push_back(value);
-  return all;
-}
-
-Line mean_line(const std::string& name, Role role, const Moments& moments) {
-  Line means{name, role};
-  for (const auto& [t, values] : moments) {
-    means.x.push_back(t);
-    means.y.push_back(score::mean(values));
-  }
-  return means;
-}
-
-std::string share_text(const Moments& moments) {
-  std::vector<Column> settled;
-  for (auto at = moments.lower_bound(score::kSettled_s); at != moments.end(); ++at)
-    settled.push_back(at->second);
-  const auto share = score::share_in_band(settled, 3);
-  return share ? fmt::format("{:.0f} % (below it {:.0f} %)", 100 * share->inside, 100 * share->below)
-               : "none";
-}
-
-Figure nees_over_seeds(const std::vector<RunData>& runs) {
-  const Moments position = moments(runs, &Errors::nees_position),
-                orientation = moments(runs, &Errors::nees_orientation);
-  std::size_t most = 0;
-  for (const auto& [t, values] : position) most = std::max(most, values.size());
-  Figure f{"nees_over_seeds",
-           fmt::format("Normalised error squared, mean of {} (3 expected)", files::counted(most, "run")),
-           kTime, "mean NEES"};
-  f.logarithmic = true;
-  f.lines = {mean_line("position", Role::first, position),
-             mean_line("orientation", Role::second, orientation)};
-  if (most < 2) return f;  // one run has no band
-  f.title += fmt::format(". Frames after {:.0f} s that are within the 95 % band: position {}, orientation {}",
-                         score::kSettled_s, share_text(position), share_text(orientation));
-  const score::Band band = score::mean_band(3, static_cast<int>(most));
-  f.levels = {{"2.5 %", band.low}, {"97.5 %", band.high}};
   return f;
 }
 
@@ -265,7 +194,7 @@ double round_factor(double rough) {
   return (rough >= 5 * power ? 5 : rough >= 2 * power ? 2 : 1) * power;
 }
 
-// So that the longest arrow is a quarter of the walk's extent at most.
+// Keeps the longest arrow below a quarter of the extent of the walk.
 double arrow_factor(const Table& steps) {
   constexpr double kOfExtent = 0.25;
   const Column x = steps.numbers("expected_x"), y = steps.numbers("expected_y"),
@@ -278,8 +207,7 @@ double arrow_factor(const Table& steps) {
   return round_factor(kOfExtent * std::max(*right - *left, *high - *low) / longest);
 }
 
-// From where each foot would have landed, by the estimate, to where it was sent; both barbs of the head are a
-// quarter as long. Drawn larger, since corrections are some mm, by a factor that the legend names.
+// Arrows from the expected landing of each foot to the corrected one, enlarged by the factor in the legend.
 Line correction_arrows(const Table& steps) {
   const double larger = arrow_factor(steps);
   Line arrows{larger > 1 ? fmt::format("corrections, {:.0f} times as large", larger) : "corrections",
@@ -341,44 +269,17 @@ std::vector<Figure> run_figures(const RunData& run) {
     add_errors(figures, *run.errors);
     if (any_finite(run.errors->nees_position)) figures.push_back(nees(*run.errors));
   }
-  if (run.frames && run.errors) {
-    figures.push_back(nis(*run.frames));
-    figures.push_back(matches(*run.frames));
+  if (run.filter_frames && run.errors) {
+    figures.push_back(nis(*run.filter_frames));
+    figures.push_back(matches(*run.filter_frames));
   }
   if (const auto around = closure(run)) figures.push_back(*around);
   if (run.corrected_steps && run.corrected_steps->rows() > 0) add_corrections(figures, *run.corrected_steps);
   if (run.feet && run.feet->rows() > 0) add_slip(figures, *run.feet);
   if (run.frame_times && run.errors) figures.push_back(cpu(*run.frame_times));
-  if (run.frame_times && run.frames && run.errors)
-    figures.push_back(cpu_by_map(*run.frame_times, *run.frames));
+  if (run.frame_times && run.filter_frames && run.errors)
+    figures.push_back(cpu_by_map(*run.frame_times, *run.filter_frames));
   return figures;
-}
-
-std::vector<Figure> of_runs(std::vector<Figure> figures, const std::vector<RunData>& runs) {
-  for (Figure& figure : figures)
-    for (const RunData& run : runs) figure.runs.push_back(run.folder.string());
-  return figures;
-}
-
-std::vector<Figure> batch_figures(const std::vector<RunData>& runs) {
-  std::map<double, Column> at;
-  Figure walks{"walks", "Where the walks led: truth of every run", "x [m]", "y [m]"};
-  walks.equal_axes = true;
-  for (const RunData& run : runs) {
-    const bool first = walks.lines.empty();  // one name for all
-    walks.lines.push_back(line(first ? "truth" : "", Role::truth, run.waist_truth.x, run.waist_truth.y));
-    if (!run.errors) continue;
-    for (std::size_t i = 0; i < run.errors->t.size(); ++i)
-      at[run.errors->t[i]].push_back(kMm * run.errors->distance[i]);
-  }
-  if (runs.size() < 2) return {};
-  walks.lines.push_back(line("plan", Role::plan, runs[0].waist_plan.x, runs[0].waist_plan.y));
-  std::vector<Figure> figures{walks};
-  const auto scored = std::count_if(runs.begin(), runs.end(), [](const RunData& r) { return !!r.errors; });
-  if (scored < 2) return of_runs(figures, runs);
-  figures.push_back(error_over_seeds(at));
-  if (const Figure nees = nees_over_seeds(runs); !nees.lines[0].x.empty()) figures.push_back(nees);
-  return of_runs(figures, runs);
 }
 
 }  // namespace sim::pages

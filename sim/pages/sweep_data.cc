@@ -1,5 +1,3 @@
-#include "sim/pages/sweep_data.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "sim/files/json.h"
 #include "sim/files/number.h"
 #include "sim/files/text.h"
+#include "sim/pages/sweep.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/evaluate.h"
 

@@ -1,5 +1,3 @@
-#include "sim/pages/sweep_figures.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "sim/pages/html.h"
+#include "sim/pages/sweep.h"
 #include "sim/score/evaluate.h"
 #include "sim/score/statistics.h"
 

@@ -10,8 +10,8 @@
 #include "sim/export/imu_merger.h"
 #include "sim/recording/recording.h"
 #include "sim/view/client_message.h"
-#include "sim/view/frame.h"
 #include "sim/view/server.h"
+#include "sim/view/strips.h"
 
 namespace sim::view {
 

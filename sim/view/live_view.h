@@ -4,14 +4,15 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "sim/recording/recording.h"
 #include "sim/view/foxglove.h"
-#include "sim/view/frame.h"
 #include "sim/view/pace.h"
 #include "sim/view/server.h"
 #include "sim/view/site.h"
+#include "sim/view/strips.h"
 
 namespace sim::view {
 
@@ -38,7 +39,7 @@ class LiveView {
   bool wants(const slam::Observation& observation);
   /// Whether that frame is to have the map: ten times a second. It costs more than the rest of a frame.
   bool wants_map();
-  void show(const Frame& frame);
+  void show(Frame frame);
   /// Returns when the run may go on.
   void pace(slam::Stamp t);
   /// Tells how the run ended, waits at most 15 s for pages that still fetch room and robot, and then at most
@@ -50,13 +51,17 @@ class LiveView {
   void received(Client& client, std::string_view text);
   bool command(const ClientMessage& message);
   Message pace_message() const;
+  void send_strips(bool is_frame);
+  Message strips_message(bool is_frame);
 
   bool control_;
   Pace pace_;
   Site site_;
   std::shared_ptr<Foxglove> foxglove_;    // set before the first observation, in the server's thread
   std::vector<exports::ImuReading> imu_;  // not sent yet
-  std::chrono::steady_clock::time_point shown_{}, map_shown_{};
+  std::chrono::steady_clock::time_point shown_{}, map_shown_{}, strips_shown_{};
+  std::mutex strips_mutex_;
+  Strips strips_;
   slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's
   Message last_;                                        // of the server's thread
   Server server_;                                       // last: its thread uses the members above

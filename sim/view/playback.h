@@ -1,4 +1,4 @@
-// The view of finished results.
+// The view of finished results, and what a recording knows of each frame.
 #pragma once
 
 #include <filesystem>
@@ -7,13 +7,28 @@
 #include <string>
 #include <vector>
 
-#include "sim/view/frame.h"
-#include "sim/view/recorded_frames.h"
+#include "sim/pages/frame.h"
 #include "sim/view/server.h"
 #include "sim/view/shown_run.h"
 #include "sim/view/site.h"
+#include "sim/view/strips.h"
 
 namespace sim::view {
+
+/// The robot of a scenario, posed by hand. poses: of its model's bodies, by the angles of the encoders and
+/// the waist's pose in W.
+struct RobotModel {
+  Model model;
+  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
+};
+
+/// Adds feet, zero-moment point and, where there is a robot, its bodies. frames: in order of time.
+void add_recorded(std::vector<Frame>& frames, const std::filesystem::path& recording,
+                  const RobotModel* robot);
+
+/// What a recording alone knows of its frames: truth, and what add_recorded() adds, for the view of a replay.
+/// Images are left out.
+std::vector<Frame> read_recorded_frames(const std::filesystem::path& recording, const RobotModel* robot);
 
 /// Loads the robot of a scenario; empty in a program without the simulator. Throws std::runtime_error where
 /// the scenario's models do not load.

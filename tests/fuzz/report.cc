@@ -1,12 +1,9 @@
 // A result folder, or the folder of a tuning, of which one file is the input; the input's first byte says
 // which.
 #include <array>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "sim/files/json.h"
-#include "sim/pages/page_data.h"
-#include "sim/pages/tune_page.h"
+#include "sim/pages/pages.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -86,8 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (is_of_tuning(changed)) {
     fuzz::read_or_refuse([] { sim::pages::tune_page(fuzz::folder()); });
   } else {
-    fuzz::read_or_refuse(
-        [] { sim::files::json_text(sim::pages::page_data({sim::pages::read_run(fuzz::folder())})); });
+    fuzz::read_or_refuse([] { sim::pages::runs_page({sim::pages::read_run(fuzz::folder())}); });
   }
   restore(changed);
   return 0;

@@ -9,11 +9,8 @@
 
 #include "sim/files/durable_file.h"
 #include "sim/files/number.h"
-#include "sim/pages/comparison_figures.h"
-#include "sim/pages/page.h"
+#include "sim/pages/pages.h"
 #include "sim/pages/run_figures.h"
-#include "sim/pages/sweep_page.h"
-#include "sim/pages/tune_page.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
@@ -47,11 +44,7 @@ struct ReportRequest {
 
 bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
 
-bool is_tuning(const fs::path& folder) {
-  return fs::exists(folder / "tune.json") && fs::exists(folder / "history.csv");
-}
-
-bool has_own_page(const fs::path& folder) { return pages::is_sweep(folder) || is_tuning(folder); }
+bool has_own_page(const fs::path& folder) { return pages::is_sweep(folder) || pages::is_tuning(folder); }
 
 /// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
@@ -156,8 +149,8 @@ std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine
 std::string page_of(const ReportRequest& request, ProgressLine& progress) {
   const fs::path first = request.results.front();
   if (request.results.size() == 1 && pages::is_sweep(first)) return pages::sweep_page(first);
-  if (request.results.size() == 1 && is_tuning(first)) return pages::tune_page(first);
-  return pages::page(read_runs(request, progress));
+  if (request.results.size() == 1 && pages::is_tuning(first)) return pages::tune_page(first);
+  return pages::runs_page(read_runs(request, progress));
 }
 
 int make_report(const ReportRequest& request) {

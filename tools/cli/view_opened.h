@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sim/view/access.h"
-#include "sim/view/frame.h"
+#include "sim/view/strips.h"
 #include "tools/cli/view_session.h"
 
 namespace cli {

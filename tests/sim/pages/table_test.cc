@@ -1,11 +1,10 @@
-#include "sim/pages/table.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <fstream>
 
 #include "sim/files/file_error.h"
+#include "sim/pages/run_data.h"
 
 namespace {
 

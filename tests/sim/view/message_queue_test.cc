@@ -1,4 +1,4 @@
-#include "sim/view/message_queue.h"
+#include "sim/view/server.h"
 
 namespace sim::view {
 namespace {

@@ -351,7 +351,7 @@ TEST(ReadOnly, CommandsAreRefusedWithoutControl) {
   Viewed viewed(false);
   for (const char* const message :
        {R"({"op":"pause"})", R"({"op":"step"})", R"({"op":"speed","factor":0.25})", R"({"op":"resume"})"})
-    EXPECT_THAT(viewed.answer(message), AllOf(HasSubstr("\"refused\""), HasSubstr("read-only"))) << message;
+    EXPECT_THAT(viewed.answer(message), AllOf(HasSubstr("\"rejected\""), HasSubstr("read-only"))) << message;
   EXPECT_TRUE(viewed.goes_on());
 }
 
@@ -367,7 +367,7 @@ TEST(ReadOnly, MalformedMessagesAreAnsweredAndSurvived) {
   Viewed viewed(true);
   for (const char* const message : {"", "{", "[]", "null", "{\"op\":7}", "{\"op\":\"speed\"}",
                                     "{\"op\":\"speed\",\"factor\":-1}", "{\"op\":\"launch\"}"})
-    EXPECT_THAT(viewed.answer(message), HasSubstr("\"refused\"")) << message;
+    EXPECT_THAT(viewed.answer(message), HasSubstr("\"rejected\"")) << message;
   EXPECT_THAT(viewed.answer(R"({"op":"speed","factor":1})"), HasSubstr("\"speed\":1.0"));
 }
 

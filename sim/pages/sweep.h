@@ -1,4 +1,4 @@
-// The trials of a sweep as its page shows them, read from scores.jsonl.
+// The trials of a sweep, read from scores.jsonl, and the figures of its page.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,8 @@
 #include <map>
 #include <string>
 #include <vector>
+
+#include "sim/pages/figure.h"
 
 namespace sim::pages {
 
@@ -47,5 +49,12 @@ KeyAxis axis_of_key(const std::vector<std::string>& values);
 
 std::string with_unit(const std::string& key);      ///< "slam.vision.sigma_px [px]"
 std::string metric_label(const std::string& name);  ///< "rmse_m [m]"
+
+/// Of each metric, heat maps of pairs of keys and lines over one key. Of many keys only the first have
+/// figures, and of many trials only some are drawn as dots, so that the page of a large sweep can still be
+/// opened.
+std::vector<Figure> sweep_figures(const ScenarioSweep& sweep);
+/// HTML that names the keys with figures if not all have them.
+std::string about_left_out(const ScenarioSweep& sweep);
 
 }  // namespace sim::pages

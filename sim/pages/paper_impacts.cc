@@ -1,5 +1,3 @@
-#include "sim/pages/paper_height.h"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 #include <cmath>
 
 #include "sim/files/number.h"
-#include "sim/pages/units.h"
+#include "sim/pages/paper.h"
 #include "sim/score/significance.h"
 #include "sim/score/statistics.h"
 
@@ -108,6 +106,18 @@ struct Verdicts {
   }
 };
 
+// Times at which feet touched the ground (s, rising).
+Column impacts(const RunData& run) {
+  Column all;
+  if (!run.feet) return all;
+  const Column begin = run.feet->seconds("begin");
+  const auto& phase = run.feet->text("phase");
+  for (std::size_t i = 0; i < begin.size(); ++i)
+    if (phase[i] == "put_down") all.push_back(begin[i]);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 }  // namespace
 
 std::optional<ImpactLink> impact_link(const Column& t, const Column& z, const Column& impacts) {
@@ -122,17 +132,6 @@ std::optional<ImpactLink> impact_link(const Column& t, const Column& z, const Co
   }
   return ImpactLink{correlation(change, shortly_after(t, impacts)), score::wilcoxon_signed_rank(differences),
                     score::mean(after) / std::max(1e-12, score::mean(rest))};
-}
-
-Column impacts(const RunData& run) {
-  Column all;
-  if (!run.feet) return all;
-  const Column begin = run.feet->seconds("begin");
-  const auto& phase = run.feet->text("phase");
-  for (std::size_t i = 0; i < begin.size(); ++i)
-    if (phase[i] == "put_down") all.push_back(begin[i]);
-  std::sort(all.begin(), all.end());
-  return all;
 }
 
 PaperRow impact_row(const std::vector<RunData>& runs, const std::string& filter) {

@@ -1,11 +1,9 @@
-#include "sim/view/frame.h"
+#include "sim/pages/frame.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/view/model.h"
-
-namespace sim::view {
+namespace sim::pages {
 namespace {
 
 using nlohmann::json;
@@ -21,16 +19,18 @@ TEST(FrameJson, AFrameThatKnowsNothingHasItsTimeAlone) {
   EXPECT_EQ(read, json({{"t", 1.234}}));
 }
 
-TEST(FrameJson, ErrorsAreEstimateMinusTruth) {
+TEST(FrameError, IsEstimateMinusTruth) {
   Frame frame;
+  EXPECT_FALSE(error_of(frame).has_value());
   frame.truth = frame.estimate = Eigen::Isometry3d::Identity();
   frame.estimate->translation() = Eigen::Vector3d(0.01, -0.02, 0.03);
   frame.estimate->rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  EXPECT_TRUE(std::isnan(error_of(frame)->nees)) << "without a covariance";
   frame.covariance = files::Matrix6d::Identity() * 1e-4;
-  const json read = json::parse(to_json(frame));
-  EXPECT_EQ(read["error"], json({0.01, -0.02, 0.03, 0.1}));
-  EXPECT_EQ(read["sigma"], json({0.01, 0.01, 0.01, 0.01}));
-  EXPECT_NEAR(read["nees"], 14, 1e-9);  // (1 + 4 + 9) sigmas squared
+  const auto error = error_of(frame);
+  EXPECT_TRUE(error->error.isApprox(Eigen::Vector4d(0.01, -0.02, 0.03, 0.1), 1e-12));
+  EXPECT_TRUE(error->sigma.isApprox(Eigen::Vector4d::Constant(0.01), 1e-9));
+  EXPECT_NEAR(error->nees, 14, 1e-9) << "(1 + 4 + 9) sigmas squared";
 }
 
 TEST(FrameJson, EllipsesAreOfThreeSigmasAlongTheirLongerAxis) {
@@ -42,16 +42,16 @@ TEST(FrameJson, EllipsesAreOfThreeSigmasAlongTheirLongerAxis) {
   EXPECT_NEAR(std::abs(ellipse[5].get<double>()), 1.571, 1e-9);  // along v
 }
 
-TEST(FrameJson, SearchesAreFoundMissedOrRefused) {
+TEST(FrameJson, SearchesAreFoundMissedOrRejected) {
   Frame frame;
-  slam::Search found = search(1, 1), refused = found, missed = found;
+  slam::Search found = search(1, 1), rejected = found, missed = found;
   found.used = true;
-  found.match = refused.match = Eigen::Vector2d(101, 51);
-  frame.report.emplace().searched = {found, missed, refused};
+  found.match = rejected.match = Eigen::Vector2d(101, 51);
+  frame.report.emplace().searched = {found, missed, rejected};
   const json searches = json::parse(to_json(frame))["searches"];
   EXPECT_EQ(searches[0][6], "found");
   EXPECT_EQ(searches[1][6], "missed");
-  EXPECT_EQ(searches[2][6], "refused");
+  EXPECT_EQ(searches[2][6], "rejected");
   EXPECT_EQ(searches[0].size(), 9u);
   EXPECT_EQ(searches[1].size(), 7u);
 }
@@ -62,8 +62,8 @@ TEST(FrameJson, WhatIsNotFiniteIsNullAndTextIsData) {
   frame.report.emplace().refused = "</script><b>\"&\xff";
   const json read = json::parse(to_json(frame));
   EXPECT_EQ(read["zmp"], json({nullptr, nullptr}));
-  EXPECT_EQ(read["state"].get<std::string>().substr(0, 57),
-            "tracking, no landmark searched for; refused: </script><b>");
+  EXPECT_EQ(read["state"].get<std::string>().substr(0, 58),
+            "tracking, no landmark searched for; rejected: </script><b>");
 }
 
 TEST(FrameJson, TheStateIsASentence) {
@@ -86,37 +86,5 @@ TEST(FrameMessage, JsonAndImageAreInOneMessage) {
   EXPECT_EQ(message.substr(4 + length), std::string("\1\2\3\7\x8\x9\xd\xe\xf\x13\x14\x15", 12));
 }
 
-// A force of 100 N at (0.02, 0.01) of a sole that is turned by a right angle and stands at (1, 2).
-TEST(ZeroMomentPoint, IsWhereTheForceActs) {
-  const SoleForce sole{{1, 2, M_PI / 2}, {0, 0, 100}, {1, -2, 0}}, other{{5, 5, 0}, {0, 0, 0}, {0, 0, 0}};
-  const auto p = zero_moment_point({sole, other});
-  ASSERT_TRUE(p.has_value());
-  EXPECT_NEAR(p->x(), 1 - 0.01, 1e-12);
-  EXPECT_NEAR(p->y(), 2 + 0.02, 1e-12);
-}
-
-TEST(ZeroMomentPoint, OfTwoSolesIsBetweenThemByTheirLoads) {
-  const auto p = zero_moment_point(
-      {SoleForce{{0, 0, 0}, {0, 0, 100}, {0, 0, 0}}, SoleForce{{0, 1, 0}, {0, 0, 300}, {0, 0, 0}}});
-  EXPECT_NEAR(p->y(), 0.75, 1e-12);
-  EXPECT_FALSE(zero_moment_point(
-                   {SoleForce{{0, 0, 0}, {0, 0, 10}, {0, 0, 0}}, SoleForce{{0, 0, 0}, {0, 0, 5}, {0, 0, 0}}})
-                   .has_value());
-}
-
-TEST(ModelBytes, NumbersAreAlignedBehindTheirList) {
-  Model model;
-  model.pieces.push_back({-1, 0, {0, 1, 2}, {0, 0, 1}, {1, 0, 0}, {0.5f, 0.25f}, {0, 0, 0}});
-  const std::string bytes = model_bytes(model);
-  const auto length = static_cast<std::size_t>(static_cast<unsigned char>(bytes[0]));
-  EXPECT_EQ(length % 4, 0u);
-  EXPECT_EQ(json::parse(bytes.substr(4, length)),
-            json::parse(R"([{"body":-1,"picture":0,"vertices":1,"indices":3}])"));
-  EXPECT_EQ(bytes.size(), 4 + length + 4 * (3 + 3 + 3 + 2 + 3));
-  float u = 0;
-  std::memcpy(&u, bytes.data() + 4 + length + 4 * 9, 4);
-  EXPECT_EQ(u, 0.5f);
-}
-
 }  // namespace
-}  // namespace sim::view
+}  // namespace sim::pages
