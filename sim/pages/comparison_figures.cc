@@ -9,7 +9,6 @@
 
 #include "sim/files/number.h"
 #include "sim/pages/run_figures.h"
-#include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
 #include "sim/score/run.h"
 #include "sim/score/statistics.h"
@@ -143,7 +142,7 @@ Figure error_over_seeds(const Runs& runs) {
 std::string share_text(const OverTime& nees) {
   std::vector<Column> settled;
   for (auto at = nees.lower_bound(score::kSettled_s); at != nees.end(); ++at) settled.push_back(at->second);
-  const auto share = score::share_in_band(settled, 3);
+  const auto share = score::band_fractions(settled, 3);
   return share ? fmt::format("{:.0f} % (below it {:.0f} %)", 100 * share->inside, 100 * share->below)
                : "none";
 }

@@ -14,7 +14,7 @@
 #include "sim/recording/image_size.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::pages {
 namespace {

@@ -11,7 +11,7 @@
 #include "sim/files/text.h"
 #include "sim/pages/sweep.h"
 #include "sim/scenario/keys.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::pages {
 namespace {

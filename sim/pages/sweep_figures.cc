@@ -8,7 +8,7 @@
 
 #include "sim/pages/html.h"
 #include "sim/pages/sweep.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {

@@ -10,7 +10,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/json.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::regression {
 namespace {

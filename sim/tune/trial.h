@@ -8,7 +8,8 @@
 
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
+#include "sim/score/run.h"
 #include "sim/tune/terms.h"
 
 namespace sim::tune {
