@@ -30,8 +30,8 @@ double legend_width(const Line& line) {
   return line.name.empty() ? 0 : kLegendCharacter * static_cast<double>(line.name.size()) + kLegendMark;
 }
 
-/// What is above the axes: the title, in as many lines as it needs, and the legend beside or below its last
-/// line. A page has both outside of the drawing.
+/// Title and legend above the axes: the title in as many lines as it needs, the legend beside or below its
+/// last line. A page has both outside of the drawing.
 struct Header {
   explicit Header(bool of_page) : in_page(of_page) {}
   Header(const Figure& figure, double width) {
@@ -139,7 +139,7 @@ std::string path(const Axes& axes, const std::vector<double>& x, const std::vect
   return d;
 }
 
-// Each is a stroke without length, whose round ends are the dot.
+// Strokes without length: their round ends are the dots.
 std::string dots(const Axes& axes, const std::vector<double>& x, const std::vector<double>& y) {
   std::string d;
   for (std::size_t i = 0; i < x.size(); ++i)
@@ -229,7 +229,7 @@ std::string cell_color(double part) {
   return fmt::format("rgb({},{},{})", mix(253, 84), mix(231, 2), mix(150, 75));
 }
 
-// Where a loss lies between the least and the greatest one, by its logarithm if all are positive.
+// Position of a loss between the least and the greatest one, 0 to 1; logarithmic if all are positive.
 double part_of_range(const Figure& figure, double loss) {
   double low = INFINITY, high = -INFINITY;
   for (const Cell& cell : figure.cells)

@@ -22,7 +22,7 @@ struct FootPlace {
   Eigen::Vector3d truth = Eigen::Vector3d::Zero(), plan = Eigen::Vector3d::Zero();
   bool planned_down = true;
   double load_n = 0;                        ///< vertical force
-  std::optional<Eigen::Vector3d> landed{};  ///< where it was set down; absent in the air
+  std::optional<Eigen::Vector3d> landed{};  ///< place of its last landing; absent in the air
 };
 
 /// Unknown parts are absent or empty.

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is known of the results of a row before their medians are taken.
+/// The results of a row before their medians are taken.
 struct Collected {
   std::size_t runs = 0, completed = 0;
   std::map<std::string, std::vector<double>> values;
@@ -95,7 +95,7 @@ std::vector<std::string> cells(const LeaderboardRow& row, const std::vector<std:
 }  // namespace
 
 std::vector<std::string> leaderboard_metrics() {
-  return {"ate_se3_rmse_m",       "ate_sim3_rmse_m", "rmse_m",
+  return {"ate_se3_rmse_m",       "ate_sim3_rmse_m",  "rmse_m",
           "end_position_error_m", "tracked_fraction", "nees_position_mean"};
 }
 

@@ -16,7 +16,7 @@ namespace sim::pages {
 /// The file of the scenario is <name>.yaml.
 struct PaperExperiment {
   std::string name;
-  std::string recordings;  ///< experiment whose recordings are replayed; empty: it simulates its walks
+  std::string recordings;  ///< experiment that it replays; empty: it simulates its walks
   double cost_s;           ///< approximate CPU time of a seed, for the estimate of the time left
 };
 
@@ -49,17 +49,14 @@ std::vector<Figure> paper_figures(const PaperRuns& runs);
 /// Without lines if there is none.
 Figure depths_figure(const std::filesystem::path& depths_csv);
 
-/// Whether the estimated height changes more after foot impacts, which the paper leaves open. correlation:
-/// over frames, of |change of the height| with an impact in the 0.1 s before. p: signed rank test over steps
-/// that the height changes as much in these 0.1 s as in the rest of the step. ratio: of both changes.
+/// Compares the change of the estimated height in the 0.1 s after foot impacts with the rest of each step; the
+/// paper leaves open whether they differ. p: signed rank test over steps. ratio: of both changes.
 struct ImpactLink {
-  double correlation = 0, p = 1, ratio = 1;
+  double p = 1, ratio = 1;
 };
 /// t, z: a height over time; impacts: s, rising. Empty for fewer than 100 frames or 5 steps.
 std::optional<ImpactLink> impact_link(const Column& t, const Column& z, const Column& impacts);
 PaperRow impact_row(const std::vector<RunData>& runs, const std::string& filter);
-/// Mean |change of the height in a frame| by the time since an impact. Without lines if no run has both.
-Figure impact_figure(const std::vector<RunData>& runs);
 
 /// The page: table and figures.
 std::string paper_page(const PaperRuns& runs, const std::string& revision);

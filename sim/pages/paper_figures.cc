@@ -10,31 +10,9 @@
 namespace sim::pages {
 namespace {
 
-const RunData* first(const PaperRuns& all, const std::string& experiment) {
-  const auto& runs = runs_of(all, experiment);
-  return runs.empty() ? nullptr : &runs.front();
-}
-
-// The first run that closed its loop, or the first run.
-const RunData* first_closed(const PaperRuns& all, const std::string& experiment) {
-  const auto& runs = runs_of(all, experiment);
-  const auto closed = std::find_if(runs.begin(), runs.end(),
-                                   [](const RunData& run) { return run.metric("loop_time_s").has_value(); });
-  return closed != runs.end() ? &*closed : first(all, experiment);
-}
-
-Figure renamed(Figure figure, const std::string& name, const std::string& title, const RunData& run) {
-  figure.name = name;
-  figure.title = fmt::format("{} (seed {})", title, run.seed);
-  return figure;
-}
-
 Figure uncertainty(const RunData& run) {
-  Figure f{"figure_4",
-           fmt::format("Figure 4: the position's uncertainty grows until the loop closes; vision and gyro "
-                       "(seed {})",
-                       run.seed),
-           "time [s]", "mm"};
+  Figure f{"", "", "time [s]", "mm"};
+  if (!run.errors) return f;
   const Errors& e = *run.errors;
   Line sigma{"3 sigma", Role::first, e.t}, error{"error", Role::estimate, e.t};
   for (std::size_t i = 0; i < e.t.size(); ++i) {
@@ -46,28 +24,41 @@ Figure uncertainty(const RunData& run) {
   return f;
 }
 
-void add_walks(std::vector<Figure>& figures, const PaperRuns& all) {
-  if (const RunData* run = first(all, "tangent_quadrant"))
-    figures.push_back(renamed(waist_from_above(*run), "figure_1",
-                              "Figure 1: waist, planned and walked, a tangent quadrant", *run));
-  if (const RunData* run = first(all, "perpendicular_circle_trial1"))
-    figures.push_back(renamed(waist_from_above(*run), "figure_1_circle",
-                              "Figure 1: waist, planned and walked, facing the center, first trial", *run));
+Figure depths(const RunData& run) {
+  const auto file = run.folder / "depths.csv";
+  return std::filesystem::exists(file) ? depths_figure(file) : Figure{};
 }
 
-void add_slam(std::vector<Figure>& figures, const PaperRuns& all) {
-  if (const RunData* run = first_closed(all, "tangent_circle_paper"))
-    figures.push_back(renamed(camera_from_above(*run), "figure_6_paper",
-                              "Figure 6: plan and SLAM, experiment 1, the paper's filter", *run));
-  if (const RunData* run = first(all, "tangent_circle"))
-    figures.push_back(
-        renamed(camera_from_above(*run), "figure_6", "Figure 6: the same walk, this bench's filter", *run));
-  if (const RunData* run = first_closed(all, "perpendicular_circle_paper"))
-    figures.push_back(renamed(camera_from_above(*run), "figure_7_paper",
-                              "Figure 7: plan and SLAM, experiment 2, the paper's filter", *run));
-  if (const RunData* run = first(all, "perpendicular_circle"))
-    figures.push_back(
-        renamed(camera_from_above(*run), "figure_7", "Figure 7: experiment 2, this bench's filter", *run));
+/// A figure of the paper, drawn from the first run of an experiment, or from the first that closed its loop.
+struct PaperFigure {
+  const char *name, *title, *experiment;
+  Figure (*draw)(const RunData& run);
+  bool closed = false;
+};
+
+constexpr PaperFigure kFigures[]{
+    {"figure_1", "Figure 1: waist, planned and walked, a tangent quadrant", "tangent_quadrant",
+     waist_from_above},
+    {"figure_1_circle", "Figure 1: waist, planned and walked, facing the center, first trial",
+     "perpendicular_circle_trial1", waist_from_above},
+    {"figure_3", "Figure 3: depth hypotheses of a new landmark collapse to a peak", "tangent_circle_paper",
+     depths, true},
+    {"figure_4", "Figure 4: uncertainty of the position until the loop closes; vision and gyro",
+     "vision_gyro_known_landmarks", uncertainty, true},
+    {"figure_6_paper", "Figure 6: plan and SLAM, experiment 1, the paper's filter", "tangent_circle_paper",
+     camera_from_above, true},
+    {"figure_6", "Figure 6: the same walk, this bench's filter", "tangent_circle", camera_from_above},
+    {"figure_7_paper", "Figure 7: plan and SLAM, experiment 2, the paper's filter",
+     "perpendicular_circle_paper", camera_from_above, true},
+    {"figure_7", "Figure 7: experiment 2, this bench's filter", "perpendicular_circle", camera_from_above},
+    {"figure_8", "Figure 8: height of the camera in experiment 1, the paper's filter", "tangent_circle_paper",
+     camera_height, true}};
+
+const RunData* run_of(const PaperFigure& figure, const PaperRuns& all) {
+  const std::vector<RunData>& runs = runs_of(all, figure.experiment);
+  for (const RunData& run : runs)
+    if (!figure.closed || run.metric("loop_time_s")) return &run;
+  return runs.empty() ? nullptr : &runs.front();
 }
 
 constexpr double kKnown = 0.3;  // standard deviation by mean: Davison 2003
@@ -104,8 +95,7 @@ double relative_sigma(const Hypotheses& h) {
 }  // namespace
 
 Figure depths_figure(const std::filesystem::path& depths_csv) {
-  Figure f{"figure_3", "Figure 3: depth hypotheses of a new landmark collapse to a peak", "depth [m]",
-           "probability of a hypothesis"};
+  Figure f{"", "", "depth [m]", "probability of a hypothesis"};
   const History* longest = nullptr;
   const auto all = read(depths_csv);
   for (const auto& [landmark, history] : all)
@@ -125,18 +115,14 @@ Figure depths_figure(const std::filesystem::path& depths_csv) {
 
 std::vector<Figure> paper_figures(const PaperRuns& all) {
   std::vector<Figure> figures;
-  add_walks(figures, all);
-  const RunData* paper = first_closed(all, "tangent_circle_paper");
-  if (paper && std::filesystem::exists(paper->folder / "depths.csv"))
-    figures.push_back(depths_figure(paper->folder / "depths.csv"));
-  const RunData* known = first_closed(all, "vision_gyro_known_landmarks");
-  if (known && known->errors) figures.push_back(uncertainty(*known));
-  add_slam(figures, all);
-  if (paper)
-    figures.push_back(renamed(camera_height(*paper), "figure_8",
-                              "Figure 8: height of the camera in experiment 1, the paper's filter", *paper));
-  figures.push_back(impact_figure(runs_of(all, "tangent_circle_paper")));
-  std::erase_if(figures, [](const Figure& figure) { return figure.lines.empty(); });
+  for (const PaperFigure& figure : kFigures) {
+    const RunData* const run = run_of(figure, all);
+    Figure drawn = run ? figure.draw(*run) : Figure{};
+    if (drawn.lines.empty()) continue;
+    drawn.name = figure.name;
+    drawn.title = fmt::format("{} (seed {})", figure.title, run->seed);
+    figures.push_back(std::move(drawn));
+  }
   return figures;
 }
 

@@ -28,7 +28,7 @@ std::string range_text(const std::vector<double>& values, const std::string& uni
 }
 
 // One axis of a drift. The paper gives magnitudes without signs, so magnitudes are compared: they agree
-// within a factor of two, or where both are below the scatter of the paper's walks.
+// within a factor of two, or if both are below the scatter of the paper's walks.
 struct DriftAxis {
   const char* metric;
   const char* axis;
@@ -136,7 +136,7 @@ void add_closures(std::vector<PaperRow>& rows, const PaperRuns& all) {
       Expected::closes);
   add("vision_gyro_known_landmarks", "Experiment 1, vision and gyro, known landmarks (V-A.1)",
       "closed; quality of the trajectory insufficient", Expected::closes);
-  add("vision_only", "Experiment 1, vision alone (V-A)", "did not close", Expected::fails);
+  add("vision_only", "Experiment 1, vision only (V-A)", "did not close", Expected::fails);
   add("hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails);
   add("hall", "The hall, this bench's filter", "fails", Expected::fails_in_2006);
 }

@@ -163,7 +163,7 @@ void add_reports(Timeline& frames, const fs::path& file, const Table& table) {
   }
 }
 
-// Recordings of earlier versions do not contain where a match was rejected.
+// Results of earlier versions lack the positions of rejected matches.
 Column numbers_if_there(const Table& table, const char* column) {
   return table.has(column) ? table.numbers(column) : Column(table.rows(), NAN);
 }

@@ -1,5 +1,5 @@
-// What pages and the view know of one result folder: its files read, with errors and normalized errors
-// computed by the functions of sim/score.
+// A result folder as pages and the view read it, with errors and normalized errors computed by the functions
+// of sim/score.
 #pragma once
 
 #include <cstdint>

@@ -53,7 +53,7 @@ Picture picture_of(const Frame& frame, const std::filesystem::path& file, const 
   return {shown, svg + "</svg>"};
 }
 
-/// The sections of one run, whose ids start with the same prefix.
+/// The sections of one run. Their ids start with the same prefix.
 class RunSections {
  public:
   RunSections(const RunData& run, std::string prefix)
@@ -168,7 +168,7 @@ class RunSections {
   }
 
   /// Names a time of a figure, how to see it in the view, and the nearest image; a click in the figure
-  /// changes it. Initially the greatest value, or the middle of figures whose peak means nothing.
+  /// changes it. Initially the greatest value, or the middle of a figure without a meaningful peak.
   std::string instant(const Figure& figure) const {
     const auto line =
         std::find_if(figure.lines.begin(), figure.lines.end(), [](const Line& l) { return !l.x.empty(); });

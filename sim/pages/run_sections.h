@@ -1,4 +1,4 @@
-// What a page shows of one run.
+// The part of a page about one run.
 #pragma once
 
 #include <string>

@@ -30,7 +30,7 @@ std::vector<bool> runs_in_full(const std::vector<RunData>& runs) {
   return in_full;
 }
 
-/// What compares several runs: a table and figures for each scenario, with links to the runs shown in full.
+/// Compares several runs: a table and figures for each scenario, with links to the runs shown in full.
 class Comparison {
  public:
   Comparison(const std::vector<RunData>& runs, const std::vector<bool>& in_full)
@@ -128,7 +128,7 @@ std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<b
              options) +
          (left == 0 ? ""
                     : fmt::format("<p class='soft'>The first and the worst run of each scenario are shown in "
-                                  "full; {} others have a page of their own by tools/gaitslam report "
+                                  "full; {} more: tools/gaitslam report "
                                   "FOLDER.</p>",
                                   left)) +
          html;

@@ -29,8 +29,7 @@ struct ScenarioSweep {
   std::vector<SweepTrial> trials;
 };
 
-/// By scenario, in the order of the file. Throws files::FileError where there is no trial, or a line is
-/// wrong.
+/// By scenario, in the order of the file. Throws FileError if the file has no trial or a line is wrong.
 std::vector<ScenarioSweep> read_sweep(const std::filesystem::path& folder);
 
 /// The metrics that are shown of this sweep; the first one names the worst seeds.
@@ -39,7 +38,7 @@ std::vector<std::string> metrics_of(const ScenarioSweep& sweep);
 /// The id in the page of the row of a setting, which has a value for each key.
 std::string anchor(const ScenarioSweep& sweep, const std::vector<std::string>& settings);
 
-/// Where the values of a key lie on an axis: at themselves where they are numbers, else at 1, 2, 3, ...
+/// Positions of the values of a key on an axis: numbers at themselves, others at 1, 2, 3, ...
 struct KeyAxis {
   std::vector<double> at;
   bool numbers = true, logarithmic = false;
@@ -50,7 +49,7 @@ KeyAxis axis_of_key(const std::vector<std::string>& values);
 std::string with_unit(const std::string& key);      ///< "slam.vision.sigma_px [px]"
 std::string metric_label(const std::string& name);  ///< "rmse_m [m]"
 
-/// Of each metric, heat maps of pairs of keys and lines over one key. Of many keys only the first have
+/// Heat maps of pairs of keys and lines over one key, for each metric. Of many keys only the first have
 /// figures, and of many trials only some are drawn as dots, so that the page of a large sweep can still be
 /// opened.
 std::vector<Figure> sweep_figures(const ScenarioSweep& sweep);

@@ -92,7 +92,7 @@ std::string settings_table(const ScenarioSweep& sweep, const fs::path& folder) {
   return table_html("settings", titles, rows);
 }
 
-/// The settings whose worst seed is worst, each a link to its row.
+/// The worst trials, each with a link to the row of its setting.
 std::string worst_list(const ScenarioSweep& sweep) {
   constexpr std::size_t kNamed = 5;
   const std::vector<std::string> metrics = metrics_of(sweep);

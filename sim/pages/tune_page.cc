@@ -25,7 +25,7 @@ struct Tuning {
   std::vector<Json> parameters, profiles;  ///< profiles: of none or each of the parameters
   std::vector<std::string> keys;
   std::vector<std::vector<double>> at;  ///< values of each key, one for each setting
-  std::vector<double> value, complete;  ///< of each setting: its loss, and 1 where it was not aborted
+  std::vector<double> value, complete;  ///< of each setting: its loss, and 1 unless it was aborted
 };
 
 Tuning read_tuning(const fs::path& folder) {
@@ -77,7 +77,7 @@ Figure history_figure(const Tuning& t) {
 
 bool logarithmic(const Json& parameter) { return parameter.at("scale").text() == "log"; }
 
-/// Where a value lies in its range, 0 to 1.
+/// Position of a value in its range, 0 to 1.
 double part(const Json& p, double value) {
   const double low = p.at("from").number(), high = p.at("to").number();
   return logarithmic(p) ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);

@@ -32,7 +32,7 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
                        [this](Client& client) { opened(client); },
                        [this](Client& client, std::string_view said) { received(client, said); },
                        [this](std::size_t viewers) {
-                         if (viewers == 0) pace_.release();  // nobody is left who could
+                         if (viewers == 0) pace_.release();
                        }}) {}
 
 LiveView::~LiveView() = default;
@@ -136,7 +136,7 @@ void LiveView::opened(Client& client) {
 void LiveView::received(Client& client, std::string_view said) {
   const ClientMessage message = read_client_message(said);
   if (!is_own(client)) {
-    if (const auto foxglove = std::atomic_load(&foxglove_)) foxglove->take(client, message);
+    if (const auto foxglove = std::atomic_load(&foxglove_)) foxglove->process(client, message);
     return;
   }
   if (const auto* const malformed = std::get_if<Malformed>(&message))

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The recording that a result was made from; empty where it is not to be found.
+/// The recording of a result; empty if it was not found.
 fs::path recording_of(const fs::path& result, const std::string& hash) {
   if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
   const fs::path above = fs::absolute(result).lexically_normal().parent_path() / "recording";
@@ -49,7 +49,7 @@ void name_what_is_missing(Playback& playback, const fs::path& recording, bool si
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (std::none_of(playback.frames.begin(), playback.frames.end(),
                    [](const Frame& f) { return f.estimate.has_value(); }))
-    missing.emplace_back("There is no estimate: no filter ran, or it left none.");
+    missing.emplace_back("No estimate: there was no filter, or it left no estimate.");
 }
 
 Resource png(const fs::path& file) {

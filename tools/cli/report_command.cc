@@ -94,7 +94,7 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
     if (!fs::is_directory(name)) throw UsageError(fmt::format("{}: no such result folder", name));
     if (has_own_page(name))
       throw UsageError(
-          fmt::format("{}: is a sweep or a tuning, which has a page of its own: name it alone, "
+          fmt::format("{}: is a sweep or a tuning with its own page: report it separately, "
                       "without --plots",
                       name));
     const std::vector<fs::path> found = results_in(name);
@@ -160,7 +160,7 @@ int make_report(const ReportRequest& request) {
     return make_plots(read_runs(request, progress), request, out);
   }
   require_new_file(request.out, request.force);
-  const OnInterrupt on_interrupt("nothing was written; the same command begins again");
+  const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
     sim::files::write_durably(request.out, page_of(request, progress));
@@ -183,7 +183,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->check(CLI::IsMember({"svg", "png"}));
   command->add_flag("--force", request->force,
-                    "replace an existing file, or a folder of pictures in which all was made by gaitslam");
+                    "overwrite an existing file, or a folder of pictures made by gaitslam");
   command->footer(kReportExamples);
   command->callback([request, &exit_code] { exit_code = make_report(*request); });
 }

@@ -50,7 +50,7 @@ function showInstant(figure, t) {
   link.textContent = `image at ${nearest.dataset.t} s`;
 }
 
-/// Says how many figures are visible and how many of them are drawn, for tests of the page.
+/// Counts the visible figures and those that are drawn, for tests of the page.
 function count() {
   const figures = all('[data-figure]').filter((figure) => !figure.closest('[hidden]')), {dataset} = document.documentElement;
   dataset.figures = figures.length;

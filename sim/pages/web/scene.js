@@ -6,7 +6,7 @@ import {kOutcomes} from './run.js';
 
 const kMostLandmarks = 1024, kAboveGround = 0.004, kEllipsoids = 0.22;
 
-/// A line whose points are appended; `count` of them are drawn.
+/// A growing line; show() sets how many of its points are drawn.
 class GrowingLine {
   constructor(role, segments) {
     const material = new THREE.LineBasicMaterial();
@@ -172,7 +172,7 @@ export class Scene {
     this.draw();
   }
 
-  /// What came since the last call is added to paths and footsteps.
+  /// Adds the frames since the last call to paths and footsteps.
   readFrames() {
     for (; this.read < this.run.frames.length; ++this.read) {
       const frame = this.run.frames[this.read];
@@ -286,7 +286,7 @@ export class Scene {
     this.show(index);
   }
 
-  /// Arrows turn the view about its target, + and - come nearer and go away.
+  /// Arrows turn the view about its target, + and - zoom.
   steer(event) {
     const turn = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]}[event.key];
     const zoom = {'+': 0.9, '=': 0.9, '-': 1.1}[event.key];

@@ -110,7 +110,7 @@ TEST(PaperPage, SaysWhereItDiffers) {
   EXPECT_THAT(paper_page({}, "abc"), HasSubstr("No row differs"));
 }
 
-// Steps of 0.8 s whose height changes by `jump` in the frame after an impact and by noise elsewhere.
+// Steps of 0.8 s: the height changes by `jump` in the frame after an impact and by noise elsewhere.
 struct Heights {
   Column t, z, impacts;
 };
@@ -135,7 +135,6 @@ TEST(ImpactLink, FindsJumpsThatFollowImpacts) {
   // Of three frames after an impact one changes by 1 mm, all others by 0.05 mm in the mean: (1 + 2 x 0.05) /
   // 3 / 0.05.
   EXPECT_NEAR(link->ratio, 7.3, 0.7);
-  EXPECT_GT(link->correlation, 0.4);
 }
 
 TEST(ImpactLink, FindsNoneInNoiseMoreOftenThanItsLevel) {

@@ -1,4 +1,4 @@
-// A client that says exactly what a test wants, over a bare socket.
+// A client that sends exactly the given bytes over a socket.
 #pragma once
 
 #include <arpa/inet.h>
@@ -36,7 +36,7 @@ class RawClient {
   }
   bool sent_all() const { return sent_all_; }
 
-  /// Whether the other side has closed within that time; what it sent before is kept.
+  /// True if the other side closes within that time; keeps the bytes received before.
   bool is_closed_within(int ms) {
     while (receive(ms))
       ;

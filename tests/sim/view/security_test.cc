@@ -1,4 +1,4 @@
-// What the server refuses: each test fails where its guard is taken away.
+// Security rules of the server: each test fails without its guard.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -328,7 +328,7 @@ class Viewed {
     client_.send(text_frame(message));
     return next_payload(client_).value_or("");
   }
-  /// Whether the run goes on within that time.
+  /// True if the run continues within half a second.
   bool goes_on() {
     std::atomic<bool> done = false;
     std::thread run([&] {

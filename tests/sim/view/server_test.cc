@@ -106,7 +106,7 @@ TEST_F(Live, TheEndWaitsForAPageThatFetchesTheRoom) {
   page.join();
 }
 
-// Its queue and the kernel's buffers fill; then no frame is made for it any more, and nobody waits.
+// Its queue and the kernel's buffers fill; then no more frames are made for it, and the run does not wait.
 TEST_F(Live, AStalledViewerCostsNothing) {
   RawClient stalled(view_.access().port, "127.0.0.1", 4096);
   open_socket(stalled, view_.access());
@@ -119,8 +119,8 @@ TEST_F(Live, AStalledViewerCostsNothing) {
   EXPECT_LT(Clock::now() - begin, 90s);
 }
 
-// As on a busy machine, whose browser fetches for longer than it may take to read, and draws for a second
-// before it reads on; then the program ends.
+// On a busy machine a browser may fetch for longer than the limit for messages and draw for a second before it
+// reads again; then the program ends.
 TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
   RawClient slow(view->access().port, "127.0.0.1", 4096);
@@ -167,7 +167,7 @@ TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
       EXPECT_THAT(advertised, HasSubstr(fmt::format("\"topic\":\"{}\"", topic)));
     client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":77,"channelId":4}]})"));
     client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":78,"channelId":99}]})"));
-    EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("there is no channel 99"));
+    EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("unknown channel 99"));
     Frame frame = frame_at(1);
     frame.truth = Eigen::Isometry3d::Identity();
     view_.show(frame);

@@ -4,8 +4,7 @@
 namespace cli {
 
 sim::result::Outcome run_live(const sim::scenario::ReadScenario&, const sim::result::ResultPlace&,
-                              const sim::result::Progress&, int,
-                              const sim::live::RunObserver*) {
+                              const sim::result::Progress&, int, const sim::live::RunObserver*) {
   require_simulator();
   return {};
 }
@@ -17,11 +16,6 @@ void require_simulator() {
 bool require_clear_walk(const sim::scenario::ReadScenario&, const std::filesystem::path&) { return false; }
 
 walking::WholeBody whole_body(const sim::scenario::Scenario&, const std::filesystem::path&) { return {}; }
-
-RobotView robot_from_outside(const sim::scenario::Scenario&, const std::filesystem::path&,
-                             const std::filesystem::path&) {
-  return {};
-}
 
 std::string mujoco_version() { return ""; }
 

@@ -1,4 +1,4 @@
-// The robot as recorded, from outside: the true waist with the joints as the encoders read them.
+// The recorded robot from outside: the true waist with the measured joint angles.
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Geometry>
@@ -9,15 +9,15 @@
 #include "sim/files/csv.h"
 #include "sim/physics/model.h"
 #include "sim/recording/recording.h"
-#include "tools/cli/live.h"
-#include "tools/cli/video_frame.h"
+#include "sim/view/session.h"
+#include "sim/view/video_frame.h"
 #include "walking/plan.h"
 
-namespace cli {
+namespace sim::view {
 namespace {
 
-using namespace sim::camera;
-using namespace sim::physics;
+using namespace camera;
+using namespace physics;
 using Eigen::Vector3d;
 
 constexpr double kFocal_px = 620;
@@ -38,7 +38,7 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
 
 class Drawing {
  public:
-  Drawing(const sim::scenario::Scenario& scenario, const std::filesystem::path& recording,
+  Drawing(const scenario::Scenario& scenario, const std::filesystem::path& recording,
           const std::filesystem::path& models)
       : model_(load_model(scenario.world.robot, scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
@@ -57,7 +57,7 @@ class Drawing {
 
  private:
   void pose(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
-    for (; more_ && encoders_.integer(0) <= sim::recording::file_stamp(t); more_ = encoders_.next())
+    for (; more_ && encoders_.integer(0) <= recording::file_stamp(t); more_ = encoders_.next())
       for (int joint = 0; joint < walking::kJoints; ++joint)
         data_->qpos[position_of(joint)] = encoders_.number(1 + static_cast<std::size_t>(joint));
     const Eigen::Quaterniond turned(X_WB.linear());
@@ -73,16 +73,16 @@ class Drawing {
   Model model_;
   Data data_;
   Scene scene_;
-  sim::files::CsvReader encoders_;
-  bool more_;  ///< the reader stands on a row that is still to come
+  files::CsvReader encoders_;
+  bool more_;  ///< the reader is at a row that was not used yet
 };
 
 }  // namespace
 
-RobotView robot_from_outside(const sim::scenario::Scenario& scenario, const std::filesystem::path& recording,
+RobotView robot_from_outside(const scenario::Scenario& scenario, const std::filesystem::path& recording,
                              const std::filesystem::path& models) {
   const auto drawing = std::make_shared<Drawing>(scenario, recording, models);
   return [drawing](slam::Stamp t, const Eigen::Isometry3d& X_WB) { return drawing->draw(t, X_WB); };
 }
 
-}  // namespace cli
+}  // namespace sim::view
