@@ -143,7 +143,8 @@ std::string path(const Axes& axes, const std::vector<double>& x, const std::vect
 std::string dots(const Axes& axes, const std::vector<double>& x, const std::vector<double>& y) {
   std::string d;
   for (std::size_t i = 0; i < x.size(); ++i)
-    if (std::isfinite(y[i])) d += fmt::format("M{:.1f} {:.2f}h0", axes.x.at(x[i]), axes.y.at(y[i]));
+    if (std::isfinite(x[i]) && std::isfinite(y[i]))
+      d += fmt::format("M{:.1f} {:.2f}h0", axes.x.at(x[i]), axes.y.at(y[i]));
   return d;
 }
 

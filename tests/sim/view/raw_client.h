@@ -13,6 +13,8 @@
 #include <string>
 #include <string_view>
 
+#include "sim/view/access.h"
+
 namespace sim::view {
 
 class RawClient {
@@ -111,6 +113,22 @@ inline std::optional<std::string> next_payload(RawClient& client, int ms = 5000)
       size = size << 8 | static_cast<unsigned char>(byte);
   }
   return client.exactly(size, ms);
+}
+
+/// A request that becomes a WebSocket.
+inline std::string upgrade(const std::string& target, const std::string& headers,
+                           const std::string& protocol = "gaitslam.view.v1") {
+  return "GET " + target + " HTTP/1.1\r\n" + headers +
+         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " +
+         protocol + "\r\n\r\n";
+}
+
+/// Opens a client's WebSocket; returns the head of the answer.
+inline std::string open_socket(RawClient& client, const Access& access,
+                               const std::string& protocol = "gaitslam.view.v1") {
+  client.send(upgrade("/socket?token=" + access.token, "Host: " + authority(access) + "\r\n", protocol));
+  return client.until("\r\n\r\n");
 }
 
 }  // namespace sim::view

@@ -46,13 +46,6 @@ class Security : public testing::Test {
                                 const std::string& method = "GET") const {
     return request(target, fmt::format("Host: {}\r\n{}", host(), more), method);
   }
-  std::string upgrade(const std::string& target, const std::string& headers,
-                      const std::string& protocol = "gaitslam.view.v1") const {
-    return fmt::format(
-        "GET {} HTTP/1.1\r\n{}Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: {}\r\n\r\n",
-        target, headers, protocol);
-  }
   std::string upgraded(const std::string& target, const std::string& headers,
                        const std::string& protocol = "gaitslam.view.v1") const {
     RawClient client(port_);
@@ -62,8 +55,7 @@ class Security : public testing::Test {
   /// A WebSocket that is open.
   std::unique_ptr<RawClient> opened() const {
     auto client = std::make_unique<RawClient>(port_);
-    client->send(upgrade("/socket?token=" + kToken, "Host: " + host() + "\r\n"));
-    EXPECT_THAT(client->until("\r\n\r\n"), StartsWith("HTTP/1.1 101"));
+    EXPECT_THAT(open_socket(*client, server_.access()), StartsWith("HTTP/1.1 101"));
     return client;
   }
   void expect_alive() const {
@@ -316,12 +308,7 @@ class Viewed {
  public:
   explicit Viewed(bool control)
       : view_({.token = kToken}, {.label = "walk"}, control), client_(view_.access().port) {
-    client_.send(fmt::format(
-        "GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: "
-        "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: gaitslam.view.v1\r\n\r\n",
-        kToken, authority(view_.access())));
-    client_.until("\r\n\r\n");
+    open_socket(client_, view_.access());
     next_payload(client_);  // the pace
   }
   std::string answer(const std::string& message) {

@@ -20,15 +20,6 @@ using Clock = std::chrono::steady_clock;
 
 const std::string kToken = "0123456789abcdef0123456789abcdef";
 
-void open_socket(RawClient& client, const Access& access, const std::string& protocol = "gaitslam.view.v1") {
-  client.send(
-      fmt::format("GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: "
-                  "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: {}\r\n\r\n",
-                  access.token, authority(access), protocol));
-  ASSERT_THAT(client.until("\r\n\r\n"), HasSubstr("Sec-WebSocket-Protocol: " + protocol));
-}
-
 /// The next message that is not a drawing of the strips.
 std::optional<std::string> next_message(RawClient& client) {
   for (;;)
@@ -119,8 +110,8 @@ TEST_F(Live, AStalledViewerCostsNothing) {
   EXPECT_LT(Clock::now() - begin, 90s);
 }
 
-// On a busy machine a browser may fetch for longer than the limit for messages and draw for a second before it
-// reads again; then the program ends.
+// On a busy machine a browser may fetch for longer than the limit for messages and draw for a second before
+// it reads again; then the program ends.
 TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
   RawClient slow(view->access().port, "127.0.0.1", 4096);
