@@ -57,10 +57,10 @@ double largest_shown(const Tuning& t) {
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
-Figure history_figure(const Tuning& t) {
+Figure history_figure(const Tuning& t, double most) {
   Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
   f.whole_x = true;
-  const double most = largest_shown(t), none = std::nan("");
+  const double none = std::nan("");
   Line tried{"setting", Role::truth, {}, {}, true}, ended{"aborted", Role::third, {}, {}, true},
       best{"best so far", Role::estimate, {}, {}};
   double least = INFINITY;
@@ -109,11 +109,10 @@ std::string label(const Json& p) {
   return unit.empty() ? key : key + " [" + unit + "]";
 }
 
-Figure slice_figure(const Tuning& t, std::size_t k) {
+Figure slice_figure(const Tuning& t, std::size_t k, double most) {
   const Json& p = t.parameters[k];
   Figure f{"slice_" + t.keys[k], "Losses over " + t.keys[k], label(p), t.objective};
   f.logarithmic_x = logarithmic(p);
-  const double most = largest_shown(t);
   Line dots{"", Role::truth, {}, {}, true};
   for (std::size_t i = 0; i < t.value.size(); ++i)
     if (t.value[i] <= most) dots.x.push_back(t.at[k][i]), dots.y.push_back(t.value[i]);
@@ -164,25 +163,22 @@ Figure runs_figure(const std::string& name, const std::string& title, const Json
   return f;
 }
 
-Figure nees_figure(const std::string& part, const Json& holdout) {
-  const std::string metric = "nees_" + part + "_mean";
-  Figure f = runs_figure(metric, "Consistency of the " + part + " on hold-out runs, before and after",
-                         holdout, metric);
-  f.logarithmic = true;
-  f.levels.push_back({"expected", 3});
-  return f;
-}
-
 std::vector<Figure> figures(const Tuning& t) {
-  std::vector<Figure> all{history_figure(t)};
-  all.push_back(parallel_figure(t));
-  for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k));
+  const double most = largest_shown(t);
+  std::vector<Figure> all{history_figure(t, most), parallel_figure(t)};
+  for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k, most));
   for (std::size_t k = 0; k < t.profiles.size(); ++k)
     all.push_back(profile_figure(t.profiles[k], t.parameters[k]));
   const Json training = t.json.at("training"), holdout = t.json.at("holdout");
   all.push_back(runs_figure("training", "Training runs, before and after", training, t.objective));
   all.push_back(runs_figure("holdout", "Hold-out runs, before and after", holdout, t.objective));
-  for (const char* part : {"position", "orientation"}) all.push_back(nees_figure(part, holdout));
+  for (const std::string part : {"position", "orientation"}) {
+    const std::string metric = "nees_" + part + "_mean";
+    all.push_back(runs_figure(metric, "Consistency of the " + part + " on hold-out runs, before and after",
+                              holdout, metric));
+    all.back().logarithmic = true;
+    all.back().levels = {{"expected", 3}};
+  }
   return all;
 }
 
