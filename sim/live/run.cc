@@ -91,7 +91,7 @@ class Run {
   void track(slam::Observation observation);
   void add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
   void steer();
-  result::Ending walk_ending() const;
+  scenario::Ended walk_ending() const;
 
   const scenario::ReadScenario& read_;
   const RunObserver& observer_;
@@ -213,8 +213,9 @@ void Run::deliver_frame() {
     const result::StageClock clock(timing_.frame.record_ms);
     recording_.add(frame);
   }
-  tracking::take_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr, observer_.tracking,
-                          [this](slam::Observation observation) { track(std::move(observation)); });
+  tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
+                             observer_.tracking,
+                             [this](slam::Observation observation) { track(std::move(observation)); });
   if (steering_) add_steering_pose(t, frame.X_WC);
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
 }
@@ -222,8 +223,8 @@ void Run::deliver_frame() {
 void Run::track(slam::Observation observation) {
   if (!tracking_) return;
   const result::StageClock clock(timing_.frame.filter_ms);
-  tracking_->take(std::move(observation));
-  timing_.frame.filter_ms += tracking_->take_outside_cpu_ms();
+  tracking_->process(std::move(observation));
+  timing_.frame.filter_ms += tracking_->external_cpu_ms();
   timing_.frame.landmarks = tracking_->landmarks();
 }
 
@@ -249,10 +250,10 @@ void Run::steer() {
   steering_->steering.decide(robot_->plan(), tick, steering_->poses.newest(until));
 }
 
-result::Ending Run::walk_ending() const {
+scenario::Ended Run::walk_ending() const {
   const physics::Status& status = robot_->world().status();
   if (status.condition == physics::Condition::ok && steering_ && steering_->steering.stopped_s())
-    return {"stopped",
+    return {scenario::Ending::stopped,
             fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
                         read_.scenario.walk.steering.lost_s, *steering_->steering.stopped_s())};
   return {ending(status.condition), status.cause};
@@ -262,10 +263,9 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
   frames_.close_camera();
   if (steering_) recording_.add(recorded(steering_->steering.corrections()));
   const std::string complaint = recording_.finish();
-  const result::Ending walked = walk_ending();
-  result::RunRecord left{
-      read_, walked.ending, walked.cause, setup_, recording::read_truth(folder), std::nullopt, ""};
-  if (left.ending != "failed" && !complaint.empty()) left.ending = "failed", left.cause = complaint;
+  result::RunRecord left{read_, walk_ending(), setup_, recording::read_truth(folder), std::nullopt, ""};
+  if (left.walk.ending != scenario::Ending::failed && !complaint.empty())
+    left.walk = {scenario::Ending::failed, complaint};
   if (tracking_) left.tracked = tracking_->finish();
   left.recording_hash = recording::RecordingReader(folder).hash();
   return left;
@@ -278,7 +278,7 @@ result::Outcome run(const scenario::ReadScenario& scenario, const result::Result
   const physics::WorldOptions& world = scenario.scenario.world;
   const physics::Models models(world.robot, world.room, place.models);
   walking::PatternGenerator plan = clear_plan(scenario, models);
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   const std::filesystem::path recording = folder.path() / "recording";
   Run live(scenario, std::move(plan), models, recording, threads, observer);
   live.walk(progress);

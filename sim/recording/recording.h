@@ -26,8 +26,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/files/tum.h"
-#include "sim/recording/body_sensors.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/score/types.h"
 #include "slam/observation.h"
 #include "slam/options.h"
@@ -73,6 +72,17 @@ struct TrueMotion {
   slam::Stamp t{0};
   Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
   Eigen::Vector3d v_WG = Eigen::Vector3d::Zero();  ///< m/s in W
+};
+
+/// Readings of the sensors of the body at one instant: for other programs, not for the filter.
+struct BodyReading {
+  struct Wrench {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(),  ///< N
+        torque = Eigen::Vector3d::Zero();             ///< N·m about the point of the sole below the ankle
+  };
+  slam::Stamp t{0};
+  Eigen::VectorXd q;   ///< rad, one for each joint of the setup
+  Wrench left, right;  ///< of the ground on each foot, axes of the sole
 };
 
 /// Writes a recording as the run goes on; memory does not grow with its length. Throws FileError when a file

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <utility>
 
+#include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
-#include "sim/recording/plan_row.h"
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
-#include "sim/recording/sensor_bounds.h"
 #include "sim/recording/sensor_yaml.h"
-#include "sim/recording/stamped_rows.h"
 
 namespace sim::recording {
 namespace {
@@ -175,6 +174,26 @@ Truth read_truth(const fs::path& folder) {
   truth.surfaces = read_surfaces(manifest);
   if (manifest.lists(kCorrectedSteps)) truth.corrected_steps = read_corrected_steps(manifest);
   return truth;
+}
+
+std::optional<slam::Observation> FilterInput::next() {
+  while (arrived_.empty() && !ended_) {
+    std::optional<slam::Observation> ideal = reader_.next();
+    ended_ = !ideal;
+    for (slam::Observation& o : ideal ? errors_.process(std::move(*ideal)) : errors_.flush())
+      arrived_.push_back(std::move(o));
+  }
+  if (arrived_.empty()) return std::nullopt;
+  slam::Observation next = std::move(arrived_.front());
+  arrived_.pop_front();
+  return next;
+}
+
+std::optional<slam::Observation> FilterInput::next_in_order() {
+  std::optional<slam::Observation> observation = next();
+  while (observation && last_ && observation->t <= *last_) observation = next();
+  if (observation) last_ = observation->t;
+  return observation;
 }
 
 }  // namespace sim::recording

@@ -5,7 +5,6 @@
 
 #include "sim/recording/grey_png.h"
 #include "sim/recording/manifest.h"
-#include "sim/recording/plan_row.h"
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
 #include "sim/recording/sensor_yaml.h"

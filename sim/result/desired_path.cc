@@ -58,7 +58,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk,
     path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
                            static_cast<std::int64_t>(lap.end) * walking::kTick);
   if (walk.steering.by == walking::SteeredBy::plan)
-    for (const files::TimedPose& pose : waist_plan) path.waist.push_back({pose.t, pose.X});
+    path.waist = waist_plan;
   else
     path.waist = uncorrected(walk, waist_plan);
   return path;

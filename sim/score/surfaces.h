@@ -13,12 +13,12 @@ struct Hit {
   double distance = 0;      ///< m
 };
 
-/// The surface that a ray along the unit vector `direction` from `origin` (both in W) meets first, at a
-/// distance > 0; nothing if it meets none. From inside a solid it meets the solid's surface on the way out.
+/// Returns the first surface on the ray along the unit vector `direction` from `origin` (both in W), at a
+/// distance > 0. From inside a solid the ray meets its surface on the way out.
 std::optional<Hit> first_surface(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
                                  const Eigen::Vector3d& direction);
 
-/// Its distance alone.
+/// Returns the distance of first_surface().
 std::optional<double> first_hit(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
                                 const Eigen::Vector3d& direction);
 

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-const std::filesystem::path kModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
+const std::filesystem::path kOfficeModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
 
 // Half the extents of a surface along W's axes.
 Vector3d half_box(const score::Surface& surface) {
@@ -28,7 +28,7 @@ Vector3d half_box(const score::Surface& surface) {
   return surface.X_WS.linear().cwiseAbs() * half;
 }
 
-Model robot_in(const std::string& room) { return load_model("hrp2", room, kModels); }
+Model robot_in(const std::string& room) { return load_model("hrp2", room, kOfficeModels); }
 
 // A furnished room: its middle and size, and how much is free about the circles walked, m.
 struct Room {

@@ -8,6 +8,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::result::Outcome;
+using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -63,7 +64,7 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItContainsTheCommands) {
 
 TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
   const Outcome outcome = run("ahead", read(kAhead, {"limits.ending=[collided]"}));
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.cause,
               testing::MatchesRegex(
@@ -76,28 +77,28 @@ TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) 
 
 TEST_F(CollisionTest, TheRobotDoesNotLeaveTheBuilding) {
   const Outcome outcome = run("wall", read(kToTheWall, {"limits.ending=[collided]"}));
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched wall_left at ("));
 }
 
 // The plan is clear: what pushes do is not planned.
 TEST_F(CollisionTest, ARobotThatIsPushedIntoFurnitureCollides) {
   const ReadScenario standing = read(kStanding);
-  EXPECT_EQ(run_in_narrow_room("still", standing).ending, "completed");
+  EXPECT_EQ(run_in_narrow_room("still", standing).ending, Ending::completed);
   const ReadScenario pushed = read(kStanding, {"world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});
   const Outcome outcome = run_in_narrow_room("pushed", pushed);
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched cupboard at (0.4"));
   const ReadScenario elsewhere =
       read(kStanding, {"world.room=floor", "world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});
-  EXPECT_EQ(run("fall", elsewhere).ending, "fell") << "without the cupboard the same push";
+  EXPECT_EQ(run("fall", elsewhere).ending, Ending::fell) << "without the cupboard the same push";
 }
 
 TEST_F(CollisionTest, AWalkThatTouchesNothingHasTheSameBitsInEveryRoom) {
   const char* const walk = "walk: {commands: [{straight: {forward_m: 0.3}}]}\n";
   for (const char* room : {"floor", "office", "hall"})
-    ASSERT_EQ(run(room, read(walk, {std::string("world.room=") + room})).ending, "completed");
+    ASSERT_EQ(run(room, read(walk, {std::string("world.room=") + room})).ending, Ending::completed);
   for (const char* room : {"office", "hall"})
     EXPECT_THAT(tests::differences(folder_ / "floor/recording", folder_ / room / "recording", "manifest.csv"),
                 IsEmpty());

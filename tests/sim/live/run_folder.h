@@ -23,7 +23,7 @@ class RunFolder : public testing::Test {
   }
   sim::result::ResultPlace place(const std::string& name,
                                  const std::filesystem::path& models = kModels) const {
-    return {folder_ / name, sim::files::Existing::refuse, models, "1", "test", {}};
+    return {folder_ / name, sim::files::Existing::reject, models, "1", "test", {}};
   }
   sim::result::Outcome run(const std::string& name, const sim::scenario::ReadScenario& scenario,
                            int threads = 1) const {
@@ -32,7 +32,7 @@ class RunFolder : public testing::Test {
   }
   sim::result::Outcome replay(const std::string& of, const std::string& name,
                               const sim::scenario::ReadScenario& scenario) const {
-    return sim::replay::replay(scenario, folder_ / of / "recording", {"completed", ""}, place(name),
+    return sim::replay::replay(scenario, folder_ / of / "recording", {{sim::scenario::Ending::completed}}, place(name),
                                [](double) {});
   }
   /// Names of files that differ between a run's result and its replay's.

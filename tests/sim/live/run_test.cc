@@ -12,6 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::result::Outcome;
+using sim::scenario::Ending;
 using testing::IsEmpty;
 
 // A few steps of the real walk in the real office: long enough for every part of a run. Motion blur, rolling
@@ -60,7 +61,7 @@ TEST_F(RunTest, SameSeedGivesTheSameBitsHoweverImagesAreDrawnAndPassesTheSelfChe
 
 TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitAndAnotherGyroAnotherOne) {
   live("live");
-  ASSERT_EQ(replay("live", "replay", scenario()).ending, "completed");
+  ASSERT_EQ(replay("live", "replay", scenario()).ending, Ending::completed);
   EXPECT_THAT(changed_by_replay("live", "replay"), IsEmpty());
   replay("live", "noisy", scenario({"errors.gyro.sigma_rad_s=0.05"}));
   EXPECT_NE(file("live", "estimate.tum"), file("noisy", "estimate.tum"));
@@ -73,14 +74,14 @@ TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
       "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 25}}]}\n"
       "camera: {width_px: 640, height_px: 480}\nslam: {}\n";
   const auto by_plan = read(kLarge, {"slam.leg_odometry.enabled=false"});
-  ASSERT_EQ(run("live", by_plan).ending, "completed");
-  ASSERT_EQ(replay("live", "replay", by_plan).ending, "completed");
+  ASSERT_EQ(run("live", by_plan).ending, Ending::completed);
+  ASSERT_EQ(replay("live", "replay", by_plan).ending, Ending::completed);
   EXPECT_THAT(changed_by_replay("live", "replay"), IsEmpty());
   const nlohmann::json check = json("live", "recording/self_check.json");
   EXPECT_GE(check["view_px"]["points"], 30) << check;
   EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
   EXPECT_GT(score("live", "track_completion"), 0.9);
-  ASSERT_EQ(replay("live", "by legs", read(kLarge)).ending, "completed");
+  ASSERT_EQ(replay("live", "by legs", read(kLarge)).ending, Ending::completed);
   EXPECT_NE(file("replay", "estimate.tum"), file("by legs", "estimate.tum"));
 }
 
@@ -111,14 +112,14 @@ TEST_F(RunTest, TheWalkDependsOnSeedAndArmsButNotOnCameraAndFilter) {
 
 TEST_F(RunTest, AFallEndsTheRunWithACompleteFolderAndExitCodeThreeUnlessItIsAllowed) {
   const Outcome outcome = run("fall", scenario({"stabilizer.enabled=false", "world.floor_friction=0.05"}));
-  EXPECT_EQ(outcome.ending, "fell") << outcome.cause;
+  EXPECT_EQ(outcome.ending, Ending::fell) << outcome.cause;
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_EQ(json("fall", "score.json")["ending"], "fell");
   EXPECT_TRUE(fs::exists(folder_ / "fall/recording/manifest.csv"));
   const Outcome allowed = run(
       "allowed",
       scenario({"stabilizer.enabled=false", "world.floor_friction=0.05", "limits.ending=[fell]"}, kBlind));
-  EXPECT_EQ(allowed.ending, "fell") << allowed.cause;
+  EXPECT_EQ(allowed.ending, Ending::fell) << allowed.cause;
   EXPECT_EQ(allowed.exit_code, 0);
 }
 

@@ -28,7 +28,7 @@ class SelfCheckTest : public testing::Test {
     const auto read = scenario::read_scenario_text(kWalk, "walk.yaml");
     live::run(
         read,
-        {folder() / "result", files::Existing::refuse, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
+        {folder() / "result", files::Existing::reject, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
         [](double) {});
   }
   static void TearDownTestSuite() { fs::remove_all(folder()); }
@@ -130,7 +130,7 @@ TEST_F(SelfCheckTest, AWalkThatAViolentPushEndsFellAndDidNotFail) {
                     impulse_ns),
         "walk.yaml");
     const fs::path result = folder() / fmt::format("pushed {}", impulse_ns);
-    live::run(read, {result, files::Existing::refuse, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
+    live::run(read, {result, files::Existing::reject, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
               [](double) {});
     const nlohmann::json about = tests::json_of(result / "about.json");
     EXPECT_EQ(about["ending"], "fell") << impulse_ns << ": " << about["cause"];
@@ -157,8 +157,7 @@ TEST_F(SelfCheckTest, ReadingsAreCheckedAgainAfterABlow) {
 TEST_F(SelfCheckTest, ARunThatFailedItIsNotScored) {
   const auto read = scenario::read_scenario_text(kWalk, "walk.yaml");
   const result::RunRecord record{read,
-                                 "failed",
-                                 "self-check: it is off",
+                                 {scenario::Ending::failed, "self-check: it is off"},
                                  recording::RecordingReader(recording()).setup(),
                                  recording::read_truth(recording()),
                                  std::nullopt,

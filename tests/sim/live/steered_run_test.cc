@@ -10,6 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::result::Outcome;
+using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -39,8 +40,8 @@ using SteeredRunTest = tests::RunFolder;
 using LongSteeredRunTest = tests::RunFolder;
 
 TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
-  ASSERT_EQ(run("plan", read(kWalk)).ending, "completed");
-  ASSERT_EQ(run("truth", read(kWalk, {"walk.steering.by=truth"})).ending, "completed");
+  ASSERT_EQ(run("plan", read(kWalk)).ending, Ending::completed);
+  ASSERT_EQ(run("truth", read(kWalk, {"walk.steering.by=truth"})).ending, Ending::completed);
   EXPECT_GT(score("plan", "navigation_end_position_error_m"), 0.03);
   EXPECT_LT(score("truth", "navigation_end_position_error_m"), 0.01);
   EXPECT_LT(score("truth", "navigation_end_yaw_error_deg"), 1);
@@ -54,8 +55,8 @@ TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
 // The filter receives the corrected plan: a replay, which has only the recording, gives the estimate that
 // steered.
 TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawnAndInAReplay) {
-  ASSERT_EQ(run("one", read(kShortWalkInOffice)).ending, "completed");
-  ASSERT_EQ(run("two", read(kShortWalkInOffice), 2).ending, "completed");
+  ASSERT_EQ(run("one", read(kShortWalkInOffice)).ending, Ending::completed);
+  ASSERT_EQ(run("two", read(kShortWalkInOffice), 2).ending, Ending::completed);
   EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
   EXPECT_GT(score("one", "steps_corrected"), 0);
   replay("one", "replay", read(kShortWalkInOffice));
@@ -79,7 +80,7 @@ TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
       read(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1", "limits.ending=[stopped]",
                    "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"});
   const Outcome outcome = run("stopped", lost);
-  EXPECT_EQ(outcome.ending, "stopped");
+  EXPECT_EQ(outcome.ending, Ending::stopped);
   EXPECT_THAT(outcome.cause, HasSubstr("stopped on both feet"));
   EXPECT_EQ(outcome.exit_code, 0);
   ASSERT_EQ(run("on", read(kWalk,
@@ -96,7 +97,7 @@ TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
         name, read(kWalk,
                    {"walk.steering.by=truth", "errors.faults=[{estimate_jump: {from_s: 4, duration_s: 100, " +
                                                   std::string(jump) + "}}]"}));
-    EXPECT_EQ(outcome.ending, "completed") << outcome.cause;
+    EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     EXPECT_LE(score(name, "correction_largest_m"), std::hypot(0.03, 0.02) + 1e-9);
   }
 }
