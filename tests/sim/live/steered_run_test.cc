@@ -69,7 +69,7 @@ TEST_F(SteeredRunTest, SteeringSeesOnlyTheEstimate) {
   ASSERT_EQ(run("blind", read(kShortWalkInOffice, {"estimator=plan_alone", "world.floor_friction=0.08",
                                                    "walk.steering.dead_band_sigma=0"}))
                 .ending,
-            "completed");
+            Ending::completed);
   EXPECT_GT(score("blind", "navigation_end_position_error_m"), 0.002);
   EXPECT_LT(score("blind", "correction_largest_m"), 1e-9);  // rounding
   EXPECT_LT(score("blind", "correction_largest_deg"), 1e-6);
@@ -87,7 +87,7 @@ TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
                            {"walk.steering.by=truth", "walk.steering.lost_s=1", "walk.steering.on_lost=go_on",
                             "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"}))
                 .ending,
-            "completed");
+            Ending::completed);
 }
 
 TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
