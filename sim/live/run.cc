@@ -6,12 +6,10 @@
 #include <optional>
 #include <utility>
 
-#include "sim/live/checked_recording.h"
 #include "sim/live/frame_pipeline.h"
-#include "sim/live/planned_camera.h"
-#include "sim/live/plant_variation.h"
 #include "sim/live/recorded.h"
 #include "sim/live/room_check.h"
+#include "sim/live/self_check.h"
 #include "sim/live/steering_pose_buffer.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/sensor_errors/random.h"

@@ -13,8 +13,7 @@
 #include "sim/camera/shapes.h"
 #include "sim/camera/urdf.h"
 #include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/physics/half_sitting_world.h"
-#include "tests/sim/physics/small_model.h"
+#include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
 using namespace physics;

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "sim/physics/model.h"
-#include "tests/sim/physics/small_model.h"
+#include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
 using namespace physics;

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "sim/physics/nominal_body.h"
-#include "tests/sim/physics/half_sitting_world.h"
+#include "tests/sim/physics/test_worlds.h"
 
 namespace sim::physics {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "tests/sim/physics/planned_walk.h"
+#include "tests/sim/physics/test_worlds.h"
 #include "tests/walking/smooth_walk.h"
 #include "walking/hrp2.h"
 #include "walking/kinematics.h"

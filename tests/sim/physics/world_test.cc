@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "sim/physics/imu.h"
-#include "tests/sim/physics/half_sitting_world.h"
+#include "tests/sim/physics/test_worlds.h"
 #include "walking/plan.h"
 
 namespace sim::physics {
