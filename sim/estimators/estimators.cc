@@ -14,7 +14,7 @@
 #include "sim/estimators/child_program.h"
 #include "sim/estimators/estimator.h"
 #include "sim/estimators/messages.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "slam/filter.h"
 
 namespace sim::estimators {

@@ -10,7 +10,6 @@
 #include "sim/recording/recording.h"
 #include "sim/replay/replay.h"
 #include "sim/score/trajectory.h"
-#include "sim/score/trajectory_report.h"
 
 namespace sim::replay {
 namespace {
@@ -62,12 +61,10 @@ score::Trajectory poses_at_frames(const files::TrajectoryFile& file, const Frame
 /// Moves the poses into W. Throws estimators::EstimatorFailed if they cannot be aligned with the truth.
 void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose>& truth,
                     score::Alignment alignment) {
-  score::Trajectory true_poses;
-  for (const files::TimedPose& pose : truth) true_poses.push_back({pose.t, pose.X});
-  const auto found = score::align(score::pair_by_stamp(true_poses, poses), alignment);
+  const auto found = score::align(score::pair_by_stamp(truth, poses), alignment);
   if (const auto* const none = std::get_if<score::Absent>(&found))
     throw estimators::EstimatorFailed("its trajectory cannot be aligned with the truth: " + none->reason);
-  for (score::StampedPose& pose : poses) pose.X = std::get<score::Similarity>(found) * pose.X;
+  for (score::TimedPose& pose : poses) pose.X = std::get<score::Similarity>(found) * pose.X;
 }
 
 /// Frames with a pose are tracked, the others are not.
@@ -109,7 +106,7 @@ std::optional<std::string> why_no_scale(score::Alignment alignment) {
 result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing) {
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   recording::RecordingReader reader(recording);
   const Frames frames = frames_of(reader);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),

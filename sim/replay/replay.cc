@@ -89,7 +89,7 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
                        const WalkEnd& walk, const result::ResultPlace& place,
                        const result::Progress& progress, Recorded recorded,
                        const tracking::TrackingObserver& observer) {
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   result::Timing timing;
   recording::RecordingReader reader(recording);
   std::optional<tracking::Tracking> tracking;
@@ -121,7 +121,7 @@ scenario::ReadScenario external_scenario(const fs::path& folder, const scenario:
 
 result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs::path& folder,
                                 const result::ResultPlace& place, const result::Progress& progress) {
-  files::DurableFolder result(place.folder, place.existing);
+  files::AtomicFolder result(place.folder, place.existing);
   recording::AslFolder reader(folder);
   const recording::AslSensors& sensors = reader.sensors();
   tracking::Tracking tracking(scenario.scenario, sensors.setup.calibration, sensors.setup.X_WC_start);

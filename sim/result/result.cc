@@ -4,7 +4,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
@@ -46,16 +46,14 @@ void write_trajectories(const fs::path& folder, const RunRecord& record) {
 
 /// A steered walk's desired path, and the corrections of its steps.
 void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
-  std::string path;
-  for (const score::StampedPose& pose : desired.waist) path += files::tum_row(pose.t, pose.X);
-  files::write_text(folder / "waist_desired.tum", path);
+  files::write_text(folder / "waist_desired.tum", tum(desired.waist));
   std::string steps =
       "#time [ns],foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],"
       "expected_yaw [rad],ahead [m],aside [m],turn [rad]\n";
-  for (const recording::CorrectedStep& step : record.truth.corrected_steps)
+  for (const score::StepCorrection& step : record.truth.corrected_steps)
     steps += fmt::format("{},{},{},{},{}\n", step.t.count(), step.left ? "left" : "right",
                          files::csv_fields(step.desired), files::csv_fields(step.expected),
-                         files::csv_fields(step.correction));
+                         files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
   files::write_text(folder / "corrected_steps.csv", steps);
 }
 

@@ -117,7 +117,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
 }
 
 void Tracking::process(slam::Observation ideal) {
-  for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
+  for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
 }
 
 // Exceptions from estimators are failures of the estimator; a lack of memory is not.
