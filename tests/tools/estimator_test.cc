@@ -41,7 +41,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
     EXPECT_EQ(replay("filter").exit_code, 0);
     return names("out");
   }();
-  for (const int message : {0, 1, 5, 10, 15, 20, 25, 30, 35, 40, 45}) {
+  for (const int message : {0, 1, 20, 45}) {
     const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
     EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));

@@ -53,7 +53,7 @@ const std::vector<Rule>& rules() {
         "mujoco/", "GL/", "opencv2/core", "opencv2/imgproc", "dlfcn.h"}},
       {"sim/room/", {"sim/room/", "opencv2/core", "opencv2/imgproc"}},
       {"sim/estimators/",
-       {"sim/estimators/", "sim/files/hashed_file.h", "slam/", "Eigen/", "opencv2/core", "fmt/", "errno.h",
+       {"sim/estimators/", "sim/files/hash.h", "slam/", "Eigen/", "opencv2/core", "fmt/", "errno.h",
         "fcntl.h", "poll.h", "signal.h", "stddef.h", "stdint.h", "stdio.h", "stdlib.h", "string.h", "time.h",
         "unistd.h", "sys/"}},
       {"sim/scenario/",
