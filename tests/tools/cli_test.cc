@@ -1,4 +1,4 @@
-// What the program answers to what users type; nothing here simulates.
+// Command lines and their messages; nothing here simulates.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
   }
 }
 
-// They come with 120 libraries and a compiler, 90 ms of a process that may only print its help.
+// They need 120 libraries and a compiler, 90 ms of a process that may only print its help.
 TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
   const Ran ran = shell("LD_TRACE_LOADED_OBJECTS=1 " GAITSLAM_PROGRAM);
   ASSERT_THAT(ran.out, HasSubstr("libopencv_core"));
@@ -47,7 +47,7 @@ TEST_F(Cli, VersionNamesRevisionAndLibraries) {
   EXPECT_THAT(ran.out, HasSubstr("OpenCV 4."));
 }
 
-// tools/gaitslam names the commands for which it builds the runner alone.
+// tools/gaitslam names the commands of the runner.
 TEST_F(Cli, TheRunnerHasTheCommandsForWhichTheLauncherBuildsIt) {
   const std::string launcher = sim::files::read_text(std::string(GAITSLAM_SOURCE_DIR) + "/tools/gaitslam");
   const size_t begin = launcher.find("  check |");
@@ -63,7 +63,7 @@ TEST_F(Cli, TheRunnerHasTheCommandsForWhichTheLauncherBuildsIt) {
   EXPECT_EQ(ran.out, expected + "\n");
 }
 
-// In a tree where both programs are up to date and only say which they are.
+// In a tree with both programs up to date; each prints which it is.
 TEST_F(Cli, TheLauncherTakesTheWholeProgramForTheView) {
   write("tools/gaitslam", sim::files::read_text(std::string(GAITSLAM_SOURCE_DIR) + "/tools/gaitslam"));
   for (const char* source : {"CMakeLists.txt", "CMakePresets.json", "walking/x", "slam/x", "sim/x"})
@@ -102,7 +102,7 @@ TEST_F(Cli, OptionsThatAreWrongAreRefusedWithTheNearest) {
   EXPECT_THAT(refusal("config '" + kCircle + "' --frobnicate"), testing::Not(HasSubstr("did you mean")));
 }
 
-// U+009B begins a command of a terminal, U+202E turns the direction of writing.
+// U+009B starts a terminal command, U+202E reverses the direction of writing.
 TEST_F(Cli, WhatATerminalObeysIsNotPrintedInAComplaint) {
   write("key.yaml", R"("a\x9BK\u202Ez": 1)");
   write("value.yaml", R"({world: {room: "a\x9BK\u202Ez"}, walk: {commands: [{stand: {duration_s: 1}}]}})");
@@ -166,7 +166,7 @@ TEST_F(Cli, SeedsWithoutEndAreRefused) {
   }
 }
 
-// What cannot be one line of the file that a job array reads is refused before anything is made.
+// A line break cannot be in the file that a job array reads: rejected before anything is made.
 TEST_F(Cli, ALineBreakInAFolderForSlurmIsRefused) {
   expect_refused(
       "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm --out \"$(printf 'a\\nb')\"",

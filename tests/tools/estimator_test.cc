@@ -1,4 +1,4 @@
-// Estimators outside, as a user runs them: in the loop, on recordings, and as programs that read exports.
+// Third-party estimators: in the loop, on recordings, and as programs that read exports.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -35,7 +35,7 @@ class OutsideEstimator : public tests::CommandLine {
 };
 using LongOutsideEstimator = OutsideEstimator;
 
-// It is killed at these messages; 0 is the start.
+// Killed at these messages; 0 is the start.
 TEST_F(OutsideEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   const std::set<std::string> whole = [&] {
     EXPECT_EQ(replay("filter").exit_code, 0);
@@ -56,7 +56,7 @@ TEST_F(OutsideEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   }
 }
 
-/// A shell's program that writes its process id, starts another one and waits; and what it answers: nothing.
+/// A shell script that writes its process id, starts another process, waits and never answers.
 constexpr const char* kStarter = "#!/bin/sh\nsleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n";
 
 TEST_F(OutsideEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
@@ -148,7 +148,8 @@ TEST_F(OutsideEstimator, TheFilterAsAProgramWritesTheSameBytes) {
   EXPECT_TRUE(json("out/score.json")["metrics"]["nees_position_mean"]["value"].is_number());
 }
 
-// The bound is a twentieth of the path, chosen before the first try; one that stands still misses it by far.
+// The bound is a twentieth of the path, chosen before the first run; an estimator that stands still misses it
+// by far.
 TEST_F(LongOutsideEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/tools", folder_ / "tools");
@@ -239,7 +240,7 @@ TEST_F(OutsideEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLe
   EXPECT_EQ(text_of("runs"), "run\nrun\nrun\nrun\nrun\n") << "it was finished: all is done again";
 }
 
-// The old results look younger than the command, as after the clock was set back.
+// The old results have later time stamps than the command, as after the clock was set back.
 TEST_F(OutsideEstimator, ResultsOfAnEarlierEvaluationAreNotTakenForThoseOfTheInterruptedOne) {
   short_walks("r", "2");
   write("plan.sh",
@@ -334,7 +335,8 @@ TEST_F(OutsideEstimator, EstimatorsStandSideBySideAndScenariosApart) {
       << compared.err;
   ASSERT_EQ(gaitslam("report tree/filter tree/plan tree/hall --plots svg --out figures").exit_code, 0);
   EXPECT_THAT(text_of("figures/error_over_time_walk.svg"), HasSubstr("plan_alone"));
-  EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_time_other.svg"));  // one run is no comparison
+  EXPECT_FALSE(
+      fs::exists(folder_ / "figures/error_over_time_other.svg"));      // one run has nothing to compare with
   EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_seeds.svg"));  // nothing is pooled over estimators
 }
 

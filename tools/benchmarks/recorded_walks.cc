@@ -15,7 +15,7 @@ namespace {
 
 std::string quoted(const std::string& word) { return "'" + word + "'"; }
 
-/// What a shell command prints. Throws std::runtime_error if it fails.
+/// The output of a shell command. Throws std::runtime_error if it fails.
 std::string output_of(const std::string& command) {
   FILE* const pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) throw std::runtime_error("cannot run " + command);

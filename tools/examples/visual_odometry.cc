@@ -1,14 +1,14 @@
-// Visual odometry of OpenCV's own parts: corners, optical flow, triangulation, and the pose that fits the
-// points best. The walking plan sets the scale: until the first points have depths, the camera is where it is
-// planned to be; from then on images alone tell where it is, and the plan only where to begin to look.
+// Visual odometry from OpenCV's parts: corners, optical flow, triangulation and pose optimization. The
+// walking plan sets the scale: the camera follows the plan until the first points have depths. After that,
+// only images determine the pose; the plan supplies initial guesses.
 //
 // clang-format off
 //     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
 //     tools/gaitslam replay RESULT 'estimator={program: ./visual_odometry}'
 // clang-format on
 //
-// On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has no loop closure and no map to
-// return to: its errors add up, and it states no covariance.
+// On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. There is no loop closure and no
+// covariance: errors accumulate.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -28,11 +28,11 @@ namespace {
 using Pose = cv::Affine3d;
 
 constexpr int kMostTracks = 400, kFewestPoints = 12;
-constexpr double kAsPlanned_m = 0.5;  // the way on which the first depths are found
+constexpr double kAsPlanned_m = 0.5;  // distance of the first triangulation
 constexpr double kApart_px = 6;       // between corners
 constexpr double kForwardBackward_px = 0.5;
-constexpr double kResidual_px = 1;      // of a point that is where it was
-constexpr double kParallax_rad = 0.06;  // with which a depth is trusted
+constexpr double kResidual_px = 1;      // of a static point
+constexpr double kParallax_rad = 0.06;  // for a reliable depth
 
 Pose pose_of(const gaitslam_pose& X) {
   return Pose(cv::Matx33d(X.rotation), cv::Vec3d(X.translation_m[0], X.translation_m[1], X.translation_m[2]));
@@ -45,7 +45,7 @@ struct Track {
   cv::Point2d ray, first_ray;
   Pose first_X_WC;
   std::optional<cv::Point3d> p_W = {};
-  double parallax_rad = kParallax_rad / 2;  // with which p_W was found
+  double parallax_rad = kParallax_rad / 2;  // of the triangulation of p_W
 };
 
 class Camera {
@@ -82,8 +82,7 @@ cv::Vec3d direction(const Pose& X_WC, const cv::Point2d& ray) {
   return cv::normalize(X_WC.rotation() * cv::Vec3d(ray.x, ray.y, 1));
 }
 
-/// The distance between where the point is seen and where it should be, in the plane z = 1; infinite behind
-/// the camera.
+/// Reprojection error in the plane z = 1; infinite behind the camera.
 double residual(const Pose& X_WC, const cv::Point3d& p_W, const cv::Point2d& ray) {
   const cv::Point3d p_C = X_WC.inv() * p_W;
   return p_C.z > 0.1 ? std::hypot(p_C.x / p_C.z - ray.x, p_C.y / p_C.z - ray.y) : HUGE_VAL;
@@ -119,16 +118,16 @@ class VisualOdometry {
     t_ns_ = observation.t_ns;
     move_as_planned(observation);
     sees_ = pixels != nullptr;
-    if (!sees_) return begin_anew();
+    if (!sees_) return restart();
     const cv::Mat image =
         cv::Mat(static_cast<int>(observation.height_px), static_cast<int>(observation.width_px), CV_8UC1,
                 const_cast<uint8_t*>(pixels))
             .clone();
     follow(image);
     if (locate())
-      begun_ = true, lost_ = false, as_planned_m_ = 0;
-    else if (begun_)
-      begin_anew();
+      has_points_ = true, lost_ = false, as_planned_m_ = 0;
+    else if (has_points_)
+      restart();
     triangulate();
     add_corners(image);
     before_ = image;
@@ -148,10 +147,10 @@ class VisualOdometry {
   }
 
  private:
-  /// The camera moves as planned from where it was last, until there are points again.
-  void begin_anew() {
-    lost_ = lost_ || begun_;
-    begun_ = false;
+  /// Follows the plan from the last pose until there are points again.
+  void restart() {
+    lost_ = lost_ || has_points_;
+    has_points_ = false;
     tracks_.clear();
   }
 
@@ -159,7 +158,7 @@ class VisualOdometry {
     if (!observation.has_plan) return;
     const Pose X_PC = pose_of(observation.plan.X_PC);
     const Pose step = X_PC_.inv() * X_PC;
-    if (!begun_) as_planned_m_ += cv::norm(step.translation());
+    if (!has_points_) as_planned_m_ += cv::norm(step.translation());
     X_WC_ = X_WC_ * step;
     X_PC_ = X_PC;
   }
@@ -186,8 +185,7 @@ class VisualOdometry {
     tracks_ = std::move(kept);
   }
 
-  /// Finds where the camera is from the points whose depth is known; false where they are too few. Those that
-  /// move against the others are given up.
+  /// Computes the pose from the points with a known depth and drops outliers; false if there are too few.
   bool locate() {
     Pose X_WC = X_WC_;
     for (int round = 0; round < 4; ++round) {
@@ -252,16 +250,16 @@ class VisualOdometry {
   Pose X_WC_, X_PC_;
   int64_t t_ns_ = -1;
   bool sees_ = false;        // an image
-  bool begun_ = false;       // points tell where the camera is
-  bool lost_ = false;        // they did before
-  double as_planned_m_ = 0;  // way without points
+  bool has_points_ = false;  // the points determine the pose
+  bool lost_ = false;        // they did earlier
+  double as_planned_m_ = 0;  // distance without points
   cv::Mat before_;
   std::vector<Track> tracks_;
   uint32_t next_id_ = 0;
   std::vector<gaitslam_landmark> map_;
 };
 
-/// What the functions of the interface know each other by.
+/// State between calls of the interface.
 struct Estimator {
   VisualOdometry odometry;
   std::string failure;
