@@ -10,6 +10,8 @@ namespace slam {
 namespace {
 
 constexpr double kLongestGap_s = 0.001;
+constexpr double kFrameSigma_m_s2 =
+    0.1;  // of the difference between the accelerations of head and chest in a frame
 
 /// The orientation of the chest relative to that at the beginning of the interval, integrated from the gyro.
 class GyroIntegration {
@@ -95,8 +97,8 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
   increment.duration_s = (d0 + d1) / 2;
   const double rate_sigma = options.gyro.sigma_rad_s * std::sqrt(kReadingPeriod_s * (1 / d0 + 1 / d1));
   const double force = options.accelerometer.sigma_m_s2 * std::sqrt(before.squares + after.squares);
-  increment.sigma_m_s = std::hypot(force, rate_sigma * lever_G.norm(),
-                                   options.accelerometer.sigma_frame_m_s2 * increment.duration_s);
+  increment.sigma_m_s =
+      std::hypot(force, rate_sigma * lever_G.norm(), kFrameSigma_m_s2 * increment.duration_s);
   return increment;
 }
 

@@ -38,12 +38,12 @@ class Camera {
 
   /// By how much the lens moves a pixel from where a pinhole camera would have it, px.
   Eigen::Vector2d displacement(const Eigen::Vector3d& h, const Eigen::Vector2d& pixel) const {
-    return pixel - centre_ - focal_.cwiseProduct(h.head<2>()) / h.z();
+    return pixel - center_ - focal_.cwiseProduct(h.head<2>()) / h.z();
   }
 
   /// True if the pixel lies at least margin_px inside the image on every side.
   bool inside(const Eigen::Vector2d& pixel, double margin_px) const;
-  /// Standard deviation of a measured pixel, px: sigma_px at the centre, growing linearly to twice that at
+  /// Standard deviation of a measured pixel, px: sigma_px at the center, growing linearly to twice that at
   /// the corner.
   double sigma(const Eigen::Vector2d& pixel, double sigma_px) const;
 
@@ -51,7 +51,7 @@ class Camera {
 
  private:
   CameraIntrinsics intrinsics_;
-  Eigen::Vector2d focal_, centre_;
+  Eigen::Vector2d focal_, center_;
   double widest_;  // largest |(x/z, y/z)| for which the lens model is valid
 };
 

@@ -28,7 +28,8 @@ std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp
 /// 2007).
 Measurement measure_rate(const RobotVector& x, const MeanRate& rate);
 
-/// The measurement h = ω of a camera that stands still, as 0. sigma_rad_s: of the angular velocity of a frame interval.
+/// The measurement h = ω of a camera that stands still, as 0. sigma_rad_s: of the angular velocity of a frame
+/// interval.
 Measurement measure_rest(const RobotVector& x, double sigma_rad_s);
 
 }  // namespace slam

@@ -59,7 +59,7 @@ struct PlannedMotion {
 /// image, an empty vector, no plan.
 struct Observation {
   Stamp t{0};
-  cv::Mat image;  ///< 8-bit grey (CV_8UC1) of the camera's size; empty if the frame is lost
+  cv::Mat image;  ///< 8-bit gray (CV_8UC1) of the camera's size; empty if the frame is lost
   std::vector<InertialSample> gyro;           ///< readings since the previous frame, in order of time
   std::vector<InertialSample> accelerometer;  ///< readings since the previous frame, in order of time
   std::optional<PlannedMotion> plan;

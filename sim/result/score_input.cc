@@ -30,7 +30,7 @@ std::vector<score::LandmarkHistory> landmarks(const tracking::Tracked& tracked) 
   std::map<int, score::LandmarkHistory> histories;
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::Stamp t = frame.report.t;
-    for (const slam::Sighting& s : frame.report.initialised)
+    for (const slam::Sighting& s : frame.report.initialized)
       histories[s.landmark] = {s.landmark, {t, s.pixel}, {}};
     for (const slam::Sighting& s : frame.report.matched)
       histories.at(s.landmark).accepted.push_back({t, s.pixel});

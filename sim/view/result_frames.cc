@@ -108,7 +108,7 @@ void add_begun(Timeline& frames, const fs::path& file) {
   for (std::size_t i = 0; i < table.rows(); ++i)
     if (Frame* const frame = frames.at(stamp_of(begun[i], file));
         frame && frame->report && std::isfinite(u[i] + v[i]))
-      frame->report->initialised.push_back({0, {u[i], v[i]}});
+      frame->report->initialized.push_back({0, {u[i], v[i]}});
 }
 
 void add_maps(Timeline& frames, const fs::path& folder, const Table& table) {

@@ -1,4 +1,4 @@
-#include "slam/active_search.h"
+#include "slam/vision/active_search.h"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ struct Scene {
     x_first.segment<4>(kOrientation) = q_first;
     Options::Depth depth;
     depth.inverse_1_m = 0.25;
-    LandmarkInitialisation initial = initialise_inverse_depth(x_first, *ray, 0.1, Eigen::Vector2d::Zero(), depth);
+    LandmarkInitialization initial = initialize_inverse_depth(x_first, *ray, 0.1, Eigen::Vector2d::Zero(), depth);
     initial.J_robot.setZero();  // independent of the present pose
     landmark.at = kalman->append(initial);
     landmarks = {landmark};
@@ -62,7 +62,7 @@ TEST(ActiveSearch, PredictsALandmarkWhereItWasFirstSeenFromThere) {
 
 TEST(ActiveSearch, InnovationCovarianceIsThatOfPoseLandmarkAndPixel) {
   const double sigma_turn = 0.02;
-  const Scene scene({157, 127}, 0, sigma_turn);  // at the centre, where a turn of θ moves the image by f θ
+  const Scene scene({157, 127}, 0, sigma_turn);  // at the center, where a turn of θ moves the image by f θ
   const auto view = scene.view();
   ASSERT_EQ(view.size(), 1u);
   EXPECT_NEAR(view[0].S(0, 0), std::pow(197 * sigma_turn, 2) + 0.01 + 1, 0.01 * view[0].S(0, 0));

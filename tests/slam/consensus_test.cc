@@ -1,4 +1,4 @@
-#include "slam/consensus.h"
+#include "slam/vision/vision.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "slam/active_search.h"
+#include "slam/vision/active_search.h"
 #include "slam/gyro.h"
 #include "slam/motion_model.h"
 #include "slam/plan.h"
@@ -162,10 +162,10 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n). linearisation: the part of dof by which
-/// they may be off besides, because the measurement is linearised.
-void expect_chi_square(const std::vector<double>& values, double dof, double linearisation = 0) {
-  const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size())) + linearisation * dof;
+/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n). linearization: the part of dof by which
+/// they may be off besides, because the measurement is linearized.
+void expect_chi_square(const std::vector<double>& values, double dof, double linearization = 0) {
+  const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size())) + linearization * dof;
   EXPECT_NEAR(mean(values), dof, spread);
 }
 
@@ -218,7 +218,7 @@ TEST(Consistency, NoUpdateAddsUncertaintyAndTheCovarianceStaysValidForTenMinutes
     const Eigen::VectorXd before = world.kalman.state().storage_P.diagonal().head(size);
     world.see();
     const Eigen::VectorXd after = world.kalman.state().storage_P.diagonal().head(size);
-    EXPECT_LE((after - before).maxCoeff(), 1e-14) << k;  // the quaternion's normalisation rounds
+    EXPECT_LE((after - before).maxCoeff(), 1e-14) << k;  // the quaternion's normalization rounds
   }
   EXPECT_TRUE(world.kalman.is_valid(world.kalman.state().size));
   EXPECT_LT((world.kalman.state().position() - world.truth.segment<3>(kPosition)).norm(), 0.05);

@@ -1,4 +1,4 @@
-#include "slam/corner_detector.h"
+#include "slam/vision/corner_detector.h"
 
 #include <gtest/gtest.h>
 

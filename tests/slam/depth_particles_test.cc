@@ -1,10 +1,10 @@
-#include "slam/depth_particles.h"
+#include "slam/vision/landmark.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "slam/landmark.h"
+#include "slam/vision/landmark.h"
 #include "tests/numerical_jacobian.h"
 
 namespace slam {
@@ -51,17 +51,17 @@ TEST(DepthParticles, NoParticleIsLeftWhereAllLikelihoodsAreZero) {
   EXPECT_TRUE(particles.empty());
 }
 
-TEST(DepthParticles, TheLinesJacobianIsTheDerivativeOfItsInitialisation) {
+TEST(DepthParticles, TheLinesJacobianIsTheDerivativeOfItsInitialization) {
   const RobotVector x = looking_about();
   const Camera camera{CameraIntrinsics{}};
   const Ray ray = *camera.unproject({70, 180});
-  const LandmarkInitialisation line = initialise_line(x, ray, 1);
+  const LandmarkInitialization line = initialize_line(x, ray, 1);
   const auto by_robot = [&](const Eigen::VectorXd& at) {
-    return Eigen::VectorXd(initialise_line(RobotVector(at), ray, 1).y);
+    return Eigen::VectorXd(initialize_line(RobotVector(at), ray, 1).y);
   };
   EXPECT_LT((line.J_robot - numerical_jacobian(by_robot, x)).norm(), kCentral);
   const auto by_pixel = [&](const Eigen::VectorXd& pixel) {
-    return Eigen::VectorXd(initialise_line(x, *camera.unproject(Eigen::Vector2d(pixel)), 1).y);
+    return Eigen::VectorXd(initialize_line(x, *camera.unproject(Eigen::Vector2d(pixel)), 1).y);
   };
   const Eigen::MatrixXd J = numerical_jacobian(by_pixel, Eigen::Vector2d(70, 180));
   EXPECT_LT((line.noise - J * J.transpose()).norm(), kCentral);
@@ -71,7 +71,7 @@ TEST(DepthParticles, TheLinesJacobianIsTheDerivativeOfItsInitialisation) {
 TEST(DepthParticles, ALineIsSeenWhereThePointAtItsMeanDepthIs) {
   const RobotVector x = looking_about();
   const Camera camera{CameraIntrinsics{}};
-  const Parameters y = initialise_line(x, *camera.unproject({70, 180}), 1).y;
+  const Parameters y = initialize_line(x, *camera.unproject({70, 180}), 1).y;
   const SemiInfiniteLine line{{{2, 0.5}, {4, 0.5}}};
   const Eigen::Vector3d r(0.5, 0.1, 1.35);
   const Eigen::Vector4d q = x.segment<4>(kOrientation);

@@ -1,4 +1,4 @@
-#include "slam/ellipse_search.h"
+#include "slam/vision/patch.h"
 
 #include <gtest/gtest.h>
 
@@ -20,16 +20,16 @@ double correlation(const cv::Mat& a, const Eigen::Vector2i& p, const cv::Mat& b,
 TEST(EllipseSearch, FindsWhatTheSearchOfEveryPixelWithOpenCvFinds) {
   const cv::Mat first = pattern(0, 0), now = pattern(3, -2);
   const Eigen::Vector2i at(70, 60);
-  const Eigen::Vector2d centre(71.3, 59.6);
+  const Eigen::Vector2d center(71.3, 59.6);
   Eigen::Matrix2d S;
   S << 4, 1.5, 1.5, 3;
-  const auto found = search_ellipse(now, template_at(first, at), centre, S, 3);
+  const auto found = search_ellipse(now, template_at(first, at), center, S, 3);
   ASSERT_TRUE(found);
   double best = -1;
   Eigen::Vector2i where(0, 0);
   for (int v = 20; v < 100; ++v)
     for (int u = 20; u < 140; ++u) {
-      const Eigen::Vector2d nu = Eigen::Vector2d(u, v) - centre;
+      const Eigen::Vector2d nu = Eigen::Vector2d(u, v) - center;
       if (nu.dot(S.inverse() * nu) > 9) continue;
       const double c = correlation(first, at, now, {u, v});
       if (c > best) best = c, where = {u, v};

@@ -103,7 +103,7 @@ TEST(Filter, SurvivesTheLossOfImagesGyroAndPlanAtOnce) {
   });
   EXPECT_TRUE(e.valid);
   // 10 frames have neither image nor gyro: the first image after them may not fit what the filter believes, which
-  // then recognises its map in the next one.
+  // then recognizes its map in the next one.
   EXPECT_LE(e.lost, 1);
   EXPECT_LT(e.rms_m, 0.04);
 }
@@ -178,16 +178,16 @@ TEST(Filter, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {
 
 TEST(Filter, FlatAndFrozenImagesAreNamedAndCostNoLandmark) {
   const synthetic::Recording& recording = short_walk();
-  for (const double grey : {-1.0, 0.0, 3.0, 255.0}) {  // -1: the last image again
+  for (const double gray : {-1.0, 0.0, 3.0, 255.0}) {  // -1: the last image again
     Filter filter = filter_at_start(Options{});
     Observation o;
     for (int k = 0; k < 30; ++k) filter.step(o = recording.observation(k));
-    const cv::Mat image = grey < 0 ? o.image : cv::Mat(240, 320, CV_8UC1, cv::Scalar(grey));
+    const cv::Mat image = gray < 0 ? o.image : cv::Mat(240, 320, CV_8UC1, cv::Scalar(gray));
     const std::size_t landmarks = filter.map().size();
     for (int k = 30; k < 45; ++k) {
       o = recording.observation(k);
       o.image = image;
-      EXPECT_EQ(filter.step(o).refused, grey < 0 ? "the image is the last one again" : "the image is flat");
+      EXPECT_EQ(filter.step(o).refused, gray < 0 ? "the image is the last one again" : "the image is flat");
     }
     EXPECT_EQ(filter.map().size(), landmarks);
     EXPECT_GT(filter.step(recording.observation(45)).accepted, 5);
@@ -214,7 +214,7 @@ TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostAndNamesTheCause) {
       {"the image is flat", [](Observation& o) { o.image.setTo(cv::Scalar(0)); }},
       {"the image is the last one again", [&](Observation& o) { o.image = last; }},
       {"almost no landmark found", [](Observation& o) { cv::flip(o.image, o.image, -1); }},
-      {"observations are refused because its image is not 8-bit grey of the camera's size",
+      {"observations are refused because its image is not 8-bit gray of the camera's size",
        [](Observation& o) { o.image = cv::Mat(10, 10, CV_8UC1, cv::Scalar(0)); }}};
   for (const auto& [cause, spoil] : kinds) {
     Filter filter = filter_at_start(Options{});
@@ -248,7 +248,7 @@ TEST(Filter, ABlindFilterIsOkAgainOnceItSeesItsMapAndDivergesIfItDoesNotInTime) 
   const FrameReport found = filter.step(short_walk().observation(40));
   EXPECT_EQ(found.health, Health::ok);
   EXPECT_GT(found.accepted, 5);
-  EXPECT_FALSE(found.relocalised);  // the predicted pose was good enough
+  EXPECT_FALSE(found.relocalized);  // the predicted pose was good enough
   for (int k = 40; k < 60; ++k) {
     Observation o = short_walk().observation(k);
     o.image = cv::Mat();
@@ -365,7 +365,7 @@ TEST(Filter, LandmarksAreMappedWhereTheyWereSeenWithinTheirUncertainty) {
   std::map<int, Eigen::Vector3d> seen;
   for (int k = 0; k < recording.walk().frames(); ++k) {
     const Eigen::Isometry3d X_WC = recording.walk().X_WC(seconds(recording.walk().stamp(k)));
-    for (const Sighting& first : filter.step(recording.observation(k)).initialised)
+    for (const Sighting& first : filter.step(recording.observation(k)).initialized)
       seen[first.landmark] = room.hit(X_WC.translation(), X_WC.linear() * camera.unproject(first.pixel)->h);
   }
   int within = 0, measured = 0;

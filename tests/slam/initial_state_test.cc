@@ -1,4 +1,4 @@
-#include "slam/initial_state.h"
+#include "slam/motion_model.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "slam/initial_state.h"
+#include "slam/motion_model.h"
 #include "tests/slam/synthetic_room.h"
 
 namespace slam {

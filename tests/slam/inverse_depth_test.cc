@@ -1,4 +1,4 @@
-#include "slam/inverse_depth.h"
+#include "slam/vision/landmark.h"
 
 #include <gtest/gtest.h>
 
@@ -35,59 +35,59 @@ TEST(InverseDepth, BearingIsOfUnitLengthAndItsJacobianIsItsDerivative) {
   }
 }
 
-TEST(InverseDepth, IsInitialisedOnTheRayAtTheDepthOfTheOptions) {
+TEST(InverseDepth, IsInitializedOnTheRayAtTheDepthOfTheOptions) {
   const Camera camera{CameraIntrinsics{}};
   const auto ray = camera.unproject({50, 200});
   Options::Depth options;
   options.inverse_1_m = 0.2;
   const RobotVector x = generic_state();
-  const LandmarkInitialisation b = initialise_inverse_depth(x, *ray, 1, Eigen::Vector2d::Zero(), options);
+  const LandmarkInitialization b = initialize_inverse_depth(x, *ray, 1, Eigen::Vector2d::Zero(), options);
   const Eigen::Vector3d along = rotation_matrix(x.segment<4>(kOrientation)) * ray->h.normalized();
   EXPECT_LT((inverse_depth_position(b.y) - x.head<3>() - 5 * along).norm(), 1e-13);
 }
 
-TEST(InverseDepth, JacobianOfTheInitialisationIsItsDerivative) {
+TEST(InverseDepth, JacobianOfTheInitializationIsItsDerivative) {
   const Camera camera{CameraIntrinsics{}};
   const auto ray = camera.unproject({50, 200});
-  const auto initialised = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-    return initialise_inverse_depth(x, *ray, 1, Eigen::Vector2d::Zero(), {}).y;
+  const auto initialized = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return initialize_inverse_depth(x, *ray, 1, Eigen::Vector2d::Zero(), {}).y;
   };
   const RobotVector x = generic_state();
-  EXPECT_LT((initialise_inverse_depth(x, *ray, 1, Eigen::Vector2d::Zero(), {}).J_robot - numerical_jacobian(initialised, x)).norm(),
+  EXPECT_LT((initialize_inverse_depth(x, *ray, 1, Eigen::Vector2d::Zero(), {}).J_robot - numerical_jacobian(initialized, x)).norm(),
             kCentral);
 }
 
 TEST(InverseDepth, ItsDerivativeWithRespectToTheDistortionIsThatOfALensToldWrong) {
   const Eigen::Vector2d pixel(50, 200);
-  const auto initialised = [&](const Eigen::VectorXd& delta) -> Eigen::VectorXd {
+  const auto initialized = [&](const Eigen::VectorXd& delta) -> Eigen::VectorXd {
     CameraIntrinsics told;
     const double k1 = std::get<OneParameterRadial>(told.lens).k1_px2;
     told.lens = OneParameterRadial{k1 * (1 + delta(0))};
-    return initialise_inverse_depth(generic_state(), *Camera(told).unproject(pixel), 1, Eigen::Vector2d::Zero(), {}).y;
+    return initialize_inverse_depth(generic_state(), *Camera(told).unproject(pixel), 1, Eigen::Vector2d::Zero(), {}).y;
   };
   const Camera camera{CameraIntrinsics{}};
   const auto ray = camera.unproject(pixel);
-  const LandmarkInitialisation b =
-      initialise_inverse_depth(generic_state(), *ray, 1, camera.displacement(ray->h, pixel), {});
-  const Eigen::VectorXd numeric = numerical_jacobian(initialised, Eigen::VectorXd::Zero(1), 1e-4);
+  const LandmarkInitialization b =
+      initialize_inverse_depth(generic_state(), *ray, 1, camera.displacement(ray->h, pixel), {});
+  const Eigen::VectorXd numeric = numerical_jacobian(initialized, Eigen::VectorXd::Zero(1), 1e-4);
   // the lens's displacement is not linear in its parameter: 30 % at this pixel, and the sign and the axis are what matters
   EXPECT_GT(b.distortion.dot(numeric) / (b.distortion.norm() * numeric.norm()), 0.999);
   EXPECT_NEAR(b.distortion.norm() / numeric.norm(), 1, 0.35);
 }
 
-TEST(InverseDepth, NoiseOfTheInitialisationIsThatOfPixelAndDepth) {
+TEST(InverseDepth, NoiseOfTheInitializationIsThatOfPixelAndDepth) {
   const Camera camera{CameraIntrinsics{}};
   const Eigen::Vector2d pixel(50, 200);
   Options::Depth options;
   options.sigma_inverse_1_m = 0.4;
-  const auto initialised = [&](const Eigen::VectorXd& p) -> Eigen::VectorXd {
-    return initialise_inverse_depth(generic_state(), *camera.unproject(p), 1, Eigen::Vector2d::Zero(), options).y;
+  const auto initialized = [&](const Eigen::VectorXd& p) -> Eigen::VectorXd {
+    return initialize_inverse_depth(generic_state(), *camera.unproject(p), 1, Eigen::Vector2d::Zero(), options).y;
   };
-  const Eigen::MatrixXd J = numerical_jacobian(initialised, pixel, 1e-4);
+  const Eigen::MatrixXd J = numerical_jacobian(initialized, pixel, 1e-4);
   Eigen::MatrixXd expected = 1.5 * 1.5 * J * J.transpose();
   expected(5, 5) += 0.16;
-  const LandmarkInitialisation b =
-      initialise_inverse_depth(generic_state(), *camera.unproject(pixel), 1.5, Eigen::Vector2d::Zero(), options);
+  const LandmarkInitialization b =
+      initialize_inverse_depth(generic_state(), *camera.unproject(pixel), 1.5, Eigen::Vector2d::Zero(), options);
   EXPECT_LT((b.noise - expected).norm(), 1e-11);  // slopes 5e-3 rad/px
 }
 

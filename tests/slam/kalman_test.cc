@@ -39,14 +39,14 @@ bool update(Kalman& kalman, const std::vector<Measurement>& measurements) {
   return kalman.update(stacked);
 }
 
-TEST(Kalman, BlockUpdateIsTheTextbookOneWithTheQuaternionNormalised) {
+TEST(Kalman, BlockUpdateIsTheTextbookOneWithTheQuaternionNormalized) {
   Normal normal(2);
   Kalman kalman = random_filter(3, false, normal);
   const DenseStack dense(kalman.state(), normal);
   const Eigen::MatrixXd P = kalman.state().P(), K = dense.PHt * dense.S.inverse();
   Eigen::VectorXd x_after = kalman.state().x() + K * dense.nu;
   Eigen::MatrixXd N = Eigen::MatrixXd::Identity(P.rows(), P.rows());
-  N.block<4, 4>(kOrientation, kOrientation) = normalised_jacobian(x_after.segment<4>(kOrientation));
+  N.block<4, 4>(kOrientation, kOrientation) = normalized_jacobian(x_after.segment<4>(kOrientation));
   x_after.segment<4>(kOrientation).normalize();
   const Eigen::MatrixXd P_after = N * (P - K * dense.S * K.transpose()) * N.transpose();
   ASSERT_TRUE(update(kalman, dense.measurements));
@@ -138,12 +138,12 @@ TEST(Kalman, RefusesAnIndefiniteInnovationCovarianceAndANanInnovationAndChangesN
   EXPECT_EQ(kalman.state().P(), P);
 }
 
-TEST(Kalman, ALandmarkAddedIsAsUncertainAndCorrelatedAsItsInitialisationSays) {
+TEST(Kalman, ALandmarkAddedIsAsUncertainAndCorrelatedAsItsInitializationSays) {
   Normal normal(9);
   Kalman kalman = random_filter(2, false, normal);
   const Eigen::MatrixXd P = kalman.state().P();
   const Eigen::VectorXd x = kalman.state().x();
-  const LandmarkInitialisation b = random_landmark(normal);
+  const LandmarkInitialization b = random_landmark(normal);
   const int at = kalman.append(b), size = static_cast<int>(P.rows());
   ASSERT_EQ(at, size);
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(size + 6, size);
@@ -277,7 +277,7 @@ TEST(Kalman, NullDirectionOfTheRobotIsTheDerivativeOfTurningItAboutTheVertical) 
 
 /// A filter whose plan was wrong by `delta` from the start on, after a few steps of all kinds. What is
 /// measured is what a filter with the right plan predicts: the gain depends on the mean by the quaternion's
-/// normalisation, and that, which an extended Kalman filter leaves out of its derivatives, does not count
+/// normalization, and that, which an extended Kalman filter leaves out of its derivatives, does not count
 /// where innovations vanish.
 Kalman with_systematic_error(int which, double delta) {
   Normal normal(11);
@@ -297,7 +297,7 @@ Kalman with_systematic_error(int which, double delta) {
     EXPECT_TRUE(update(wrong, {plan, landmark}));
     plan.innovation.setZero(), landmark.innovation.setZero();
     EXPECT_TRUE(update(right, {plan, landmark}));
-    LandmarkInitialisation added = random_landmark(normal);
+    LandmarkInitialization added = random_landmark(normal);
     added.distortion = random_matrix(6, 1, normal);
     for (Kalman* kalman : {&wrong, &right}) {
       added.y = added.J_robot * kalman->state().robot();
@@ -327,16 +327,16 @@ TEST(Kalman, AMatchWithALastingErrorUpdatesAsItsDenseJacobianSays) {
   Kalman kalman({random_matrix(kRobot, 1, normal), random_covariance(normal)}, false, 3);
   kalman.append(random_landmark(normal));
   kalman.append(random_landmark(normal));
-  kalman.reset_match_error(kRobot + 2, 0.3);
+  kalman.reset_match_bias(kRobot + 2, 0.3);
   const int first = kRobot + 6, size = kalman.state().size;
   Measurement m = random_measurement(2, first, 0.1, normal);
-  m.error_at = kRobot + 2;
-  m.error_gain = 1.4;
+  m.bias_at = kRobot + 2;
+  m.bias_gain = 1.4;
   ASSERT_TRUE(update(kalman, {m}));  // correlates the error with robot and landmark
-  kalman.predict_match_error(kRobot + 2, 0.9, 0.01);
+  kalman.predict_match_bias(kRobot + 2, 0.9, 0.01);
   m = random_measurement(2, first, 0.1, normal);
-  m.error_at = kRobot + 2;
-  m.error_gain = 1.4;
+  m.bias_at = kRobot + 2;
+  m.bias_gain = 1.4;
   m.innovation = random_matrix(2, 1, normal);
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(2, size);
   H.leftCols<kRobot>() = m.H_robot;
@@ -347,7 +347,7 @@ TEST(Kalman, AMatchWithALastingErrorUpdatesAsItsDenseJacobianSays) {
   ASSERT_TRUE(update(kalman, {m}));
   const Eigen::MatrixXd K = P * H.transpose() * S.inverse();
   const Eigen::MatrixXd after = P - K * S * K.transpose();
-  const int from = kOrientation + 4;  // the quaternion is normalised besides
+  const int from = kOrientation + 4;  // the quaternion is normalized besides
   EXPECT_LT((kalman.state().P() - after).bottomRightCorner(size - from, size - from).norm(), 1e-9 * P.norm());
 }
 
@@ -355,9 +355,9 @@ TEST(Kalman, AResetErrorIsIndependentOfAllOthersAndAPredictedOneDecays) {
   Normal normal(6);
   Kalman kalman({random_matrix(kRobot, 1, normal), random_covariance(normal)}, false, 2);
   kalman.append(random_landmark(normal));
-  kalman.reset_match_error(kRobot, 0.5);
+  kalman.reset_match_bias(kRobot, 0.5);
   Measurement m = random_measurement(2, kRobot + 4, 0.1, normal);
-  m.error_at = kRobot, m.error_gain = 1, m.innovation = random_matrix(2, 1, normal);
+  m.bias_at = kRobot, m.bias_gain = 1, m.innovation = random_matrix(2, 1, normal);
   ASSERT_TRUE(update(kalman, {m}));
   const Eigen::MatrixXd P = kalman.state().P();
   const Eigen::VectorXd x = kalman.state().x();
@@ -365,10 +365,10 @@ TEST(Kalman, AResetErrorIsIndependentOfAllOthersAndAPredictedOneDecays) {
   decay.segment<2>(kRobot).setConstant(0.8);
   Eigen::MatrixXd expected = decay.asDiagonal() * P * decay.asDiagonal();
   expected.diagonal().segment<2>(kRobot).array() += 0.2;
-  kalman.predict_match_error(kRobot, 0.8, 0.2);
+  kalman.predict_match_bias(kRobot, 0.8, 0.2);
   EXPECT_LT((kalman.state().P() - expected).norm(), 1e-12 * P.norm());
   EXPECT_LT((kalman.state().x() - decay.cwiseProduct(x)).norm(), 1e-12);
-  kalman.reset_match_error(kRobot, 0.7);
+  kalman.reset_match_bias(kRobot, 0.7);
   EXPECT_DOUBLE_EQ(kalman.state().P().middleRows<2>(kRobot).norm(), std::sqrt(2) * 0.7);
   EXPECT_EQ(kalman.state().x().segment<2>(kRobot).norm(), 0);
 }

@@ -1,4 +1,4 @@
-#include "slam/landmark.h"
+#include "slam/vision/landmark.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "slam/line_search.h"
+#include "slam/vision/active_search.h"
 
 #include <gtest/gtest.h>
 
@@ -24,12 +24,12 @@ TEST(LineSearch, SidewaysMotionFindsTheDepthOfAFarWallAndNeverANearOne) {
   landmark.kind = SemiInfiniteLine{uniform_prior(options.depth.particles)};
   landmark.patch = cut_patch(wide(cv::Rect(0, 0, 320, 240)), {200, 120});
   landmark.at = kRobot;
-  const LandmarkInitialisation line = initialise_line(x, *camera.unproject({200, 120}), 1);
+  const LandmarkInitialization line = initialize_line(x, *camera.unproject({200, 120}), 1);
   for (const int shift_px : {4, 8, 12, 16, 20}) {
     RobotVector moved = x;
     moved(kPosition + 1) = -shift_px * kWall_m / kFocal_px;
     Kalman kalman({moved, 1e-6 * RobotMatrix::Identity()}, false);
-    LandmarkInitialisation still = line;
+    LandmarkInitialization still = line;
     still.J_robot.setZero();
     kalman.append(still);
     landmark.X_WC_first = kalman.state().X_WC();

@@ -1,11 +1,11 @@
-#include "slam/map.h"
+#include "slam/vision/map.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
-#include "slam/active_search.h"
+#include "slam/vision/active_search.h"
 #include "tests/slam/test_scenes.h"
 
 namespace slam {
@@ -16,16 +16,16 @@ using namespace std::chrono_literals;
 Options options_for(int landmarks) {
   Options options;
   options.vision.visible_landmarks = landmarks;
-  options.vision.sigma_view_px = 0.5;
+  options.vision.viewpoint_sigma_px = 0.5;
   return options;
 }
 
 /// A map of `count` new landmarks.
-struct Initialised {
-  explicit Initialised(int count, std::uint64_t seed = 1) : Initialised(options_for(count), seed) {}
-  explicit Initialised(const Options& options, std::uint64_t seed = 1)
+struct Initialized {
+  explicit Initialized(int count, std::uint64_t seed = 1) : Initialized(options_for(count), seed) {}
+  explicit Initialized(const Options& options, std::uint64_t seed = 1)
       : camera(CameraIntrinsics{}), map(options, camera, seed) {
-    map.initialise(image, Stamp(7), {}, kalman, removed);
+    map.initialize(image, Stamp(7), {}, kalman, removed);
   }
   std::vector<int> pruned() {
     std::vector<int> deleted;
@@ -80,14 +80,14 @@ struct Initialised {
   }
 };
 
-TEST(Map, InitialisesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleOnes) {
-  Initialised b(8);
+TEST(Map, InitializesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleOnes) {
+  Initialized b(8);
   ASSERT_EQ(b.size(), 8u);
   ASSERT_EQ(b.kalman.state().size, kRobot + 48);
-  b.map.initialise(b.image, Stamp(8), b.pixels(), b.kalman, b.removed);
+  b.map.initialize(b.image, Stamp(8), b.pixels(), b.kalman, b.removed);
   EXPECT_EQ(b.size(), 8u);  // none is missing
   const std::vector<Eigen::Vector2d> two{b.pixel(0), b.pixel(1)};
-  b.map.initialise(b.image, Stamp(8), two, b.kalman, b.removed);
+  b.map.initialize(b.image, Stamp(8), two, b.kalman, b.removed);
   EXPECT_EQ(b.size(), 11u);  // three a frame
   const std::vector<Eigen::Vector2d> all = b.pixels();
   const auto expect_apart = [&](std::size_t i, std::size_t j) {
@@ -99,26 +99,26 @@ TEST(Map, InitialisesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleO
     for (const std::size_t j : {0, 1}) expect_apart(i, j);
 }
 
-TEST(Map, InitialisesNothingInAnImageWithoutCorners) {
-  Initialised b(0);
+TEST(Map, InitializesNothingInAnImageWithoutCorners) {
+  Initialized b(0);
   Map map(Options{}, b.camera, 1);
-  const InitialisationCount count =
-      map.initialise(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), Stamp(1), {}, b.kalman, b.removed);
+  const InitializationCount count =
+      map.initialize(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), Stamp(1), {}, b.kalman, b.removed);
   EXPECT_EQ(count.wanted, Options{}.vision.visible_landmarks);
   EXPECT_EQ(count.added, 0);
   EXPECT_TRUE(map.landmarks().empty());
   EXPECT_EQ(b.kalman.state().size, kRobot);
 }
 
-TEST(Map, LinesAreInitialisedOneAtATimeAndOnlyWhileTheCameraMoves) {
+TEST(Map, LinesAreInitializedOneAtATimeAndOnlyWhileTheCameraMoves) {
   Options options;
   options.depth.first_sight = FirstSight::particles;
-  Initialised b(options);
+  Initialized b(options);
   EXPECT_EQ(b.size(), 0u);
   RobotVector x = b.kalman.state().robot();
   x(kVelocity) = 0.2;
   b.kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
-  for (int k = 0; k < 2; ++k) b.map.initialise(b.image, Stamp(8), {}, b.kalman, b.removed);
+  for (int k = 0; k < 2; ++k) b.map.initialize(b.image, Stamp(8), {}, b.kalman, b.removed);
   EXPECT_EQ(b.size(), 1u);
 }
 
@@ -126,7 +126,7 @@ TEST(Map, ALineWithoutMatchesIsDeletedAndItsDepthsAreReported) {
   Options options;
   options.depth.first_sight = FirstSight::particles;
   options.depth.particles.minimum_speed_m_s = -1;
-  Initialised b(options);
+  Initialized b(options);
   ASSERT_EQ(b.size(), 1u);
   std::vector<int> deleted;
   std::vector<DepthHypotheses> lines;
@@ -137,17 +137,17 @@ TEST(Map, ALineWithoutMatchesIsDeletedAndItsDepthsAreReported) {
   EXPECT_EQ(b.kalman.state().size, kRobot);
 }
 
-TEST(Map, KnownLandmarksAreInitialisedOnceAndOneThatIsNotSeenIsReported) {
+TEST(Map, KnownLandmarksAreInitializedOnceAndOneThatIsNotSeenIsReported) {
   Options options = options_for(0);
   options.known_landmarks.at_m = {{-5, 0, 1.4}};  // behind the camera
-  Initialised b(options);
-  EXPECT_FALSE(b.map.initialise_known(b.image, Stamp(7), b.kalman));
-  EXPECT_TRUE(b.map.initialise_known(b.image, Stamp(8), b.kalman));
+  Initialized b(options);
+  EXPECT_FALSE(b.map.initialize_known(b.image, Stamp(7), b.kalman));
+  EXPECT_TRUE(b.map.initialize_known(b.image, Stamp(8), b.kalman));
   EXPECT_EQ(b.size(), 0u);
 }
 
 TEST(Map, ItsPointsAreTheLandmarksWithPositionCovarianceAndCounts) {
-  Initialised b(2);
+  Initialized b(2);
   b.know_depth(1, 0.25);
   b.map.record_search(1, true);
   b.map.record_search(1, false);
@@ -157,7 +157,7 @@ TEST(Map, ItsPointsAreTheLandmarksWithPositionCovarianceAndCounts) {
   EXPECT_EQ(points[1].kind, "inverse_depth");
   EXPECT_NEAR((points[1].p_W - b.kalman.state().position()).norm(), 4, 1e-3);
   EXPECT_EQ(points[1].covariance, position_covariance(b.kalman.state(), b.map.landmarks()[1]));
-  EXPECT_EQ(points[1].initialised, Stamp(7));
+  EXPECT_EQ(points[1].initialized, Stamp(7));
   EXPECT_EQ(points[1].attempts, 2);
   EXPECT_EQ(points[1].successes, 1);
 }
@@ -165,14 +165,14 @@ TEST(Map, ItsPointsAreTheLandmarksWithPositionCovarianceAndCounts) {
 TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeRoom) {
   Options options = options_for(8);
   options.bounds.landmarks = 5;
-  Initialised b(options);
+  Initialized b(options);
   ASSERT_EQ(b.size(), 5u);
-  b.map.initialise(b.image, Stamp(7), {}, b.kalman, b.removed);
+  b.map.initialize(b.image, Stamp(7), {}, b.kalman, b.removed);
   EXPECT_TRUE(b.removed.empty());  // all are in view
   for (const std::size_t i : {0, 1, 4}) b.map.record_search(i, true);
   b.map.record_search(0, true);
   for (const std::size_t i : {1, 2}) b.map.record_visible(i, Stamp(9));
-  b.map.initialise(b.image, Stamp(9), {}, b.kalman, b.removed);
+  b.map.initialize(b.image, Stamp(9), {}, b.kalman, b.removed);
   EXPECT_EQ(b.removed, (std::vector<int>{3, 4, 0}));  // 1 and 2 are in view
   EXPECT_EQ(b.size(), 5u);
   EXPECT_EQ(b.kalman.state().size, kRobot + 5 * InverseDepth::kSize);
@@ -181,20 +181,20 @@ TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeR
 TEST(Map, ItsCovarianceIsHeldToTheBoundOfMemory) {
   Options options = options_for(200);
   options.bounds.memory_mb = 1;  // 353 parameters
-  const Initialised b(options);
+  const Initialized b(options);
   EXPECT_GT(b.size(), 20u);
   EXPECT_LT(8 * std::pow(b.kalman.state().storage_x.size(), 2), 1e6);
 }
 
 TEST(Map, IsTheSameFromTheSameSeedAndAnotherFromAnother) {
-  const Initialised a(6, 1), same(6, 1), other(6, 2);
+  const Initialized a(6, 1), same(6, 1), other(6, 2);
   EXPECT_EQ(a.kalman.state().x(), same.kalman.state().x());
   EXPECT_EQ(a.kalman.state().P(), same.kalman.state().P());
   EXPECT_NE(a.parameters(0), other.parameters(0));
 }
 
 TEST(Map, DeletesWhatWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse) {
-  Initialised b(4);
+  Initialized b(4);
   const auto search = [&](std::size_t i, int attempts, int successes) {
     for (int k = 0; k < attempts; ++k) b.map.record_search(i, k < successes);
   };
@@ -209,9 +209,9 @@ TEST(Map, DeletesWhatWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse)
 }
 
 TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
-  Initialised b(4);
+  Initialized b(4);
   const auto last_seen = [&](std::size_t i, std::chrono::seconds age) {
-    b.map.record_visible(i, b.map.landmarks()[i].initialised + age);
+    b.map.record_visible(i, b.map.landmarks()[i].initialized + age);
     for (int k = 0; k < 10; ++k) b.map.record_search(i, false);
   };
   last_seen(0, 1s);
@@ -223,14 +223,14 @@ TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
 }
 
 TEST(Map, DeletesALandmarkThatIsSurelyBehindItsFirstSight) {
-  Initialised b(3);
+  Initialized b(3);
   b.know_depth(1, -0.01);
   const int behind = b.map.landmarks()[1].id;
   EXPECT_EQ(b.pruned(), std::vector<int>{behind});
 }
 
 TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
-  Initialised b(5);
+  Initialized b(5);
   for (const std::size_t i : {1u, 3u}) b.know_depth(i, 0.25);
   std::vector<Eigen::Vector2d> before;
   for (std::size_t i = 0; i < 5; ++i) before.push_back(b.pixel(i));
@@ -246,14 +246,14 @@ TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
 }
 
 TEST(Map, AnUncertainDepthIsNotConverted) {
-  Initialised b(3);
+  Initialized b(3);
   b.map.convert_to_points(b.kalman);
   for (const Landmark& landmark : b.map.landmarks())
     EXPECT_TRUE(std::holds_alternative<InverseDepth>(landmark.kind));
 }
 
 TEST(Map, AConvertedLandmarkIsPredictedAtTheSamePixelWithTheSameCovariance) {
-  Initialised b(3);
+  Initialized b(3);
   for (std::size_t i = 0; i < 3; ++i) b.know_depth(i, 0.25);
   const auto before = predict_view(b.kalman, b.map.landmarks(), b.camera, 1);
   b.map.convert_to_points(b.kalman);
@@ -268,7 +268,7 @@ TEST(Map, AConvertedLandmarkIsPredictedAtTheSamePixelWithTheSameCovariance) {
 }
 
 TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedAndNotAfterSwaying) {
-  Initialised b(1);
+  Initialized b(1);
   const Eigen::MatrixXd before = b.covariance(0);
   const double distance = b.distance(0);
   const Eigen::Vector3d aside(0, 0.01 * distance, 0);
@@ -289,7 +289,7 @@ TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedAndNotAfterSwaying) {
 }
 
 TEST(Map, APointIsInflatedIsotropically) {
-  Initialised b(1);
+  Initialized b(1);
   b.know_depth(0, 0.5);
   b.map.convert_to_points(b.kalman);
   ASSERT_EQ(b.map.landmarks()[0].size(), Point::kSize);

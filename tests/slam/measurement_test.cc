@@ -27,7 +27,7 @@ TEST(Measurement, InnovationCovarianceAndNisAreTheDenseOnes) {
   const Eigen::MatrixXd H = dense_H(m, state.size), S = H * state.P() * H.transpose() + Eigen::MatrixXd(m.R);
   const Eigen::VectorXd nu = m.innovation;
   EXPECT_LT((innovation_covariance(state, m) - S).norm(), 1e-13 * S.norm());
-  const Nis nis = normalised_innovation_squared(state, m);
+  const Nis nis = normalized_innovation_squared(state, m);
   EXPECT_NEAR(nis.value, nu.dot(S.inverse() * nu), 1e-10);
   EXPECT_EQ(nis.dof, 3);
   EXPECT_NEAR(nis.log_determinant, std::log(S.determinant()), 1e-10);
@@ -37,7 +37,7 @@ TEST(Measurement, TheNisIsInfiniteWhereTheInnovationCovarianceIsNotPositiveDefin
   Normal normal(9);
   Measurement m = random_measurement(2, 0, 0.1, normal);
   m.R(0, 0) = -1e9;
-  EXPECT_EQ(normalised_innovation_squared(random_filter(0, false, normal).state(), m).value,
+  EXPECT_EQ(normalized_innovation_squared(random_filter(0, false, normal).state(), m).value,
             std::numeric_limits<double>::infinity());
 }
 

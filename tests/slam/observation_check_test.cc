@@ -1,4 +1,4 @@
-#include "slam/observation_check.h"
+#include "slam/tracking_monitor.h"
 
 #include <gtest/gtest.h>
 
@@ -19,10 +19,10 @@ TEST(ObservationCheck, NamesTheMalformationAndAcceptsWhatIsAbsent) {
   EXPECT_EQ(malformation(o, {}), "");
   Observation bad = o;
   bad.image = random_blocks(300, 8, 1);
-  EXPECT_EQ(malformation(bad, {}), "its image is not 8-bit grey of the camera's size");
+  EXPECT_EQ(malformation(bad, {}), "its image is not 8-bit gray of the camera's size");
   bad = o;
   bad.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(0));
-  EXPECT_EQ(malformation(bad, {}), "its image is not 8-bit grey of the camera's size");
+  EXPECT_EQ(malformation(bad, {}), "its image is not 8-bit gray of the camera's size");
   bad = o;
   bad.accelerometer[0].value.y() = nan;
   EXPECT_EQ(malformation(bad, {}), "an inertial reading is not finite");

@@ -1,4 +1,4 @@
-#include "slam/patch.h"
+#include "slam/vision/patch.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ TEST(Patch, RefinesToAFewHundredthsOfAPixel) {
   for (const double shift : {0.1, 0.35, 0.5, 0.8}) {
     const auto match = refine(pattern(shift, -shift / 2), t, {70, 60});
     ASSERT_TRUE(match);
-    EXPECT_NEAR(match->pixel.x(), 70 + shift, 0.03);  // grey values are whole numbers, samples bilinear
+    EXPECT_NEAR(match->pixel.x(), 70 + shift, 0.03);  // gray values are whole numbers, samples bilinear
     EXPECT_NEAR(match->pixel.y(), 60 - shift / 2, 0.03);
     EXPECT_GT(match->correlation, 0.99);
   }
@@ -24,7 +24,7 @@ TEST(Patch, BrightnessAndContrastDoNotMatter) {
   pattern(0.4, 0).convertTo(dim, CV_8U, 0.5, 20);
   const auto match = refine(dim, t, {70, 60});
   ASSERT_TRUE(match);
-  EXPECT_NEAR(match->pixel.x(), 70.4, 0.05);  // half the grey levels are left
+  EXPECT_NEAR(match->pixel.x(), 70.4, 0.05);  // half the gray levels are left
 }
 
 TEST(Patch, FlatPatchesMakeNoTemplate) {

@@ -25,7 +25,7 @@ inline RobotMatrix random_covariance(Normal& normal) {
   return (P + P.transpose()) / 2;  // symmetric to the last bit
 }
 
-inline LandmarkInitialisation random_landmark(Normal& normal) {
+inline LandmarkInitialization random_landmark(Normal& normal) {
   const Eigen::MatrixXd A = random_matrix(6, 6, normal);
   return {random_matrix(6, 1, normal), random_matrix(6, kRobot, normal), 0.01 * A * A.transpose()};
 }

@@ -14,7 +14,7 @@ using tests::numerical_jacobian;
 constexpr double kCentral = 1e-8;  // truncation 1e-12 of curvature and rounding 1e-16/1e-6, with room
 
 const Eigen::Vector4d kQ =
-    Eigen::Vector4d(0.9, 0.1, -0.2, 0.3);  // not normalised: the derivatives hold off the sphere
+    Eigen::Vector4d(0.9, 0.1, -0.2, 0.3);  // not normalized: the derivatives hold off the sphere
 const Eigen::Vector3d kA(0.4, -1.2, 2.5);
 
 TEST(Rotation, ExponentialAgreesWithEigensAngleAxis) {
@@ -66,10 +66,10 @@ TEST(Rotation, ProductMatricesAreTheProductsDerivatives) {
   EXPECT_NEAR((right_matrix(b) - of_a).norm(), 0, kCentral);
 }
 
-TEST(Rotation, NormalisationJacobianIsItsDerivative) {
+TEST(Rotation, NormalizationJacobianIsItsDerivative) {
   const auto numeric =
       numerical_jacobian([](const Eigen::VectorXd& q) -> Eigen::VectorXd { return q.normalized(); }, kQ);
-  EXPECT_NEAR((normalised_jacobian(kQ) - numeric).norm(), 0, kCentral);
+  EXPECT_NEAR((normalized_jacobian(kQ) - numeric).norm(), 0, kCentral);
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
-#include "slam/surface.h"
+#include "slam/vision/active_search.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "slam/corner_detector.h"
+#include "slam/vision/corner_detector.h"
 #include "tests/slam/synthetic_room.h"
 
 namespace slam {

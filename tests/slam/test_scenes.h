@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "slam/patch.h"
+#include "slam/vision/patch.h"
 #include "slam/state.h"
 
 namespace slam {
@@ -32,7 +32,7 @@ inline RobotVector looking_ahead(const Eigen::Vector3d& p_WC = {0, 0, 1.4}) {
   return x;
 }
 
-/// Blocks of `side` px of random grey: corners everywhere.
+/// Blocks of `side` px of random gray: corners everywhere.
 inline cv::Mat random_blocks(int columns, int side, std::uint64_t seed) {
   cv::Mat image(240, columns, CV_8UC1);
   std::mt19937_64 random(seed);

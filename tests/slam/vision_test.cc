@@ -1,15 +1,15 @@
-#include "slam/vision.h"
+#include "slam/vision/vision.h"
 
 #include <gtest/gtest.h>
 
-#include "slam/corner_detector.h"
-#include "slam/landmark_initialisation.h"
+#include "slam/vision/corner_detector.h"
+#include "slam/vision/map.h"
 #include "tests/slam/test_scenes.h"
 
 namespace slam {
 namespace {
 
-/// A camera that looks along +x, and landmarks initialised at corners of its image.
+/// A camera that looks along +x, and landmarks initialized at corners of its image.
 struct Scene {
   Scene() {
     std::mt19937_64 random(1);
@@ -18,7 +18,7 @@ struct Scene {
       const auto corner = propose_corner(image, occupied, options.vision, random);
       if (!corner) continue;
       occupied.push_back(corner->cast<double>());
-      landmarks.push_back(*initialise_landmark(image, Stamp(0), *corner, camera, options, kalman));
+      landmarks.push_back(*initialize_landmark(image, Stamp(0), *corner, camera, options, kalman));
     }
     // since then the camera has rotated by an unknown angle of 0.01 rad (1 sigma)
     RobotMatrix Q = RobotMatrix::Zero();
@@ -33,7 +33,7 @@ struct Scene {
   cv::Mat image = random_blocks(320, 8, 5);
   Kalman kalman{{looking_ahead(), 1e-8 * RobotMatrix::Identity()},
                 false,
-                MatchErrors::places(options.vision, options.bounds)};
+                MatchBiases::places(options.vision, options.bounds)};
   std::vector<Landmark> landmarks;
   Vision vision{options.vision, options.bounds, camera};
 };

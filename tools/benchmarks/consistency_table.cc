@@ -12,7 +12,7 @@
 
 #include "sim/score/band_share.h"
 #include "sim/score/statistics.h"
-#include "slam/patch.h"
+#include "slam/vision/patch.h"
 #include "tools/benchmarks/recorded_walk.h"
 #include "tools/benchmarks/suite_recordings.h"
 

@@ -89,7 +89,7 @@ double pixel_error(const tune::Recording& recording, const scenario::Scenario& s
   const auto X_WC = [&](slam::Stamp t) { return walk().X_WC(slam::seconds(t)); };
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const Eigen::Isometry3d X = X_WC(frame.report.t);
-    for (const slam::Sighting& s : frame.report.initialised)
+    for (const slam::Sighting& s : frame.report.initialized)
       point[s.landmark] = room.hit(X.translation(), X.linear() * camera.unproject(s.pixel)->h);
     for (const slam::Sighting& s : frame.report.matched)
       if (const auto there = camera.project(X.inverse() * point.at(s.landmark)))
@@ -144,7 +144,7 @@ tune::Spec spec_of(const Planted& planted, const std::vector<fs::path>& folders,
              "errors.image.shot_sigma_grey=0",
              "slam.plan_velocity.sigma_sway_m_s=0",
              "slam.plan_velocity.sigma_stride=0",
-             "slam.vision.sigma_view_px=0",
+             "slam.vision.viewpoint_sigma_px=0",
              "slam.plan_velocity.pivots_on_foot=false",
              "slam.accelerometer.sigma_bias_m_s2=0",
              "slam.accelerometer.sigma_bias_walk_m_s3=0",
