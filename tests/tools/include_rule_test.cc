@@ -36,7 +36,7 @@ const std::vector<Rule>& rules() {
        {"sim/files/", "Eigen/", "fmt/", "nlohmann/", "sha2.h", "xxhash.h", "fcntl.h", "signal.h", "unistd.h",
         "sys/"}},
       {"sim/score/", {"sim/score/", "sim/files/", "Eigen/", "boost/math/", "fmt/", "nlohmann/"}},
-      {"sim/sensor_errors/", {"sim/sensor_errors/", "slam/observation.h", "Eigen/", "opencv2/core", "fmt/"}},
+      {"sim/sensor_errors/", {"sim/sensor_errors/", "slam/observation.h", "walking/keys.h", "Eigen/", "opencv2/core", "fmt/"}},
       {"sim/recording/",
        {"sim/recording/", "sim/files/", "sim/sensor_errors/", "slam/camera.h", "slam/observation.h",
         "slam/options.h", "Eigen/", "opencv2/core", "opencv2/imgcodecs", "fmt/", "yaml-cpp/", "libdeflate.h",
