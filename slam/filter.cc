@@ -54,7 +54,7 @@ std::string Filter::objection(const Observation& o) const {
   return malformation(o, visual_.intrinsics());
 }
 
-/// A rejected observation changes the health but nothing of the state.
+/// A rejected observation changes the health but not the state.
 const FrameReport& Filter::refuse(Stamp t, const std::string& why) {
   tracking_.refuse(interval_, why);
   report(t, internal_.skip(), visual_.skip(), {});

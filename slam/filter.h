@@ -28,7 +28,7 @@ class Filter {
          std::uint64_t seed);
 
   /// Processes one observation: prediction, internal measurements, active search, update and map management.
-  /// A malformed observation, or one whose time does not increase, is rejected (FrameReport::refused) and
+  /// A malformed observation, or one that is not later than the last, is rejected (FrameReport::refused) and
   /// changes nothing. The report is valid until the next call.
   const FrameReport& step(const Observation& observation);
 

@@ -85,7 +85,7 @@ struct FrameReport {
   int accepted = 0;                           ///< passed the gates and entered the update
   std::vector<SensorInnovation> innovations;  ///< of the sensors that gave a measurement
   std::optional<Nis> update;          ///< of the accepted matches, with the noise that the update assumes
-  std::vector<Sighting> initialized;  ///< landmarks initialized in this frame, where they were first seen
+  std::vector<Sighting> initialized;  ///< landmarks initialized in this frame, at their first pixels
   std::vector<Sighting> matched;      ///< accepted matches of this frame
   std::vector<Search> searched;
   std::vector<DepthHypotheses> lines;  ///< landmarks that were lines before this frame, after its image
@@ -114,7 +114,7 @@ struct MapPoint {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
   Stamp initialized{0};
-  int attempts = 0, successes = 0;  ///< searches for it, and those whose match was accepted
+  int attempts = 0, successes = 0;  ///< searches for it, and accepted matches
 };
 
 }  // namespace slam

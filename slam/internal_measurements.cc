@@ -4,8 +4,6 @@
 #include <array>
 #include <utility>
 
-#include "slam/gyro.h"
-
 namespace slam {
 namespace {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "slam/accelerometer.h"
 #include "slam/frame_report.h"
+#include "slam/inertial.h"
 #include "slam/kalman.h"
 #include "slam/motion_model.h"
 #include "slam/observation.h"
@@ -38,7 +38,7 @@ class InternalMeasurements {
 
   /// Starts a new result and predicts the robot's state at the observation. The accelerometer drives the
   /// prediction unless its readings are incomplete, or its increment is implausible for the motion model or
-  /// contradicts the plan. previous: the time of the previous observation, at which `state` is.
+  /// contradicts the plan. previous: the time of `state`, that of the previous observation.
   Prediction predict(const Observation& observation, Stamp previous,
                      const std::optional<PlannedInterval>& planned, const State& state);
 

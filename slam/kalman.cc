@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSpareParameters = 96;
 
-/// The parameters for which there is storage once `size` are needed.
+/// The number of parameters in storage once `size` are needed.
 Eigen::Index room_for(int size, const State& state) {
   const Eigen::Index now = state.storage_x.size();
   return size <= now ? now : size + std::max(kSpareParameters, size / 2);

@@ -23,7 +23,7 @@ RobotVector robot_null_yaw(const RobotVector& x);
 
 class Kalman {
  public:
-  /// match_biases: the number of match biases (vision/match_bias.h) for which the state has room.
+  /// match_biases: the number of places for match biases (MatchBiases) in the state.
   Kalman(const RobotState& initial, bool observability_constrained, int match_biases = 0);
 
   const State& state() const { return state_; }
@@ -31,20 +31,20 @@ class Kalman {
   /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks follow.
   void predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q);
 
-  /// Removes from H what would seem to observe the heading of the whole world, which is unobservable
+  /// Removes from H the part that observes the heading of the whole world, which is unobservable
   /// (Hesch et al. 2013: H' = H − HN(NᵀN)⁻¹Nᵀ). Does nothing when the constraint is switched off.
   void constrain(Measurement& measurement) const;
 
   /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalized. Returns false, and changes
-  /// nothing, where S is not positive definite or the innovation is not finite.
+  /// nothing, if S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
 
-  /// Adds what a measurement that enters no update says of a systematic error.
+  /// Adds evidence of a systematic error from a measurement that enters no update.
   void add_evidence(int error, const SystematicEvidence& evidence) {
     SystematicEvidence& sum = evidence_[static_cast<std::size_t>(error)];
     sum.score += evidence.score, sum.information += evidence.information;
   }
-  /// What was added, and what the updates say of systematic errors, since the last call.
+  /// The evidence of systematic errors, added and from updates, since the last call.
   Evidence take_evidence() { return std::exchange(evidence_, {}); }
 
   /// Adds a landmark at the end of the state; returns the first index of its parameters.

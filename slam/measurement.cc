@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSpareRows = 32;
 
-/// Adds to PHᵀ the columns of P, of which only the lower triangle is read, times H of the landmark.
+/// Adds to PHᵀ the columns of P times H of the landmark. Only the lower triangle of P is read.
 void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
   const auto& P = state.storage_P;
   const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
@@ -26,7 +26,7 @@ void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eige
       PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
 }
 
-/// Adds to PHᵀ the columns of P that belong to the lasting error of a match.
+/// Adds to PHᵀ the columns of P that belong to the match bias.
 void add_bias_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
   if (m.bias_at < 0) return;
   const auto& P = state.storage_P;
@@ -37,7 +37,7 @@ void add_bias_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::M
   }
 }
 
-/// Adds to S what the lasting error of a match contributes.
+/// Adds to S the contribution of the match bias.
 void add_bias_part(const State& state, const Measurement& m, Measurement::Small<3, 3>& S) {
   if (m.bias_at < 0) return;
   const auto& P = state.storage_P;
@@ -49,8 +49,8 @@ void add_bias_part(const State& state, const Measurement& m, Measurement::Small<
   S += m.bias_gain * m.bias_gain * state.marginal<2>(m.bias_at);
 }
 
-/// The derivative of the innovation with respect to the systematic errors, which act on the measurement
-/// itself and through all earlier ones on the state.
+/// The derivative of the innovation with respect to the systematic errors, which act on the measurement and,
+/// through all earlier ones, on the state.
 Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors> innovation_sensitivity(
     const State& state, const Measurement& m) {
   const auto& s = state.storage_sensitivity;

@@ -5,17 +5,17 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-#include "slam/accelerometer.h"
+#include "slam/inertial.h"
 #include "slam/options.h"
 #include "slam/state.h"
 
 namespace slam {
 
-/// The mean of a robot at rest whose camera is at X_WC; all other parameters are 0.
+/// The mean of a robot at rest with its camera at X_WC; all other parameters are 0.
 RobotVector initial_mean(const Eigen::Isometry3d& X_WC);
 
-/// Mean and covariance of a robot at rest whose camera is near X_WC. The covariance is diagonal but for the
-/// orientation, whose quaternion varies by small rotations only.
+/// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal but for the
+/// orientation: the quaternion varies only by small rotations.
 RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options);
 
 /// The predicted mean f(x), F = ∂f/∂x and the process noise covariance Q.

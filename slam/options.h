@@ -67,10 +67,9 @@ struct Options {
       number<&Start::sigma_orientation_rad>(key, 1e-9, 1e6, "standard deviation of the first orientation");
       number<&Start::sigma_velocity_m_s>(key, 1e-9, 1e6, "standard deviation of the first velocity");
       number<&Start::sigma_rate_rad_s>(key, 1e-9, 1e6, "standard deviation of the first angular velocity");
-      key.number(
-          member<&Start::sigma_rest_rad_s>, 0, 1e6,
-          "standard deviation of the angular velocity in a frame before the plan has moved, from which the "
-          "gyro's bias is estimated; 0: not used");
+      number<&Start::sigma_rest_rad_s>(
+          key, 0, 1e6,
+          "standard deviation of the rate at rest before the walk, which gives the gyro's bias; 0: not used");
     }
   } start;
 
@@ -93,14 +92,12 @@ struct Options {
 
     static void keys(auto&& key) {
       value<&Gyro::enabled>(key, "whether the filter uses the gyro");
-      choice<&Gyro::readings>(
-          key, kGyroReadings,
-          "gyro readings of a frame interval that the filter uses: all of them, or only the last");
+      choice<&Gyro::readings>(key, kGyroReadings, "gyro readings of a frame interval that the filter uses");
       number<&Gyro::sigma_rad_s>(key, 1e-9, 1e6, "assumed standard deviation of a 200 Hz gyro reading");
       number<&Gyro::sigma_bias_rad_s>(key, 0, 1e3,
                                       "standard deviation of the gyro's bias at the start; 0: no bias");
       number<&Gyro::sigma_bias_walk_rad_s2>(
-          key, 0, 1e3, "assumed random walk of the gyro's bias: growth of its standard deviation in 1 s");
+          key, 0, 1e3, "assumed growth of the standard deviation of the gyro's bias in 1 s");
     }
   } gyro;
 
@@ -116,8 +113,7 @@ struct Options {
       number<&Accelerometer::sigma_bias_m_s2>(
           key, 0, 1e3, "standard deviation of the accelerometer's bias at the start; 0: no bias");
       number<&Accelerometer::sigma_bias_walk_m_s3>(
-          key, 0, 1e3,
-          "assumed random walk of the accelerometer's bias: growth of its standard deviation in 1 s");
+          key, 0, 1e3, "assumed growth of the standard deviation of the accelerometer's bias in 1 s");
     }
   } accelerometer;
 
@@ -130,17 +126,15 @@ struct Options {
 
     static void keys(auto&& key) {
       value<&PlanVelocity::enabled>(key, "whether the filter uses the planned velocity");
-      choice<&PlanVelocity::axes>(
-          key, kVelocityAxes,
-          "axes along which the planned velocity is used: the robot's or those of the plan's world");
+      choice<&PlanVelocity::axes>(key, kVelocityAxes,
+                                  "axes of the planned velocity: the robot's or those of the plan's world");
       value<&PlanVelocity::pivots_on_foot>(
           key, "whether unplanned rotation is about the support foot (with the robot's axes only)");
       number<&PlanVelocity::sigma_m_s>(key, 1e-9, 1e6,
                                        "assumed standard deviation of the planned velocity of a frame");
-      key.number(
-          member<&PlanVelocity::sigma_stride>, 0, 1e3,
-          "standard deviation of the slowly changing error of the planned strides, relative, in length and "
-          "sideways; 0: none");
+      number<&PlanVelocity::sigma_stride>(
+          key, 0, 1e3,
+          "standard deviation of the relative error of strides, in length and sideways; 0: none");
       number<&PlanVelocity::sigma_sway_m_s>(
           key, 0, 1e3, "standard deviation of the unplanned lateral sway velocity; 0: none");
       number<&PlanVelocity::sway_period_s>(key, 1e-3, 1e6, "period of the sway: the time of two steps");
@@ -155,14 +149,12 @@ struct Options {
 
     static void keys(auto&& key) {
       value<&LegOdometry::enabled>(key, "whether leg odometry, if given, replaces the planned velocity");
-      number<&LegOdometry::sigma_m_s>(
-          key, 1e-9, 1e6, "assumed standard deviation of the velocity of a frame from leg odometry");
+      number<&LegOdometry::sigma_m_s>(key, 1e-9, 1e6,
+                                      "assumed standard deviation of a frame's velocity from leg odometry");
       number<&LegOdometry::sigma_stride>(
-          key, 0, 1e3,
-          "standard deviation of the slowly changing error of leg odometry, relative, in length and "
-          "sideways");
+          key, 0, 1e3, "standard deviation of the relative error of leg odometry, in length and sideways");
       number<&LegOdometry::sigma_sway_m_s>(
-          key, 0, 1e3, "standard deviation of the lateral sway velocity that leg odometry does not measure");
+          key, 0, 1e3, "standard deviation of the lateral sway velocity missed by leg odometry");
     }
   } leg_odometry;
 
@@ -192,32 +184,27 @@ struct Options {
 
     static void keys(auto&& key) {
       value<&Vision::enabled>(key, "whether the filter uses the camera");
-      number<&Vision::sigma_px>(
-          key, 0.01, 100, "standard deviation of a match at the image's center; twice that at the corner");
+      number<&Vision::sigma_px>(key, 0.01, 100,
+                                "standard deviation of a match at the image's center; double at the corner");
       number<&Vision::sigma_first_px>(
-          key, 0.001, 100,
-          "standard deviation of the pixel at which a landmark was first seen, at the image's center");
-      key.number(
-          member<&Vision::viewpoint_sigma_px>, 0, 100,
-          "standard deviation of the shift of a patch's apparent center once the camera has moved by the "
-          "landmark's distance; its square grows in proportion to the motion");
-      key.number(
-          member<&Vision::match_bias_sigma_px>, 0, 100,
-          "standard deviation of the part of a match's error that is correlated over frames, at the image's "
-          "center; 0: none");
+          key, 0.001, 100, "standard deviation of a landmark's first pixel, at the image's center");
+      number<&Vision::viewpoint_sigma_px>(key, 0, 100,
+                                          "standard deviation of the shift of a patch's apparent center when "
+                                          "the camera has moved by its distance");
+      number<&Vision::match_bias_sigma_px>(
+          key, 0, 100, "standard deviation of a match's bias, which is correlated over frames; 0: none");
       number<&Vision::match_bias_s>(key, 1e-3, 1e6, "correlation time of a match's bias");
       number<&Vision::gate_sigma_px>(key, 0.01, 100,
-                                     "standard deviation of a single correct match, used to gate wrong ones");
+                                     "standard deviation of a single correct match, for gating");
       number<&Vision::visible_landmarks>(key, 1, 1000, "number of landmarks to keep in view");
       number<&Vision::measured_landmarks>(
-          key, 1, 1000, "number of landmarks to measure in a frame, the least certain of those in view");
+          key, 1, 1000, "number of landmarks to measure in a frame: the least certain in view");
       number<&Vision::minimum_correlation>(key, -1, 1, "least normalized correlation of a match");
       number<&Vision::corner_threshold>(key, 0, 1e9,
                                         "least smaller eigenvalue of the gradient moments of a corner");
-      value<&Vision::warped_patches>(
-          key, "whether templates are warped to the predicted view; otherwise they stay as first seen");
+      value<&Vision::warped_patches>(key, "whether templates are warped to the predicted view");
       value<&Vision::estimate_normals>(
-          key, "whether the surface normals of landmarks are estimated; otherwise they face the first view");
+          key, "whether surface normals are estimated; otherwise they face the first view");
       value<&Vision::sub_pixel>(key, "whether matches are refined to sub-pixel accuracy");
       value<&Vision::consensus>(key, "whether only consistent matches are used (1-point RANSAC)");
     }
@@ -228,19 +215,17 @@ struct Options {
     double plan_bound = 4, lens_bound = 6;
 
     static void keys(auto&& key) {
-      key.number(
-          member<&Tracking::lost_after_s>, 1e-3, 1e6,
-          "time without a usable image, or with almost no landmark found, after which tracking is lost");
-      number<&Tracking::give_up_s>(
-          key, 1e-3, 1e6, "time for which tracking may be lost, after which the filter has diverged");
-      key.number(
-          member<&Tracking::plan_bound>, 1e-3, 1e9,
-          "number of standard deviations by which the innovations must contradict planned distances that are "
-          "right within 2 % for the plan to be suspect");
-      key.number(
-          member<&Tracking::lens_bound>, 1e-3, 1e9,
-          "number of standard deviations by which the innovations must contradict a lens distortion that is "
-          "right within 2 % for the images to be suspect");
+      number<&Tracking::lost_after_s>(
+          key, 1e-3, 1e6,
+          "time without usable images or with almost no landmark found, until tracking is lost");
+      number<&Tracking::give_up_s>(key, 1e-3, 1e6,
+                                   "time for which tracking may be lost, until the filter has diverged");
+      number<&Tracking::plan_bound>(
+          key, 1e-3, 1e9,
+          "the plan is suspect if its scale is wrong by 2 % and this number of standard deviations");
+      number<&Tracking::lens_bound>(
+          key, 1e-3, 1e9,
+          "the images are suspect if the distortion is wrong by 2 % and this number of standard deviations");
     }
   } tracking;
 
@@ -249,15 +234,10 @@ struct Options {
     double memory_mb = 256;
 
     static void keys(auto&& key) {
-      key.number(
-          member<&Bounds::landmarks>, 1, 10000,
-          "greatest number of landmarks in the map; new ones replace those out of view that were found least "
-          "often");
-      number<&Bounds::measured>(
-          key, 1, 1000,
-          "greatest number of landmarks measured in a frame, whatever vision.measured_landmarks is");
+      number<&Bounds::landmarks>(key, 1, 10000, "greatest number of landmarks in the map");
+      number<&Bounds::measured>(key, 1, 1000, "greatest number of landmarks measured in a frame");
       number<&Bounds::memory_mb>(
-          key, 1, 1e6, "greatest memory of the state's covariance, in 10^6 bytes; it limits the map too");
+          key, 1, 1e6, "greatest memory of the covariance, in 10^6 bytes, which limits the map too");
     }
   } bounds;
 
@@ -277,11 +257,10 @@ struct Options {
         number<&Particles::count>(key, 2, 10000, "number of depth particles along a new landmark's ray");
         number<&Particles::nearest_m>(key, 0.01, 1000, "depth of the nearest particle");
         number<&Particles::furthest_m>(key, 0.02, 1000, "depth of the furthest particle");
-        key.number(
-            member<&Particles::converged>, 0.001, 1,
-            "standard deviation of the depth, relative to its mean, below which a ray becomes a point");
+        number<&Particles::converged>(
+            key, 0.001, 1, "relative standard deviation of the depth below which a ray becomes a point");
         number<&Particles::fewest>(key, 1, 10000, "number of particles below which a ray is discarded");
-        number<&Particles::attempts>(key, 1, 100000, "number of frames after which a ray is discarded");
+        number<&Particles::attempts>(key, 1, 100000, "greatest number of frames that a ray is kept");
         number<&Particles::at_once>(key, 1, 1000, "greatest number of rays in the map at a time");
         number<&Particles::minimum_speed_m_s>(key, 0, 1e3, "camera speed below which no ray is initialized");
       }
@@ -289,14 +268,12 @@ struct Options {
 
     static void keys(auto&& key) {
       choice<&Depth::first_sight>(
-          key, kFirstSights,
-          "initialization of a landmark: by inverse depth, or as a ray with depth particles");
+          key, kFirstSights, "parameters of a new landmark: inverse depth, or a ray with depth particles");
       number<&Depth::inverse_1_m>(key, 1e-6, 100, "inverse depth of a new landmark");
       number<&Depth::sigma_inverse_1_m>(key, 1e-6, 100,
                                         "standard deviation of a new landmark's inverse depth");
-      number<&Depth::linearity>(
-          key, 0, 10,
-          "linearity index below which an inverse-depth landmark becomes a point; 0: it never does");
+      number<&Depth::linearity>(key, 0, 10,
+                                "linearity index below which inverse depth becomes a point; 0: never");
       part<&Depth::particles>(key);
     }
   } depth;
@@ -306,8 +283,8 @@ struct Options {
     double sigma_m = 0.005;
 
     static void keys(auto&& key) {
-      number<&KnownLandmarks::at_m>(
-          key, -1000, 1000, "world positions of known corners, which are searched for in the first image");
+      number<&KnownLandmarks::at_m>(key, -1000, 1000,
+                                    "world positions of known corners, searched for in the first image");
       number<&KnownLandmarks::sigma_m>(key, 1e-6, 10,
                                        "standard deviation of the positions of the known landmarks");
     }
@@ -317,9 +294,8 @@ struct Options {
     bool observability_constrained = true;
 
     static void keys(auto&& key) {
-      key.value(
-          member<&Consistency::observability_constrained>,
-          "whether updates are kept from adding false information about the heading, which is unobservable");
+      value<&Consistency::observability_constrained>(
+          key, "whether updates add no false information about the heading, which is unobservable");
     }
   } consistency;
 

@@ -6,8 +6,8 @@ namespace slam {
 namespace {
 
 constexpr double kStanding = 1e-3;  // m/s and rad/s
-// Of the difference between plan and leg odometry after two steps: the robot sways, and lands earlier or
-// later than planned.
+// Difference between plan and leg odometry after two steps: the robot sways, and lands earlier or later than
+// planned.
 constexpr double kTwoStepsSigma_m = 0.005;
 constexpr double kLandingFactor = 6, kLanding_s = 0.2;  // while a foot settles, tuned on the training walks
 

@@ -16,7 +16,7 @@ struct PlannedVelocity {
   Eigen::Vector3d velocity;  ///< mean, m/s, along the axes of C at the end or along the plan's world axes
   Eigen::Vector3d rate;      ///< mean angular velocity, rad/s in C
   Eigen::Vector3d p_CF;      ///< mean position of the support foot, m in C
-  /// Planned velocity, m/s in C, to which the stride error is relative: without the swaying of single steps.
+  /// Planned velocity without the swaying of single steps, m/s in C. The stride error is relative to it.
   Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
   double sigma_m_s = 0;  ///< standard deviation of the velocity's error per axis
 };
@@ -28,12 +28,12 @@ struct PlannedInterval {
   SystematicEvidence plan_scale = {};  ///< from the comparison with leg odometry, at the end of two steps
 };
 
-/// The mean velocity between two planned poses dt_s apart. steady_C is the velocity of this interval alone;
+/// The mean velocity between two planned poses dt_s apart. steady_C is the velocity of this interval;
 /// sigma_m_s is left 0.
 PlannedVelocity planned_velocity(const PlannedMotion& before, const PlannedMotion& now, double dt_s,
                                  VelocityAxes axes);
 
-/// The phase of the gait on which the error of the plan depends.
+/// The phase of the gait.
 struct Gait {
   bool standing = false;
   double since_landing_s = 1e9;                        ///< time since a foot was set down
@@ -85,7 +85,7 @@ class PlanHistory {
 /// Beyond the paper, rotation unknown to the plan, as the robot tilts on its compliant ankles, is about the
 /// support foot (robot's axes only): the camera also moves by the horizontal part of p_CF × (ω − ω_plan). The
 /// vertical part is left out because the next foot lands on the same floor, so that it must not accumulate
-/// from step to step. scale: the systematic error on which it depends, kPlanScale or kLegScale.
+/// from step to step. scale: the systematic error of its source, kPlanScale or kLegScale.
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
                              const Options::PlanVelocity& options, int scale = kPlanScale);
 

@@ -91,11 +91,11 @@ void SensorMonitor::reset() { systematic_ = {}; }
 
 std::string SensorMonitor::suspect() const {
   if (options_.gyro.enabled && gyro_.scatters())
-    return "inconsistent: gyro, its readings scatter more than 1.5 times as much as its noise is said to";
-  if (images_.fails()) return "inconsistent: images, landmarks are not found where they should be";
+    return "inconsistent: gyro, its readings scatter more than 1.5 times as much as assumed";
+  if (images_.fails()) return "inconsistent: images, landmarks are not found at their predicted pixels";
   const double lens = sigmas(kLensDistortion), legs = sigmas(kLegScale), plan = sigmas(kPlanScale);
   if (options_.vision.enabled && std::abs(lens) > options_.tracking.lens_bound)
-    return by_sigmas("images, the distortion of the lens is said to be too ", lens, "large", "small");
+    return by_sigmas("images, the assumed distortion of the lens is too ", lens, "large", "small");
   const bool scale_is_known = options_.accelerometer.enabled && options_.vision.enabled;
   if (options_.plan_velocity.enabled && scale_is_known && std::abs(legs) > options_.tracking.plan_bound)
     return by_sigmas("leg odometry, its distances are too ", legs, "long", "short");

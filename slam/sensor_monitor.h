@@ -1,5 +1,5 @@
-// Judges whether the sensors are what the filter is told of them: the distances of plan and leg odometry, the
-// gyro's noise, and the images.
+// Tests the sensors against their models: the distances of plan and leg odometry, the gyro's noise, and the
+// images.
 #pragma once
 
 #include <array>
@@ -13,26 +13,25 @@
 
 namespace slam {
 
-/// Tests the hypothesis of a constant systematic error δ from the start on against δ = 0 (Willsky & Jones
-/// 1976: generalized likelihood ratio). The filter carries ∂ν/∂δ of every innovation ν with it. Evidence is
-/// forgotten with a time constant of 30 s, and an error of up to 2 % is ordinary: the small one that every
-/// plan has would otherwise become certain on a long walk.
+/// Tests a constant systematic error δ from the start against δ = 0 (Willsky & Jones 1976: generalized
+/// likelihood ratio). The filter keeps ∂ν/∂δ of every innovation ν. Evidence is forgotten with a time
+/// constant of 30 s, and an error of up to 2 % is ordinary: otherwise the small error of every plan would
+/// become certain on a long walk.
 class SystematicErrorTest {
  public:
-  /// dt_s: the interval since the evidence before.
+  /// dt_s: the interval since the previous evidence.
   void add(const SystematicEvidence& evidence, double dt_s);
 
-  /// By how many of its standard deviations the estimate of δ is beyond ±2 %, with the sign of δ; 0 if it is
-  /// not, and without evidence.
+  /// The distance of the estimate of δ from ±2 % in its standard deviations, with the sign of δ; 0 within ±2
+  /// % and without evidence.
   double sigmas() const;
 
  private:
   SystematicEvidence sum_;
 };
 
-/// Compares the scatter of successive gyro readings with the noise that the filter assumes. Second
-/// differences of readings 5 ms apart hardly know of the motion, and the part of them beyond a threshold
-/// nothing of its impacts.
+/// Compares the scatter of successive gyro readings with the assumed noise. Second differences of readings 5
+/// ms apart are almost independent of the motion, and their median is independent of impacts.
 class GyroNoiseTest {
  public:
   explicit GyroNoiseTest(const Options::Gyro& options) : options_(options) {}
@@ -49,17 +48,17 @@ class GyroNoiseTest {
   double count_ = 0, beyond_ = 0;  // of second differences, older ones weighing less
 };
 
-/// Compares how many landmarks are found again with how many should be. Images of another place or of another
-/// motion than the other sensors' give ever new landmarks, which are not found where they should be, and
-/// tracking is lost again and again or for long, although the images are good.
+/// Compares the number of landmarks found again with that predicted. Images of another place or another
+/// motion give ever new landmarks that are not found again, and tracking is lost repeatedly or for long
+/// although the images are good.
 class ImageTest {
  public:
-  /// Takes in whether tracking is lost after a frame. A loss counts if it began with a good image: one that
-  /// was not missing, flat or frozen.
+  /// Adds whether tracking is lost after a frame. A loss counts if it started with a good image: one that was
+  /// not missing, flat or frozen.
   void add_health(double dt_s, bool lost, bool good_image);
 
-  /// Takes in the landmarks that were searched for, accepted, and deleted soon after their first sight
-  /// because they were not found, in a frame interval.
+  /// Adds the numbers of landmarks of a frame that were searched for, accepted, and deleted as unreliable
+  /// soon after their first sight.
   void add(double dt_s, std::size_t searched, std::size_t accepted, std::size_t unreliable);
 
   bool fails() const;
@@ -67,8 +66,7 @@ class ImageTest {
  private:
   double searched_ = 0, accepted_ = 0, unreliable_ = 0;  // older ones weigh less
   bool lost_ = false, loss_counts_ = false;
-  double losses_ =
-      0;  // older ones weigh less; one more for every two seconds for which tracking remains lost
+  double losses_ = 0;  // older ones weigh less; one more for every two seconds of a loss
 };
 
 class SensorMonitor {
@@ -79,15 +77,15 @@ class SensorMonitor {
   GyroNoiseTest& gyro() { return gyro_; }
   ImageTest& images() { return images_; }
 
-  /// Forgets what the innovations said; the filter has a new pose.
+  /// Forgets the evidence of the innovations, after a new pose.
   void reset();
 
-  /// Of a systematic error, see SystematicErrorTest::sigmas.
+  /// See SystematicErrorTest::sigmas.
   double sigmas(int error) const { return systematic_[static_cast<std::size_t>(error)].sigmas(); }
 
-  /// "inconsistent: plan, its distances are too long by 9 standard deviations" or the like; empty as
-  /// long as all is consistent. What is wrong with the gyro is said first and what is wrong with the plan
-  /// last, because the evidence for the latter needs the others.
+  /// "inconsistent: plan, its distances are too long by 9 standard deviations" or the like; empty if all is
+  /// consistent. The gyro comes first and the plan last, because the evidence against the plan depends on the
+  /// others.
   std::string suspect() const;
 
  private:

@@ -46,17 +46,17 @@ struct SystematicEvidence {
   double score = 0, information = 0;
 };
 
-/// Mean and covariance of the robot alone.
+/// Mean and covariance of the robot.
 struct RobotState {
   RobotVector x;
   RobotMatrix P;
 };
 
 /// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
-/// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; what the
-/// storage holds above the diagonal is undefined. null_yaw is the direction of the state in which the whole
-/// world turns about the vertical, which no measurement can observe. sensitivity is the derivative of the
-/// mean with respect to the systematic errors, a column for each.
+/// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; the rest
+/// is undefined. null_yaw is the change of the state when the whole world turns about the vertical, which no
+/// measurement can observe. sensitivity is the derivative of the mean with respect to the systematic errors,
+/// a column for each.
 struct State {
   int size = kRobot;
   Eigen::VectorXd storage_x = Eigen::VectorXd::Zero(kRobot), storage_null = Eigen::VectorXd::Zero(kRobot);

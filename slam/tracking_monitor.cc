@@ -68,7 +68,7 @@ bool stands_still(const Observation& o, const std::optional<PlannedInterval>& pl
          mean_gyro_rad_s(o.gyro) < kStill_rad_s;
 }
 
-/// A camera at rest shows the same scene twice, so that differences all over the image are its noise.
+/// Differences all over two images of a camera at rest are its noise.
 void ImageCheck::look_for_noise(const cv::Mat& image) {
   if (previous_.empty() || noisy_ >= kNoisyImages) return;
   int differing = 0, count = 0;
@@ -107,8 +107,8 @@ std::string TrackingMonitor::loss(const TrackingStatistics& s) {
   const bool vision = vision_.exceeds(s.vision_nis, kVisionBound);
   const bool height = height_.exceeds(s.height_nis, kHeightBound);
   if (failing_s_ > options_.lost_after_s) return "almost no landmark found";
-  if (vision) return "matches are further from where they should be than the filter believes possible";
-  if (height) return "the height is further from the planned one than the filter believes possible";
+  if (vision) return "matches are further from their predicted pixels than the covariance allows";
+  if (height) return "the height is further from the planned one than the covariance allows";
   return "";
 }
 
@@ -137,7 +137,7 @@ void TrackingMonitor::refuse(Stamp interval, const std::string& why) {
   if (health_ == Health::lost && seconds(refused_) > options_.give_up_s)
     return diverge(cause_ + kNotFoundAgain);
   if (health_ != Health::ok || !(seconds(refused_) > options_.lost_after_s)) return;
-  lose("observations are refused because " + why);
+  lose("observations are rejected because " + why);
   blind_loss_ = true;
 }
 

@@ -1,5 +1,5 @@
-// Whether observations and images can be used, and whether the filter tracks: by what the images show, how
-// many landmarks are found, and the innovations.
+// Rejects unusable observations and images, and monitors tracking: what the images show, how many landmarks
+// are found, and the innovations.
 #pragma once
 
 #include <array>
@@ -69,14 +69,13 @@ class TrackingMonitor {
   /// valid.
   bool is_blind() const { return health_ == Health::lost && blind_loss_; }
 
-  /// Adds a frame, after which tracking may be lost. Does nothing if the health is not ok.
+  /// Adds a frame; tracking may then be lost. Does nothing if the health is not ok.
   void judge(const TrackingStatistics& statistics);
-  /// Adds a frame interval in which nothing usable was seen, and why. After lost_after_s of such intervals
-  /// without sees() in between, tracking is lost.
+  /// Adds a frame interval without anything usable seen, and why. Tracking is lost after lost_after_s of such
+  /// intervals without sees() in between.
   void blind(Stamp interval, const std::string& why);
-  /// Adds a rejected observation, and why. Its stamp may not tell how much time has passed: each counts as
-  /// one interval until one is accepted. Tracking is lost after lost_after_s of them and the filter has
-  /// diverged after give_up_s more.
+  /// Adds a rejected observation, and why. Its stamp may be wrong: each counts as one interval until one is
+  /// accepted. Tracking is lost after lost_after_s of them and the filter has diverged after give_up_s more.
   void refuse(Stamp interval, const std::string& why);
   /// Adds an accepted observation.
   void accept() { refused_ = Stamp(0); }

@@ -4,7 +4,6 @@
 #include <map>
 
 #include "sim/result/desired_path.h"
-#include "sim/result/sensor_innovations.h"
 #include "slam/camera.h"
 #include "walking/hrp2.h"
 #include "walking/timeline.h"
@@ -44,8 +43,8 @@ auto innovations(const tracking::Tracked& tracked) {
   decltype(score::Run::innovations) all;
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
-    for (std::size_t i = 0; i < kSensorInnovations.size(); ++i)
-      if (const auto& nis = r.*kSensorInnovations[i]) all[i].push_back({r.t, {nis->value, nis->dof}});
+    for (std::size_t i = 0; i < score::kSensors.size(); ++i)
+      if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i])) all[i].push_back({r.t, {nis->value, nis->dof}});
   }
   return all;
 }

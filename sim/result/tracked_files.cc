@@ -7,7 +7,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
-#include "sim/result/sensor_innovations.h"
+#include "sim/score/run.h"
 
 namespace sim::result {
 namespace {
@@ -34,7 +34,7 @@ void write_frames(const fs::path& folder, const tracking::Tracked& tracked) {
     const slam::FrameReport& r = frame.report;
     text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
                         r.initialized.size(), r.deleted.size());
-    for (const auto nis : kSensorInnovations) text += nis_fields(r.*nis);
+    for (const std::string_view sensor : score::kSensors) text += nis_fields(slam::nis_of(r.innovations, sensor));
     text += fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
                         files::csv_field(r.refused), files::csv_field(r.suspect));
   }

@@ -39,7 +39,7 @@ double smaller_eigenvalue(const Moments& m) {
   return (xx + yy - std::sqrt((xx - yy) * (xx - yy) + 4 * xy * xy)) / 8;
 }
 
-/// A box at a random place; it is smaller the more landmarks are wanted, so that they can lie apart.
+/// A box at a random place, smaller if more landmarks are wanted, so that they are apart.
 cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) {
   const int margin = kSourceHalf + 1;
   const double side = std::min(1.0, std::sqrt(kFewVisible / visible)) / 4;  // relative to the image's

@@ -1,4 +1,4 @@
-// Corners at which landmarks are initialized: the strongest Shi-Tomasi corner of a region, and its choice.
+// Corners for new landmarks: the strongest Shi-Tomasi corner of a region, and its choice.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,19 +18,19 @@ struct Corner {
   double strength;
 };
 
-/// The strongest corner whose center lies in `region` (Shi & Tomasi 1994); gradients are central differences.
-/// Pixels too close to the image's border for their gradients are left out. Nothing where no corner is
-/// stronger than `threshold`, for which MonoSLAM uses 20 000.
+/// The strongest corner in `region` (Shi & Tomasi 1994); gradients are central differences. Pixels too close
+/// to the image's border for their gradients are left out. Nothing if no corner is stronger than `threshold`;
+/// MonoSLAM uses 20 000.
 std::optional<Corner> strongest_corner(const cv::Mat& image, const cv::Rect& region, double threshold);
 
-/// The strongest corner in a box at a random place, which leaves room for the patch. Nothing where the box
+/// The strongest corner in a box at a random place, which leaves room for the patch. Nothing if the box
 /// contains an occupied pixel, or its corner is too weak or too close to an occupied pixel.
 std::optional<Eigen::Vector2i> propose_corner(const cv::Mat& image,
                                               const std::vector<Eigen::Vector2d>& occupied,
                                               const Options::Vision& options, std::mt19937_64& random);
 
-/// The sub-pixel corner to which the gradients around the predicted pixel point. Nothing where it lies
-/// outside the 3-sigma ellipse of the innovation covariance S, px².
+/// The sub-pixel corner near the predicted pixel by its gradients. Nothing if it lies outside the 3-sigma
+/// ellipse of the innovation covariance S, px².
 std::optional<Eigen::Vector2d> corner_near(const cv::Mat& image, const Eigen::Vector2d& predicted,
                                            const Eigen::Matrix2d& S);
 

@@ -28,8 +28,8 @@ struct InverseDepth {
 Eigen::Vector3d bearing(double theta, double phi);
 Matrix32d bearing_jacobian(double theta, double phi);
 
-/// The parameters of a new landmark on the ray of a pixel with standard deviation sigma_px, which the lens
-/// has moved by `displacement`, px.
+/// The parameters of a new landmark on the ray of a pixel with standard deviation sigma_px and this
+/// `displacement` by the lens, px.
 LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
                                                 const Eigen::Vector2d& displacement,
                                                 const Options::Depth& options);
@@ -43,14 +43,14 @@ Matrix36d inverse_depth_position_jacobian(const Vector6d& y);
 /// of the camera.
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r);
 
-// As in the paper: a semi-infinite line whose depth is estimated by particles (Fig. 3).
+// As in the paper: a semi-infinite line with depth particles (Fig. 3).
 
-/// Davison 2003: the parameters y = (c₀, ĥ), in m and as a unit vector in W, describe the line c₀ + λĥ,
-/// λ > 0, on which the landmark lies.
+/// Davison 2003: the parameters y = (c₀, ĥ), in m and as a unit vector in W, describe the line c₀ + λĥ, λ >
+/// 0, of the landmark.
 struct SemiInfiniteLine {
   static constexpr int kSize = 6;
   std::vector<DepthParticle> particles;
-  int attempts = 0;  ///< frames in which it was searched for
+  int attempts = 0;  ///< searches for it
 };
 
 /// Mean and standard deviation of the depth, m.
@@ -64,7 +64,7 @@ std::vector<DepthParticle> uniform_prior(const Options::Depth::Particles& option
 DepthMoments depth_moments(const std::vector<DepthParticle>& particles);
 
 /// Multiplies each probability by its likelihood, removes particles below 0.05/N and normalizes the sum to 1
-/// (Davison et al. 2007). No particle is left where all likelihoods are 0.
+/// (Davison et al. 2007). No particle is left if all likelihoods are 0.
 void reweight(std::vector<DepthParticle>& particles, const std::vector<double>& likelihoods);
 
 /// The parameters of a new line along the ray of a pixel with standard deviation sigma_px.
@@ -90,12 +90,12 @@ struct Landmark {
   SourcePatch patch;
   Eigen::Isometry3d X_WC_first =
       Eigen::Isometry3d::Identity();                      ///< estimated camera pose when it was first seen
-  Eigen::Vector2d pixel_first = Eigen::Vector2d::Zero();  ///< where it was first seen, px
+  Eigen::Vector2d pixel_first = Eigen::Vector2d::Zero();  ///< its first pixel
   Stamp initialized{0};
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  ///< of its surface; see surface_normal
   Eigen::Vector3d p_WC_inflated =
       Eigen::Vector3d::Zero();      ///< camera position when its covariance was last inflated for the view, m
-  int attempts = 0, successes = 0;  ///< searches for it, and those whose match was accepted
+  int attempts = 0, successes = 0;  ///< searches for it, and accepted matches
   Stamp last_visible{0};            ///< when it was last predicted to be visible, or initialized
 
   int size() const {
@@ -117,7 +117,7 @@ struct Direction {
 Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::Vector3d& r,
                     const Eigen::Vector4d& q);
 
-/// The position of the landmark, m in W, at most 100 m from where it was first seen.
+/// The position of the landmark, m in W, at most 100 m from the camera that first saw it.
 Eigen::Vector3d position(const LandmarkKind& kind, const Parameters& y);
 /// ∂position/∂y.
 Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> position_jacobian(const LandmarkKind& kind,

@@ -115,7 +115,7 @@ bool Map::is_full(const Kalman& kalman) const {
          kalman.covariance_bytes_with(InverseDepth::kSize) > 1e6 * options_.bounds.memory_mb;
 }
 
-/// Makes room for one landmark; false where all that are there are in view at t.
+/// Makes room for one landmark; false if all are in view at t.
 bool Map::make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted) {
   while (is_full(kalman)) {
     auto worst = landmarks_.end();

@@ -16,7 +16,7 @@
 namespace slam {
 
 /// Adds a landmark seen at a pixel of the image to the state, by inverse depth or as a line with depth
-/// particles. Nothing, and the state is unchanged, where the pixel has no ray. The id is left 0.
+/// particles. Nothing, with the state unchanged, if the pixel has no ray. The id is left 0.
 std::optional<Landmark> initialize_landmark(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel,
                                             const Camera& camera, const Options& options, Kalman& kalman);
 
@@ -31,7 +31,7 @@ struct InitializationCount {
   int wanted = 0, added = 0;
 };
 
-/// All methods that take a Kalman filter need the one whose state holds the landmarks' parameters.
+/// The landmarks' parameters are in the state of the Kalman filter that methods receive.
 class Map {
  public:
   Map(const Options& options, const Camera& camera, std::uint64_t seed);
@@ -39,25 +39,23 @@ class Map {
   const std::vector<Landmark>& landmarks() const { return landmarks_; }
   std::vector<MapPoint> points(const State& state) const;
 
-  /// Initializes landmarks at corners away from the visible landmarks, given by their predicted pixels, until
-  /// as many are visible as the options want. New landmarks are at the end of landmarks(). Where the map is
-  /// as large as its bounds allow, landmarks out of view are deleted for them, those found least often first;
-  /// their ids are appended to `deleted`.
+  /// Initializes landmarks at corners away from the predicted pixels of the visible ones, until as many are
+  /// visible as the options want. New landmarks are at the end of landmarks(). In a full map they replace
+  /// landmarks out of view, those found least often first; the ids of these are appended to `deleted`.
   InitializationCount initialize(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible,
                                  Kalman& kalman, std::vector<int>& deleted);
 
-  /// Initializes, in the first image, the landmarks whose positions the options give. Returns false where one
-  /// of them is not seen.
+  /// Initializes the known landmarks in the first image. Returns false if one of them is not seen.
   bool initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman);
 
-  /// Takes down that a landmark is predicted to be visible at t.
+  /// Records that a landmark is predicted to be visible at t.
   void record_visible(std::size_t index, Stamp t) { landmarks_[index].last_visible = t; }
 
   /// Counts one search for a landmark, and whether its match was accepted.
   void record_search(std::size_t index, bool success);
 
-  /// Inflates the covariance of a landmark that was just measured by what the change of view since it was
-  /// last inflated may have moved the apparent center of its patch (viewpoint_sigma_px).
+  /// Inflates the covariance of a measured landmark by the possible shift of its patch's apparent center with
+  /// the change of view since the last inflation (viewpoint_sigma_px).
   void inflate_for_view_change(std::size_t index, Kalman& kalman);
 
   /// Improves the surface normal of a landmark that was just found at `pixel`, if the options say so.
@@ -73,9 +71,9 @@ class Map {
                     std::vector<DepthHypotheses>& lines);
 
   /// Deletes landmarks that were searched for at least 10 times and found less than every second time
-  /// (Davison et al. 2007), or whose inverse depth is surely negative. Their ids are appended to `deleted`.
-  /// Returns how many of them were in view for the last time within 10 s of their first sight: others may be
-  /// hidden from where the camera is now.
+  /// (Davison et al. 2007), or with a surely negative inverse depth. Their ids are appended to `deleted`.
+  /// Returns how many of them were last in view within 10 s of their first sight: others may be hidden from
+  /// the present camera pose.
   std::size_t prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:

@@ -42,7 +42,7 @@ Gray sample(const cv::Mat& image, const Eigen::Vector2d& center) {
   return gray;
 }
 
-/// Normalizes to zero mean and unit norm; false where the patch is flat.
+/// Normalizes to zero mean and unit norm; false if the patch is flat.
 bool normalize(Gray& gray, float* length = nullptr) {
   gray.array() -= gray.mean();
   const float norm = gray.norm();

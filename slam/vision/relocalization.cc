@@ -137,7 +137,7 @@ Relocation refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detectio
   return {X_WC, information.ldlt().solve(Matrix6d::Identity())};
 }
 
-/// Whether two poses are the same within their uncertainties.
+/// True if two poses are the same within their uncertainties.
 bool agree(const Relocation& found, const Estimate& predicted) {
   Vector6d difference;
   const Eigen::AngleAxisd turn(predicted.X_WC.linear().transpose() * found.X_WC.linear());

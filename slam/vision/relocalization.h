@@ -15,9 +15,9 @@
 namespace slam {
 
 inline constexpr std::size_t kLeastRecognized =
-    6;  ///< landmarks of the map, by which a lost filter knows its pose
+    6;  ///< landmarks of the map that confirm the pose of a lost filter
 
-/// The position of a landmark and the unit vector in C towards the pixel where it may have been found.
+/// The position of a landmark and the unit vector in C towards its possible match.
 struct BearingObservation {
   Eigen::Vector3d p_W, direction_C;
 };
@@ -34,21 +34,21 @@ struct Relocation {
 };
 
 /// Searches for well-known landmarks in the whole image and tries the poses of every two of them; the tilt is
-/// that of the state, which gyro and gravity maintain. Nothing where fewer than kLeastRecognized landmarks
-/// agree on a pose within 4 px.
+/// that of the state, which gyro and gravity maintain. Nothing if fewer than kLeastRecognized landmarks agree
+/// on a pose within 4 px.
 std::optional<Relocation> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
                                      const State& state, const Camera& camera, double sigma_px);
 
-/// Decides which poses that were found in the images of a lost filter are believed. Landmarks that move with
-/// the camera, say on something that covers the view, would be recognized too.
+/// Confirms poses found in the images of a lost filter. Landmarks that move with the camera, for example on
+/// something that covers the view, would otherwise be recognized too.
 class RelocalizationConfirmer {
  public:
-  /// Whether the image at t is to be searched: five a second are, because a search takes longer than a frame.
+  /// True if the image at t is to be searched: five a second, because a search takes longer than a frame.
   bool is_due(Stamp t);
-  /// Takes in a pose found at t and the filter's own prediction. It is believed if both agree within their
+  /// Adds a pose found at t and the filter's prediction. It is confirmed if both agree within their
   /// uncertainties, or if the poses found over the last second or two have moved as predicted: up to half the
-  /// motion, because gyro or plan may be what the filter was lost by. With `plan_is_known` false, rotations
-  /// alone are compared.
+  /// motion, because gyro or plan may have caused the loss. With `plan_is_known` false, only rotations are
+  /// compared.
   bool confirms(Stamp t, const Relocation& found, const Estimate& predicted, bool plan_is_known);
   void clear() { *this = {}; }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "slam/vision/relocalization.h"
@@ -51,8 +52,7 @@ double image_coverage(const std::vector<SearchedLandmark>& searched, const Camer
   return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
 }
 
-/// Adds to a candidate the lasting error of its match, which is at `at` in the state; at < 0: it is not in
-/// the state.
+/// Adds the match bias to a candidate. at: its index in the state; < 0: not in the state.
 void predict_bias(int at, const State& state, double gain, double variance, Candidate& candidate) {
   Measurement& m = candidate.measurement;
   m.bias_at = at;
@@ -63,6 +63,12 @@ void predict_bias(int at, const State& state, double gain, double variance, Cand
     candidate.pixel += gain * state.storage_x.segment<2>(at);
   candidate.S = innovation_covariance(state, m);
 }
+
+constexpr int kSparePlaces = 6;  // of landmarks in view that are not measured in this frame
+constexpr int kMostPlaces = 40;
+constexpr int kFree = -1;
+
+int index_of_place(std::size_t place) { return kRobot + 2 * static_cast<int>(place); }
 
 }  // namespace
 
@@ -106,8 +112,55 @@ const std::vector<std::size_t>& Consensus::largest(const StackedMeasurement& mat
   return best_;
 }
 
-/// The lasting error of a match, which so far is part of its noise, becomes a state of the filter where one
-/// is free.
+int MatchBiases::places(const Options::Vision& options, const Options::Bounds& bounds) {
+  if (!options.enabled || !(options.match_bias_sigma_px > 0)) return 0;
+  return std::min(std::min(options.measured_landmarks, bounds.measured) + kSparePlaces, kMostPlaces);
+}
+
+MatchBiases::MatchBiases(const Options::Vision& options, const Options::Bounds& bounds)
+    : options_(options), landmark_of_(static_cast<std::size_t>(places(options, bounds)), kFree) {}
+
+void MatchBiases::predict(double dt_s, Kalman& kalman) const {
+  const double decay = std::exp(-dt_s / options_.match_bias_s);
+  for (std::size_t place = 0; place < landmark_of_.size(); ++place)
+    if (landmark_of_[place] != kFree)
+      kalman.predict_match_bias(index_of_place(place), decay, variance() * (1 - decay * decay));
+}
+
+void MatchBiases::keep_visible(const std::vector<std::size_t>& visible,
+                               const std::vector<Landmark>& landmarks, Kalman& kalman) {
+  for (std::size_t place = 0; place < landmark_of_.size(); ++place) {
+    if (landmark_of_[place] == kFree) continue;
+    const bool seen = std::any_of(visible.begin(), visible.end(),
+                                  [&](std::size_t i) { return landmarks[i].id == landmark_of_[place]; });
+    if (seen) continue;
+    kalman.predict_match_bias(index_of_place(place), 0, 0);
+    landmark_of_[place] = kFree;
+  }
+}
+
+int MatchBiases::at(int landmark) const {
+  const auto found = std::find(landmark_of_.begin(), landmark_of_.end(), landmark);
+  return found == landmark_of_.end() ? -1
+                                     : index_of_place(static_cast<std::size_t>(found - landmark_of_.begin()));
+}
+
+int MatchBiases::add(int landmark, bool first_sight, Kalman& kalman) {
+  const auto free = std::find(landmark_of_.begin(), landmark_of_.end(), kFree);
+  if (free == landmark_of_.end()) return -1;
+  *free = landmark;
+  const int index = index_of_place(static_cast<std::size_t>(free - landmark_of_.begin()));
+  kalman.predict_match_bias(index, 0, first_sight ? 0 : variance());
+  return index;
+}
+
+void MatchBiases::clear(Kalman& kalman) {
+  for (std::size_t place = 0; place < landmark_of_.size(); ++place)
+    kalman.predict_match_bias(index_of_place(place), 0, 0);
+  std::fill(landmark_of_.begin(), landmark_of_.end(), kFree);
+}
+
+/// Makes the bias of a match, so far part of its noise, a state of the filter if a place is free.
 void Vision::add_bias(int landmark, Measurement& m, Kalman& kalman) {
   if (m.bias_at >= 0 || !(options_.match_bias_sigma_px > 0)) return;
   m.bias_at = biases_.add(landmark, false, kalman);
@@ -131,34 +184,33 @@ void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks
   biases_.keep_visible(result_.visible_indices, landmarks, kalman);
   if (before)
     std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= *before; });
-  keep_most_informative(candidates_,
-                        static_cast<std::size_t>(std::min(options_.measured_landmarks, bounds_.measured)));
+  keep_most_informative(candidates_, static_cast<std::size_t>(most_measured_));
   keep_affordable(candidates_, kMostSearched_px);
   result_.searched.clear();
-  matches_.clear();
-  searched_of_.clear();
+  matches_.measurements.clear();
+  matches_.searched.clear();
   for (const Candidate& candidate : candidates_) {
     SearchedLandmark searched{candidate.index, candidate.pixel, candidate.S};
     if (const auto m = search_candidate(image, landmarks[candidate.index], candidate, options_)) {
       searched.match = candidate.pixel + m->innovation;
-      searched_of_.push_back(result_.searched.size());
-      matches_.push_back(*m);
-      add_bias(landmarks[candidate.index].id, matches_.back(), kalman);
+      matches_.searched.push_back(result_.searched.size());
+      matches_.measurements.push_back(*m);
+      add_bias(landmarks[candidate.index].id, matches_.measurements.back(), kalman);
     }
     result_.searched.push_back(searched);
   }
-  result_.matches = static_cast<int>(matches_.size());
+  result_.matches = static_cast<int>(matches_.measurements.size());
   result_.coverage = image_coverage(result_.searched, camera_.intrinsics());
 }
 
 void Vision::find_inliers(const State& state) {
-  inliers_.resize(matches_.size());
+  inliers_.resize(matches_.measurements.size());
   std::iota(inliers_.begin(), inliers_.end(), std::size_t{0});
-  if (matches_.empty()) return;
-  stack(state, matches_, stacked_);
+  if (matches_.measurements.empty()) return;
+  stack(state, matches_.measurements, stacked_);
   gated_ = stacked_;
   if (!options_.consensus) return;
-  scale_noise(gated_, matches_, options_.gate_sigma_px / options_.sigma_px);
+  scale_noise(gated_, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
   inliers_ = consensus_.largest(gated_, kGate);
 }
 
@@ -181,8 +233,8 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
   result_.updated = false;
   if (inliers_.empty()) return result_;
   for (const std::size_t match : inliers_) {
-    result_.inliers.push_back(searched_of_[match]);
-    result_.searched[searched_of_[match]].inlier = true;
+    result_.inliers.push_back(matches_.searched[match]);
+    result_.searched[matches_.searched[match]].inlier = true;
   }
   const auto nis_of_selected = [&] {
     whitening_.compute(selected_);

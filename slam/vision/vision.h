@@ -2,6 +2,7 @@
 // (Stasse et al. 2006, section III-A).
 #pragma once
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -10,7 +11,7 @@
 #include "slam/kalman.h"
 #include "slam/options.h"
 #include "slam/vision/active_search.h"
-#include "slam/vision/match_bias.h"
+#include "slam/vision/landmark.h"
 
 namespace slam {
 
@@ -32,6 +33,42 @@ class Consensus {
   Eigen::MatrixXd cross_;
 };
 
+/// From another place the camera sees the landmark slightly differently from its template, so that the match
+/// has an error that hardly changes from frame to frame. As white noise, it would count as new information in
+/// each frame. It is a Gauss-Markov process in the state, two parameters for each landmark in view in units
+/// of Camera::sigma(pixel, 1), and zero by definition at the first sight. Landmarks in view share a fixed
+/// number of places in the state.
+class MatchBiases {
+ public:
+  MatchBiases(const Options::Vision& options, const Options::Bounds& bounds);
+
+  /// The number of places that the state must have: 0 if the options have no match bias.
+  static int places(const Options::Vision& options, const Options::Bounds& bounds);
+
+  /// Predicts the biases over a frame interval.
+  void predict(double dt_s, Kalman& kalman) const;
+
+  /// Frees the places of landmarks that are not `visible` (indices of the list of landmarks).
+  void keep_visible(const std::vector<std::size_t>& visible, const std::vector<Landmark>& landmarks,
+                    Kalman& kalman);
+
+  /// The index in the state of a landmark's bias; -1 if it has no place.
+  int at(int landmark) const;
+
+  /// Gives a free place to a landmark, with a bias of 0 at its first sight, else with the stationary
+  /// variance. Returns at().
+  int add(int landmark, bool first_sight, Kalman& kalman);
+
+  /// Forgets all biases, after a reset of the pose.
+  void clear(Kalman& kalman);
+
+  double variance() const { return options_.match_bias_sigma_px * options_.match_bias_sigma_px; }
+
+ private:
+  Options::Vision options_;
+  std::vector<int> landmark_of_;  // by place; -1: free
+};
+
 /// A landmark that was searched for, and its match if there is one.
 struct SearchedLandmark {
   std::size_t index;                                    ///< in the list of landmarks
@@ -50,24 +87,27 @@ struct VisionResult {
   double coverage = 0;            ///< bounding box of those searched for, as a fraction of the image's area
   std::optional<Nis> nis;         ///< of the inliers, with the noise of single matches (gate_sigma_px)
   std::optional<Nis> update_nis;  ///< of the inliers, with the noise that the update assumes (sigma_px)
-  bool updated = false;           ///< false without inliers, or where S is not positive definite
+  bool updated = false;           ///< false without inliers, or if S is not positive definite
 };
 
 class Vision {
  public:
   Vision(const Options::Vision& options, const Options::Bounds& bounds, const Camera& camera)
-      : options_(options), bounds_(bounds), camera_(camera), biases_(options, bounds) {}
+      : options_(options),
+        camera_(camera),
+        most_measured_(std::min(options.measured_landmarks, bounds.measured)),
+        biases_(options, bounds) {}
 
   /// Searches the image for the landmarks and updates the state with the inliers. The result is valid until
   /// the next call.
   const VisionResult& update(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
 
-  /// The errors of matches that last: to be predicted as the state is; landmarks initialized after the update
-  /// are to be added.
+  /// The match biases. The caller predicts them with the state and adds the landmarks initialized after the
+  /// update.
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
 
-  /// Whether landmarks that were in the map before a time are found where the state predicts them: at least
+  /// True if landmarks that were in the map before a time are found at their predicted pixels: at least
   /// kLeastRecognized of them, and most of those searched for. Does not update the estimate.
   bool recognizes(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before, Kalman& kalman);
 
@@ -78,16 +118,19 @@ class Vision {
   void find_inliers(const State& state);
 
   Options::Vision options_;
-  Options::Bounds bounds_;
   Camera camera_;
+  int most_measured_;
   MatchBiases biases_;
   Consensus consensus_;
   VisionResult result_;
   // Work space, kept so that a step in the steady state takes no heap memory.
+  struct Matches {
+    std::vector<Measurement> measurements;
+    std::vector<std::size_t> searched;  // of each match: its index in VisionResult::searched
+  } matches_;
   std::vector<Candidate> candidates_;
-  std::vector<Measurement> matches_;
-  std::vector<std::size_t> searched_of_, inliers_;  // of each match: its index in searched; inlier matches
-  StackedMeasurement stacked_, gated_, selected_;   // gated_: with the noise of single matches
+  std::vector<std::size_t> inliers_;               // of the matches
+  StackedMeasurement stacked_, gated_, selected_;  // gated_: with the noise of single matches
   Whitening whitening_;
 };
 

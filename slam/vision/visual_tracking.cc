@@ -91,7 +91,7 @@ void VisualTracking::track(const VisualInput& in, const std::optional<Nis>& heig
   }
 }
 
-/// Returns why nothing of the map was seen; empty if something was.
+/// Returns the reason if no landmark was seen; else an empty string.
 std::string VisualTracking::measure(const VisualInput& in, const std::optional<Nis>& height_nis,
                                     Kalman& kalman, TrackingMonitor& tracking) {
   const std::size_t before = map_.landmarks().size();

@@ -55,8 +55,8 @@ class VisualTracking {
   void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
 
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
-  /// Tells `tracking` what was seen. Does nothing if vision is not enabled. height_nis: of this frame. The
-  /// result is valid until the next call.
+  /// Reports to `tracking` what was seen. Does nothing if vision is not enabled. height_nis: of this frame.
+  /// The result is valid until the next call.
   const VisualResult& step(const VisualInput& input, const std::optional<Nis>& height_nis, Kalman& kalman,
                            TrackingMonitor& tracking);
   /// An empty result.

@@ -1,20 +1,15 @@
-#include "slam/camera.h"
-
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
-#include "tests/numerical_jacobian.h"
+#include "slam/camera.h"
+#include "slam/rotation.h"
 
 namespace slam {
 namespace {
-
-using tests::numerical_jacobian;
-
-constexpr double kCentral =
-    1e-6;  // px: differences of 1e-6 leave the rounding of pixels, 1e-13/1e-6, with room
 
 /// The camera of the published MonoSLAM code.
 CameraIntrinsics reference() { return {320, 240, 195, 195, 162, 125, OneParameterRadial{9e-6}}; }
@@ -43,7 +38,7 @@ CameraIntrinsics fisheye() {
   return {512, 512, 191, 191, 255, 257, Equidistant{-0.0027, 0.0019, -0.0016, 0.0002}};
 }
 
-// By the formulas of OpenCV's manual, worked out apart from this code.
+// By the formulas of OpenCV's manual, computed independently.
 TEST(Camera, BrownsLensAndTheEquidistantOneProjectAsOpenCvDefinesThem) {
   EXPECT_NEAR(
       (Camera(brown()).project({1, -0.6, 2})->pixel - Eigen::Vector2d(576.385155769302, 123.276240971480))
@@ -53,36 +48,6 @@ TEST(Camera, BrownsLensAndTheEquidistantOneProjectAsOpenCvDefinesThem) {
       (Camera(fisheye()).project({2.2, -1.4, 2})->pixel - Eigen::Vector2d(402.426039072004, 163.183429681452))
           .norm(),
       0, 1e-9);
-}
-
-void expect_jacobians_are_derivatives(const CameraIntrinsics& intrinsics) {
-  const Camera camera(intrinsics);
-  for (const double right : {0.003, 0.25, 0.49, 0.75, 0.99})
-    for (const double down : {0.004, 0.53, 0.99}) {
-      const Eigen::Vector2d pixel(right * intrinsics.width_px, down * intrinsics.height_px);
-      const auto ray = camera.unproject(pixel);
-      ASSERT_TRUE(ray);
-      const Eigen::Vector3d h = 2.5 * ray->h;
-      const auto of_h = numerical_jacobian(
-          [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return camera.project(x)->pixel; }, h);
-      const auto of_pixel = numerical_jacobian(
-          [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return camera.unproject(x)->h; }, pixel);
-      EXPECT_NEAR((camera.project(h)->J - of_h).norm(), 0, kCentral * of_h.norm());
-      EXPECT_NEAR((ray->J - of_pixel).norm(), 0, kCentral);
-    }
-}
-
-TEST(Camera, JacobiansAreTheDerivativesAllOverTheImage) {
-  expect_jacobians_are_derivatives(CameraIntrinsics{});
-  expect_jacobians_are_derivatives(brown());
-}
-
-// Its corners are seen 98 degrees from the axis, behind the image plane.
-TEST(Camera, TheFisheyesJacobiansAreTheDerivativesWithinItsImage) {
-  CameraIntrinsics cropped = fisheye();
-  cropped.width_px = cropped.height_px = 400;
-  cropped.u0_px = cropped.v0_px = 199;
-  expect_jacobians_are_derivatives(cropped);
 }
 
 TEST(Camera, UnprojectUndoesProjectExactly) {
@@ -133,7 +98,7 @@ TEST(Camera, NoiseGrowsLinearlyToTwiceItsSizeFromTheCentreToTheCorner) {
   EXPECT_DOUBLE_EQ(camera.sigma({0, 0}, 0.7), 1.4);
 }
 
-TEST(Camera, RefusesParametersThatMakeNoLens) {
+TEST(Camera, RejectsInvalidLenses) {
   CameraIntrinsics bad;
   bad.fu_px = 0;
   EXPECT_THROW(Camera{bad}, std::invalid_argument);
@@ -164,6 +129,27 @@ TEST(Camera, InsideCountsTheMarginOnEverySide) {
   EXPECT_TRUE(camera.inside({312, 232}, 7));
   for (const Eigen::Vector2d& out : {Eigen::Vector2d(6.9, 100), {312.1, 100}, {100, 6.9}, {100, 232.1}})
     EXPECT_FALSE(camera.inside(out, 7)) << out.transpose();
+}
+
+TEST(Rotation, ExponentialAgreesWithEigensAngleAxis) {
+  const Eigen::Vector3d theta(0.3, -0.7, 1.1);
+  const Eigen::Quaterniond expected(Eigen::AngleAxisd(theta.norm(), theta.normalized()));
+  const Eigen::Vector4d q = quaternion_exp(theta);
+  EXPECT_NEAR((q - Eigen::Vector4d(expected.w(), expected.x(), expected.y(), expected.z())).norm(), 0, 1e-15);
+}
+
+TEST(Rotation, LogarithmUndoesTheExponentialAndIgnoresTheQuaternionsSign) {
+  for (const double scale : {1.0, 1e-3, 1e-9, 0.0}) {
+    const Eigen::Vector3d theta = scale * Eigen::Vector3d(0.3, -0.7, 1.1);
+    EXPECT_NEAR((quaternion_log(quaternion_exp(theta)) - theta).norm(), 0, 1e-15);
+    EXPECT_NEAR((quaternion_log(-quaternion_exp(theta)) - theta).norm(), 0, 1e-15);
+  }
+}
+
+TEST(Rotation, MatrixOfAUnitQuaternionIsEigens) {
+  const Eigen::Vector4d q = Eigen::Vector4d(0.9, 0.1, -0.2, 0.3).normalized();
+  EXPECT_NEAR((rotation_matrix(q) - Eigen::Quaterniond(q(0), q(1), q(2), q(3)).toRotationMatrix()).norm(), 0,
+              1e-15);
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 #include "slam/vision/corner_detector.h"
 #include "slam/vision/map.h"
 #include "tests/slam/test_scenes.h"
@@ -97,6 +100,102 @@ TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {
   EXPECT_EQ(result.matches, 0);
   EXPECT_FALSE(result.updated || result.nis || result.update_nis);
   EXPECT_EQ(scene.kalman.state().P(), P);
+}
+
+/// `good` matches that a common shift of the robot explains, then `bad` ones elsewhere.
+StackedMeasurement matches(int good, int bad) {
+  std::mt19937_64 random(7);
+  const auto number = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
+  const auto noise = [&] {
+    const double y = number(),
+                 x = number();  // one after the other: compilers differ in the order of arguments
+    return Eigen::Vector2d(x, y);
+  };
+  const int count = good + bad;
+  StackedMeasurement stacked;
+  stacked.resize(kRobot, 2 * count);
+  stacked.PHt().setZero();
+  for (int i = 0; i <= count; ++i) stacked.first_row.push_back(2 * i);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) stacked.S().block<2, 2>(2 * i, 2 * j) = 25 * Eigen::Matrix2d::Identity();
+    stacked.S().block<2, 2>(2 * i, 2 * i) += 0.04 * Eigen::Matrix2d::Identity();
+    stacked.innovation().segment<2>(2 * i) = Eigen::Vector2d(6, -4) + 0.1 * noise();
+    if (i >= good) stacked.innovation().segment<2>(2 * i) = 8 * noise();
+  }
+  return stacked;
+}
+
+TEST(Consensus, KeepsTheMatchesThatOneMotionExplainsAndDropsTheRest) {
+  Consensus consensus;
+  const auto kept = consensus.largest(matches(8, 5), 9.21);
+  EXPECT_EQ(kept, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+TEST(Consensus, OfNoMatchesIsEmpty) { EXPECT_TRUE(Consensus().largest(matches(0, 0), 9.21).empty()); }
+
+Options::Vision with_bias(double sigma_px) {
+  Options::Vision options;
+  options.match_bias_sigma_px = sigma_px;
+  options.measured_landmarks = 2;
+  return options;
+}
+
+struct ErrorScene {
+  ErrorScene() {
+    for (int id = 0; id < 9; ++id) {
+      landmarks.emplace_back();
+      landmarks.back().id = 10 + id;
+    }
+  }
+  double variance(int at) const { return kalman.state().storage_P(at, at); }
+
+  Options::Vision options = with_bias(0.2);
+  Kalman kalman{{RobotVector::Zero(), RobotMatrix::Identity()}, false, MatchBiases::places(options, {})};
+  MatchBiases biases{options, {}};
+  std::vector<Landmark> landmarks;
+};
+
+TEST(MatchBiases, HaveNoPlaceInTheStateWhereTheOptionsHaveNone) {
+  EXPECT_EQ(MatchBiases::places(with_bias(0), {}), 0);
+  EXPECT_GT(MatchBiases::places(with_bias(0.1), {}), 2);
+  Options::Vision blind = with_bias(0.1);
+  blind.enabled = false;
+  EXPECT_EQ(MatchBiases::places(blind, {}), 0);
+}
+
+TEST(MatchBiases, AreZeroAtFirstSightAndAsLargeAsTheyGetAfterALoss) {
+  ErrorScene scene;
+  const int fresh = scene.biases.add(10, true, scene.kalman),
+            again = scene.biases.add(11, false, scene.kalman);
+  EXPECT_EQ(scene.biases.at(10), fresh);
+  EXPECT_EQ(scene.biases.at(11), again);
+  EXPECT_EQ(scene.biases.at(12), -1);
+  EXPECT_EQ(scene.variance(fresh), 0);
+  EXPECT_NEAR(scene.variance(again), 0.04, 1e-15);
+}
+
+TEST(MatchBiases, GrowToTheVarianceOfTheOptionsAndNoFurther) {
+  ErrorScene scene;
+  const int at = scene.biases.add(10, true, scene.kalman);
+  scene.biases.predict(scene.options.match_bias_s, scene.kalman);
+  EXPECT_NEAR(scene.variance(at), 0.04 * (1 - std::exp(-2)), 1e-12);
+  for (int k = 0; k < 20; ++k) scene.biases.predict(1, scene.kalman);
+  EXPECT_NEAR(scene.variance(at), 0.04, 1e-6);
+}
+
+TEST(MatchBiases, LandmarksOutOfViewGiveTheirPlacesFree) {
+  ErrorScene scene;
+  const int count = MatchBiases::places(scene.options, {});
+  for (int id = 10; id < 10 + count; ++id) EXPECT_GE(scene.biases.add(id, false, scene.kalman), kRobot);
+  EXPECT_EQ(scene.biases.add(99, false, scene.kalman), -1);
+  scene.biases.keep_visible({0, 2}, scene.landmarks, scene.kalman);
+  EXPECT_GE(scene.biases.at(10), kRobot);
+  EXPECT_EQ(scene.biases.at(11), -1);
+  EXPECT_EQ(scene.variance(kRobot + 2), 0);
+  EXPECT_GE(scene.biases.add(99, false, scene.kalman), kRobot);
+  scene.biases.clear(scene.kalman);
+  EXPECT_EQ(scene.biases.at(10), -1);
+  EXPECT_EQ(scene.variance(kRobot), 0);
 }
 
 }  // namespace
