@@ -2,29 +2,10 @@
 
 #include <cmath>
 
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 
 namespace sim::live {
 namespace {
-
-std::string kind(world::RoomPrimitive::Kind kind) {
-  using enum world::RoomPrimitive::Kind;
-  switch (kind) {
-    case plane:
-      return "plane";
-    case box:
-      return "box";
-    case sphere:
-      return "sphere";
-    case cylinder:
-      return "cylinder";
-    case ellipsoid:
-      return "ellipsoid";
-    case capsule:
-      return "capsule";
-  }
-  return "";
-}
 
 Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
   return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
@@ -35,14 +16,14 @@ Eigen::Vector3d planar(const walking::FootPose& pose) {
 }
 
 recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
-                              const world::SoleContact& contact) {
+                              const physics::SoleContact& contact) {
   return {on_ground(X_WS), on_ground(X_PS), planned_down, contact.load,
           Eigen::Vector3d(contact.creep.x(), contact.creep.y(), contact.creep_yaw)};
 }
 
 }  // namespace
 
-slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
+slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens) {
   return {lens.width_px,
           lens.height_px,
           lens.fu_px,
@@ -53,38 +34,31 @@ slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
 }
 
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
-                  const std::filesystem::path& models) {
+                  const physics::Models& models) {
   const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(start)).q;
-  world::WorldOptions empty = scenario.world;
-  empty.room = world::kPhysicalRoom;
-  const world::World nominal(empty, {}, q, start.X_PB, models);
+  physics::WorldOptions empty = scenario.world;
+  empty.room = physics::kPhysicalRoom;
+  const physics::World nominal(empty, {}, q, start.X_PB, models);
   return {nominal.X_WB().inverse() * nominal.X_WC(), nominal.X_WC().inverse() * nominal.X_WG()};
 }
 
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
                                           const Eigen::Isometry3d& X_PB) {
-  const world::CameraOptions camera = scenario.camera.value_or(world::CameraOptions{});
+  const camera::CameraOptions camera = scenario.camera.value_or(camera::CameraOptions{});
   recording::RecordingSetup setup;
-  setup.calibration = {intrinsics(world::camera_model(camera)), mounting.X_CG};
+  setup.calibration = {intrinsics(camera::camera_model(camera)), mounting.X_CG};
   setup.X_WC_start = X_PB * mounting.X_BC;
   setup.camera_rate_hz = camera.rate_hz;
-  setup.joints = world::joint_names();
+  setup.joints = physics::joint_names();
   return setup;
 }
 
-recording::RecordedSurface recorded(const world::RoomPrimitive& surface) {
-  using enum world::RoomPrimitive::Kind;
-  const bool round_about_z = surface.kind == cylinder || surface.kind == capsule;
-  const Eigen::Vector3d& s = surface.size;
-  return {kind(surface.kind), surface.X_WS, round_about_z ? Eigen::Vector3d(s.x(), s.z(), 0) : s};
-}
-
-std::vector<recording::CorrectedStep> recorded(const std::vector<walking::StepCorrection>& corrections) {
-  std::vector<recording::CorrectedStep> steps;
+std::vector<score::StepCorrection> recorded(const std::vector<walking::StepCorrection>& corrections) {
+  std::vector<score::StepCorrection> steps;
   for (const walking::StepCorrection& c : corrections)
-    steps.push_back({std::chrono::nanoseconds(std::llround(1e9 * c.decided_s)),
-                     c.desired.side == walking::Side::left, planar(c.desired.pose), planar(c.expected),
-                     planar(c.correction)});
+    steps.push_back({std::chrono::nanoseconds(std::llround(1e9 * c.decided_s)), c.correction.position.x(),
+                     c.correction.position.y(), c.correction.yaw, c.desired.side == walking::Side::left,
+                     planar(c.desired.pose), planar(c.expected)});
   return steps;
 }
 
@@ -95,28 +69,28 @@ recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::Senso
   return {t, readings.q, wrench(readings.left), wrench(readings.right)};
 }
 
-recording::TrueMotion true_motion(const world::World& world) {
+recording::TrueMotion true_motion(const physics::World& world) {
   return {world.time(), world.X_WG(), world.v_WG()};
 }
 
-recording::TrueFeet true_feet(world::World& world, const walking::Reference& plan) {
+recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan) {
   const auto [left, right] = world.sole_contacts_since_last();
   return {world.time(), true_foot(world.X_WL(), plan.X_PL, plan.support != walking::Support::right, left),
           true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)};
 }
 
-std::string ending(world::Condition condition) {
+scenario::Ending ending(physics::Condition condition) {
   switch (condition) {
-    case world::Condition::fell:
-      return "fell";
-    case world::Condition::collided:
-      return "collided";
-    case world::Condition::physics_failed:
-      return "failed";
-    case world::Condition::ok:
+    case physics::Condition::fell:
+      return scenario::Ending::fell;
+    case physics::Condition::collided:
+      return scenario::Ending::collided;
+    case physics::Condition::physics_failed:
+      return scenario::Ending::failed;
+    case physics::Condition::ok:
       break;
   }
-  return "completed";
+  return scenario::Ending::completed;
 }
 
 }  // namespace sim::live

@@ -10,7 +10,7 @@
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
 #include "sim/scenario/yaml.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::regression {
 namespace {

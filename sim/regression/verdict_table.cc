@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/result/table_style.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::regression {
 namespace {

@@ -187,13 +187,13 @@ const KindList& grammar_of(const std::vector<sensor_errors::Fault>&) {
       list_of<sensor_errors::Fault>("fault", "frames_lost: {from_s: 20, duration_s: 2}");
   return list;
 }
-const KindList& grammar_of(const std::vector<world::Push>&) {
+const KindList& grammar_of(const std::vector<physics::Push>&) {
   static const KindList list =
-      list_of<world::Push>("disturbance", "push: {time_s: 4, impulse_ns: 10, direction_deg: 90}");
+      list_of<physics::Push>("disturbance", "push: {time_s: 4, impulse_ns: 10, direction_deg: 90}");
   return list;
 }
-const KindList& grammar_of(const std::vector<world::FloorPatch>&) {
-  static const KindList list = list_of<world::FloorPatch>(
+const KindList& grammar_of(const std::vector<physics::FloorPatch>&) {
+  static const KindList list = list_of<physics::FloorPatch>(
       "disturbance", "patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.1}");
   return list;
 }
@@ -201,8 +201,8 @@ const KindList& grammar_of(const std::vector<world::FloorPatch>&) {
 std::string describe_commands() { return grammar_of(std::vector<walking::Command>()).describe(); }
 std::string describe_faults() { return grammar_of(std::vector<sensor_errors::Fault>()).describe(); }
 std::string describe_disturbances() {
-  return grammar_of(std::vector<world::Push>()).describe() +
-         grammar_of(std::vector<world::FloorPatch>()).describe();
+  return grammar_of(std::vector<physics::Push>()).describe() +
+         grammar_of(std::vector<physics::FloorPatch>()).describe();
 }
 
 }  // namespace sim::scenario

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "sim/physics/options.h"
 #include "sim/scenario/keys.h"
 #include "sim/sensor_errors/faults.h"
-#include "sim/world/options.h"
 #include "walking/plan.h"
 
 namespace sim::scenario {
@@ -68,8 +68,8 @@ class KindList {
 /// How the items of each list are written.
 const KindList& grammar_of(const std::vector<walking::Command>&);
 const KindList& grammar_of(const std::vector<sensor_errors::Fault>&);
-const KindList& grammar_of(const std::vector<world::Push>&);
-const KindList& grammar_of(const std::vector<world::FloorPatch>&);
+const KindList& grammar_of(const std::vector<physics::Push>&);
+const KindList& grammar_of(const std::vector<physics::FloorPatch>&);
 
 /// expected, read and print of value.h, for these lists.
 template <class Item>

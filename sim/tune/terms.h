@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "sim/score/evaluate.h"
-#include "sim/score/scored.h"
+#include "sim/score/metrics.h"
+#include "sim/score/score_context.h"
 #include "sim/tracking/tracking.h"
 
 namespace sim::tune {
@@ -38,7 +38,7 @@ double consistency(double mean, double expected_mean, double variance, double ex
 
 /// Of a run whose filter did not fail; nothing where a covariance is not positive definite or a metric has
 /// no value.
-std::optional<Terms> terms(const score::Scored& scored, const tracking::Tracked& tracked,
+std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tracked& tracked,
                            const score::Metrics& metrics, const slam::CameraIntrinsics& camera);
 
 }  // namespace sim::tune

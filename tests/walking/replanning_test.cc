@@ -3,18 +3,15 @@
 
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <stdexcept>
 #include <vector>
 
 #include "tests/walking/smooth_walk.h"
-#include "walking/feasible_step.h"
+#include "walking/footsteps.h"
 #include "walking/pattern_generator.h"
 
 namespace walking {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 WalkOptions diagonal_and_quarter() {
   WalkOptions options;

@@ -5,11 +5,11 @@
 #include <memory>
 #include <set>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/regression/result_set.h"
 #include "sim/regression/verdict_reports.h"
 #include "sim/scenario/yaml.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/suite_run.h"

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/durable_file.h"
-#include "sim/report/leaderboard.h"
+#include "sim/files/atomic_file.h"
+#include "sim/pages/leaderboard.h"
 #include "sim/scenario/yaml.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/usage_error.h"
@@ -16,12 +16,12 @@
 namespace cli {
 namespace {
 
-namespace report = sim::report;
+namespace pages = sim::pages;
 
 constexpr const char* kLeaderboardExamples = R"(
 Examples:
   gaitslam leaderboard results
-  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_share
+  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
   gaitslam leaderboard results --csv table.csv --html table.html
 A row for each scenario, estimator and folder of results; the first metric orders the rows of a scenario. Results of
 different scenarios are never pooled.)";
@@ -45,11 +45,11 @@ int show_leaderboard(const LeaderboardRequest& request) {
   for (const auto& file : {request.csv, request.html})
     if (file) require_new_file(*file, request.force);
   for (const std::string& metric : request.metrics) require_metric(metric);
-  const auto metrics = request.metrics.empty() ? report::leaderboard_metrics() : request.metrics;
-  const auto rows = report::leaderboard(request.folders, metrics);
-  if (request.csv) sim::files::write_durably(*request.csv, report::leaderboard_csv(rows, metrics));
-  if (request.html) sim::files::write_durably(*request.html, report::leaderboard_page(rows, metrics));
-  std::cout << report::leaderboard_table(rows, metrics);
+  const auto metrics = request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics;
+  const auto rows = pages::leaderboard(request.folders, metrics);
+  if (request.csv) sim::files::write_atomically(*request.csv, pages::leaderboard_csv(rows, metrics));
+  if (request.html) sim::files::write_atomically(*request.html, pages::leaderboard_page(rows, metrics));
+  std::cout << pages::leaderboard_table(rows, metrics);
   return 0;
 }
 

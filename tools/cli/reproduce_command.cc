@@ -7,10 +7,9 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
-#include "sim/report/paper_page.h"
-#include "sim/report/paper_rows.h"
+#include "sim/pages/paper.h"
 #include "sim/result/about_file.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/recording_key.h"
@@ -29,7 +28,7 @@
 namespace cli {
 namespace {
 
-namespace report = sim::report;
+namespace pages = sim::pages;
 namespace scenario = sim::scenario;
 
 constexpr const char* kReproduceExamples = R"(
@@ -70,18 +69,18 @@ bool is_done(const fs::path& result, const fs::path& recorded, const std::string
 
 /// One experiment and where its results are.
 struct Experiment {
-  report::PaperExperiment what;
+  pages::PaperExperiment what;
   scenario::ReadScenario read;
   fs::path root, recordings;  ///< recordings: empty where the experiment simulates its walks
   std::string models_hash;
 };
 
-const std::string& recorded_name(const report::PaperExperiment& what) {
+const std::string& recorded_name(const pages::PaperExperiment& what) {
   return what.recordings.empty() ? what.name : what.recordings;
 }
 
 /// The folder of the recordings that an experiment replays; empty where it simulates its walks.
-fs::path recordings_of(const report::PaperExperiment& what, const ReproduceRequest& request) {
+fs::path recordings_of(const pages::PaperExperiment& what, const ReproduceRequest& request) {
   const std::string& name = recorded_name(what);
   if (request.recordings && fs::is_directory(*request.recordings / name)) return *request.recordings / name;
   return what.recordings.empty() ? fs::path() : request.out / what.recordings;
@@ -90,7 +89,7 @@ fs::path recordings_of(const report::PaperExperiment& what, const ReproduceReque
 std::vector<Experiment> plan(const ReproduceRequest& request) {
   const std::string models_hash = sim::tune::models_hash(request.models);
   std::vector<Experiment> all;
-  for (const report::PaperExperiment& what : report::paper_experiments())
+  for (const pages::PaperExperiment& what : pages::paper_experiments())
     all.push_back({what, scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
                    request.out / what.name, recordings_of(what, request), models_hash});
   return all;
@@ -150,15 +149,15 @@ bool run_experiment(const Experiment& experiment, const ReproduceRequest& reques
   return all_there;
 }
 
-report::RunData read(const fs::path& result, const Experiment& experiment, std::uint64_t seed) {
-  report::RunData run = report::read_run(result);
+pages::RunData read(const fs::path& result, const Experiment& experiment, std::uint64_t seed) {
+  pages::RunData run = pages::read_run(result);
   if (!experiment.recordings.empty()) run.recording = seed_folder(experiment.recordings, seed) / "recording";
   return run;
 }
 
-report::PaperRuns read_results(const std::vector<Experiment>& experiments,
-                               const std::vector<std::uint64_t>& seeds) {
-  report::PaperRuns runs;
+pages::PaperRuns read_results(const std::vector<Experiment>& experiments,
+                              const std::vector<std::uint64_t>& seeds) {
+  pages::PaperRuns runs;
   for (const Experiment& experiment : experiments)
     for (const std::uint64_t seed : seeds)
       if (const fs::path result = seed_folder(experiment.root, seed); fs::exists(result / "score.json"))
@@ -166,8 +165,8 @@ report::PaperRuns read_results(const std::vector<Experiment>& experiments,
   return runs;
 }
 
-void print(const std::vector<report::PaperRow>& rows) {
-  for (const report::PaperRow& row : rows)
+void print(const std::vector<pages::PaperRow>& rows) {
+  for (const pages::PaperRow& row : rows)
     std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n         {}\n", row.what, row.paper, row.bench,
                              agreement_text(row.agreement));
 }
@@ -184,8 +183,8 @@ void open_view(ViewRequest& place) {
 /// Throws UsageError where results would replace recordings that were asked for.
 void require_outside_of_recordings(const ReproduceRequest& request) {
   if (!request.recordings) return;
-  for (const report::PaperExperiment& written : report::paper_experiments())
-    for (const report::PaperExperiment& read : report::paper_experiments())
+  for (const pages::PaperExperiment& written : pages::paper_experiments())
+    for (const pages::PaperExperiment& read : pages::paper_experiments())
       require_outside(request.out / written.name, *request.recordings / recorded_name(read));
 }
 
@@ -204,10 +203,10 @@ int reproduce(ReproduceRequest& request) {
     for (const Experiment& experiment : experiments)
       all_there &= run_experiment(experiment, request, seeds, cost);
   }
-  const report::PaperRuns runs = read_results(experiments, seeds);
+  const pages::PaperRuns runs = read_results(experiments, seeds);
   const fs::path page = request.out / "index.html";
-  sim::files::write_durably(page, report::paper_page(runs, kRevision));
-  print(report::paper_rows(runs));
+  sim::files::write_atomically(page, pages::paper_page(runs, kRevision));
+  print(pages::paper_rows(runs));
   std::cout << "page in " << page.string() << '\n';
   return all_there ? 0 : 3;
 }

@@ -19,7 +19,7 @@ ScenarioResults results(const std::vector<std::optional<double>>& values, const 
                         std::uint64_t first_seed = 1) {
   ScenarioResults all{"walk", {}, {}};
   for (const auto& value : values)
-    all.seeds.push_back({first_seed++, "completed", 0, {{metric, "m", value}}, "hash"});
+    all.seeds.push_back({first_seed++, scenario::Ending::completed, 0, {{metric, "m", value}}, "hash"});
   return all;
 }
 
@@ -134,7 +134,7 @@ TEST(Verdict, FewSeedsAreJudgedOneByOne) {
 TEST(Verdict, HolmsAdjustmentIsForTheScenariosGates) {
   ScenarioResults before = results(kEight), now = results(times(1.2, kEight));
   std::vector<Gate> gates{kTenPercent};
-  for (const char* other : {"rmse_m", "rpe_1m_m", "rpe_2m_m", "rpe_4m_m", "rpe_1s_m"}) {
+  for (const char* other : {"rmse_m", "rpe_1m_m", "rpe_1m_deg", "ate_yaw_rmse_m", "drift_percent"}) {
     for (ScenarioResults* side : {&before, &now})
       for (result::SeedScore& seed : side->seeds)
         seed.metrics.push_back({other, "m", 1.0 + 0.01 * double(seed.seed)});
@@ -198,7 +198,7 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
   EXPECT_FALSE(limits[2].passed);
   EXPECT_EQ(limits[2].observed, "1.1");
   EXPECT_EQ(exit_code({ScenarioVerdict{"", true, 3, 3, 0, {}, {}, limits}}), 1);
-  runs.seeds[1].ending = "fell";
+  runs.seeds[1].ending = scenario::Ending::fell;
   limits = judge_limits(scenario, runs.seeds);
   EXPECT_TRUE(limits[0].run_failed);
   EXPECT_EQ(limits[0].worst_seed, 2u);
@@ -233,8 +233,8 @@ TEST(Verdict, ASeedWithoutAValueMissesItsLimit) {
 // sigma of chance.
 TEST(Verdict, ChanceAloneRarelyFails) {
   sensor_errors::Random random(1, "verdict test");
-  const std::vector<std::string> names{"rmse_m",   "rpe_1m_m", "rpe_2m_m",
-                                       "rpe_4m_m", "rpe_1s_m", "rpe_50cm_m"};
+  const std::vector<std::string> names{"rmse_m",         "rpe_1m_m",      "rpe_1m_deg",
+                                       "ate_yaw_rmse_m", "drift_percent", "end_position_error_m"};
   std::vector<Gate> gates;
   for (const std::string& name : names) gates.push_back({name, 0, 0});
   int paired = 0, unpaired = 0;
@@ -242,7 +242,7 @@ TEST(Verdict, ChanceAloneRarelyFails) {
     ScenarioResults sides[2];
     for (ScenarioResults& side : sides)
       for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-        side.seeds.push_back({seed, "completed", 0, {}, ""});
+        side.seeds.push_back({seed, scenario::Ending::completed, 0, {}, ""});
         for (const std::string& name : names)
           side.seeds.back().metrics.push_back({name, "m", random.normal()});
       }

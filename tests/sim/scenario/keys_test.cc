@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "sim/scenario/scenario.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "tests/sim/scenario/complaint.h"
 
 namespace sim::scenario {
@@ -128,8 +128,8 @@ class Count : public walking::KeyVisitor {
 TEST(Keys, ThereIsOneForEachOption) {
   Count::expect_one_for_each_member<walking::WalkOptions>("walk");
   Count::expect_one_for_each_member<walking::StabilizerOptions>("stabilizer");
-  Count::expect_one_for_each_member<world::WorldOptions>("world");
-  Count::expect_one_for_each_member<world::CameraOptions>("camera");
+  Count::expect_one_for_each_member<physics::WorldOptions>("world");
+  Count::expect_one_for_each_member<camera::CameraOptions>("camera");
   Count::expect_one_for_each_member<sensor_errors::ErrorOptions>("errors");
   Count::expect_one_for_each_member<slam::Options>("slam");
 }
@@ -143,8 +143,8 @@ TEST(Keys, ThereIsOneForEachFieldOfAnItem) {
   Count::expect_one_for_each_member<walking::Turn>("turn");
   Count::expect_one_for_each_member<walking::GoTo>("go_to");
   Count::expect_one_for_each_member<walking::Repeat>("repeat");
-  Count::expect_one_for_each_member<world::Push>("push");
-  Count::expect_one_for_each_member<world::FloorPatch>("patch");
+  Count::expect_one_for_each_member<physics::Push>("push");
+  Count::expect_one_for_each_member<physics::FloorPatch>("patch");
 }
 
 TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
@@ -161,7 +161,7 @@ TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
 }
 
 TEST(Keys, TakeTheirNamesFromTheirMembers) {
-  static_assert(walking::member_name<&world::Push::impulse_ns>() == "impulse_ns");
+  static_assert(walking::member_name<&physics::Push::impulse_ns>() == "impulse_ns");
   EXPECT_NE(find_key("errors.gyro.sigma_rad_s"), nullptr);
 }
 

@@ -1,0 +1,61 @@
+// The builder of all HTML pages: escaping, tables, figures, and the frame of a page that is one file.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/pages/figure.h"
+
+namespace sim::pages {
+
+/// Text for HTML and SVG, in elements and in attributes with quotes of either kind. Every text from a file or
+/// a user goes through here.
+std::string escaped(std::string_view text);
+/// RFC 4648.
+std::string base64(std::string_view bytes);
+/// A script element with JSON as data under that id. Browsers never run it, whatever the JSON contains.
+std::string data_script(std::string_view id, std::string_view json);
+
+/// A cell of a table: HTML with its style class.
+struct TableCell {
+  std::string html, style = "";
+};
+TableCell text_cell(std::string_view text, const std::string& style = "");
+TableCell code_cell(std::string_view text);
+/// Four significant digits; a dash if there is no finite value.
+TableCell number_cell(std::optional<double> value);
+std::string number_text(std::optional<double> value);
+
+struct TableRow {
+  std::vector<TableCell> cells;
+  std::string id = "";
+};
+/// The first column stays visible when the table is scrolled. sortable: a click on a title sorts.
+std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
+                       const std::vector<TableRow>& rows, bool sortable = false);
+
+/// A figure with caption, drawing and legend, followed by `below` (HTML).
+std::string figure_html(const Figure& figure, const std::string& below = "", double height = 300,
+                        double width = 640);
+/// HTML of figures as a grid.
+std::string figures_html(const std::string& figures);
+std::string section_html(const std::string& id, std::string_view title, const std::string& inside);
+/// Links to the sections of a page: id and title.
+std::string navigation_html(const std::vector<std::pair<std::string, std::string>>& sections);
+/// A command with a button that copies it.
+std::string command_html(std::string_view command);
+
+/// The scripts of the pages: behavior of tables and figures, and the map in three dimensions.
+std::string_view page_script();
+std::string_view map_script();
+std::string_view page_style();
+
+/// A page that is one file. subtitle, body: HTML. The Content-Security-Policy names the scripts by their
+/// hashes, so that a browser runs no other script, loads nothing and sends nothing. Throws std::logic_error
+/// if a script would end its own element.
+std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
+                      const std::vector<std::string_view>& scripts = {page_script()});
+
+}  // namespace sim::pages
