@@ -116,8 +116,7 @@ EstimatorChoice read_section(const Yaml& node, const std::string& key) {
          "expected a program or a library, as in {program: [./my_slam, --stdio]} or {library: libmy.so}");
   if (choice.name.empty()) choice.name = standard_name(choice);
   if (is_built_in(choice.name))
-    fail(node, key + ".name",
-         fmt::format("{} is a built-in estimator, expected a name of its own", choice.name));
+    fail(node, key + ".name", fmt::format("{} is a built-in estimator, expected another name", choice.name));
   return choice;
 }
 

@@ -1,4 +1,4 @@
-// The value of the key `estimator`: a name, or what of somebody else's is to be run.
+// The value of the key `estimator`: a built-in estimator or an external one.
 #pragma once
 
 #include <string>

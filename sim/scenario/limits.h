@@ -11,7 +11,7 @@
 namespace sim::scenario {
 
 /// Reads limits.<metric>[.<aggregate>].<bound>, replacing an earlier limit of the same name. key: that whole
-/// name; named_at: where it stands. Throws ConfigError.
+/// name; named_at: its place. Throws ConfigError.
 void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
                 std::vector<MetricLimit>& limits);
 

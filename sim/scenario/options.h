@@ -41,9 +41,7 @@ struct Limits {
   std::vector<std::string> ending{"completed"};
   std::vector<MetricLimit> metrics;
 
-  static void keys(auto&& key) {
-    choice<&Limits::ending>(key, kEndings, "endings with which a run can pass");
-  }
+  static void keys(auto&& key) { choice<&Limits::ending>(key, kEndings, "endings of a run that pass"); }
 };
 
 /// All that shapes a run, and nothing else does. Without camera there are no frames; without slam no filter

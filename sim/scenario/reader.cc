@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kArgument = "<argument>";
 constexpr int kMostBases = 100;  // a few files that name each other often would be read without end
 constexpr const char* kCommands = "walk.commands";
-constexpr const char* kBase = "base";  // no key of the table: it sets nothing by itself
+constexpr const char* kBase = "base";  // not in the table of keys
 
 /// The parts that can follow `section` ("" for the top): "walk" -> {"single_support_s", ...}.
 std::vector<std::string_view> parts_below(std::string_view section) {
@@ -35,7 +35,7 @@ std::vector<std::string_view> parts_below(std::string_view section) {
 
 bool is_section(std::string_view path) { return !parts_below(path).empty(); }
 
-/// All full names whose last part is near: the key may exist, but in another section.
+/// Suggests the key of another section that has this last part.
 std::string suggest_elsewhere(std::string_view part) {
   for (const auto& key : scenario_keys()) {
     if (std::string_view(key.name).substr(key.name.rfind('.') + 1) == part) {
@@ -201,7 +201,7 @@ void ScenarioReader::begin_section(std::string_view path) {
   if (path == "slam" && !result.scenario.slam) result.scenario.slam.emplace();
 }
 
-// In a file `slam.gyro.enabled: true` begins the section as `slam:` would; an argument does not.
+// In a file `slam.gyro.enabled: true` starts the section as `slam:` would; an argument does not.
 void ScenarioReader::require_section(const Yaml& at, const std::string& path) {
   const std::string section = path.substr(0, path.find('.'));
   if (at.origin.file != kArgument) begin_section(section);

@@ -30,7 +30,7 @@ class ScenarioReader {
   /// All keys of a file, after those of the files that its key `base` names. root.origin.file: its path.
   void read_file(const Yaml& root);
 
-  /// Without a key `name` of its own the file's stem names the scenario; a base's name is not inherited.
+  /// Names the scenario after the file, unless it has a key `name`; the name of a base is not inherited.
   void read_name_of_file(const Yaml& root, const std::string& file_name);
 
   /// "key=value", the n-th of the command line (from 1).

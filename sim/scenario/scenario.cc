@@ -25,7 +25,7 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
   }
 }
 
-/// What no single key can know.
+/// Checks relations between keys.
 void check_whole(const Scenario& scenario, const Yaml& at) {
   if (scenario.walk.commands.empty()) {
     fail(at, "walk.commands", "missing, expected a list of commands, as in [{stand: {duration_s: 1}}]");
@@ -53,7 +53,7 @@ void check_length(const ReadScenario& read, const Yaml& root) {
     Yaml at = root;
     if (command < read.command_origins.size()) at.origin = read.command_origins[command];
     fail(at, "", e.what());
-  } catch (const std::invalid_argument&) {  // told where the walk is planned
+  } catch (const std::invalid_argument&) {  // reported when the walk is planned
   }
 }
 

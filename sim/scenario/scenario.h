@@ -10,8 +10,8 @@
 
 namespace sim::scenario {
 
-/// What is to be read besides the file: overlays in the order typed, which set some keys anew (as the
-/// best.yaml of a tuning does), then overrides "key=value", then sections to leave out.
+/// Changes to a scenario file: overlays in the order typed, which replace keys (as the best.yaml of a tuning
+/// does), then overrides "key=value", then sections to remove.
 struct Changes {
   std::vector<std::string> overrides;
   std::vector<std::string> without;  ///< of "camera", "slam"

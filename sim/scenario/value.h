@@ -15,7 +15,7 @@
 
 namespace sim::scenario {
 
-/// What a value may be: a number within [lowest, highest], or one of the choices.
+/// Valid values: a number within [lowest, highest], or one of the choices.
 struct Domain {
   double lowest = 0, highest = 0;
   std::span<const std::string_view> choices{};
@@ -72,7 +72,7 @@ std::string print(const Domain& domain, E value) {
   return std::string(domain.choices[static_cast<std::size_t>(value)]);
 }
 
-/// What keys do with values of one type.
+/// Operations on values of one type.
 struct ValueType {
   std::string (*expected)(const Domain&);
   void (*read)(const Yaml&, std::string_view key, const Domain&, void* value);
@@ -88,8 +88,7 @@ inline constexpr ValueType kValueType{
 /// An angle: degrees in the file, radians in the member.
 extern const ValueType kDegrees;
 
-/// Degrees as written to radians as used, and back to degrees that give exactly these radians (where such
-/// exist).
+/// Converts degrees to radians, and back to degrees that give exactly these radians (if such exist).
 double to_radians(double degrees);
 double to_degrees(double radians);
 

@@ -1,5 +1,5 @@
-// Commands that are interrupted, and commands begun again: old results stay until new ones are whole, and the
-// same command goes on.
+// Interrupted and repeated commands: old results stay until new ones are complete, and rerunning the command
+// resumes it.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ class Interruption : public tests::CommandLineWithCache {
  protected:
   Interruption() { write("walk.yaml", tests::kShortWalk); }
 
-  /// Runs a command in the background until a shell condition holds, and ends it by that signal.
+  /// Runs a command in the background until a shell condition is true, then sends it that signal.
   Ran ended_when(const std::string& condition, const std::string& signal,
                  const std::string& arguments) const {
     return shell("env --default-signal=INT " GAITSLAM_PROGRAM " " + arguments +

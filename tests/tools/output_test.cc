@@ -1,4 +1,4 @@
-// What run, replay and score say: text for people, one JSON document, or nothing.
+// Output of run, replay and score: text, one JSON document, or nothing.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -59,7 +59,7 @@ TEST_F(OutputTest, QuietLeavesTheExitCode) {
   expect_silence("score r/seed-1 -q", 0);
   write("strict.yaml", "base: walk.yaml\nlimits: {rmse_m: {at_most: 0}}\n");
   expect_silence("run strict.yaml --seeds 1 --out s -q", 1);
-  EXPECT_THAT(refusal("run none.yaml -q"), HasSubstr("none.yaml: cannot be read")) << "errors are said";
+  EXPECT_THAT(refusal("run none.yaml -q"), HasSubstr("none.yaml: cannot be read")) << "errors are printed";
   EXPECT_THAT(refusal("run walk.yaml -q --json"), HasSubstr("excludes"));
 }
 

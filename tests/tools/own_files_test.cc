@@ -1,5 +1,4 @@
-// What users keep in their folders stays, whatever they ask for: a folder is replaced only if gaitslam made
-// all that is in it.
+// Files of users stay: a folder is replaced only if gaitslam made everything in it.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -25,7 +24,7 @@ class OwnFiles : public tests::CommandLineWithCache {
     const Ran ran = gaitslam("run walk.yaml " + arguments);
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
   }
-  /// Refused, naming this; every file in the folder keeps its bytes.
+  /// Rejected with this name; every file in the folder keeps its bytes.
   void expect_spared(const std::string& arguments, const std::string& folder,
                      const std::string& named) const {
     const auto before = tests::files(folder_ / folder);

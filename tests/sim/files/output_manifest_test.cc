@@ -29,7 +29,7 @@ class OutputManifest : public testing::Test {
     fs::create_directories((folder_ / name).parent_path());
     write_text(folder_ / name, text);
   }
-  // Making the folder again is refused with these words, and what is in it stays.
+  // Making the folder again fails with these words, and its content stays.
   void expect_spared(const std::string& words) const {
     EXPECT_THAT([&] { make("again"); },
                 ThrowsMessage<FileError>(AllOf(HasSubstr(words), HasSubstr("move it away"))));

@@ -20,7 +20,7 @@ std::string encoded(const std::string& ending, int type = CV_8UC1) {
   return {bytes.begin(), bytes.end()};
 }
 
-// A PNG whose header says that it has so many pixels; what follows is of 48 x 35.
+// A PNG with this size in its header and 48 x 35 pixels.
 std::string png_of_size(std::uint32_t width, std::uint32_t height) {
   std::string png = encoded(".png");
   for (int i = 0; i < 4; ++i) {
@@ -56,7 +56,7 @@ TEST(DecodeImage, KindsThatOtherProgramsWriteAreDecoded) {
   }
 }
 
-// The message names the size of the header, which no decoder has got to.
+// The message names the size in the header, before anything is decoded.
 TEST(DecodeImage, AnotherSizeIsRefusedByTheHeader) {
   for (const std::uint32_t side : {12000u, 60000u})
     EXPECT_THAT(

@@ -328,7 +328,7 @@ TEST(Recording, AnyEditedFileOfTheSameSizeIsNamed) {
   for (int trial = 0; trial < 5; ++trial) expect_named(edit, ": edited");
 }
 
-// Sparse files, whose sizes the manifest has.
+// Sparse files, listed with their sizes.
 TEST(Recording, ASettingsFileOrAnImageThatIsTooLargeIsNamedBeforeItIsRead) {
   const files::TemporaryFolder folder;
   for (const std::string name : {"mav0/cam0/sensor.yaml", "mav0/cam0/data/1000000000033000000.png"}) {
@@ -358,8 +358,8 @@ void sign_again(const fs::path& folder, const std::string& name) {
   files::write_text(manifest, signed_again);
 }
 
-// The error of reading a recording whose file `name` has `to` for the first `from`, with the hash brought up
-// to date.
+// Returns the error of reading a recording after replacing the first `from` in file `name` by `to`, with an
+// updated manifest.
 std::string complaint(const fs::path& folder, const std::string& name, const std::string& from,
                       const std::string& to) {
   fs::remove_all(folder);
@@ -409,9 +409,8 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   EXPECT_EQ(says("mav0/cam0/sensor.yaml", "intrinsics: [", "intrinsics: [1, "), ":21:13: expected 4 numbers");
   EXPECT_EQ(says("mav0/cam0/sensor.yaml", "rate_hz", "rate"), ": has no key rate_hz");
   EXPECT_THAT(says("mav0/cam0/sensor.yaml", "resolution: [", "resolution: {"), HasSubstr(":19:"));
-  EXPECT_EQ(
-      says("mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]"),
-      ":6:3: not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+  EXPECT_EQ(says("mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]"),
+            ":6:3: not a pose: expected a rotation and a translation above the row 0 0 0 1");
   EXPECT_EQ(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_began: "),
             ": has no key first_interval_begins_ns");
   EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_begins_ns: 9"),
@@ -487,7 +486,7 @@ TEST(Recording, TheWriterRejectsWhatIdealSensorsCannotGive) {
               ThrowsMessage<std::logic_error>(HasSubstr("of its frame")));
 }
 
-// Names, sizes and hashes of 2000 pictures alone would be 200 kB.
+// Names, sizes and hashes of 2000 images need 200 kB.
 TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   const files::TemporaryFolder folder;
   sensor_errors::Random random(1, "test");

@@ -1,5 +1,5 @@
-// Whatever is in a scenario file, its reader gives a scenario or one line with the place: no other exception,
-// no crash (the sanitizers see what does not show), no endless reading.
+// For any content of a scenario file the reader returns a scenario or throws one line with the place: no
+// other exception, no crash, no endless loop.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ std::string repeated(const std::string& piece, int times) {
   return text;
 }
 
-/// Values of the wrong type, out of any range, or in letters that are none.
+/// Values of the wrong type, out of any range, or with invalid characters.
 const std::string& odd_value(sensor_errors::Random& random) {
   static const std::array<std::string, 22> kValues{"1e999",
                                                    "-1e308",
@@ -78,8 +78,8 @@ const std::string& odd_value(sensor_errors::Random& random) {
   return kValues[random.bits() % kValues.size()];
 }
 
-/// One wound to the lines: lost, doubled, moved, indented, or given another value or a deep one.
-void wound(Lines& lines, sensor_errors::Random& random) {
+/// Damages the lines once: removed, repeated, swapped, indented, or with another or a deep value.
+void damage(Lines& lines, sensor_errors::Random& random) {
   const std::size_t at = random.bits() % lines.size(), other = random.bits() % lines.size();
   std::string& line = lines[at];
   const std::size_t colon = line.find(':');
@@ -109,22 +109,23 @@ void wound(Lines& lines, sensor_errors::Random& random) {
 std::string damaged(const std::string& whole, sensor_errors::Random& random) {
   if (random.bits() % 2) return tests::damaged(whole, random);
   Lines lines = lines_of(whole);
-  for (std::uint64_t wounds = 1 + random.bits() % 3; wounds > 0 && !lines.empty(); --wounds)
-    wound(lines, random);
+  for (std::uint64_t edits = 1 + random.bits() % 3; edits > 0 && !lines.empty(); --edits)
+    damage(lines, random);
   return joined(lines);
 }
 
-/// What the reader says; empty of a text that it takes. `place` is what it must begin with.
-std::string complaint_at(const std::function<void()>& read, const std::string& place, const std::string& text) {
+/// Returns the error of the reader, or "" for valid text. `place`: regular expression of its start.
+std::string complaint_at(const std::function<void()>& read, const std::string& place,
+                         const std::string& text) {
   try {
     read();
   } catch (const ConfigError& error) {
-    const std::string said = error.what();
-    EXPECT_TRUE(std::regex_search(said, std::regex("^" + place + ":[1-9][0-9]*:[1-9][0-9]*: .")))
-        << said << "\n"
+    const std::string message = error.what();
+    EXPECT_TRUE(std::regex_search(message, std::regex("^" + place + ":[1-9][0-9]*:[1-9][0-9]*: .")))
+        << message << "\n"
         << text.substr(0, 2000);
-    EXPECT_EQ(said.find('\n'), said.npos) << said;
-    return said;
+    EXPECT_EQ(message.find('\n'), message.npos) << message;
+    return message;
   } catch (const std::exception& error) {
     ADD_FAILURE() << "not a ConfigError: " << error.what() << "\n" << text.substr(0, 2000);
     return error.what();
@@ -132,7 +133,7 @@ std::string complaint_at(const std::function<void()>& read, const std::string& p
   return "";
 }
 
-TEST(DamagedScenario, IsReadOrRefusedWithItsPlace) {
+TEST(DamagedScenario, IsReadOrRejectedWithItsPlace) {
   int read = 0;  // of all damaged files: a short file hardly survives
   for (const std::filesystem::path& file : scenario_files()) {
     Lines lines = lines_of(content(file));  // damage to comments would show nothing
@@ -142,38 +143,38 @@ TEST(DamagedScenario, IsReadOrRefusedWithItsPlace) {
     // beside the original, where its bases are
     const std::string place = (file.parent_path() / "a.yaml").string();
     EXPECT_NO_THROW(read_scenario_text(whole, place)) << file;
-    int refused = 0;
+    int rejected = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
       const std::string text = damaged(whole, random);
-      refused += !complaint_at([&] { read_scenario_text(text, place); }, ".*\\.yaml", text).empty();
+      rejected += !complaint_at([&] { read_scenario_text(text, place); }, ".*\\.yaml", text).empty();
     }
-    EXPECT_GT(refused, kTrials / 2) << file;
-    read += kTrials - refused;
+    EXPECT_GT(rejected, kTrials / 2) << file;
+    read += kTrials - rejected;
   }
   EXPECT_GT(read, 100);
 }
 
-TEST(DamagedScenario, SoIsWhatAnArgumentSays) {
+TEST(DamagedScenario, SoAreArguments) {
   const std::string whole = content(scenario_folder() / "every_command.yaml");
   const std::vector<std::string> arguments{"slam.gyro.sigma_rad_s=0.02",
                                            "walk.commands=[{stand: {duration_s: 1}}]",
                                            "errors.faults=[{frames_lost: {from_s: 20, duration_s: 2}}]",
                                            "limits.rmse_m.at_most=0.1", "world.room=hall"};
   sensor_errors::Random random(1, "arguments");
-  int refused = 0;
+  int rejected = 0;
   for (int trial = 0; trial < 400; ++trial) {
     const std::string text = tests::damaged(arguments[random.bits() % arguments.size()], random);
     Changes changes;
     changes.overrides = {text};
-    refused +=
+    rejected +=
         !complaint_at([&] { read_scenario_text(whole, "a.yaml", changes); }, "(<argument>|a\\.yaml)", text)
              .empty();
   }
-  EXPECT_GT(refused, 200);
+  EXPECT_GT(rejected, 200);
 }
 
-// A file of 1 MiB is as large as is read at all.
-TEST(DamagedScenario, OfOneKindOnlyIsRefusedAsWell) {
+// 1 MiB is the largest file that is read.
+TEST(DamagedScenario, OfRepeatedCharactersIsRejected) {
   std::string many_keys;
   for (int i = 0; many_keys.size() < (1 << 20) - 20; ++i) many_keys += fmt::format("k{}: 1\n", i);
   const int n = 1 << 20;

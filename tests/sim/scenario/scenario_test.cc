@@ -44,7 +44,7 @@ TEST(Scenario, TangentCircleIsThePapersFirstExperiment) {
   EXPECT_TRUE(s.camera && s.slam);
 }
 
-// Cases that begin with the line "# expect: " and the message, which "..." cuts off before names of keys.
+// Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
 TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ", all = file_text(kSource / "tests/sim/scenario/bad_scenarios.txt");
   int count = 0;
