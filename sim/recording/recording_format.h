@@ -117,7 +117,7 @@ inline const std::string kSurfacesHeader =
 /// slam::Support in words, in the order of its values.
 inline const std::array<std::string, 3> kSupport{"both", "left", "right"};
 
-/// The kinds of RecordedSurface.
+/// score::Surface::Kind in words, in the order of its values.
 inline const std::array<std::string, 6> kSurfaceKinds{"plane",    "box",       "sphere",
                                                       "cylinder", "ellipsoid", "capsule"};
 

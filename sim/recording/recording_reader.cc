@@ -57,24 +57,26 @@ std::vector<TrueFeet> read_feet(const Manifest& manifest) {
 }
 
 // Steps are decided at least a tick apart, and the time is that of the decision.
-std::vector<CorrectedStep> read_corrected_steps(const Manifest& manifest) {
-  std::vector<CorrectedStep> steps;
+std::vector<score::StepCorrection> read_corrected_steps(const Manifest& manifest) {
+  std::vector<score::StepCorrection> steps;
   StampedRows rows = rows_of(manifest, kCorrectedSteps, {kCorrectedStepsHeader});
   for (; rows.stamp(); rows.advance()) {
     const files::CsvReader& row = rows.row();
     if (row.text(1) != "left" && row.text(1) != "right") row.fail(1, "expected left or right");
-    steps.push_back({*rows.stamp(), row.text(1) == "left", row.vector(2), row.vector(5), row.vector(8)});
+    steps.push_back({*rows.stamp(), row.number(8), row.number(9), row.number(10), row.text(1) == "left",
+                     row.vector(2), row.vector(5)});
   }
   return steps;
 }
 
-std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
-  std::vector<RecordedSurface> surfaces;
+std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
+  std::vector<score::Surface> surfaces;
   files::CsvReader rows(manifest.check(kSurfaces), {kSurfacesHeader});
   while (rows.next()) {
-    if (std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0)) == kSurfaceKinds.end())
+    const auto kind = std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0));
+    if (kind == kSurfaceKinds.end())
       rows.fail(0, "expected plane, box, sphere, cylinder, ellipsoid or capsule");
-    surfaces.push_back({std::string(rows.text(0)), rows.pose(1), rows.vector(13)});
+    surfaces.push_back({score::Surface::Kind(kind - kSurfaceKinds.begin()), rows.pose(1), rows.vector(13)});
   }
   return surfaces;
 }

@@ -8,7 +8,6 @@
 
 #include "sim/files/text.h"
 #include "sim/score/metrics.h"
-#include "sim/score/significance.h"
 #include "sim/score/statistics.h"
 
 namespace sim::regression {

@@ -9,8 +9,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
-#include "sim/pages/paper_page.h"
-#include "sim/pages/paper_rows.h"
+#include "sim/pages/paper.h"
 #include "sim/result/about_file.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/recording_key.h"

@@ -8,7 +8,7 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/output_manifest.h"
-#include "sim/pages/tune_page.h"
+#include "sim/pages/pages.h"
 #include "sim/tune/tuning.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"

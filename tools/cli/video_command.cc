@@ -10,15 +10,15 @@
 #include "sim/files/output_manifest.h"
 #include "sim/recording/filter_input.h"
 #include "sim/scenario/scenario.h"
+#include "sim/view/session.h"
+#include "sim/view/video_frame.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/live.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
-#include "tools/cli/video_frame.h"
 
 namespace cli {
 namespace {
@@ -131,14 +131,15 @@ int video(const VideoRequest& request) {
   const recording::Truth truth = recording::read_truth(request.result / "recording");
   recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);
   slam::Filter filter(*scenario.slam, input.setup().calibration, input.setup().X_WC_start, scenario.seed);
-  const RobotView robot_view = robot_from_outside(scenario, request.result / "recording", standard_models());
-  MapView map(truth.camera);
+  const sim::view::RobotView robot_view =
+      sim::view::robot_from_outside(scenario, request.result / "recording", standard_models());
+  sim::view::MapView map(truth.camera);
   Encoder encoder(file, input.setup().camera_rate_hz);
-  const OnInterrupt on_interrupt("nothing was written; to start again");
+  const OnInterrupt on_interrupt("nothing was written; rerun the command");
   ProgressLine progress("video of " + request.result.string());
   while (auto observation = input.next()) {
     const slam::FrameReport& report = filter.step(*observation);
-    std::vector<cv::Mat> panels{draw_view(*observation, report)};
+    std::vector<cv::Mat> panels{sim::view::draw_view(*observation, report)};
     const files::TimedPose* waist = at(truth.waist, observation->t);
     if (robot_view && waist) panels.push_back(robot_view(observation->t, waist->X));
     panels.push_back(map.draw(filter.estimate(), filter.map()));

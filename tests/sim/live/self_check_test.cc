@@ -8,7 +8,6 @@
 
 #include "sim/files/csv.h"
 #include "sim/live/run.h"
-#include "sim/result/score_input.h"
 #include "tests/sim/result/result_folder.h"
 
 namespace {
@@ -79,10 +78,7 @@ live::InertialCheck SelfCheckTest::inertial(std::size_t lag) {
 live::ViewCheck SelfCheckTest::view(std::size_t lag) {
   const recording::Truth truth = recording::read_truth(recording());
   recording::RecordingReader reader(recording());
-  std::vector<score::Surface> surfaces;
-  for (const recording::RecordedSurface& recorded : truth.surfaces)
-    surfaces.push_back(result::surface(recorded));
-  live::ViewCheck check(reader.setup().calibration.camera, surfaces);
+  live::ViewCheck check(reader.setup().calibration.camera, truth.surfaces);
   for (std::size_t k = 0; const auto o = reader.next(); ++k)
     if (k >= lag) check.add(o->image, o->t, truth.camera.at(k - lag).X);
   return check;
@@ -165,8 +161,7 @@ TEST_F(SelfCheckTest, ReadingsAreCheckedAgainAfterABlow) {
 TEST_F(SelfCheckTest, ARunThatFailedItIsNotScored) {
   const auto read = scenario::read_scenario_text(kWalk, "walk.yaml");
   const result::RunRecord record{read,
-                                 "failed",
-                                 "self-check: it is off",
+                                 {scenario::Ending::failed, "self-check: it is off"},
                                  recording::RecordingReader(recording()).setup(),
                                  recording::read_truth(recording()),
                                  std::nullopt,

@@ -128,7 +128,7 @@ struct Recorded {
       writer.add(bodies.back());
       writer.add(TrueMotion{o.t, random_pose(random), random_vector(random)});
     }
-    writer.add(surface = {"box", random_pose(random), {0.5, 1, 0.25}});
+    writer.add(surface = {score::Surface::Kind::box, random_pose(random), {0.5, 1, 0.25}});
     writer.finish();
   }
   fs::path folder;
@@ -136,7 +136,7 @@ struct Recorded {
   std::vector<slam::Observation> given;
   std::vector<TruePoses> poses;
   std::vector<BodyReading> bodies;
-  RecordedSurface surface;
+  score::Surface surface;
 };
 
 std::vector<slam::Observation> read_all(const fs::path& folder) {
@@ -218,7 +218,7 @@ TEST(Recording, TruthComesBackBitForBit) {
     EXPECT_TRUE(same_bits(truth.waist_plan[i].X.matrix(), recorded.poses[i].X_PB.matrix()));
   }
   ASSERT_EQ(truth.surfaces.size(), 1u);
-  EXPECT_EQ(truth.surfaces[0].kind, "box");
+  EXPECT_EQ(truth.surfaces[0].kind, score::Surface::Kind::box);
   EXPECT_TRUE(same_bits(truth.surfaces[0].X_WS.matrix(), recorded.surface.X_WS.matrix()));
   EXPECT_EQ(truth.surfaces[0].size, recorded.surface.size);
 }
