@@ -128,6 +128,7 @@ TEST_F(OutputManifest, AMarkerThatIsALinkOrOfSomethingElseIsNone) {
   fs::remove(folder_ / "result" / kMarker);
   write("result/.gaitslam", "score.json\n");
   expect_spared("result: would be replaced with ");
+  expect_spared("(older versions wrote none): move it away");
 }
 
 // While a result is being made the user puts a file into the one that it replaces.
