@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/estimators/estimator_choice.h"
 #include "sim/scenario/yaml.h"
 
 namespace sim::scenario {
@@ -50,6 +51,11 @@ std::string print(const Domain& domain, const std::string& value);
 std::string print(const Domain& domain, const std::vector<std::string>& value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
 std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
+
+/// A built-in estimator or an external one (estimator_key.cc).
+std::string expected(const Domain& domain, const estimators::EstimatorChoice&);
+void read(const Yaml& node, std::string_view key, const Domain& domain, estimators::EstimatorChoice& choice);
+std::string print(const Domain& domain, const estimators::EstimatorChoice& choice);
 
 /// The place of a word among the domain's choices. Throws ConfigError.
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain);
