@@ -1,5 +1,4 @@
-// Interrupted and repeated commands: old results stay until new ones are complete, and rerunning the command
-// resumes it.
+// Interrupted and repeated commands: old results stay until new ones are complete, and a rerun resumes.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -16,13 +15,17 @@ using testing::IsEmpty;
 using testing::Not;
 using tests::differences;
 using tests::kBlind;
+using tests::kBlindStand;
 using tests::Ran;
 
 class Interruption : public tests::CommandLineWithCache {
  protected:
-  Interruption() { write("walk.yaml", tests::kShortWalk); }
+  Interruption() {
+    write("walk.yaml", tests::kShortWalk);
+    write("stand.yaml", std::string(tests::kStand) + "name: walk\n");
+  }
 
-  /// Runs a command in the background until a shell condition is true, then sends it that signal.
+  /// Runs a command in the background until a shell condition is true, and sends it the signal.
   Ran ended_when(const std::string& condition, const std::string& signal,
                  const std::string& arguments) const {
     return shell("env --default-signal=INT " GAITSLAM_PROGRAM " " + arguments +
@@ -33,7 +36,7 @@ class Interruption : public tests::CommandLineWithCache {
     const Ran ran = gaitslam(arguments);
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
   }
-  /// All that a result lists is there.
+  /// Every file that a result lists exists.
   void expect_whole(const std::string& result) const {
     std::istringstream lines(text_of(result + "/.gaitslam"));
     int listed = 0;
@@ -62,8 +65,8 @@ TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
 }
 
 TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
-  ok(kBlind + "--seeds 1,2 --out h");
-  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " " + kBlind +
+  ok(kBlindStand + "--seeds 1,2 --out h");
+  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " " + kBlindStand +
                         "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force");
   EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-1, seed-2"));
@@ -74,8 +77,8 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
 }
 
 TEST_F(Interruption, FewerSeedsThanBeforeLeaveNoStaleOnes) {
-  ok(kBlind + "--seeds 1..3 --out h");
-  const Ran fewer = gaitslam(kBlind + "--seeds 1 --out h --force");
+  ok(kBlindStand + "--seeds 1..3 --out h");
+  const Ran fewer = gaitslam(kBlindStand + "--seeds 1 --out h --force");
   ASSERT_EQ(fewer.exit_code, 0) << fewer.err;
   EXPECT_THAT(fewer.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-2, seed-3\n"));
   EXPECT_THAT(fewer.out, HasSubstr("walk, 1 seed\n"));
@@ -83,11 +86,11 @@ TEST_F(Interruption, FewerSeedsThanBeforeLeaveNoStaleOnes) {
   ok("report h --out h.html");
   EXPECT_THAT(text_of("h.html"), Not(HasSubstr("seed 2")));
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-3/score.json"));
-  ok(kBlind + "--seeds 2 --out h --force");
+  ok(kBlindStand + "--seeds 2 --out h --force");
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-2/seed-1/score.json"));
 }
 
-TEST_F(Interruption, KilledSeedsAreResumedByTheSameCommand) {
+TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
   const std::string run = kBlind + "--seeds 1..4 --out ";
   ok(run + "whole");
   EXPECT_EQ(gaitslam(run + "whole").exit_code, 2) << "it was finished";
@@ -103,7 +106,7 @@ TEST_F(Interruption, KilledSeedsAreResumedByTheSameCommand) {
   EXPECT_THAT(partial("killed"), IsEmpty());
 }
 
-// The estimator writes the file `ran`.
+// The estimator appends to the file `ran`.
 TEST_F(Interruption, OlderResultsAreNotTakenForThoseOfTheInterruptedCommand) {
   fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const std::string run =
@@ -149,7 +152,7 @@ TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
   }
 }
 
-TEST_F(LongInterruption, ASuiteIsResumedByTheSameCommand) {
+TEST_F(LongInterruption, ASuiteGoesOnByTheSameCommand) {
   write("suites/ci.yaml", "seeds: 1..3\nscenarios: [{scenario: ../walk.yaml}]\n");
   ok("baseline update suites/ci.yaml --reason first --out first");
   ended_when("[ -e killed/walk/seed-1 ]", "KILL", "regress suites/ci.yaml --out killed");
@@ -163,16 +166,25 @@ TEST_F(LongInterruption, ASuiteIsResumedByTheSameCommand) {
   EXPECT_NE(fs::last_write_time(folder_ / "killed/walk/seed-1/score.json"), made) << "it was older";
 }
 
-TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderGoWithTheNextStart) {
-  const std::string run = kBlind + "--seeds 1,2 --out ";
-  ok(run + "tmp/gaitslam-result");
-  write("tmp/gaitslam-result/notes.txt", "mine");
+TEST_F(Interruption, LeftoversInTheTemporaryFolderGoWithTheNextStart) {
+  fs::create_directories(folder_ / "tmp/gaitslam-letter");
+  write("tmp/gaitslam-letter/dear.txt", "mine");
   ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
+  const std::string run = kBlind + "--seeds 1,2 --out ";
   ended_when("[ -e h/.seed-1.partial ]", "KILL", run + "h");
   EXPECT_GT(std::distance(fs::directory_iterator(folder_ / "tmp"), {}), 1);
   ok(run + "again");
   ::unsetenv("TMPDIR");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "tmp"), {}), 1);
+  EXPECT_EQ(text_of("tmp/gaitslam-letter/dear.txt"), "mine");
+}
+
+TEST_F(Interruption, ResultsInTheTemporaryFolderAreNoLeftovers) {
+  ok(kBlindStand + "--seeds 1,2 --out tmp/gaitslam-result");
+  write("tmp/gaitslam-result/notes.txt", "mine");
+  ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
+  ok(kBlindStand + "--seeds 1,2 --out again");
+  ::unsetenv("TMPDIR");
   EXPECT_TRUE(fs::exists(folder_ / "tmp/gaitslam-result/seed-1/score.json"));
   EXPECT_EQ(text_of("tmp/gaitslam-result/notes.txt"), "mine");
 }
@@ -184,7 +196,7 @@ TEST_F(Interruption, ATemporaryFolderThatIsMissingIsNamed) {
   ::unsetenv("TMPDIR");
 }
 
-TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRejected) {
+TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
   const std::string longer =
       "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --without camera,slam ";
   const auto second = [&](const std::string& first, const std::string& until, const std::string& then) {
@@ -202,7 +214,7 @@ TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRejected) {
   EXPECT_THAT(one.err, HasSubstr("k/seed-1: is being written by another process: wait for it"));
 }
 
-TEST_F(Interruption, TheMessageNamesWhatIsKept) {
+TEST_F(Interruption, ItIsSaidWhatIsKept) {
   const std::string seeds = kBlind + "--seeds 1..50 --out h";
   EXPECT_THAT(
       ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,

@@ -60,7 +60,7 @@ TEST_F(RecordingSources, AreNotThoseOfFilterScoresAndPages) {
     EXPECT_FALSE(is_shaped_by(file)) << file;
 }
 
-// What the run and the writer include shapes recordings, unless it is listed here.
+// Headers of the run and the writer shape recordings, except those listed here.
 TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) {
   const std::set<std::string> others{"sim/result/score_input.h",  "sim/result/result.h",
                                      "sim/scenario/scenario.h",   "sim/files/atomic_file.h",
