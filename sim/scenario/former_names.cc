@@ -91,4 +91,11 @@ std::string former_name(std::string_view name) {
   return "";
 }
 
+std::string unknown_key(std::string_view name) {
+  if (const std::string former = former_name(name); !former.empty()) return former;
+  std::vector<std::string_view> names;
+  for (const Key& key : scenario_keys()) names.push_back(key.name);
+  return "unknown key" + did_you_mean(name, names);
+}
+
 }  // namespace sim::scenario

@@ -144,6 +144,10 @@ std::vector<FormerName> former_names();
 /// Returns "was renamed to NAME" or "is gone: REASON" for a former name, "" for any other.
 std::string former_name(std::string_view name);
 
+/// Returns the error for a name that is not a key: its present name if it is a former one, else the nearest
+/// key.
+std::string unknown_key(std::string_view name);
+
 /// The default scenario with every optional section present: where defaults are read from.
 const Scenario& default_scenario();
 
