@@ -1,5 +1,5 @@
 // A baseline, its seal made for the input.
-#include "sim/regression/baseline.h"
+#include "sim/regression/results.h"
 
 #include "sim/files/hashed_file.h"
 #include "tests/fuzz/fuzz_input.h"

@@ -1,7 +1,7 @@
 // entry.json of the cache: a damaged entry is listed and never taken for a whole one.
 #include "sim/files/owned_folder.h"
 #include "sim/recording/manifest.h"
-#include "sim/tune/recording_cache.h"
+#include "sim/recording/cache.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const bool made = make_entry();
   if (!made) return 0;
   fuzz::file(kKey + "/entry.json", fuzz::text_of(data, size));
-  const sim::tune::RecordingCache cache({fuzz::folder()});
+  const sim::recording::Cache cache({fuzz::folder()});
   fuzz::require(cache.list().size() == 1);
   cache.find(kKey, [](const std::string&) {});
   return 0;

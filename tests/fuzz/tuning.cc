@@ -1,10 +1,10 @@
 // The YAML of a tuning.
-#include "sim/tune/spec.h"
+#include "sim/trials/spec.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const auto walk =
       fuzz::file("walk.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n");
-  fuzz::read_or_refuse([&] { sim::tune::read_spec(fuzz::file("tuning.yaml", fuzz::text_of(data, size))); });
+  fuzz::read_or_refuse([&] { sim::trials::read_spec(fuzz::file("tuning.yaml", fuzz::text_of(data, size))); });
   return 0;
 }

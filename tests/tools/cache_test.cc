@@ -77,7 +77,7 @@ TEST_F(CacheTest, ADamagedRecordingIsNamedAndMadeAgain) {
       0);
   const Ran again = gaitslam("record walk.yaml");
   EXPECT_EQ(again.exit_code, 0);
-  EXPECT_THAT(again.err, HasSubstr("damaged in the cache, not used: "));
+  EXPECT_THAT(again.err, HasSubstr("ignored a damaged recording in the cache: "));
   EXPECT_THAT(again.err, HasSubstr("frames.csv: edited: "));
   EXPECT_THAT(again.out, HasSubstr("seed 1: recorded"));
   EXPECT_EQ(gaitslam("record walk.yaml").complaints(), "");

@@ -1,5 +1,4 @@
-// Commands that are interrupted, and commands begun again: old results stay until new ones are whole, and the
-// same command goes on.
+// Interrupted commands: old results stay until new ones are whole, and the same command resumes.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -23,7 +22,7 @@ class Interruption : public tests::CommandLineWithCache {
  protected:
   Interruption() { write("walk.yaml", tests::kShortWalk); }
 
-  /// Runs a command in the background until a shell condition holds, and ends it by that signal.
+  /// Runs a command in the background until a shell condition is true, then sends that signal.
   Ran ended_when(const std::string& condition, const std::string& signal,
                  const std::string& arguments) const {
     return shell("env --default-signal=INT " GAITSLAM_PROGRAM " " + arguments +
@@ -224,7 +223,7 @@ TEST_F(Interruption, ItIsSaidWhatIsKept) {
               HasSubstr("gaitslam: interrupted: nothing is kept of this run; earlier results in k are as"));
   EXPECT_EQ(one.exit_code, 130);
   EXPECT_THAT(ended_when("[ -e s/trials.jsonl ]", "TERM",
-                         "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 50)' --out s")
+                         "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 50}' --out s")
                   .err,
               HasSubstr("what is finished is kept in s; the same command goes on"));
 }

@@ -167,7 +167,7 @@ TEST_F(Regress, OtherRecordingsAreSaidAndCompared) {
 }
 
 TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
-  expect_refused("regress suites/ci.yaml --results old", "baselines/ci.json: there is no such baseline");
+  expect_refused("regress suites/ci.yaml --results old", "baselines/ci.json: does not exist");
   make_baseline();
   expect_refused("regress none.yaml", "none.yaml: cannot be read");
   expect_refused("regress suites/ci.yaml --results none", "there is no result of seed 1");
@@ -183,7 +183,7 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
   std::string changed = text_of("baselines/ci.json");
   changed[changed.find("0.1,")] = '9';
   write("baselines/ci.json", changed);
-  expect_refused("regress suites/ci.yaml --results old", "its bytes are not those that were written");
+  expect_refused("regress suites/ci.yaml --results old", "was edited after it was written");
 }
 
 TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated) {
@@ -286,7 +286,7 @@ TEST_F(Regress, AnUnderConfidentFilterIsNotBetter) {
 
 TEST_F(Regress, CompareRefusesWhatAreNoResults) {
   write_results("a", 1);
-  expect_refused("compare a none", "none: is no folder of results");
+  expect_refused("compare a none", "none: not a folder of results");
   write("empty/x", "");
   expect_refused("compare a empty", "empty: contains no result, expected seed-<n>/score.json");
   expect_refused("compare a a --gate rmse=1%", "unknown metric; did you mean 'rmse_m'?");

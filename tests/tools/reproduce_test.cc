@@ -46,7 +46,7 @@ using LongReproduceTest = ReproduceTest;
 TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
   const Ran first = reproduce();
   ASSERT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_EQ(first.complaints(), "") << "no drawn progress where there is no terminal";
+  EXPECT_EQ(first.complaints(), "") << "progress is drawn only on terminals";
   EXPECT_THAT(first.out, HasSubstr("page in out/index.html"));
   EXPECT_THAT(first.out, Not(HasSubstr("not run")));
   const std::string page = text_of("out/index.html");

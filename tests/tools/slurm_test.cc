@@ -50,7 +50,7 @@ class LongSlurmTest : public tests::CommandLineWithCache {
 // Slurm fills its nodes one after another: the third array element runs on the second node.
 TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannotBeTried) {
   const std::string sweep =
-      "sweep walk.yaml walk.step_length_m=0.4 'slam.vision.sigma_px=linspace(1, 3, 60)' "
+      "sweep walk.yaml walk.step_length_m=0.4 'slam.vision.sigma_px={from: 1, to: 3, points: 60}' "
       "'walk.commands=[{stand: {duration_s: 6}}],[{straight: {forward_m: 2}}]' --seeds 1,2 ";
   const Ran here = gaitslam(sweep + "--jobs 2 --out here");
   ASSERT_EQ(here.exit_code, 3);
@@ -71,7 +71,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
 }
 
 TEST_F(LongSlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice) {
-  const std::string sweep = " sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 40)' --out ";
+  const std::string sweep = " sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 40}' --out ";
   ASSERT_EQ(shell(GAITSLAM_PROGRAM + sweep + "here").exit_code, 0);
   shell(GAITSLAM_PROGRAM + sweep +
         "there --backend slurm & sweep=$!; until ls there/parts/*.log; do sleep 0.1; done; "

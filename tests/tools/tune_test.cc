@@ -1,7 +1,7 @@
 // Tuning as users meet it, on short walks in a synthetic room.
 #include <gmock/gmock.h>
 
-#include "tests/sim/tune/synthetic_result.h"
+#include "tests/sim/trials/synthetic_result.h"
 #include "tests/tools/command_line.h"
 
 namespace {
@@ -32,7 +32,7 @@ TEST_F(Tune, LeavesAnOverlayThatOtherCommandsTakeAndAReport) {
   write_spec();
   const Ran ran = gaitslam("tune spec.yaml --jobs 2");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_EQ(ran.complaints(), "");  // no drawn progress where there is no terminal
+  EXPECT_EQ(ran.complaints(), "");  // progress is drawn only on terminals
   EXPECT_THAT(ran.out, AllOf(HasSubstr("slam.gyro.sigma_rad_s"), HasSubstr("pose_nll on hold-out")));
   EXPECT_THAT(gaitslam("config walks/seed-1/scenario.yaml --with results/tune-spec/best.yaml").out,
               HasSubstr("best.yaml:3"));
@@ -64,7 +64,7 @@ TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {
   write_spec(", set: [errors.gyro.sigma_rad_s=0.2]");
   const Ran ran = gaitslam("tune spec.yaml --out out");
   EXPECT_EQ(ran.exit_code, 1) << ran.out;
-  EXPECT_THAT(ran.err, HasSubstr("refused: worse than the start on the hold-out recordings"));
+  EXPECT_THAT(ran.err, HasSubstr("rejected: worse than the start on the hold-out recordings"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/best.yaml"));
   EXPECT_THAT(text_of("out/report.html"), HasSubstr("refused"));
 }
@@ -85,9 +85,9 @@ TEST_F(Tune, TheResultOfAnotherTuningIsNotReplaced) {
   const std::string result = text_of("out/tune.json");
   write("other.yaml", text_of("spec.yaml"));
   EXPECT_EQ(refusal("tune other.yaml --out out"),
-            "gaitslam: out: holds the result of the tuning spec, not of other; name another folder\n");
+            "gaitslam: out: contains the result of the tuning spec, not of other; name another folder\n");
   EXPECT_EQ(text_of("out/tune.json"), result);
-  EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be told again";
+  EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be run again";
 }
 
 TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {

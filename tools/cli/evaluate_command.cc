@@ -12,15 +12,15 @@
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
 #include "sim/files/printed_text.h"
-#include "sim/regression/result_set.h"
+#include "sim/regression/results.h"
 #include "sim/replay/outside_trajectory.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/trajectory_report.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/finished.h"
 #include "tools/cli/jobs/processes.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/version.h"
@@ -54,7 +54,7 @@ struct EvaluateRequest : OutRequest {
   bool undistort = false;
 };
 
-/// What the programs that read a format write, unless the user says otherwise.
+/// The default output of the programs that read a format.
 struct Convention {
   const char* format;
   replay::PosedBody body;
@@ -174,18 +174,16 @@ std::vector<Evaluated> read_results(const EvaluateRequest& request) {
   return all;
 }
 
-/// Empty for one recording alone, so that others can be evaluated beside it into the same folder.
+/// Empty for one recording, so that others can be evaluated beside it into the same folder.
 std::string identity_of(const std::vector<Evaluated>& all, const EvaluateRequest& request) {
   if (all.size() == 1) return "";
-  std::vector<std::string> scenarios{request.format, request.pose.value_or(""), request.align.value_or("")};
-  for (const Evaluated& one : all) {
-    scenarios.push_back(fs::weakly_canonical(one.recorded).string());
-    scenarios.push_back(scenario::to_yaml(one.read.scenario));
-  }
-  return identity_of_runs(scenarios, {}, request.undistort ? "undistorted" : "");
+  std::vector<ResultJob> jobs;
+  for (const Evaluated& one : all) jobs.push_back({one.read, one.read.scenario.name, one.recorded});
+  return cli::identity_of(jobs, {request.format, request.pose.value_or(""), request.align.value_or(""),
+                                 request.undistort ? "undistorted" : ""});
 }
 
-/// Throws UsageError where a result would replace a recording that is read.
+/// Throws UsageError if a result would replace a recording that is read.
 void require_outside_of_all(const fs::path& folder, const std::vector<Evaluated>& all) {
   for (const Evaluated& written : all)
     for (const Evaluated& read : all) require_outside(folder / written.result, read.recorded);
@@ -207,7 +205,7 @@ int evaluate(const EvaluateRequest& request) {
   for (const Evaluated& one : all) {
     ++number;
     const fs::path result = out.path() / one.result;
-    if (out.has_made(one.result) && is_finished(result, one.read.scenario, one.read.scenario.seed)) {
+    if (out.has_made(one.result) && is_finished(result, {one.read, "", one.recorded}, "")) {
       std::cout << fmt::format("{} finished before\n", result.string());
       exit_code = std::max(exit_code, sim::regression::read_result(result).exit_code);
       continue;

@@ -11,11 +11,11 @@
 #include "sim/replay/replay.h"
 #include "sim/result/about_file.h"
 #include "sim/scenario/keys.h"
+#include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"
-#include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/jobs/terminal.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
@@ -62,7 +62,7 @@ void require_replayable(const scenario::ReadScenario& read) {
 
 void require_same_walk(const scenario::Scenario& recorded, const scenario::Scenario& scenario,
                        const std::string& file, const ReplayRequest& request) {
-  if (const auto other = sim::tune::first_difference(recorded, scenario))
+  if (const auto other = sim::scenario::first_difference(recorded, scenario))
     throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file, other->key,
                                  other->recorded, request.result.string(), other->now));
 }
@@ -138,7 +138,7 @@ int replay_result(const ReplayRequest& request) {
   replay::WalkEnd walk;
   if (!foreign) {
     walk = replay::read_walk_end(request.result);
-    walk.counterfactual = sim::tune::counterfactual(
+    walk.counterfactual = sim::scenario::counterfactual(
         scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
   }
   if (foreign && request.view.view)

@@ -1,4 +1,4 @@
-#include "sim/regression/baseline.h"
+#include "sim/regression/results.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -68,9 +68,9 @@ TEST_F(BaselineTest, AnyChangedByteIsFound) {
   }
   std::string edited = whole;
   edited.replace(edited.find("0.1,"), 3, "0.2");
-  expect_refused(edited, "its bytes are not those that were written");
-  expect_refused(whole.substr(0, whole.size() / 2), "is no baseline, or its end is missing");
-  expect_refused("", "is no baseline");
+  expect_refused(edited, "was edited after it was written");
+  expect_refused(whole.substr(0, whole.size() / 2), "not a baseline file, or truncated");
+  expect_refused("", "not a baseline");
   expect_refused(whole + " ", "its bytes are not");
 }
 
@@ -80,7 +80,7 @@ TEST_F(BaselineTest, OneThatIsNotThereSaysHowToMakeIt) {
     FAIL();
   } catch (const files::FileError& e) {
     EXPECT_THAT(e.what(),
-                HasSubstr("none.json: there is no such baseline; 'gaitslam baseline update' makes one"));
+                HasSubstr("none.json: does not exist; 'gaitslam baseline update' makes a baseline"));
   }
 }
 

@@ -23,8 +23,8 @@ std::string where_from(const std::string& program) {
   return "";
 }
 
-// Starts a program with `input` as its standard input, or with none where that is negative, and `errors` as
-// its standard error, or with ours.
+// Starts a program with `input` as its standard input and `errors` as its standard error. Negative: no input,
+// and our standard error.
 pid_t start(const std::vector<std::string>& argv, int input, int errors) {
   std::vector<char*> arguments;
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
@@ -52,7 +52,7 @@ bool ends_well(pid_t process) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-// The first line of a file, after ": "; empty where it has none.
+// The first line of a file, after ": "; empty for an empty file.
 std::string first_line(int file) {
   std::array<char, 1000> bytes{};
   const ssize_t n = ::pread(file, bytes.data(), bytes.size(), 0);

@@ -12,7 +12,7 @@ namespace cli {
 std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
                                 const ShowPart& show);
 
-/// Removes the job arrays that an earlier call left in the spool, and the folder when nothing else is in it.
+/// Removes the job arrays that an earlier call left in the spool, and the folder if nothing else is in it.
 void remove_arrays(const std::filesystem::path& spool);
 
 }  // namespace cli
