@@ -1,13 +1,11 @@
 #!/bin/sh
-# Feeds the readers inputs that clang's libFuzzer makes:
+# Runs the fuzz targets of tests/fuzz with clang's libFuzzer, on all processors, and prints a table:
 #   tools/fuzz.sh [--fast] [--seconds S | --runs N | --total N] [--longest BYTES] [--seed N] [--slow S] [TARGET...]
-# Each target of tests/fuzz runs for S seconds (default 3600) or N inputs, on all processors; with --total until it has had N
-# inputs, those of earlier commands with --total and the same program included: interrupted, the same command goes on. A
-# crash, an input that takes more than 1 s (--slow: another limit, for machines that stall), or memory of more than 1 GB is a
-# finding: its input is kept in build/fuzz/found. What reached new code is kept in build/fuzz/corpus and continued with. Inputs
-# have at most 4096 bytes, or --longest: short ones take less time. --seed repeats a run's random numbers. --fast does without
-# the address sanitizer, and draws from the corpus without weights, for several times the inputs; --runs 0 then gives all that
-# is in build/fuzz/corpus to the sanitized targets once. Prints a table; exit code 1 where there is a finding.
+# Each target runs for S seconds (default 3600) or N inputs; --total counts the inputs of earlier commands too, so that rerunning
+# the command resumes a campaign. Findings are crashes, inputs that take more than 1 s (--slow: another limit) and more than
+# 1 GB of memory; their inputs are kept in build/fuzz/found. Inputs that reach new code are kept in build/fuzz/corpus. --longest
+# limits the length of inputs (default 4096). --seed fixes the random numbers. --fast leaves the address sanitizer out and draws
+# from the corpus uniformly; --runs 0 then runs all of build/fuzz/corpus once under the sanitizers. Exit code 1: a finding.
 set -eu
 root=$(dirname "$(dirname "$(readlink -f "$0")")")
 limit=-max_total_time=3600 total='' longest=4096 seed=0 slow=1 preset=fuzz entropic=1

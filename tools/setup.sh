@@ -1,19 +1,20 @@
-# Sourced by tools/gaitslam, tools/test.sh and .ci/run: installs missing packages and builds. $root is the project's folder.
-# Everything it says goes to stderr.
+# Sourced by tools/gaitslam, tools/test.sh and .ci/run: installs missing packages and builds. $root is the project folder.
+# All output goes to stderr.
 
 say() { echo "gaitslam: $*" >&2; }
 
-# install_packages LIST...: those lists of packages.
+# missing_packages LIST...: prints the packages of these lists that are not installed.
 missing_packages() {
-  command -v dpkg-query >/dev/null || return 0  # not Debian: CMake will say what it lacks
+  command -v dpkg-query >/dev/null || return 0  # not Debian: CMake reports what is missing
   packages=$(sed 's/#.*//' "$@")
   installed=" $(dpkg-query -W -f '${db:Status-Status}=${Package} ' $packages 2>/dev/null || true) "
   for package in $packages; do
     case $installed in *" installed=$package "*) continue ;; esac
-    command -v "$package" >/dev/null || echo "$package"  # npm and the like, from wherever
+    command -v "$package" >/dev/null || echo "$package"  # installed by other means, such as npm
   done
 }
 
+# install_packages LIST...
 install_packages() {
   missing=$(missing_packages "$@" | tr '\n' ' ')
   [ -n "$missing" ] || return 0
@@ -30,8 +31,8 @@ install_packages() {
   exit 2
 }
 
-# What the tests read exported files back with, from npm: into build/interop, as the lock file has it. Without it those
-# tests are skipped, but not where CI is set.
+# Installs the npm packages that tests read exported files with into build/interop, at the versions of the lock file. If that
+# fails, these tests are skipped, or with $CI set the script fails.
 install_interop() {
   source=$root/tests/interop folder=$root/build/interop
   cmp -s "$source/package-lock.json" "$folder/node_modules/.installed" && return 0
@@ -59,18 +60,18 @@ configure() {
   }
 }
 
-# build PRESET [TARGET...]: configures when that was never done; ninja sees to the rest.
+# build PRESET [TARGET...]: configures a new build folder and runs ninja.
 build() {
   folder=$root/build/$1
   mkdir -p "$folder" || { say "$folder cannot be written"; exit 2; }
   exec 9>"$folder/.lock"
-  flock 9  # two at a time would build into each other
+  flock 9  # one build at a time per folder
   if [ ! -f "$folder/build.ninja" ]; then
     say "building in build/$1 (the first time takes some minutes)"
     configure "$1"
   fi
   shift
-  export CCACHE_SLOPPINESS=pch_defines,time_macros  # without it the compiler cache leaves files with precompiled headers out
+  export CCACHE_SLOPPINESS=pch_defines,time_macros  # caches files with precompiled headers
   ninja -C "$folder" "$@" >&2 || { say "the build failed"; exit 2; }
   exec 9>&-
 }

@@ -1,7 +1,6 @@
 #!/bin/sh
 # Builds everything and runs the tests: tools/test.sh [--long] [PRESET [ctest options]].
-# PRESET is release, ci, dev, asan, tsan or no-world; --long adds the tests of more than about 10 s each: whole walks over
-# several seeds, kills at many moments, pages that a browser watches for a long time.
+# PRESET is release (default), ci, dev, asan, tsan or no-world. --long adds the tests of more than about 10 s each.
 set -eu
 labels="-LE long"
 if [ "${1:-}" = --long ]; then

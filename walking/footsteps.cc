@@ -7,7 +7,7 @@
 #include <string>
 
 #include "walking/hrp2.h"
-#include "walking/range_check.h"
+#include "walking/keys.h"
 
 namespace walking {
 namespace {

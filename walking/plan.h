@@ -23,7 +23,7 @@ enum class Side { right, left };
 
 // What a user can set has, beside it, `keys`: it tells a visitor the name, the range and the meaning of each
 // value, once for all who read, check, print or explain it. A visitor has number, degrees, choice, value and
-// part, as RangeCheck (range_check.h) has. kName: what a command is called in a scenario file.
+// part, as RangeCheck (keys.h) has. kName: what a command is called in a scenario file.
 
 /// The longest walk, s: two commands of an hour each.
 inline constexpr int kLongestWalk_s = 7200;

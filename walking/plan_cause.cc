@@ -5,10 +5,14 @@
 #include <numbers>
 #include <optional>
 #include <sstream>
+#include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "walking/keys.h"
 
 namespace walking {
 namespace {
@@ -25,14 +29,16 @@ struct Exchange {
 /// A visitor of `keys` that exchanges each number of a part of the options for that of another such part.
 /// part(options): the part in a copy of the options.
 template <class Part, class Access>
-class Exchanger {
+class Exchanger : public KeyVisitor {
  public:
   Exchanger(const WalkOptions& options, std::string prefix, const Part& other, Access part,
             std::vector<Exchange>& all)
       : options_(options), prefix_(std::move(prefix)), other_(other), part_(part), all_(all) {}
 
-  void number(const char* key, auto member, double, double, const char*) const { exchange(key, member, 1); }
-  void degrees(const char* key, auto member, double, double, const char*) const {
+  void number(std::string_view key, auto member, double, double, const char*) const {
+    exchange(key, member, 1);
+  }
+  void degrees(std::string_view key, auto member, double, double, const char*) const {
     exchange(key, member, 180 / std::numbers::pi);
   }
   void choice(const auto&...) const {}
@@ -40,9 +46,10 @@ class Exchanger {
   void part(const auto&...) const {}
 
  private:
-  void exchange(const char*, int Part::*, double) const {}  // of repeat, whose commands were possible before
-  void exchange(const char* key, double Part::*member, double unit) const {
-    Exchange one{prefix_ + key, 0, unit * other_.*member, options_};
+  void exchange(std::string_view, int Part::*, double) const {
+  }  // of repeat, whose commands were possible before
+  void exchange(std::string_view key, double Part::*member, double unit) const {
+    Exchange one{prefix_ + std::string(key), 0, unit * other_.*member, options_};
     double& value = part_(one.changed).*member;
     if (value == other_.*member) return;
     one.now = unit * value;

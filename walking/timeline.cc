@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "walking/range_check.h"
+#include "walking/keys.h"
 
 namespace walking {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/live/pending_frames.h"
+#include "sim/live/frame_pipeline.h"
 #include "sim/live/self_check.h"
 #include "sim/recording/recording.h"
 

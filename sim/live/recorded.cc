@@ -7,8 +7,8 @@
 namespace sim::live {
 namespace {
 
-std::string kind(world::RoomPrimitive::Kind kind) {
-  using enum world::RoomPrimitive::Kind;
+std::string kind(camera::RoomPrimitive::Kind kind) {
+  using enum camera::RoomPrimitive::Kind;
   switch (kind) {
     case plane:
       return "plane";
@@ -35,14 +35,14 @@ Eigen::Vector3d planar(const walking::FootPose& pose) {
 }
 
 recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
-                              const world::SoleContact& contact) {
+                              const physics::SoleContact& contact) {
   return {on_ground(X_WS), on_ground(X_PS), planned_down, contact.load,
           Eigen::Vector3d(contact.creep.x(), contact.creep.y(), contact.creep_yaw)};
 }
 
 }  // namespace
 
-slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
+slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens) {
   return {lens.width_px,
           lens.height_px,
           lens.fu_px,
@@ -55,25 +55,25 @@ slam::CameraIntrinsics intrinsics(const world::CameraModel& lens) {
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const std::filesystem::path& models) {
   const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(start)).q;
-  world::WorldOptions empty = scenario.world;
-  empty.room = world::kPhysicalRoom;
-  const world::World nominal(empty, {}, q, start.X_PB, models);
+  physics::WorldOptions empty = scenario.world;
+  empty.room = physics::kPhysicalRoom;
+  const physics::World nominal(empty, {}, q, start.X_PB, models);
   return {nominal.X_WB().inverse() * nominal.X_WC(), nominal.X_WC().inverse() * nominal.X_WG()};
 }
 
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
                                           const Eigen::Isometry3d& X_PB) {
-  const world::CameraOptions camera = scenario.camera.value_or(world::CameraOptions{});
+  const camera::CameraOptions camera = scenario.camera.value_or(camera::CameraOptions{});
   recording::RecordingSetup setup;
-  setup.calibration = {intrinsics(world::camera_model(camera)), mounting.X_CG};
+  setup.calibration = {intrinsics(camera::camera_model(camera)), mounting.X_CG};
   setup.X_WC_start = X_PB * mounting.X_BC;
   setup.camera_rate_hz = camera.rate_hz;
-  setup.joints = world::joint_names();
+  setup.joints = physics::joint_names();
   return setup;
 }
 
-recording::RecordedSurface recorded(const world::RoomPrimitive& surface) {
-  using enum world::RoomPrimitive::Kind;
+recording::RecordedSurface recorded(const camera::RoomPrimitive& surface) {
+  using enum camera::RoomPrimitive::Kind;
   const bool round_about_z = surface.kind == cylinder || surface.kind == capsule;
   const Eigen::Vector3d& s = surface.size;
   return {kind(surface.kind), surface.X_WS, round_about_z ? Eigen::Vector3d(s.x(), s.z(), 0) : s};
@@ -95,25 +95,25 @@ recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::Senso
   return {t, readings.q, wrench(readings.left), wrench(readings.right)};
 }
 
-recording::TrueMotion true_motion(const world::World& world) {
+recording::TrueMotion true_motion(const physics::World& world) {
   return {world.time(), world.X_WG(), world.v_WG()};
 }
 
-recording::TrueFeet true_feet(world::World& world, const walking::Reference& plan) {
+recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan) {
   const auto [left, right] = world.sole_contacts_since_last();
   return {world.time(), true_foot(world.X_WL(), plan.X_PL, plan.support != walking::Support::right, left),
           true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)};
 }
 
-std::string ending(world::Condition condition) {
+std::string ending(physics::Condition condition) {
   switch (condition) {
-    case world::Condition::fell:
+    case physics::Condition::fell:
       return "fell";
-    case world::Condition::collided:
+    case physics::Condition::collided:
       return "collided";
-    case world::Condition::physics_failed:
+    case physics::Condition::physics_failed:
       return "failed";
-    case world::Condition::ok:
+    case physics::Condition::ok:
       break;
   }
   return "completed";

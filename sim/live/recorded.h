@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "sim/camera/lens.h"
+#include "sim/camera/surfaces.h"
+#include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
-#include "sim/world/lens.h"
-#include "sim/world/surfaces.h"
-#include "sim/world/world.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
 #include "walking/steering.h"
@@ -25,23 +25,23 @@ Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& 
                   const std::filesystem::path& models);
 
 /// The simulated camera as estimators are told of it.
-slam::CameraIntrinsics intrinsics(const world::CameraModel& lens);
+slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens);
 
 /// X_PB: the planned waist at the start.
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
                                           const Eigen::Isometry3d& X_PB);
 
-recording::RecordedSurface recorded(const world::RoomPrimitive& surface);
+recording::RecordedSurface recorded(const camera::RoomPrimitive& surface);
 std::vector<recording::CorrectedStep> recorded(const std::vector<walking::StepCorrection>& corrections);
 recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings);
 
 /// True motion of the chest IMU at the world's time.
-recording::TrueMotion true_motion(const world::World& world);
+recording::TrueMotion true_motion(const physics::World& world);
 
 /// Both feet, true and as planned. Load and creep are those since the last call.
-recording::TrueFeet true_feet(world::World& world, const walking::Reference& plan);
+recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan);
 
 /// How a walk ended, by the name that results give it.
-std::string ending(world::Condition condition);
+std::string ending(physics::Condition condition);
 
 }  // namespace sim::live

@@ -5,9 +5,9 @@
 #include <variant>
 
 #include "sim/live/recorded.h"
+#include "sim/physics/clearance.h"
+#include "sim/physics/nominal_body.h"
 #include "sim/result/limits.h"
-#include "sim/world/nominal_body.h"
-#include "sim/world/planned_clearance.h"
 
 namespace sim::live {
 namespace {
@@ -24,9 +24,9 @@ scenario::Yaml place_of(const scenario::ReadScenario& read, std::size_t command)
 
 void require_clear_walk(const scenario::ReadScenario& read, const std::filesystem::path& models) {
   const scenario::Scenario& s = read.scenario;
-  if (result::is_allowed(s, ending(world::Condition::collided))) return;
-  walking::PatternGenerator plan(s.walk, world::nominal_body(s.world.robot, models));
-  const auto found = world::first_collision(std::move(plan), s.world, models);
+  if (result::is_allowed(s, ending(physics::Condition::collided))) return;
+  walking::PatternGenerator plan(s.walk, physics::nominal_body(s.world.robot, models));
+  const auto found = physics::first_collision(std::move(plan), s.world, models);
   if (!found) return;
   const auto command = static_cast<std::size_t>(found->command);
   const auto word = std::visit([](const auto& c) { return c.kName; }, s.walk.commands[command]);
@@ -35,7 +35,7 @@ void require_clear_walk(const scenario::ReadScenario& read, const std::filesyste
        fmt::format(
            "at {:.2f} s the planned {} is within {} m of {}, at ({:.2f}, {:.2f}, {:.2f}) m in world.room "
            "{}; expected a walk clear of it, or limits.ending with collided",
-           found->t_s, found->link, world::kPlannedMargin_m, found->object, p.x(), p.y(), p.z(),
+           found->t_s, found->link, physics::kPlannedMargin_m, found->object, p.x(), p.y(), p.z(),
            s.world.room));
 }
 

@@ -7,15 +7,15 @@
 #include <utility>
 
 #include "sim/live/checked_recording.h"
-#include "sim/live/draw.h"
-#include "sim/live/pending_frames.h"
-#include "sim/live/place_estimates.h"
+#include "sim/live/frame_pipeline.h"
 #include "sim/live/planned_camera.h"
+#include "sim/live/plant_variation.h"
 #include "sim/live/recorded.h"
 #include "sim/live/room_check.h"
+#include "sim/live/steering_pose_buffer.h"
+#include "sim/physics/nominal_body.h"
+#include "sim/physics/walking_robot.h"
 #include "sim/sensor_errors/random.h"
-#include "sim/world/nominal_body.h"
-#include "sim/world/walking_robot.h"
 #include "walking/steering.h"
 
 namespace sim::live {
@@ -42,9 +42,10 @@ class ReadingNoise {
   sensor_errors::Random gyro_, accelerometer_;
 };
 
-world::WalkingRobot robot(const scenario::Scenario& scenario, const std::filesystem::path& models) {
-  walking::PatternGenerator plan(scenario.walk, world::nominal_body(scenario.world.robot, models));
-  return {std::move(plan), scenario.stabilizer, scenario.world, draw(scenario.seed, scenario.world), models};
+physics::WalkingRobot robot(const scenario::Scenario& scenario, const std::filesystem::path& models) {
+  walking::PatternGenerator plan(scenario.walk, physics::nominal_body(scenario.world.robot, models));
+  return {std::move(plan), scenario.stabilizer, scenario.world,
+          plant_variation(scenario.seed, scenario.world), models};
 }
 
 /// One run. walk() and the functions it calls are in the order of a simulated tick.
@@ -74,19 +75,19 @@ class Run {
   const scenario::ReadScenario& read_;
   const RunObserver& observer_;
   std::filesystem::path folder_;
-  world::WalkingRobot robot_;
+  physics::WalkingRobot robot_;
   ReadingNoise noise_{read_.scenario.seed, read_.scenario.stabilizer};
   Mounting mounting_;
   recording::RecordingSetup setup_;
   walking::LegOdometry legs_{robot_.reference().X_PB};
-  PendingFrames frames_;
+  FramePipeline frames_;
   CheckedRecording recording_;
   std::optional<tracking::Tracking> tracking_;
   std::optional<walking::Steering> steering_;
-  std::optional<PlaceEstimates> places_;  // with steering_
-  slam::Observation next_;                // the IMU readings since the last frame
-  walking::Wrench left_, right_;          // of the ground on the feet, of the last tick
-  recording::TrueFeet feet_;              // at its end
+  std::optional<SteeringPoseBuffer> places_;  // with steering_
+  slam::Observation next_;                    // the IMU readings since the last frame
+  walking::Wrench left_, right_;              // of the ground on the feet, of the last tick
+  recording::TrueFeet feet_;                  // at its end
   result::Timing timing_;
   result::FrameTiming frame_timing_;
 };
@@ -160,15 +161,14 @@ void Run::take_frames() {
 }
 
 void Run::stamp_frame() {
-  const world::World& world = robot_.world();
+  const physics::World& world = robot_.world();
   const walking::Reference &from = robot_.reference(), &to = robot_.following();
   read_imu();
   next_.t = world.time();
   next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
   next_.plan->legs = leg_motion(legs_, world.leg_readings().q, mounting_.X_BC);
   if (places_) places_->add(next_.t, *next_.plan);
-  if (observer_.stamped)
-    observer_.stamped({next_.t, world, from, next_.plan->X_PC, feet_, left_, right_});
+  if (observer_.stamped) observer_.stamped({next_.t, world, from, next_.plan->X_PC, feet_, left_, right_});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
   recording_.add(
       recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
@@ -176,7 +176,7 @@ void Run::stamp_frame() {
 
 // At the end of each tick, and where a frame is stamped within it.
 void Run::read_imu() {
-  const world::ImuReading reading = robot_.world().imu_since_last();
+  const physics::ImuReading reading = robot_.world().imu_since_last();
   if (reading.begin == reading.end) return;
   next_.gyro.push_back({reading.begin, reading.end, reading.gyro});
   next_.accelerometer.push_back({reading.begin, reading.end, reading.specific_force});
@@ -231,8 +231,8 @@ void Run::steer() {
 }
 
 result::Ending Run::walk_ending() const {
-  const world::Status& status = robot_.world().status();
-  if (status.condition == world::Condition::ok && steering_ && steering_->stopped_s())
+  const physics::Status& status = robot_.world().status();
+  if (status.condition == physics::Condition::ok && steering_ && steering_->stopped_s())
     return {"stopped",
             fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
                         read_.scenario.walk.steering.lost_s, *steering_->stopped_s())};

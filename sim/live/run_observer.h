@@ -3,9 +3,9 @@
 
 #include <functional>
 
+#include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/tracking/tracking_observer.h"
-#include "sim/world/world.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
 
@@ -14,7 +14,7 @@ namespace sim::live {
 /// Robot and plan when a frame is stamped.
 struct StampedState {
   slam::Stamp t{0};
-  const world::World& world;
+  const physics::World& world;
   const walking::Reference& plan;
   Eigen::Isometry3d X_PC;               ///< planned camera
   const recording::TrueFeet& feet;      ///< of the last tick

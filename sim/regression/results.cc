@@ -170,7 +170,7 @@ std::map<std::string, std::string> config_of(const scenario::ReadScenario& read)
   if (read.scenario.camera) config["camera"] = "present";
   if (read.scenario.slam) config["slam"] = "present";
   for (const auto& [name, origin] : read.origin) {
-    const scenario::Key<scenario::Scenario>* key = scenario::find_key(name);
+    const scenario::Key* key = scenario::find_key(name);
     if (name == "name" || name == "seed" || name.starts_with("limits.") || !key) continue;
     if (scenario::has_section(read.scenario, name)) config[name] = key->print(read.scenario);
   }

@@ -9,12 +9,12 @@
 
 namespace sim::scenario {
 
-const std::vector<Key<Scenario>>& scenario_keys() {
-  static const std::vector<Key<Scenario>> all = keys_of<Scenario>();
+const std::vector<Key>& scenario_keys() {
+  static const std::vector<Key> all = keys_of<Scenario>();
   return all;
 }
 
-const Key<Scenario>* find_key(std::string_view name) {
+const Key* find_key(std::string_view name) {
   const auto& all = scenario_keys();
   const auto found = std::find_if(all.begin(), all.end(), [&](const auto& key) { return key.name == name; });
   return found == all.end() ? nullptr : &*found;

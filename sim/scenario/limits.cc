@@ -7,6 +7,7 @@
 #include <array>
 #include <limits>
 
+#include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
 #include "sim/score/evaluate.h"
 
@@ -39,6 +40,8 @@ std::size_t choose(const Yaml& at, const std::string& key, std::string_view name
 
 void check_metric(const Yaml& at, const std::string& key, std::string_view name) {
   if (score::find_metric(name) != nullptr) return;
+  if (const std::string former = former_name(name); !former.empty())
+    fail(at, key, fmt::format("metric {} {}", name, former));
   std::vector<std::string_view> names;
   for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
   fail(at, key, fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names)));

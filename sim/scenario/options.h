@@ -9,9 +9,10 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/camera/options.h"
 #include "sim/estimators/estimator_choice.h"
+#include "sim/physics/options.h"
 #include "sim/sensor_errors/sensor_errors.h"
-#include "sim/world/options.h"
 #include "slam/options.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
@@ -41,7 +42,7 @@ struct Limits {
   std::vector<MetricLimit> metrics;
 
   static void keys(auto&& key) {
-    key.choice("ending", &Limits::ending, kEndings, "endings with which a run can pass");
+    choice<&Limits::ending>(key, kEndings, "endings with which a run can pass");
   }
 };
 
@@ -52,26 +53,27 @@ struct Scenario {
   std::uint64_t seed = 1;
   walking::WalkOptions walk;
   walking::StabilizerOptions stabilizer;
-  world::WorldOptions world;
-  std::optional<world::CameraOptions> camera;
+  physics::WorldOptions world;
+  std::optional<camera::CameraOptions> camera;
   sensor_errors::ErrorOptions errors;
   estimators::EstimatorChoice estimator;  ///< the section slam is unused by all but the filter
   std::optional<slam::Options> slam;
   Limits limits;
 
   static void keys(auto&& key) {
-    key.value("name", &Scenario::name, "name of the results folder; without it, that of the scenario's file");
-    key.value("seed", &Scenario::seed, "seed of every random stream of the run");
-    key.part("walk", &Scenario::walk);
-    key.part("stabilizer", &Scenario::stabilizer);
-    key.part("world", &Scenario::world);
-    key.part("camera", &Scenario::camera);
-    key.part("errors", &Scenario::errors);
-    key.value("estimator", &Scenario::estimator,
-              "estimator that is run on the observations: a built-in one by its name, or another program or "
-              "library");
-    key.part("slam", &Scenario::slam);
-    key.part("limits", &Scenario::limits);
+    value<&Scenario::name>(key, "name of the results folder; without it, that of the scenario's file");
+    value<&Scenario::seed>(key, "seed of every random stream of the run");
+    part<&Scenario::walk>(key);
+    part<&Scenario::stabilizer>(key);
+    part<&Scenario::world>(key);
+    part<&Scenario::camera>(key);
+    part<&Scenario::errors>(key);
+    value<&Scenario::estimator>(
+        key,
+        "estimator that is run on the observations: a built-in one by its name, or another program or "
+        "library");
+    part<&Scenario::slam>(key);
+    part<&Scenario::limits>(key);
   }
 };
 

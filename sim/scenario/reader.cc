@@ -47,6 +47,7 @@ std::string suggest_elsewhere(std::string_view part) {
 
 /// Names the longest known section of the path, and what it has.
 [[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
+  if (const std::string former = former_name(path); !former.empty()) fail(at, path, former);
   std::string section = path;
   do {
     const std::size_t dot = section.rfind('.');
@@ -165,7 +166,7 @@ void ScenarioReader::read_entry(const Yaml& at, const std::string& path, const Y
 
 void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Yaml& value,
                                 const std::string& origin) {
-  if (const Key<Scenario>* const key = find_key(path)) {
+  if (const Key* const key = find_key(path)) {
     require_section(at, path);
     Yaml placed = value;
     if (value.kind == Yaml::Kind::empty) placed.origin = at.origin;

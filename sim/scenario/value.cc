@@ -185,4 +185,14 @@ double to_degrees(double radians) {
   return near;
 }
 
+const ValueType kDegrees{[](const Domain& domain) { return expected(domain, 0.0); },
+                         [](const Yaml& node, std::string_view key, const Domain& domain, void* value) {
+                           double angle = 0;
+                           read(node, key, domain, angle);
+                           *static_cast<double*>(value) = to_radians(angle);
+                         },
+                         [](const Domain& domain, const void* value) {
+                           return print(domain, to_degrees(*static_cast<const double*>(value)));
+                         }};
+
 }  // namespace sim::scenario

@@ -72,6 +72,22 @@ std::string print(const Domain& domain, E value) {
   return std::string(domain.choices[static_cast<std::size_t>(value)]);
 }
 
+/// What keys do with values of one type.
+struct ValueType {
+  std::string (*expected)(const Domain&);
+  void (*read)(const Yaml&, std::string_view key, const Domain&, void* value);
+  std::string (*print)(const Domain&, const void* value);
+};
+template <class T>
+inline constexpr ValueType kValueType{
+    [](const Domain& domain) { return expected(domain, T{}); },
+    [](const Yaml& node, std::string_view key, const Domain& domain, void* value) {
+      read(node, key, domain, *static_cast<T*>(value));
+    },
+    [](const Domain& domain, const void* value) { return print(domain, *static_cast<const T*>(value)); }};
+/// An angle: degrees in the file, radians in the member.
+extern const ValueType kDegrees;
+
 /// Degrees as written to radians as used, and back to degrees that give exactly these radians (where such
 /// exist).
 double to_radians(double degrees);

@@ -14,8 +14,8 @@ struct Span {
   double from_s = 0, duration_s = 1;
 
   static void keys(auto&& key) {
-    key.number("from_s", &Span::from_s, 0, 1e6, "time at which the fault begins, on the run's clock");
-    key.number("duration_s", &Span::duration_s, 0, 1e6, "duration of the fault");
+    number<&Span::from_s>(key, 0, 1e6, "time at which the fault begins, on the run's clock");
+    number<&Span::duration_s>(key, 0, 1e6, "duration of the fault");
   }
 
   bool holds(slam::Stamp t) const { return t >= begin() && t < end(); }
@@ -35,8 +35,7 @@ struct FramesLost : Span {  ///< no picture arrives
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("fraction", &FramesLost::fraction, 0, 1,
-               "part of the frames during the fault whose picture is lost");
+    number<&FramesLost::fraction>(key, 0, 1, "part of the frames during the fault whose picture is lost");
   }
 };
 struct FramesFrozen : Span {  ///< the last picture before arrives again and again, with new stamps
@@ -48,8 +47,7 @@ struct FramesDimmed : Span {  ///< less light (or more), before the noise
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("factor", &FramesDimmed::factor, 0, 100,
-               "factor on the light; above 1 the picture is overexposed");
+    number<&FramesDimmed::factor>(key, 0, 100, "factor on the light; above 1 the picture is overexposed");
   }
 };
 struct FramesCovered : Span {  ///< a poster that moves with the head, in the middle of the picture
@@ -58,8 +56,8 @@ struct FramesCovered : Span {  ///< a poster that moves with the head, in the mi
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("fraction", &FramesCovered::fraction, 0, 1,
-               "part of the picture's area that a poster fixed to the head covers");
+    number<&FramesCovered::fraction>(key, 0, 1,
+                                     "part of the picture's area that a poster fixed to the head covers");
   }
 };
 struct FramesDoubled : Span {  ///< an observation arrives twice
@@ -68,8 +66,7 @@ struct FramesDoubled : Span {  ///< an observation arrives twice
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("fraction", &FramesDoubled::fraction, 0, 1,
-               "part of the frames during the fault that arrive twice");
+    number<&FramesDoubled::fraction>(key, 0, 1, "part of the frames during the fault that arrive twice");
   }
 };
 struct FramesReordered : Span {  ///< an observation arrives after the next one
@@ -78,8 +75,8 @@ struct FramesReordered : Span {  ///< an observation arrives after the next one
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("fraction", &FramesReordered::fraction, 0, 1,
-               "part of the frames during the fault that arrive after the next one");
+    number<&FramesReordered::fraction>(key, 0, 1,
+                                       "part of the frames during the fault that arrive after the next one");
   }
 };
 struct GyroSilent : Span {  ///< no readings arrive
@@ -92,7 +89,7 @@ struct GyroSpike : Span {  ///< on each axis of each reading that the span touch
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("size_rad_s", &GyroSpike::size_rad_s, -1e6, 1e6, "angular velocity added on each axis");
+    number<&GyroSpike::size_rad_s>(key, -1e6, 1e6, "angular velocity added on each axis");
   }
 };
 struct AccelerometerSilent : Span {  ///< no readings arrive
@@ -105,7 +102,7 @@ struct AccelerometerSpike : Span {  ///< on each axis of each reading that the s
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("size_m_s2", &AccelerometerSpike::size_m_s2, -1e6, 1e6, "acceleration added on each axis");
+    number<&AccelerometerSpike::size_m_s2>(key, -1e6, 1e6, "acceleration added on each axis");
   }
 };
 struct PlanMissing : Span {  ///< no plan arrives
@@ -117,8 +114,7 @@ struct PlanScaled : Span {  ///< the planned way and velocity are longer by the 
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("factor", &PlanScaled::factor, -100, 100,
-               "planned distance and velocity relative to those walked");
+    number<&PlanScaled::factor>(key, -100, 100, "planned distance and velocity relative to those walked");
   }
 };
 
@@ -129,10 +125,9 @@ struct EstimateJump : Span {  ///< the estimate is displaced and turned, as when
 
   static void keys(auto&& key) {
     Span::keys(key);
-    key.number("x_m", &EstimateJump::x_m, -100, 100, "displacement of the estimate that steers, along x");
-    key.number("y_m", &EstimateJump::y_m, -100, 100, "displacement of the estimate that steers, along y");
-    key.degrees("yaw_deg", &EstimateJump::yaw_rad, -180, 180,
-                "turn of the estimate that steers, to the left");
+    number<&EstimateJump::x_m>(key, -100, 100, "displacement of the estimate that steers, along x");
+    number<&EstimateJump::y_m>(key, -100, 100, "displacement of the estimate that steers, along y");
+    degrees<&EstimateJump::yaw_rad>(key, -180, 180, "turn of the estimate that steers, to the left");
   }
 };
 struct EstimateFrozen : Span {  ///< the pose stays what it was, with new stamps

@@ -23,23 +23,23 @@ struct ImageOptions {
   double latency_s = 0;
 
   static void keys(auto&& key) {
-    key.number("read_sigma_grey", &ImageOptions::read_sigma_grey, 0, 100,
-               "noise of a black pixel before the gain, in grey levels of 255");
-    key.number(
-        "shot_sigma_grey", &ImageOptions::shot_sigma_grey, 0, 50,
+    number<&ImageOptions::read_sigma_grey>(key, 0, 100,
+                                           "noise of a black pixel before the gain, in grey levels of 255");
+    number<&ImageOptions::shot_sigma_grey>(
+        key, 0, 50,
         "photon noise of a white pixel before the gain, in grey levels of 255; its square is proportional to "
         "the light");
-    key.number("gain", &ImageOptions::gain, 0, 16, "gain of the camera, applied after the noise");
-    key.number("vignetting_fraction", &ImageOptions::vignetting_fraction, 0, 1,
-               "part of the light that is missing in the corners; it grows with the squared distance from "
-               "the centre");
-    key.number("exposure_sigma_fraction", &ImageOptions::exposure_sigma_fraction, 0, 10,
-               "standard deviation of the exposure about its mean, relative");
-    key.number("exposure_time_s", &ImageOptions::exposure_time_s, 1e-3, 1e6,
-               "correlation time of the exposure's variation");
-    key.number("loss_fraction", &ImageOptions::loss_fraction, 0, 1, "part of the frames whose image is lost");
-    key.number("latency_s", &ImageOptions::latency_s, 0, 10,
-               "least age of the picture that a frame brings; it brings the newest one that old");
+    number<&ImageOptions::gain>(key, 0, 16, "gain of the camera, applied after the noise");
+    number<&ImageOptions::vignetting_fraction>(
+        key, 0, 1,
+        "part of the light that is missing in the corners; it grows with the squared distance from "
+        "the centre");
+    number<&ImageOptions::exposure_sigma_fraction>(
+        key, 0, 10, "standard deviation of the exposure about its mean, relative");
+    number<&ImageOptions::exposure_time_s>(key, 1e-3, 1e6, "correlation time of the exposure's variation");
+    number<&ImageOptions::loss_fraction>(key, 0, 1, "part of the frames whose image is lost");
+    number<&ImageOptions::latency_s>(
+        key, 0, 10, "least age of the picture that a frame brings; it brings the newest one that old");
   }
 };
 

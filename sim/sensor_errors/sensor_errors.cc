@@ -7,34 +7,12 @@
 #include <utility>
 
 #include "sim/sensor_errors/random.h"
+#include "walking/keys.h"
 
 namespace sim::sensor_errors {
 namespace {
 
 slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
-
-/// A visitor of `keys` that throws at the first number out of its range.
-template <class Options>
-struct RangeCheck {
-  const Options& options;
-  std::string name;
-
-  void number(const char* key, auto member, double lowest, double highest, const char*) const {
-    const double value = options.*member;
-    if (!(value >= lowest && value <= highest))
-      throw std::invalid_argument(name + key + " must be from " + std::to_string(lowest) + " to " +
-                                  std::to_string(highest) + ", is " + std::to_string(value));
-  }
-  template <class Part>
-  void part(const char* key, Part Options::*member) const {
-    Part::keys(RangeCheck<Part>{options.*member, name + key + "."});
-  }
-  void value(const auto&...) const {}
-};
-
-void validate(const ErrorOptions& options) {
-  ErrorOptions::keys(RangeCheck<ErrorOptions>{options, "errors."});
-}
 
 InertialErrors gyro_errors(const ErrorOptions& o, std::uint64_t seed) {
   std::vector<InertialErrors::Spike> spikes;
@@ -68,7 +46,7 @@ void append(std::vector<slam::Observation>& all, std::vector<slam::Observation> 
 }  // namespace
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
-    : options_((validate(options), options)),
+    : options_((walking::check_ranges(options, "errors"), options)),
       seed_(seed),
       gyro_(gyro_errors(options, seed)),
       accelerometer_(accelerometer_errors(options, seed)),

@@ -27,15 +27,14 @@ struct ErrorOptions {
     double resolution_rad_s = 0;
 
     static void keys(auto&& key) {
-      key.number("sigma_rad_s", &Gyro::sigma_rad_s, 0, 1e3, "white noise of a 200 Hz gyro reading");
-      key.number("bias_sigma_rad_s", &Gyro::bias_sigma_rad_s, 0, 1e3,
-                 "standard deviation of the gyro's bias at the start over seeds");
-      key.number("bias_walk_sigma_rad_s2", &Gyro::bias_walk_sigma_rad_s2, 0, 1e3,
-                 "random walk of the gyro's bias: growth of its standard deviation in 1 s");
-      key.number("range_rad_s", &Gyro::range_rad_s, 0, 1e3,
-                 "limit at which gyro readings saturate; 0: they do not");
-      key.number("resolution_rad_s", &Gyro::resolution_rad_s, 0, 1e3,
-                 "quantisation step of gyro readings; 0: they are not rounded");
+      number<&Gyro::sigma_rad_s>(key, 0, 1e3, "white noise of a 200 Hz gyro reading");
+      number<&Gyro::bias_sigma_rad_s>(key, 0, 1e3,
+                                      "standard deviation of the gyro's bias at the start over seeds");
+      number<&Gyro::bias_walk_sigma_rad_s2>(
+          key, 0, 1e3, "random walk of the gyro's bias: growth of its standard deviation in 1 s");
+      number<&Gyro::range_rad_s>(key, 0, 1e3, "limit at which gyro readings saturate; 0: they do not");
+      number<&Gyro::resolution_rad_s>(key, 0, 1e3,
+                                      "quantisation step of gyro readings; 0: they are not rounded");
     }
   } gyro;
   struct Accelerometer {
@@ -46,16 +45,15 @@ struct ErrorOptions {
     double resolution_m_s2 = 0;
 
     static void keys(auto&& key) {
-      key.number("sigma_m_s2", &Accelerometer::sigma_m_s2, 0, 1e3,
-                 "white noise of a 200 Hz accelerometer reading");
-      key.number("bias_sigma_m_s2", &Accelerometer::bias_sigma_m_s2, 0, 1e3,
-                 "standard deviation of the accelerometer's bias at the start over seeds");
-      key.number("bias_walk_sigma_m_s3", &Accelerometer::bias_walk_sigma_m_s3, 0, 1e3,
-                 "random walk of the accelerometer's bias: growth of its standard deviation in 1 s");
-      key.number("range_m_s2", &Accelerometer::range_m_s2, 0, 1e3,
-                 "limit at which accelerometer readings saturate; 0: they do not");
-      key.number("resolution_m_s2", &Accelerometer::resolution_m_s2, 0, 1e3,
-                 "quantisation step of accelerometer readings; 0: they are not rounded");
+      number<&Accelerometer::sigma_m_s2>(key, 0, 1e3, "white noise of a 200 Hz accelerometer reading");
+      number<&Accelerometer::bias_sigma_m_s2>(
+          key, 0, 1e3, "standard deviation of the accelerometer's bias at the start over seeds");
+      number<&Accelerometer::bias_walk_sigma_m_s3>(
+          key, 0, 1e3, "random walk of the accelerometer's bias: growth of its standard deviation in 1 s");
+      number<&Accelerometer::range_m_s2>(key, 0, 1e3,
+                                         "limit at which accelerometer readings saturate; 0: they do not");
+      number<&Accelerometer::resolution_m_s2>(
+          key, 0, 1e3, "quantisation step of accelerometer readings; 0: they are not rounded");
     }
   } accelerometer;
   ImageOptions image;
@@ -64,10 +62,9 @@ struct ErrorOptions {
     double velocity_sigma_m_s = 0.0;
 
     static void keys(auto&& key) {
-      key.number("loss_fraction", &Plan::loss_fraction, 0, 1,
-                 "part of the frames whose planned motion is lost");
-      key.number("velocity_sigma_m_s", &Plan::velocity_sigma_m_s, 0, 1e3,
-                 "white noise of each frame's planned velocity, along x and y of the plan's world");
+      number<&Plan::loss_fraction>(key, 0, 1, "part of the frames whose planned motion is lost");
+      number<&Plan::velocity_sigma_m_s>(
+          key, 0, 1e3, "white noise of each frame's planned velocity, along x and y of the plan's world");
     }
   } plan;
   struct LegOdometry {
@@ -75,40 +72,41 @@ struct ErrorOptions {
     double scale_fraction = 0;
 
     static void keys(auto&& key) {
-      key.number("sigma_m", &LegOdometry::sigma_m, 0, 1e3,
-                 "white noise of each frame's position by leg odometry, of encoders and force sensors");
-      key.number("scale_fraction", &LegOdometry::scale_fraction, -1, 1,
-                 "error of the distances by leg odometry, relative to the true ones");
+      number<&LegOdometry::sigma_m>(
+          key, 0, 1e3, "white noise of each frame's position by leg odometry, of encoders and force sensors");
+      number<&LegOdometry::scale_fraction>(
+          key, -1, 1, "error of the distances by leg odometry, relative to the true ones");
     }
   } leg_odometry;
   struct Motion {
     double time_offset_s = 0;
 
     static void keys(auto&& key) {
-      key.number("time_offset_s", &Motion::time_offset_s, -1, 1,
-                 "time by which the motion computer's clock, which stamps readings and plan, is ahead of the "
-                 "camera's");
+      number<&Motion::time_offset_s>(
+          key, -1, 1,
+          "time by which the motion computer's clock, which stamps readings and plan, is ahead of the "
+          "camera's");
     }
   } motion;
   struct Calibration {
     double distortion_fraction = 0;
 
     static void keys(auto&& key) {
-      key.number("distortion_fraction", &Calibration::distortion_fraction, -1, 1,
-                 "error of the lens distortion that the filter is told, relative to the true one");
+      number<&Calibration::distortion_fraction>(
+          key, -1, 1, "error of the lens distortion that the filter is told, relative to the true one");
     }
   } calibration;
   std::vector<Fault> faults;
 
   static void keys(auto&& key) {
-    key.part("gyro", &ErrorOptions::gyro);
-    key.part("accelerometer", &ErrorOptions::accelerometer);
-    key.part("image", &ErrorOptions::image);
-    key.part("plan", &ErrorOptions::plan);
-    key.part("leg_odometry", &ErrorOptions::leg_odometry);
-    key.part("motion", &ErrorOptions::motion);
-    key.part("calibration", &ErrorOptions::calibration);
-    key.value("faults", &ErrorOptions::faults, "temporary faults of the sensors and of the plan");
+    part<&ErrorOptions::gyro>(key);
+    part<&ErrorOptions::accelerometer>(key);
+    part<&ErrorOptions::image>(key);
+    part<&ErrorOptions::plan>(key);
+    part<&ErrorOptions::leg_odometry>(key);
+    part<&ErrorOptions::motion>(key);
+    part<&ErrorOptions::calibration>(key);
+    value<&ErrorOptions::faults>(key, "temporary faults of the sensors and of the plan");
   }
 };
 

@@ -24,7 +24,7 @@ constexpr std::array kScales{"log"sv, "linear"sv};
 constexpr scenario::Domain kAnyNumber{-1e12, 1e12};
 constexpr double kMostPoints = 100'000;
 
-bool is_number(const scenario::Key<scenario::Scenario>& key) {
+bool is_number(const scenario::Key& key) {
   return key.expected.starts_with("a number") || key.expected.starts_with("a whole number");
 }
 

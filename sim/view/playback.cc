@@ -39,7 +39,7 @@ std::vector<Moment> faults_in_score(const nlohmann::ordered_json& score, const c
   return moments;
 }
 
-std::vector<Moment> moments_of(const report::RunData& data, const scenario::Scenario& scenario,
+std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scenario& scenario,
                                double end_s) {
   std::vector<Moment> all = faults_of(scenario);
   if (const auto closed = data.metric("loop_time_s")) all.push_back({*closed, "closure", "loop closed"});
@@ -108,7 +108,7 @@ Site site_of(const std::vector<Playback>& results) {
 }  // namespace
 
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
-  const report::RunData data = report::read_run(result);
+  const pages::RunData data = pages::read_run(result);
   const scenario::Scenario scenario = scenario::read_scenario(result / "scenario.yaml").scenario;
   Playback playback;
   playback.scenario = data.score.value("scenario", "?");

@@ -14,7 +14,7 @@ namespace sim::view {
 namespace {
 
 namespace fs = std::filesystem;
-using report::Table;
+using pages::Table;
 
 slam::Stamp stamp_of(const std::string& field, const fs::path& file) {
   const auto ns = files::parse_number<std::int64_t>(field);
@@ -132,7 +132,7 @@ void add_maps(Timeline& frames, const fs::path& folder, const Table& table) {
 
 }  // namespace
 
-std::vector<Frame> read_result_frames(const fs::path& result, const report::RunData& data) {
+std::vector<Frame> read_result_frames(const fs::path& result, const pages::RunData& data) {
   std::vector<Frame> all = frames_at(files::read_tum(result / "truth.tum"));
   if (all.empty()) throw files::FileError(result / "truth.tum", "has no pose, expected one of each frame");
   Timeline frames(all);

@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "sim/report/run_data.h"
+#include "sim/pages/run_data.h"
 #include "sim/view/frame.h"
 
 namespace sim::view {
 
 /// In order of time. Throws files::FileError where a file is broken or there is no frame.
-std::vector<Frame> read_result_frames(const std::filesystem::path& result, const report::RunData& data);
+std::vector<Frame> read_result_frames(const std::filesystem::path& result, const pages::RunData& data);
 
 }  // namespace sim::view

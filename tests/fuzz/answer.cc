@@ -1,4 +1,4 @@
-// What a program answers: the input's first byte says to what, the next 16 are its header.
+// Answers of an estimator program: the first byte selects the question, the next 16 are the header.
 #include "sim/estimators/messages.h"
 #include "tests/fuzz/fuzz_input.h"
 

@@ -1,4 +1,4 @@
-// What is typed on the command line: an override, seeds, and the values of a sweep, one in each line.
+// Command-line arguments, one per line: an override, seeds, and the values of a sweep.
 #include <stdexcept>
 
 #include "sim/scenario/scenario.h"
@@ -12,8 +12,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(fuzz::text_of(data, size));
   const std::size_t end = text.find('\n');
   const std::string first = text.substr(0, end), second = end == text.npos ? "" : text.substr(end + 1);
-  fuzz::read_or_refuse([&] { sim::scenario::read_scenario(walk, {{first, second}, {}, {}}); });
-  fuzz::read_or_refuse([&] { sim::trials::read_sweep(walk, {first, second}); });
+  fuzz::read_or_reject([&] { sim::scenario::read_scenario(walk, {{first, second}, {}, {}}); });
+  fuzz::read_or_reject([&] { sim::trials::read_sweep(walk, {first, second}); });
   try {
     sim::scenario::parse_seeds(first);
   } catch (const std::invalid_argument&) {

@@ -1,4 +1,4 @@
-// A folder recorded elsewhere, of which one file is the input; the input's first byte says which.
+// One file of an ASL folder; the first byte of an input selects it.
 #include "sim/recording/asl_folder.h"
 
 #include <array>
@@ -42,7 +42,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!made || size == 0) return 0;
   const File& changed = kFiles[data[0] % kFiles.size()];
   fuzz::file(std::string("mav0/") + changed.first, fuzz::text_of(data + 1, size - 1));
-  fuzz::read_or_refuse([] {
+  fuzz::read_or_reject([] {
     sim::recording::AslFolder reader(fuzz::folder());
     std::vector<slam::Stamp> times;
     while (const auto observation = reader.next()) times.push_back(observation->t);

@@ -1,4 +1,4 @@
-// What a client of the view may say.
+// Messages from clients of the view.
 #include "sim/view/client_message.h"
 
 #include "tests/fuzz/fuzz_input.h"

@@ -1,4 +1,4 @@
-// What the fuzz targets share: the input as text and as a file, and the exceptions that a reader may throw.
+// Shared by the fuzz targets: the input as text and as a file, and the exceptions that a reader may throw.
 #pragma once
 
 #include <stdlib.h>
@@ -28,19 +28,19 @@ inline const std::filesystem::path& folder() {
   return made;
 }
 
-/// A file of that folder with the text.
+/// Writes a file of that folder and returns its path.
 inline std::filesystem::path file(const std::string& name, std::string_view text) {
-  static std::set<std::string> made;  // names whose folder is there
+  static std::set<std::string> made;  // names whose folder exists
   const std::filesystem::path path = folder() / name;
   if (made.insert(name).second) std::filesystem::create_directories(path.parent_path());
   sim::files::write_text(path, text);
   return path;
 }
 
-/// Whatever the input holds, it is read or refused with a message; any other exception ends the target.
-/// Returns the message, empty where it was read.
+/// Calls `read`, which may throw FileError or ConfigError; any other exception ends the target.
+/// Returns the error's message, empty if there was none.
 template <class Read>
-std::string read_or_refuse(const Read& read) {
+std::string read_or_reject(const Read& read) {
   try {
     read();
     return "";
@@ -51,9 +51,9 @@ std::string read_or_refuse(const Read& read) {
   }
 }
 
-/// Ends the target where a property of what was read does not hold.
-inline void require(bool holds) {
-  if (!holds) abort();
+/// Ends the target if a property of the input does not hold.
+inline void require(bool property) {
+  if (!property) abort();
 }
 
 }  // namespace fuzz

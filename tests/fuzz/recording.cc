@@ -1,5 +1,5 @@
-// A recording of the program's own, of which one file is the input and the manifest says so; the input's
-// first byte says which of the files that are taken apart; of the others only the hash is compared.
+// One file of a recording, listed in its manifest; the first byte of an input selects the file. Only files that are
+// parsed can be selected.
 #include "sim/recording/recording.h"
 
 #include <map>
@@ -76,7 +76,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const auto& [name, row] : rows) manifest += name == changed ? manifest_row(name, content) : row;
   fuzz::file("recording/manifest.csv", manifest);
   fuzz::file("recording/" + changed, content);
-  fuzz::read_or_refuse([&] {
+  fuzz::read_or_reject([&] {
     if (changed.starts_with("truth/")) {
       recording::read_truth(root());
     } else {

@@ -1,11 +1,11 @@
-// A scenario's YAML: what is read is printed, and read back as the same.
+// The YAML of a scenario: printed and read back it is the same scenario.
 #include "sim/scenario/scenario.h"
 
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   namespace scenario = sim::scenario;
-  fuzz::read_or_refuse([&] {
+  fuzz::read_or_reject([&] {
     const auto read = scenario::read_scenario_text(fuzz::text_of(data, size), "fuzz.yaml");
     const std::string printed = scenario::to_yaml(read.scenario);
     const auto again = scenario::read_scenario_text(printed, "fuzz.yaml");

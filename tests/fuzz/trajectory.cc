@@ -5,7 +5,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto file = fuzz::file("trajectory.txt", fuzz::text_of(data, size));
-  fuzz::read_or_refuse([&] { sim::files::read_trajectory(file); });
-  fuzz::read_or_refuse([&] { sim::files::read_tum(file); });
+  fuzz::read_or_reject([&] { sim::files::read_trajectory(file); });
+  fuzz::read_or_reject([&] { sim::files::read_tum(file); });
   return 0;
 }

@@ -1,4 +1,4 @@
-// Listens to a run as Foxglove does, with the client of the Foxglove project, and compares what it was told with the result.
+// Listens to a run with the client of the Foxglove project and compares its messages with the result.
 // node listen_foxglove.cjs NODE_MODULES URL SUBPROTOCOL RESULT_FOLDER
 "use strict";
 const fs = require("fs");
@@ -15,7 +15,7 @@ const address = url.replace(/^http/, "ws");
 const channels = new Map(), messages = [];
 let info;
 
-// A viewer of the page's own, which keeps the run at real time.
+// The viewer of the page, which limits the run's speed.
 const viewer = new WebSocket(address, ["gaitslam.view.v1"]);
 viewer.on("open", () => viewer.send(JSON.stringify({ op: "speed", factor: 2 })));
 const socket = new WebSocket(address, [protocol]);
@@ -33,7 +33,7 @@ client.on("message", ({ subscriptionId, timestamp, data }) => {
   const { topic, reader } = channels.get(subscriptionId);
   messages.push({ topic, timestamp, message: reader.readMessage(data) });
 });
-client.on("close", finish);
+client.on("close", () => finish().catch((error) => { console.error(error); process.exit(1); }));
 
 const stampOf = ({ stamp }) => BigInt(stamp.sec) * 1000000000n + BigInt(stamp.nanosec);
 
@@ -48,22 +48,23 @@ function rowsOf(file) {
 }
 
 function checkPoses(topic, file) {
-  const rows = rowsOf(file), told = messages.filter((m) => m.topic === topic);
-  assert(told.length > 20, `${topic}: only ${told.length} messages`);
-  for (const { timestamp, message } of told) {
+  const rows = rowsOf(file), received = messages.filter((m) => m.topic === topic);
+  assert(received.length > 20, `${topic}: only ${received.length} messages`);
+  for (const { timestamp, message } of received) {
     assert.equal(stampOf(message.header), timestamp);
     const { position } = message.pose.pose ?? message.pose;
     assert.deepEqual([position.x, position.y, position.z], rows.get(timestamp - 1000000000000000000n), `${topic} at ${timestamp}`);
   }
 }
 
-function waitForResult() {
+// Without blocking: the program finishes its result when both sockets have answered its closing handshake.
+async function resultWritten() {
   for (let i = 0; i < 600 && !fs.existsSync(path.join(result, "score.json")); ++i)
-    Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 100);
+    await new Promise((resolve) => setTimeout(resolve, 100));
 }
 
-function finish() {
-  waitForResult();
+async function finish() {
+  await resultWritten();
   assert.equal(info?.name, "gaitslam");
   checkPoses("/ground_truth/pose", "truth.tum");
   checkPoses("/slam/pose", "estimate.tum");
@@ -76,7 +77,7 @@ function finish() {
   }
   const imu = messages.filter((m) => m.topic === "/imu");
   assert(imu.length > 5 * images.length, `${imu.length} readings of the IMU`);
-  // Every 5 ms, but where the oldest frame in the queue of a client that is slow was dropped.
+  // Every 5 ms, except where the oldest frame in the queue of a slow client was dropped.
   const steps = imu.slice(1).map((m, i) => m.timestamp - imu[i].timestamp);
   steps.forEach((step) => assert(step > 0n && step % 5000000n === 0n, `${step} ns between readings of the IMU`));
   assert(steps.filter((step) => step === 5000000n).length > 0.8 * steps.length);

@@ -13,7 +13,7 @@ using testing::Not;
 using tests::differences;
 using tests::Ran;
 
-constexpr const char* kWalk = R"(
+constexpr const char* kShortWalk = R"(
 walk: {commands: [{stand: {duration_s: 0.2}}]}
 camera: {}
 slam: {}
@@ -21,7 +21,7 @@ slam: {}
 
 class CacheTest : public tests::CommandLineWithCache {
  protected:
-  CacheTest() { write("walk.yaml", kWalk); }
+  CacheTest() { write("walk.yaml", kShortWalk); }
   std::string list() const { return gaitslam("cache list").out; }
 };
 

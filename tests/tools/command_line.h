@@ -15,6 +15,8 @@
 
 namespace tests {
 
+inline const std::string kBlind = "run walk.yaml --without camera,slam ";
+
 /// What a command left: exit code (128 + signal when killed) and what it printed.
 struct Ran {
   int exit_code = -1;

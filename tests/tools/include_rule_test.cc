@@ -36,7 +36,7 @@ const std::vector<Rule>& rules() {
        {"sim/files/", "Eigen/", "fmt/", "nlohmann/", "sha2.h", "xxhash.h", "fcntl.h", "signal.h", "unistd.h",
         "sys/"}},
       {"sim/score/", {"sim/score/", "sim/files/", "Eigen/", "boost/math/", "fmt/", "nlohmann/"}},
-      {"sim/sensor_errors/", {"sim/sensor_errors/", "slam/observation.h", "Eigen/", "opencv2/core", "fmt/"}},
+      {"sim/sensor_errors/", {"sim/sensor_errors/", "slam/observation.h", "walking/keys.h", "Eigen/", "opencv2/core", "fmt/"}},
       {"sim/recording/",
        {"sim/recording/", "sim/files/", "sim/sensor_errors/", "slam/camera.h", "slam/observation.h",
         "slam/options.h", "Eigen/", "opencv2/core", "opencv2/imgcodecs", "fmt/", "yaml-cpp/", "libdeflate.h",
@@ -44,17 +44,19 @@ const std::vector<Rule>& rules() {
       {"sim/export/",
        {"sim/export/", "sim/recording/", "sim/files/", "sim/sensor_errors/", "slam/camera.h",
         "slam/observation.h", "slam/options.h", "Eigen/", "opencv2/core", "fmt/", "libdeflate.h"}},
-      {"sim/world/",
-       {"sim/world/", "walking/", "Eigen/", "fmt/", "mujoco/", "GL/", "opencv2/core", "opencv2/imgproc",
-        "dlfcn.h", "unistd.h"}},
+      {"sim/physics/", {"sim/physics/", "walking/", "Eigen/", "fmt/", "mujoco/", "unistd.h"}},
+      {"sim/camera/",
+       {"sim/camera/", "sim/physics/", "sim/room/", "walking/", "Eigen/", "fmt/", "mujoco/", "GL/",
+        "opencv2/core", "opencv2/imgproc", "dlfcn.h"}},
+      {"sim/room/", {"sim/room/", "opencv2/core", "opencv2/imgproc"}},
       {"sim/estimators/",
        {"sim/estimators/", "slam/", "Eigen/", "opencv2/core", "fmt/", "dlfcn.h", "errno.h", "fcntl.h",
         "poll.h", "signal.h", "stddef.h", "stdint.h", "stdio.h", "stdlib.h", "string.h", "time.h", "unistd.h",
         "sys/"}},
       {"sim/scenario/",
        {"sim/scenario/", "sim/estimators/", "sim/files/", "sim/sensor_errors/", "sim/score/evaluate.h",
-        "sim/world/options.h", "slam/observation.h", "slam/options.h", "walking/", "Eigen/", "fmt/",
-        "yaml-cpp/"}},
+        "sim/physics/options.h", "sim/camera/options.h", "slam/observation.h", "slam/options.h", "walking/",
+        "Eigen/", "fmt/", "yaml-cpp/"}},
       {"sim/tracking/",
        {"sim/tracking/", "sim/estimators/", "sim/scenario/scenario.h", "sim/sensor_errors/", "slam/",
         "Eigen/"}},
@@ -66,12 +68,12 @@ const std::vector<Rule>& rules() {
         "sim/files/", "slam/", "Eigen/", "fmt/", "nlohmann/"}},
       {"sim/regression/",
        {"sim/regression/", "sim/result/", "sim/scenario/", "sim/score/", "sim/files/", "fmt/", "nlohmann/"}},
-      {"sim/report/",
-       {"sim/report/", "sim/regression/", "sim/replay/", "sim/result/", "sim/tracking/", "sim/scenario/",
+      {"sim/pages/",
+       {"sim/pages/", "sim/regression/", "sim/replay/", "sim/result/", "sim/tracking/", "sim/scenario/",
         "sim/recording/", "sim/score/", "sim/files/", "slam/", "Eigen/", "fmt/", "nlohmann/",
         "opencv2/core"}},
       {"sim/view/",
-       {"sim/view/", "sim/report/", "sim/export/", "sim/result/", "sim/tracking/", "sim/scenario/",
+       {"sim/view/", "sim/pages/", "sim/export/", "sim/result/", "sim/tracking/", "sim/scenario/",
         "sim/recording/", "sim/score/", "sim/files/", "slam/", "walking/hrp2.h", "Eigen/", "fmt/",
         "nlohmann/", "opencv2/core", "boost/asio/", "boost/beast/", "arpa/inet.h", "sys/random.h"}},
       {"sim/trials/",
@@ -79,9 +81,9 @@ const std::vector<Rule>& rules() {
         "sim/sensor_errors/random.h", "sim/score/", "sim/files/", "slam/", "Eigen/", "fmt/", "nlohmann/",
         "opencv2/core", "nlopt.h", "fcntl.h", "unistd.h", "sys/"}},
       {"sim/live/",
-       {"sim/live/", "sim/world/", "sim/result/", "sim/tracking/", "sim/scenario/", "sim/recording/",
-        "sim/sensor_errors/random.h", "sim/sensor_errors/faults.h", "sim/score/", "sim/files/", "slam/",
-        "walking/", "Eigen/", "fmt/", "nlohmann/", "opencv2/core", "opencv2/imgproc"}},
+       {"sim/live/", "sim/physics/", "sim/camera/", "sim/result/", "sim/tracking/", "sim/scenario/",
+        "sim/recording/", "sim/sensor_errors/random.h", "sim/sensor_errors/faults.h", "sim/score/",
+        "sim/files/", "slam/", "walking/", "Eigen/", "fmt/", "nlohmann/", "opencv2/core", "opencv2/imgproc"}},
       {"tools/cli/jobs/",
        {"tools/cli/", "sim/trials/", "sim/regression/", "sim/result/", "sim/recording/", "sim/scenario/",
         "sim/files/", "CLI/", "fmt/", "nlohmann/", "fcntl.h", "signal.h", "spawn.h", "unistd.h", "sys/"}},
@@ -203,9 +205,12 @@ TEST(IncludeRule, EachFolderOfTheBenchHasARule) {
 
 TEST(IncludeRule, OnlyTheLivePartOfTheProgramSeesTheSimulator) {
   for (const fs::path& file : sources_below(kRoot / "tools/cli")) {
-    if (file.filename() == "live_world.cc" || file.filename() == "robot_view.cc" || file.filename() == "view_live.cc") continue;
+    if (file.filename() == "live_world.cc" || file.filename() == "robot_view.cc" ||
+        file.filename() == "view_live.cc")
+      continue;
     for (const std::string& included : includes(text_of(file))) {
-      EXPECT_FALSE(included.starts_with("mujoco/") || included.starts_with("sim/world/") ||
+      EXPECT_FALSE(included.starts_with("mujoco/") || included.starts_with("sim/physics/") ||
+                   included.starts_with("sim/camera/") || included.starts_with("sim/room/") ||
                    included.starts_with("sim/live/"))
           << file << ": " << included;
     }
@@ -214,16 +219,16 @@ TEST(IncludeRule, OnlyTheLivePartOfTheProgramSeesTheSimulator) {
 
 TEST(IncludeRule, PlantedViolationsAreFound) {
   const std::pair<const char*, const char*> planted[]{
-      {"slam/filter.cc", "sim/world/world.h"},
+      {"slam/filter.cc", "sim/physics/world.h"},
       {"slam/filter.cc", "walking/plan.h"},
       {"slam/filter.cc", "mujoco/mujoco.h"},
       {"slam/filter.cc", "opencv2/imgcodecs.hpp"},
       {"slam/filter.cc", "sim/sensor_errors/random.h"},
-      {"slam/filter.cc", "../sim/world/world.h"},
-      {"slam/filter.cc", "slam/../sim/world/world.h"},
+      {"slam/filter.cc", "../sim/physics/world.h"},
+      {"slam/filter.cc", "slam/../sim/physics/world.h"},
       {"walking/plan.h", "slam/options.h"},
       {"walking/plan.h", "opencv2/core.hpp"},
-      {"walking/plan.h", "sim/world/options.h"},
+      {"walking/plan.h", "sim/physics/options.h"},
       {"walking/plan.h", "unistd.h"},
       {"sim/files/csv.h", "slam/observation.h"},
       {"sim/score/drift.cc", "slam/observation.h"},
@@ -235,9 +240,14 @@ TEST(IncludeRule, PlantedViolationsAreFound) {
       {"sim/recording/recording.h", "mujoco/mujoco.h"},
       {"sim/recording/recording.h", "slam/filter.h"},
       {"sim/export/export.h", "sim/result/result.h"},
-      {"sim/world/world.cc", "slam/filter.h"},
-      {"sim/world/world.cc", "sim/score/drift.h"},
-      {"sim/scenario/scenario.h", "sim/world/world.h"},
+      {"sim/physics/world.cc", "slam/filter.h"},
+      {"sim/physics/world.cc", "sim/score/drift.h"},
+      {"sim/physics/world.cc", "sim/camera/lens.h"},
+      {"sim/physics/world.cc", "opencv2/core.hpp"},
+      {"sim/camera/scene.cc", "slam/camera.h"},
+      {"sim/room/canvas.cc", "mujoco/mujoco.h"},
+      {"sim/room/canvas.cc", "sim/camera/scene.h"},
+      {"sim/scenario/scenario.h", "sim/physics/world.h"},
       {"sim/scenario/scenario.h", "slam/filter.h"},
       {"sim/scenario/scenario.h", "sim/tracking/tracking.h"},
       {"sim/tracking/tracking.h", "sim/recording/recording.h"},
@@ -246,11 +256,11 @@ TEST(IncludeRule, PlantedViolationsAreFound) {
       {"sim/replay/replay.cc", "sim/trials/log.h"},
       {"sim/result/result.cc", "mujoco/mujoco.h"},
       {"sim/regression/verdict.cc", "slam/filter.h"},
-      {"sim/report/page.cc", "sim/live/run.h"},
+      {"sim/pages/page.cc", "sim/live/run.h"},
       {"sim/view/playback.cc", "sim/live/run.h"},
-      {"sim/view/live_view.h", "sim/world/drawn_model.h"},
+      {"sim/view/live_view.h", "sim/camera/drawn_model.h"},
       {"sim/view/frame.cc", "mujoco/mujoco.h"},
-      {"sim/trials/log.cc", "sim/world/world.h"},
+      {"sim/trials/log.cc", "sim/physics/world.h"},
       {"sim/trials/log.cc", "sim/live/run.h"},
       {"tools/cli/jobs/slurm.cc", "sim/live/run.h"}};
   for (const auto& [file, included] : planted) {
@@ -267,9 +277,10 @@ TEST(IncludeRule, WhatIsAllowedIsNotReported) {
   EXPECT_THAT(
       violations("slam/filter.cc", "#include <cmath>\n#include <Eigen/Core>\n#include \"slam/kalman.h\"\n"),
       IsEmpty());
-  EXPECT_THAT(violations("sim/live/run.cc", "#include \"sim/world/world.h\"\n#include \"sim/live/run.h\"\n"),
-              IsEmpty());
-  EXPECT_THAT(violations("sim/scenario/scenario.h", "#include \"sim/world/options.h\"\n"), IsEmpty());
+  EXPECT_THAT(
+      violations("sim/live/run.cc", "#include \"sim/physics/world.h\"\n#include \"sim/live/run.h\"\n"),
+      IsEmpty());
+  EXPECT_THAT(violations("sim/scenario/scenario.h", "#include \"sim/physics/options.h\"\n"), IsEmpty());
 }
 
 TEST(IncludeRule, NoTwoFilesNeedEachOther) {

@@ -14,9 +14,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 using tests::differences;
+using tests::kBlind;
 using tests::Ran;
-
-const std::string kBlind = "run walk.yaml --without camera,slam ";
 
 class Interruption : public tests::CommandLineWithCache {
  protected:

@@ -13,10 +13,10 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using tests::kBlind;
 using tests::Ran;
 
 constexpr const char* kStand = "walk: {commands: [{stand: {duration_s: 0.2}}]}\ncamera: {}\nslam: {}\n";
-const std::string kBlind = "run walk.yaml --without camera,slam ";
 
 class OwnFiles : public tests::CommandLineWithCache {
  protected:

@@ -20,7 +20,7 @@ class RecordingSources : public tests::CommandLine {
   RecordingSources() {
     shell("mkdir -p copy/sim && cd '" GAITSLAM_SOURCE_DIR "' && cp -r README.md walking slam '" +
           (folder_ / "copy").string() +
-          "' && cp -r sim/world sim/files sim/recording sim/sensor_errors sim/live sim/scenario "
+          "' && cp -r sim/physics sim/camera sim/room sim/files sim/recording sim/sensor_errors sim/live sim/scenario "
           "sim/regression '" +
           (folder_ / "copy/sim").string() + "'");
   }
@@ -47,7 +47,7 @@ TEST_F(RecordingSources, HaveAHash) {
 
 TEST_F(RecordingSources, AreThoseOfWalkWorldAndRecording) {
   for (const char* file :
-       {"walking/footsteps.cc", "walking/stabilizer.h", "sim/world/world.cc", "sim/live/run.cc",
+       {"walking/footsteps.cc", "walking/stabilizer.h", "sim/physics/world.cc", "sim/camera/scene.cc", "sim/room/canvas.cc", "sim/live/run.cc",
         "sim/recording/recording_writer.cc", "sim/sensor_errors/random.cc"})
     EXPECT_TRUE(is_shaped_by(file)) << file;
   EXPECT_TRUE(is_shaped_by("walking/new.cc")) << "a new file";
@@ -70,9 +70,9 @@ TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) 
   const std::regex ours("#include \"(sim/[\\w/]+\\.h)\"");
   std::set<std::string> included;
   for (const char* file :
-       {"sim/live/run.cc", "sim/live/run.h", "sim/live/draw.cc", "sim/live/planned_camera.cc",
-        "sim/live/checked_recording.h", "sim/live/pending_frames.h", "sim/live/pending_frames.cc",
-        "sim/live/place_estimates.h", "sim/live/place_estimates.cc", "sim/live/recorded.h",
+       {"sim/live/run.cc", "sim/live/run.h", "sim/live/plant_variation.cc", "sim/live/planned_camera.cc",
+        "sim/live/checked_recording.h", "sim/live/frame_pipeline.h", "sim/live/frame_pipeline.cc",
+        "sim/live/steering_pose_buffer.h", "sim/live/steering_pose_buffer.cc", "sim/live/recorded.h",
         "sim/live/recorded.cc", "sim/recording/recording_writer.cc"}) {
     const std::string text = source_text(file);
     for (std::sregex_iterator i(text.begin(), text.end(), ours), end; i != end; ++i) included.insert((*i)[1]);
@@ -84,7 +84,7 @@ TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) 
 }
 
 TEST_F(RecordingSources, OneThatIsGoneIsAnErrorOfTheBuild) {
-  shell("rm copy/sim/live/draw.cc");
+  shell("rm copy/sim/live/plant_variation.cc");
   EXPECT_NE(shell("'" GAITSLAM_CMAKE
                   "' -DSOURCE=\"$PWD/copy\" -DOUTPUT=\"$PWD/revision.cc\" -P '" GAITSLAM_SOURCE_DIR
                   "/tools/cli/revision.cmake'")

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "tests/walking/smooth_walk.h"
 #include "tests/walking/standing.h"
 #include "walking/hrp2.h"
 #include "walking/inverse_kinematics.h"
@@ -12,17 +12,16 @@
 namespace walking {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kPrinted = 5e-6;  // degrees, five decimals
+constexpr double kFiveDecimals = 5e-6;  // degrees, five decimals
 
 TEST(ArmSwing, AnglesAreTheReferenceOnes) {
   const ArmAngles forward = arm_swing(.15), middle = arm_swing(0), back = arm_swing(-.15);
-  EXPECT_NEAR(forward.elbow / kDegree, -28.92161, kPrinted);
-  EXPECT_NEAR(forward.shoulder_pitch / kDegree, 18.48963, kPrinted);
+  EXPECT_NEAR(forward.elbow / kDegree, -28.92161, kFiveDecimals);
+  EXPECT_NEAR(forward.shoulder_pitch / kDegree, 18.48963, kFiveDecimals);
   EXPECT_NEAR(middle.elbow / kDegree, -30, 1e-12);
   EXPECT_NEAR(middle.shoulder_pitch / kDegree, 15, 1e-12);
-  EXPECT_NEAR(back.elbow / kDegree, -28.92161, kPrinted);
-  EXPECT_NEAR(back.shoulder_pitch / kDegree, 10.43198, kPrinted);
+  EXPECT_NEAR(back.elbow / kDegree, -28.92161, kFiveDecimals);
+  EXPECT_NEAR(back.shoulder_pitch / kDegree, 10.43198, kFiveDecimals);
 }
 
 TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
@@ -53,10 +52,10 @@ TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxes) {
       moved(Eigen::Isometry3d(Eigen::Translation3d(3, 1, 0) * Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ())),
             stride);
   const JointVector still = inverse_kinematics(posture_of(stride)).q, swung = swinging(stride);
-  EXPECT_NEAR(swung(23) / kDegree, 18.48963, kPrinted);  // left shoulder
-  EXPECT_NEAR(swung(16) / kDegree, 10.43198, kPrinted);  // right shoulder
-  EXPECT_NEAR(swung(26) / kDegree, -28.92161, kPrinted);
-  EXPECT_NEAR(swung(19) / kDegree, -28.92161, kPrinted);
+  EXPECT_NEAR(swung(23) / kDegree, 18.48963, kFiveDecimals);  // left shoulder
+  EXPECT_NEAR(swung(16) / kDegree, 10.43198, kFiveDecimals);  // right shoulder
+  EXPECT_NEAR(swung(26) / kDegree, -28.92161, kFiveDecimals);
+  EXPECT_NEAR(swung(19) / kDegree, -28.92161, kFiveDecimals);
   JointVector difference = swung - still;
   for (const int joint : {16, 19, 23, 26}) difference(joint) = 0;
   EXPECT_TRUE(difference.isZero(0));

@@ -6,19 +6,19 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "tests/walking/smooth_walk.h"
 #include "walking/hrp2.h"
 
 namespace walking {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kExact = 1e-12;     // rounding of a few rotations
-constexpr double kPrinted = 1.1e-6;  // reference values have six decimals and four of the degrees
+constexpr double kSixDecimals = 1.1e-6;  // reference values have six decimals and four of the degrees
 
 void expect_foot(const Footstep& step, Side side, double x, double y, double degrees) {
   EXPECT_EQ(step.side, side);
-  EXPECT_NEAR(step.pose.position.x(), x, kPrinted);
-  EXPECT_NEAR(step.pose.position.y(), y, kPrinted);
+  EXPECT_NEAR(step.pose.position.x(), x, kSixDecimals);
+  EXPECT_NEAR(step.pose.position.y(), y, kSixDecimals);
   EXPECT_NEAR(step.pose.yaw / kDegree, degrees, 6e-5);
 }
 
@@ -30,9 +30,9 @@ Eigen::Vector2d relative(const FootPose& before, const FootPose& now) {
 
 void expect_relative(const FootPose& before, const FootPose& now, double dx, double dy, double degrees) {
   const Eigen::Vector2d d = relative(before, now);
-  EXPECT_NEAR(d.x(), dx, kPrinted);
-  EXPECT_NEAR(d.y(), dy, kPrinted);
-  EXPECT_NEAR((now.yaw - before.yaw) / kDegree, degrees, kPrinted);
+  EXPECT_NEAR(d.x(), dx, kSixDecimals);
+  EXPECT_NEAR(d.y(), dy, kSixDecimals);
+  EXPECT_NEAR((now.yaw - before.yaw) / kDegree, degrees, kSixDecimals);
 }
 
 void expect_ends_together_at(const std::vector<Footstep>& steps, const FootPose& centre) {

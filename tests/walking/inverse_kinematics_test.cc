@@ -15,7 +15,7 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kPrinted = 1e-10;  // the reference values are printed with ten decimals
+constexpr double kTenDecimals = 1e-10;  // the reference values are printed with ten decimals
 
 Eigen::Isometry3d ankle_in_waist(Side side, const Vector6& q) {
   return sole_in_waist(side, q) * Eigen::Translation3d(0, 0, hrp2::kAnkleHeight);
@@ -43,8 +43,8 @@ TEST(ForwardKinematics, ReferencePoseOfTheLeftLegIsTheReferenceOne) {
   R << .9935112935, -.1037621130, -.0465696631, .1021940891, .9941527387, -.0348812308, .0499167083,
       .0298957525, .9983058480;
   const Eigen::Vector3d p(.0260698066, .0706436577, -.5406679869);
-  EXPECT_LT((X_BA.translation() - p).cwiseAbs().maxCoeff(), kPrinted);
-  EXPECT_LT((X_BA.linear() - R).cwiseAbs().maxCoeff(), kPrinted);
+  EXPECT_LT((X_BA.translation() - p).cwiseAbs().maxCoeff(), kTenDecimals);
+  EXPECT_LT((X_BA.linear() - R).cwiseAbs().maxCoeff(), kTenDecimals);
 }
 
 TEST(InverseKinematics, ReferencePoseOfTheLeftLegIsRecovered) {
@@ -75,9 +75,9 @@ TEST(InverseKinematics, HalfSittingFeetGiveTheHalfSittingJoints) {
 
 TEST(InverseKinematics, HalfSittingPutsTheAnkleWhereThePublishedRobotHasIt) {
   const Eigen::Isometry3d X = ankle_in_waist(Side::left, hrp2::half_sitting().segment<6>(6));
-  EXPECT_NEAR(X.translation().x(), .0094903511, kPrinted);
-  EXPECT_NEAR(X.translation().y(), .095, kPrinted);
-  EXPECT_NEAR(X.translation().z(), -.5437018512, kPrinted);
+  EXPECT_NEAR(X.translation().x(), .0094903511, kTenDecimals);
+  EXPECT_NEAR(X.translation().y(), .095, kTenDecimals);
+  EXPECT_NEAR(X.translation().z(), -.5437018512, kTenDecimals);
   EXPECT_NEAR(hrp2::kAnkleX, X.translation().x(), 1e-15);
   EXPECT_NEAR(hrp2::kWaistHeight, hrp2::kAnkleHeight - X.translation().z(), 1e-15);
 }

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <stdexcept>
 #include <vector>
 
@@ -13,8 +12,6 @@
 
 namespace walking {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 WalkOptions diagonal_and_quarter() {
   WalkOptions options;

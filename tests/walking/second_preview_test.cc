@@ -77,14 +77,14 @@ WholeBody model_of(Masses masses) {
   return [=](const BodyMotion& motion) { return momentum_of(masses, motion); };
 }
 
-WalkOptions short_walk() {
+WalkOptions two_steps() {
   WalkOptions options;
   options.com_height_m = hrp2::kWaistHeight + hrp2::kComInWaist.z();
   options.commands = {Stand{2}, Straight{0.6, -0.1}, Stand{1}, TangentArc{0.75, 0.8}, Stand{2}};
   return options;
 }
 
-WalkOptions with_second_preview(WalkOptions options = short_walk()) {
+WalkOptions with_second_preview(WalkOptions options = two_steps()) {
   options.second_preview = true;
   return options;
 }
@@ -141,7 +141,7 @@ TEST(MultibodyZmp, OfABodyAtRestIsBelowItsCentreOfMass) {
 }
 
 TEST(MultibodyZmp, OfOneMassIsTheCartTables) {
-  const WalkOptions options = short_walk();
+  const WalkOptions options = two_steps();
   const auto walk = planned(options);
   const auto zmp = played(walk, model_of(one_mass));
   for (std::size_t i = 0; i < zmp.size(); ++i) {
@@ -166,7 +166,7 @@ TEST(MultibodyZmp, TurningUpperBodyShowsAsMoment) {
 }
 
 TEST(SecondPreview, LeavesTheCartTableAsItIs) {
-  WalkOptions options = short_walk();
+  WalkOptions options = two_steps();
   const auto first = planned(options);
   const auto second = planned(PatternGenerator(with_second_preview(options), model_of(one_mass)));
   ASSERT_EQ(first.size(), second.size());
@@ -180,14 +180,14 @@ TEST(SecondPreview, LeavesTheCartTableAsItIs) {
 
 TEST(SecondPreview, MakesTheWholeBodysZmpFollowTheReference) {
   const WholeBody model = model_of(trunk_and_legs);
-  const Error without = zmp_error(planned(short_walk()), model);
+  const Error without = zmp_error(planned(two_steps()), model);
   const Error with = zmp_error(planned(PatternGenerator(with_second_preview(), model)), model);
   EXPECT_LT(with.rms, without.rms / 5);  // 13.2 mm and 1.8 mm
   EXPECT_LT(with.largest, 0.010);  // 28 mm and 8.5 mm: what preview control itself leaves of a smoothed step
 }
 
 TEST(SecondPreview, KeepsFeetHeadingAndTheWaistsPlaceUnderTheCentreOfMass) {
-  const auto first = planned(short_walk());
+  const auto first = planned(two_steps());
   const auto second = planned(PatternGenerator(with_second_preview(), model_of(trunk_and_legs)));
   for (std::size_t k = 0; k < first.size(); ++k) {
     ASSERT_TRUE(first[k].X_PL.matrix() == second[k].X_PL.matrix());
@@ -210,7 +210,7 @@ TEST(SecondPreview, StartsInHalfSittingEvenIfTheModelsMassIsElsewhere) {
   const auto walk = planned(PatternGenerator(with_second_preview(), lopsided));
   EXPECT_LT((walk.front().com.head<2>() - hrp2::kComInWaist.head<2>()).norm(), 1e-15);
   EXPECT_LT(walk[1].com_acceleration.norm(), 0.1);  // m/s²; 0.56 if the offset came in at once
-  EXPECT_NEAR(walk.back().com.y() - planned(short_walk()).back().com.y(), -0.00155, 1e-4);
+  EXPECT_NEAR(walk.back().com.y() - planned(two_steps()).back().com.y(), -0.00155, 1e-4);
 }
 
 }  // namespace

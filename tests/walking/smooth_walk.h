@@ -12,6 +12,8 @@
 
 namespace walking {
 
+inline constexpr double kDegree = std::numbers::pi / 180;
+
 inline std::vector<Reference> planned(PatternGenerator generator) {
   std::vector<Reference> walk;
   for (std::size_t k = 0; k < generator.ticks(); ++k) walk.push_back(generator.next());

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "tests/walking/smooth_walk.h"
 #include "walking/feasible_step.h"
@@ -14,8 +13,6 @@
 
 namespace walking {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 WalkOptions straight() {
   WalkOptions options;

@@ -1,7 +1,7 @@
-// Accuracy and consistency of the filter on a suite of walks, condition by condition and over all of them, for any number of
-// settings. Usage: consistency_table [--images-of RESULT] SUITE ["name: key=value ..."]... where SUITE is a file as in
-// scenarios/suites; recordings come from the cache and are made first where it lacks them. --images-of gives the filter the
-// images of another walk. For each condition: medians over its seeds, and the worst in brackets; scale and NEES are means.
+// Accuracy and consistency of the filter on a suite of walks, per scenario and over all of them, for any number of settings.
+// Usage: consistency_table [--images-of RESULT] SUITE ["name: key=value ..."]... with a SUITE of scenarios/suites. Recordings
+// come from the cache or are made first; --images-of gives the filter the images of another walk. Printed per scenario: the
+// median over its seeds and the worst in parentheses; scale and NEES are means.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -13,14 +13,13 @@
 #include "sim/score/band_share.h"
 #include "sim/score/statistics.h"
 #include "slam/patch.h"
-#include "tools/benchmarks/recorded_walk.h"
-#include "tools/benchmarks/suite_recordings.h"
+#include "tools/benchmarks/recorded_walks.h"
 
 namespace {
 
-constexpr double kBeyond = 25;  // NEES of a landmark beyond which it is not where it is believed to be
+constexpr double kBeyond = 25;  // NEES of a landmark above which its position counts as wrong
 
-/// What the seeds of one condition gave under one variant.
+/// Results of the seeds of one scenario under one variant.
 struct Row {
   std::string name;
   std::map<std::string, std::vector<double>> values;
@@ -28,8 +27,8 @@ struct Row {
   std::vector<std::string> notes;
 };
 
-/// The share of landmarks that are not where they are believed to be, %: of the surface at their first pixel,
-/// and of any surface that their template shows.
+/// Percentage of landmarks with a wrong position: measured to the surface at their first pixel, and to any surface
+/// that their template shows.
 std::array<double, 2> landmarks_beyond(const sim::score::Run& run) {
   const auto errors = sim::score::landmark_errors(run.map, run.landmarks, run.truth_camera, run.surfaces,
                                                   run.camera, slam::kPatchHalf);

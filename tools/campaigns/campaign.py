@@ -1,44 +1,105 @@
-"""What the campaigns share: the program, command-line options, progress, and tables in Markdown.
+#!/usr/bin/env python3
+"""Runs the program many times under kills or sensor faults and prints a table of what was lost.
 
-A campaign tries the program many times and writes a table of how many were tried and what was lost. Interrupted, the same
-command goes on: what was tried is kept in a journal of one JSON object a line in the campaign's folder."""
+    tools/campaigns/campaign.py kills --out DIR [--count N]
+    tools/campaigns/campaign.py faults --out DIR [--count N] RESULT
+
+kills: sends SIGKILL at random moments of each command that writes, then runs the command again. A try is lost if a finished
+result or a user file has other bytes or is gone, or if the rerun does not end as the command does without a kill.
+faults: replays the recording of RESULT (`run scenarios/tangent_circle.yaml`) under faults of its sensors. A try is lost if
+there is no result. Tries are kept in DIR/journal.jsonl: rerun the command to resume."""
 import argparse
+import hashlib
 import json
 import os
 import pathlib
+import random
+import shutil
+import signal
+import subprocess
 import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAM = ROOT / 'build/release/tools/cli/gaitslam'
+
+FRAMES = '{kind}: {{from_s: 12, duration_s: {s}{more}}}'
 
 
-def options(description, default_count, count_help):
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument('--count', type=int, default=default_count, help=f'{count_help} (default {default_count})')
-    parser.add_argument('--out', type=pathlib.Path, required=True, help='folder of the campaign; the same folder goes on')
-    parser.add_argument('--program', type=pathlib.Path, default=PROGRAM, help='gaitslam (default: the release build)')
-    return parser
+def listed(*faults):
+    return ['errors.faults=[' + ', '.join('{' + fault + '}' for fault in faults) + ']']
+
+
+def frames(kind, s, more=''):
+    return listed(FRAMES.format(kind=kind, s=s, more=more))
+
+
+FAULTS = {
+    'none': [],
+    **{f'frames lost for {s} s': frames('frames_lost', s) for s in (0.5, 2, 5, 25)},
+    'all frames lost': listed('frames_lost: {from_s: 0, duration_s: 1000}'),
+    **{f'frames frozen for {s} s': frames('frames_frozen', s) for s in (0.5, 2, 5, 25)},
+    **{f'frames at {f} of their light for 5 s': frames('frames_dimmed', 5, f', factor: {f}') for f in (0.5, 0.1, 0.01, 0)},
+    **{f'frames covered to {f} for 5 s': frames('frames_covered', 5, f', fraction: {f}') for f in (0.3, 0.6, 1)},
+    **{f'{f} of frames doubled for 10 s': frames('frames_doubled', 10, f', fraction: {f}') for f in (0.2, 1)},
+    **{f'{f} of frames reordered for 10 s': frames('frames_reordered', 10, f', fraction: {f}') for f in (0.2, 1)},
+    'black camera': ['errors.image.gain=0'],
+    'half the light': ['errors.image.gain=0.5'],
+    'grey noise of 8': ['errors.image.read_sigma_grey=8'],
+    'grey noise of 30': ['errors.image.read_sigma_grey=30'],
+    'half of the frames lost': ['errors.image.loss_fraction=0.5'],
+    'frames 0.1 s late': ['errors.image.latency_s=0.1'],
+    'gyro silent for 5 s': listed('gyro_silent: {from_s: 12, duration_s: 5}'),
+    'gyro silent': listed('gyro_silent: {from_s: 0, duration_s: 1000}'),
+    **{f'gyro spike of {s} rad/s': listed(f'gyro_spike: {{from_s: 12, size_rad_s: {s}}}') for s in (1, 10, 1000)},
+    'gyro noise of 0.1 rad/s': ['errors.gyro.sigma_rad_s=0.1'],
+    'gyro bias of 0.05 rad/s': ['errors.gyro.bias_sigma_rad_s=0.05'],
+    'gyro range of 0.3 rad/s': ['errors.gyro.range_rad_s=0.3'],
+    'accelerometer silent': listed('accelerometer_silent: {from_s: 0, duration_s: 1000}'),
+    'accelerometer spike of 100 m/s²': listed('accelerometer_spike: {from_s: 12, size_m_s2: 100}'),
+    'plan missing for 5 s': listed('plan_missing: {from_s: 18, duration_s: 5}'),
+    'plan missing': listed('plan_missing: {from_s: 0, duration_s: 1000}'),
+    'plan 20 % too long': listed('plan_scaled: {from_s: 0, duration_s: 1000, factor: 1.2}'),
+    'plan 20 % too short': listed('plan_scaled: {from_s: 0, duration_s: 1000, factor: 0.8}'),
+    'gyro and frames lost for 5 s': listed('gyro_silent: {from_s: 12, duration_s: 5}', 'frames_lost: {from_s: 12, duration_s: 5}'),
+    'sensors 20 ms apart': ['errors.motion.time_offset_s=0.02'],
+}
+
+WALK = '''seed: 1
+walk:
+  commands:
+    - stand: {{duration_s: 1}}
+    - straight: {{forward_m: 0.1, left_m: 0}}
+    - stand: {{duration_s: 0.5}}
+camera: {{width_px: 64, height_px: 48, rate_hz: 15}}
+slam: {{gyro: {{enabled: true}}, plan_velocity: {{enabled: true}}, height: {{enabled: true}}, vision: {{enabled: true}}}}
+'''
+SWEEP = 'scenario: walk.yaml\nseeds: 1..2\ngrid:\n  slam.gyro.sigma_rad_s: [0.01, 0.02]\n'
+SUITE = 'seeds: 1..2\nscenarios:\n  - scenario: walk.yaml\n'
+# Each leaves its output in out/.
+COMMANDS = {
+    'run': ['run', 'walk.yaml', '--out', 'out', '--force'],
+    'run --seeds': ['run', 'walk.yaml', '--seeds', '1..3', '--jobs', '2', '--out', 'out', '--force'],
+    'replay': ['replay', 'done/seed-1', '--out', 'out', '--force'],
+    'record': ['record', 'walk.yaml', '--seeds', '1..2'],
+    'sweep': ['sweep', 'sweep.yaml', '--jobs', '2', '--out', 'out'],
+    'regress': ['regress', 'suite.yaml', '--baseline', 'baseline.json', '--out', 'out', '--force'],
+    'export': ['export', 'done/seed-1', '--format', 'euroc', '--out', 'out', '--force'],
+    'report': ['report', 'done/seed-1', '--out', 'out.html', '--force'],
+    'report --plots': ['report', 'done/seed-1', '--plots', 'svg', '--out', 'out', '--force'],
+}
+VARYING = ('timing.csv', 'timing.json', 'junit.xml')
 
 
 class Journal:
-    """What was tried so far; each entry has a name. An unfinished last line, of a kill, is left out."""
+    """The tries so far by name; an unfinished last line is dropped."""
 
     def __init__(self, folder):
         folder.mkdir(parents=True, exist_ok=True)
         self.file = folder / 'journal.jsonl'
-        self.entries = {}
-        whole = ''
-        if self.file.exists():
-            for line in self.file.read_text().splitlines(keepends=True):
-                if line.endswith('\n'):
-                    entry = json.loads(line)
-                    self.entries[entry['name']] = entry
-                    whole += line
-            self.file.write_text(whole)
-
-    def __contains__(self, name):
-        return name in self.entries
+        lines = self.file.read_text().splitlines(keepends=True) if self.file.exists() else []
+        whole = [line for line in lines if line.endswith('\n')]
+        self.entries = {entry['name']: entry for entry in map(json.loads, whole)}
+        self.file.write_text(''.join(whole))
 
     def add(self, name, **values):
         self.entries[name] = {'name': name, **values}
@@ -48,26 +109,163 @@ class Journal:
             os.fsync(out.fileno())
 
 
-class Progress:
-    """A line on a terminal: how many are done and when the rest will be."""
-
-    def __init__(self, total):
-        self.total, self.begin, self.here = total, time.monotonic(), 0
-
-    def show(self, done):
-        self.here += 1
-        if sys.stderr.isatty():
-            left_s = (time.monotonic() - self.begin) / self.here * (self.total - done)
-            end = '\n' if done == self.total else ''
-            print(f'\r{done} of {self.total}, {left_s / 60:.0f} min left   ', end=end, file=sys.stderr, flush=True)
+def progress(done, total):
+    if sys.stderr.isatty():
+        print(f'\r{done} of {total}   ', end='\n' if done == total else '', file=sys.stderr, flush=True)
 
 
 def write_table(folder, columns, rows, closing):
-    """Writes table.md to a temporary name and renames it; prints it too."""
     lines = ['| ' + ' | '.join(columns) + ' |', '|' + '---|' * len(columns)]
     lines += ['| ' + ' | '.join(str(value) for value in row) + ' |' for row in rows]
     text = '\n'.join(lines) + '\n\n' + closing + '\n'
-    temporary = folder / 'table.md.tmp'
-    temporary.write_text(text)
-    temporary.rename(folder / 'table.md')
+    (folder / 'table.md').write_text(text)
     print(text)
+
+
+def replay(args, name, number):
+    out = args.out / f'{number:02}'
+    ran = subprocess.run([args.program, 'replay', args.result, *FAULTS[name], '--out', out, '--force'],
+                         capture_output=True, text=True, check=False, timeout=600)
+    found = next(out.rglob('score.json'), None)
+    score = json.loads(found.read_text()) if found else {}
+    metrics = {key: value['value'] for key, value in score.get('metrics', {}).items()}
+    return {'exit_code': ran.returncode, 'ending': score.get('ending', 'no result'), 'metrics': metrics,
+            'stderr': ran.stderr[-300:]}
+
+
+def faults(args):
+    journal, names = Journal(args.out), list(FAULTS)[:args.count]
+    for number, name in enumerate(names):
+        if name not in journal.entries:
+            journal.add(name, **replay(args, name, number))
+        progress(number + 1, len(names))
+    rows = []
+    for entry in (journal.entries[name] for name in names):
+        rmse, share = (entry['metrics'].get(key) for key in ('rmse_m', 'tracked_share'))
+        rows.append([entry['name'], entry['ending'], entry['exit_code'], '' if rmse is None else f'{1000 * rmse:.1f}',
+                     '' if share is None else f'{100 * share:.0f}'])
+    crashed = [row[0] for row in rows if row[2] not in (0, 1, 3)]
+    write_table(args.out, ['fault', 'ending', 'exit code', 'rmse [mm]', 'tracked [%]'], rows,
+                f'{len(rows)} replays, {len(crashed)} without a result' + ''.join('\n' + name for name in crashed))
+    return 1 if crashed else 0
+
+
+def digests(folder):
+    """{path: hash} of the finished files below a folder that are the same in every run."""
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+            for path in sorted(folder.rglob('*')) if path.is_file() and path.name not in VARYING
+            and not path.name.startswith('.') and 'cache' not in path.relative_to(folder).parts[:1]}
+
+
+class Place:
+    """A folder with user files, a finished result, and space for one output."""
+
+    def __init__(self, args):
+        self.args, self.folder = args, args.out / 'place'
+        self.environment = {**os.environ, 'GAITSLAM_CACHE': str(self.folder / 'cache')}
+        if not (self.folder / 'ready').exists():
+            shutil.rmtree(self.folder, ignore_errors=True)
+            self.folder.mkdir(parents=True)
+            for name, text in {'walk.yaml': WALK.format(), 'sweep.yaml': SWEEP, 'suite.yaml': SUITE, 'notes.txt': 'user\'s own\n'}.items():
+                (self.folder / name).write_text(text)
+            self.must(['run', 'walk.yaml', '--out', 'done'])
+            self.must(['baseline', 'update', 'suite.yaml', '--reason', 'a start', '--baseline', 'baseline.json', '--out', 'made'])
+            (self.folder / 'ready').touch()
+
+    def start(self, command):
+        return subprocess.Popen([self.args.program, *command], cwd=self.folder, env=self.environment, stdout=subprocess.DEVNULL,
+                                stderr=subprocess.PIPE, text=True, start_new_session=True)
+
+    def call(self, command):
+        process = self.start(command)
+        complaint = process.communicate()[1]
+        return process.returncode, complaint[-300:]
+
+    def must(self, command):
+        code, complaint = self.call(command)
+        if code > 1:
+            raise SystemExit(f'{" ".join(command)}: {complaint}')
+        return code
+
+    def clear(self):
+        shutil.rmtree(self.folder / 'out', ignore_errors=True)
+        shutil.rmtree(self.folder / 'cache', ignore_errors=True)
+        (self.folder / 'out.html').unlink(missing_ok=True)
+
+
+def unkilled(place, command):
+    """Exit code, output and duration of a command that is not killed."""
+    place.clear()
+    start = time.monotonic()
+    code = place.must(command)
+    return code, digests(place.folder), time.monotonic() - start
+
+
+def wait_for_end(group):
+    """Waits until no process of the group is left."""
+    try:
+        while True:
+            os.killpg(group, 0)
+            time.sleep(0.01)
+    except ProcessLookupError:
+        pass
+
+
+def try_once(place, command, reference, moment):
+    """Kills the command at this fraction of its duration; returns what was lost, or an empty string."""
+    code, files, duration = reference
+    place.clear()
+    kept = digests(place.folder)
+    process = place.start(command)
+    time.sleep(moment * duration)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    wait_for_end(process.pid)
+    after = digests(place.folder)
+    if any(after.get(name) != digest for name, digest in kept.items()):
+        return 'an earlier file is gone or changed'
+    again, complaint = place.call(command)
+    if again != code:
+        return f'exit code {again} instead of {code}: {complaint}'
+    finished = digests(place.folder)
+    differing = [name for name in files if finished.get(name) != files[name]]
+    return f'other bytes: {", ".join(differing[:3])}' if differing else ''
+
+
+def kills(args):
+    args.out = args.out.resolve()
+    journal, place, references, random_moment = Journal(args.out), Place(args), {}, random.Random(1)
+    for number in range(args.count):
+        kind, moment = list(COMMANDS)[number % len(COMMANDS)], random_moment.uniform(0, 1)
+        if f'{number}' not in journal.entries:
+            if kind not in references:
+                references[kind] = unkilled(place, COMMANDS[kind])
+            lost = try_once(place, COMMANDS[kind], references[kind], moment)
+            journal.add(f'{number}', command=kind, moment=moment, lost=lost)
+        progress(number + 1, args.count)
+    entries = list(journal.entries.values())
+    lost = [f'{entry["command"]}: {entry["lost"]}' for entry in entries if entry['lost']]
+    rows = [[kind, sum(entry['command'] == kind for entry in entries),
+             sum(entry['command'] == kind and bool(entry['lost']) for entry in entries)] for kind in COMMANDS]
+    write_table(args.out, ['command', 'kills', 'lost'], rows,
+                f'{len(entries)} kills, {len(lost)} lost' + ''.join('\n' + text for text in lost))
+    return 1 if lost else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    campaigns = parser.add_subparsers(required=True)
+    for run, count in ((kills, 200), (faults, len(FAULTS))):
+        campaign = campaigns.add_parser(run.__name__)
+        campaign.set_defaults(run=run)
+        campaign.add_argument('--count', type=int, default=count, help=f'number of tries (default {count})')
+        campaign.add_argument('--out', type=pathlib.Path, required=True, help='folder of the campaign')
+        campaign.add_argument('--program', type=pathlib.Path, default=ROOT / 'build/release/tools/cli/gaitslam')
+        if run is faults:
+            campaign.add_argument('result', help='a result folder with its recording')
+    args = parser.parse_args()
+    return args.run(args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "sim/files/durable_file.h"
-#include "sim/report/leaderboard.h"
+#include "sim/pages/leaderboard.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/evaluate.h"
 #include "tools/cli/commands.h"
@@ -16,7 +16,7 @@
 namespace cli {
 namespace {
 
-namespace report = sim::report;
+namespace pages = sim::pages;
 
 constexpr const char* kLeaderboardExamples = R"(
 Examples:
@@ -45,11 +45,11 @@ int show_leaderboard(const LeaderboardRequest& request) {
   for (const auto& file : {request.csv, request.html})
     if (file) require_new_file(*file, request.force);
   for (const std::string& metric : request.metrics) require_metric(metric);
-  const auto metrics = request.metrics.empty() ? report::leaderboard_metrics() : request.metrics;
-  const auto rows = report::leaderboard(request.folders, metrics);
-  if (request.csv) sim::files::write_durably(*request.csv, report::leaderboard_csv(rows, metrics));
-  if (request.html) sim::files::write_durably(*request.html, report::leaderboard_page(rows, metrics));
-  std::cout << report::leaderboard_table(rows, metrics);
+  const auto metrics = request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics;
+  const auto rows = pages::leaderboard(request.folders, metrics);
+  if (request.csv) sim::files::write_durably(*request.csv, pages::leaderboard_csv(rows, metrics));
+  if (request.html) sim::files::write_durably(*request.html, pages::leaderboard_page(rows, metrics));
+  std::cout << pages::leaderboard_table(rows, metrics);
   return 0;
 }
 

@@ -2,7 +2,7 @@
 
 #include "sim/live/room_check.h"
 #include "sim/live/run.h"
-#include "sim/world/nominal_body.h"
+#include "sim/physics/nominal_body.h"
 #include "tools/cli/live.h"
 
 namespace cli {
@@ -21,7 +21,7 @@ bool require_clear_walk(const sim::scenario::ReadScenario& read, const std::file
 }
 
 walking::WholeBody whole_body(const sim::scenario::Scenario& scenario, const std::filesystem::path& models) {
-  return sim::world::nominal_body(scenario.world.robot, models);
+  return sim::physics::nominal_body(scenario.world.robot, models);
 }
 
 std::string mujoco_version() { return mj_versionString(); }

@@ -2,11 +2,12 @@
 # scores, pages, scenarios read and printed) may change, and recordings that were made before still serve.
 file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/walking/*.cc ${SOURCE}/walking/*.h
-  ${SOURCE}/sim/world/*.cc ${SOURCE}/sim/world/*.h)
+  ${SOURCE}/sim/physics/*.cc ${SOURCE}/sim/physics/*.h ${SOURCE}/sim/camera/*.cc ${SOURCE}/sim/camera/*.h
+  ${SOURCE}/sim/room/*.cc ${SOURCE}/sim/room/*.h)
 list(APPEND RECORDING_SOURCES
   sim/recording/recording.h sim/recording/recording_format.h sim/recording/recording_writer.cc)
 foreach(PART files/csv files/hashed_file recording/grey_png recording/manifest recording/plan_row recording/sensor_yaml sensor_errors/random
-    live/checked_recording live/draw live/ordered_worker live/pending_frames live/place_estimates live/planned_camera live/recorded live/run live/self_check scenario/lists)
+    live/checked_recording live/plant_variation live/ordered_worker live/frame_pipeline live/steering_pose_buffer live/planned_camera live/recorded live/run live/self_check scenario/lists)
   list(APPEND RECORDING_SOURCES sim/${PART}.cc sim/${PART}.h)
 endforeach()
 list(SORT RECORDING_SOURCES)

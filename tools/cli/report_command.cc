@@ -9,11 +9,11 @@
 
 #include "sim/files/durable_file.h"
 #include "sim/files/number.h"
-#include "sim/report/comparison_figures.h"
-#include "sim/report/page.h"
-#include "sim/report/run_figures.h"
-#include "sim/report/sweep_page.h"
-#include "sim/report/tune_page.h"
+#include "sim/pages/comparison_figures.h"
+#include "sim/pages/page.h"
+#include "sim/pages/run_figures.h"
+#include "sim/pages/sweep_page.h"
+#include "sim/pages/tune_page.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
@@ -25,7 +25,7 @@ namespace cli {
 namespace {
 
 namespace fs = std::filesystem;
-namespace report = sim::report;
+namespace pages = sim::pages;
 
 constexpr const char* kReportExamples = R"(
 Examples:
@@ -51,7 +51,7 @@ bool is_tuning(const fs::path& folder) {
   return fs::exists(folder / "tune.json") && fs::exists(folder / "history.csv");
 }
 
-bool has_own_page(const fs::path& folder) { return report::is_sweep(folder) || is_tuning(folder); }
+bool has_own_page(const fs::path& folder) { return pages::is_sweep(folder) || is_tuning(folder); }
 
 /// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
@@ -116,12 +116,12 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
 }
 
 /// Writes figures as files; rsvg-convert makes the PNG files.
-void write_plots(const std::vector<report::Figure>& figures, const fs::path& folder,
+void write_plots(const std::vector<pages::Figure>& figures, const fs::path& folder,
                  const ReportRequest& request) {
   const auto wanted = [&](const char* format) {
     return std::find(request.plots.begin(), request.plots.end(), format) != request.plots.end();
   };
-  for (const report::Figure& figure : figures) {
+  for (const pages::Figure& figure : figures) {
     const fs::path svg = folder / (figure.name + ".svg"), png = folder / (figure.name + ".png");
     sim::files::write_durably(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
     if (wanted("png")) run_child({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()});
@@ -129,10 +129,10 @@ void write_plots(const std::vector<report::Figure>& figures, const fs::path& fol
   }
 }
 
-int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
-  for (const report::RunData& run : runs) require_outside(out.path(), run.folder);
+int make_plots(const std::vector<pages::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
+  for (const pages::RunData& run : runs) require_outside(out.path(), run.folder);
   sim::files::DurableFolder folder(out.path(), sim::files::Existing::replace);
-  for (const report::RunData& run : runs) {
+  for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
     write_plots(run_figures(run), own, request);
@@ -143,11 +143,11 @@ int make_plots(const std::vector<report::RunData>& runs, const ReportRequest& re
   return 0;
 }
 
-std::vector<report::RunData> read_runs(const ReportRequest& request, ProgressLine& progress) {
+std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine& progress) {
   const std::vector<fs::path> folders = result_folders(request.results);
-  std::vector<report::RunData> runs;
+  std::vector<pages::RunData> runs;
   for (const fs::path& folder : folders) {
-    runs.push_back(report::read_run(folder));
+    runs.push_back(pages::read_run(folder));
     progress.show(0.5 * static_cast<double>(runs.size()) / static_cast<double>(folders.size()), "reading");
   }
   return runs;
@@ -155,9 +155,9 @@ std::vector<report::RunData> read_runs(const ReportRequest& request, ProgressLin
 
 std::string page_of(const ReportRequest& request, ProgressLine& progress) {
   const fs::path first = request.results.front();
-  if (request.results.size() == 1 && report::is_sweep(first)) return report::sweep_page(first);
-  if (request.results.size() == 1 && is_tuning(first)) return report::tune_page(first);
-  return report::page(read_runs(request, progress));
+  if (request.results.size() == 1 && pages::is_sweep(first)) return pages::sweep_page(first);
+  if (request.results.size() == 1 && is_tuning(first)) return pages::tune_page(first);
+  return pages::page(read_runs(request, progress));
 }
 
 int make_report(const ReportRequest& request) {

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "sim/files/durable_file.h"
-#include "sim/report/paper_page.h"
-#include "sim/report/paper_rows.h"
+#include "sim/pages/paper_page.h"
+#include "sim/pages/paper_rows.h"
 #include "sim/view/server.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
@@ -21,7 +21,7 @@
 namespace cli {
 namespace {
 
-namespace report = sim::report;
+namespace pages = sim::pages;
 namespace scenario = sim::scenario;
 
 constexpr const char* kReproduceExamples = R"(
@@ -41,12 +41,12 @@ struct ReproduceRequest {
   std::optional<fs::path> recordings;  ///< <experiment>/seed-<n> to replay if it exists
 };
 
-const std::string& recorded_name(const report::PaperExperiment& what) {
+const std::string& recorded_name(const pages::PaperExperiment& what) {
   return what.recordings.empty() ? what.name : what.recordings;
 }
 
 /// The folder of the recordings that an experiment replays; nullopt if it simulates its walks.
-std::optional<fs::path> recordings_of(const report::PaperExperiment& what, const ReproduceRequest& request) {
+std::optional<fs::path> recordings_of(const pages::PaperExperiment& what, const ReproduceRequest& request) {
   const std::string& name = recorded_name(what);
   if (request.recordings && fs::is_directory(*request.recordings / name)) return *request.recordings / name;
   if (what.recordings.empty()) return std::nullopt;
@@ -56,7 +56,7 @@ std::optional<fs::path> recordings_of(const report::PaperExperiment& what, const
 /// The jobs of all experiments on all seeds.
 std::vector<ResultJob> plan(const ReproduceRequest& request) {
   std::vector<ResultJob> all;
-  for (const report::PaperExperiment& what : report::paper_experiments()) {
+  for (const pages::PaperExperiment& what : pages::paper_experiments()) {
     const ResultJob job{scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
                         what.name, recordings_of(what, request), what.cost_s};
     for (ResultJob& of_seed : jobs_of_seeds(job, parse_seeds(request.seeds)))
@@ -86,19 +86,19 @@ bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& 
   return all_there;
 }
 
-report::PaperRuns read_results(const std::vector<ResultJob>& jobs, const fs::path& out) {
-  report::PaperRuns runs;
+pages::PaperRuns read_results(const std::vector<ResultJob>& jobs, const fs::path& out) {
+  pages::PaperRuns runs;
   for (const ResultJob& job : jobs) {
     if (!fs::exists(out / job.result() / "score.json")) continue;
-    report::RunData run = report::read_run(out / job.result());
+    pages::RunData run = pages::read_run(out / job.result());
     if (job.recording) run.recording = *job.recording / "recording";
     runs[job.folder].push_back(std::move(run));
   }
   return runs;
 }
 
-void print(const std::vector<report::PaperRow>& rows) {
-  for (const report::PaperRow& row : rows)
+void print(const std::vector<pages::PaperRow>& rows) {
+  for (const pages::PaperRow& row : rows)
     std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n         {}\n", row.what, row.paper, row.bench,
                              agreement_text(row.agreement));
 }
@@ -115,8 +115,8 @@ void open_view(ViewRequest& place) {
 /// Throws UsageError if results would replace the recordings of --recordings.
 void require_outside_of_recordings(const ReproduceRequest& request) {
   if (!request.recordings) return;
-  for (const report::PaperExperiment& written : report::paper_experiments())
-    for (const report::PaperExperiment& read : report::paper_experiments())
+  for (const pages::PaperExperiment& written : pages::paper_experiments())
+    for (const pages::PaperExperiment& read : pages::paper_experiments())
       require_outside(request.out / written.name, *request.recordings / recorded_name(read));
 }
 
@@ -130,10 +130,10 @@ int reproduce(ReproduceRequest& request) {
   if (request.view.view) open_view(request.view);
   bool all_there = run_jobs(jobs, false, request, out);
   all_there &= run_jobs(jobs, true, request, out);
-  const report::PaperRuns runs = read_results(jobs, request.out);
+  const pages::PaperRuns runs = read_results(jobs, request.out);
   const fs::path page = request.out / "index.html";
-  sim::files::write_durably(page, report::paper_page(runs, kRevision));
-  print(report::paper_rows(runs));
+  sim::files::write_durably(page, pages::paper_page(runs, kRevision));
+  print(pages::paper_rows(runs));
   std::cout << "page in " << page.string() << '\n';
   return all_there ? 0 : 3;
 }

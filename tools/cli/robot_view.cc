@@ -5,10 +5,10 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/camera/scene.h"
 #include "sim/files/csv.h"
+#include "sim/physics/model.h"
 #include "sim/recording/recording.h"
-#include "sim/world/model.h"
-#include "sim/world/scene.h"
 #include "tools/cli/live.h"
 #include "tools/cli/video_frame.h"
 #include "walking/plan.h"
@@ -16,7 +16,8 @@
 namespace cli {
 namespace {
 
-using namespace sim::world;
+using namespace sim::camera;
+using namespace sim::physics;
 using Eigen::Vector3d;
 
 constexpr double kFocal_px = 620;

@@ -8,7 +8,7 @@
 #include "sim/files/durable_file.h"
 #include "sim/files/json.h"
 #include "sim/files/owned_folder.h"
-#include "sim/report/tune_page.h"
+#include "sim/pages/tune_page.h"
 #include "sim/trials/tuning.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
@@ -136,7 +136,7 @@ int tune_by(const TuneRequest& request) {
     result = trials::tune(spec, out, execution, program_identity(), show);
   }
   remove_arrays(backend.spool);
-  sim::files::write_durably(out / "report.html", sim::report::tune_page(out));
+  sim::files::write_durably(out / "report.html", sim::pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)
     std::cerr

@@ -4,11 +4,11 @@
 #include <deque>
 #include <memory>
 
+#include "sim/camera/drawn_model.h"
+#include "sim/camera/urdf.h"
 #include "sim/live/recorded.h"
 #include "sim/live/run_observer.h"
 #include "sim/view/live_view.h"
-#include "sim/world/drawn_model.h"
-#include "sim/world/urdf.h"
 #include "tools/cli/robot_model.h"
 #include "tools/cli/usage_error.h"
 #include "tools/cli/view_opened.h"
@@ -17,13 +17,13 @@ namespace cli {
 namespace {
 
 namespace view = sim::view;
-namespace world = sim::world;
+namespace camera = sim::camera;
 
 constexpr int kLargestPicture_px = 512;
 
-view::Model model_of(const std::shared_ptr<world::PosedRobot>& robot, std::uint64_t seed) {
+view::Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t seed) {
   view::Model model;
-  for (const world::DrawnPiece& piece : robot->drawn().pieces)
+  for (const camera::DrawnPiece& piece : robot->drawn().pieces)
     model.pieces.push_back(
         {piece.body, piece.picture, piece.positions, piece.normals, piece.colours, piece.uv, piece.indices});
   model.pictures = [robot, seed] {
@@ -32,20 +32,20 @@ view::Model model_of(const std::shared_ptr<world::PosedRobot>& robot, std::uint6
   return model;
 }
 
-std::shared_ptr<world::PosedRobot> posed_robot(const sim::scenario::Scenario& scenario,
-                                               const std::filesystem::path& models) {
-  return std::make_shared<world::PosedRobot>(scenario.world.robot, scenario.world.room, models);
+std::shared_ptr<camera::PosedRobot> posed_robot(const sim::scenario::Scenario& scenario,
+                                                const std::filesystem::path& models) {
+  return std::make_shared<camera::PosedRobot>(scenario.world.robot, scenario.world.room, models);
 }
 
 view::ShownRun shown_run(const sim::scenario::ReadScenario& read,
-                         const std::shared_ptr<world::PosedRobot>& robot, bool next_follows) {
+                         const std::shared_ptr<camera::PosedRobot>& robot, bool next_follows) {
   const sim::scenario::Scenario& scenario = read.scenario;
   view::ShownRun run{.label = fmt::format("{}, seed {}", read.scenario.name, scenario.seed),
                      .next_follows = next_follows};
   run.moments = view::faults_of(scenario);
   run.model = model_of(robot, scenario.world.seed);
   if (scenario.camera)
-    run.camera = sim::live::intrinsics(world::camera_model(*scenario.camera));
+    run.camera = sim::live::intrinsics(camera::camera_model(*scenario.camera));
   else
     run.missing.emplace_back("There are no head images: the scenario has no camera.");
   if (!scenario.slam) run.missing.emplace_back("There is no estimate: the scenario has no filter.");
@@ -112,9 +112,9 @@ class LiveSession : public ViewSession {
     view_.show(frame);
   }
 
-  std::shared_ptr<world::PosedRobot> robot_;
+  std::shared_ptr<camera::PosedRobot> robot_;
   sim::live::RunObserver observer_;
-  std::optional<world::BodyPoses> bodies_;  // of the plant
+  std::optional<camera::BodyPoses> bodies_;  // of the plant
   std::deque<view::Frame> stamped_;
   view::LiveView view_;
 };
@@ -125,7 +125,7 @@ std::shared_ptr<const sim::exports::RobotDescription> robot_description(
     const sim::scenario::Scenario& scenario, const std::filesystem::path& models) {
   const auto robot = posed_robot(scenario, models);
   auto description = std::make_shared<sim::exports::RobotDescription>();
-  description->urdf = world::urdf(robot->model());
+  description->urdf = camera::urdf(robot->model());
   description->links = robot->drawn().bodies;
   description->poses = [robot](const Eigen::VectorXd& q) {
     require_joints(q);

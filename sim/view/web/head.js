@@ -1,5 +1,5 @@
 // The image of the head camera with what the filter looked for in it.
-import {color, element} from '../../report/web/dom.js';
+import {color, element} from '../../pages/web/dom.js';
 
 const kPatch = 11, kScale = 2;
 /// Outcomes differ in colour and in shape: a whole ellipse with a square, a dashed one, a whole one with a cross.

@@ -1,5 +1,5 @@
 // What is shown of one run: three dimensions, head image, state in words, strips.
-import {element} from '../../report/web/dom.js';
+import {element} from '../../pages/web/dom.js';
 import {HeadView, greyPicture, kOutcomes} from './head.js';
 import {Scene} from './scene.js';
 import {StoredImages, getBytes} from './source.js';

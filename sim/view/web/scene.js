@@ -1,7 +1,7 @@
 // The room, the robot and what the filter believes, in three dimensions.
 import * as THREE from 'three/build/three.module.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
-import {color, element} from '../../report/web/dom.js';
+import {color, element} from '../../pages/web/dom.js';
 import {kOutcomes} from './head.js';
 
 const kMostLandmarks = 1024, kAboveGround = 0.004, kEllipsoids = 0.22;

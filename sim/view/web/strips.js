@@ -1,5 +1,5 @@
 // Strips over time: lines with bands, and a cursor at the time that is shown.
-import {color, element} from '../../report/web/dom.js';
+import {color, element} from '../../pages/web/dom.js';
 
 const kLeft = 44, kBottom = 18, kTop = 6, kRight = 8;
 const mm = (x) => (x === null || x === undefined ? null : 1000 * x);

@@ -1,5 +1,5 @@
 // The page: panes of one run or two, the time line that they share, and the keys.
-import {element} from '../../report/web/dom.js';
+import {element} from '../../pages/web/dom.js';
 import {Pane} from './pane.js';
 import {Run} from './run.js';
 import {getJson, listen} from './source.js';

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using tracking::Tracked;
 using tracking::Tracking;
 
-Tracked track(const std::string& behaviour, const std::string& limits = "") {
+Tracked track_library(const std::string& behaviour, const std::string& limits = "") {
   constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n";
   const std::string estimator = fmt::format("estimator={{library: \"{}\", options: {{behaviour: {}}}{}}}",
                                             GAITSLAM_MISBEHAVING_LIBRARY, behaviour, limits);
@@ -36,25 +36,25 @@ TEST(Library, WhatItDoesWrongIsItsFailureAndNotTheBenchs) {
         {"say_why", "its last lines: the map is broken"},
         {"huge", "it announces 3000000000 landmarks, expected at most 100000"},
         {"nowhere", "it announces 3 landmarks, expected at most 100000, and where they are"}}) {
-    const Tracked tracked = track(behaviour);
+    const Tracked tracked = track_library(behaviour);
     ASSERT_TRUE(tracked.failed) << behaviour;
     EXPECT_THAT(*tracked.failed, HasSubstr("libmisbehaving_library.so failed at t = 0.066 s (limit 10 s)"));
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
     EXPECT_EQ(tracked.frames.size(), 2U) << behaviour;  // those before are kept
   }
-  const Tracked tracked = track("crash_at_start");
+  const Tracked tracked = track_library("crash_at_start");
   ASSERT_TRUE(tracked.failed);
   EXPECT_THAT(*tracked.failed, HasSubstr("failed at its start (limit 60 s): it was killed by signal 6"));
 }
 
 TEST(Library, AHangEndsAtItsLimit) {
-  const Tracked tracked = track("hang", ", answer_within_s: 0.3");
+  const Tracked tracked = track_library("hang", ", answer_within_s: 0.3");
   ASSERT_TRUE(tracked.failed);
   EXPECT_THAT(*tracked.failed, HasSubstr("(limit 0.3 s): no answer within its time limit"));
 }
 
 TEST(Library, WhatItPrintsIsInTheLogAndDisturbsNoMessage) {
-  const Tracked tracked = track("print");
+  const Tracked tracked = track_library("print");
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   EXPECT_EQ(tracked.frames.size(), 6U);
   EXPECT_EQ(tracked.log, "what a library prints\n");

@@ -35,7 +35,7 @@ std::string misbehaving(const std::string& behaviour, int message, const std::st
   return fmt::format("{{program: [\"{}\", {}, \"{}\"]{}}}", GAITSLAM_MISBEHAVING, behaviour, message, limits);
 }
 
-slam::Observation observation(int k) {
+slam::Observation numbered(int k) {
   slam::Observation o;
   o.t = std::chrono::milliseconds(33 * k);
   o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(k));
@@ -44,20 +44,20 @@ slam::Observation observation(int k) {
   return o;
 }
 
-Tracked track(Tracking tracking) {
-  for (int k = 0; k < kObservations; ++k) tracking.step(observation(k));
+Tracked track_program(Tracking tracking) {
+  for (int k = 0; k < kObservations; ++k) tracking.step(numbered(k));
   return tracking.finish();
 }
 
 /// What became of a program that behaves like that at the message of this number.
-Tracked track(const std::string& behaviour, int message = 3, const std::string& limits = "") {
+Tracked track_program(const std::string& behaviour, int message = 3, const std::string& limits = "") {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   X_WC.translation() << 1, 2, 3;
-  return track(Tracking(scenario_with(misbehaving(behaviour, message, limits)), {}, X_WC));
+  return track_program(Tracking(scenario_with(misbehaving(behaviour, message, limits)), {}, X_WC));
 }
 
 TEST(Program, AnswersAreEstimates) {
-  const Tracked tracked = track("nothing");
+  const Tracked tracked = track_program("nothing");
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   const auto estimates = tracked.estimates();
   ASSERT_EQ(estimates.size(), 6U);
@@ -93,7 +93,7 @@ TEST(Program, WhatItDoesWrongIsNamed) {
         {"wrong_status", "its status is 9, expected 0 (ok)"},
         {"future", "its pose has the stamp 66000001 ns, expected one from 33000000"},
         {"past", "its pose has the stamp -1 ns"}}) {
-    const Tracked tracked = track(behaviour);
+    const Tracked tracked = track_program(behaviour);
     ASSERT_TRUE(tracked.failed) << behaviour;
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
     EXPECT_EQ(tracked.frames.size(), 2U) << behaviour;            // those before are kept
@@ -109,7 +109,7 @@ TEST(Program, WhatGoesWrongAtTheStartIsNamed) {
         {"cannot_start", "it cannot start: no vocabulary"},
         {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 2"},
         {"prints", "is no message: it begins with 'Loading"}}) {
-    const Tracked tracked = track(behaviour, 0);
+    const Tracked tracked = track_program(behaviour, 0);
     ASSERT_TRUE(tracked.failed) << behaviour;
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
     EXPECT_TRUE(tracked.frames.empty()) << behaviour;
@@ -119,20 +119,20 @@ TEST(Program, WhatGoesWrongAtTheStartIsNamed) {
 
 TEST(Program, AHangEndsAtItsLimitWhateverElseItStarted) {
   for (const char* behaviour : {"hang", "grandchild", "floods_output"}) {
-    const Tracked tracked = track(behaviour, 3, ", answer_within_s: 0.3");
+    const Tracked tracked = track_program(behaviour, 3, ", answer_within_s: 0.3");
     ASSERT_TRUE(tracked.failed) << behaviour;
     if (std::string(behaviour) != "floods_output") {
       EXPECT_THAT(*tracked.failed,
                   HasSubstr("at t = 0.066 s (limit 0.3 s): no answer within its time limit"));
     }
   }
-  const Tracked tracked = track("hang", 0, ", start_within_s: 0.3");
+  const Tracked tracked = track_program("hang", 0, ", start_within_s: 0.3");
   ASSERT_TRUE(tracked.failed);
   EXPECT_THAT(*tracked.failed, HasSubstr("at its start (limit 0.3 s): no answer within its time limit"));
 }
 
 TEST(Program, ALongLogIsKeptInPartAndHoldsNothingUp) {
-  const Tracked tracked = track("floods_error");
+  const Tracked tracked = track_program("floods_error");
   EXPECT_FALSE(tracked.failed);
   EXPECT_EQ(tracked.frames.size(), 6U);
   EXPECT_THAT(tracked.log, StartsWith("(the first "));
@@ -141,7 +141,7 @@ TEST(Program, ALongLogIsKeptInPartAndHoldsNothingUp) {
 }
 
 TEST(Program, GivingUpIsADivergenceAndNoFailure) {
-  const Tracked tracked = track("gives_up");
+  const Tracked tracked = track_program("gives_up");
   EXPECT_FALSE(tracked.failed);
   EXPECT_TRUE(tracked.diverged());
   EXPECT_EQ(tracked.cause(), "no luck");
@@ -150,7 +150,7 @@ TEST(Program, GivingUpIsADivergenceAndNoFailure) {
 }
 
 TEST(Program, TheMapThatItToldLastIsItsMap) {
-  const Tracked tracked = track("maps");
+  const Tracked tracked = track_program("maps");
   ASSERT_EQ(tracked.map.size(), 1U);
   EXPECT_EQ(tracked.map[0].id, 42);
   EXPECT_EQ(tracked.map[0].p_W.z(), 1.5);
@@ -176,7 +176,7 @@ TEST(Program, WhatABuiltInEstimatorThrowsIsItsFailure) {
   int taken = 0;
   const auto tracked_with = [&](Step step) {
     taken = 0;
-    return track(
+    return track_program(
         Tracking(scenario_with("plan_alone"), {}, Eigen::Isometry3d::Identity(), Estimator{std::move(step)}));
   };
   const Tracked thrown = tracked_with([&](const slam::Observation& o) -> Answer {

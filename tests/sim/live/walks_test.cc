@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "sim/live/draw.h"
+#include "sim/live/plant_variation.h"
 #include "sim/live/run.h"
+#include "tests/sim/physics/planned_walk.h"
 #include "tests/sim/scenario/scenario_files.h"
-#include "tests/sim/world/planned_walk.h"
 
 namespace sim::live {
 namespace {
@@ -33,7 +33,7 @@ TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
   const fs::path out = fs::temp_directory_path() / ("gaitslam walks " + std::to_string(getpid()));
   fs::create_directories(out);
   const scenario::ReadScenario read = without_filter(GetParam());
-  const result::ResultPlace place{out / "walk", files::Existing::refuse, world::models(), "1", "test", {}};
+  const result::ResultPlace place{out / "walk", files::Existing::refuse, physics::models(), "1", "test", {}};
   const result::Outcome outcome = run(read, place, [](double) {});
   const bool stops = read.scenario.limits.ending == std::vector<std::string>{"stopped"};
   EXPECT_EQ(outcome.ending, stops ? "stopped" : "completed") << outcome.cause;
@@ -54,10 +54,10 @@ TEST_P(LongWalksFarAway, DriftAsTheyDoAtTheOrigin) {
   const fs::path file = scenario::scenario_folder() / (std::string(GetParam()) + ".yaml");
   const scenario::Scenario s =
       scenario::read_scenario(file, {{"world.variation.floor_height_m=0"}, {"camera", "slam"}}).scenario;
-  const world::Draw drawn = draw(s.seed, s.world);
-  const world::Walked here = world::walk(s.walk, s.stabilizer, s.world, drawn);
-  const world::Walked there = world::walk(s.walk, s.stabilizer, s.world, drawn, world::far_away());
-  ASSERT_EQ(there.status.condition, world::Condition::ok) << there.status.cause;
+  const physics::PlantVariation drawn = plant_variation(s.seed, s.world);
+  const physics::Walked here = physics::walk(s.walk, s.stabilizer, s.world, drawn);
+  const physics::Walked there = physics::walk(s.walk, s.stabilizer, s.world, drawn, physics::far_away());
+  ASSERT_EQ(there.status.condition, physics::Condition::ok) << there.status.cause;
   // Twice what ten seeds showed: rounding differs, and what slips at the limit of friction enlarges it.
   EXPECT_LT((here.X_PB.translation() - there.X_PB.translation()).norm(), 0.006);
   EXPECT_LT(Eigen::AngleAxisd(here.X_PB.linear().transpose() * there.X_PB.linear()).angle(), 0.004);

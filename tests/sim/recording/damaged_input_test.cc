@@ -65,9 +65,9 @@ constexpr const char* kMounting = R"(T_BS:
 )";
 
 // A folder recorded elsewhere: a camera at 20 Hz, an IMU at 200 Hz, truth and a plan.
-class RecordedElsewhere {
+class DamagedFolder {
  public:
-  explicit RecordedElsewhere(const fs::path& folder) : folder_(folder) {
+  explicit DamagedFolder(const fs::path& folder) : folder_(folder) {
     const fs::path mav0 = folder / "mav0";
     replace(mav0 / "cam0/sensor.yaml", "sensor_type: camera\n" + std::string(kMounting) +
                                            "rate_hz: 20\nresolution: [48, 36]\ncamera_model: pinhole\n"
@@ -103,9 +103,9 @@ class RecordedElsewhere {
   fs::path folder_;
 };
 
-TEST(DamagedInput, AFolderRecordedElsewhereIsReadOrRefused) {
+TEST(DamagedInput, AFolderDamagedFolderIsReadOrRefused) {
   const files::TemporaryFolder folder;
-  const RecordedElsewhere recorded(folder.path());
+  const DamagedFolder recorded(folder.path());
   for (const char* file : {"cam0/sensor.yaml", "cam0/data.csv", "imu0/sensor.yaml", "imu0/data.csv",
                            "state_groundtruth_estimate0/sensor.yaml", "state_groundtruth_estimate0/data.csv",
                            "cam0/data/1403636579863555584.png"})
@@ -123,7 +123,7 @@ std::string crc(const std::string& bytes) {
 TEST(DamagedInput, APictureOfAnImpossibleSizeIsRefused) {
   using namespace std::string_literals;
   const files::TemporaryFolder folder;
-  const RecordedElsewhere recorded(folder.path());
+  const DamagedFolder recorded(folder.path());
   const fs::path file = folder / "mav0/cam0/data/1403636579863555584.png";
   for (const std::string& side : {"\x00\x0d\xbb\xa0"s, "\x00\x00\x00\x00"s}) {
     std::string bytes = png();

@@ -12,7 +12,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-Comparison example() {
+Comparison comparison() {
   ScenarioVerdict walk;
   walk.name = "tangent_circle";
   walk.n_baseline = walk.n_now = 10;
@@ -40,7 +40,7 @@ Comparison example() {
 }
 
 TEST(VerdictTable, FitsEightyColumnsAndHasACommandForEachFailure) {
-  const std::string text = verdict_table(example(), false);
+  const std::string text = verdict_table(comparison(), false);
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
   EXPECT_THAT(text, testing::ContainsRegex(
@@ -54,11 +54,11 @@ TEST(VerdictTable, FitsEightyColumnsAndHasACommandForEachFailure) {
   EXPECT_THAT(text, HasSubstr("tangent_circle.yaml seed=4\n"));
   EXPECT_THAT(text, HasSubstr("\n3 of 6 rows failed\n"));
   EXPECT_THAT(text, Not(HasSubstr("\033")));
-  EXPECT_THAT(verdict_table(example(), true), HasSubstr("\033[31mFAIL\033[0m"));
+  EXPECT_THAT(verdict_table(comparison(), true), HasSubstr("\033[31mFAIL\033[0m"));
 }
 
 TEST(VerdictReports, JunitHasFailuresErrorsAndSkips) {
-  const std::string xml = junit(example());
+  const std::string xml = junit(comparison());
   EXPECT_THAT(
       xml,
       HasSubstr("<testsuite name=\"a title, with 5 % &amp; more\" tests=\"6\" failures=\"2\" errors=\"1\" "
@@ -73,17 +73,17 @@ TEST(VerdictReports, JunitHasFailuresErrorsAndSkips) {
 }
 
 TEST(VerdictReports, AnnotationsAreEscapedAsGithubWantsThem) {
-  const std::string text = github_annotations(example());
+  const std::string text = github_annotations(comparison());
   EXPECT_THAT(text, testing::StartsWith("::error file=scenarios/tangent_circle.yaml,title=tangent_circle "
                                         "ate_se3_rmse_m%3A FAIL::0.041 -> 0.052 (+27 %25; "));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }
 
 TEST(VerdictReports, MarkdownAndJsonHaveEveryRow) {
-  const std::string text = markdown(example());
+  const std::string text = markdown(comparison());
   EXPECT_THAT(text, HasSubstr("| `ate_se3_rmse_m` | **FAIL** | 0.041 -> 0.052 (+27 %"));
   EXPECT_THAT(text, HasSubstr("| `limit rmse_m <= 1` | ok | observed: 10/10 |"));
-  const auto json = nlohmann::json::parse(verdicts_json(example()));
+  const auto json = nlohmann::json::parse(verdicts_json(comparison()));
   EXPECT_EQ(json["exit_code"], 3);
   EXPECT_EQ(json["scenarios"][0]["metrics"][0]["verdict"], "FAIL");
   EXPECT_EQ(json["scenarios"][0]["metrics"][0]["change_band_95"][1], 0.02);

@@ -32,7 +32,7 @@ SeedScore seed(std::uint64_t number, std::optional<double> ate, std::optional<do
           {{"ate_se3_rmse_m", "m", ate}, {"loop_closed", "", closed}, {"drift", "m", -1.0}}};
 }
 
-scenario::Scenario scenario_with(std::vector<scenario::MetricLimit> limits) {
+scenario::Scenario scenario_limiting(std::vector<scenario::MetricLimit> limits) {
   scenario::Scenario scenario;
   scenario.name = "walk";
   scenario.slam.emplace();
@@ -42,7 +42,7 @@ scenario::Scenario scenario_with(std::vector<scenario::MetricLimit> limits) {
 
 TEST_F(SummaryTest, AggregatesAreThoseOfTheSeedsThatHaveTheMetric) {
   const Summary s =
-      summarize(scenario_with({}), {seed(1, 0.1, {}), seed(2, 0.4, 1), seed(3, {}, 1), seed(4, 0.1, 1)});
+      summarize(scenario_limiting({}), {seed(1, 0.1, {}), seed(2, 0.4, 1), seed(3, {}, 1), seed(4, 0.1, 1)});
   ASSERT_EQ(s.metrics.size(), 3u);
   EXPECT_EQ(s.metrics[0].over_seeds.n, 3u);
   EXPECT_EQ(s.metrics[0].over_seeds.median, 0.1);
@@ -56,15 +56,15 @@ TEST_F(SummaryTest, WorstIsOnTheSideThatTheLimitForbids) {
   const std::vector<SeedScore> seeds{seed(1, -0.3, 0), seed(2, 0.1, 1)};
   const scenario::MetricLimit at_least{"ate_se3_rmse_m", "", scenario::Bound::at_least, 1},
       at_most{"loop_closed", "", scenario::Bound::at_most, 1};
-  EXPECT_EQ(summarize(scenario_with({at_least}), seeds).metrics[0].over_seeds.worst, -0.3);
-  EXPECT_EQ(summarize(scenario_with({at_most}), seeds).metrics[1].over_seeds.worst, 1);
+  EXPECT_EQ(summarize(scenario_limiting({at_least}), seeds).metrics[0].over_seeds.worst, -0.3);
+  EXPECT_EQ(summarize(scenario_limiting({at_most}), seeds).metrics[1].over_seeds.worst, 1);
 }
 
 TEST_F(SummaryTest, WithoutALimitTheWorstIsThatOfTheMetricsDefinition) {
   const auto worst = [](const std::string& metric, const std::vector<double>& values) {
     std::vector<SeedScore> seeds;
     for (const double value : values) seeds.push_back({1, "completed", 0, {{metric, "1", value}}});
-    return summarize(scenario_with({}), seeds).metrics[0].over_seeds.worst;
+    return summarize(scenario_limiting({}), seeds).metrics[0].over_seeds.worst;
   };
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst("ate_se3_rmse_m", {0.1, 0.4, 0.2}), 0.4);
@@ -80,13 +80,13 @@ TEST_F(SummaryTest, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
   std::vector<SeedScore> seeds;
   for (const double value : {0.2, 6.0})
     seeds.push_back({1, "completed", 0, {{"nees_position_mean", "1", value}}});
-  const Summary summary = summarize(scenario_with({above, below}), seeds);
+  const Summary summary = summarize(scenario_limiting({above, below}), seeds);
   EXPECT_TRUE(summary.limits.at(0).missed());
   EXPECT_TRUE(summary.limits.at(1).missed());
 }
 
 TEST_F(SummaryTest, OneSeedHasNoStandardDeviation) {
-  const Summary one = summarize(scenario_with({}), {seed(1, 0.1, 1)});
+  const Summary one = summarize(scenario_limiting({}), {seed(1, 0.1, 1)});
   EXPECT_FALSE(one.metrics[0].over_seeds.standard_deviation);
   fs::create_directories(root_);
   write_summary(root_ / "summary.json", one);
@@ -95,7 +95,7 @@ TEST_F(SummaryTest, OneSeedHasNoStandardDeviation) {
   const std::string table = summary_table(one);
   EXPECT_NE(table.find("walk, 1 seed\n"), table.npos) << table;
   EXPECT_NE(table.find("0.1        0.1          -        0.1\n"), table.npos) << table;
-  EXPECT_NE(summary_table(summarize(scenario_with({}), {seed(1, 0.1, 1), seed(2, 0.1, 1)})).find("2 seeds\n"),
+  EXPECT_NE(summary_table(summarize(scenario_limiting({}), {seed(1, 0.1, 1), seed(2, 0.1, 1)})).find("2 seeds\n"),
             std::string::npos);
 }
 
@@ -104,14 +104,14 @@ TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
   one.metrics.insert(one.metrics.begin(), {"poses_matched", "1", 100});
   SeedScore other = one;
   other.seed = 2, other.exit_code = 1;
-  const Summary summary = summarize(scenario_with({}), {one, other});
+  const Summary summary = summarize(scenario_limiting({}), {one, other});
   const std::string some = summary_table(summary), all = summary_table(summary, {.all_metrics = true});
   EXPECT_EQ(some.find("poses_matched"), some.npos) << some;
   EXPECT_NE(some.find("--all-metrics"), some.npos);
   EXPECT_LT(all.find("ate_se3_rmse_m"), all.find("poses_matched"));
   EXPECT_NE(all.find("poses_matched"), all.npos);
   EXPECT_NE(
-      summary_table(summarize(scenario_with({{"poses_matched", "", scenario::Bound::at_least, 1}}), {one}))
+      summary_table(summarize(scenario_limiting({{"poses_matched", "", scenario::Bound::at_least, 1}}), {one}))
           .find("poses_matched"),
       std::string::npos)
       << "there is a limit on it";
@@ -125,7 +125,7 @@ TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
 
 TEST_F(SummaryTest, WithoutAnyScoreThereIsNoTableOfMetrics) {
   const std::string table =
-      summary_table(summarize(scenario_with({}), {{1, "crashed", 3, {}}, {2, "crashed", 3, {}}}));
+      summary_table(summarize(scenario_limiting({}), {{1, "crashed", 3, {}}, {2, "crashed", 3, {}}}));
   EXPECT_NE(table.find("no metrics: no seed has a score\n"), table.npos) << table;
   EXPECT_EQ(table.find("median"), table.npos) << table;
 }
@@ -133,7 +133,7 @@ TEST_F(SummaryTest, WithoutAnyScoreThereIsNoTableOfMetrics) {
 TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {
   const std::vector<SeedScore> seeds{seed(1, 0.1, 1), seed(2, 0.2, 1), seed(3, 0.6, 1)};
   const auto code = [&](const std::string& aggregate, scenario::Bound bound, double value) {
-    return exit_code(summarize(scenario_with({{"ate_se3_rmse_m", aggregate, bound, value}}), seeds));
+    return exit_code(summarize(scenario_limiting({{"ate_se3_rmse_m", aggregate, bound, value}}), seeds));
   };
   EXPECT_EQ(code("median", scenario::Bound::at_most, 0.2), 0);
   EXPECT_EQ(code("median", scenario::Bound::at_most, 0.19), 1);
@@ -144,7 +144,7 @@ TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {
 }
 
 TEST_F(SummaryTest, ALimitOnAMetricOfNoSeedIsMissedUnlessNoFilterWasToRun) {
-  scenario::Scenario scenario = scenario_with({{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 1}});
+  scenario::Scenario scenario = scenario_limiting({{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 1}});
   EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 1);
   scenario.slam.reset();
   EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 0);
@@ -155,7 +155,7 @@ TEST_F(SummaryTest, ALimitOverSeedsIsMissedWhereOneOfThemHasNoValue) {
   for (const char* const aggregate : {"worst", "median", "mean"})
     for (const bool filter : {true, false}) {
       scenario::Scenario scenario =
-          scenario_with({{"ate_se3_rmse_m", aggregate, scenario::Bound::at_most, 1}});
+          scenario_limiting({{"ate_se3_rmse_m", aggregate, scenario::Bound::at_most, 1}});
       if (!filter) scenario.slam.reset();  // a metric of the walk itself
       const Summary summary = summarize(scenario, seeds);
       EXPECT_EQ(exit_code(summary), 1) << aggregate;
@@ -172,7 +172,7 @@ TEST_F(SummaryTest, ALimitOverSeedsIsMissedWhereOneOfThemHasNoValue) {
 }
 
 TEST_F(SummaryTest, TheExitCodeIsThatOfTheWorstSeed) {
-  EXPECT_EQ(exit_code(summarize(scenario_with({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})),
+  EXPECT_EQ(exit_code(summarize(scenario_limiting({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})),
             3);
 }
 
@@ -208,7 +208,7 @@ TEST_F(SummaryTest, ABrokenScoreIsAnErrorThatNamesTheFile) {
 
 TEST_F(SummaryTest, TheFileHoldsEverythingUnderItsName) {
   const scenario::MetricLimit limit{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 0.2};
-  const Summary summary = summarize(scenario_with({limit}), {seed(1, 0.1, {}), seed(2, 0.3, {}, 1)});
+  const Summary summary = summarize(scenario_limiting({limit}), {seed(1, 0.1, {}), seed(2, 0.3, {}, 1)});
   fs::create_directories(root_);
   write_summary(root_ / "summary.json", summary);
   std::ifstream in(root_ / "summary.json");

@@ -21,8 +21,8 @@ std::string complaint_about(const std::string& line) {
 }
 
 /// The keys whose values are of a kind: "a number", "a whole number", "true or false", "one of", ...
-std::vector<const Key<Scenario>*> keys_of(const std::string& kind) {
-  std::vector<const Key<Scenario>*> keys;
+std::vector<const Key*> keys_of(const std::string& kind) {
+  std::vector<const Key*> keys;
   for (const auto& key : scenario_keys()) {
     if (key.expected.starts_with(kind)) keys.push_back(&key);
   }

@@ -115,7 +115,7 @@ std::string damaged(const std::string& whole, sensor_errors::Random& random) {
 }
 
 /// What the reader says; empty of a text that it takes. `place` is what it must begin with.
-std::string complaint(const std::function<void()>& read, const std::string& place, const std::string& text) {
+std::string complaint_at(const std::function<void()>& read, const std::string& place, const std::string& text) {
   try {
     read();
   } catch (const ConfigError& error) {
@@ -145,7 +145,7 @@ TEST(DamagedScenario, IsReadOrRefusedWithItsPlace) {
     int refused = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
       const std::string text = damaged(whole, random);
-      refused += !complaint([&] { read_scenario_text(text, place); }, ".*\\.yaml", text).empty();
+      refused += !complaint_at([&] { read_scenario_text(text, place); }, ".*\\.yaml", text).empty();
     }
     EXPECT_GT(refused, kTrials / 2) << file;
     read += kTrials - refused;
@@ -166,7 +166,7 @@ TEST(DamagedScenario, SoIsWhatAnArgumentSays) {
     Changes changes;
     changes.overrides = {text};
     refused +=
-        !complaint([&] { read_scenario_text(whole, "a.yaml", changes); }, "(<argument>|a\\.yaml)", text)
+        !complaint_at([&] { read_scenario_text(whole, "a.yaml", changes); }, "(<argument>|a\\.yaml)", text)
              .empty();
   }
   EXPECT_GT(refused, 200);
@@ -183,7 +183,7 @@ TEST(DamagedScenario, OfOneKindOnlyIsRefusedAsWell) {
         repeated("'", n), repeated("&a ", n / 3), repeated("\xff", n), repeated("---\n", n / 4),
         repeated("\"\\x", n / 3), std::string(n, 'a'), "seed: " + std::string(n - 8, '9'),
         "name: " + std::string(n - 8, 'a'), "a: [" + repeated("1,", n / 2 - 4) + "]", many_keys})
-    EXPECT_NE(complaint([&] { read_scenario_text(text, "a.yaml"); }, "a\\.yaml", text.substr(0, 60)), "")
+    EXPECT_NE(complaint_at([&] { read_scenario_text(text, "a.yaml"); }, "a\\.yaml", text.substr(0, 60)), "")
         << text.substr(0, 60);
 }
 

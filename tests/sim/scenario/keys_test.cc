@@ -1,5 +1,6 @@
 #include "sim/scenario/keys.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,13 +10,16 @@
 #include <sstream>
 
 #include "sim/scenario/scenario.h"
+#include "sim/score/evaluate.h"
 #include "tests/sim/scenario/complaint.h"
 
 namespace sim::scenario {
 namespace {
 
+using testing::HasSubstr;
+
 /// Values of all types; each key takes one of them that is not its default.
-std::vector<std::string> values_for(const Key<Scenario>& key) {
+std::vector<std::string> values_for(const Key& key) {
   std::vector<std::string> values{
       "true",
       "false",
@@ -44,7 +48,7 @@ std::vector<std::string> values_for(const Key<Scenario>& key) {
 }
 
 /// The default scenario with another value of that key.
-std::optional<Scenario> changed(const Key<Scenario>& key) {
+std::optional<Scenario> changed(const Key& key) {
   for (const std::string& value : values_for(key)) {
     Scenario scenario = default_scenario();
     if (!complaint_of([&] { key.read(parse_yaml(value, {"test"}), scenario); }).empty()) continue;
@@ -98,10 +102,10 @@ constexpr int members() {
 }
 
 /// A visitor of `keys` that expects one key for each member of the options and of their parts.
-class Count {
+class Count : public walking::KeyVisitor {
  public:
   template <class Options>
-  static void expect_one_for_each_member(const char* name) {
+  static void expect_one_for_each_member(const std::string& name) {
     Count count;
     Options::keys(count);
     EXPECT_EQ(count.count_, members<Options>()) << name;
@@ -112,9 +116,9 @@ class Count {
   void choice(auto&&...) { ++count_; }
   void value(auto&&...) { ++count_; }
   template <class Part, class Owner>
-  void part(const char* name, Part Owner::*) {
+  void part(std::string_view name, Part Owner::*) {
     ++count_;
-    expect_one_for_each_member<Part>(name);
+    expect_one_for_each_member<Part>(std::string(name));
   }
 
  private:
@@ -124,8 +128,8 @@ class Count {
 TEST(Keys, ThereIsOneForEachOption) {
   Count::expect_one_for_each_member<walking::WalkOptions>("walk");
   Count::expect_one_for_each_member<walking::StabilizerOptions>("stabilizer");
-  Count::expect_one_for_each_member<world::WorldOptions>("world");
-  Count::expect_one_for_each_member<world::CameraOptions>("camera");
+  Count::expect_one_for_each_member<physics::WorldOptions>("world");
+  Count::expect_one_for_each_member<camera::CameraOptions>("camera");
   Count::expect_one_for_each_member<sensor_errors::ErrorOptions>("errors");
   Count::expect_one_for_each_member<slam::Options>("slam");
 }
@@ -139,8 +143,8 @@ TEST(Keys, ThereIsOneForEachFieldOfAnItem) {
   Count::expect_one_for_each_member<walking::Turn>("turn");
   Count::expect_one_for_each_member<walking::GoTo>("go_to");
   Count::expect_one_for_each_member<walking::Repeat>("repeat");
-  Count::expect_one_for_each_member<world::Push>("push");
-  Count::expect_one_for_each_member<world::FloorPatch>("patch");
+  Count::expect_one_for_each_member<physics::Push>("push");
+  Count::expect_one_for_each_member<physics::FloorPatch>("patch");
 }
 
 TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
@@ -153,6 +157,25 @@ TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
   for (auto* list : {&names, &sections}) {
     std::sort(list->begin(), list->end());
     EXPECT_EQ(std::adjacent_find(list->begin(), list->end()), list->end());
+  }
+}
+
+TEST(Keys, TakeTheirNamesFromTheirMembers) {
+  static_assert(walking::member_name<&physics::Push::impulse_ns>() == "impulse_ns");
+  EXPECT_NE(find_key("errors.gyro.sigma_rad_s"), nullptr);
+}
+
+TEST(Keys, FormerNamesGetAMessageWithTheNewOne) {
+  for (const FormerName& former : former_names()) {
+    if (find_key(former.name) || score::find_metric(former.name)) continue;
+    const std::string note = former_name(former.name);
+    EXPECT_THAT(note, HasSubstr(former.now.empty() ? former.reason : former.now));
+    const std::string name(former.name);
+    if (name.find('.') != name.npos)
+      EXPECT_EQ(complaint(kAll + name + ": 1\n"), "test.yaml:4:1: " + name + ": " + note);
+    else
+      EXPECT_EQ(complaint(kAll + "limits." + name + ".at_most: 1\n"),
+                "test.yaml:4:1: limits." + name + ".at_most: metric " + name + " " + note);
   }
 }
 

@@ -18,7 +18,7 @@ std::string key_of(const Scenario& scenario) { return recording_key(scenario, "m
 
 /// The default scenario with another value for this key: the first of many that the key takes and that
 /// differs.
-std::optional<Scenario> changed(const Key<Scenario>& key) {
+std::optional<Scenario> changed(const Key& key) {
   for (const char* text : {"true",
                            "false",
                            "0.37",

@@ -229,7 +229,7 @@ TEST(Scenario, PushesAndFloorPatchesAreReadAndPrintedAlike) {
                 "  pushes: [{push: {time_s: 4, impulse_ns: 12, direction_deg: 90}}]\n"
                 "  floor_patches:\n"
                 "    - patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.3}\n");
-  const world::WorldOptions& world = read.scenario.world;
+  const physics::WorldOptions& world = read.scenario.world;
   ASSERT_EQ(world.pushes.size(), 1u);
   EXPECT_EQ(world.pushes[0].impulse_ns, 12);
   EXPECT_EQ(world.pushes[0].direction_rad, std::numbers::pi / 2);

@@ -10,7 +10,7 @@ using slam::Observation, slam::Stamp;
 constexpr std::int64_t kMs = 1'000'000;
 
 // Frame k at 30 k ms; the readings of every 5 ms say when they were taken, and so does the plan.
-Observation frame(int k) {
+Observation observed(int k) {
   Observation o;
   o.t = Stamp(30 * kMs * k);
   for (int i = 6 * (k - 1); k > 0 && i < 6 * k; ++i)
@@ -30,7 +30,7 @@ std::vector<Observation> through(Stamp offset, int frames) {
   MotionClock clock(offset);
   std::vector<Observation> all;
   for (int k = 0; k < frames; ++k)
-    for (Observation& o : clock.take(frame(k))) all.push_back(std::move(o));
+    for (Observation& o : clock.take(observed(k))) all.push_back(std::move(o));
   for (Observation& o : clock.flush()) all.push_back(std::move(o));
   return all;
 }
@@ -54,7 +54,7 @@ TEST(MotionClock, ThatIsRightChangesNothing) {
   const auto all = through(Stamp(0), 5);
   ASSERT_EQ(all.size(), 5u);
   for (int k = 0; k < 5; ++k) {
-    const Observation &o = all[static_cast<std::size_t>(k)], ideal = frame(k);
+    const Observation &o = all[static_cast<std::size_t>(k)], ideal = observed(k);
     ASSERT_EQ(o.gyro.size(), ideal.gyro.size());
     for (std::size_t i = 0; i < o.gyro.size(); ++i) EXPECT_EQ(o.gyro[i].value, ideal.gyro[i].value);
     EXPECT_EQ(o.plan->X_PC.matrix(), ideal.plan->X_PC.matrix());
@@ -66,7 +66,7 @@ TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
     const auto all = through(Stamp(static_cast<std::int64_t>(offset_ms * 1e6)), 8);
     ASSERT_EQ(all.size(), 8u);
     for (std::size_t k = 3; k < 6; ++k) {  // the first and last lack what was before and comes after
-      EXPECT_EQ(all[k].t, frame(static_cast<int>(k)).t);
+      EXPECT_EQ(all[k].t, observed(static_cast<int>(k)).t);
       expect_stamped_late_by(offset_ms, all[k]);
       const double planned_ms = 30.0 * static_cast<double>(k) - offset_ms;
       EXPECT_NEAR(all[k].plan->X_PC.translation().x(), planned_ms, 1e-9);
@@ -82,7 +82,7 @@ TEST(MotionClock, GivesNoPlanWhereOneOfTheTwoThatSurroundItIsMissing) {
   MotionClock clock(Stamp(7 * kMs));
   std::vector<Observation> all;
   for (int k = 0; k < 6; ++k) {
-    Observation o = frame(k);
+    Observation o = observed(k);
     if (k == 3) o.plan.reset();
     for (Observation& assembled : clock.take(o)) all.push_back(std::move(assembled));
   }

@@ -8,15 +8,15 @@
 namespace sim::sensor_errors {
 namespace {
 
-slam::Stamp frame(int k) { return slam::Stamp(k * 33'333'333LL); }
+slam::Stamp plan_time(int k) { return slam::Stamp(k * 33'333'333LL); }
 
 // What the plan's position says of the velocity, for a robot that stands.
 std::vector<Eigen::Vector3d> velocities(PlanErrors errors, int frames) {
   std::vector<Eigen::Vector3d> all;
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   for (int k = 0; k < frames; ++k) {
-    const Eigen::Vector3d p = errors.apply(slam::PlannedMotion{}, frame(k))->X_PC.translation();
-    if (k > 0) all.push_back((p - before) / slam::seconds(frame(k) - frame(k - 1)));
+    const Eigen::Vector3d p = errors.apply(slam::PlannedMotion{}, plan_time(k))->X_PC.translation();
+    if (k > 0) all.push_back((p - before) / slam::seconds(plan_time(k) - plan_time(k - 1)));
     before = p;
   }
   return all;
@@ -41,7 +41,7 @@ TEST(PlanVelocityError, OfZeroChangesNoBit) {
   PlanErrors none(0, 1, {});
   slam::PlannedMotion plan;
   plan.X_PC.translation() << 0.1, 0.2, 0.3;
-  EXPECT_EQ(none.apply(plan, frame(1))->X_PC.matrix(), plan.X_PC.matrix());
+  EXPECT_EQ(none.apply(plan, plan_time(1))->X_PC.matrix(), plan.X_PC.matrix());
 }
 
 TEST(PlanVelocityError, IsTheSameForTheSameSeedAndStamp) {

@@ -1,0 +1,72 @@
+// The lens of the simulated head camera: from the renderer's pinhole picture to the picture a real lens
+// gives.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "sim/camera/options.h"
+
+namespace sim::camera {
+
+/// One-parameter radial camera of Swaminathan & Nayar as MonoSLAM uses it (Davison et al. 2007):
+/// u_d = u0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z); k1 = 0 is the ideal pinhole.
+/// Whole numbers are pixel centres: the image covers [-0.5, width - 0.5].
+struct CameraModel {
+  int width_px, height_px;
+  double fu_px, fv_px, u0_px, v0_px;
+  double k1_px2;
+
+  /// Pixel of a point of the camera's frame (x right, y down, z forward; z > 0).
+  Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;
+  /// Direction (x/z, y/z) seen at a pixel; needs 2 k1 |uv - u0|² < 1.
+  Eigen::Vector2d direction(const Eigen::Vector2d& uv) const;
+};
+
+/// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; centre 157, 127;
+/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size, or a centred
+/// pinhole of 90° across.
+CameraModel camera_model(const CameraOptions& options);
+
+/// A pinhole picture with square pixels, or a part of one that holds several side by side. Its frame is the
+/// camera's, turned by `yaw` about y (down), positive to the right: column c, row r (from the top) look along
+/// x/z = left + (c + 0.5) / focal_px, y/z = top + (r + 0.5) / focal_px of that frame.
+struct Pinhole {
+  int width_px, height_px;
+  double focal_px;
+  double left, top;                   ///< x/z and y/z at the picture's upper left edge
+  double yaw = 0;                     ///< rad
+  int first_column = 0;               ///< of the whole picture
+  std::vector<cv::Rect> unsampled{};  ///< parts of this one that no pixel of the image samples
+};
+
+/// Pixels of the renderer's picture per pixel of the image: more than 1 where it does not multisample.
+double source_density(const CameraOptions& options);
+
+/// Warps the renderer's pinhole pictures through the camera's lens. A wide lens that compresses the outer
+/// parts of its image is covered by two pinholes turned apart, each for half of the columns: one alone would
+/// draw these parts in more pixels than they are sampled by.
+class LensWarp {
+ public:
+  /// `density`: pixels of the pinhole pictures per pixel of the image, at least, in any direction. Above 1
+  /// the picture is smoothed before it is sampled, as a lens would, so that finer detail does not alias.
+  LensWarp(const CameraModel& camera, double density);
+
+  /// One or two, whichever has fewer pixels.
+  const std::vector<Pinhole>& views() const { return views_; }
+  /// Where pixel (u, v) samples the picture of the views side by side, in its pixel centres.
+  Eigen::Vector2d source_pixel(int u, int v) const;
+  /// The image of a picture of the views side by side, first row on top.
+  cv::Mat warp(const cv::Mat& views) const;
+
+ private:
+  const Pinhole& view_of(int u) const;
+
+  CameraModel camera_;
+  double density_;
+  std::vector<Pinhole> views_;
+  cv::Mat map_, fraction_;  ///< cv::remap's fixed-point maps
+};
+
+}  // namespace sim::camera

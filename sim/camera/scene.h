@@ -1,0 +1,79 @@
+// Pictures of a MuJoCo model from any pose: the room, the robot in it, drawn off-screen.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "sim/camera/gl.h"
+#include "sim/camera/lens.h"
+#include "sim/camera/rasterizer.h"
+#include "sim/camera/shapes.h"
+#include "sim/camera/textures.h"
+
+namespace sim::camera {
+
+/// Draws a model's geoms of groups 0 and 1, and of group 2 (the head) when asked for, with its textures
+/// painted from a seed. What is not transparent altogether is drawn as if it were solid. Owns an OpenGL
+/// context of its thread. Lighting is the same wherever the camera is, so that it is computed once for all
+/// that never moves.
+class Scene {
+ public:
+  /// Pictures are as `views` say, side by side in one; `samples`: multisamples. Throws std::runtime_error
+  /// when there is no OpenGL, std::invalid_argument for a model that cannot be drawn.
+  Scene(const mjModel& model, std::vector<Pinhole> views, int samples, std::uint64_t texture_seed,
+        Channels channels, Robot robot = Robot::without_head);
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  /// The views of `data` (positions computed) from X_WC (x right, y down, z forward): CV_8UC1 or RGB.
+  /// `light`: share of the room's light that is on; what shines by itself is as bright as ever, but for the
+  /// ceiling, which holds the lamps.
+  cv::Mat draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light = 1);
+
+ private:
+  struct Piece {
+    int geom;
+    unsigned texture;
+    bool moves;
+    Paint paint;
+    GeomMesh mesh;  // its indices count from the buffer's first vertex
+    std::size_t first_vertex;
+    Eigen::Vector3f half;  // of a box about the geom's centre that holds it
+    Eigen::Isometry3f X_WG;
+  };
+  struct Seen {
+    const Piece* piece;
+    float depth;
+  };
+
+  void add_piece(int geom, unsigned texture);
+  void add_masks();
+  void place(const Piece& piece, float light);
+  void place_still(const mjData& data, float light);
+  std::vector<Seen> seen_by(const Pinhole& view, const Eigen::Isometry3f& X_VW) const;
+  void place_moving(float light, const std::vector<std::vector<Seen>>& seen);
+  void draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen);
+
+  const mjModel& model_;
+  std::vector<Pinhole> views_;
+  Channels channels_;
+  std::vector<Piece> pieces_;  // those that never move first
+  std::vector<Vertex> vertices_;
+  std::size_t still_vertices_ = 0;                 // at the buffer's beginning
+  std::vector<std::vector<std::uint32_t>> masks_;  // of each view: what its image does not sample
+  float placed_light_ = -1;                        // that the still vertices are lit by; -1: none yet
+  GlContext gl_;
+  FrameBuffer frame_;
+  Textures textures_;
+  Lamps lamps_;
+  std::unique_ptr<Rasterizer> rasterizer_;
+};
+
+}  // namespace sim::camera

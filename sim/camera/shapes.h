@@ -1,0 +1,63 @@
+// Shapes of a model as they are drawn: their triangles, their paint and the light on them.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace sim::camera {
+/// Triangles in a geom's own frame, counter-clockwise seen from outside.
+struct GeomMesh {
+  struct Vertex {
+    Eigen::Vector3f p, normal;
+    Eigen::Vector2f uv{
+        0, 0};  ///< texture coordinates: (0, 0) is the picture's upper left, (1, 1) its lower right
+  };
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> indices;  ///< three for each triangle
+};
+
+/// Planes have a front alone; round shapes are 20-sided. A picture covers a shape's extent along its x and y
+/// once, or as the material's texrepeat and texuniform say, upper left at (-x, +y): well mapped on planes and
+/// on two faces of a box. Throws std::invalid_argument for height fields.
+GeomMesh geom_mesh(const mjModel& model, int geom);
+
+/// What of a robot is drawn: its head camera sees no part of the head it sits in.
+enum class Robot { without_head, whole };
+
+/// Whether a geom is drawn: groups 0 and 1, and group 2 (the head) of a whole robot, unless fully
+/// transparent.
+bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
+
+/// What a surface looks like in full white light, and what it shines with by itself, as a share of that.
+struct Paint {
+  Eigen::Vector3f rgb;  ///< 0-1
+  float emission = 0;
+};
+
+/// The paint of a geom: its own colour or that of its material.
+Paint paint_of(const mjModel& model, int geom);
+
+/// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. What
+/// moves with the head lights nothing, so that the brightness of a surface does not depend on the view; there
+/// are no highlights and no cast shadows.
+class Lamps {
+ public:
+  /// `data`: positions computed (mj_kinematics and mj_camlight). Throws std::invalid_argument for a lamp that
+  /// is not directional or that moves.
+  Lamps(const mjModel& model, const mjData& data);
+
+  /// RGB, 0-1, of a surface of that normal in W. `share` of the lamps' light is on.
+  Eigen::Vector3f lit(const Paint& paint, const Eigen::Vector3f& normal_W, float share) const;
+
+ private:
+  struct Lamp {
+    Eigen::Vector3f towards_W, diffuse;
+  };
+  std::vector<Lamp> lamps_;
+  Eigen::Vector3f ambient_;
+};
+
+}  // namespace sim::camera

@@ -1,0 +1,77 @@
+#include "sim/camera/shutter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim::camera {
+namespace {
+
+// Integral from -infinity to x of the triangle of height 1 over [-1, 1].
+double below_triangle(double x) {
+  x = std::clamp(x, -1.0, 1.0);
+  return x < 0 ? 0.5 * (1 + x) * (1 + x) : 1 - 0.5 * (1 - x) * (1 - x);
+}
+
+// Mean over [from, to] of that triangle about 0: what a moment's picture adds to light gathered in that time,
+// all in steps between moments.
+double share(double from, double to) {
+  if (to - from < 1e-9) return std::max(0.0, 1 - std::abs(from));
+  return (below_triangle(to) - below_triangle(from)) / (to - from);
+}
+
+cv::Mat1f as_float(const cv::Mat& row) {
+  cv::Mat1f result;
+  row.convertTo(result, CV_32F);
+  return result;
+}
+
+}  // namespace
+
+Shutter::Shutter(const CameraOptions& options) {
+  const double exposure = options.exposure_s, readout = options.readout_s, span = exposure + readout;
+  const int count = span > 0 ? std::max(2, options.subframes) : 1;
+  const double step = count > 1 ? span / (count - 1) : 1;
+  for (int i = 0; i < count; ++i) moments_.push_back(count > 1 ? i * step - span / 2 : 0);
+  shares_.create(count, options.height_px);
+  for (int v = 0; v < options.height_px; ++v) {
+    const double middle = readout * ((v + 0.5) / options.height_px - 0.5);
+    for (int i = 0; i < count; ++i)
+      shares_(i, v) = float(
+          share((middle - exposure / 2 - moments_[i]) / step, (middle + exposure / 2 - moments_[i]) / step));
+  }
+}
+
+std::chrono::milliseconds Shutter::lead() const {
+  return std::chrono::milliseconds(std::llround(std::ceil(1e3 * moments_.back() - 1e-9)));
+}
+
+cv::Mat1b Shutter::expose(const std::vector<cv::Mat>& pictures) const {
+  if (pictures.size() == 1) return pictures.front();
+  cv::Mat1b frame(pictures.front().size());
+  for (int v = 0; v < frame.rows; ++v) {
+    cv::Mat1f light(1, frame.cols, 0.0f);
+    for (int i = 0; i < int(pictures.size()); ++i)
+      if (shares_(i, v) > 0) cv::scaleAdd(as_float(pictures[i].row(v)), shares_(i, v), light, light);
+    light.convertTo(frame.row(v), CV_8U);
+  }
+  return frame;
+}
+
+void RecentMotion::add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data) {
+  const double t_s = 1e-9 * double(t.count());
+  poses_.push_back({t_s, Eigen::Map<const Eigen::VectorXd>(data.qpos, model.nq)});
+  while (poses_.size() > 2 && poses_[1].t_s < t_s - 1e-9 * double(kept_.count())) poses_.pop_front();
+}
+
+Eigen::VectorXd RecentMotion::at(double t_s, const mjModel& model) const {
+  const auto after = std::find_if(poses_.begin(), poses_.end(), [&](const Pose& p) { return p.t_s >= t_s; });
+  if (after == poses_.end()) return poses_.back().q;
+  if (after == poses_.begin() || after->t_s == t_s) return after->q;
+  const Pose& before = *std::prev(after);
+  Eigen::VectorXd change(model.nv), q = before.q;
+  mj_differentiatePos(&model, change.data(), 1, before.q.data(), after->q.data());
+  mj_integratePos(&model, q.data(), change.data(), (t_s - before.t_s) / (after->t_s - before.t_s));
+  return q;
+}
+
+}  // namespace sim::camera

@@ -1,0 +1,156 @@
+#include "sim/camera/textures.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "sim/camera/gl.h"
+#include "sim/physics/model.h"
+#include "sim/room/canvas.h"
+#include "sim/room/paint.h"
+
+namespace sim::camera {
+namespace {
+
+// Area-averaged mipmaps: each level from the one above, down to one texel. The nearest level alone is
+// sampled: blending two costs 6 % of a frame and finds corners no better.
+void load(unsigned texture, cv::Mat picture) {
+  const bool grey = picture.channels() == 1;
+  gl().glBindTexture(GL_TEXTURE_2D, texture);
+  gl().glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  gl().glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  for (int level = 0;; ++level) {
+    gl().glTexImage2D(GL_TEXTURE_2D, level, grey ? GL_R8 : GL_RGB8, picture.cols, picture.rows, 0,
+                      grey ? GL_RED : GL_RGB, GL_UNSIGNED_BYTE, picture.data);
+    if (picture.cols == 1 && picture.rows == 1) break;
+    cv::Mat half;
+    cv::resize(picture, half, {std::max(1, picture.cols / 2), std::max(1, picture.rows / 2)}, 0, 0,
+               cv::INTER_AREA);
+    picture = half;
+  }
+}
+
+// The large planes of the room: floor and walls. A picture that is repeated over its plane takes none.
+bool takes_shadows(const mjModel& model, int geom) {
+  const mjtNum* size = model.geom_size + 3 * geom;
+  const int material = model.geom_matid[geom];
+  return model.geom_type[geom] == mjGEOM_PLANE && std::max(size[0], size[1]) > 3 && material >= 0 &&
+         model.mat_texrepeat[2 * material] == 1;
+}
+
+int texture_of(const mjModel& model, int geom) {
+  const int material = model.geom_matid[geom];
+  return material < 0 ? -1 : model.mat_texid[material];
+}
+
+}  // namespace
+
+cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed) {
+  const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
+  const cv::Mat3b painted = name ? room::paint_texture(name, seed) : cv::Mat3b();
+  if (painted.empty())
+    return cv::Mat(model.tex_height[texture], model.tex_width[texture], CV_8UC3,
+                   model.tex_rgb + model.tex_adr[texture])
+        .clone();
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (takes_shadows(model, geom) && texture_of(model, geom) == texture)
+      bake_shadows(painted, model, data, geom);
+  return painted;
+}
+
+Textures::Textures(const mjModel& model, std::uint64_t seed, Channels channels)
+    : names_(std::size_t(model.ntex)) {
+  const physics::Data data(mj_makeData(&model));
+  mj_kinematics(&model, data.get());
+  gl().glGenTextures(model.ntex, names_.data());
+  for (int texture = 0; texture < model.ntex; ++texture) {
+    if (model.tex_type[texture] != mjTEXTURE_2D) continue;
+    cv::Mat picture = texture_picture(model, *data, texture, seed);
+    if (channels == Channels::grey) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
+    load(names_[std::size_t(texture)], picture);
+  }
+}
+
+Textures::~Textures() { gl().glDeleteTextures(int(names_.size()), names_.data()); }
+
+unsigned Textures::on(const mjModel& model, int geom) const {
+  const int texture = texture_of(model, geom);
+  if (texture < 0) return 0;
+  if (model.tex_type[texture] != mjTEXTURE_2D)
+    throw std::invalid_argument("only 2d textures can be drawn on a geom");
+  return names_[std::size_t(texture)];
+}
+
+namespace {
+
+constexpr double kCell = 0.02;     // m, of the shadow's grid
+constexpr double kReach = 0.8;     // m, beyond which nothing shades
+constexpr double kFlush = 0.002;   // m: a plane this near another is part of it
+constexpr double kDarkest = 0.55;  // share of the light that contact takes
+
+using AxesByRow = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+struct Neighbour {
+  Eigen::Vector2d centre, half;  // m, in the plane's frame
+  double gap;                    // m, between plane and shape
+};
+
+Neighbour neighbour(const mjModel& model, const mjData& data, int plane, int geom) {
+  const Eigen::Matrix3d R_WP = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * plane);
+  const Eigen::Matrix3d R_WG = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * geom);
+  const Eigen::Vector3d p_PG =
+      R_WP.transpose() * (Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom) -
+                          Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * plane));
+  Eigen::Vector3d size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom);
+  const int type = model.geom_type[geom];
+  if (type == mjGEOM_PLANE) size.z() = 0;
+  if (type == mjGEOM_SPHERE) size.setConstant(size.x());
+  if (type == mjGEOM_CYLINDER || type == mjGEOM_CAPSULE) size = {size.x(), size.x(), size.y()};
+  const Eigen::Vector3d half = (R_WP.transpose() * R_WG).cwiseAbs() * size;
+  return {p_PG.head<2>(), half.head<2>(), p_PG.z() - half.z()};
+}
+
+// Light left at a distance outside (positive) or inside an edge softened over `softness`.
+double inside(double distance, double softness) {
+  const double t = std::clamp(0.5 - distance / (2 * softness), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+void shade(cv::Mat1f& light, const Eigen::Vector2d& half_plane, const Neighbour& shape) {
+  const double strength = kDarkest * std::exp(-shape.gap / 0.25), softness = 0.05 + 0.6 * shape.gap;
+  const auto column = [&](double x) { return int((x + half_plane.x()) / kCell); };
+  const auto row = [&](double y) { return int((half_plane.y() - y) / kCell); };
+  const Eigen::Vector2d extent = shape.half.array() + softness;
+  const cv::Rect area =
+      cv::Rect(cv::Point(column(shape.centre.x() - extent.x()), row(shape.centre.y() + extent.y())),
+               cv::Point(column(shape.centre.x() + extent.x()) + 1, row(shape.centre.y() - extent.y()) + 1)) &
+      cv::Rect({0, 0}, light.size());
+  for (int v = area.y; v < area.y + area.height; ++v)
+    for (int u = area.x; u < area.x + area.width; ++u) {
+      const double x = (u + 0.5) * kCell - half_plane.x(), y = half_plane.y() - (v + 0.5) * kCell;
+      const double dark = inside(std::abs(x - shape.centre.x()) - shape.half.x(), softness) *
+                          inside(std::abs(y - shape.centre.y()) - shape.half.y(), softness);
+      light(v, u) = std::min(light(v, u), float(1 - strength * dark));
+    }
+}
+
+}  // namespace
+
+void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, int plane) {
+  const Eigen::Vector2d half(model.geom_size[3 * plane], model.geom_size[3 * plane + 1]);
+  cv::Mat1f light(int(2 * half.y() / kCell), int(2 * half.x() / kCell), 1.0f);
+  for (int geom = 0; geom < model.ngeom; ++geom) {
+    if (geom == plane || model.body_weldid[model.geom_bodyid[geom]] != 0) continue;
+    const Neighbour shape = neighbour(model, data, plane, geom);
+    const bool shell = shape.half.maxCoeff() > 3;
+    const bool part_of_plane = model.geom_type[geom] == mjGEOM_PLANE && std::abs(shape.gap) < kFlush;
+    if (!shell && !part_of_plane && shape.gap > -0.01 && shape.gap < kReach) shade(light, half, shape);
+  }
+  cv::GaussianBlur(light, light, {0, 0}, 1.5);
+  room::multiply(picture, light);
+}
+
+}  // namespace sim::camera

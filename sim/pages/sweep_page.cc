@@ -1,0 +1,179 @@
+#include "sim/pages/sweep_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "sim/files/number.h"
+#include "sim/files/printed_text.h"
+#include "sim/pages/html.h"
+#include "sim/pages/sweep_figures.h"
+#include "sim/score/evaluate.h"
+#include "sim/score/statistics.h"
+
+namespace sim::pages {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The trials of each setting, in the order of the file.
+std::vector<std::vector<const SweepTrial*>> by_setting(const ScenarioSweep& sweep) {
+  std::vector<std::vector<const SweepTrial*>> groups;
+  std::map<std::vector<std::string>, std::size_t> group_of;
+  for (const SweepTrial& trial : sweep.trials) {
+    const auto [group, is_new] = group_of.emplace(trial.settings, groups.size());
+    if (is_new) groups.emplace_back();
+    groups[group->second].push_back(&trial);
+  }
+  return groups;
+}
+
+/// The trial that did not complete, else the one with the worst value of the metric.
+const SweepTrial& worst_of(const std::vector<const SweepTrial*>& trials, const std::string& metric) {
+  const auto badness = [&](const SweepTrial* trial) {
+    const auto value = trial->values.find(metric);
+    return value == trial->values.end() ? INFINITY : score::loss(value->second, score::direction_of(metric));
+  };
+  return **std::max_element(trials.begin(), trials.end(), [&](const SweepTrial* a, const SweepTrial* b) {
+    const bool a_failed = a->ending != "completed", b_failed = b->ending != "completed";
+    return a_failed != b_failed ? b_failed : badness(a) < badness(b);
+  });
+}
+
+/// The changes that make the trial a run of its scenario's file.
+std::string command_of(const ScenarioSweep& sweep, const SweepTrial& trial, const fs::path& folder) {
+  std::string command =
+      "tools/gaitslam run " + files::shell_word((folder / "scenarios" / (trial.scenario + ".yaml")).string());
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
+    command += " " + files::shell_word(fmt::format("{}={}", sweep.keys[k], trial.settings[k]));
+  return fmt::format("{} seed={}", command, trial.seed);
+}
+
+std::string value_text(const SweepTrial& trial, const std::string& metric) {
+  const auto found = trial.values.find(metric);
+  return found == trial.values.end() ? "-" : fmt::format("{:.4g}", found->second);
+}
+
+std::string median_text(const std::vector<const SweepTrial*>& trials, const std::string& metric) {
+  std::vector<double> values;
+  for (const SweepTrial* trial : trials)
+    if (const auto v = trial->values.find(metric); v != trial->values.end()) values.push_back(v->second);
+  return values.empty() ? "-" : fmt::format("{:.4g}", score::median(values));
+}
+
+std::string cell(const std::string& text, bool number) {
+  return fmt::format("<td{}>{}</td>", number ? " class='number'" : "", escaped(text));
+}
+
+std::string titles_row(const ScenarioSweep& sweep, const std::vector<std::string>& metrics) {
+  std::string html = "<tr>";
+  for (const std::string& key : sweep.keys) html += fmt::format("<th>{}</th>", escaped(with_unit(key)));
+  html += "<th class='number'>completed</th><th>worst seed</th>";
+  for (const std::string& metric : metrics)
+    html += fmt::format("<th class='number'>{}</th>", escaped(metric_label(metric)));
+  return html + "</tr>";
+}
+
+/// Medians of the trials of one setting, their worst seed, and the command that runs that one.
+std::string setting_row(const ScenarioSweep& sweep, const std::vector<const SweepTrial*>& trials,
+                        const std::vector<std::string>& metrics, const fs::path& folder) {
+  std::string html = fmt::format("<tr id='{}'>", escaped(anchor(sweep, trials.front()->settings)));
+  for (const std::string& value : trials.front()->settings) html += cell(value, false);
+  const auto completed = std::count_if(trials.begin(), trials.end(),
+                                       [](const SweepTrial* t) { return t->ending == "completed"; });
+  html += cell(fmt::format("{} of {}", completed, trials.size()), true);
+  const SweepTrial& worst = worst_of(trials, metrics.empty() ? "" : metrics.front());
+  const bool failed = worst.ending != "completed" || metrics.empty();
+  html += fmt::format("<td><details><summary>seed {}: {}</summary>{}<pre>{}</pre></details></td>", worst.seed,
+                      escaped(failed ? worst.ending : value_text(worst, metrics.front())),
+                      escaped(worst.cause), escaped(command_of(sweep, worst, folder)));
+  for (const std::string& metric : metrics) html += cell(median_text(trials, metric), true);
+  return html + "</tr>\n";
+}
+
+std::string settings_table(const ScenarioSweep& sweep, const fs::path& folder) {
+  const std::vector<std::string> metrics = metrics_of(sweep);
+  std::string html =
+      "<div class='scroll' tabindex='0' role='region' aria-label='settings'><table "
+      "class='named-rows'><thead>" +
+      titles_row(sweep, metrics) + "</thead><tbody>\n";
+  for (const auto& trials : by_setting(sweep)) html += setting_row(sweep, trials, metrics, folder);
+  return html + "</tbody></table></div>\n";
+}
+
+/// The settings whose worst seed is worst, each a link to its row.
+std::string worst_list(const ScenarioSweep& sweep) {
+  constexpr std::size_t kNamed = 5;
+  const std::vector<std::string> metrics = metrics_of(sweep);
+  if (metrics.empty()) return "";
+  const std::string& metric = metrics.front();
+  std::vector<const SweepTrial*> all;
+  for (const SweepTrial& trial : sweep.trials) all.push_back(&trial);
+  std::string html = fmt::format("<p>The worst trials by {}: ", escaped(metric));
+  for (std::size_t n = 0; n < std::min(kNamed, sweep.trials.size()); ++n) {
+    const SweepTrial* const worst = &worst_of(all, metric);
+    all.erase(std::find(all.begin(), all.end(), worst));
+    std::string name;
+    for (std::size_t k = 0; k < sweep.keys.size(); ++k)
+      name += fmt::format("{}={}, ", sweep.keys[k].substr(sweep.keys[k].rfind('.') + 1), worst->settings[k]);
+    html += fmt::format("{}<a href='#{}'>{}seed {}</a> ({})", n == 0 ? "" : " · ",
+                        escaped(anchor(sweep, worst->settings)), escaped(name), worst->seed,
+                        escaped(worst->ending == "completed" ? value_text(*worst, metric) : worst->ending));
+  }
+  return html + ".</p>\n";
+}
+
+std::string order_of_values(const ScenarioSweep& sweep) {
+  std::string html;
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k) {
+    if (axis_of_key(sweep.at[k]).numbers) continue;
+    html += fmt::format("<p>Values of {}:", escaped(sweep.keys[k]));
+    for (std::size_t i = 0; i < sweep.at[k].size(); ++i)
+      html += fmt::format(" {}: <code>{}</code>", i + 1, escaped(sweep.at[k][i]));
+    html += "</p>\n";
+  }
+  return html;
+}
+
+std::string section_of(const ScenarioSweep& sweep, const fs::path& folder) {
+  constexpr double kWidth = 640, kHeight = 320;
+  std::string html = fmt::format("<h2 id='scenario-{0}'>{0}</h2>\n", escaped(sweep.scenario));
+  html += worst_list(sweep) + about_left_out(sweep) + "<div class='figures'>\n";
+  for (const Figure& figure : sweep_figures(sweep))
+    html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.name),
+                        escaped(figure.title), to_svg(figure, kWidth, kHeight));
+  html += "</div>\n" + order_of_values(sweep);
+  html += "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n";
+  return html + settings_table(sweep, folder);
+}
+
+}  // namespace
+
+bool is_sweep(const fs::path& folder) {
+  return fs::exists(folder / "scores.jsonl") && fs::exists(folder / "trials.jsonl");
+}
+
+std::string sweep_page(const fs::path& folder) {
+  const std::vector<ScenarioSweep> all = read_sweep(folder);
+  std::size_t trials = 0;
+  for (const ScenarioSweep& sweep : all) trials += sweep.trials.size();
+  const std::string name = folder.filename().string();
+  std::string html = html_head("sweep " + name, "");
+  html += fmt::format(
+      "<h1>Sweep {}</h1>\n<p class='soft'>{} of {}. A cell of a heat map opens the row of its "
+      "setting in the table below.</p>\n",
+      escaped(name), files::counted(trials, "trial"), files::counted(all.size(), "scenario"));
+  if (all.size() > 1) {
+    html += "<nav aria-label='scenarios'>";
+    for (const ScenarioSweep& sweep : all)
+      html += fmt::format("<a href='#scenario-{0}'>{0}</a>", escaped(sweep.scenario));
+    html += "</nav>\n";
+  }
+  for (const ScenarioSweep& sweep : all) html += section_of(sweep, folder);
+  return html + kHtmlEnd;
+}
+
+}  // namespace sim::pages

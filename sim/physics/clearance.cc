@@ -1,0 +1,160 @@
+#include "sim/physics/clearance.h"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "sim/physics/nominal_body.h"
+
+namespace sim::physics {
+namespace {
+
+constexpr int kSolidGroup = 0;
+constexpr double kFloor = 0.01;   // m: what is lower belongs to the floor, as a rug or a threshold does
+constexpr double kSheet = 0.02;   // m, thickness of a plane; the furniture behind a picture is thicker
+constexpr double kEndless = 1e6;  // m, half the size of a plane that has none
+constexpr int kContacts = 1000;
+
+// Half the extents in the geom's own frame, at least the true ones.
+Eigen::Vector3d half_extents(const mjModel& model, int geom) {
+  const Eigen::Vector3d size(model.geom_size + 3 * geom);
+  switch (model.geom_type[geom]) {
+    case mjGEOM_PLANE:
+      return {size.x() > 0 ? size.x() : kEndless, size.y() > 0 ? size.y() : kEndless, 0};
+    case mjGEOM_BOX:
+    case mjGEOM_ELLIPSOID:
+      return size;
+    case mjGEOM_CAPSULE:
+      return {size.x(), size.x(), size.x() + size.y()};
+    case mjGEOM_CYLINDER:
+      return {size.x(), size.x(), size.y()};
+    default:
+      return Eigen::Vector3d::Constant(model.geom_rbound[geom]);
+  }
+}
+
+Eigen::AlignedBox3d box_around(const mjModel& model, const mjData& data, int geom) {
+  const Eigen::Vector3d centre(data.geom_xpos + 3 * geom);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat + 9 * geom);
+  const Eigen::Vector3d half = axes.cwiseAbs() * half_extents(model, geom);
+  return {centre - half, centre + half};
+}
+
+// A plane of MuJoCo fills the half-space behind it; here it is as large as it is drawn.
+void make_sheet(mjModel& model, int geom) {
+  const Eigen::Vector3d half = half_extents(model, geom) + Eigen::Vector3d(0, 0, kSheet / 2);
+  const mjtNum behind[3] = {0, 0, -kSheet / 2};
+  mjtNum shift[3];
+  mju_rotVecQuat(shift, behind, model.geom_quat + 4 * geom);
+  mju_addTo3(model.geom_pos + 3 * geom, shift);
+  model.geom_type[geom] = mjGEOM_BOX;
+  Eigen::Map<Eigen::Vector3d>(model.geom_size + 3 * geom) = half;
+  model.geom_rbound[geom] = half.norm();
+  model.geom_sameframe[geom] = 0;
+}
+
+std::string name_of(const mjModel& model, mjtObj type, int id) {
+  const char* const name = id < 0 ? nullptr : mj_id2name(&model, type, id);
+  return name ? name : "";
+}
+
+}  // namespace
+
+RoomClearance::RoomClearance(const std::string& robot, const std::string& room,
+                             const std::filesystem::path& models, double margin_m)
+    : model_(load_model(robot, room, models)), margin_(margin_m) {
+  mjModel& m = *model_;
+  m.nconmax = kContacts;
+  data_.reset(mj_makeData(&m));
+  mj_kinematics(&m, data_.get());
+  for (int geom = 0; geom < m.ngeom; ++geom) {
+    m.geom_contype[geom] = m.geom_conaffinity[geom] = 0;
+    m.geom_condim[geom] = 1;
+    m.geom_margin[geom] = 0;
+    if (is_robot(geom)) {
+      m.geom_conaffinity[geom] = 1;
+      robot_.push_back(geom);
+    } else if (m.geom_group[geom] == kSolidGroup) {
+      add_solid(geom);
+    }
+  }
+}
+
+bool RoomClearance::is_robot(int geom) const { return model_->body_weldid[model_->geom_bodyid[geom]] != 0; }
+
+void RoomClearance::add_solid(int geom) {
+  const Eigen::AlignedBox3d box = box_around(*model_, *data_, geom);
+  if (box.max().z() < kFloor) return;
+  if (model_->geom_type[geom] == mjGEOM_PLANE) make_sheet(*model_, geom);
+  model_->geom_margin[geom] = margin_;
+  solids_.push_back({geom, box});
+}
+
+Eigen::AlignedBox3d RoomClearance::robot_box() const {
+  Eigen::AlignedBox3d box;
+  for (const int geom : robot_) {
+    const Eigen::Vector3d centre(data_->geom_xpos + 3 * geom);
+    const Eigen::Vector3d radius = Eigen::Vector3d::Constant(model_->geom_rbound[geom]);
+    box.extend(centre - radius).extend(centre + radius);
+  }
+  return box;
+}
+
+// Lets MuJoCo look at the solids within range alone. Returns a lower bound of the others' distance.
+double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
+  double others = std::numeric_limits<double>::infinity();
+  for (const Solid& solid : solids_) {
+    const double distance = robot.exteriorDistance(solid.box);
+    const bool near = distance <= margin_;
+    model_->geom_contype[solid.geom] = near;
+    if (!near) others = std::min(others, distance);
+  }
+  return others;
+}
+
+// Whether there is a contact within the margin MuJoCo knows exactly; the distance of what is apart it
+// overrates or underrates, by centimetres for ellipsoids and cylinders: it only chooses what is named.
+Clearance RoomClearance::at(const double* positions) {
+  std::copy_n(positions, model_->nq, data_->qpos);
+  mj_kinematics(model_.get(), data_.get());
+  const double others = select_near(robot_box());
+  const auto is_near = [this](const Solid& solid) { return model_->geom_contype[solid.geom] != 0; };
+  if (std::none_of(solids_.begin(), solids_.end(), is_near)) return {others, {}};
+  mj_collision(model_.get(), data_.get());
+  const mjContact* const end = data_->contact + data_->ncon;
+  const mjContact* const deepest = std::min_element<const mjContact*>(
+      data_->contact, end, [](const mjContact& a, const mjContact& b) { return a.dist < b.dist; });
+  if (deepest == end) return {margin_, {}};
+  const bool first = is_robot(deepest->geom1);
+  return {0, collision(first ? deepest->geom1 : deepest->geom2, first ? deepest->geom2 : deepest->geom1,
+                       Eigen::Vector3d(deepest->pos))};
+}
+
+Collision RoomClearance::collision(int robot_geom, int room_geom, const Eigen::Vector3d& p_W) const {
+  const mjModel& m = *model_;
+  std::string object = name_of(m, mjOBJ_GEOM, room_geom);
+  const int body = m.geom_bodyid[room_geom];
+  if (object.empty() && body != 0) object = name_of(m, mjOBJ_BODY, body);
+  if (object.empty()) object = name_of(m, mjOBJ_MATERIAL, m.geom_matid[room_geom]);
+  if (object.empty()) object = "the room";
+  return {name_of(m, mjOBJ_BODY, m.geom_bodyid[robot_geom]), object, p_W};
+}
+
+std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, const WorldOptions& world,
+                                                const std::filesystem::path& models) {
+  RoomClearance room(world.robot, world.room, models, kPlannedMargin_m);
+  double looked_at_s = 0, free_s = 0;  // free_s: for how long nothing can come near
+  for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
+    const walking::Reference reference = plan.next();
+    if (tick != 0 && reference.t_s < looked_at_s + free_s) continue;
+    const Eigen::VectorXd positions = robot_positions(room.model(), walking::pose_of(reference));
+    const Clearance clearance = room.at(positions.data());
+    if (clearance.collision) return PlannedCollision{*clearance.collision, reference.t_s, reference.command};
+    looked_at_s = reference.t_s;
+    free_s = (clearance.distance_m - kPlannedMargin_m) / kFastest_m_s;
+  }
+  return std::nullopt;
+}
+
+}  // namespace sim::physics

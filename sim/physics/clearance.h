@@ -1,0 +1,80 @@
+// How near the robot is to the walls and the furniture of its room.
+// Whether a plan leads the robot past the walls and the furniture of its room.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/physics/model.h"
+#include "sim/physics/options.h"
+#include "walking/pattern_generator.h"
+
+namespace sim::physics {
+/// Nothing of the robot moves faster, m/s: what falls over from a man's height reaches half of it. While the
+/// room is d away, nothing can touch it within d / kFastest_m_s.
+inline constexpr double kFastest_m_s = 10;
+
+/// A link of the robot that touches an object of the room, or is nearer to it than it may be.
+struct Collision {
+  std::string link;     ///< a body of the robot
+  std::string object;   ///< the shape's name in the room's model; without one its body's, or its material's
+  Eigen::Vector3d p_W;  ///< where, m
+};
+
+struct Clearance {
+  double distance_m =
+      0;  ///< nothing of the robot is nearer to anything of the room: a lower bound, of boxes around both
+  std::optional<Collision> collision;
+};
+
+/// The room is solid as it is drawn: all of its shapes that are higher than the floor, planes as thin sheets.
+/// The robot is all that is drawn of it, and its soles.
+class RoomClearance {
+ public:
+  /// margin_m: what is nearer than that is a collision; 0: what touches. Throws std::runtime_error when the
+  /// model does not load.
+  RoomClearance(const std::string& robot, const std::string& room, const std::filesystem::path& models,
+                double margin_m = 0);
+
+  /// positions: all of the robot's model (qpos).
+  Clearance at(const double* positions);
+
+  const mjModel_& model() const { return *model_; }
+
+ private:
+  struct Solid {
+    int geom = 0;
+    Eigen::AlignedBox3d box;  // around it, in W
+  };
+
+  void add_solid(int geom);
+  Eigen::AlignedBox3d robot_box() const;
+  double select_near(const Eigen::AlignedBox3d& robot);
+  Collision collision(int robot_geom, int room_geom, const Eigen::Vector3d& p_W) const;
+  bool is_robot(int geom) const;
+
+  Model model_;
+  Data data_;
+  double margin_;
+  std::vector<int> robot_;
+  std::vector<Solid> solids_;
+};
+
+/// How far a planned robot keeps from the room, m: for the sway about its plan. A long walk drifts farther; a
+/// run that thereby touches something ends as "collided".
+inline constexpr double kPlannedMargin_m = 0.05;
+
+struct PlannedCollision : Collision {
+  double t_s = 0;
+  int command = 0;  ///< index into WalkOptions::commands
+};
+
+/// The first time at which the planned posture, the plan's world being W, is nearer than kPlannedMargin_m to
+/// the room. Throws std::runtime_error when a model does not load.
+std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, const WorldOptions& world,
+                                                const std::filesystem::path& models);
+
+}  // namespace sim::physics

@@ -1,0 +1,80 @@
+#include "sim/physics/model.h"
+
+#include <mujoco/mujoco.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+
+namespace sim::physics {
+namespace {
+
+std::array<char, 1000> last_warning{};
+
+// MuJoCo's own error handler waits for a key; throwing through its C frames is not safe: so the process ends
+// here.
+void end_process(const char* message) {
+  std::fprintf(stderr, "gaitslam: MuJoCo: %s\n", message);
+  std::fflush(nullptr);
+  _exit(3);
+}
+
+void keep_warning(const char* message) {
+  std::snprintf(last_warning.data(), last_warning.size(), "%s", message);
+}
+
+void set_handlers() {
+  mju_user_error = end_process;
+  mju_user_warning = keep_warning;
+}
+
+// A main file that exists in memory alone, "in" the models folder so that relative paths start there.
+std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, const std::string& text) {
+  std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
+    mj_deleteVFS(vfs);
+    delete vfs;
+  });
+  mj_defaultVFS(files.get());
+  mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(text.size()));
+  std::memcpy(files->filedata[0], text.data(), text.size());
+  return files;
+}
+
+void require_file(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file)) {
+    throw std::runtime_error("no model " + file.string());
+  }
+}
+
+}  // namespace
+
+void FreeModel::operator()(mjModel_* model) const { mj_deleteModel(model); }
+void FreeData::operator()(mjData_* data) const { mj_deleteData(data); }
+
+Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
+                 Shapes shapes) {
+  set_handlers();
+  require_file(models / (robot + ".xml"));
+  require_file(models / (room + ".xml"));
+  const std::string name = (models / (robot + "_in_" + room + ".xml")).string();
+  const std::string discard = shapes == Shapes::colliding ? "<compiler discardvisual=\"true\"/>" : "";
+  const std::string text = "<mujoco model=\"" + robot + " in " + room + "\">" + discard + "<include file=\"" +
+                           robot + ".xml\"/><include file=\"" + room + ".xml\"/></mujoco>";
+  const auto files = main_file(name, text);
+  std::array<char, 1000> message{};
+  Model model(mj_loadXML(name.c_str(), files.get(), message.data(), static_cast<int>(message.size())));
+  if (!model) {
+    throw std::runtime_error("models " + robot + ".xml and " + room + ".xml do not load: " + message.data());
+  }
+  return model;
+}
+
+std::string take_warning() {
+  std::string warning = last_warning.data();
+  last_warning[0] = '\0';
+  return warning;
+}
+
+}  // namespace sim::physics

@@ -1,0 +1,22 @@
+// The plan's own model of the whole robot: momentum by multibody dynamics, of the model file as it is.
+// A pose of the robot as the positions of its model.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+
+#include "walking/whole_body.h"
+
+struct mjModel_;
+
+namespace sim::physics {
+/// models/<robot>.xml, loaded for the plan alone: it is free of the variations and disturbances of a run, and
+/// the ankles' bushes are at rest. Copies share one state: not for use from several threads. Throws
+/// std::runtime_error when the model does not load.
+walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models);
+
+/// All positions (qpos) of the model with its robot in this pose and the ankles' bushes at rest.
+Eigen::VectorXd robot_positions(const mjModel_& model, const walking::BodyPose& pose);
+
+}  // namespace sim::physics

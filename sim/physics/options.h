@@ -1,0 +1,140 @@
+// The scenario keys of the simulated world, and what is drawn per seed. The only header of sim/physics that
+// sim/scenario includes.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sim::physics {
+
+/// Sliding friction between sole and floor: calibrated, see models/README.md.
+inline constexpr double kFloorFriction = 0.15;
+
+/// A push against the waist: a constant horizontal force of a given duration.
+struct Push {
+  static constexpr const char* kName = "push";
+  double time_s = 0;
+  double impulse_ns = 0;  ///< N s
+  double direction_rad = 0;
+  double duration_s = 0.1;
+
+  static void keys(auto&& key) {
+    key.number("time_s", &Push::time_s, 0, 1e6, "time at which the push begins");
+    key.number("impulse_ns", &Push::impulse_ns, -1e4, 1e4,
+               "impulse of the constant horizontal force on the waist");
+    key.degrees("direction_deg", &Push::direction_rad, -36000, 36000,
+                "direction of the force, by the waist's heading: 0 is ahead, 90 to the left");
+    key.number("duration_s", &Push::duration_s, 0.001, 100, "duration of the force");
+  }
+};
+
+/// A rectangle of the floor, in W, with a friction of its own.
+struct FloorPatch {
+  static constexpr const char* kName = "patch";
+  double x_min_m = 0, x_max_m = 0, y_min_m = 0, y_max_m = 0;
+  double friction = kFloorFriction;
+
+  static void keys(auto&& key) {
+    key.number("x_min_m", &FloorPatch::x_min_m, -1e4, 1e4, "least x of the rectangle in the world");
+    key.number("x_max_m", &FloorPatch::x_max_m, -1e4, 1e4, "greatest x of the rectangle in the world");
+    key.number("y_min_m", &FloorPatch::y_min_m, -1e4, 1e4, "least y of the rectangle in the world");
+    key.number("y_max_m", &FloorPatch::y_max_m, -1e4, 1e4, "greatest y of the rectangle in the world");
+    key.number("friction", &FloorPatch::friction, 0.01, 5,
+               "sliding friction of sole on floor in the rectangle");
+  }
+
+  /// What no single key can know; empty when nothing is wrong.
+  std::string_view problem() const {
+    if (x_min_m >= x_max_m) return "is empty, expected x_min_m below x_max_m";
+    if (y_min_m >= y_max_m) return "is empty, expected y_min_m below y_max_m";
+    return "";
+  }
+};
+
+/// The scenario's keys world.*. Where floor patches overlap the last one counts. The variation from seed to
+/// seed is drawn from named streams.
+struct WorldOptions {
+  std::string robot = "hrp2";
+  std::string room = "office";
+  std::uint64_t seed = 1;
+  double floor_friction = kFloorFriction;
+  std::vector<FloorPatch> floor_patches;
+  std::vector<Push> pushes;
+
+  struct LightsOff {
+    double from_s = 0, duration_s = 0;
+    double left_fraction = 0.15;
+
+    static void keys(auto&& key) {
+      key.number("from_s", &LightsOff::from_s, 0, 1e6, "time at which the room's lamps are switched off");
+      key.number("duration_s", &LightsOff::duration_s, 0, 1e6,
+                 "time for which the room's lamps stay off; 0: they stay on");
+      key.number("left_fraction", &LightsOff::left_fraction, 0, 1,
+                 "part of their light that surfaces still get while the lamps are off; windows and screens "
+                 "shine on");
+    }
+  } lights_off;
+
+  struct Variation {
+    double friction = 0.01;
+    double joint_offset_rad = 0.001;
+    double mass_fraction = 0.005;
+    double com_m = 0.001;
+    double posture_rad = 0.001;
+    double servo_fraction = 0.02;
+    double floor_height_m = 0.001;
+
+    static void keys(auto&& key) {
+      key.number("friction", &Variation::friction, 0, 1e3, "standard deviation of floor_friction over seeds");
+      key.number("joint_offset_rad", &Variation::joint_offset_rad, 0, 0.1,
+                 "standard deviation of each joint's zero over seeds");
+      key.number("mass_fraction", &Variation::mass_fraction, 0, 0.2,
+                 "standard deviation of each link's mass over seeds, relative");
+      key.number("com_m", &Variation::com_m, 0, 0.1,
+                 "standard deviation of each link's centre of mass over seeds, along each axis");
+      key.number("posture_rad", &Variation::posture_rad, 0, 0.1,
+                 "standard deviation of each joint's angle at the start over seeds");
+      key.number("servo_fraction", &Variation::servo_fraction, 0, 0.2,
+                 "standard deviation of each servo's gain over seeds, relative");
+      key.number("floor_height_m", &Variation::floor_height_m, 0, 0.01,
+                 "standard deviation of the floor's height, in waves of 1 to 4 m");
+    }
+  } variation;
+
+  static void keys(auto&& key) {
+    key.value("robot", &WorldOptions::robot, "model of the robot, models/<robot>.xml");
+    key.value("room", &WorldOptions::room,
+              "model of the room, models/<room>.xml: what the head camera sees and the robot must not touch");
+    key.value("seed", &WorldOptions::seed, "seed of the patterns painted on the room's surfaces");
+    key.number("floor_friction", &WorldOptions::floor_friction, 0.01, 5, "sliding friction of sole on floor");
+    key.value("floor_patches", &WorldOptions::floor_patches,
+              "rectangles of the floor with a friction of their own");
+    key.value("pushes", &WorldOptions::pushes, "pushes against the waist");
+    key.part("lights_off", &WorldOptions::lights_off);
+    key.part("variation", &WorldOptions::variation);
+  }
+};
+
+/// A wave of the floor's height: amplitude_m cos(k_1_m . (x, y) + phase_rad).
+struct FloorWave {
+  double amplitude_m = 0;
+  Eigen::Vector2d k_1_m = Eigen::Vector2d::Zero();
+  double phase_rad = 0;
+};
+
+/// One draw of what differs between the plant and its nominal model, made by the run from named streams. A
+/// vector that is empty: no difference.
+struct PlantVariation {
+  double floor_friction = kFloorFriction;
+  Eigen::VectorXd joint_offset_rad;  ///< true angle minus what the encoder reads, one per joint
+  Eigen::VectorXd mass_scale;        ///< of the waist, then of the link each joint moves (31)
+  Eigen::Matrix3Xd com_offset_m;     ///< of the same links, in their axes
+  Eigen::VectorXd posture_rad;       ///< true angle at the start minus the one asked for, one per joint
+  Eigen::VectorXd servo_scale;       ///< of each servo's gain, one per joint
+  std::vector<FloorWave> floor;      ///< their sum is the floor's height
+};
+
+}  // namespace sim::physics

@@ -1,0 +1,72 @@
+#include "sim/physics/walking_robot.h"
+
+#include <cmath>
+#include <utility>
+
+#include "walking/inverse_kinematics.h"
+
+namespace sim::physics {
+namespace {
+
+// At rest: gravity and the chest's specific force have differed by less than kRestForce, and its gyro has
+// read less than kRestRate, for kRest. A robot that does not come to rest starts as it is.
+constexpr double kRestForce = 0.05;  // m/s²; standing robots stay within 0.01
+constexpr double kRestRate = 0.01;   // rad/s
+constexpr std::chrono::milliseconds kRest{200}, kLongestSettling{3000};
+
+bool is_at_rest(const walking::SensorReadings& readings) {
+  return std::abs(readings.accelerometer.norm() - walking::kGravity) < kRestForce &&
+         readings.gyro.norm() < kRestRate;
+}
+
+WorldOptions without_pushes(WorldOptions options) {
+  options.pushes.clear();
+  return options;
+}
+
+}  // namespace
+
+WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
+                           const WorldOptions& options, const PlantVariation& draw,
+                           const std::filesystem::path& models, const Eigen::Isometry3d& X_WP)
+    : plan_(std::move(plan)),
+      stabilizer_(stabilizer),
+      q_(walking::inverse_kinematics(walking::posture_of(reference_)).q),
+      world_(without_pushes(options), draw, q_, X_WP * reference_.X_PB, models) {
+  settle();
+  world_.start_clock(options.pushes);
+}
+
+void WalkingRobot::settle() {
+  std::chrono::nanoseconds rest{0};
+  while (is_ok() && rest < kRest && world_.time() < kLongestSettling) {
+    const walking::SensorReadings readings = world_.sensor_readings();
+    rest = is_at_rest(readings) ? rest + walking::kTick : std::chrono::nanoseconds(0);
+    command(readings);
+    step();
+  }
+}
+
+void WalkingRobot::command(const walking::SensorReadings& readings) {
+  const walking::Posture posture = stabilizer_.step(reference_, readings);
+  const walking::JointVector q = walking::inverse_kinematics(posture).q;
+  world_.command(q, (q - q_) / walking::kPeriod);
+  q_ = q;
+}
+
+void WalkingRobot::advance() {
+  reference_ = std::exchange(following_, plan_.next());
+  ++tick_;
+}
+
+void WalkingRobot::step() {
+  for (const auto end = world_.time() + walking::kTick; is_ok() && world_.time() < end;) world_.step();
+}
+
+void WalkingRobot::tick() {
+  command(world_.sensor_readings());
+  step();
+  advance();
+}
+
+}  // namespace sim::physics

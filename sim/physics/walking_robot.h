@@ -1,0 +1,53 @@
+// A robot that walks its plan: pattern generator, stabiliser, inverse kinematics and physics, tick by tick.
+#pragma once
+
+#include <filesystem>
+
+#include "sim/physics/world.h"
+#include "walking/pattern_generator.h"
+#include "walking/stabilizer.h"
+
+namespace sim::physics {
+
+/// Per tick of 5 ms: command(), the steps of world() until the tick has passed, advance().
+class WalkingRobot {
+ public:
+  /// Stands in the plan's first posture, the plan's world P being at X_WP, and has come to rest there: loaded
+  /// pads, bushes and servos give way by some mm, which is over before t = 0.
+  WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
+               const WorldOptions& options, const PlantVariation& draw, const std::filesystem::path& models,
+               const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());
+
+  /// Whether the plan goes on and the robot has neither fallen nor ended otherwise.
+  bool walks() const { return tick_ < plan_.ticks() && is_ok(); }
+  bool is_ok() const { return world_.status().condition == Condition::ok; }
+  /// The part of the plan that has been carried out, 0 ... 1.
+  double progress() const { return static_cast<double>(tick_) / static_cast<double>(plan_.ticks()); }
+
+  /// Plan -> stabiliser -> inverse kinematics -> servos.
+  void command(const walking::SensorReadings& readings);
+  /// Goes on to the next tick of the plan.
+  void advance();
+  /// A whole tick.
+  void tick();
+
+  const walking::Reference& reference() const { return reference_; }  ///< of this tick
+  const walking::Reference& following() const { return following_; }  ///< of the next one
+  const walking::StabilizerState& stabilizer() const { return stabilizer_.state(); }
+  walking::PatternGenerator& plan() { return plan_; }
+  World& world() { return world_; }
+  const World& world() const { return world_; }
+
+ private:
+  void step();
+  void settle();
+
+  walking::PatternGenerator plan_;
+  walking::Reference reference_ = plan_.next(), following_ = plan_.next();
+  walking::Stabilizer stabilizer_;
+  walking::JointVector q_;
+  World world_;
+  std::size_t tick_ = 0;
+};
+
+}  // namespace sim::physics

@@ -1,0 +1,313 @@
+#include "sim/physics/world.h"
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace sim::physics {
+namespace {
+
+constexpr std::chrono::milliseconds kStep{1};
+constexpr double kFallenHeight = 0.45;                // m, of the waist; half-sitting is 0.649
+constexpr double kFallenTilt = std::numbers::pi / 4;  // of the waist's axis from the vertical
+
+using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Eigen::Vector3d vector(const mjtNum* numbers) { return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]); }
+
+Eigen::Isometry3d pose(const mjtNum* position, const mjtNum* rotation) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::Map<const RowMajor3d>(rotation);
+  X.translation() = vector(position);
+  return X;
+}
+
+int id(const mjModel* model, mjtObj type, const std::string& name) {
+  const int found = mj_name2id(model, type, name.c_str());
+  if (found < 0) {
+    throw std::runtime_error(std::string("the model has no ") + mju_type2Str(type) + " named '" + name + "'");
+  }
+  return found;
+}
+
+int sensor_address(const mjModel* model, const std::string& name) {
+  return model->sensor_adr[id(model, mjOBJ_SENSOR, name)];
+}
+
+void scale_mass(mjModel* model, int body, double scale) {
+  model->body_mass[body] *= scale;
+  for (int axis = 0; axis < 3; ++axis) {
+    model->body_inertia[3 * body + axis] *= scale;
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> joint_names() {
+  std::vector<std::string> names;
+  const std::array<std::pair<const char*, int>, 6> groups{
+      {{"RLEG", 6}, {"LLEG", 6}, {"CHEST", 2}, {"HEAD", 2}, {"RARM", 7}, {"LARM", 7}}};
+  for (const auto& [group, count] : groups) {
+    for (int i = 0; i < count; ++i) {
+      names.push_back(std::string(group) + "_JOINT" + std::to_string(i));
+    }
+  }
+  return names;
+}
+
+World::World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
+             const Eigen::Isometry3d& X_WB, const std::filesystem::path& models)
+    : model_(load_model(options.robot, kPhysicalRoom, models, Shapes::colliding)),
+      data_(mj_makeData(model_.get())),
+      soles_(*model_, draw.floor_friction, options.floor_patches, draw.floor),
+      room_(options.robot, options.room, models),
+      pushes_(options.pushes) {
+  find_ids();
+  apply(draw);
+  place(draw.posture_rad.size() == 0 ? q : walking::JointVector(q + draw.posture_rad), X_WB);
+  command(q, walking::JointVector::Zero());
+  mj_forward(model_.get(), data_.get());
+  last_read_ = last_recorded_ = imu_state();
+}
+
+void World::find_ids() {
+  const mjModel* m = model_.get();
+  ids_.waist = id(m, mjOBJ_BODY, "BODY");
+  ids_.camera = id(m, mjOBJ_CAMERA, "head_camera");
+  ids_.imu = id(m, mjOBJ_SITE, "chest_imu");
+  ids_.left_sole = id(m, mjOBJ_SITE, "LLEG_SOLE");
+  ids_.right_sole = id(m, mjOBJ_SITE, "RLEG_SOLE");
+  ids_.left_sole_geom = id(m, mjOBJ_GEOM, "LLEG_SOLE");
+  ids_.right_sole_geom = id(m, mjOBJ_GEOM, "RLEG_SOLE");
+  ids_.left_force = sensor_address(m, "LLEG_force");
+  ids_.left_torque = sensor_address(m, "LLEG_torque");
+  ids_.right_force = sensor_address(m, "RLEG_force");
+  ids_.right_torque = sensor_address(m, "RLEG_torque");
+  for (const std::string& name : joint_names()) {
+    const int joint = id(m, mjOBJ_JOINT, name);
+    ids_.position.push_back(m->jnt_qposadr[joint]);
+    ids_.velocity.push_back(m->jnt_dofadr[joint]);
+    ids_.body.push_back(m->jnt_bodyid[joint]);
+    ids_.actuator.push_back(id(m, mjOBJ_ACTUATOR, name));
+  }
+}
+
+void World::apply(const PlantVariation& draw) {
+  const auto check = [](Eigen::Index size, int wanted, const char* what) {
+    if (size != 0 && size != wanted)
+      throw std::invalid_argument(std::string("a draw of the wrong size: ") + what);
+  };
+  check(draw.joint_offset_rad.size(), walking::kJoints, "joint offsets");
+  check(draw.mass_scale.size(), walking::kJoints + 1, "masses");
+  check(draw.com_offset_m.cols(), walking::kJoints + 1, "centres of mass");
+  check(draw.posture_rad.size(), walking::kJoints, "posture");
+  check(draw.servo_scale.size(), walking::kJoints, "servos");
+  if (draw.joint_offset_rad.size() != 0) offset_ = draw.joint_offset_rad;
+  for (Eigen::Index joint = 0; joint < draw.servo_scale.size(); ++joint) {
+    const int servo = ids_.actuator[joint];
+    model_->actuator_gainprm[mjNGAIN * servo] *= draw.servo_scale[joint];
+    model_->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[joint];
+  }
+  apply_masses(draw);
+}
+
+void World::apply_masses(const PlantVariation& draw) {
+  mjModel* m = model_.get();
+  std::vector<int> bodies{ids_.waist};
+  bodies.insert(bodies.end(), ids_.body.begin(), ids_.body.end());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    if (draw.mass_scale.size() != 0) scale_mass(m, bodies[i], draw.mass_scale[column]);
+    if (draw.com_offset_m.cols() == 0) continue;
+    Eigen::Map<Eigen::Vector3d>(m->body_ipos + 3 * bodies[i]) += draw.com_offset_m.col(column);
+    m->body_sameframe[bodies[i]] = 0;
+  }
+  if (draw.mass_scale.size() != 0 || draw.com_offset_m.cols() != 0) mj_setConst(m, data_.get());
+}
+
+void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) {
+  mj_resetData(model_.get(), data_.get());
+  const Eigen::Quaterniond turn(X_WB.linear());
+  mjtNum* base = data_->qpos + model_->jnt_qposadr[model_->body_jntadr[ids_.waist]];
+  Eigen::Map<Eigen::Matrix<double, 7, 1>> free_joint(base);
+  free_joint << X_WB.translation(), turn.w(), turn.vec();
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    data_->qpos[ids_.position[joint]] = q[joint] + offset_[joint];
+  }
+  for (int pass = 0; pass < 2; ++pass) {  // where the pads are decides how long they are
+    mj_kinematics(model_.get(), data_.get());
+    soles_.apply_floor(*model_, *data_);
+  }
+  base[2] -= soles_.lowest_pad(*model_, *data_);
+}
+
+void World::command(const walking::JointVector& q, const walking::JointVector& dq) {
+  // MuJoCo's position servo is kp (ctrl − q), its damping acts on the whole joint velocity: the command
+  // carries the wanted velocity's share of it.
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    const double kp = model_->actuator_gainprm[mjNGAIN * ids_.actuator[joint]];
+    const double kd = model_->dof_damping[ids_.velocity[joint]];
+    data_->ctrl[ids_.actuator[joint]] = q[joint] + offset_[joint] + kd / kp * dq[joint];
+  }
+}
+
+const Status& World::step() {
+  if (status_.condition != Condition::ok) {
+    return status_;
+  }
+  push();
+  read_forces_at(time_ + kStep);
+  mj_step2(model_.get(), data_.get());
+  soles_.add_contact_forces(*model_, *data_);
+  soles_.apply_floor(*model_, *data_);
+  mj_step1(model_.get(), data_.get());
+  time_ += kStep;
+  status_ = check();
+  if (status_.condition == Condition::ok && time_ >= next_look_) look_around();
+  return status_;
+}
+
+// The forces at the ankles, which take 3 % of a step, are read at the end of a tick alone.
+void World::read_forces_at(std::chrono::nanoseconds end) {
+  int& disabled = model_->opt.disableflags;
+  disabled = end % walking::kTick == end.zero() ? disabled & ~mjDSBL_SENSOR : disabled | mjDSBL_SENSOR;
+}
+
+// What is far away cannot be touched soon: most steps need no look.
+void World::look_around() {
+  const Clearance clearance = room_.at(data_->qpos);
+  next_look_ = time_ + std::chrono::nanoseconds(
+                           std::llround(1e9 * std::min(clearance.distance_m / kFastest_m_s, 1.0)));
+  if (!clearance.collision) return;
+  const auto& [link, object, p_W] = *clearance.collision;
+  status_ = {Condition::collided,
+             fmt::format("{} touched {} at ({:.3f}, {:.3f}, {:.3f}) m in the room after {:.3f} s", link,
+                         object, p_W.x(), p_W.y(), p_W.z(), std::chrono::duration<double>(time_).count())};
+}
+
+void World::start_clock(std::vector<Push> pushes) {
+  pushes_ = std::move(pushes);
+  time_ = next_look_ = std::chrono::nanoseconds(0);
+  data_->time = 0;
+  last_read_ = last_recorded_ = imu_state();
+  soles_.since_last();
+}
+
+void World::push() {
+  const double now = std::chrono::duration<double>(time_).count();
+  Eigen::Map<Eigen::Vector3d> force(data_->xfrc_applied + 6 * ids_.waist);
+  force.setZero();
+  const Eigen::Vector3d ahead = X_WB().linear().col(0);
+  for (const Push& push : pushes_) {
+    if (now < push.time_s || now >= push.time_s + push.duration_s) continue;
+    const double heading = std::atan2(ahead.y(), ahead.x()) + push.direction_rad;
+    force += push.impulse_ns / push.duration_s * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
+  }
+}
+
+Status World::check() const {
+  const double lag = data_->time - std::chrono::duration<double>(time_).count();
+  const std::string warning = take_warning();
+  if (!warning.empty()) {
+    return {Condition::physics_failed, warning};
+  }
+  const auto raised = [](const mjWarningStat& w) { return w.number > 0; };
+  if (std::any_of(data_->warning, data_->warning + mjNWARNING, raised)) {
+    return {Condition::physics_failed, "a warning of MuJoCo"};
+  }
+  // On a state that is not finite MuJoCo restarts the robot and its clock and goes on.
+  if (!(std::abs(lag) < 1e-6)) {
+    return {Condition::physics_failed, "the physics has restarted itself"};
+  }
+  if (feet_touch()) {
+    return {Condition::collided, "one foot touched the other"};
+  }
+  const Eigen::Isometry3d X = X_WB();
+  if (X.translation().z() < kFallenHeight || X.linear()(2, 2) < std::cos(kFallenTilt)) {
+    return {Condition::fell, "the waist is low or tilted"};
+  }
+  return {};
+}
+
+bool World::feet_touch() const {
+  const auto between_feet = [this](const mjContact& contact) {
+    return std::minmax(contact.geom1, contact.geom2) ==
+           std::minmax(ids_.left_sole_geom, ids_.right_sole_geom);
+  };
+  return std::any_of(data_->contact, data_->contact + data_->ncon, between_feet);
+}
+
+walking::Wrench World::wrench(int sole_body, int force, int torque) const {
+  // MuJoCo gives what the leg exerts on the sole: at rest the ground exerts the opposite on the foot, but for
+  // the weight of what hangs below the sensor, which the sensor is tared for.
+  walking::Wrench wrench{-vector(data_->sensordata + force), -vector(data_->sensordata + torque)};
+  wrench.force.z() -= model_->body_mass[sole_body] * model_->opt.gravity[2];
+  return wrench;
+}
+
+walking::SensorReadings World::leg_readings() const {
+  walking::SensorReadings readings;
+  readings.left = wrench(model_->site_bodyid[ids_.left_sole], ids_.left_force, ids_.left_torque);
+  readings.right = wrench(model_->site_bodyid[ids_.right_sole], ids_.right_force, ids_.right_torque);
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
+  }
+  return readings;
+}
+
+walking::SensorReadings World::sensor_readings() {
+  const ImuState now = imu_state();
+  const ImuReading reading = reading_between(last_read_, now, vector(model_->opt.gravity));
+  last_read_ = now;
+  walking::SensorReadings readings = leg_readings();
+  readings.gyro = reading.gyro;
+  readings.accelerometer = reading.specific_force;
+  return readings;
+}
+
+ImuReading World::imu_since_last() {
+  const ImuState now = imu_state();
+  const ImuReading reading = reading_between(last_recorded_, now, vector(model_->opt.gravity));
+  last_recorded_ = now;
+  return reading;
+}
+
+ImuState World::imu_state() const {
+  std::array<mjtNum, 6> velocity{};  // angular, linear
+  mj_objectVelocity(model_.get(), data_.get(), mjOBJ_SITE, ids_.imu, velocity.data(), 0);
+  return {time_, X_WG().linear(), vector(velocity.data() + 3)};
+}
+
+Eigen::Isometry3d World::X_WB() const {
+  return pose(data_->xpos + 3 * ids_.waist, data_->xmat + 9 * ids_.waist);
+}
+
+Eigen::Isometry3d World::X_WC() const {
+  // MuJoCo's camera looks along -z with y up.
+  Eigen::Isometry3d X = pose(data_->cam_xpos + 3 * ids_.camera, data_->cam_xmat + 9 * ids_.camera);
+  X.linear().col(1) *= -1;
+  X.linear().col(2) *= -1;
+  return X;
+}
+
+Eigen::Vector3d World::v_WG() const { return imu_state().v_WG; }
+
+Eigen::Isometry3d World::X_WG() const {
+  return pose(data_->site_xpos + 3 * ids_.imu, data_->site_xmat + 9 * ids_.imu);
+}
+Eigen::Isometry3d World::X_WL() const {
+  return pose(data_->site_xpos + 3 * ids_.left_sole, data_->site_xmat + 9 * ids_.left_sole);
+}
+Eigen::Isometry3d World::X_WR() const {
+  return pose(data_->site_xpos + 3 * ids_.right_sole, data_->site_xmat + 9 * ids_.right_sole);
+}
+
+Eigen::Vector3d World::com() const { return vector(data_->subtree_com + 3 * ids_.waist); }
+
+}  // namespace sim::physics

@@ -1,0 +1,113 @@
+// The physics: the robot in its room, moved by its joint servos alone, its sensor readings and its true pose.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/physics/clearance.h"
+#include "sim/physics/imu.h"
+#include "sim/physics/model.h"
+#include "sim/physics/options.h"
+#include "sim/physics/soles.h"
+#include "walking/plan.h"
+#include "walking/stabilizer.h"
+
+namespace sim::physics {
+
+/// Of the 30 joints, in the order of walking::JointVector.
+std::vector<std::string> joint_names();
+
+/// What has become of the robot. All but `ok` are final: the physics then stands still. `collided`: a foot
+/// touched the other one, or the robot touched something of the room but its floor.
+enum class Condition { ok, fell, collided, physics_failed };
+struct Status {
+  Condition condition = Condition::ok;
+  std::string cause;  ///< of a condition other than ok
+};
+
+/// One robot in one room. World W: x ahead and z up, under the robot's waist at the start as the plan has it.
+/// The base is free; nothing but contact, gravity and the servos acts on the robot. A touch of the room ends
+/// the walk, so that no force of the room is needed.
+class World {
+ public:
+  /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved
+  /// vertically until the lower pad of a sole touches the floor (z = 0 but for its unevenness). Throws
+  /// std::runtime_error when a model does not load, and std::invalid_argument when a draw has the wrong size.
+  World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
+        const Eigen::Isometry3d& X_WB, const std::filesystem::path& models);
+
+  /// What the servos are to follow until the next command: joint angles (rad) and their velocities (rad/s).
+  void command(const walking::JointVector& q, const walking::JointVector& dq);
+
+  /// Advances the physics by 1 ms. Positions and sensors then belong to the new time.
+  const Status& step();
+
+  const Status& status() const { return status_; }
+  std::chrono::nanoseconds time() const { return time_; }
+
+  /// Now is t = 0: readings and contacts are counted from here, and the pushes are due by this clock.
+  void start_clock(std::vector<Push> pushes);
+
+  /// Encoders, and the wrenches on the soles at the end of the last tick; no IMU.
+  walking::SensorReadings leg_readings() const;
+
+  /// Readings for the stabiliser, gyro and accelerometer as means since the last call (or the start).
+  walking::SensorReadings sensor_readings();
+
+  /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
+  ImuReading imu_since_last();
+
+  /// Load and creep of the left and the right sole since the last call (or the start).
+  std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
+
+  /// True poses in W. Ground truth: for the score alone, never for filter, stabiliser or plan.
+  Eigen::Isometry3d X_WB() const;  ///< waist
+  Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
+  Eigen::Isometry3d X_WG() const;  ///< chest IMU
+  Eigen::Vector3d v_WG() const;    ///< velocity of the chest IMU, m/s in W
+  Eigen::Isometry3d X_WL() const;  ///< left sole, below the ankle
+  Eigen::Isometry3d X_WR() const;  ///< right sole
+  Eigen::Vector3d com() const;     ///< centre of mass of the whole robot
+
+  /// For the renderer.
+  const mjModel_* model() const { return model_.get(); }
+  const mjData_* data() const { return data_.get(); }
+
+ private:
+  struct Ids {
+    int waist = 0, camera = 0, imu = 0;
+    int left_sole = 0, right_sole = 0;  // sites
+    int left_sole_geom = 0, right_sole_geom = 0;
+    int left_force = 0, left_torque = 0, right_force = 0, right_torque = 0;  // addresses in sensordata
+    std::vector<int> position, velocity, actuator, body;                     // of the 30 joints
+  };
+
+  void find_ids();
+  void apply(const PlantVariation& draw);
+  void apply_masses(const PlantVariation& draw);
+  void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
+  void push();
+  void read_forces_at(std::chrono::nanoseconds end);
+  Status check() const;
+  void look_around();
+  bool feet_touch() const;
+  ImuState imu_state() const;
+  walking::Wrench wrench(int sole_body, int force, int torque) const;
+
+  Model model_;
+  Data data_;
+  Ids ids_;
+  Soles soles_;
+  RoomClearance room_;
+  std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before
+  std::vector<Push> pushes_;
+  walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's
+  std::chrono::nanoseconds time_{0};
+  Status status_;
+  ImuState last_read_, last_recorded_;  // at the last call of sensor_readings() and imu_since_last()
+};
+
+}  // namespace sim::physics

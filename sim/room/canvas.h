@@ -1,0 +1,64 @@
+// A picture painted in metres: what the room's textures are drawn with.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+
+namespace sim::room {
+
+using Colour = cv::Scalar;  ///< red, green, blue, 0-255
+
+/// Random numbers of one named texture of one seed: another texture's painting never shifts them.
+cv::RNG paint_stream(std::uint64_t seed, std::string_view name);
+
+/// The colour with its brightness multiplied.
+Colour shade(const Colour& colour, double factor);
+
+/// Multiplies a picture's brightness by a field of any size, interpolated over the picture.
+void multiply(cv::Mat3b image, const cv::Mat1f& factor);
+
+/// Axis-aligned box in metres, from the picture's upper left corner, y down.
+struct Box {
+  double x, y, width, height;
+  Box inset(double by) const { return {x + by, y + by, width - 2 * by, height - 2 * by}; }
+};
+
+/// An RGB picture of known size in metres. Points are metres from the upper left corner, y down.
+class Canvas {
+ public:
+  Canvas(double width_m, double height_m, double texel_m, const Colour& ground);
+
+  double width() const { return image_.cols * texel_m_; }
+  double height() const { return image_.rows * texel_m_; }
+  Box all() const { return {0, 0, width(), height()}; }
+  const cv::Mat3b& image() const { return image_; }
+
+  void fill(const Box& box, const Colour& colour);
+  void frame(const Box& box, double thickness, const Colour& colour);
+  void line(cv::Point2d a, cv::Point2d b, double thickness, const Colour& colour);
+  void disc(cv::Point2d centre, double radius, const Colour& colour);
+  void ring(cv::Point2d centre, double radius, double thickness, const Colour& colour);
+  void polygon(const std::vector<cv::Point2d>& corners, const Colour& colour);
+  /// Text whose capitals are `height` tall; `at` is the left end of its baseline.
+  void text(const std::string& words, cv::Point2d at, double height, double thickness, const Colour& colour);
+  /// Colour from `top` to `bottom` down the box.
+  void gradient(const Box& box, const Colour& top, const Colour& bottom);
+  /// Multiplies the brightness by a smooth random field: standard deviation `sigma`, patches of `size`
+  /// metres.
+  void grain(cv::RNG& random, double sigma, double size);
+  /// Multiplies the brightness inside a soft-edged box, as a shadow (factor < 1) or a pool of light (> 1)
+  /// would.
+  void light(const Box& box, double softness, double factor);
+
+ private:
+  cv::Point pixel(cv::Point2d point) const;
+  cv::Rect pixels(const Box& box) const;
+  int thick(double metres) const;
+
+  double texel_m_;
+  cv::Mat3b image_;
+};
+
+}  // namespace sim::room

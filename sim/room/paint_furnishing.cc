@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sim/room/painters.h"
+
+namespace sim::room {
+namespace {
+
+Colour any_colour(cv::RNG& random) {
+  static const Colour kSpines[] = {{150, 40, 36},   {32, 66, 120}, {36, 92, 62},  {196, 160, 60},
+                                   {226, 222, 210}, {60, 60, 66},  {104, 62, 96}, {190, 98, 42},
+                                   {70, 120, 140},  {120, 92, 60}};
+  const Colour& colour = kSpines[random.uniform(0, 10)];
+  return shade(colour, random.uniform(0.75, 1.15));
+}
+
+Colour contrast(const Colour& ground) {
+  const bool dark = 0.3 * ground[0] + 0.6 * ground[1] + 0.1 * ground[2] < 120;
+  return dark ? Colour(228, 222, 200) : Colour(38, 36, 40);
+}
+
+void wood(Canvas& canvas, const Colour& colour, cv::RNG& random) {
+  canvas.fill(canvas.all(), colour);
+  const int veins = int(canvas.height() * 70);
+  for (int vein = 0; vein < veins; ++vein) {
+    const double y = random.uniform(0.0, canvas.height());
+    canvas.line({0, y}, {canvas.width(), y + random.uniform(-0.03, 0.03)}, 0.003,
+                shade(colour, random.uniform(0.86, 1.08)));
+  }
+}
+
+void paint_spine(Canvas& shelf, const Box& spine, cv::RNG& random) {
+  const Colour colour = any_colour(random), ink = contrast(colour);
+  shelf.fill(spine, colour);
+  shelf.fill({spine.x, spine.y, 0.004, spine.height}, shade(colour, 0.6));
+  const double title = random.uniform(0.15, 0.35) * spine.height;
+  shelf.fill({spine.x + spine.width * 0.3, spine.y + spine.height * 0.2, spine.width * 0.4, title}, ink);
+  if (random.uniform(0, 2)) shelf.fill({spine.x, spine.y + spine.height * 0.12, spine.width, 0.008}, ink);
+  if (random.uniform(0, 3) == 0) shelf.fill({spine.x, spine.y + spine.height * 0.8, spine.width, 0.03}, ink);
+}
+
+void paint_binder(Canvas& shelf, const Box& spine, cv::RNG& random) {
+  const Colour colour = any_colour(random);
+  shelf.fill(spine, colour);
+  const Box label{spine.x + 0.012, spine.y + 0.05, spine.width - 0.024, 0.14};
+  shelf.fill(label, {238, 236, 228});
+  for (int row = 0; row < 3; ++row)
+    shelf.fill({label.x + 0.008, label.y + 0.02 + 0.04 * row, label.width * 0.6, 0.012}, {60, 60, 60});
+  shelf.disc({spine.x + spine.width / 2, spine.y + spine.height - 0.05}, 0.014, {30, 30, 30});
+}
+
+// Books and binders from one end to the other, here and there a gap with a leaning or lying one.
+void paint_row(Canvas& shelf, double floor, double room, cv::RNG& random) {
+  for (double x = 0.03; x < shelf.width() - 0.09;) {
+    const int kind = random.uniform(0, 12);
+    if (kind == 0) {
+      x += random.uniform(0.05, 0.16);
+      continue;
+    }
+    const bool binder = kind < 4;
+    const double width = binder ? 0.075 : random.uniform(0.018, 0.052);
+    const double height = binder ? 0.30 : std::min(room - 0.03, random.uniform(0.19, 0.31));
+    const Box spine{x, floor - height, width, height};
+    binder ? paint_binder(shelf, spine, random) : paint_spine(shelf, spine, random);
+    x += width + 0.002;
+  }
+}
+
+void paint_keyboard(Canvas& desk, double x, double y) {
+  desk.fill({x, y, 0.44, 0.14}, {44, 44, 48});
+  for (int row = 0; row < 5; ++row)
+    for (int key = 0; key < 15; ++key)
+      desk.fill({x + 0.012 + key * 0.028, y + 0.012 + row * 0.024, 0.023, 0.019}, {96, 96, 100});
+  desk.fill({x + 0.5, y + 0.03, 0.06, 0.1}, {40, 40, 44});
+}
+
+void paint_code(Canvas& screen, cv::Point2d at, cv::RNG& random) {
+  const double length = random.uniform(0.03, 0.22);
+  screen.fill({at.x, at.y, length, 0.0045}, any_colour(random));
+}
+
+// A page of text, turned by at most `askew` (rad) either way.
+void paint_sheet(Canvas& canvas, cv::Point2d at, double askew, cv::RNG& random) {
+  const double angle = random.uniform(-askew, askew);
+  const cv::Point2d across(std::cos(angle), std::sin(angle)), down(-across.y, across.x);
+  const double w = 0.21, h = 0.297;
+  canvas.polygon({at, at + across * w, at + across * w + down * h, at + down * h}, {244, 243, 238});
+  for (double row = 0.03; row < h - 0.03; row += 0.016) {
+    const cv::Point2d from = at + across * 0.022 + down * row;
+    canvas.line(from, from + across * random.uniform(0.06, 0.165), 0.004, {110, 110, 112});
+  }
+}
+
+}  // namespace
+
+Canvas paint_books(PaintRequest& request) {
+  Canvas shelf(1.0, 2.0, 0.0025, {46, 40, 36});
+  constexpr int rows = 5;
+  for (int row = 0; row < rows; ++row) {
+    const double floor = 2.0 * (row + 1) / rows - 0.02, room = 2.0 / rows - 0.04;
+    shelf.gradient({0, floor - room - 0.02, 1.0, room}, {28, 25, 23}, {62, 54, 48});
+    paint_row(shelf, floor, room, request.random);
+  }
+  shelf.grain(request.random, 0.04, 0.006);
+  return shelf;
+}
+
+Canvas paint_desk(PaintRequest& request) {
+  Canvas desk(1.6, 0.8, 0.0025, {186, 150, 108});
+  wood(desk, shade({190, 156, 114}, request.random.uniform(0.85, 1.1)), request.random);
+  paint_keyboard(desk, request.random.uniform(0.4, 0.7), 0.55);
+  for (int sheet = request.random.uniform(3, 7); sheet > 0; --sheet)
+    paint_sheet(desk, {request.random.uniform(0.05, 1.3), request.random.uniform(0.05, 0.45)}, 0.5,
+                request.random);
+  const Colour folder = any_colour(request.random);
+  desk.fill({request.random.uniform(0.05, 1.3), 0.12, 0.24, 0.32}, folder);
+  desk.frame(desk.all(), 0.008, {96, 74, 52});
+  desk.grain(request.random, 0.03, 0.008);
+  return desk;
+}
+
+Canvas paint_screen(PaintRequest& request) {
+  Canvas screen(0.54, 0.32, 0.0015, {22, 22, 24});
+  const bool dark = request.number % 2;
+  const Box shown = screen.all().inset(0.012);
+  const Colour paper = dark ? Colour(38, 42, 54) : Colour(236, 238, 240), ink = contrast(paper);
+  screen.fill(shown, paper);
+  screen.fill({shown.x, shown.y, shown.width, 0.014}, {70, 110, 170});
+  screen.fill({shown.x, shown.y + 0.014, 0.09, shown.height - 0.014}, shade(paper, 0.85));
+  for (double y = 0.045; y < 0.29; y += 0.0085) {
+    const double indent = 0.12 + 0.014 * request.random.uniform(0, 4);
+    screen.fill({0.02, y, request.random.uniform(0.02, 0.07), 0.004}, shade(ink, 0.8));
+    if (request.random.uniform(0, 6)) paint_code(screen, {indent, y}, request.random);
+  }
+  const Box plot{0.38, 0.06, 0.13, 0.1};
+  screen.fill(plot, {250, 250, 250});
+  for (int bar = 0; bar < 8; ++bar) {
+    const double h = request.random.uniform(0.02, 0.09);
+    screen.fill({plot.x + 0.008 + bar * 0.015, plot.y + 0.095 - h, 0.01, h}, any_colour(request.random));
+  }
+  return screen;
+}
+
+Canvas paint_drawers(PaintRequest&) {
+  Canvas front(0.42, 0.58, 0.003, {182, 184, 188});
+  for (int drawer = 0; drawer < 3; ++drawer) {
+    const Box box{0.01, 0.015 + 0.188 * drawer, 0.40, 0.178};
+    front.frame(box, 0.006, {96, 98, 102});
+    front.fill({box.x + 0.13, box.y + 0.03, 0.14, 0.022}, {66, 68, 72});
+  }
+  front.disc({0.37, 0.04}, 0.01, {50, 50, 50});
+  return front;
+}
+
+Canvas paint_cabinet(PaintRequest& request) {
+  Canvas front(1.2, 0.8, 0.003, {170, 150, 124});
+  wood(front, request.number % 2 ? Colour(176, 146, 108) : Colour(150, 154, 160), request.random);
+  for (double x : {0.0, 0.6}) {
+    front.frame({x + 0.008, 0.008, 0.584, 0.784}, 0.008, {84, 72, 58});
+    front.fill({x == 0.0 ? 0.53 : 0.65, 0.28, 0.02, 0.16}, {60, 60, 62});
+  }
+  front.fill({0.12, 0.1, 0.12, 0.07}, {240, 238, 232});
+  front.fill({0.135, 0.12, 0.08, 0.012}, {50, 50, 52});
+  return front;
+}
+
+Canvas paint_fabric(PaintRequest& request) {
+  Canvas panel(1.6, 1.4, 0.004, any_colour(request.random) * 0.4 + Colour(80, 84, 92));
+  panel.grain(request.random, 0.08, 0.008);
+  for (int note = request.random.uniform(5, 9); note > 0; --note) {
+    const cv::Point2d at{request.random.uniform(0.08, 1.3), request.random.uniform(0.08, 0.75)};
+    if (note % 2)
+      paint_sheet(panel, at, 0.12, request.random);
+    else
+      panel.fill({at.x, at.y, 0.09, 0.09}, {236, 214, 96});
+  }
+  panel.frame(panel.all(), 0.02, {62, 64, 68});
+  return panel;
+}
+
+Canvas paint_carton(PaintRequest& request) {
+  Canvas side(0.5, 0.4, 0.003, {176, 138, 92});
+  side.grain(request.random, 0.05, 0.02);
+  side.fill({0, 0.17, 0.5, 0.05}, {200, 176, 128});
+  side.fill({0.3, 0.04, 0.15, 0.1}, {238, 238, 232});
+  for (int bar = 0; bar < 14; ++bar)
+    side.fill({0.31 + bar * 0.009, 0.09, request.random.uniform(0.003, 0.007), 0.04}, {30, 30, 30});
+  side.text(request.number % 2 ? "FRAGILE" : "PAPER A4", {0.04, 0.33}, 0.05, 0.008, {120, 30, 26});
+  side.frame(side.all(), 0.006, {120, 92, 60});
+  return side;
+}
+
+}  // namespace sim::room

@@ -1,0 +1,178 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "sim/camera/head_camera.h"
+#include "sim/camera/surfaces.h"
+#include "sim/room/paint.h"
+#include "sim/score/surfaces.h"
+#include "tests/sim/camera/corner_error.h"
+
+namespace sim::camera {
+using namespace physics;
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+const std::filesystem::path kModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
+
+// Half the extents of a surface along W's axes.
+Vector3d half_box(const RoomPrimitive& surface) {
+  Vector3d half = surface.size;
+  if (surface.kind == RoomPrimitive::Kind::capsule) half.z() += half.x();
+  return surface.X_WS.linear().cwiseAbs() * half;
+}
+
+Model robot_in(const std::string& room) { return load_model("hrp2", room, kModels); }
+
+// A furnished room: its middle and size, and how much is free about the circles walked, m.
+struct Room {
+  std::string name;
+  Vector2d middle;
+  Vector3d size;
+  double free;
+};
+const Room kOffice{"office", {0.9, 0.15}, {11, 7, 3}, 2}, kHall{"hall", {0.9, 3.65}, {25, 18, 3}, 4};
+
+bool is_shell(const RoomPrimitive& surface) {
+  return surface.kind == RoomPrimitive::Kind::plane && surface.size.prod() == 0 &&
+         surface.size.maxCoeff() > 3;
+}
+
+}  // namespace
+
+// The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
+TEST(Rooms, OfficeIsSevenByElevenByThreeMetresAndTheHallWithItsOpenOffice25By18) {
+  for (const Room& room : {kOffice, kHall}) {
+    Vector3d low = Vector3d::Constant(1e9), high = -low;
+    for (const RoomPrimitive& surface : room_primitives(*robot_in(room.name))) {
+      if (!is_shell(surface)) continue;
+      low = low.cwiseMin(surface.X_WS.translation() - half_box(surface));
+      high = high.cwiseMax(surface.X_WS.translation() + half_box(surface));
+    }
+    EXPECT_LT((high - low - room.size).norm(), 1e-9) << room.name;
+    EXPECT_LT(((high + low).head<2>() / 2 - room.middle).norm(), 1e-9) << room.name;
+    EXPECT_NEAR(low.z(), 0, 1e-12);
+  }
+}
+
+TEST(Rooms, EverythingStandsInsideAndMetresAroundTheWalkAreFree) {
+  const Vector2d walked(0.9, 0.15);  // middle of the circles
+  for (const Room& room : {kOffice, kHall})
+    for (const RoomPrimitive& surface : room_primitives(*robot_in(room.name))) {
+      if (is_shell(surface)) continue;
+      const Vector3d centre = surface.X_WS.translation(), half = half_box(surface);
+      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().x() + half.x(), room.size.x() / 2 + 1e-3);
+      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().y() + half.y(), room.size.y() / 2 + 1e-3);
+      EXPECT_LT(centre.z() + half.z(), 3.0 + 1e-9);
+      if (centre.z() - half.z() > 2) continue;      // hangs above the robot
+      if (centre.z() + half.z() < 0.002) continue;  // is part of the floor
+      const Vector2d away = ((centre.head<2>() - walked).cwiseAbs() - half.head<2>()).cwiseMax(0);
+      EXPECT_GT(away.norm(), room.free) << room.name << " " << centre.transpose();
+    }
+}
+
+TEST(Office, RobotIsNoPartOfTheRoom) {
+  const std::size_t with_robot = room_primitives(*robot_in("office")).size();
+  const Model model = robot_in("office");
+  EXPECT_GT(with_robot, 200u);
+  EXPECT_LT(with_robot, static_cast<std::size_t>(model->ngeom));
+  for (const RoomPrimitive& surface : room_primitives(*model))
+    EXPECT_NEAR(surface.X_WS.linear().determinant(), 1, 1e-9);
+}
+
+TEST(Rooms, EachTextureHasAPainter) {
+  for (const Room& room : {kOffice, kHall}) {
+    const Model model = robot_in(room.name);
+    EXPECT_GT(model->ntex, 30);
+    for (int id = 0; id < model->ntex; ++id) {
+      const std::string name = mj_id2name(model.get(), mjOBJ_TEXTURE, id);
+      EXPECT_FALSE(room::paint_texture(name, 1).empty()) << name;
+    }
+  }
+}
+
+// The highest plane below the circles walked: the floor, or a sharper piece of it just above.
+TEST(Rooms, FloorIsPaintedToTwoMillimetresPerTexelWhereTheRobotWalks) {
+  for (const Room& room : {kOffice, kHall}) {
+    const Model model = robot_in(room.name);
+    double height = -1, texel_m = 0;
+    for (int geom = 0; geom < model->ngeom; ++geom) {
+      const mjtNum *place = model->geom_pos + 3 * geom, *half = model->geom_size + 3 * geom;
+      const bool below = model->geom_type[geom] == mjGEOM_PLANE && model->geom_bodyid[geom] == 0 &&
+                         std::hypot(place[0] - 0.9, place[1] - 0.15) < 0.01 && place[2] < 0.01;
+      if (!below || place[2] < height) continue;
+      const std::string paint = mj_id2name(model.get(), mjOBJ_MATERIAL, model->geom_matid[geom]);
+      height = place[2], texel_m = 2 * half[1] / room::paint_texture(paint, 1).rows;
+    }
+    EXPECT_NEAR(texel_m, 0.002, 1e-6) << room.name;
+  }
+}
+
+// MonoSLAM's corners: the smaller eigenvalue of the summed gradient matrix of an 11x11 patch is at least
+// 20000. OpenCV scales Sobel's gradients (8 times a central difference of one pixel) by 1 / (4 * 11 * 255).
+TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
+  constexpr double kThreshold = 20000 * 4.0 / ((11 * 255.0) * (11 * 255.0));
+  HeadCamera camera(robot_in("office"), CameraOptions{});
+  const Data plant(mj_makeData(&camera.model()));
+  for (int step = 0; step < 16; ++step) {
+    stand_on_circle(*plant, step * 2 * CV_PI / 16);
+    const cv::Mat1b image = camera.render(*plant);
+    cv::Mat1f strength;
+    cv::cornerMinEigenVal(image, strength, 11, 3);
+    std::vector<cv::Point2f> corners;
+    cv::goodFeaturesToTrack(image, corners, 0, 1e-6, 10, strength > kThreshold, 11);
+    std::set<int> twelfths;
+    for (const cv::Point2f& corner : corners) twelfths.insert(int(corner.x) / 80 + 4 * (int(corner.y) / 80));
+    EXPECT_GE(corners.size(), 30u) << step;  // two and a half times what the filter keeps in view
+    EXPECT_GE(twelfths.size(), 7u) << step;
+  }
+}
+
+// The score's own ray caster, independent of MuJoCo, on the result of room_primitives.
+TEST(RoomPrimitives, RaysMeetThemWhereMuJoCosDo) {
+  for (const Room& room_of : {kOffice, kHall}) {
+    const Model model = robot_in(room_of.name);
+    const Data data(mj_makeData(model.get()));
+    mj_forward(model.get(), data.get());
+    std::vector<score::Surface> surfaces;
+    for (const RoomPrimitive& surface : room_primitives(*model)) surfaces.push_back(scored(surface));
+    cv::RNG random(5);
+    constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
+    for (int i = 0; i < 3000; ++i) {
+      const Vector3d from{random.uniform(0.0, 1.8), random.uniform(-0.6, 1.1), random.uniform(1.2, 1.5)};
+      const Vector3d along =
+          Vector3d{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)}
+              .normalized();
+      int geom;
+      const double expected = mj_ray(model.get(), data.get(), from.data(), along.data(), room, 1, -1, &geom);
+      const std::optional<double> found = score::first_hit(surfaces, from, along);
+      ASSERT_TRUE(found.has_value());
+      ASSERT_NEAR(*found, expected, 1e-6)
+          << "geom " << geom;  // rounding of distances of some metres, grazing included
+    }
+  }
+}
+
+TEST(RoomPrimitives, ShapesAreGivenByTheirHalfExtents) {
+  const char* const xml =
+      "<mujoco><worldbody><geom type='capsule' size='0.1 0.4' pos='1 2 3'/><geom type='plane' size='2 3 1'/>"
+      "<body pos='0 0 1'><freejoint/><geom type='sphere' size='0.2'/></body></worldbody></mujoco>";
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "gaitslam_primitives";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "a.xml") << xml;
+  std::ofstream(folder / "b.xml") << "<mujoco><worldbody/></mujoco>";
+  const std::vector<RoomPrimitive> surfaces = room_primitives(*load_model("a", "b", folder));
+  std::filesystem::remove_all(folder);
+  ASSERT_EQ(surfaces.size(), 2u);
+  EXPECT_EQ(surfaces[0].kind, RoomPrimitive::Kind::capsule);
+  EXPECT_EQ(surfaces[0].size, Vector3d(0.1, 0.1, 0.4));
+  EXPECT_EQ(surfaces[0].X_WS.translation(), Vector3d(1, 2, 3));
+  EXPECT_EQ(surfaces[1].kind, RoomPrimitive::Kind::plane);
+  EXPECT_EQ(surfaces[1].size, Vector3d(2, 3, 0));
+}
+
+}  // namespace sim::camera

@@ -1,0 +1,155 @@
+#include "sim/pages/sweep_page.h"
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <regex>
+#include <string>
+
+#include "sim/files/file_error.h"
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace {
+
+using sim::pages::sweep_page;
+using testing::HasSubstr;
+using testing::Not;
+
+class SweepPage : public testing::Test {
+ protected:
+  /// One trial's line; settings: {"slam.a": 1, ...}.
+  void add(const std::string& scenario, const std::string& settings, int seed, const std::string& values,
+           const std::string& ending = "completed") {
+    lines_ += R"({"trial": 0, "scenario": ")" + scenario + R"(", "settings": )" + settings +
+              R"(, "key": "k", "seed": )" + std::to_string(seed) + R"(, "ending": ")" + ending +
+              R"(", "cause": "", "values": )" + values + "}\n";
+  }
+  std::string page() const {
+    sim::files::write_text(folder_ / "scores.jsonl", lines_);
+    sim::files::write_text(folder_ / "trials.jsonl", "");
+    EXPECT_TRUE(sim::pages::is_sweep(folder_.path()));
+    return sweep_page(folder_.path());
+  }
+  const sim::files::TemporaryFolder folder_;
+  std::string lines_;
+};
+
+TEST_F(SweepPage, OneKeyIsALineOfMediansAndItsWorstSeedIsNamedWithItsCommand) {
+  for (const auto& [at, seed, ate] :
+       {std::tuple{"1", 1, "0.1"}, {"1", 2, "0.3"}, {"2", 1, "0.2"}, {"2", 2, "0.25"}})
+    add("hall", std::string(R"({"slam.vision.sigma_px": )") + at + "}", seed,
+        std::string(R"({"ate_se3_rmse_m": )") + ate + "}");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("ate_se3_rmse_m over slam.vision.sigma_px"));
+  EXPECT_THAT(html, HasSubstr("slam.vision.sigma_px [px]"));
+  EXPECT_THAT(html, HasSubstr("<a href='#setting-hall-1'>sigma_px=1, seed 2</a> (0.3)"));
+  EXPECT_THAT(html, HasSubstr("<tr id='setting-hall-1'>"));
+  EXPECT_THAT(html, HasSubstr("/scenarios/hall.yaml slam.vision.sigma_px=1 seed=2</pre>"));
+  EXPECT_THAT(html, HasSubstr("<td class='number'>0.2</td>")) << "the median of 0.1 and 0.3";
+}
+
+TEST_F(SweepPage, WhatASweepNamesIsOneWordEachOfACommandThatIsCopied) {
+  add("hall; touch a #", R"({"slam.vision.sigma_px": "`id`"})", 1, R"({"rmse_m": 0.1})");
+  add("hall; touch a #", R"({"slam.vision.sigma_px": "1'; touch b; '"})", 1, R"({"rmse_m": 0.2})");
+  const std::string html = page();
+  EXPECT_THAT(
+      html,
+      HasSubstr("/scenarios/hall; touch a #.yaml&#39; &#39;slam.vision.sigma_px=`id`&#39; seed=1</pre>"));
+  EXPECT_THAT(
+      html,
+      HasSubstr("slam.vision.sigma_px=1&#39;\\&#39;&#39;; touch b; &#39;\\&#39;&#39;&#39; seed=1</pre>"));
+}
+
+TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
+  for (const char* a : {"1", "10", "2"})
+    for (const char* b : {"x", "y"})
+      add("hall", std::string(R"({"slam.a": )") + a + R"(, "slam.b": ")" + b + "\"}", 1,
+          R"({"rmse_m": 0.125})");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("rmse_m [m]: median over seeds"));
+  EXPECT_THAT(html, HasSubstr("<a href='#setting-hall-3-2'><rect")) << "10 comes after 2";
+  EXPECT_THAT(html, HasSubstr(">0.125</text>"));
+  EXPECT_THAT(html, Not(HasSubstr("rmse_m over slam.a")));
+}
+
+TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnes) {
+  std::string one, two;
+  for (int k = 100; k < 200; ++k) {
+    one += (one.empty() ? "" : ", ") + ("\"slam.k" + std::to_string(k) + "\": 1");
+    two += (two.empty() ? "" : ", ") + ("\"slam.k" + std::to_string(k) + "\": 2");
+  }
+  add("hall", "{" + one + "}", 1, R"({"rmse_m": 1})");
+  add("hall", "{" + two + "}", 1, R"({"rmse_m": 2})");
+  const std::string html = page();
+  const auto count = [&](const std::string& text) {
+    int n = 0;
+    for (std::size_t at = 0; (at = html.find(text, at)) != html.npos; at += text.size()) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("median over seeds and the other keys; dark is worse</figcaption>"), 15);
+  EXPECT_THAT(html, HasSubstr("<figure id='hall_rmse_m_slam.k104_slam.k105'>"));
+  EXPECT_THAT(html,
+              HasSubstr("Heat maps are drawn of the first 6 of 100 keys with several values: slam.k100, "
+                        "slam.k101, slam.k102, slam.k103, slam.k104, slam.k105."));
+  EXPECT_EQ(count("<figcaption>rmse_m over slam."), 20);
+  EXPECT_THAT(html, HasSubstr("<figure id='hall_rmse_m_slam.k119'>"));
+  EXPECT_THAT(html, HasSubstr("Lines and dots are drawn of the first 20 of 100 keys with several values: "));
+}
+
+TEST_F(SweepPage, OfManyTrialsHasDotsOfSomeAndTheMedianOfAll) {
+  for (int seed = 1; seed <= 2000; ++seed)
+    for (int a = 1; a <= 4; ++a)
+      add("hall", R"({"slam.a": )" + std::to_string(a) + "}", seed,
+          R"({"rmse_m": 0.)" + std::to_string(a) + "}");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("2002 of 8000 trials"));
+  EXPECT_THAT(html, HasSubstr("median of all"));
+  EXPECT_THAT(html, HasSubstr("2000 of 2000</td>")) << "of a setting";
+  std::map<std::string, int> dots;  // height -> how many
+  const std::regex dot("<circle[^>]* cy='([^']*)'");
+  for (std::sregex_iterator at(html.begin(), html.end(), dot), end; at != end; ++at) ++dots[(*at)[1]];
+  EXPECT_EQ(dots.size(), 4u);
+  for (const auto& [height, n] : dots) EXPECT_NEAR(n, 500, 5) << height;
+}
+
+TEST_F(SweepPage, ScenariosAreNotPooled) {
+  add("hall", R"({"slam.a": 1})", 1, R"({"rmse_m": 1})");
+  add("office", R"({"slam.a": 1})", 1, R"({"rmse_m": 3})");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("<h2 id='scenario-hall'>hall</h2>"));
+  EXPECT_THAT(html, HasSubstr("<h2 id='scenario-office'>office</h2>"));
+  EXPECT_THAT(html, Not(HasSubstr("<td class='number'>2</td>"))) << "the median of both";
+}
+
+TEST_F(SweepPage, ATrialThatFailedIsTheWorst) {
+  add("hall", R"({"slam.a": 1})", 1, R"({"ate_se3_rmse_m": 9})");
+  add("hall", R"({"slam.a": 1})", 2, R"({"ate_se3_rmse_m": 1})", "diverged");
+  EXPECT_THAT(page(), HasSubstr("<summary>seed 2: diverged</summary>"));
+  EXPECT_THAT(page(), HasSubstr("<td class='number'>1 of 2</td>"));
+}
+
+TEST_F(SweepPage, NamesAreShownAsTheyAre) {
+  add("<img src=x>", R"({"<b>": "'\"<i>"})", 1, R"({"rmse_m": 1})");
+  const std::string html = page();
+  EXPECT_THAT(html, Not(HasSubstr("<img")));
+  EXPECT_THAT(html, Not(HasSubstr("<i>")));
+  EXPECT_THAT(html, HasSubstr("Content-Security-Policy"));
+}
+
+TEST_F(SweepPage, BrokenScoresAreNamed) {
+  const auto complaint = [&](const std::string& lines) -> std::string {
+    lines_ = lines;
+    try {
+      page();
+    } catch (const sim::files::FileError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(complaint(""), HasSubstr("scores.jsonl: has no trial"));
+  EXPECT_THAT(complaint("{}\n"), HasSubstr("scores.jsonl: scenario"));
+  EXPECT_THAT(complaint("{\n"), HasSubstr("scores.jsonl"));
+}
+
+}  // namespace

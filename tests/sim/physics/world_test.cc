@@ -1,0 +1,198 @@
+#include "sim/physics/world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/sim/physics/half_sitting_world.h"
+
+namespace sim::physics {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+TEST(World, BeginsWithTheSolesOnTheFloorWhereverTheWaistIs) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translate(Eigen::Vector3d(50, -20, 3)).rotate(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()));
+  const World world = standing({}, X_WB);
+  EXPECT_NEAR(world.X_WL().translation().z(), 0, 1e-9);
+  EXPECT_NEAR(world.X_WR().translation().z(), 0, 1e-9);
+  EXPECT_NEAR(world.X_WB().translation().x(), 50, 1e-12);
+  EXPECT_NEAR(world.X_WB().translation().z(), walking::hrp2::kWaistHeight, 1e-9);
+}
+
+TEST(World, LooksAheadFromTheHeadAboutOneMetreFortyAboveTheFloor) {
+  const World world = standing();
+  const Eigen::Isometry3d X_WC = world.X_WC();
+  Eigen::Matrix3d expected;  // x right, y down, z ahead
+  expected << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  EXPECT_LT((X_WC.linear() - expected).norm(), 1e-9);
+  EXPECT_NEAR(X_WC.translation().z(), 1.40, 0.005);
+}
+
+TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
+  World world = standing();
+  run(world, 5000);
+  EXPECT_EQ(world.status().condition, Condition::ok) << world.status().cause;
+  EXPECT_EQ(world.time(), 5s);
+  EXPECT_LT((world.X_WB().translation() - Eigen::Vector3d(0, 0, walking::hrp2::kWaistHeight)).norm(),
+            0.005);  // servos and ankle bushes give way
+}
+
+TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
+  World world = standing();
+  run(world, 3000);
+  world.sensor_readings();
+  run(world, 5);
+  const walking::SensorReadings readings = world.sensor_readings();
+  const double weight = walking::hrp2::kMass * walking::kGravity;
+  EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight,
+              2.0);  // the sole plates hang below the sensors
+  EXPECT_NEAR(readings.accelerometer.norm(), walking::kGravity, 0.02);
+  EXPECT_LT(readings.gyro.norm(), 0.01);
+  // Centre of pressure in x of the soles: under the centre of mass.
+  const double pressure_x = -(readings.left.torque.y() + readings.right.torque.y()) / weight;
+  EXPECT_NEAR(pressure_x, world.com().x() - world.X_WL().translation().x(), 0.002);
+}
+
+TEST(World, ReadsJointsThroughTheirOffsets) {
+  PlantVariation draw;
+  draw.joint_offset_rad = Eigen::VectorXd::Constant(walking::kJoints, 0.002);
+  World world = standing(draw);
+  EXPECT_LT((world.sensor_readings().q - half_sitting()).norm(), 1e-12);
+  EXPECT_GT((world.X_WC().linear() - standing().X_WC().linear()).norm(), 1e-3);
+}
+
+TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheStabilizers) {
+  World split = standing(), whole = standing();
+  run(whole, 5);
+  run(split, 3);
+  const ImuReading first = split.imu_since_last();
+  run(split, 2);
+  const ImuReading second = split.imu_since_last();
+  EXPECT_EQ(first.begin, 0ns);
+  EXPECT_EQ(first.end, 3ms);
+  EXPECT_EQ(second.begin, first.end);
+  EXPECT_EQ(second.end, 5ms);
+  EXPECT_EQ(split.sensor_readings().gyro, whole.sensor_readings().gyro);
+}
+
+TEST(World, RunsTwiceToTheSameBits) {
+  World a = standing(), b = standing();
+  run(a, 500);
+  run(b, 500);
+  EXPECT_EQ(a.X_WC().matrix(), b.X_WC().matrix());
+  EXPECT_EQ(a.sensor_readings().accelerometer, b.sensor_readings().accelerometer);
+}
+
+TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {
+  World world = standing();
+  walking::JointVector q = half_sitting();
+  q[4] = q[10] = 0.5;  // both ankles pitch: it tips over
+  world.command(q, walking::JointVector::Zero());
+  run(world, 4000);
+  EXPECT_EQ(world.status().condition, Condition::fell);
+  const auto when = world.time();
+  run(world, 10);
+  EXPECT_EQ(world.time(), when);  // final: the physics stands still
+}
+
+TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {
+  World world = standing();
+  walking::JointVector q = half_sitting();
+  q[1] = 0.25;   // right hip rolls inwards
+  q[7] = -0.25;  // left hip rolls inwards
+  world.command(q, walking::JointVector::Zero());
+  run(world, 2000);
+  EXPECT_EQ(world.status().condition, Condition::collided);
+}
+
+/// Standing in the office with the waist at (x, y), heading along x.
+World in_office(double x, double y) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translation() << x, y, 0;
+  return World({}, {}, half_sitting(), X_WB, models());
+}
+
+// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs a third of a metre from the
+// waist.
+TEST(World, AHandThatBrushesADeskIsACollision) {
+  World world = in_office(3.9, 2.4);
+  run(world, 200);
+  ASSERT_EQ(world.status().condition, Condition::ok) << world.status().cause;
+  walking::JointVector q = half_sitting();
+  q[walking::hrp2::kRightArm + 1] = -0.6;  // the shoulder rolls outwards
+  world.command(q, walking::JointVector::Zero());
+  run(world, 1000);
+  EXPECT_EQ(world.status().condition, Condition::collided);
+  EXPECT_THAT(world.status().cause, testing::MatchesRegex("RARM_LINK[3-6] touched desk_1 at .*"));
+  const auto when = world.time();
+  EXPECT_GT(when, 200ms);
+  run(world, 10);
+  EXPECT_EQ(world.time(), when);  // final: the physics stands still
+}
+
+TEST(World, WhatStandsInAnObjectHasCollidedFromTheBeginning) {
+  World world = in_office(3.9, 1.2);
+  world.step();
+  EXPECT_EQ(world.status().condition, Condition::collided);
+  EXPECT_THAT(world.status().cause, HasSubstr(" touched desk_1 at "));
+}
+
+TEST(World, EndsAsFailedWhenThePhysicsIsGivenNumbersThatAreNotFinite) {
+  World world = standing();
+  world.command(walking::JointVector::Constant(std::numeric_limits<double>::quiet_NaN()),
+                walking::JointVector::Zero());
+  run(world, 10);
+  EXPECT_EQ(world.status().condition, Condition::physics_failed);
+  EXPECT_FALSE(world.status().cause.empty());
+}
+
+/// A folder of models with another floor.
+std::filesystem::path models_with_floor(const char* folder_name, const char* floor) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / folder_name;
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(models() / "hrp2.xml", folder / "hrp2.xml",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::ofstream(folder / "floor.xml") << floor;
+  return folder;
+}
+
+TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
+  const auto folder =
+      models_with_floor("few_contacts",
+                        "<mujoco><size nconmax='4'/><worldbody><geom name='floor' type='plane' "
+                        "size='20 20 1' condim='3'/></worldbody></mujoco>");
+  WorldOptions options;
+  options.room = "floor";
+  World world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(),
+              folder);  // ten pads touch the floor
+  world.step();
+  EXPECT_EQ(world.status().condition, Condition::physics_failed);
+  EXPECT_THAT(world.status().cause, HasSubstr("contact"));
+}
+
+TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
+  WorldOptions options;
+  const auto load = [&](const std::filesystem::path& folder) {
+    World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), folder);
+  };
+  const auto folder =
+      models_with_floor("broken_models", "<mujoco><worldbody><geom shape='cube'/></worldbody></mujoco>");
+  EXPECT_THAT([&] { load(folder); }, testing::ThrowsMessage<std::runtime_error>(HasSubstr("shape")));
+
+  options.robot = "no_such_robot";
+  EXPECT_THAT([&] { load(models()); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("no_such_robot.xml")));
+}
+
+TEST(World, RefusesADrawOfTheWrongSize) {
+  PlantVariation draw;
+  draw.joint_offset_rad = Eigen::VectorXd::Zero(3);
+  EXPECT_THROW(standing(draw), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sim::physics

@@ -1,0 +1,97 @@
+// Keys of options: `number<&Gyro::sigma_rad_s>(key, lowest, highest, "what it means")` in a struct's function
+// `keys` names the key after the member and passes it to a visitor.
+#pragma once
+
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace walking {
+
+template <auto Member>
+constexpr const char* signature_with() {
+  return __PRETTY_FUNCTION__;
+}
+
+/// Returns the name of a pointer to member: "sigma_rad_s" for &Gyro::sigma_rad_s.
+template <auto Member>
+constexpr std::string_view member_name() {
+  std::string_view text =
+      signature_with<Member>();  // GCC and clang end it with "= &slam::Gyro::sigma_rad_s]"
+  text = text.substr(0, text.find_last_not_of("]);") + 1);
+  return text.substr(text.rfind(':') + 1);
+}
+
+/// Base of the visitors of `keys`, by which the functions below are found without their namespace. A visitor
+/// has the same functions with the name and the member in front: `number("sigma_rad_s", &Gyro::sigma_rad_s,
+/// ...)`.
+struct KeyVisitor {};
+
+/// A number, or a list of numbers, within a range.
+template <auto Member>
+void number(auto& visitor, double lowest, double highest, const char* doc) {
+  visitor.number(member_name<Member>(), Member, lowest, highest, doc);
+}
+/// An angle: the key `angle_deg` of the member `angle_rad`.
+template <auto Member>
+void degrees(auto& visitor, double lowest, double highest, const char* doc) {
+  constexpr std::string_view name = member_name<Member>();
+  static_assert(name.ends_with("_rad"));
+  visitor.degrees(std::string(name.substr(0, name.size() - 3)) + "deg", Member, lowest, highest, doc);
+}
+/// An enumerator, a word or a list of words.
+template <auto Member>
+void choice(auto& visitor, const auto& words, const char* doc) {
+  visitor.choice(member_name<Member>(), Member, words, doc);
+}
+/// A switch, a whole number without sign, a name or a list of items.
+template <auto Member>
+void value(auto& visitor, const char* doc) {
+  visitor.value(member_name<Member>(), Member, doc);
+}
+/// Options with `keys` of their own.
+template <auto Member>
+void part(auto& visitor) {
+  visitor.part(member_name<Member>(), Member);
+}
+
+/// Visitor that throws std::invalid_argument at the first number out of its range, naming it.
+template <class Options>
+class RangeCheck : public KeyVisitor {
+ public:
+  /// name: of the options in messages, such as "walk".
+  RangeCheck(const Options& options, std::string name) : options_(options), name_(std::move(name)) {}
+
+  void number(std::string_view key, auto member, double lowest, double highest, const char*) const {
+    check(key, options_.*member, lowest, highest);
+  }
+  void degrees(std::string_view key, auto member, double lowest, double highest, const char*) const {
+    check(key, options_.*member, lowest / 180 * std::numbers::pi, highest / 180 * std::numbers::pi, " rad");
+  }
+  void choice(const auto&...) const {}
+  void value(const auto&...) const {}
+  template <class Part>
+  void part(std::string_view key, Part Options::*member) const {
+    Part::keys(RangeCheck<Part>(options_.*member, name_ + "." + std::string(key)));
+  }
+
+ private:
+  void check(std::string_view key, double value, double lowest, double highest, const char* unit = "") const {
+    if (!(value >= lowest && value <= highest))
+      throw std::invalid_argument(name_ + "." + std::string(key) + ": " + std::to_string(value) +
+                                  " is not between " + std::to_string(lowest) + " and " +
+                                  std::to_string(highest) + unit);
+  }
+
+  const Options& options_;
+  std::string name_;
+};
+
+/// Throws std::invalid_argument if a number of the options is out of its range.
+template <class Options>
+void check_ranges(const Options& options, const std::string& name) {
+  Options::keys(RangeCheck<Options>(options, name));
+}
+
+}  // namespace walking
