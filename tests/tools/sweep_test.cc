@@ -1,4 +1,5 @@
-// Sweeps as users meet them: announced, scored as replays are, and the same bytes for any number of jobs and kills.
+// Sweeps as users meet them: announced, scored as replays are, and the same bytes for any number of jobs and
+// kills.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -55,8 +56,8 @@ TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
 TEST_F(SweepTest, ScoresAreThoseOfRunsAndReplaysBitForBit) {
   const std::string keys[]{"slam.vision.sigma_px=1 errors.gyro.sigma_rad_s=0.01",
                            "slam.vision.sigma_px=3 errors.gyro.sigma_rad_s=0.05"};
-  const Ran swept =
-      gaitslam("sweep walk.yaml slam.vision.sigma_px=1,3 errors.gyro.sigma_rad_s=0.01,0.05 --seeds 2 --out sweep");
+  const Ran swept = gaitslam(
+      "sweep walk.yaml slam.vision.sigma_px=1,3 errors.gyro.sigma_rad_s=0.01,0.05 --seeds 2 --out sweep");
   ASSERT_EQ(swept.exit_code, 0) << swept.err;
   const std::vector<json> scores = lines("sweep/scores.jsonl");
   ASSERT_EQ(scores.size(), 4u);
@@ -80,7 +81,8 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsAndReplaysBitForBit) {
 }
 
 TEST_F(SweepTest, TheNumberOfJobsChangesNoByte) {
-  const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 5}' --seeds 1..3 ";
+  const std::string sweep =
+      "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 5}' --seeds 1..3 ";
   ASSERT_EQ(gaitslam(sweep + "--out one").exit_code, 0);
   ASSERT_EQ(gaitslam(sweep + "--jobs 3 --out three").exit_code, 0);
   expect_same_scores("one", "three");
@@ -122,8 +124,9 @@ TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
   shell("echo '# changed' >> gyro.py");
   const Ran other = gaitslam(sweep);
   EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.err, HasSubstr("s/trials.jsonl: belongs to another sweep, other scenarios, another program or "
-                                   "other files of the estimator; --force starts again"));
+  EXPECT_THAT(other.err,
+              HasSubstr("s/trials.jsonl: belongs to another sweep, other scenarios, another program or "
+                        "other files of the estimator; --force starts again"));
   EXPECT_THAT(gaitslam(sweep + " --force").out, Not(HasSubstr("finished before")));
 }
 

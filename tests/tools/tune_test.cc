@@ -41,24 +41,6 @@ TEST_F(Tune, LeavesAnOverlayThatOtherCommandsTakeAndAReport) {
                     HasSubstr("better on hold-out runs")));
 }
 
-TEST_F(Tune, KilledAndBegunAgainPrintsWhatItWouldHavePrinted) {
-  write_walks();
-  write_spec();
-  const Ran whole = gaitslam("tune spec.yaml --out whole");
-  Ran killed;
-  int kills = 0;
-  for (double life_s = 0.1; life_s < 100 && killed.exit_code != 0; life_s *= 1.4, ++kills)
-    killed = shell("timeout -s KILL " + std::to_string(life_s) + " " + GAITSLAM_PROGRAM +
-                   " tune spec.yaml --out killed");
-  EXPECT_GE(kills, 2);
-  ASSERT_EQ(killed.exit_code, 0);
-  ASSERT_EQ(gaitslam("tune spec.yaml --jobs 3 --out jobs").exit_code, 0);
-  for (const char* other : {"killed", "jobs"})
-    for (const char* file : {"best.yaml", "tune.json", "trials.jsonl"})
-      EXPECT_EQ(text_of(std::string("whole/") + file), text_of(std::string(other) + "/" + file))
-          << other << file;
-}
-
 TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {
   write_walks();
   write_spec(", set: [errors.gyro.sigma_rad_s=0.2]");

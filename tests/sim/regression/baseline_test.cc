@@ -40,6 +40,7 @@ class BaselineTest : public testing::Test {
 };
 
 TEST_F(BaselineTest, ReadsBackWhatWasWrittenToTheBit) {
+  EXPECT_THAT(text(), HasSubstr("\n\"rmse_m\": [0.1,0.3333333333333333],\n")) << "a metric is a line";
   const Baseline read = read_baseline(file_);
   ASSERT_EQ(read.history.size(), 2u);
   EXPECT_EQ(read.history[0].reason, "a \"first\" one");
@@ -71,7 +72,7 @@ TEST_F(BaselineTest, AnyChangedByteIsFound) {
   expect_refused(edited, "was edited after it was written");
   expect_refused(whole.substr(0, whole.size() / 2), "not a baseline file, or truncated");
   expect_refused("", "not a baseline");
-  expect_refused(whole + " ", "its bytes are not");
+  expect_refused(whole + " ", "was edited");
 }
 
 TEST_F(BaselineTest, OneThatIsNotThereSaysHowToMakeIt) {
@@ -88,10 +89,6 @@ TEST_F(BaselineTest, ItsConfigurationsHashIsOfKeysAndValues) {
   EXPECT_EQ(config_hash({{"a", "1"}}), config_hash({{"a", "1"}}));
   EXPECT_NE(config_hash({{"a", "1"}}), config_hash({{"a", "2"}}));
   EXPECT_NE(config_hash({{"a", "1"}}), config_hash({{"a", "1"}, {"b", ""}}));
-}
-
-TEST_F(BaselineTest, AMetricIsALine) {
-  EXPECT_THAT(text(), HasSubstr("\n\"rmse_m\": [0.1,0.3333333333333333],\n"));
 }
 
 }  // namespace

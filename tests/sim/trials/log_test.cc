@@ -57,28 +57,19 @@ TEST(TrialLog, KeysTellWhereOnePartEnds) {
   EXPECT_EQ(trial_key({"a", "b"}), trial_key({"a", "b"}));
 }
 
-TEST(TrialLog, OpenedAgainItHasAllThatFinished) {
-  const TemporaryFolder folder;
-  {
-    TrialLog log(folder / "trials.jsonl", "a sweep");
-    for (int i = 0; i < 5; ++i) log.add(record(i));
-    log.add({"key-3", 3, "fell", "twice", {}});
-  }
-  const TrialLog log(folder / "trials.jsonl", "a sweep");
-  EXPECT_EQ(log.size(), 5u);
-  EXPECT_EQ(*log.find("key-3"), record(3));
-  EXPECT_EQ(log.find("key-9"), nullptr);
-  EXPECT_EQ(read_trial_log(folder / "trials.jsonl", "a sweep").size(), 5u);
-}
-
-TEST(TrialLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAnew) {
+TEST(TrialLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAgain) {
   const TemporaryFolder folder;
   const auto file = folder / "trials.jsonl";
   {
     TrialLog log(file, "a sweep");
     for (int i = 0; i < 3; ++i) log.add(record(i));
+    log.add({"key-1", 1, "fell", "twice", {}});
   }
+  EXPECT_EQ(*TrialLog(file, "a sweep").find("key-1"), record(1));
   const std::string whole = files::read_text(file);
+  files::write_text(file, whole + std::string(40, '\0') + "\n");  // as a power failure leaves it
+  EXPECT_EQ(TrialLog(file, "a sweep").size(), 3u);
+  EXPECT_EQ(files::read_text(file), whole);
   for (std::size_t bytes = 0; bytes < whole.size(); ++bytes) {
     files::write_text(file, whole.substr(0, bytes));
     {
@@ -89,40 +80,20 @@ TEST(TrialLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAnew) {
   }
 }
 
-TEST(TrialLog, ALastLineOfZerosIsTornToo) {
-  const TemporaryFolder folder;
-  const auto file = folder / "trials.jsonl";
-  { TrialLog(file, "a sweep").add(record(1)); }
-  const std::string whole = files::read_text(file);
-  files::write_text(file, whole + std::string(40, '\0') + "\n");
-  { EXPECT_EQ(TrialLog(file, "a sweep").size(), 1u); }
-  EXPECT_EQ(files::read_text(file), whole);
-}
-
-TEST(TrialLog, ADamagedLineWithinIsNamed) {
+TEST(TrialLog, ADamagedLineAnotherPurposeAndAnotherWriterAreErrors) {
   const TemporaryFolder folder;
   const auto file = folder / "trials.jsonl";
   {
     TrialLog log(file, "a sweep");
     for (int i = 0; i < 3; ++i) log.add(record(i));
+    EXPECT_THAT(complaint(file, "a sweep"), HasSubstr("another process"));
   }
+  EXPECT_THAT(complaint(file, "another sweep"), HasSubstr("another sweep"));
   std::string text = files::read_text(file);
   text[text.find("key-0") - 3] = '#';
   files::write_text(file, text);
   EXPECT_THAT(complaint(file, "a sweep"), HasSubstr("line 2"));
   EXPECT_EQ(files::read_text(file), text) << "an unreadable log is not changed";
-}
-
-TEST(TrialLog, ALogOfAnotherPurposeIsRejected) {
-  const TemporaryFolder folder;
-  { TrialLog(folder / "trials.jsonl", "a sweep").add(record(1)); }
-  EXPECT_THAT(complaint(folder / "trials.jsonl", "another sweep"), HasSubstr("another sweep"));
-}
-
-TEST(TrialLog, OneProcessAtATimeWritesIt) {
-  const TemporaryFolder folder;
-  const TrialLog log(folder / "trials.jsonl", "a sweep");
-  EXPECT_THAT(complaint(folder / "trials.jsonl", "a sweep"), HasSubstr("another process"));
 }
 
 TEST(TrialLog, SortedItIsTheSameWhateverTheOrderOfItsTrials) {

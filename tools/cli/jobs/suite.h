@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "sim/regression/report.h"
 #include "sim/regression/suite.h"
 #include "sim/regression/verdict.h"
-#include "sim/regression/report.h"
 #include "tools/cli/jobs/results.h"
 
 namespace cli {
