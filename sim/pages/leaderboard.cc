@@ -15,7 +15,7 @@
 #include "sim/files/text_table.h"
 #include "sim/pages/html.h"
 #include "sim/result/score_file.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {
@@ -102,7 +102,7 @@ std::string html_row(const std::vector<std::string>& row, const char* tag) {
 
 std::vector<std::string> leaderboard_metrics() {
   return {"ate_se3_rmse_m",       "ate_sim3_rmse_m", "rmse_m",
-          "end_position_error_m", "tracked_share",   "nees_position_mean"};
+          "end_position_error_m", "tracked_fraction", "nees_position_mean"};
 }
 
 std::vector<LeaderboardRow> leaderboard(const std::vector<fs::path>& folders,

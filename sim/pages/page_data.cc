@@ -15,7 +15,7 @@
 #include "sim/pages/scene_data.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::pages {
 namespace {

@@ -12,7 +12,6 @@
 
 #include "sim/files/number.h"
 #include "sim/pages/units.h"
-#include "sim/score/band_share.h"
 #include "sim/score/consistency.h"
 #include "sim/score/run.h"
 #include "sim/score/statistics.h"
@@ -223,7 +222,7 @@ std::string share_text(const Moments& moments) {
   std::vector<Column> settled;
   for (auto at = moments.lower_bound(score::kSettled_s); at != moments.end(); ++at)
     settled.push_back(at->second);
-  const auto share = score::share_in_band(settled, 3);
+  const auto share = score::band_fractions(settled, 3);
   return share ? fmt::format("{:.0f} % (below it {:.0f} %)", 100 * share->inside, 100 * share->below)
                : "none";
 }

@@ -12,7 +12,7 @@
 #include "sim/files/number.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::pages {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "sim/pages/html.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {

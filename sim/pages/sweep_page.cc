@@ -11,7 +11,7 @@
 #include "sim/files/printed_text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/sweep_figures.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {

@@ -9,7 +9,7 @@
 #include "sim/files/number.h"
 #include "sim/result/json.h"
 #include "sim/result/table_style.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::regression {
 namespace {

@@ -12,7 +12,7 @@
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::regression {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "sim/files/number.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/score/significance.h"
 #include "sim/score/statistics.h"
 

@@ -65,7 +65,7 @@ void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose
   score::Trajectory true_poses;
   for (const files::TimedPose& pose : truth) true_poses.push_back({pose.t, pose.X});
   const auto found = score::align(score::pair_by_stamp(true_poses, poses), alignment);
-  if (const auto* const none = std::get_if<score::NoAlignment>(&found))
+  if (const auto* const none = std::get_if<score::Absent>(&found))
     throw estimators::EstimatorFailed("its trajectory cannot be aligned with the truth: " + none->reason);
   for (score::StampedPose& pose : poses) pose.X = std::get<score::Similarity>(found) * pose.X;
 }

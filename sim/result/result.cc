@@ -10,7 +10,7 @@
 #include "sim/result/score_file.h"
 #include "sim/result/score_input.h"
 #include "sim/result/tracked_files.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::result {
 namespace {
@@ -59,7 +59,7 @@ void write_steering(const fs::path& folder, const RunRecord& record, const score
   files::write_text(folder / "corrected_steps.csv", steps);
 }
 
-std::string planar_fields(const score::Planar& p) { return fmt::format(",{},{},{}", p.x, p.y, p.yaw); }
+std::string pose_fields(const score::Pose2& p) { return fmt::format(",{},{},{}", p.x, p.y, p.yaw); }
 
 void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
   std::string text =
@@ -68,8 +68,8 @@ void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
   for (const score::FootRow& row : rows) {
     text += fmt::format("{},{},{},{}{}{}{}\n", row.begin.count(), row.end.count(),
                         row.foot == score::Foot::left ? "left" : "right",
-                        score::kFootPhases[static_cast<std::size_t>(row.phase)], planar_fields(row.moved),
-                        planar_fields(row.creep), planar_fields(row.drift));
+                        score::kFootPhases[static_cast<std::size_t>(row.phase)], pose_fields(row.moved),
+                        pose_fields(row.creep), pose_fields(row.drift));
   }
   files::write_text(file, text);
 }

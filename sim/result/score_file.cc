@@ -6,7 +6,7 @@
 
 #include "sim/files/json.h"
 #include "sim/result/json.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::result {
 namespace {

@@ -10,7 +10,7 @@
 #include "sim/files/json.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/metric.h"
+#include "sim/score/metrics.h"
 #include "sim/tracking/tracking.h"
 
 namespace sim::result {

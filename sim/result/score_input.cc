@@ -82,20 +82,20 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   return {project, bearing};
 }
 
-score::Planar planar(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+score::Pose2 pose2(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
   if (truth.feet.empty() || truth.waist.empty()) return {};
   std::vector<score::FeetSample> samples;
   for (const recording::TrueFeet& both : truth.feet) {
     const auto sample = [&](const recording::TrueFoot& foot) -> score::FootSample {
-      return {planar(foot.truth), planar(foot.plan), foot.planned_down, foot.load_n / kNominalWeight_N,
-              planar(foot.creep)};
+      return {pose2(foot.truth), pose2(foot.plan), foot.planned_down, foot.load_n / kNominalWeight_N,
+              pose2(foot.creep)};
     };
     samples.push_back({both.t, {sample(both.left), sample(both.right)}});
   }
-  return score::decompose_drift(samples, score::planar(truth.waist.back().X),
-                                score::planar(truth.waist_plan.back().X));
+  return score::decompose_drift(samples, score::pose2(truth.waist.back().X),
+                                score::pose2(truth.waist_plan.back().X));
 }
 
 }  // namespace
@@ -131,7 +131,7 @@ score::Run score_input(const RunRecord& record) {
   score::Run run;
   run.truth_camera = trajectory(record.truth.camera);
   run.plan_camera = trajectory(planned_camera(record));
-  run.no_scale = record.no_scale;
+  if (!record.no_scale.empty()) run.no_scale = record.no_scale;
   run.truth_waist = trajectory(record.truth.waist);
   run.plan_waist = trajectory(record.truth.waist_plan);
   run.camera = true_camera(record.setup.calibration.camera);

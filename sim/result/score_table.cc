@@ -11,7 +11,7 @@
 #include "sim/result/about_file.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::result {
 namespace {

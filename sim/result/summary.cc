@@ -10,7 +10,7 @@
 #include "sim/files/number.h"
 #include "sim/result/json.h"
 #include "sim/scenario/limits.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::result {
 namespace {
@@ -50,7 +50,7 @@ JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario:
     if (judged.missed()) judged.reason = fmt::format("no value of {} of {} seeds", without, seeds.size());
     return judged;
   }
-  const score::Summary over_seeds = score::summarise(values, worst_side(limit));
+  const score::Summary over_seeds = score::summarize(values, worst_side(limit));
   return judge(scenario, limit,
                limit.aggregate == "median" ? over_seeds.median
                : limit.aggregate == "mean" ? over_seeds.mean
@@ -137,7 +137,7 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
     for (const SeedMetric& metric : fullest->metrics) {
       summary.metrics.push_back(
           {metric.name, metric.unit,
-           score::summarise(values_of(metric.name, seeds), direction_of(metric.name, scenario)),
+           score::summarize(values_of(metric.name, seeds), direction_of(metric.name, scenario)),
            is_limited(metric.name, scenario)});
     }
   }

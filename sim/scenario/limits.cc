@@ -9,7 +9,7 @@
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 
 namespace sim::scenario {
 namespace {

@@ -46,21 +46,21 @@ Similarity align_origin(const PosePair& first) {
   return {1, X.linear(), X.translation()};
 }
 
-std::variant<Similarity, NoAlignment> align_yaw(const Moments& m) {
+OrAbsent<Similarity> align_yaw(const Moments& m) {
   const double sine = m.cross(1, 0) - m.cross(0, 1), cosine = m.cross(0, 0) + m.cross(1, 1);
   if (!(std::hypot(sine, cosine) > rounding_error(m)))
-    return NoAlignment{"the positions do not spread horizontally: the rotation about z is not determined"};
+    return Absent{"the positions do not spread horizontally: the rotation about z is not determined"};
   return about_means(
       m, Eigen::AngleAxisd(std::atan2(sine, cosine), Eigen::Vector3d::UnitZ()).toRotationMatrix(), 1);
 }
 
 // Umeyama 1991, eqs. (39)-(43).
-std::variant<Similarity, NoAlignment> align_umeyama(const Moments& m, bool with_scale) {
+OrAbsent<Similarity> align_umeyama(const Moments& m, bool with_scale) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d D = svd.singularValues();
-  if (!(D(0) > rounding_error(m))) return NoAlignment{"the positions are all in one point"};
+  if (!(D(0) > rounding_error(m))) return Absent{"the positions are all in one point"};
   if (!(D(1) > rounding_error(m)))
-    return NoAlignment{"the positions are on one line: the rotation about it is not determined"};
+    return Absent{"the positions are on one line: the rotation about it is not determined"};
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs(2) = -1;
   const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
@@ -68,9 +68,9 @@ std::variant<Similarity, NoAlignment> align_umeyama(const Moments& m, bool with_
 }
 
 // The scale that Umeyama finds, without the turn and the shift it finds with it.
-std::variant<Similarity, NoAlignment> align_scale(const Moments& m) {
+OrAbsent<Similarity> align_scale(const Moments& m) {
   const auto full = align_umeyama(m, true);
-  if (const auto* none = std::get_if<NoAlignment>(&full)) return *none;
+  if (const auto* none = std::get_if<Absent>(&full)) return *none;
   return Similarity{std::get<Similarity>(full).scale, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
 }
 
@@ -83,8 +83,8 @@ Eigen::Isometry3d Similarity::operator*(const Eigen::Isometry3d& X) const {
   return Y;
 }
 
-std::variant<Similarity, NoAlignment> align(const std::vector<PosePair>& pairs, Alignment alignment) {
-  if (pairs.empty()) return NoAlignment{"no pose has a true one of the same time"};
+OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment) {
+  if (pairs.empty()) return Absent{"no pose has a true one of the same time"};
   switch (alignment) {
     case Alignment::none:
       return Similarity{};
@@ -99,7 +99,7 @@ std::variant<Similarity, NoAlignment> align(const std::vector<PosePair>& pairs, 
     case Alignment::scale:
       return align_scale(moments(pairs));
   }
-  return NoAlignment{"unknown alignment"};
+  return Absent{"unknown alignment"};
 }
 
 std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs) {

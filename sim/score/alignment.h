@@ -2,10 +2,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <string>
-#include <variant>
 #include <vector>
 
+#include "sim/score/statistics.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::score {
@@ -25,14 +24,10 @@ struct Similarity {
   Eigen::Isometry3d operator*(const Eigen::Isometry3d& X) const;
 };
 
-/// Why there is no such transformation, or no single one.
-struct NoAlignment {
-  std::string reason;
-};
-
-/// What maps the pairs' estimates onto their truth. Degenerate where the positions do not determine it: no
-/// pairs; all positions in one point (yaw_position: above one another) or, for se3 and sim3, on one line.
-std::variant<Similarity, NoAlignment> align(const std::vector<PosePair>& pairs, Alignment alignment);
+/// Returns the transformation of the pairs' estimates onto their truth. Absent if the positions do not
+/// determine it: no pairs; all positions in one point (yaw_position: above one another) or, for se3 and sim3,
+/// on one line.
+OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment);
 
 /// The pairs with their estimates transformed.
 std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs);

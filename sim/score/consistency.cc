@@ -3,13 +3,14 @@
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <map>
 
 #include "sim/score/statistics.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::score {
 
-std::optional<double> normalised_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
+std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
   const Eigen::LLT<Eigen::Matrix3d> llt(covariance);
   if (llt.info() != Eigen::Success || !covariance.allFinite()) return std::nullopt;
   return error.dot(llt.solve(error));
@@ -19,8 +20,8 @@ std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eige
                                   const Matrix6d& covariance) {
   const Eigen::Vector3d turn = rotation_vector(X_WC_estimate.linear().transpose() * X_WC_true.linear());
   const Eigen::Vector3d shift = X_WC_true.translation() - X_WC_estimate.translation();
-  const auto orientation = normalised_square(turn, covariance.topLeftCorner<3, 3>());
-  const auto position = normalised_square(shift, covariance.bottomRightCorner<3, 3>());
+  const auto orientation = normalized_square(turn, covariance.topLeftCorner<3, 3>());
+  const auto position = normalized_square(shift, covariance.bottomRightCorner<3, 3>());
   if (!orientation || !position) return std::nullopt;
   return PoseNees{*orientation, *position};
 }
@@ -34,10 +35,27 @@ Band mean_band(int dof, int count, double confidence) {
   return {chi_square_quantile(tail, all) / count, chi_square_quantile(1 - tail, all) / count};
 }
 
-std::optional<InnovationSummary> summarise(const std::vector<Innovation>& innovations) {
-  InnovationSummary summary;
+std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof) {
+  std::map<std::size_t, Band> bands;  // by the number of runs: a quantile is slow to compute
+  std::vector<double> means;
+  double inside = 0, below = 0;
+  for (const std::vector<double>& squares : moments) {
+    if (squares.empty()) continue;
+    auto band = bands.find(squares.size());
+    if (band == bands.end())
+      band = bands.emplace(squares.size(), mean_band(dof, static_cast<int>(squares.size()))).first;
+    means.push_back(mean(squares));
+    below += means.back() < band->second.low;
+    inside += means.back() >= band->second.low && means.back() <= band->second.high;
+  }
+  if (means.empty()) return std::nullopt;
+  const auto count = static_cast<double>(means.size());
+  return BandFractions{mean(means), inside / count, below / count};
+}
+
+std::optional<InnovationSummary> summarize(const std::vector<Innovation>& innovations) {
   std::vector<double> z;
-  double squares = 0, dof = 0, variance = 0, neighbours = 0;
+  double squares = 0, dof = 0, variance = 0;
   for (const Innovation& innovation : innovations) {
     if (innovation.dof <= 0) continue;
     squares += innovation.square;
@@ -46,16 +64,8 @@ std::optional<InnovationSummary> summarise(const std::vector<Innovation>& innova
   }
   if (z.size() < 2) return std::nullopt;
   const double about = mean(z);
-  for (std::size_t i = 0; i < z.size(); ++i) {
-    variance += (z[i] - about) * (z[i] - about);
-    if (i > 0) neighbours += (z[i] - about) * (z[i - 1] - about);
-  }
-  summary.count = static_cast<int>(z.size());
-  summary.ratio = squares / dof;
-  summary.variance_ratio = variance / summary.count;
-  summary.whiteness = variance > 0 ? neighbours / variance : 0;
-  summary.band = {chi_square_quantile(0.025, dof) / dof, chi_square_quantile(0.975, dof) / dof};
-  return summary;
+  for (const double each : z) variance += (each - about) * (each - about);
+  return InnovationSummary{squares / dof, variance / static_cast<double>(z.size())};
 }
 
 }  // namespace sim::score

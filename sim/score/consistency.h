@@ -1,4 +1,4 @@
-// Consistency of an estimate: normalised errors squared (NEES, NIS) and confidence intervals of the
+// Consistency of an estimate: normalized errors squared (NEES, NIS) and confidence intervals of the
 // chi-square distribution.
 #pragma once
 
@@ -12,7 +12,7 @@ namespace sim::score {
 
 using files::Matrix6d;
 
-/// Normalised estimation error squared, 3 degrees of freedom each: 3 is expected (Bar-Shalom et al. 2001,
+/// Normalized estimation error squared, 3 degrees of freedom each: 3 is expected (Bar-Shalom et al. 2001,
 /// sec. 5.4).
 struct PoseNees {
   double orientation = 0, position = 0;
@@ -25,33 +25,40 @@ std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eige
                                   const Matrix6d& covariance);
 
 /// errorᵀ covariance⁻¹ error; nothing when the covariance is not positive definite.
-std::optional<double> normalised_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
+std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 
 /// The x that a chi-square of `dof` > 0 degrees of freedom does not exceed with probability p in (0, 1).
 double chi_square_quantile(double p, double dof);
 
-/// The confidence interval of the mean of `count` independent normalised squares of `dof` degrees of freedom.
+/// The confidence interval of the mean of `count` independent normalized squares of `dof` degrees of freedom.
 struct Band {
   double low = 0, high = 0;
 };
 Band mean_band(int dof, int count, double confidence = 0.95);
 
-/// One sensor's normalised innovation squared in one frame.
+inline constexpr double kSettled_s = 5;  ///< earlier moments are not judged: the start is given
+
+/// Consistency of many runs together. mean: over all moments; inside, below: fraction of the moments whose
+/// mean over the runs is inside its 95 % confidence interval, or below it.
+struct BandFractions {
+  double mean = 0, inside = 0, below = 0;
+};
+/// moments: for each moment the normalized squares (dof degrees of freedom) of the independent runs that have
+/// one. Returns nothing if no run has any.
+std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof);
+
+/// One sensor's normalized innovation squared in one frame.
 struct Innovation {
   double square = 0;
   int dof = 0;
 };
 
-/// One sensor's innovations over a run. ratio: sum of squares by sum of degrees of freedom, 1 expected, in
-/// `band` with 95 % confidence if they are independent. variance_ratio: variance of (square − dof) / √(2
-/// dof) about its mean, 1 expected. whiteness: correlation of those from one frame to the next, 0 expected,
-/// ±1.96/√count with 95 % confidence.
+/// One sensor's innovations over a run. ratio: sum of squares by sum of degrees of freedom, 1 expected.
+/// variance_ratio: variance of (square − dof) / √(2 dof) about its mean, 1 expected.
 struct InnovationSummary {
-  int count = 0;
-  double ratio = 0, variance_ratio = 0, whiteness = 0;
-  Band band;
+  double ratio = 0, variance_ratio = 0;
 };
-/// Of those with dof > 0; nothing when they are fewer than two.
-std::optional<InnovationSummary> summarise(const std::vector<Innovation>& innovations);
+/// Summarizes the innovations with dof > 0; nothing if they are fewer than two.
+std::optional<InnovationSummary> summarize(const std::vector<Innovation>& innovations);
 
 }  // namespace sim::score

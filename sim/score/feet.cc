@@ -15,17 +15,17 @@ Foot other(Foot foot) { return foot == Foot::left ? Foot::right : Foot::left; }
 
 double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
-Planar operator-(const Planar& a, const Planar& b) { return {a.x - b.x, a.y - b.y, wrapped(a.yaw - b.yaw)}; }
-Planar& operator+=(Planar& a, const Planar& b) {
+Pose2 operator-(const Pose2& a, const Pose2& b) { return {a.x - b.x, a.y - b.y, wrapped(a.yaw - b.yaw)}; }
+Pose2& operator+=(Pose2& a, const Pose2& b) {
   a = {a.x + b.x, a.y + b.y, a.yaw + b.yaw};
   return a;
 }
 
-Planar operator*(const Planar& a, const Planar& b) {
+Pose2 operator*(const Pose2& a, const Pose2& b) {
   const double c = std::cos(a.yaw), s = std::sin(a.yaw);
   return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, a.yaw + b.yaw};
 }
-Planar inverse(const Planar& a) {
+Pose2 inverse(const Pose2& a) {
   const double c = std::cos(a.yaw), s = std::sin(a.yaw);
   return {-c * a.x - s * a.y, s * a.x - c * a.y, -a.yaw};
 }
@@ -34,14 +34,14 @@ Planar inverse(const Planar& a) {
 struct Stance {
   Foot foot = Foot::left;
   std::size_t begin = 0, end = 0;
-  Planar plan;
+  Pose2 plan;
   std::size_t carries = 0, carried = 0;  // first and past the last sample with its share of the weight
 };
 
 class DriftDecomposition {
  public:
-  DriftDecomposition(const std::vector<FeetSample>& samples, const Planar& waist_truth,
-                     const Planar& waist_plan)
+  DriftDecomposition(const std::vector<FeetSample>& samples, const Pose2& waist_truth,
+                     const Pose2& waist_plan)
       : samples_(samples), waist_truth_(waist_truth), waist_plan_(waist_plan) {}
 
   std::vector<FootRow> rows();
@@ -55,7 +55,7 @@ class DriftDecomposition {
   void find_anchors(const std::vector<Stance>& landings);
 
   /// Where the plan's end would be if all went by the plan from sample i on, as the stance has it.
-  Planar end_seen_from(const Stance& stance, std::size_t i) const {
+  Pose2 end_seen_from(const Stance& stance, std::size_t i) const {
     return at(stance.foot, std::min(i, samples_.size() - 1)).truth * inverse(stance.plan) * waist_plan_;
   }
   void add_stance(const Stance& stance);
@@ -69,7 +69,7 @@ class DriftDecomposition {
   };
 
   const std::vector<FeetSample>& samples_;
-  Planar waist_truth_, waist_plan_;
+  Pose2 waist_truth_, waist_plan_;
   std::vector<Anchor> anchors_;
   std::vector<FootRow> rows_;
 };
@@ -153,20 +153,19 @@ void DriftDecomposition::add_stance(const Stance& stance) {
 /// What does not happen while a foot stands: the start, each putting down, and the body over the last foot.
 void DriftDecomposition::add_jumps() {
   if (anchors_.empty()) return;
-  const auto jump = [&](FootPhase phase, Foot foot, std::size_t at, const Planar& drift,
-                        const Planar& moved) {
+  const auto jump = [&](FootPhase phase, Foot foot, std::size_t at, const Pose2& drift, const Pose2& moved) {
     rows_.push_back({samples_[at].t, samples_[at].t, foot, phase, moved, {}, drift});
   };
-  const Planar start = end_seen_from(anchors_.front().stance, 0) - waist_plan_;
+  const Pose2 start = end_seen_from(anchors_.front().stance, 0) - waist_plan_;
   jump(FootPhase::start, anchors_.front().stance.foot, 0, start, start);
   for (std::size_t k = 1; k < anchors_.size(); ++k) {
     const auto& [stance, from] = anchors_[k];
     const Stance& before = anchors_[k - 1].stance;
-    const Planar wanted = at(before.foot, from).truth * inverse(before.plan) * stance.plan;
+    const Pose2 wanted = at(before.foot, from).truth * inverse(before.plan) * stance.plan;
     jump(FootPhase::put_down, stance.foot, from, end_seen_from(stance, from) - end_seen_from(before, from),
          at(stance.foot, from).truth - wanted);
   }
-  const Planar body = waist_truth_ - end_seen_from(anchors_.back().stance, samples_.size() - 1);
+  const Pose2 body = waist_truth_ - end_seen_from(anchors_.back().stance, samples_.size() - 1);
   jump(FootPhase::body, anchors_.back().stance.foot, samples_.size() - 1, body, body);
 }
 
@@ -186,26 +185,13 @@ std::vector<FootRow> DriftDecomposition::rows() {
 
 }  // namespace
 
-Planar planar(const Eigen::Isometry3d& X) {
+Pose2 pose2(const Eigen::Isometry3d& X) {
   return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
 }
 
-std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Planar& waist_truth,
-                                     const Planar& waist_plan) {
+std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Pose2& waist_truth,
+                                     const Pose2& waist_plan) {
   return DriftDecomposition(samples, waist_truth, waist_plan).rows();
-}
-
-FootTotal total(const std::vector<FootRow>& rows, FootPhase phase) {
-  FootTotal sum;
-  for (const FootRow& row : rows) {
-    if (row.phase != phase) continue;
-    sum.moved += std::hypot(row.moved.x, row.moved.y);
-    sum.turned += std::abs(row.moved.yaw);
-    sum.creep += std::hypot(row.creep.x, row.creep.y);
-    sum.creep_turn += std::abs(row.creep.yaw);
-    sum.drift += row.drift;
-  }
-  return sum;
 }
 
 }  // namespace sim::score

@@ -14,20 +14,20 @@
 namespace sim::score {
 
 /// A pose on the ground: x, y (m) and yaw (rad).
-struct Planar {
+struct Pose2 {
   double x = 0, y = 0, yaw = 0;
 };
 /// The ground part of a pose whose z axis is nearly vertical.
-Planar planar(const Eigen::Isometry3d& X);
+Pose2 pose2(const Eigen::Isometry3d& X);
 
 enum class Foot { left, right };
 
 /// One foot at one instant. The creep is since the instant before.
 struct FootSample {
-  Planar truth, plan;
+  Pose2 truth, plan;
   bool planned_down = true;  ///< by the plan the foot stands
   double load = 0;           ///< vertical force as a fraction of the robot's weight
-  Planar creep;              ///< slip below the friction cone, an artefact of the contact model
+  Pose2 creep;               ///< slip below the friction cone, an artefact of the contact model
 };
 /// Both feet at one instant.
 struct FeetSample {
@@ -55,20 +55,12 @@ struct FootRow {
   Stamp begin{0}, end{0};
   Foot foot = Foot::left;
   FootPhase phase = FootPhase::support;
-  Planar moved, creep, drift;
+  Pose2 moved, creep, drift;
 };
 
 /// The contributions of a whole walk in order of time. Samples in order of time, at least one; waist_plan,
 /// waist_truth: at the last.
-std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Planar& waist_truth,
-                                     const Planar& waist_plan);
-
-/// Lengths (m) and magnitudes of rotations (rad) of `moved` and `creep` summed over the rows of a phase, and
-/// the sum of the shares in the drift.
-struct FootTotal {
-  double moved = 0, turned = 0, creep = 0, creep_turn = 0;
-  Planar drift;
-};
-FootTotal total(const std::vector<FootRow>& rows, FootPhase phase);
+std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Pose2& waist_truth,
+                                     const Pose2& waist_plan);
 
 }  // namespace sim::score

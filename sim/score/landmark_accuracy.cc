@@ -46,10 +46,10 @@ std::vector<LandmarkError> landmark_errors(const std::vector<MappedPoint>& map,
     const auto p_W = surface_point(history->begun, truth_X_WC, surfaces, camera);
     if (!p_W) continue;
     const Eigen::Vector3d error = *p_W - point.p_W;
-    std::optional<double> nees = normalised_square(error, point.covariance), least = nees;
+    std::optional<double> nees = normalized_square(error, point.covariance), least = nees;
     const Eigen::Isometry3d& X_WC = pose_at(truth_X_WC, history->begun.t)->X;
     for (const auto& of_W : template_points(history->begun, template_half_px, X_WC, surfaces, camera))
-      if (least) least = std::min(least, normalised_square(of_W - point.p_W, point.covariance));
+      if (least) least = std::min(least, normalized_square(of_W - point.p_W, point.covariance));
     errors.push_back({point.id, error.norm(), nees, least});
   }
   return errors;

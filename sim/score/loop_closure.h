@@ -64,11 +64,11 @@ struct LoopLandmark {
   bool closes = false;  ///< a match after three quarters of the turn counts, too
 };
 
-/// The landmarks that were found again, in the order of `landmarks`. Each was begun before the end of the first
-/// quarter; the surface point at which the ray through its first pixel meets the room was, by truth, out of
-/// the camera's field of view (what stands between does not matter) in all frames over at least 5 s in one
-/// stretch; and after that stretch a match was accepted within 3 px of where truth puts the surface point.
-/// truth_X_WC: at the frames.
+/// The landmarks that were found again, in the order of `landmarks`. Each was begun before the end of the
+/// first quarter; the surface point at which the ray through its first pixel meets the room was, by truth,
+/// out of the camera's field of view (what stands between does not matter) in all frames over at least 5 s in
+/// one stretch; and after that stretch a match was accepted within 3 px of where truth puts the surface
+/// point. truth_X_WC: at the frames.
 std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
                                          const TurnMarks& marks, const Trajectory& truth_X_WC,
                                          const std::vector<Surface>& surfaces, const TrueCamera& camera,

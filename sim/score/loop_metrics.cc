@@ -1,120 +1,94 @@
-#include "sim/score/loop_metrics.h"
-
-#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 
 #include "sim/score/errors.h"
-#include "sim/score/scored.h"
-#include "sim/score/trajectory_score.h"
+#include "sim/score/metrics.h"
+#include "sim/score/score_context.h"
 
 namespace sim::score {
 namespace {
 
 using enum Worst;
-using S = const Scored&;
+using C = const ScoreContext&;
 
-// When an early landmark was first found again, the frame before that, and the last one not later than 1 s after.
+// The moment at which an early landmark was first found again, and the last poses before it and until 1 s
+// after it.
 struct Closure {
   Stamp found{0};
   PosePair before, after;
 };
-using C = const Closure&;
 
-const PosePair* last_until(const Scored& s, Stamp t) {
-  const auto last =
-      std::find_if(s.pairs.rbegin(), s.pairs.rend(), [t](const PosePair& pair) { return pair.t <= t; });
-  return last == s.pairs.rend() ? nullptr : &*last;
-}
-
-Value landmark_count(const Scored& s) {
-  if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  return static_cast<double>(
-      std::count_if(s.loop.begin(), s.loop.end(), [](const LoopLandmark& landmark) { return landmark.closes; }));
-}
-
-Value is_closed(const Scored& s) {
-  const Value count = landmark_count(s);
-  return count.value ? Value(*count.value >= 3 ? 1 : 0) : count;
-}
-
-// of(the closure), if there is one.
+// of(the early landmarks that were found again)
 template <typename F>
-Value of_closure(const Scored& s, F of) {
-  if (!s.no_loop.empty()) return Value::none(s.no_loop);
-  if (s.loop.empty()) return Value::none("no early landmark was found again");
-  const auto earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
-  const Stamp found = std::min_element(s.loop.begin(), s.loop.end(), earlier)->found;
-  const PosePair *before = last_until(s, found - Stamp(1)),
-                 *after = last_until(s, found + std::chrono::seconds(1));
-  if (!before || !after) return Value::none("no estimate before the closure");
-  return of(Closure{found, *before, *after});
+Value of_loop(C c, F of) {
+  if (const auto* absent = std::get_if<Absent>(&c.loop)) return *absent;
+  return of(std::get<std::vector<LoopLandmark>>(c.loop));
 }
 
-// The filter's, which always states one: no other estimator reports the landmarks that make a closure.
-const Matrix6d& covariance(const Scored& s, const PosePair& at) {
-  return std::find_if(s.run.estimate->begin(), s.run.estimate->end(),
-                      [&](const EstimatedPose& pose) { return pose.t == at.t; })
-      ->covariance.value();
+Value landmark_count(C c) {
+  return of_loop(c, [](const auto& loop) {
+    return static_cast<double>(
+        std::count_if(loop.begin(), loop.end(), [](const auto& l) { return l.closes; }));
+  });
 }
 
-double sigma(const Scored& s, const PosePair& at) {
-  return std::sqrt(covariance(s, at).bottomRightCorner<3, 3>().trace());
+Value is_closed(C c) {
+  Value count = landmark_count(c);
+  if (double* const number = std::get_if<double>(&count)) *number = *number >= 3 ? 1 : 0;
+  return count;
 }
 
-double log_determinant_drop(const Scored& s, const Closure& closure) {
-  return std::log(covariance(s, closure.before).determinant() / covariance(s, closure.after).determinant());
+const PosePair* last_until(C c, Stamp t) {
+  const auto last =
+      std::find_if(c.pairs.rbegin(), c.pairs.rend(), [t](const PosePair& pair) { return pair.t <= t; });
+  return last == c.pairs.rend() ? nullptr : &*last;
+}
+
+template <typename F>
+Value of_closure(C c, F of) {
+  return of_loop(c, [&](const std::vector<LoopLandmark>& loop) -> Value {
+    if (loop.empty()) return Absent{"no early landmark was found again"};
+    const auto is_earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
+    const Stamp found = std::min_element(loop.begin(), loop.end(), is_earlier)->found;
+    const PosePair *before = last_until(c, found - Stamp(1)),
+                   *after = last_until(c, found + std::chrono::seconds(1));
+    if (!before || !after) return Absent{"no estimate before the closure"};
+    return of(Closure{found, *before, *after});
+  });
 }
 
 double error(const PosePair& at) { return position_errors({at}).front(); }
 
-double correction(const Closure& closure, Relation relation) {
-  return motion_errors({closure.before, closure.after}, {{0, 1}}, relation).front();
-}
-
 }  // namespace
 
 MetricDefinitions loop_metrics() {
-  const std::string before = " in the frame before loop_time_s",
-                    after = " 1 s after loop_time_s, or at the last frame if that is earlier",
-                    position_error = "Error of the camera's position, without alignment,",
-                    position_sigma =
-                        "Standard deviation of the camera's position by the filter, the root of the trace of "
-                        "its covariance,",
-                    corrected =
-                        " of the correction: the difference between the estimated and the true motion from "
-                        "the frame before loop_time_s to 1 s after it.";
-  return {
-      {"loop_landmarks", "1",
-       "Number of landmarks that close the loop: begun before the plan has turned a quarter of its total "
-       "turn; their surface point by truth out of the field of view for at least 5 s in one stretch; and "
-       "after three quarters of the turn a match accepted within 3 px of where truth puts that surface "
-       "point. Defined for plans that turn by at least 350 degrees.",
-       Needs::estimate, landmark_count, smallest, kHeadline},
-      {"loop_closed", "1", "1 if loop_landmarks is at least 3, else 0.", Needs::estimate, is_closed, smallest,
-       kHeadline},
-      {"loop_time_s", "s", "When an early landmark was first found again, wherever on the path: begun before the plan has turned a quarter of "
-       "its total turn, out of the field of view for at least 5 s in one stretch, and matched within 3 px of where truth "
-       "puts it.", Needs::estimate,
-       [](S s) { return of_closure(s, [](C c) { return static_cast<double>(c.found.count()) * 1e-9; }); },
-       largest, kHeadline},
-      {"loop_error_before_m", "m", position_error + before + ".", Needs::scale,
-       [](S s) { return of_closure(s, [](C c) { return error(c.before); }); }, largest, kHeadline},
-      {"loop_error_after_m", "m", position_error + after + ".", Needs::scale,
-       [](S s) { return of_closure(s, [](C c) { return error(c.after); }); }, largest, kHeadline},
-      {"loop_sigma_before_m", "m", position_sigma + before + ".", Needs::scale,
-       [](S s) { return of_closure(s, [&](C c) { return sigma(s, c.before); }); }},
-      {"loop_sigma_after_m", "m", position_sigma + after + ".", Needs::scale,
-       [](S s) { return of_closure(s, [&](C c) { return sigma(s, c.after); }); }},
-      {"loop_logdet_drop", "1",
-       "Log determinant of the pose's 6x6 covariance before the closure (see loop_error_before_m) minus that "
-       "after it: twice the information, in nats, that the closure gave the filter.",
-       Needs::estimate, [](S s) { return of_closure(s, [&](C c) { return log_determinant_drop(s, c); }); },
-       smallest},
-      {"loop_correction_m", "m", "Translation" + corrected, Needs::scale,
-       [](S s) { return of_closure(s, [](C c) { return correction(c, Relation::trans_part); }); }},
-      {"loop_correction_deg", "deg", "Rotation" + corrected, Needs::estimate,
-       [](S s) { return of_closure(s, [](C c) { return correction(c, Relation::angle_rad) / kDegree; }); }}};
+  const std::string early =
+                        "first seen before the plan has turned a quarter of its total turn, then out of the "
+                        "field of view for at least 5 s in one stretch",
+                    position_error = "Error of the camera's position, without alignment, ";
+  return {{"loop_landmarks", "1",
+           "Number of landmarks that close the loop: " + early +
+               ", and matched again after three quarters of the turn, within 3 px of the true projection of "
+               "their "
+               "surface point. Defined for plans that turn by at least 350 degrees.",
+           Needs::estimate, landmark_count, smallest, kHeadline},
+          {"loop_closed", "1", "1 if loop_landmarks is at least 3, else 0.", Needs::estimate, is_closed,
+           smallest, kHeadline},
+          {"loop_time_s", "s",
+           "Time at which an early landmark was first found again, anywhere on the path: " + early +
+               ", and matched within 3 px of its true projection.",
+           Needs::estimate,
+           [](C c) {
+             return of_closure(
+                 c, [](const Closure& at) { return static_cast<double>(at.found.count()) * 1e-9; });
+           },
+           largest, kHeadline},
+          {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
+           [](C c) { return of_closure(c, [](const Closure& at) { return error(at.before); }); }, largest,
+           kHeadline},
+          {"loop_error_after_m", "m",
+           position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
+           [](C c) { return of_closure(c, [](const Closure& at) { return error(at.after); }); }, largest,
+           kHeadline}};
 }
 
 }  // namespace sim::score

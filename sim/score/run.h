@@ -35,11 +35,11 @@ struct StampedInnovation {
   Innovation innovation;
 };
 
-/// What the filter said of itself after an observation.
+/// The state of the filter after an observation.
 struct TimedHealth {
   Stamp t{0};
-  bool tracks = true;     ///< neither lost nor diverged
-  bool suspects = false;  ///< a sensor contradicts the others
+  bool tracks = true;       ///< neither lost nor diverged
+  bool fault_flag = false;  ///< a sensor contradicts the others
 };
 
 /// When the plan ends, and when it puts feet on the ground.
@@ -77,9 +77,9 @@ struct Run {
   std::vector<Surface> surfaces;
   TrueCamera camera;
   std::optional<PlannedTimes> planned;
-  std::string no_scale = {};            ///< why the estimate's scale means nothing; empty if it does
-  std::optional<std::string> diverged;  ///< the cause, if the filter gave up
-  std::optional<std::string> failed = {};  ///< the cause, if the estimator failed as a program
+  std::optional<std::string> no_scale = {};  ///< the reason, if the estimate's scale is unknown
+  std::optional<std::string> diverged;       ///< the cause, if the filter gave up
+  std::optional<std::string> failed = {};    ///< the cause, if the estimator failed as a program
 };
 
 }  // namespace sim::score

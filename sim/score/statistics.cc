@@ -53,7 +53,7 @@ double loss(double value, const Direction& direction) {
   return value;
 }
 
-Summary summarise(const std::vector<double>& values, const Direction& direction) {
+Summary summarize(const std::vector<double>& values, const Direction& direction) {
   if (values.empty()) return {};
   const auto [minimum, maximum] = std::minmax_element(values.begin(), values.end());
   Summary summary{values.size(), median(values), mean(values),

@@ -1,11 +1,21 @@
-// Statistics of lists of numbers. All take at least one value unless they say otherwise.
+// Statistics of lists of numbers, and quantities that may be absent. All functions take at least one value
+// unless they state otherwise.
 #pragma once
 
 #include <cstddef>
 #include <optional>
+#include <string>
+#include <variant>
 #include <vector>
 
 namespace sim::score {
+
+/// Why a quantity is absent.
+struct Absent {
+  std::string reason;
+};
+template <typename T>
+using OrAbsent = std::variant<T, Absent>;
 
 double mean(const std::vector<double>& values);
 /// Root of the mean of the squares.
@@ -45,6 +55,6 @@ struct Summary {
   double median = 0, mean = 0, worst = 0;
   std::optional<double> standard_deviation{};  ///< of two and more
 };
-Summary summarise(const std::vector<double>& values, const Direction& direction);
+Summary summarize(const std::vector<double>& values, const Direction& direction);
 
 }  // namespace sim::score

@@ -205,7 +205,7 @@ std::variant<std::vector<PosePair>, std::string> aligned(const std::vector<PoseP
                                                          Alignment alignment, std::size_t count,
                                                          Similarity& similarity) {
   const auto found = align_first(pairs, alignment, count);
-  if (const auto* none = std::get_if<NoAlignment>(&found)) return none->reason;
+  if (const auto* none = std::get_if<Absent>(&found)) return none->reason;
   similarity = std::get<Similarity>(found);
   return transformed(similarity, pairs);
 }

@@ -63,8 +63,7 @@ std::vector<double> motion_errors(const std::vector<PosePair>& pairs, const std:
   return errors;
 }
 
-std::variant<Similarity, NoAlignment> align_first(const std::vector<PosePair>& pairs, Alignment alignment,
-                                                  std::size_t count) {
+OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment alignment, std::size_t count) {
   if (count == 0 || count >= pairs.size()) return align(pairs, alignment);
   return align({pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(count)}, alignment);
 }

@@ -26,7 +26,6 @@ std::vector<double> motion_errors(const std::vector<PosePair>& pairs, const std:
                                   Relation relation);
 
 /// What maps the first `count` pairs' estimates onto their truth (all: count = 0).
-std::variant<Similarity, NoAlignment> align_first(const std::vector<PosePair>& pairs, Alignment alignment,
-                                                  std::size_t count);
+OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment alignment, std::size_t count);
 
 }  // namespace sim::score

@@ -13,7 +13,7 @@ namespace {
 const double kLn2Pi = std::log(2 * std::numbers::pi);
 
 // Over the scored frames.
-std::optional<double> mean_pose_nll(const score::Scored& scored) {
+std::optional<double> mean_pose_nll(const score::ScoreContext& scored) {
   double sum = 0;
   auto pose = scored.run.estimate->begin();
   for (const score::PosePair& pair : scored.pairs) {
@@ -72,10 +72,10 @@ double consistency(double mean, double expected_mean, double variance, double ex
   return std::abs(std::log(mean / expected_mean)) + std::abs(std::log(variance / expected_variance));
 }
 
-std::optional<Terms> terms(const score::Scored& scored, const tracking::Tracked& tracked,
+std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tracked& tracked,
                            const score::Metrics& metrics, const slam::CameraIntrinsics& camera) {
   const auto rmse = metrics.at("rmse_m").value;
-  if (!scored.no_estimate.empty() || !rmse) return std::nullopt;
+  if (scored.no_estimate || !rmse) return std::nullopt;
   const auto pose = mean_pose_nll(scored);
   if (!pose) return std::nullopt;
   Terms terms;

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "sim/score/evaluate.h"
-#include "sim/score/scored.h"
+#include "sim/score/metrics.h"
+#include "sim/score/score_context.h"
 #include "sim/tracking/tracking.h"
 
 namespace sim::trials {
@@ -37,7 +37,7 @@ double consistency(double mean, double expected_mean, double variance, double ex
 
 /// The terms of a run. Returns nullopt if the filter failed, a covariance is not positive definite or rmse_m
 /// has no value.
-std::optional<Terms> terms(const score::Scored& scored, const tracking::Tracked& tracked,
+std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tracked& tracked,
                            const score::Metrics& metrics, const slam::CameraIntrinsics& camera);
 
 }  // namespace sim::trials

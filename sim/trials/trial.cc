@@ -104,7 +104,7 @@ Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenar
                            recording.hash};
   const result::Ending outcome = result::ending_of(record);
   const score::Run run = result::score_input(record);
-  const score::Scored scored(run);
+  const score::ScoreContext scored(run);
   Trial trial{outcome.ending, outcome.cause, score::evaluate(scored), std::nullopt, 1};
   trial.lasted_fraction = lasted_fraction(recording, *record.tracked);
   trial.terms = terms(scored, *record.tracked, trial.metrics, recording.setup.calibration.camera);

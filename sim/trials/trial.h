@@ -8,7 +8,7 @@
 
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/trials/terms.h"
 
 namespace sim::trials {

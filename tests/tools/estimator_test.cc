@@ -51,7 +51,7 @@ TEST_F(OutsideEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
     EXPECT_THAT(json("out/score.json")["metrics"]["rmse_m"]["reason"].get<std::string>(),
                 HasSubstr("the estimator failed: "));
     EXPECT_TRUE(json("out/score.json")["metrics"]["path_length_m"]["value"].is_number());
-    EXPECT_LT(json("out/score.json")["metrics"]["tracked_share"]["value"], message / 40.0 + 0.01);
+    EXPECT_LT(json("out/score.json")["metrics"]["tracked_fraction"]["value"], message / 40.0 + 0.01);
     EXPECT_EQ(names("out"), whole) << message;
   }
 }
@@ -171,7 +171,7 @@ TEST_F(LongOutsideEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
   const double bound_m = value(seen, "path_length_m") / 20;
   EXPECT_LT(value(seen, "ate_sim3_rmse_m"), bound_m);
   EXPECT_LT(std::abs(value(seen, "scale_error_percent")), 25);
-  EXPECT_GT(value(seen, "tracked_share"), 0.95);
+  EXPECT_GT(value(seen, "tracked_fraction"), 0.95);
   EXPECT_GT(text_of("out/map.csv").size(), 2000u);
   const nlohmann::json frozen =
       metrics("./visual_odometry", "'errors.faults=[{frames_frozen: {from_s: 4.5, duration_s: 100}}]'");
@@ -208,7 +208,7 @@ TEST_F(OutsideEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   const auto evaluated = json("e/walk/seed-1/score.json"), in_the_loop = json("out/score.json");
   EXPECT_EQ(json("e/walk/seed-1/about.json")["alignment"], "none");
   EXPECT_EQ(evaluated["estimator"], "plan_alone_of_others");
-  EXPECT_EQ(evaluated["metrics"]["tracked_share"]["value"], 1);
+  EXPECT_EQ(evaluated["metrics"]["tracked_fraction"]["value"], 1);
   EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),
               in_the_loop["metrics"]["rmse_m"]["value"].get<double>(), 1e-9);
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-3/timing.json"));

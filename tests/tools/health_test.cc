@@ -15,7 +15,7 @@ using tests::Ran;
 // Times that suit a walk of 3 s.
 constexpr const char* kShortTimes = R"(
 slam.tracking: {lost_after_s: 0.4, give_up_s: 0.6}
-limits: {ending: [completed], tracked_share: {at_least: 0.99}}
+limits: {ending: [completed], tracked_fraction: {at_least: 0.99}}
 )";
 
 class Health : public tests::CommandLine {
@@ -44,7 +44,7 @@ class Health : public tests::CommandLine {
 TEST_F(Health, AFilterThatSeesTracksAllTheTime) {
   const Ran ran = replay("");
   EXPECT_EQ(ran.exit_code, 0) << ran.out;
-  EXPECT_EQ(score()["metrics"]["tracked_share"]["value"], 1);
+  EXPECT_EQ(score()["metrics"]["tracked_fraction"]["value"], 1);
   EXPECT_TRUE(score()["tracking"]["lost"].empty());
   EXPECT_TRUE(score()["tracking"]["suspect"].empty());
   for (const std::string& row : health_rows()) EXPECT_THAT(row, testing::StartsWith("ok,,"));
@@ -65,7 +65,7 @@ TEST_F(Health, AFilterThatNeverSeesAnythingNewDivergesAndEveryFileSaysSo) {
     ASSERT_EQ(scored["tracking"]["lost"].size(), 1U);
     EXPECT_EQ(scored["tracking"]["lost"][0]["cause"], whole);
     EXPECT_TRUE(scored["tracking"]["lost"][0]["to_s"].is_null());
-    EXPECT_LT(scored["metrics"]["tracked_share"]["value"], 0.5);
+    EXPECT_LT(scored["metrics"]["tracked_fraction"]["value"], 0.5);
     const auto rows = health_rows();
     ASSERT_FALSE(rows.empty());
     EXPECT_THAT(rows.back(), HasSubstr("diverged," + whole + ","));

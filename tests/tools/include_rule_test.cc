@@ -54,7 +54,7 @@ const std::vector<Rule>& rules() {
         "poll.h", "signal.h", "stddef.h", "stdint.h", "stdio.h", "stdlib.h", "string.h", "time.h", "unistd.h",
         "sys/"}},
       {"sim/scenario/",
-       {"sim/scenario/", "sim/estimators/", "sim/files/", "sim/sensor_errors/", "sim/score/evaluate.h",
+       {"sim/scenario/", "sim/estimators/", "sim/files/", "sim/sensor_errors/", "sim/score/metrics.h",
         "sim/physics/options.h", "sim/camera/options.h", "slam/observation.h", "slam/options.h", "walking/",
         "Eigen/", "fmt/", "yaml-cpp/"}},
       {"sim/tracking/",

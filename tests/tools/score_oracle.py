@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Holds what gaitslam says against numbers computed by other means: numpy, on the same files.
+"""Compares the scores of gaitslam with numbers that numpy computes from the same files.
 
-score_oracle.py PROGRAM         trajectories made up here, every alignment, relation and kind of span of `gaitslam score`
+score_oracle.py PROGRAM         synthetic trajectories: every alignment, relation and kind of span of `gaitslam score`
 score_oracle.py PROGRAM RESULT  the metrics of a result's score.json that its text files determine
-Exits with 1 and names what differs by more than 1e-9 (relative to 1 or the value, whichever is larger).
+Exits with 1 and lists what differs by more than 1e-9 (relative to 1 or the value, whichever is larger).
 """
-import csv
 import json
 import math
 import pathlib
@@ -360,21 +359,14 @@ def check_result(folder):
     t, T, E, P = truth[:, 0], *(np.array([pose(r) for r in rows]) for rows in (truth, estimate, plan))
     rms = lambda v: math.sqrt(np.mean(np.square(v)))
     expected = {}
-    for name, kind in (("rmse_m", "none"), ("ate_se3_rmse_m", "se3"), ("ate_yaw_rmse_m", "yaw"), ("ate_sim3_rmse_m", "sim3"),
-                       ("ate_origin_rmse_m", "origin"), ("ate_scale_rmse_m", "scale")):
+    for name, kind in (("rmse_m", "none"), ("ate_se3_rmse_m", "se3"), ("ate_yaw_rmse_m", "yaw"), ("ate_sim3_rmse_m", "sim3")):
         expected[name] = rms(ape(T, apply(similarity(kind, T, E), E)))
     expected["scale_error_percent"] = 100 * (1 / similarity("sim3", T, E)[0] - 1)
     expected["poses_matched"] = len(t)
-    for axis, letter in enumerate("xyz"):
-        expected[f"rmse_{letter}_m"] = rms(E[:, axis, 3] - T[:, axis, 3])
-        expected[f"end_error_{letter}_m"] = E[-1, axis, 3] - T[-1, axis, 3]
     expected["rotation_rmse_deg"] = rms(ape(T, E, "angle_deg"))
-    yaws = [math.degrees(yaw(a[:3, :3] @ b[:3, :3].T)) for a, b in zip(T, E)]
-    expected["yaw_rmse_deg"], expected["end_yaw_error_deg"] = rms(yaws), abs(yaws[-1])
-    spans = [(f"{name}", pairs_all(walked(T), delta)) for name, delta in (("25cm", 0.25), ("50cm", 0.5), ("1m", 1), ("2m", 2), ("4m", 4))]
-    for name, pairs in spans + [("1s", pairs_all(t, 1, rounding=5e-10))]:
-        if pairs:
-            expected[f"rpe_{name}_m"], expected[f"rpe_{name}_deg"] = rms(rpe(T, E, pairs)), rms(rpe(T, E, pairs, "angle_deg"))
+    expected["end_yaw_error_deg"] = abs(math.degrees(yaw(T[-1, :3, :3] @ E[-1, :3, :3].T)))
+    if pairs := pairs_all(walked(T), 1):
+        expected["rpe_1m_m"], expected["rpe_1m_deg"] = rms(rpe(T, E, pairs)), rms(rpe(T, E, pairs, "angle_deg"))
     expected["end_position_error_m"] = np.linalg.norm(E[-1, :3, 3] - T[-1, :3, 3])
     expected["path_length_m"] = walked(T)[-1]
     expected["drift_percent"] = 100 * expected["end_position_error_m"] / expected["path_length_m"]
@@ -399,16 +391,8 @@ def check_result(folder):
         if len(values) < 2:
             continue
         square, dof = np.array(values).T
-        z = (square - dof) / np.sqrt(2 * dof)
-        d = z - z.mean()
-        expected[f"nis_{sensor}_mean"], expected[f"nis_{sensor}_variance"] = square.sum() / dof.sum(), np.mean(d * d)
-        expected[f"nis_{sensor}_whiteness"] = np.sum(d[1:] * d[:-1]) / np.sum(d * d)
-    with open(folder / "feet.csv") as file:
-        feet = list(csv.DictReader(file))
-    for phase in ("landing", "support", "lift_off"):
-        rows = [r for r in feet if r["phase"] == phase]
-        expected[f"slip_{phase}_m"] = sum(math.hypot(float(r["moved_x [m]"]), float(r["moved_y [m]"])) for r in rows)
-        expected[f"slip_{phase}_deg"] = sum(abs(math.degrees(float(r["moved_yaw [rad]"]))) for r in rows)
+        expected[f"nis_{sensor}_mean"] = square.sum() / dof.sum()
+        expected[f"nis_{sensor}_variance"] = np.var((square - dof) / np.sqrt(2 * dof))
     for name, value in expected.items():
         check(name, metrics[name], value)
     others = sorted(set(metrics) - set(expected))

@@ -120,7 +120,7 @@ TEST_F(TangentCircle, APlanThatIsAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
       ASSERT_FALSE(suspect.empty()) << factor << ' ' << n;
       EXPECT_NE(suspect.back()["cause"].get<std::string>().find(said), std::string::npos) << suspect;
       EXPECT_TRUE(suspect.back()["to_s"].is_null());
-      EXPECT_GT(tests::metric(wrong, "suspect_share"), 0.3);
+      EXPECT_GT(tests::metric(wrong, "fault_flag_fraction"), 0.3);
     }
   }
 }

@@ -10,7 +10,7 @@
 #include <functional>
 #include <map>
 
-#include "sim/score/band_share.h"
+#include "sim/score/consistency.h"
 #include "sim/score/statistics.h"
 #include "slam/patch.h"
 #include "tools/benchmarks/recorded_walks.h"
@@ -76,7 +76,7 @@ void add(const Trial& trial, std::uint64_t seed, Row& row) {
 std::vector<double> moments_inside(const std::map<std::int64_t, std::vector<double>>& nees) {
   std::vector<std::vector<double>> moments;
   for (const auto& [t, squares] : nees) moments.push_back(squares);
-  const auto share = sim::score::share_in_band(moments, 3).value_or(sim::score::BandShare{});
+  const auto share = sim::score::band_fractions(moments, 3).value_or(sim::score::BandFractions{});
   return {100 * share.inside, 100 * share.below};
 }
 

@@ -9,7 +9,7 @@
 
 #include "sim/recording/recording.h"
 #include "sim/regression/suite.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/tracking/tracking.h"
 
 /// One recording, decoded.

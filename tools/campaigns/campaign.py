@@ -141,7 +141,7 @@ def faults(args):
         progress(number + 1, len(names))
     rows = []
     for entry in (journal.entries[name] for name in names):
-        rmse, share = (entry['metrics'].get(key) for key in ('rmse_m', 'tracked_share'))
+        rmse, share = (entry['metrics'].get(key) for key in ('rmse_m', 'tracked_fraction'))
         rows.append([entry['name'], entry['ending'], entry['exit_code'], '' if rmse is None else f'{1000 * rmse:.1f}',
                      '' if share is None else f'{100 * share:.0f}'])
     crashed = [row[0] for row in rows if row[2] not in (0, 1, 3)]

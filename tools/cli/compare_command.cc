@@ -9,7 +9,7 @@
 #include "sim/regression/results.h"
 #include "sim/regression/report.h"
 #include "sim/scenario/yaml.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"

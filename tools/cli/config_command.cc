@@ -7,7 +7,7 @@
 #include "sim/scenario/keys.h"
 #include "sim/scenario/limits.h"
 #include "sim/scenario/lists.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/options.h"
 

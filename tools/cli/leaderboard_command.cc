@@ -8,7 +8,7 @@
 #include "sim/files/durable_file.h"
 #include "sim/pages/leaderboard.h"
 #include "sim/scenario/yaml.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/usage_error.h"
@@ -21,7 +21,7 @@ namespace pages = sim::pages;
 constexpr const char* kLeaderboardExamples = R"(
 Examples:
   gaitslam leaderboard results
-  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_share
+  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
   gaitslam leaderboard results --csv table.csv --html table.html
 A row for each scenario, estimator and folder of results; the first metric orders the rows of a scenario. Results of
 different scenarios are never pooled.)";

@@ -93,8 +93,8 @@ TEST_F(SuiteTest, GatesThatAreWrongAreRefused) {
   expect_refused(gate("{rmse_m: {precent: 1}}"), "did you mean 'percent'?");
   expect_refused(gate("{}"), "has 0 metrics, expected 1 to 6");
   expect_refused(
-      gate("{rmse_m: {}, rpe_1m_m: {}, rpe_2m_m: {}, rpe_4m_m: {}, rpe_1s_m: {}, ate_yaw_rmse_m: {}, "
-           "ate_sim3_rmse_m: {}}"),
+      gate("{rmse_m: {}, rpe_1m_m: {}, rpe_1m_deg: {}, end_yaw_error_deg: {}, ate_se3_rmse_m: {}, "
+           "ate_yaw_rmse_m: {}, ate_sim3_rmse_m: {}}"),
       "has 7 metrics, expected 1 to 6");
 }
 

@@ -134,7 +134,7 @@ TEST(Verdict, FewSeedsAreJudgedOneByOne) {
 TEST(Verdict, HolmsAdjustmentIsForTheScenariosGates) {
   ScenarioResults before = results(kEight), now = results(times(1.2, kEight));
   std::vector<Gate> gates{kTenPercent};
-  for (const char* other : {"rmse_m", "rpe_1m_m", "rpe_2m_m", "rpe_4m_m", "rpe_1s_m"}) {
+  for (const char* other : {"rmse_m", "rpe_1m_m", "rpe_1m_deg", "ate_yaw_rmse_m", "drift_percent"}) {
     for (ScenarioResults* side : {&before, &now})
       for (result::SeedScore& seed : side->seeds)
         seed.metrics.push_back({other, "m", 1.0 + 0.01 * double(seed.seed)});
@@ -233,8 +233,8 @@ TEST(Verdict, ASeedWithoutAValueMissesItsLimit) {
 // sigma of chance.
 TEST(Verdict, ChanceAloneRarelyFails) {
   sensor_errors::Random random(1, "verdict test");
-  const std::vector<std::string> names{"rmse_m",   "rpe_1m_m", "rpe_2m_m",
-                                       "rpe_4m_m", "rpe_1s_m", "rpe_50cm_m"};
+  const std::vector<std::string> names{"rmse_m",         "rpe_1m_m",      "rpe_1m_deg",
+                                       "ate_yaw_rmse_m", "drift_percent", "end_position_error_m"};
   std::vector<Gate> gates;
   for (const std::string& name : names) gates.push_back({name, 0, 0});
   int paired = 0, unpaired = 0;

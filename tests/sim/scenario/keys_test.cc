@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "sim/scenario/scenario.h"
-#include "sim/score/evaluate.h"
+#include "sim/score/metrics.h"
 #include "tests/sim/scenario/complaint.h"
 
 namespace sim::scenario {

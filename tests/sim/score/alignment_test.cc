@@ -20,7 +20,7 @@ Similarity aligned(const std::vector<PosePair>& pairs, Alignment alignment) {
 
 std::string refusal(const std::vector<PosePair>& pairs, Alignment alignment) {
   const auto S = align(pairs, alignment);
-  return std::holds_alternative<NoAlignment>(S) ? std::get<NoAlignment>(S).reason : "";
+  return std::holds_alternative<Absent>(S) ? std::get<Absent>(S).reason : "";
 }
 
 double ate(const std::vector<PosePair>& pairs, Alignment alignment) {

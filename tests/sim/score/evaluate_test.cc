@@ -1,5 +1,3 @@
-#include "sim/score/evaluate.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,8 @@
 #include <regex>
 #include <set>
 
+#include "sim/score/metrics.h"
+#include "sim/score/run.h"
 #include "tests/sim/score/square_camera.h"
 
 namespace sim::score {
@@ -215,45 +215,18 @@ TEST(Evaluate, DegenerateRunsGiveReasonsNotNumbers) {
   EXPECT_EQ(value(evaluate(straight), "rmse_m"), 0);
 }
 
-std::vector<double> distances_from_first(const Run& run) {
-  std::vector<double> all;
-  for (std::size_t i = 21; i < run.truth_camera.size(); ++i)
-    all.push_back((run.truth_camera[i].X.translation() - run.truth_camera[21].X.translation()).norm());
-  return all;
-}
-
-TEST(Evaluate, ErrorsAlongTheAxesAndInYawAreTheirOwnMetrics) {
+TEST(Evaluate, OrientationErrorsAreTheirOwnMetric) {
   auto run = circle();
-  for (EstimatedPose& pose : *run.estimate) {
-    pose.X_WC.translation() += Eigen::Vector3d(0.1, -0.2, 0.3);
+  for (EstimatedPose& pose : *run.estimate)
     pose.X_WC.linear() =
         Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitZ()).toRotationMatrix() * pose.X_WC.linear();
-  }
   const Metrics m = evaluate(run);
-  EXPECT_NEAR(value(m, "rmse_x_m"), 0.1, 1e-12);
-  EXPECT_NEAR(value(m, "rmse_y_m"), 0.2, 1e-12);
-  EXPECT_NEAR(value(m, "rmse_z_m"), 0.3, 1e-12);
-  EXPECT_NEAR(value(m, "end_error_y_m"), -0.2, 1e-12);
-  EXPECT_NEAR(value(m, "yaw_rmse_deg"), 0.02 * 180 / pi, 1e-10);
   EXPECT_NEAR(value(m, "rotation_rmse_deg"), 0.02 * 180 / pi, 1e-10);
-  // Turning the first pose back onto the true one takes the turn off about it, and the shift with it.
-  EXPECT_NEAR(value(m, "ate_origin_rmse_m"), 2 * std::sin(0.01) * root_mean_square(distances_from_first(run)),
-              1e-9);
+  EXPECT_EQ(value(m, "rmse_m"), 0);
   EXPECT_EQ(value(m, "poses_matched"), 400);
 }
 
-TEST(Evaluate, EachFootstepIsASpan) {
-  auto run = circle();
-  EXPECT_EQ(evaluate(run).at("rpe_step_m").reason, "the planned footsteps are not known");
-  run.planned =
-      PlannedTimes{milliseconds(42000), {milliseconds(3000), milliseconds(4000), milliseconds(5020)}};
-  (*run.estimate)[40].X_WC.translation().z() += 0.03;  // at 4 s: wrong by 3 cm in both steps
-  EXPECT_NEAR(value(evaluate(run), "rpe_step_m"), 0.03, 1e-12);
-  run.planned->footsteps.push_back(milliseconds(90000));  // never reached
-  EXPECT_NEAR(value(evaluate(run), "rpe_step_m"), 0.03, 1e-12);
-}
-
-TEST(Evaluate, SpansOfMetresAndSecondsAreFromEachFrame) {
+TEST(Evaluate, SpansOfAMeterAreFromEachFrame) {
   auto run = circle();
   for (std::size_t i = 0; i < run.estimate->size(); ++i)  // drifts up by 1 mm a frame: 10 mm a second
     (*run.estimate)[i].X_WC.translation().z() += 0.001 * static_cast<double>(i);
@@ -266,38 +239,33 @@ TEST(Evaluate, SpansOfMetresAndSecondsAreFromEachFrame) {
     for (int left = whole - 1; left >= 0.9 * frames - 1e-9; --left) squares += left * left, ++count;
     return 0.001 * std::sqrt(squares / count);
   };
-  EXPECT_NEAR(value(m, "rpe_1s_m"), expected(10), 1e-12);
   const double frame = 2 * std::sin(pi / 400);  // m
-  for (const auto& [name, metres] :
-       {std::pair{"rpe_25cm_m", 0.25}, {"rpe_50cm_m", 0.5}, {"rpe_2m_m", 2.0}, {"rpe_4m_m", 4.0}})
-    EXPECT_NEAR(value(m, name), expected(metres / frame), 1e-12) << name;
+  EXPECT_NEAR(value(m, "rpe_1m_m"), expected(1 / frame), 1e-12);
 }
 
 TEST(Evaluate, CompletionIsThePartOfThePlansTime) {
   auto run = circle();
-  EXPECT_FALSE(evaluate(run).at("walk_completion").value);
+  EXPECT_FALSE(evaluate(run).at("track_completion").value);
   run.planned = PlannedTimes{milliseconds(42090), {}};  // no room for another frame
-  EXPECT_EQ(value(evaluate(run), "walk_completion"), 1);
   EXPECT_EQ(value(evaluate(run), "track_completion"), 1);
   run.estimate->resize(211);  // up to 21 s
   run.planned->end = milliseconds(84000);
   run.diverged = "lost";
-  EXPECT_NEAR(value(evaluate(run), "walk_completion"), 0.5, 1e-12);
   EXPECT_NEAR(value(evaluate(run), "track_completion"), 0.25, 1e-12);
 }
 
-TEST(Evaluate, TheTrackedAndTheSuspectShareArePartsOfTheObservedTime) {
+TEST(Evaluate, TheTrackedAndTheFaultFlagFractionAreOfTheObservedTime) {
   auto run = circle();
   run.health.clear();
-  EXPECT_FALSE(evaluate(run).at("tracked_share").value);
+  EXPECT_FALSE(evaluate(run).at("tracked_fraction").value);
   // 4 s in which the last of 1 s is lost, and 1 s after a divergence; one observation comes late
-  run.health = {{milliseconds(0), true, false},    {milliseconds(2000), true, true},
-                {milliseconds(1500), false, true}, {milliseconds(3000), true, false},
+  run.health = {{milliseconds(0), true, false},     {milliseconds(2000), true, true},
+                {milliseconds(1500), false, true},  {milliseconds(3000), true, false},
                 {milliseconds(4000), false, false}, {milliseconds(5000), false, false}};
-  EXPECT_NEAR(value(evaluate(run), "tracked_share"), 0.6, 1e-12);
-  EXPECT_NEAR(value(evaluate(run), "suspect_share"), 0.4, 1e-12);
+  EXPECT_NEAR(value(evaluate(run), "tracked_fraction"), 0.6, 1e-12);
+  EXPECT_NEAR(value(evaluate(run), "fault_flag_fraction"), 0.4, 1e-12);
   run.diverged = "lost";
-  EXPECT_NEAR(value(evaluate(run), "tracked_share"), 0.6, 1e-12);
+  EXPECT_NEAR(value(evaluate(run), "tracked_fraction"), 0.6, 1e-12);
 }
 
 TEST(Evaluate, NeesHasMeanVarianceAndThePartWithinItsBand) {
@@ -318,12 +286,10 @@ TEST(Evaluate, InnovationsBeforeTheFirstMotionDoNotCount) {
   const Metrics m = evaluate(run);
   EXPECT_NEAR(value(m, "nis_gyro_mean"), 1, 1e-12);
   EXPECT_NEAR(value(m, "nis_gyro_variance"), 1.0 / 6, 1e-12);  // 1 from the mean; chi² of 3: variance 6
-  EXPECT_NEAR(value(m, "nis_gyro_whiteness"), -399.0 / 400, 1e-12);
-  EXPECT_NEAR(value(m, "nis_gyro_band_low"), chi_square_quantile(0.025, 1200) / 1200, 1e-12);
   EXPECT_EQ(m.at("nis_vision_mean").reason, "the sensor was used in fewer than two frames");
 }
 
-TEST(Evaluate, LandmarksAreHeldAgainstTheWallsTheyWereSeenOn) {
+TEST(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
   auto run = circle();
   // Straight ahead of the first camera, at (0, 0, 1.4 m): the wall x = 5 m.
   for (int id = 1; id <= 2; ++id) {
@@ -335,26 +301,8 @@ TEST(Evaluate, LandmarksAreHeldAgainstTheWallsTheyWereSeenOn) {
   for (auto& landmark : run.landmarks)
     landmark.begun.pixel = *run.camera.project(X_WC, Eigen::Vector3d(5, 0, 1.4));
   const Metrics m = evaluate(run);
-  EXPECT_EQ(value(m, "landmarks_scored"), 2);
   EXPECT_NEAR(value(m, "landmark_rmse_m"), std::sqrt((0.09 + 0.36) / 2), 1e-9);
-  EXPECT_NEAR(value(m, "landmark_median_m"), 0.45, 1e-9);
   EXPECT_NEAR(value(m, "landmark_nees_mean"), (1 + 4) / 2.0, 1e-9);
-}
-
-TEST(Evaluate, TheClosureSaysHowSureTheFilterWasAndHowMuchItCorrected) {
-  auto run = circle();
-  run.landmarks = closing(run, 3);  // found again in the last frame, at 42 s
-  for (EstimatedPose& pose : *run.estimate) {
-    const bool before = pose.t < run.truth_camera.back().t;
-    *pose.covariance *= before ? 4 : 1;
-    if (before) pose.X_WC.translation().z() += 0.25;
-  }
-  const Metrics m = evaluate(run);
-  EXPECT_NEAR(value(m, "loop_sigma_before_m"), std::sqrt(12), 1e-12);
-  EXPECT_NEAR(value(m, "loop_sigma_after_m"), std::sqrt(3), 1e-12);
-  EXPECT_NEAR(value(m, "loop_logdet_drop"), 6 * std::log(4), 1e-12);
-  EXPECT_NEAR(value(m, "loop_correction_m"), 0.25, 1e-12);
-  EXPECT_NEAR(value(m, "loop_correction_deg"), 0, 1e-6);
 }
 
 TEST(Evaluate, NumbersThatAreNoneBecomeReasons) {
@@ -400,8 +348,8 @@ TEST(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
     EXPECT_FALSE(m.at(name).value) << name;
     EXPECT_EQ(m.at(name).reason, "the scale is unknown") << name;
   }
-  for (const char* name : {"ate_sim3_rmse_m", "ate_scale_rmse_m", "rotation_rmse_deg", "rpe_1m_deg",
-                           "nees_orientation_mean", "path_length_m", "loop_landmarks"})
+  for (const char* name : {"ate_sim3_rmse_m", "rotation_rmse_deg", "rpe_1m_deg", "nees_orientation_mean",
+                           "path_length_m", "loop_landmarks"})
     EXPECT_TRUE(m.at(name).value) << name << ": " << m.at(name).reason;
 }
 

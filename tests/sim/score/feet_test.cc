@@ -39,8 +39,8 @@ class Walk {
   std::vector<FeetSample> samples_;
 };
 
-Planar sum_of_shares(const std::vector<FootRow>& rows) {
-  Planar sum;
+Pose2 sum_of_drift(const std::vector<FootRow>& rows) {
+  Pose2 sum;
   for (const FootRow& row : rows) sum = {sum.x + row.drift.x, sum.y + row.drift.y, sum.yaw + row.drift.yaw};
   return sum;
 }
@@ -50,6 +50,21 @@ std::vector<FootRow> rows_of(const std::vector<FootRow>& rows, FootPhase phase) 
   for (const FootRow& row : rows)
     if (row.phase == phase) found.push_back(row);
   return found;
+}
+
+struct Total {
+  double moved = 0, turned = 0, creep = 0;
+  Pose2 drift;
+};
+Total total(const std::vector<FootRow>& rows, FootPhase phase) {
+  Total sum;
+  for (const FootRow& row : rows_of(rows, phase)) {
+    sum.moved += std::hypot(row.moved.x, row.moved.y);
+    sum.turned += std::abs(row.moved.yaw);
+    sum.creep += std::hypot(row.creep.x, row.creep.y);
+  }
+  sum.drift = sum_of_drift(rows_of(rows, phase));
+  return sum;
 }
 
 TEST(Feet, APlanCarriedOutExactlyHasNoDrift) {
@@ -75,9 +90,9 @@ TEST(Feet, ATurnOfTheStandingFootSwingsTheRestOfTheWayAboutIt) {
   walk.right().truth = {-0.01 * -0.2, -0.1, 0.01};  // the swing foot goes with the body
   walk.on_left(5);
   walk.both();
-  const Planar plan{1, 0.1, 0};
+  const Pose2 plan{1, 0.1, 0};
   const auto rows = decompose_drift(walk.samples(), {1, 0.11, 0.01}, plan);
-  const FootTotal support = total(rows, FootPhase::support);
+  const Total support = total(rows, FootPhase::support);
   EXPECT_NEAR(support.turned, 0.01, 1e-12);
   EXPECT_NEAR(support.drift.yaw, 0.01, 1e-12);
   EXPECT_NEAR(support.drift.y, std::sin(0.01), 1e-12);  // 1 m ahead of the foot
@@ -115,7 +130,7 @@ TEST(Feet, AFootThatDragsAfterTheOtherHasLandedHasNoShareInTheDrift) {
   const auto rows = decompose_drift(walk.samples(), {}, {});
   EXPECT_NEAR(total(rows, FootPhase::lift_off).moved, 0.004, 1e-12);
   EXPECT_EQ(total(rows, FootPhase::lift_off).drift.x, 0);
-  EXPECT_EQ(sum_of_shares(rows).x, 0);
+  EXPECT_EQ(sum_of_drift(rows).x, 0);
 }
 
 TEST(Feet, AFootSlidingAsItLandsIsToldFromOneThatSlidesUnderLoad) {
@@ -154,11 +169,11 @@ TEST(Feet, AllSharesAddUpToTheDriftOfTheWaist) {
     if (i == 5) ++i;
   }
   walk.both();
-  const Planar truth{1.1, 0.2, 0.9}, plan{1.0, 0.3, 0.7};
+  const Pose2 truth{1.1, 0.2, 0.9}, plan{1.0, 0.3, 0.7};
   const auto rows = decompose_drift(walk.samples(), truth, plan);
-  EXPECT_NEAR(sum_of_shares(rows).x, 0.1, 1e-9);
-  EXPECT_NEAR(sum_of_shares(rows).y, -0.1, 1e-9);
-  EXPECT_NEAR(std::remainder(sum_of_shares(rows).yaw - 0.2, 2 * M_PI), 0, 1e-9);
+  EXPECT_NEAR(sum_of_drift(rows).x, 0.1, 1e-9);
+  EXPECT_NEAR(sum_of_drift(rows).y, -0.1, 1e-9);
+  EXPECT_NEAR(std::remainder(sum_of_drift(rows).yaw - 0.2, 2 * M_PI), 0, 1e-9);
 }
 
 TEST(Feet, ABounceIsNoStepAndAScuffIsNoStance) {

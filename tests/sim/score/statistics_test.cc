@@ -28,16 +28,16 @@ TEST(Statistics, QuantilesRunFromLeastToGreatest) {
 
 TEST(Statistics, SummaryTakesTheWorstThatTheMetricMeans) {
   const std::vector<double> values{0.1, -0.6, 0.3};
-  EXPECT_EQ(summarise(values, Worst::largest).worst, 0.3);
-  EXPECT_EQ(summarise(values, Worst::smallest).worst, -0.6);
-  EXPECT_EQ(summarise(values, Worst::largest_magnitude).worst, -0.6);
-  EXPECT_EQ(summarise({0.1, -0.2, 0.3}, Worst::largest_magnitude).worst, 0.3);
-  EXPECT_EQ(summarise(values, Worst::largest).n, 3u);
-  EXPECT_EQ(summarise(values, Worst::largest).median, 0.1);
-  EXPECT_EQ(summarise({}, Worst::largest).n, 0u);
-  EXPECT_FALSE(summarise({7}, Worst::largest).standard_deviation);
-  EXPECT_EQ(summarise({1, 7, 12}, Direction::away_from(3)).worst, 12);
-  EXPECT_EQ(summarise({0.5, 7, 12}, Direction::away_from(3)).worst, 0.5);
+  EXPECT_EQ(summarize(values, Worst::largest).worst, 0.3);
+  EXPECT_EQ(summarize(values, Worst::smallest).worst, -0.6);
+  EXPECT_EQ(summarize(values, Worst::largest_magnitude).worst, -0.6);
+  EXPECT_EQ(summarize({0.1, -0.2, 0.3}, Worst::largest_magnitude).worst, 0.3);
+  EXPECT_EQ(summarize(values, Worst::largest).n, 3u);
+  EXPECT_EQ(summarize(values, Worst::largest).median, 0.1);
+  EXPECT_EQ(summarize({}, Worst::largest).n, 0u);
+  EXPECT_FALSE(summarize({7}, Worst::largest).standard_deviation);
+  EXPECT_EQ(summarize({1, 7, 12}, Direction::away_from(3)).worst, 12);
+  EXPECT_EQ(summarize({0.5, 7, 12}, Direction::away_from(3)).worst, 0.5);
 }
 
 TEST(Statistics, TheLossOfAMetricWithAnExpectedValueIsTheSameAboveAndBelow) {

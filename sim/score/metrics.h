@@ -1,0 +1,66 @@
+// The metrics of a run: what each one means, and its value.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/score/statistics.h"
+
+namespace sim::score {
+
+struct Run;
+struct ScoreContext;
+
+/// A number with its unit ("1" for a count or a ratio), or the reason for its absence.
+struct Metric {
+  std::optional<double> value;
+  std::string unit;
+  std::string reason;  ///< why the value is absent
+};
+using Metrics = std::map<std::string, Metric, std::less<>>;
+
+/// A number in the metric's unit, or the reason for its absence.
+using Value = OrAbsent<double>;
+
+/// Input of a metric: the walk only, the estimate, or lengths of the estimate, which need a known scale.
+/// Without its input a metric is not computed and has no value.
+enum class Needs { walk, estimate, scale };
+
+inline constexpr bool kHeadline = true;
+
+struct MetricDefinition {
+  std::string name, unit, definition;  ///< definition: for --help and reports
+  Needs needs = Needs::walk;
+  std::function<Value(const ScoreContext&)> compute;
+  Direction direction{};  ///< in which it becomes worse
+  bool headline = false;  ///< shown in the short table as well
+};
+using MetricDefinitions = std::vector<MetricDefinition>;
+
+/// All metrics in the order in which tables and files list them.
+const MetricDefinitions& metric_definitions();
+/// Returns the definition of that name, or nullptr.
+const MetricDefinition* find_metric(std::string_view name);
+/// Returns the direction in which a metric becomes worse: towards larger values for an unknown name.
+Direction direction_of(std::string_view name);
+
+/// Returns all metrics of metric_definitions(), each with a finite value or a reason.
+Metrics evaluate(const Run& run);
+Metrics evaluate(const ScoreContext& context);
+
+// The groups of metric_definitions(), in its order.
+MetricDefinitions absolute_metrics();     ///< errors of all frames under each alignment
+MetricDefinitions relative_metrics();     ///< relative pose errors
+MetricDefinitions end_metrics();          ///< errors at the last frame
+MetricDefinitions walk_metrics();         ///< heights, and the drift of the walk from its plan
+MetricDefinitions navigation_metrics();   ///< true waist against the commanded path, and step corrections
+MetricDefinitions loop_metrics();         ///< whether and when the loop was closed, and the errors around it
+MetricDefinitions consistency_metrics();  ///< NEES of the camera pose, NIS of each sensor
+MetricDefinitions landmark_metrics();     ///< landmarks of the final map
+MetricDefinitions completion_metrics();   ///< path length, and the fraction of plan and time that was tracked
+
+}  // namespace sim::score
