@@ -6,11 +6,11 @@
 #include <set>
 
 #include "sim/files/printed_text.h"
-#include "sim/regression/results.h"
 #include "sim/regression/report.h"
+#include "sim/regression/results.h"
+#include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
-#include "sim/scenario/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"
 #include "tools/cli/usage_error.h"
