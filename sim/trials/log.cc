@@ -84,6 +84,11 @@ Parsed parse(const fs::path& file, std::string_view text, std::string_view purpo
 
 }  // namespace
 
+std::optional<double> TrialRecord::value(std::string_view name) const {
+  const auto found = values.find(std::string(name));
+  return found == values.end() ? std::nullopt : std::optional(found->second);
+}
+
 std::string to_line(const TrialRecord& record) {
   json values = json::object();
   for (const auto& [name, value] : record.values) values[name] = number(value);

@@ -23,6 +23,9 @@ struct TrialRecord {
   std::string cause;                     ///< of a failure, as a sentence
   std::map<std::string, double> values;  ///< metrics and objective terms that have a value
   bool operator==(const TrialRecord&) const = default;
+
+  /// Returns nullopt if it has no value of that name.
+  std::optional<double> value(std::string_view name) const;
 };
 
 /// A record as one line of JSON, without its end of line.

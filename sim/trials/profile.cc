@@ -51,16 +51,23 @@ std::optional<Quadratic> quadratic_near(const Study& study, const Candidate& bes
   return fit_quadratic(points, values);
 }
 
-// Losses along one line through the best setting.
+// The losses along the line through the best setting on which parameter i moves and the others follow.
 class Line {
  public:
-  Line(Study& study, const std::vector<double>& best, Eigen::VectorXd direction, int i)
-      : study_(study), best_(best), direction_(std::move(direction)), i_(i) {}
+  Line(Study& study, const std::vector<double>& best, const std::optional<Quadratic>& about, int i)
+      : study_(study), best_(best), i_(static_cast<std::size_t>(i)) {
+    direction_ = about ? following(about->hessian, i)
+                       : Eigen::VectorXd::Unit(static_cast<Eigen::Index>(best.size()), i);
+    const double curvature = about ? direction_.dot(about->hessian * direction_) : 0;
+    if (curvature > 0) step_ = std::clamp(std::sqrt(0.2 / curvature), kLeastStep, kMostStep / 2);
+  }
+
+  /// The step over which the loss should rise.
+  double step() const { return step_; }
 
   /// The setting at `step` along the line, or nullopt if parameter i would leave its range.
   std::optional<std::vector<double>> at(double step) const {
-    const double coordinate = best_[static_cast<std::size_t>(i_)] + step;
-    if (coordinate < 0 || coordinate > 1) return std::nullopt;
+    if (best_[i_] + step < 0 || best_[i_] + step > 1) return std::nullopt;
     std::vector<double> coordinates = best_;
     for (std::size_t k = 0; k < coordinates.size(); ++k)
       coordinates[k] = std::clamp(coordinates[k] + step * direction_(static_cast<Eigen::Index>(k)), 0.0, 1.0);
@@ -71,34 +78,22 @@ class Line {
   bool evaluate(double step) {
     const auto setting = at(step);
     if (!setting) return false;
-    const Candidate& tried = study_.evaluate("profile", *setting);
-    std::vector<double> values;
-    for (const TrialRecord* record : tried.records)
-      values.push_back(loss_of(*record, study_.spec().objective));
-    points_[best_[static_cast<std::size_t>(i_)] + step] = values;
+    std::vector<double> losses;
+    for (const TrialRecord* record : study_.evaluate("profile", *setting).records)
+      losses.push_back(loss_of(*record, study_.spec().objective));
+    losses_[best_[i_] + step] = losses;
     return true;
   }
 
-  std::vector<double> coordinates() const {
-    std::vector<double> all;
-    for (const auto& [coordinate, values] : points_) all.push_back(coordinate);
-    return all;
-  }
-  Eigen::MatrixXd values() const {  // run x point
-    Eigen::MatrixXd all(static_cast<Eigen::Index>(points_.begin()->second.size()),
-                        static_cast<Eigen::Index>(points_.size()));
-    Eigen::Index column = 0;
-    for (const auto& [coordinate, values] : points_)
-      all.col(column++) = Eigen::Map<const Eigen::VectorXd>(values.data(), all.rows());
-    return all;
-  }
+  Profile profile() const;
 
  private:
   Study& study_;
   std::vector<double> best_;
+  std::size_t i_;
   Eigen::VectorXd direction_;
-  int i_;
-  std::map<double, std::vector<double>> points_;
+  double step_ = 0.05;
+  std::map<double, std::vector<double>> losses_;  // of the runs, by the coordinate of parameter i
 };
 
 // P(|T| <= t) of Student's t with n degrees of freedom (Abramowitz & Stegun 26.7.3 and 26.7.4).
@@ -117,60 +112,40 @@ double t_95(int n) {
   return low;
 }
 
-void fill(Profile& profile, const Line& line, const Range& parameter) {
-  const std::vector<double> coordinates = line.coordinates();
-  profile.values = line.values();
-  profile.at.clear();
-  for (const double coordinate : coordinates) profile.at.push_back(parameter.value_at(coordinate));
+Profile Line::profile() const {
+  const Range& parameter = study_.spec().parameters[i_];
+  Profile profile{parameter.key, {}, {}, {}, 0, {}, {}};
+  profile.values.resize(static_cast<Eigen::Index>(losses_.begin()->second.size()),
+                        static_cast<Eigen::Index>(losses_.size()));
+  std::vector<double> coordinates;
+  for (const auto& [coordinate, losses] : losses_) {
+    profile.values.col(static_cast<Eigen::Index>(coordinates.size())) =
+        Eigen::Map<const Eigen::VectorXd>(losses.data(), profile.values.rows());
+    coordinates.push_back(coordinate);
+    profile.at.push_back(parameter.value_at(coordinate));
+  }
   const Eigen::VectorXd mean = profile.values.colwise().mean();
-  profile.rises.assign(mean.begin(), mean.end());
-  const auto least = std::min_element(profile.rises.begin(), profile.rises.end());
-  const double floor = *least,
-               best_coordinate = coordinates[static_cast<std::size_t>(least - profile.rises.begin())];
-  for (double& rise : profile.rises) rise -= floor;
-  profile.threshold = rise_at_95(coordinates, profile.values, best_coordinate)
+  Eigen::Index least = 0;
+  const double floor = mean.minCoeff(&least);
+  for (const double value : mean) profile.rises.push_back(value - floor);
+  profile.threshold = rise_at_95(coordinates, profile.values, coordinates[static_cast<std::size_t>(least)])
                           .value_or(std::numeric_limits<double>::infinity());
   find_interval(profile);
-}
-
-/// A line through the best setting along parameter i, and the step over which the loss should rise.
-struct Direction {
-  Line line;
-  double step = 0.05;
-};
-
-Direction direction_along(Study& study, const std::vector<double>& best,
-                          const std::optional<Quadratic>& about, int i) {
-  if (!about) return {{study, best, Eigen::VectorXd::Unit(static_cast<Eigen::Index>(best.size()), i), i}};
-  const Eigen::VectorXd direction = following(about->hessian, i);
-  Direction along{{study, best, direction, i}};
-  const double curvature = direction.dot(about->hessian * direction);
-  if (curvature > 0) along.step = std::clamp(std::sqrt(0.2 / curvature), kLeastStep, kMostStep / 2);
-  return along;
+  return profile;
 }
 
 constexpr std::array kFirstSteps{0.0, -0.5, 0.5, -1.0, 1.0, -2.0, 2.0};
 
-std::vector<std::vector<double>> first_settings(const std::vector<Direction>& directions) {
-  std::vector<std::vector<double>> all;
-  for (const Direction& along : directions)
-    for (const double k : kFirstSteps)
-      if (auto setting = along.line.at(k * along.step)) all.push_back(std::move(*setting));
-  return all;
-}
-
-Profile profile_along(Direction& along, const Range& parameter) {
-  Line& line = along.line;
-  for (const double k : kFirstSteps) line.evaluate(k * along.step);
-  Profile profile{parameter.key, {}, {}, {}, 0, {}, {}};
-  fill(profile, line, parameter);
-  double outward = 2 * along.step;
-  for (int k = 0; k < kMostOutward && !(profile.low && profile.high); ++k) {
+Profile profile_along(Line& line) {
+  for (const double k : kFirstSteps) line.evaluate(k * line.step());
+  Profile profile = line.profile();
+  double outward = 2 * line.step();
+  for (int k = 0; k < kMostOutward && !profile.identifiable(); ++k) {
     outward = std::min(2 * outward, outward + kMostStep);
     const bool below = !profile.low && line.evaluate(-outward),
                above = !profile.high && line.evaluate(outward);
     if (!below && !above) break;
-    fill(profile, line, parameter);
+    profile = line.profile();
   }
   return profile;
 }
@@ -192,18 +167,13 @@ std::optional<Quadratic> fit_quadratic(const Eigen::MatrixXd& points, const Eige
   return quadratic;
 }
 
+// The rows of H x = e_i other than i say that x_o = −H_oo⁻¹ H_oi x_i.
 Eigen::VectorXd following(const Eigen::MatrixXd& hessian, int i) {
-  const Eigen::Index n = hessian.rows();
-  std::vector<Eigen::Index> others;
-  for (Eigen::Index k = 0; k < n; ++k)
-    if (k != i) others.push_back(k);
-  Eigen::VectorXd direction = Eigen::VectorXd::Unit(n, i);
-  if (others.empty()) return direction;
-  const Eigen::MatrixXd H_oo = hessian(others, others);
-  const Eigen::LLT<Eigen::MatrixXd> llt(H_oo);
-  if (llt.info() == Eigen::Success)
-    direction(others) = -llt.solve(hessian(others, std::vector<Eigen::Index>{i}).col(0));
-  return direction;
+  const Eigen::VectorXd unit = Eigen::VectorXd::Unit(hessian.rows(), i);
+  const Eigen::LLT<Eigen::MatrixXd> llt(hessian);
+  if (llt.info() != Eigen::Success) return unit;
+  const Eigen::VectorXd x = llt.solve(unit);
+  return x / x(i);
 }
 
 std::optional<double> rise_at_95(const std::vector<double>& coordinates, const Eigen::MatrixXd& values,
@@ -252,13 +222,16 @@ void find_interval(Profile& profile) {
 std::vector<Profile> profiles(Study& study) {
   const Candidate best = study.best();
   const auto about = quadratic_near(study, best);
-  std::vector<Direction> directions;
-  for (std::size_t i = 0; i < best.point.size(); ++i)
-    directions.push_back(direction_along(study, best.point, about, static_cast<int>(i)));
-  study.prefetch(first_settings(directions));
+  std::vector<Line> lines;
+  std::vector<std::vector<double>> first;
+  for (std::size_t i = 0; i < best.point.size(); ++i) {
+    lines.emplace_back(study, best.point, about, static_cast<int>(i));
+    for (const double k : kFirstSteps)
+      if (auto setting = lines.back().at(k * lines.back().step())) first.push_back(std::move(*setting));
+  }
+  study.prefetch(first);
   std::vector<Profile> all;
-  for (std::size_t i = 0; i < directions.size(); ++i)
-    all.push_back(profile_along(directions[i], study.spec().parameters[i]));
+  for (Line& line : lines) all.push_back(profile_along(line));
   return all;
 }
 

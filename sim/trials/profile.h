@@ -20,7 +20,7 @@ struct Quadratic {
 std::optional<Quadratic> fit_quadratic(const Eigen::MatrixXd& points, const Eigen::VectorXd& values);
 
 /// The direction that keeps the quadratic least as parameter i moves by 1: dx = −H_oo⁻¹ H_oi, 1 at i. Only i
-/// moves if H_oo is not positive definite.
+/// moves if H is not positive definite.
 Eigen::VectorXd following(const Eigen::MatrixXd& hessian, int i);
 
 /// The loss along one parameter, the others at their best.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "sim/score/statistics.h"
+
 namespace sim::trials {
 namespace {
 
@@ -22,11 +24,6 @@ scenario::Scenario with_values(scenario::Scenario scenario, const std::vector<Ra
   return scenario;
 }
 
-double quantile(std::vector<double> values, double q) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
-}
-
 double mean_of_first(const Candidate& candidate, const Runs& runs, Objective objective) {
   std::vector<const TrialRecord*> records;
   for (const std::size_t run : runs.first()) records.push_back(candidate.records[run]);
@@ -36,10 +33,9 @@ double mean_of_first(const Candidate& candidate, const Runs& runs, Objective obj
 }  // namespace
 
 double loss_of(const TrialRecord& record, Objective objective) {
-  const auto term = record.values.find(std::string(name(objective)));
-  if (term != record.values.end() && std::isfinite(term->second)) return std::min(term->second, kFailure / 2);
-  const auto lasted = record.values.find("lasted_fraction");
-  return kFailure * (2 - (lasted == record.values.end() ? 0 : lasted->second));
+  const auto term = record.value(name(objective));
+  if (term && std::isfinite(*term)) return std::min(*term, kFailure / 2);
+  return kFailure * (2 - record.value("lasted_fraction").value_or(0));
 }
 
 double mean_loss(const std::vector<const TrialRecord*>& records, Objective objective) {
@@ -147,8 +143,8 @@ std::optional<double> Study::loss_if_hopeless(const Candidate& begun) const {
   }
   if (first.size() < kRecent / 2) return std::nullopt;
   const double here = mean_of_first(begun, runs_, spec_.objective);
-  if (here <= quantile(first, 0.75)) return std::nullopt;
-  return here + std::max(0.0, quantile(rest, 0.5));
+  if (here <= score::quantile(first, 0.75)) return std::nullopt;
+  return here + std::max(0.0, score::median(rest));
 }
 
 const Candidate& Study::best() const {

@@ -36,9 +36,7 @@ std::string median(const SweepPlan& plan, const RecordOf& record, std::size_t fi
   std::vector<double> values;
   for (std::size_t i = first; i < first + plan.seeds.size(); ++i) {
     const TrialRecord* const one = record(i);
-    if (!one) continue;
-    const auto found = one->values.find(std::string(name));
-    if (found != one->values.end()) values.push_back(found->second);
+    if (const auto value = one ? one->value(name) : std::nullopt) values.push_back(*value);
   }
   return values.empty() ? "-" : fmt::format("{:.4g}", score::median(values));
 }
@@ -72,8 +70,8 @@ std::string scores_csv(const SweepPlan& plan, const RecordOf& record) {
     for (const std::string& value : configuration(plan, i).values) text += "," + files::csv_field(value);
     text += fmt::format(",{},{}", one->ending, files::csv_field(one->cause));
     for (const std::string& name : names) {
-      const auto found = one->values.find(name);
-      text += found == one->values.end() ? "," : fmt::format(",{}", found->second);
+      const auto value = one->value(name);
+      text += value ? fmt::format(",{}", *value) : ",";
     }
     text += "\n";
   }

@@ -63,10 +63,7 @@ ordered_json to_json(const StartAndBest& both, const Spec& spec) {
   add(std::string(name(spec.objective)),
       [&](const TrialRecord& r) -> std::optional<double> { return loss_of(r, spec.objective); });
   for (const std::string metric : kCompared)
-    add(metric, [&](const TrialRecord& r) -> std::optional<double> {
-      const auto found = r.values.find(metric);
-      return found == r.values.end() ? std::nullopt : std::optional(found->second);
-    });
+    add(metric, [&](const TrialRecord& r) { return r.value(metric); });
   return document;
 }
 
@@ -215,12 +212,14 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
 
 }  // namespace
 
-std::string log_purpose(const std::string& program) { return "gaitslam tune, " + program; }
+std::string log_purpose(const std::string& program, const Spec& spec) {
+  return fmt::format("gaitslam tune {}, {}", spec.name, program);
+}
 
 TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execution,
                   const std::string& program, const std::function<void(const Progress&)>& on_progress) {
   fs::create_directories(out);
-  TrialLog log(out / "trials.jsonl", log_purpose(program));
+  TrialLog log(out / "trials.jsonl", log_purpose(program, spec));
   const Found found = find(spec, log, execution, on_progress);
   on_progress({"hold-out", 0, 0, 0});
   const Runs unseen(spec.holdout, execution);

@@ -23,13 +23,13 @@ struct TuningResult {
   std::string text;  ///< a summary for the terminal
 };
 
-/// Tunes, and writes to `out`: trials.jsonl (the log), then history.csv, tune.json and, if accepted, best.yaml.
-/// Resumes from the log of the same spec; the result has the same bits for any `execution`. program: identifies
-/// it in the log. Throws FileError.
+/// Tunes, and writes to `out`: trials.jsonl (the log), then history.csv, tune.json and, if accepted,
+/// best.yaml. Resumes from the log of the same spec; the result has the same bits for any `execution`.
+/// program: identifies it in the log. Throws FileError.
 TuningResult tune(const Spec& spec, const std::filesystem::path& out, const Execution& execution,
                   const std::string& program, const std::function<void(const Progress&)>& on_progress);
 
-/// The first line of such a log.
-std::string log_purpose(const std::string& program);
+/// The first line of the log.
+std::string log_purpose(const std::string& program, const Spec& spec);
 
 }  // namespace sim::trials

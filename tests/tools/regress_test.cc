@@ -176,7 +176,6 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
                  "seed=3: a suite has its own names and seeds");
   expect_refused("regress suites/ci.yaml --results old slam.vision.sigma_px=3",
                  "was made with another configuration");
-  expect_refused("regress suites/ci.yaml --recordings old", "there is no recording of seed 1");
   expect_refused("baseline update suites/ci.yaml --results old --reason ' '", "--reason: is empty");
   write("suites/empty.yaml", "seeds: 1\nscenarios: []\n");
   expect_refused("regress suites/empty.yaml", "the suite is empty");

@@ -28,7 +28,7 @@ constexpr const char* kRegressExamples = R"(
 Examples:
   gaitslam regress scenarios/suites/ci.yaml --jobs 2
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
-  gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --recordings results/regress-ci
+  gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --cached
 Verdicts:
   IDENTICAL  the same bits on every seed
   SAME       within the tolerance

@@ -38,27 +38,17 @@ struct ReproduceRequest {
   ViewRequest view;
   fs::path out = "results/paper", models = standard_models(),
            scenarios = standard_models().parent_path() / "scenarios";
-  std::optional<fs::path> recordings;  ///< <experiment>/seed-<n> to replay if it exists
 };
-
-const std::string& recorded_name(const pages::PaperExperiment& what) {
-  return what.recordings.empty() ? what.name : what.recordings;
-}
-
-/// The folder of the recordings that an experiment replays; nullopt if it simulates its walks.
-std::optional<fs::path> recordings_of(const pages::PaperExperiment& what, const ReproduceRequest& request) {
-  const std::string& name = recorded_name(what);
-  if (request.recordings && fs::is_directory(*request.recordings / name)) return *request.recordings / name;
-  if (what.recordings.empty()) return std::nullopt;
-  return request.out / what.recordings;
-}
 
 /// The jobs of all experiments on all seeds.
 std::vector<ResultJob> plan(const ReproduceRequest& request) {
   std::vector<ResultJob> all;
   for (const pages::PaperExperiment& what : pages::paper_experiments()) {
-    const ResultJob job{scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
-                        what.name, recordings_of(what, request), what.cost_s};
+    ResultJob job{scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
+                  what.name,
+                  {},
+                  what.cost_s};
+    if (!what.recordings.empty()) job.recording = request.out / what.recordings;
     for (ResultJob& of_seed : jobs_of_seeds(job, parse_seeds(request.seeds)))
       all.push_back(std::move(of_seed));
   }
@@ -75,7 +65,8 @@ bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& 
                     .title = replay ? "reproduce: replays" : "reproduce: walks",
                     .backend = {.jobs = request.jobs},
                     .cached = request.cached,
-                    .adds = true,
+                    .counts_older = true,
+       .keeps_other_seeds = true,
                     .more = request.view.view ? view_arguments(request.view) : std::vector<std::string>{}});
   bool all_there = true;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
@@ -112,20 +103,11 @@ void open_view(ViewRequest& place) {
   std::cout << "view at " << sim::view::url(access) << std::endl;
 }
 
-/// Throws UsageError if results would replace the recordings of --recordings.
-void require_outside_of_recordings(const ReproduceRequest& request) {
-  if (!request.recordings) return;
-  for (const pages::PaperExperiment& written : pages::paper_experiments())
-    for (const pages::PaperExperiment& read : pages::paper_experiments())
-      require_outside(request.out / written.name, *request.recordings / recorded_name(read));
-}
-
 int reproduce(ReproduceRequest& request) {
   require_simulator();
   if (request.view.view && (request.jobs > 1 || request.cached))
     throw UsageError("--view shows one live walk at a time, expected --jobs 1 and no --cached");
   const std::vector<ResultJob> jobs = plan(request);
-  require_outside_of_recordings(request);
   const OutFolder out({}, request.out, {.names = {"index.html"}, .continues = true});
   if (request.view.view) open_view(request.view);
   bool all_there = run_jobs(jobs, false, request, out);
@@ -149,9 +131,6 @@ void add_reproduce(CLI::App& app, int& exit_code) {
   command->add_flag("--cached", request->cached,
                     "take walks from the cache of recordings; record missing ones first");
   command->add_option("--out", request->out, "folder for the page and all results")->capture_default_str();
-  command->add_option(
-      "--recordings", request->recordings,
-      "replay the recordings in DIR/<scenario>/seed-<n>, if they exist, instead of simulating");
   add_models(*command, request->models);
   add_view(*command, request->view);
   command->add_option("--scenarios", request->scenarios, "folder of the scenarios of the experiments");

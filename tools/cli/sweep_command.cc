@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iostream>
@@ -12,7 +11,6 @@
 #include "sim/files/hashed_file.h"
 #include "sim/files/number.h"
 #include "sim/files/text.h"
-#include "sim/scenario/keys.h"
 #include "sim/trials/sweep.h"
 #include "sim/trials/sweep_scores.h"
 #include "tools/cli/commands.h"
@@ -95,36 +93,15 @@ Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
   return sweep;
 }
 
-/// If its estimate steers a walk, filter and errors shape the recording, too.
-bool shapes_any_recording(const Sweep& sweep, const std::string& key) {
-  const auto& all = sweep.scenario_of;
-  return std::any_of(all.begin(), all.end(), [&](const auto& recorded) {
-    return scenario::shapes_recording(recorded.second.scenario, key);
-  });
-}
-
-std::vector<std::string> keys_that(const Sweep& sweep, bool shape_recordings) {
-  std::vector<std::string> keys;
-  for (const std::string& key : sweep.plan.keys)
-    if (shapes_any_recording(sweep, key) == shape_recordings) keys.push_back(key);
-  return keys;
-}
-
-std::string of_keys(const char* what, const std::vector<std::string>& keys) {
-  return keys.empty() ? "" : fmt::format(" ({} {})", what, fmt::join(keys, ", "));
-}
-
 void announce(const Sweep& sweep) {
   const auto n = sim::files::counted;
-  std::cout << fmt::format("{} = {} x {}: replays{} of {}{}\n", n(sweep.plan.trials(), "trial"),
+  const std::size_t recordings = sweep.scenario_of.size(), missing = sweep.missing.size();
+  std::cout << fmt::format("{} = {} x {}, on {}: {} in the cache, {} to be simulated\n",
+                           n(sweep.plan.trials(), "trial"),
                            n(sweep.plan.configurations.size(), "configuration"),
-                           n(sweep.plan.seeds.size(), "seed"), of_keys("with other", keys_that(sweep, false)),
-                           n(sweep.scenario_of.size(), "recording"),
-                           of_keys("one for each value of", keys_that(sweep, true)));
-  std::cout << fmt::format("{} in the cache, {} to be simulated\n",
-                           n(sweep.scenario_of.size() - sweep.missing.size(), "recording"),
-                           sweep.missing.size());
-  std::cout.flush();
+                           n(sweep.plan.seeds.size(), "seed"), n(recordings, "recording"),
+                           recordings - missing, missing)
+            << std::flush;
 }
 
 void list_configurations(const trials::SweepPlan& plan) {

@@ -6,8 +6,6 @@
 #include <optional>
 
 #include "sim/files/durable_file.h"
-#include "sim/files/json.h"
-#include "sim/files/owned_folder.h"
 #include "sim/pages/tune_page.h"
 #include "sim/trials/tuning.h"
 #include "tools/cli/commands.h"
@@ -95,21 +93,10 @@ std::vector<sim::recording::CachedRecording> take_from_cache(trials::Spec& spec,
   return all;
 }
 
-/// Throws UsageError if the folder contains the result of a tuning of another name.
-void require_same_tuning(const fs::path& out, const trials::Spec& spec) {
-  const auto made = sim::files::listed_in(out);
-  if (!made || !made->contains("tune.json") || !fs::exists(out / "tune.json")) return;
-  const std::string name = sim::files::read_json(out / "tune.json").at("name").text();
-  if (name != spec.name)
-    throw UsageError(fmt::format("{}: contains the result of the tuning {}, not of {}; name another folder",
-                                 out.string(), name, spec.name));
-}
-
 int tune_by(const TuneRequest& request) {
   require_usable(request.backend, request.out.out.value_or(""));
   trials::Spec spec = trials::read_spec(request.spec);
   const fs::path standard = fs::path("results") / ("tune-" + spec.name);
-  require_same_tuning(request.out.out.value_or(standard.string()), spec);
   const OutFolder folder(
       request.out, standard,
       {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "parts/", "slurm/"},
@@ -121,9 +108,9 @@ int tune_by(const TuneRequest& request) {
   trials::Execution execution{std::max(backend.jobs, 1)};
   const bool simulates = simulates_each_setting(spec);
   if (simulates || backend.slurm())
-    execution.remote = in_processes(
-        {out / "parts", trials::log_purpose(program_identity()), request.models, "tune " + request.spec},
-        backend);
+    execution.remote = in_processes({out / "parts", trials::log_purpose(program_identity(), spec),
+                                     request.models, "tune " + request.spec},
+                                    backend);
   if (simulates) std::cout << "an estimate steers a walk: each setting is simulated\n" << std::flush;
   trials::TuningResult result;
   {

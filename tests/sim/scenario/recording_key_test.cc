@@ -6,6 +6,7 @@
 #include <fstream>
 #include <optional>
 #include <set>
+#include <sstream>
 
 #include "sim/files/file_error.h"
 #include "sim/scenario/keys.h"
@@ -18,34 +19,13 @@ std::string key_of(const Scenario& scenario) { return recording_key(scenario, "m
 
 /// The default scenario with another value for this key: the first of many that the key takes and that
 /// differs.
-std::optional<Scenario> changed(const Key& key) {
-  for (const char* text : {"true",
-                           "false",
-                           "0.37",
-                           "0.011",
-                           "0.0052",
-                           "0.5",
-                           "3",
-                           "17",
-                           "900",
-                           "200000",
-                           "cubic",
-                           "delayed_zmp",
-                           "momentum",
-                           "last",
-                           "truth",
-                           "go_on",
-                           "particles",
-                           "plan",
-                           "pinhole",
-                           "hall",
-                           "[fell]",
-                           "plan_alone",
-                           "[[1, 2, 3]]",
-                           "[{stand: {duration_s: 2}}]",
-                           "[{gyro_silent: {}}]",
-                           "[{push: {time_s: 1, impulse_ns: 3}}]",
-                           "[{patch: {x_min_m: 1, x_max_m: 2, y_min_m: 1, y_max_m: 2, friction: 0.3}}]"}) {
+std::optional<Scenario> with_other_value(const Key& key) {
+  std::istringstream texts(
+      "true;false;0.37;0.011;0.0052;0.5;3;17;900;200000;cubic;delayed_zmp;momentum;last;truth;go_on;"
+      "particles;plan;pinhole;hall;[fell];plan_alone;[[1, 2, 3]];[{stand: {duration_s: 2}}];"
+      "[{gyro_silent: {}}];[{push: {time_s: 1, impulse_ns: 3}}];"
+      "[{patch: {x_min_m: 1, x_max_m: 2, y_min_m: 1, y_max_m: 2, friction: 0.3}}];");
+  for (std::string text; std::getline(texts, text, ';');) {
     Scenario scenario = default_scenario();
     try {
       key.read(parse_yaml(text, {"test"}), scenario);
@@ -65,7 +45,7 @@ bool is_walk_or_world(const std::string& key) {
 TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndNoKeyOfErrorsFilterAndLimits) {
   const std::string unchanged = key_of(default_scenario());
   for (const auto& key : scenario_keys()) {
-    const std::optional<Scenario> other = changed(key);
+    const std::optional<Scenario> other = with_other_value(key);
     ASSERT_TRUE(other) << key.name << ": the test has no other value for it";
     EXPECT_EQ(key_of(*other) != unchanged, is_walk_or_world(key.name)) << key.name;
   }
@@ -78,7 +58,7 @@ TEST(RecordingKey, OfAWalkSteeredByItsEstimateKnowsErrorsAndFilterToo) {
   };
   for (const auto& key : scenario_keys()) {
     if (key.name == "walk.steering.by") continue;
-    const Scenario same = default_scenario(), other = *changed(key);
+    const Scenario same = default_scenario(), other = *with_other_value(key);
     const auto changes = [&](walking::SteeredBy by) { return steered(other, by) != steered(same, by); };
     const bool walk = is_walk_or_world(key.name);
     EXPECT_EQ(changes(walking::SteeredBy::estimate), walk || shapes_estimate(key.name)) << key.name;

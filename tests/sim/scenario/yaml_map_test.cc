@@ -11,7 +11,7 @@ namespace {
 
 using testing::ElementsAre;
 
-std::string complaint(std::string_view text) {
+std::string seeds_error(std::string_view text) {
   try {
     parse_seeds(text);
   } catch (const std::invalid_argument& e) {
@@ -28,12 +28,12 @@ TEST(Seeds, KeepTheOrderInWhichTheyAreWritten) {
 }
 
 TEST(Seeds, FaultsAreNamed) {
-  EXPECT_EQ(complaint(""), "'' is not a seed, expected for example 1..5 or 1,2,7");
-  EXPECT_THAT(complaint("1,"), testing::StartsWith("'' is not a seed"));
-  EXPECT_THAT(complaint("1,x"), testing::StartsWith("'x' is not a seed"));
-  EXPECT_THAT(complaint("3..1"), testing::StartsWith("'3..1' goes backwards"));
-  EXPECT_THAT(complaint("1..3,2"), testing::StartsWith("a seed is given twice"));
-  EXPECT_THAT(complaint("1..100001"), testing::StartsWith("more than 100000 seeds"));
+  EXPECT_EQ(seeds_error(""), "'' is not a seed, expected for example 1..5 or 1,2,7");
+  EXPECT_THAT(seeds_error("1,"), testing::StartsWith("'' is not a seed"));
+  EXPECT_THAT(seeds_error("1,x"), testing::StartsWith("'x' is not a seed"));
+  EXPECT_THAT(seeds_error("3..1"), testing::StartsWith("'3..1' goes backwards"));
+  EXPECT_THAT(seeds_error("1..3,2"), testing::StartsWith("a seed is given twice"));
+  EXPECT_THAT(seeds_error("1..100001"), testing::StartsWith("more than 100000 seeds"));
 }
 
 }  // namespace

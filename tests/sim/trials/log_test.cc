@@ -26,7 +26,7 @@ TrialRecord record(int i) {
   return {"key-" + std::to_string(i), static_cast<std::uint64_t>(i), "completed", "", {{"rmse_m", 0.1 * i}}};
 }
 
-std::string complaint(const std::filesystem::path& file, const std::string& purpose) {
+std::string open_error(const std::filesystem::path& file, const std::string& purpose) {
   try {
     TrialLog log(file, purpose);
   } catch (const FileError& e) {
@@ -86,13 +86,13 @@ TEST(TrialLog, ADamagedLineAnotherPurposeAndAnotherWriterAreErrors) {
   {
     TrialLog log(file, "a sweep");
     for (int i = 0; i < 3; ++i) log.add(record(i));
-    EXPECT_THAT(complaint(file, "a sweep"), HasSubstr("another process"));
+    EXPECT_THAT(open_error(file, "a sweep"), HasSubstr("another process"));
   }
-  EXPECT_THAT(complaint(file, "another sweep"), HasSubstr("another sweep"));
+  EXPECT_THAT(open_error(file, "another sweep"), HasSubstr("another sweep"));
   std::string text = files::read_text(file);
   text[text.find("key-0") - 3] = '#';
   files::write_text(file, text);
-  EXPECT_THAT(complaint(file, "a sweep"), HasSubstr("line 2"));
+  EXPECT_THAT(open_error(file, "a sweep"), HasSubstr("line 2"));
   EXPECT_EQ(files::read_text(file), text) << "an unreadable log is not changed";
 }
 

@@ -1,5 +1,5 @@
 // Terms of objectives against values computed by hand.
-#include "sim/trials/terms.h"
+#include "sim/trials/trial.h"
 
 #include <gtest/gtest.h>
 

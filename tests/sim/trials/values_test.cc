@@ -19,7 +19,7 @@ Values values(const std::string& text, const std::string& key = "slam.vision.sig
   return read_values(map.keys[0], map.items[0]);
 }
 
-std::string complaint(const std::string& text, const std::string& key = "slam.vision.sigma_px") {
+std::string error_of(const std::string& text, const std::string& key = "slam.vision.sigma_px") {
   try {
     values(text, key);
   } catch (const scenario::ConfigError& e) {
@@ -53,18 +53,18 @@ TEST(Values, OfAGridHaveEvenDistancesOrFactors) {
 }
 
 TEST(Values, ErrorsNameThePlace) {
-  EXPECT_EQ(complaint("{from: 1, too: 2}"), "spec.yaml:1:33: too: unknown key; did you mean 'to'?");
-  EXPECT_THAT(complaint("{from: 1}"), HasSubstr("expected both from and to"));
-  EXPECT_THAT(complaint("{from: 2, to: 1}"), HasSubstr("expected a rising range"));
-  EXPECT_THAT(complaint("{from: 1, to: abc}"), testing::StartsWith("spec.yaml:1:37: slam.vision.sigma_px: "));
-  EXPECT_THAT(complaint("{from: -1, to: 1}"), testing::StartsWith("spec.yaml:1:30: slam.vision.sigma_px: "));
-  EXPECT_THAT(complaint("{from: 0, to: 1}", "slam.depth.linearity"), HasSubstr("must start above 0"));
-  EXPECT_THAT(complaint("{from: 1, to: 2, points: 1}"), HasSubstr("points: is '1', expected a whole number"));
-  EXPECT_THAT(complaint("{from: 1, to: 2, start: 3}"), HasSubstr("start 3 is outside 1 to 2"));
-  EXPECT_THAT(complaint("{from: 1, to: 2}", "slam.gyro.enabled"),
+  EXPECT_EQ(error_of("{from: 1, too: 2}"), "spec.yaml:1:33: too: unknown key; did you mean 'to'?");
+  EXPECT_THAT(error_of("{from: 1}"), HasSubstr("expected both from and to"));
+  EXPECT_THAT(error_of("{from: 2, to: 1}"), HasSubstr("expected a rising range"));
+  EXPECT_THAT(error_of("{from: 1, to: abc}"), testing::StartsWith("spec.yaml:1:37: slam.vision.sigma_px: "));
+  EXPECT_THAT(error_of("{from: -1, to: 1}"), testing::StartsWith("spec.yaml:1:30: slam.vision.sigma_px: "));
+  EXPECT_THAT(error_of("{from: 0, to: 1}", "slam.depth.linearity"), HasSubstr("must start above 0"));
+  EXPECT_THAT(error_of("{from: 1, to: 2, points: 1}"), HasSubstr("points: is '1', expected a whole number"));
+  EXPECT_THAT(error_of("{from: 1, to: 2, start: 3}"), HasSubstr("start 3 is outside 1 to 2"));
+  EXPECT_THAT(error_of("{from: 1, to: 2}", "slam.gyro.enabled"),
               HasSubstr("expected a key that is a number"));
-  EXPECT_THAT(complaint("{from: 1, to: 2, also: [slam.visio.sigma_px]}"), HasSubstr("did you mean"));
-  EXPECT_THAT(complaint("[]"), HasSubstr("has no values"));
+  EXPECT_THAT(error_of("{from: 1, to: 2, also: [slam.visio.sigma_px]}"), HasSubstr("did you mean"));
+  EXPECT_THAT(error_of("[]"), HasSubstr("has no values"));
 }
 
 TEST(Range, GoesFromLowToHighByItsLogarithmOrLinearly) {

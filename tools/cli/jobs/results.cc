@@ -80,6 +80,11 @@ CommandLine line_of(const ResultJob& job, const fs::path& out, const ResultOptio
   const auto add = [&](const std::vector<std::string>& more) {
     words.insert(words.end(), more.begin(), more.end());
   };
+  if (!job.command.empty()) {
+    add(job.command);
+    add({"--out", out.string(), "--force"});
+    return {words, job.cost};
+  }
   if (job.recording)
     add({"replay", job.recording->string(), "--out", (out / job.result()).string()});
   else
@@ -112,9 +117,9 @@ std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const Ou
   std::vector<std::size_t> left(jobs.size());
   std::iota(left.begin(), left.end(), std::size_t{0});
   if (options.backend.slurm()) return left;
-  const std::string models_hash = scenario::models_hash(options.models);
+  const std::string models_hash = options.models.empty() ? "" : scenario::models_hash(options.models);
   std::erase_if(left, [&](std::size_t i) {
-    return (options.adds || out.has_made(jobs[i].result())) &&
+    return (options.counts_older || out.has_made(jobs[i].result())) &&
            is_finished(out.path() / jobs[i].result(), jobs[i], models_hash);
   });
   if (left.size() < jobs.size())
@@ -186,7 +191,7 @@ std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFol
     if (before[k] && identity_of(folder) == before[k] && !is_of_killed_command(folder, job, backend))
       stale[job.folder].push_back(folder.filename());
   }
-  move_stale_results(jobs, out.path(), std::move(stale), options.adds);
+  move_stale_results(jobs, out.path(), std::move(stale), options.keeps_other_seeds);
   return all;
 }
 

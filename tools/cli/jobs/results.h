@@ -20,6 +20,8 @@ struct ResultJob {
   std::string folder;                ///< of results seed-<n>, within the folder of the command; may be empty
   std::optional<fs::path> recording{};  ///< the result folder to replay; absent: the walk is simulated
   double cost = 1;                      ///< relative to the other jobs
+  /// The words of its command line up to --out; empty: a run, or a replay of the recording.
+  std::vector<std::string> command{};
 
   std::uint64_t seed() const { return read.scenario.seed; }
   /// The path of the result within the folder of the command: <folder>/seed-<n>.
@@ -32,10 +34,11 @@ std::vector<std::string> results_of(const std::vector<ResultJob>& jobs);
 
 struct ResultOptions {
   fs::path models;
-  std::string title;                ///< of the progress line
-  Backend backend{};                ///< its spool may be empty
-  bool cached = false;              ///< simulate only the walks that the cache does not have
-  bool adds = false;                ///< keep every finished result, also of other seeds and older commands
+  std::string title;          ///< of the progress line
+  Backend backend{};          ///< its spool may be empty
+  bool cached = false;        ///< simulate only the walks that the cache does not have
+  bool counts_older = false;  ///< keep finished results of older commands
+  bool keeps_other_seeds = false;
   std::vector<std::string> more{};  ///< arguments of every process
 };
 

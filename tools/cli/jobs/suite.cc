@@ -48,11 +48,10 @@ double planned_s(const walking::WalkOptions& walk) {
 }
 
 /// A second of simulated walk costs the same in each scenario.
-std::vector<ResultJob> jobs_of(const SuiteRequest& request, const SuiteRun& run) {
+std::vector<ResultJob> jobs_of(const SuiteRun& run) {
   std::vector<ResultJob> jobs;
   for (const SuiteScenario& s : run.scenarios) {
-    ResultJob job{s.read, s.read.scenario.name, {}, planned_s(s.read.scenario.walk)};
-    if (request.recordings) job.recording = *request.recordings / job.folder;
+    const ResultJob job{s.read, s.read.scenario.name, {}, planned_s(s.read.scenario.walk)};
     for (ResultJob& of_seed : jobs_of_seeds(job, run.seeds)) jobs.push_back(std::move(of_seed));
   }
   return jobs;
@@ -66,16 +65,13 @@ void require_started(const std::vector<ResultJob>& jobs, const std::vector<Ended
 }
 
 void run_jobs(const SuiteRequest& request, SuiteRun& run) {
-  const std::vector<ResultJob> jobs = jobs_of(request, run);
-  const OutFolder out(
-      request, fs::path("results") / ("regress-" + run.name),
-      {.results = results_of(jobs),
-       .identity = identity_of(jobs, {request.recordings ? "" : scenario::models_hash(request.models),
-                                      request.cached ? "cached" : ""})});
-  for (const ResultJob& job : jobs)
-    if (job.recording) require_outside(out.path() / job.result(), *job.recording);
+  const std::vector<ResultJob> jobs = jobs_of(run);
+  const OutFolder out(request, fs::path("results") / ("regress-" + run.name),
+                      {.results = results_of(jobs),
+                       .identity = identity_of(
+                           jobs, {scenario::models_hash(request.models), request.cached ? "cached" : ""})});
   Backend backend = request.backend;
-  backend.seconds_each = request.cached || request.recordings ? 3 : 15;  // CPU time
+  backend.seconds_each = request.cached ? 3 : 15;  // CPU time
   const auto ended = make_results(jobs, out,
                                   {.models = request.models,
                                    .title = fmt::format("suite {}, {} of {}", run.name,
@@ -96,28 +92,10 @@ void run_jobs(const SuiteRequest& request, SuiteRun& run) {
   out.finished();
 }
 
-void require_recordings(const SuiteRequest& request, const SuiteRun& run) {
-  for (const SuiteScenario& scenario : run.scenarios)
-    for (const std::uint64_t seed : run.seeds) {
-      const fs::path folder =
-          *request.recordings / scenario.read.scenario.name / fmt::format("seed-{}", seed);
-      if (!fs::is_directory(folder / "recording"))
-        throw UsageError(fmt::format("{}: there is no recording of seed {}", folder.string(), seed));
-    }
-}
-
 /// The command that runs one seed of a scenario as the suite does.
 std::string repro(const SuiteRequest& request, const SuiteScenario& scenario, std::uint64_t seed) {
-  std::string command = "tools/gaitslam ";
-  const std::string file = sim::files::shell_word(scenario.entry.file.string());
-  if (request.recordings) {
-    const fs::path recorded =
-        *request.recordings / scenario.read.scenario.name / fmt::format("seed-{}", seed);
-    command += fmt::format("replay {} --scenario {}", sim::files::shell_word(recorded.string()), file);
-  } else {
-    command += "run " + file;
-  }
-  command += fmt::format(" seed={}", seed);
+  std::string command = fmt::format("tools/gaitslam run {} seed={}",
+                                    sim::files::shell_word(scenario.entry.file.string()), seed);
   for (const auto* changes : {&scenario.entry.changes.overrides, &request.overrides})
     for (const std::string& change : *changes) command += " " + sim::files::shell_word(change);
   for (const std::string& section : scenario.entry.changes.without) command += " --without " + section;
@@ -137,8 +115,6 @@ void add_suite_options(CLI::App& command, SuiteRequest& request) {
                      "the file of the baseline, instead of ../baselines/<suite>.json");
   command.add_option("--seeds", request.seeds, "seeds, as in 1..10 or 1,2,7, instead of those of the suite");
   add_backend_options(command, request.backend);
-  command.add_option("--recordings", request.recordings,
-                     "replay the recordings in DIR/<scenario>/seed-<n> instead of simulating");
   command.add_option("--results", request.results,
                      "judge the results in DIR/<scenario>/seed-<n> and run nothing");
   command.add_flag("--cached", request.cached, "replay recordings from the cache; record missing ones first");
@@ -178,9 +154,7 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
       s.results = read_results(*request.results / s.read.scenario.name, s, run.seeds);
     return;
   }
-  if (request.cached && request.recordings)
-    throw UsageError("--cached and --recordings are both given, expected one of them");
-  request.recordings ? require_recordings(request, run) : require_simulator();
+  require_simulator();
   run_jobs(request, run);
 }
 

@@ -1,4 +1,4 @@
-// Runs a suite: all its scenarios on all its seeds, live or from recordings.
+// Runs a suite: all its scenarios on all its seeds.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,7 @@ struct SuiteRequest : OutRequest {
   std::filesystem::path suite = "scenarios/suites/ci.yaml";
   std::vector<std::string> overrides;
   std::optional<std::string> seeds, baseline;
-  std::optional<std::filesystem::path> recordings;  ///< <scenario>/seed-<n> to replay instead of simulating
-  std::optional<std::filesystem::path> results;     ///< <scenario>/seed-<n> to judge instead of running
+  std::optional<std::filesystem::path> results;  ///< <scenario>/seed-<n> to judge instead of running
   std::filesystem::path models;
   Backend backend;
   bool cached = false;
