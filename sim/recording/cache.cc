@@ -211,14 +211,6 @@ std::vector<Cache::Entry> Cache::list() const {
   return entries;
 }
 
-std::size_t Cache::others() const {
-  std::size_t n = 0;
-  std::error_code none;
-  for (const auto& folder : fs::directory_iterator(place_.folder, none))
-    if (const std::string key = folder.path().filename(); is_key(key) && !is_own(key)) ++n;
-  return n;
-}
-
 bool Cache::remove_if_unused(const std::string& key) const {
   const auto alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
   if (!alone) return false;

@@ -62,8 +62,6 @@ class Cache {
   };
   /// Returns the entries, the least recently used first: the folders that have the program's marker.
   std::vector<Entry> list() const;
-  /// The number of folders that are named like entries and have no marker.
-  std::size_t others() const;
 
   struct Cleaned {
     std::size_t removed = 0, in_use = 0;  ///< entries; in_use: kept only because they are in use

@@ -36,9 +36,6 @@ int list() {
   std::cout << fmt::format("{:.2f} of {:.2f} GB in {}\n", static_cast<double>(total) / kGigabyte,
                            static_cast<double>(cache.place().most_bytes) / kGigabyte,
                            cache.place().folder.string());
-  if (const std::size_t n = cache.others(); n > 0)
-    std::cout << fmt::format("{} without the marker of this cache, left alone\n",
-                             sim::files::counted(n, "folder"));
   return 0;
 }
 
