@@ -12,12 +12,11 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "sim/files/atomic_file.h"
 #include "sim/files/csv.h"
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/number.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 
@@ -28,8 +27,6 @@ namespace fs = std::filesystem;
 using files::FileError;
 using files::FileLock;
 using nlohmann::json;
-using Mode = FileLock::Mode;
-using IfHeld = FileLock::IfHeld;
 
 std::optional<std::string> environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -141,7 +138,7 @@ bool Cache::is_whole(const std::string& key, const Say& say) const {
 }
 
 void Cache::make_entry(const std::string& key, const Label& label, const Make& make) const {
-  files::DurableFolder folder(place_.folder / key, files::Existing::replace);
+  files::AtomicFolder folder(place_.folder / key, files::Existing::replace);
   const fs::path result = folder.path() / "result";
   make(result);
   const json entry{{"format_version", kEntryFormat},
@@ -156,7 +153,7 @@ void Cache::make_entry(const std::string& key, const Label& label, const Make& m
 
 std::optional<CachedRecording> Cache::find(const std::string& key, const Say& say) const {
   if (!fs::exists(place_.folder / key)) return std::nullopt;
-  std::optional<FileLock> shared = FileLock::take(lock_file(key), Mode::shared, IfHeld::wait);
+  std::optional<FileLock> shared = FileLock::take(lock_file(key), FileLock::How::shared);
   if (!is_whole(key, say)) return std::nullopt;
   ::futimens(shared->fd(), nullptr);
   return CachedRecording{place_.folder / key / "result", false, std::move(*shared)};
@@ -176,7 +173,7 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
       return std::move(*found);
     }
     require_writable(place_.folder, "does not have this recording whole, and it cannot be made there: ");
-    const std::optional<FileLock> alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::wait);
+    const std::optional<FileLock> alone = FileLock::take(lock_file(key), FileLock::How::exclusive);
     if (is_whole(key, say)) continue;  // made by another in the meantime
     make_entry(key, label, make);
     made = true;
@@ -185,7 +182,7 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
 }
 
 Cache::Entry Cache::read_entry(const std::string& key) const {
-  const bool in_use = !FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
+  const bool in_use = !FileLock::take(lock_file(key), FileLock::How::try_exclusive);
   const std::int64_t last_used = last_change_ns(lock_file(key));
   try {
     const files::Json read = files::read_json(place_.folder / key / "entry.json");
@@ -212,7 +209,7 @@ std::vector<Cache::Entry> Cache::list() const {
 }
 
 bool Cache::remove_if_unused(const std::string& key) const {
-  const auto alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
+  const auto alone = FileLock::take(lock_file(key), FileLock::How::try_exclusive);
   if (!alone) return false;
   // Renamed before it is removed, so that no entry is ever incomplete; the next process removes the leftover
   // if this one is killed. The lock file goes too: a lock on a removed file is void.
@@ -234,7 +231,7 @@ Cache::Cleaned Cache::clean(std::uintmax_t most_bytes) const {
   for (const Entry& entry : entries) total += entry.bytes;
   for (const Entry& entry : entries) {
     if (total <= most_bytes) break;
-    if (files::foreign_in(place_.folder / entry.key)) {
+    if (files::unlisted_in(place_.folder / entry.key)) {
       ++cleaned.foreign;
       continue;
     }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "sim/files/json.h"
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/result/json.h"
 #include "sim/result/table_style.h"
 #include "sim/score/metrics.h"

@@ -6,7 +6,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "sim/files/number.h"
 #include "sim/files/text.h"
 
 namespace sim::scenario {

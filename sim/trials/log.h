@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "sim/files/file_lock.h"
+#include "sim/files/atomic_file.h"
 
 namespace sim::trials {
 
@@ -19,7 +19,7 @@ namespace sim::trials {
 struct TrialRecord {
   std::string key;  ///< a hash of all that the trial depends on, see trial_key()
   std::uint64_t seed = 0;
-  std::string ending;                    ///< of a result folder, or "crashed", "not begun"
+  std::string ending;                    ///< of a result folder, or "crashed", "not started"
   std::string cause;                     ///< of a failure, as a sentence
   std::map<std::string, double> values;  ///< metrics and objective terms that have a value
   bool operator==(const TrialRecord&) const = default;

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <thread>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/score_input.h"
@@ -29,7 +29,7 @@ std::map<std::string, double> terms_by_name(const Terms& terms) {
 }
 
 score::Metrics of_walk_alone(const Recording& recording, const scenario::ReadScenario& scenario) {
-  const result::RunRecord record{scenario,     recording.walk_ending, "", recording.setup, recording.truth,
+  const result::RunRecord record{scenario,     {recording.walk.ending}, recording.setup, recording.truth,
                                  std::nullopt, recording.hash};
   return score::evaluate(result::score_input(record));
 }
@@ -37,14 +37,16 @@ score::Metrics of_walk_alone(const Recording& recording, const scenario::ReadSce
 /// Does not try a recording of a failed simulation.
 TrialRecord run_on(const std::string& key, const scenario::ReadScenario& scenario,
                    const Recording& recording) {
-  TrialRecord record{key, scenario.scenario.seed, recording.walk_ending, recording.walk_cause, {}};
-  if (recording.walk_ending == "failed") return record;
-  Trial trial;
+  TrialRecord record{
+      key, scenario.scenario.seed, std::string(name_of(recording.walk.ending)), recording.walk.cause, {}};
+  if (recording.walk.ending == scenario::Ending::failed) return record;
+  Trial trial{recording.walk, {}, {}, 1};
   if (scenario.scenario.slam)
     trial = run_trial(recording, scenario);
   else
-    trial.ending = recording.walk_ending, trial.metrics = of_walk_alone(recording, scenario);
-  if (trial.ending != recording.walk_ending) record.ending = trial.ending, record.cause = trial.cause;
+    trial.metrics = of_walk_alone(recording, scenario);
+  if (trial.ended.ending != recording.walk.ending)
+    record.ending = name_of(trial.ended.ending), record.cause = trial.ended.cause;
   for (const auto& [name, metric] : trial.metrics)
     if (metric.value) record.values[name] = *metric.value;
   if (scenario.scenario.slam) record.values["lasted_fraction"] = trial.lasted_fraction;
@@ -60,7 +62,7 @@ void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
     text +=
         json{{"key", task.key}, {"scenario", task.scenario}, {"recording", task.recording.string()}}.dump() +
         "\n";
-  files::write_durably(file, text);
+  files::write_atomically(file, text);
 }
 
 TaskFile read_tasks(const std::filesystem::path& file) {
@@ -117,7 +119,7 @@ TrialRecord Runner::run(const Task& task) {
   } catch (const files::FileError&) {
     throw;  // a fault of the machine, such as a full disk
   } catch (const std::exception& e) {
-    return {task.key, read.scenario.seed, "not begun", e.what(), {}};
+    return {task.key, read.scenario.seed, std::string(name_of(scenario::Ending::not_started)), e.what(), {}};
   }
 }
 

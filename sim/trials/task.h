@@ -52,7 +52,7 @@ class Runner {
   explicit Runner(std::size_t keep, RecordingCache cache = {}) : keep_(keep), cache_(std::move(cache)) {}
 
   /// Runs the trial; without a filter it scores only the walk. A fault of the trial is its record: "not
-  /// begun". Throws FileError for a fault of the machine.
+  /// started". Throws FileError for a fault of the machine.
   TrialRecord run(const Task& task);
 
  private:

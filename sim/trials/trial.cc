@@ -35,8 +35,7 @@ void keep(slam::Observation observation, Recording& recording) {
 Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
   Recording recording;
   recording.name = name_of(folder);
-  const result::About about = result::read_about_of_walk(folder / "about.json");
-  recording.walk_ending = about.walk_ending, recording.walk_cause = about.walk_cause;
+  recording.walk = *result::read_about_of_walk(folder / "about.json").walk;
   recording::RecordingReader reader(folder / "recording");
   recording.setup = reader.setup();
   recording.hash = reader.hash();
@@ -44,7 +43,7 @@ Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
     if (!errors)
       keep(std::move(*ideal), recording);
     else
-      for (slam::Observation& arrived : errors->take(std::move(*ideal))) keep(std::move(arrived), recording);
+      for (slam::Observation& arrived : errors->process(std::move(*ideal))) keep(std::move(arrived), recording);
   }
   if (errors)
     for (slam::Observation& arrived : errors->flush()) keep(std::move(arrived), recording);
@@ -58,7 +57,7 @@ tracking::Tracked track(const Recording& recording, const scenario::Scenario& sc
   tracking::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
   for (const slam::Observation& observation : recording.observations) {
     if (recording.errors.empty())
-      tracking.take(observation);
+      tracking.process(observation);
     else
       tracking.step(observation);
   }
@@ -70,7 +69,7 @@ double lasted_fraction(const Recording& recording, const tracking::Tracked& trac
   const double end_s = slam::seconds(recording.observations.back().t);
   if (tracked.failed)
     return tracked.frames.empty() || end_s <= 0 ? 0 : slam::seconds(tracked.frames.back().report.t) / end_s;
-  if (!tracked.diverged()) return 1;
+  if (!tracked.failure()) return 1;
   const auto losses = tracked.losses();
   return end_s > 0 ? slam::seconds(losses.back().from) / end_s : 0;
 }
@@ -179,13 +178,12 @@ std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tr
 }
 
 Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario) {
-  result::RunRecord record{scenario,        recording.walk_ending, "",
-                           recording.setup, recording.truth,       track(recording, scenario.scenario),
-                           recording.hash};
-  const result::Ending outcome = result::ending_of(record);
+  const result::RunRecord record{scenario,         {recording.walk.ending},
+                                 recording.setup,  recording.truth,
+                                 track(recording, scenario.scenario), recording.hash};
   const score::Run run = result::score_input(record);
   const score::ScoreContext scored(run);
-  Trial trial{outcome.ending, outcome.cause, score::evaluate(scored), std::nullopt, 1};
+  Trial trial{result::ending_of(record), score::evaluate(scored), std::nullopt, 1};
   trial.lasted_fraction = lasted_fraction(recording, *record.tracked);
   trial.terms = terms(scored, *record.tracked, trial.metrics, recording.setup.calibration.camera);
   return trial;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/recording/recording.h"
+#include "sim/scenario/ending.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
 #include "sim/score/score_context.h"
@@ -16,9 +17,9 @@ namespace sim::trials {
 
 /// A recording that is read once and that several threads may use at the same time.
 struct Recording {
-  std::string name;                     ///< "tangent_circle/seed-1"
-  std::string walk_ending, walk_cause;  ///< how the walk ended
-  std::string hash;                     ///< of the recording's files
+  std::string name;      ///< "tangent_circle/seed-1"
+  scenario::Ended walk;  ///< how the walk ended
+  std::string hash;      ///< of the recording's files
   recording::RecordingSetup setup;
   /// In the order of arrival; images are views of `pictures`, which share no counter among threads.
   std::vector<slam::Observation> observations;
@@ -74,7 +75,7 @@ std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tr
 
 /// One run of the filter.
 struct Trial {
-  std::string ending, cause;   ///< as a result folder's
+  scenario::Ended ended;       ///< as in a result folder
   score::Metrics metrics;      ///< as a result folder's, bit for bit
   std::optional<Terms> terms;  ///< absent if the filter failed
   double lasted_fraction = 1;  ///< fraction of the recording until the filter failed

@@ -174,9 +174,9 @@ TEST_F(SweepTest, AWalkThatCannotBeSimulatedIsToldWithItsCause) {
   const auto scores = lines("sweep/scores.jsonl");
   ASSERT_EQ(scores.size(), 2u);
   EXPECT_EQ(scores[0]["ending"], "completed");
-  EXPECT_EQ(scores[1]["ending"], "not begun");
+  EXPECT_EQ(scores[1]["ending"], "not started");
   EXPECT_FALSE(scores[1]["cause"].get<std::string>().empty());
-  EXPECT_THAT(ran.err, HasSubstr("1 of 2 trials not begun: "));
+  EXPECT_THAT(ran.err, HasSubstr("1 of 2 trials not started: "));
 }
 
 TEST_F(SweepTest, TheWalkAloneIsSweptToo) {

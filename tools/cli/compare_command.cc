@@ -5,7 +5,7 @@
 #include <memory>
 #include <set>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/regression/report.h"
 #include "sim/regression/results.h"
 #include "sim/scenario/recording_key.h"

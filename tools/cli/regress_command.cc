@@ -7,9 +7,9 @@
 #include <iostream>
 #include <memory>
 
-#include "sim/files/file_error.h"
-#include "sim/regression/results.h"
+#include "sim/files/text.h"
 #include "sim/regression/report.h"
+#include "sim/regression/results.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"
 #include "tools/cli/jobs/terminal.h"

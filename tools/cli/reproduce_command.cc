@@ -5,9 +5,8 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/durable_file.h"
-#include "sim/pages/paper_page.h"
-#include "sim/pages/paper_rows.h"
+#include "sim/files/atomic_file.h"
+#include "sim/pages/paper.h"
 #include "sim/view/server.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
@@ -66,7 +65,7 @@ bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& 
                     .backend = {.jobs = request.jobs},
                     .cached = request.cached,
                     .counts_older = true,
-       .keeps_other_seeds = true,
+                    .keeps_other_seeds = true,
                     .more = request.view.view ? view_arguments(request.view) : std::vector<std::string>{}});
   bool all_there = true;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
@@ -114,7 +113,7 @@ int reproduce(ReproduceRequest& request) {
   all_there &= run_jobs(jobs, true, request, out);
   const pages::PaperRuns runs = read_results(jobs, request.out);
   const fs::path page = request.out / "index.html";
-  sim::files::write_durably(page, pages::paper_page(runs, kRevision));
+  sim::files::write_atomically(page, pages::paper_page(runs, kRevision));
   print(pages::paper_rows(runs));
   std::cout << "page in " << page.string() << '\n';
   return all_there ? 0 : 3;

@@ -7,9 +7,8 @@
 #include <optional>
 #include <set>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
-#include "sim/files/number.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "sim/trials/sweep.h"
 #include "sim/trials/sweep_scores.h"
@@ -172,22 +171,23 @@ void write_scenarios(const Sweep& sweep, const fs::path& out) {
   for (const trials::Configuration& configuration : sweep.plan.configurations) {
     const scenario::Scenario& scenario = configuration.read.scenario;
     if (written.insert(scenario.name).second)
-      sim::files::write_durably(out / "scenarios" / (scenario.name + ".yaml"), scenario::to_yaml(scenario));
+      sim::files::write_atomically(out / "scenarios" / (scenario.name + ".yaml"),
+                                   scenario::to_yaml(scenario));
   }
 }
 
 /// Writes and prints the scores; returns the exit code.
 int finish(const Sweep& sweep, const trials::TrialLog& log, const fs::path& out) {
   const trials::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
-  sim::files::write_durably(out / "scores.csv", trials::scores_csv(sweep.plan, record));
-  sim::files::write_durably(out / "scores.jsonl", trials::scores_jsonl(sweep.plan, record));
+  sim::files::write_atomically(out / "scores.csv", trials::scores_csv(sweep.plan, record));
+  sim::files::write_atomically(out / "scores.jsonl", trials::scores_jsonl(sweep.plan, record));
   std::cout << trials::sweep_table(sweep.plan, record);
   std::map<std::string, int> causes;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
     const trials::TrialRecord* const one = record(i);
     if (!one)
       ++causes["not tried"];
-    else if (one->ending == "crashed" || one->ending == "not begun" || one->ending == "failed")
+    else if (one->ending == "crashed" || one->ending == "not started" || one->ending == "failed")
       ++causes[one->ending + ": " + one->cause];
   }
   for (const auto& [cause, n] : causes)

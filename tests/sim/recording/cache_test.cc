@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/files/claim.h"
+#include "sim/files/output_manifest.h"
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -143,7 +143,7 @@ TEST_F(CacheTest, ADamagedOneIsNamedAndMadeAgain) {
   EXPECT_EQ(said_.size(), 2u) << "reported again when it is made again";
   const CachedRecording made = get('a');
   EXPECT_FALSE(made.made);
-  files::claim(made.folder, {"video.mp4"});
+  files::list_outputs(made.folder, {"video.mp4"});
   EXPECT_TRUE(cache_.find(key('a'), say())) << "a command added a file";
 
   std::ofstream(made.folder / "recording/frame.png") << "z";

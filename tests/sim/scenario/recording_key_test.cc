@@ -8,7 +8,7 @@
 #include <set>
 #include <sstream>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "tests/sim/files/temporary_folder.h"
 

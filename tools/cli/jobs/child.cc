@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 
 namespace cli {
 namespace {

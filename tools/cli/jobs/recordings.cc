@@ -8,7 +8,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/scenario/recording_key.h"
-#include "tools/cli/estimator_files.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
 #include "tools/cli/version.h"
@@ -36,7 +35,7 @@ std::string Recordings::key(const scenario::Scenario& scenario) const {
   std::string programs = program_;
   // The estimator and its inputs shape a walk that the estimate steers.
   if (scenario.walk.steering.by == walking::SteeredBy::estimate)
-    programs += program_identity() + estimator_files_identity(scenario.estimator);
+    programs += program_identity() + sim::estimators::estimator_files_identity(scenario.estimator);
   return sim::scenario::recording_key(scenario, models_hash_, programs);
 }
 
@@ -50,7 +49,7 @@ sim::recording::CachedRecording Recordings::get(const scenario::ReadScenario& re
     scenario::ReadScenario recorded = read;
     if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
     run_live(recorded,
-             {folder, sim::files::Existing::refuse, models_, kVersion, kRevision, libraries(), models_hash_},
+             {folder, sim::files::Existing::reject, models_, kVersion, kRevision, libraries(), models_hash_},
              progress);
   };
   return cache_.get(key(read.scenario), {read.scenario.name, read.scenario.seed}, walk, report_damage);

@@ -10,16 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/number.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
 #include "sim/result/about_file.h"
 #include "sim/scenario/recording_key.h"
-#include "tools/cli/estimator_files.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/stale.h"
 #include "tools/cli/jobs/terminal.h"
@@ -162,7 +160,7 @@ std::vector<std::string> results_of(const std::vector<ResultJob>& jobs) {
 std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                 const ResultOptions& options) {
   const auto folder_of = [&](std::size_t i) { return out.path() / jobs[i].result(); };
-  for (std::size_t i = 0; i < jobs.size(); ++i) files::require_own(folder_of(i));
+  for (std::size_t i = 0; i < jobs.size(); ++i) files::require_replaceable(folder_of(i));
   const std::vector<std::size_t> left = unfinished(jobs, out, options);
   Backend backend = options.backend;
   backend.spool = out.path() / ".slurm";
@@ -226,7 +224,7 @@ bool is_finished(const fs::path& folder, const ResultJob& job, const std::string
 }
 
 std::string inputs_of(const scenario::Scenario& scenario) {
-  return scenario::to_yaml(scenario) + estimator_files_identity(scenario.estimator);
+  return scenario::to_yaml(scenario) + sim::estimators::estimator_files_identity(scenario.estimator);
 }
 
 std::string identity_of(const std::vector<ResultJob>& jobs, const std::vector<std::string>& inputs) {

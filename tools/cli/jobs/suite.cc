@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "sim/files/number.h"
-#include "sim/files/printed_text.h"
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
 #include "sim/result/score_input.h"
