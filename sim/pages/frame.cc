@@ -11,7 +11,7 @@
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/recording.h"
 #include "sim/score/consistency.h"
 #include "sim/score/trajectory.h"

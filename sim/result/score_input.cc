@@ -117,7 +117,7 @@ score::Run score_input(const RunRecord& record) {
   score::Run run;
   run.truth_camera = record.truth.camera;
   run.plan_camera = planned_camera(record);
-  if (!record.no_scale.empty()) run.no_scale = record.no_scale;
+  run.no_scale = record.no_scale;
   run.truth_waist = record.truth.waist;
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);

@@ -1,4 +1,4 @@
-// Tuning as users meet it, on short walks in a synthetic room.
+// Tuning through the program, on short walks in a synthetic room.
 #include <gmock/gmock.h>
 
 #include "tests/sim/trials/synthetic_result.h"
@@ -32,7 +32,7 @@ TEST_F(Tune, LeavesAnOverlayThatOtherCommandsTakeAndAReport) {
   write_spec();
   const Ran ran = gaitslam("tune spec.yaml --jobs 2");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_EQ(ran.complaints(), "");  // progress is drawn only on terminals
+  EXPECT_EQ(ran.complaints(), "");  // no progress line without a terminal
   EXPECT_THAT(ran.out, AllOf(HasSubstr("slam.gyro.sigma_rad_s"), HasSubstr("pose_nll on hold-out")));
   EXPECT_THAT(gaitslam("config walks/seed-1/scenario.yaml --with results/tune-spec/best.yaml").out,
               HasSubstr("best.yaml:3"));
@@ -69,7 +69,7 @@ TEST_F(Tune, TheResultOfAnotherTuningIsNotReplaced) {
   EXPECT_THAT(refusal("tune other.yaml --out out"),
               HasSubstr("out/trials.jsonl: is another log: gaitslam tune spec, "));
   EXPECT_EQ(text_of("out/tune.json"), result);
-  EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be run again";
+  EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be repeated";
 }
 
 TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {

@@ -1,6 +1,6 @@
-// What a step of the filter costs and what bounds it: prediction, update, search, detection and the whole
-// step on maps of about 50, 100 and 400 points, each beside the time that the core's arithmetic or memory
-// alone would take. Usage: filter_bench [Google Benchmark's flags]
+// Time of a filter step: prediction, update, search, detection and the whole step on maps of about 50, 100
+// and 400 points, each beside its bound from the core's arithmetic or memory bandwidth. Usage: filter_bench
+// [Google Benchmark's flags]
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>
