@@ -1,14 +1,17 @@
-// A sweep: every combination of values on every scenario and seed, read and checked before anything runs.
+// A sweep: every combination of values on every scenario and seed, checked before anything runs; and its
+// scores.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
+#include "sim/trials/log.h"
 
 namespace sim::trials {
 
@@ -61,5 +64,17 @@ struct SweepPlan {
 /// key does not accept, or if there are more than kMostTrials.
 SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& seeds,
                      const scenario::Changes& changes);
+
+/// Returns the record of the i-th trial of the plan, or nullptr if it has none.
+using RecordOf = std::function<const TrialRecord*(std::size_t)>;
+
+/// One line for each trial that has a record, after a line of titles (RFC 4180).
+std::string scores_csv(const SweepPlan& plan, const RecordOf& record);
+
+/// One line of JSON for each trial that has a record.
+std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record);
+
+/// Medians over the seeds of each configuration, of the first forty.
+std::string sweep_table(const SweepPlan& plan, const RecordOf& record);
 
 }  // namespace sim::trials

@@ -1,5 +1,3 @@
-#include "sim/trials/sweep_scores.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text_table.h"
 #include "sim/score/statistics.h"
+#include "sim/trials/sweep.h"
 #include "sim/trials/task.h"
 
 namespace sim::trials {

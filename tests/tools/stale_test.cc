@@ -1,5 +1,5 @@
 // Results of earlier commands, moved out of the way.
-#include "tools/cli/jobs/stale.h"
+#include "tools/cli/jobs/results.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

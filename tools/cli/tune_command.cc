@@ -11,7 +11,6 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/recordings.h"
-#include "tools/cli/jobs/slurm.h"
 #include "tools/cli/jobs/trials.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "tools/cli/jobs/slurm.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {

@@ -37,6 +37,13 @@ void require_usable(const Backend& backend, const std::string& folder);
 std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
                            const OnEnded& on_ended = {});
 
+/// Runs the command lines on Slurm, see run_all().
+std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
+                                const ShowPart& show);
+
+/// Removes the job arrays that an earlier call left in the spool, and the folder if nothing else is in it.
+void remove_arrays(const std::filesystem::path& spool);
+
 /// A folder for files that the processes read: temporary, or on Slurm the spool. The files exist as long as
 /// this object.
 class SharedFolder {

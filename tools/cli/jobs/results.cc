@@ -19,7 +19,6 @@
 #include "sim/result/about_file.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/stale.h"
 #include "tools/cli/jobs/terminal.h"
 #include "tools/cli/version.h"
 

@@ -65,6 +65,14 @@ std::string inputs_of(const sim::scenario::Scenario& scenario);
 /// Identifies what a command makes: the program, the jobs, and further inputs.
 std::string identity_of(const std::vector<ResultJob>& jobs, const std::vector<std::string>& inputs);
 
+/// The names of the results seed-<n> of other seeds in a folder.
+std::vector<std::string> results_of_other_seeds(const fs::path& root,
+                                                const std::vector<std::uint64_t>& seeds);
+
+/// Moves these folders of `root` into its first folder earlier-<n> that does not exist yet, and reports it on
+/// standard output. Throws a FileError that names those that cannot be moved, after the others were.
+void set_aside(const fs::path& root, const std::vector<std::string>& names);
+
 /// Reads the origin of each key from `set_by`. For the process of a job.
 void take_origin(sim::scenario::ReadScenario& read, const fs::path& set_by);
 

@@ -1,5 +1,3 @@
-#include "tools/cli/jobs/slurm.h"
-
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -15,6 +13,7 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
+#include "tools/cli/jobs/backend.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/usage_error.h"
 

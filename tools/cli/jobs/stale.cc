@@ -1,5 +1,3 @@
-#include "tools/cli/jobs/stale.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,11 +5,10 @@
 #include <ostream>
 
 #include "sim/files/text.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/jobs/terminal.h"
 
 namespace cli {
-
-namespace fs = std::filesystem;
 
 std::vector<std::string> results_of_other_seeds(const fs::path& root,
                                                 const std::vector<std::uint64_t>& seeds) {
