@@ -105,18 +105,18 @@ recording::TrueFeet true_feet(physics::World& world, const walking::Reference& p
           true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)};
 }
 
-std::string ending(physics::Condition condition) {
+scenario::Ending ending(physics::Condition condition) {
   switch (condition) {
     case physics::Condition::fell:
-      return "fell";
+      return scenario::Ending::fell;
     case physics::Condition::collided:
-      return "collided";
+      return scenario::Ending::collided;
     case physics::Condition::physics_failed:
-      return "failed";
+      return scenario::Ending::failed;
     case physics::Condition::ok:
       break;
   }
-  return "completed";
+  return scenario::Ending::completed;
 }
 
 }  // namespace sim::live

@@ -41,7 +41,7 @@ recording::TrueMotion true_motion(const physics::World& world);
 /// Both feet, true and as planned. Load and creep are those since the last call.
 recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan);
 
-/// How a walk ended, by the name that results give it.
-std::string ending(physics::Condition condition);
+/// Returns how a walk ended.
+scenario::Ending ending(physics::Condition condition);
 
 }  // namespace sim::live

@@ -70,7 +70,7 @@ class Run {
   void track(slam::Observation observation);
   void note_place(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
   void steer();
-  result::Ending walk_ending() const;
+  scenario::Ended walk_ending() const;
 
   const scenario::ReadScenario& read_;
   const RunObserver& observer_;
@@ -194,8 +194,9 @@ void Run::deliver_frame() {
     const result::StageClock clock(frame_timing_.record_ms);
     recording_.add(frame);
   }
-  tracking::take_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr, observer_.tracking,
-                          [this](slam::Observation observation) { track(std::move(observation)); });
+  tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
+                             observer_.tracking,
+                             [this](slam::Observation observation) { track(std::move(observation)); });
   if (places_) note_place(t, frame.X_WC);
   timing_.frames.push_back(std::exchange(frame_timing_, {}));
 }
@@ -203,8 +204,8 @@ void Run::deliver_frame() {
 void Run::track(slam::Observation observation) {
   if (!tracking_) return;
   const result::StageClock clock(frame_timing_.filter_ms);
-  tracking_->take(std::move(observation));
-  frame_timing_.filter_ms += tracking_->take_outside_cpu_ms();
+  tracking_->process(std::move(observation));
+  frame_timing_.filter_ms += tracking_->external_cpu_ms();
   frame_timing_.landmarks = tracking_->landmarks();
 }
 
@@ -230,10 +231,10 @@ void Run::steer() {
   steering_->decide(robot_.plan(), tick, places_->newest(until));
 }
 
-result::Ending Run::walk_ending() const {
+scenario::Ended Run::walk_ending() const {
   const physics::Status& status = robot_.world().status();
   if (status.condition == physics::Condition::ok && steering_ && steering_->stopped_s())
-    return {"stopped",
+    return {scenario::Ending::stopped,
             fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
                         read_.scenario.walk.steering.lost_s, *steering_->stopped_s())};
   return {ending(status.condition), status.cause};
@@ -243,10 +244,9 @@ result::RunRecord Run::record() {
   frames_.close_camera();
   if (steering_) recording_.add(recorded(steering_->corrections()));
   const std::string complaint = recording_.finish();
-  const result::Ending walked = walk_ending();
-  result::RunRecord left{
-      read_, walked.ending, walked.cause, setup_, recording::read_truth(folder_), std::nullopt, ""};
-  if (left.ending != "failed" && !complaint.empty()) left.ending = "failed", left.cause = complaint;
+  result::RunRecord left{read_, walk_ending(), setup_, recording::read_truth(folder_), std::nullopt, ""};
+  if (left.walk.ending != scenario::Ending::failed && !complaint.empty())
+    left.walk = {scenario::Ending::failed, complaint};
   if (tracking_) left.tracked = tracking_->finish();
   left.recording_hash = recording::RecordingReader(folder_).hash();
   return left;

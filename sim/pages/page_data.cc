@@ -51,8 +51,8 @@ struct Verdict {
 
 Verdict verdict_of(const RunData& run, const scenario::Scenario& scenario) {
   const std::string ending = run.score.value("ending", "?");
-  const auto& allowed = scenario.limits.ending;
-  if (std::find(allowed.begin(), allowed.end(), ending) == allowed.end()) return {3, ending};
+  const auto named = scenario::ending_named(ending);
+  if (!named || !result::is_allowed(scenario, *named)) return {3, ending};
   for (const auto& limit : run.score["limits"])
     if (limit["passed"] == false) return {1, "missed a limit"};
   return {0, "passed"};

@@ -5,7 +5,7 @@
 namespace sim::replay {
 namespace {
 
-// Gives the whole recording to the filter; returns the stamp of the last observation.
+// Processes the whole recording. Returns the stamp of the last observation.
 slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tracking>& tracking,
                   result::Timing& timing, const result::Progress& progress,
                   const tracking::TrackingObserver& observer) {
@@ -13,13 +13,13 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
   while (auto observation = reader.next()) {
     result::FrameTiming frame{.t = observation->t};
     last = observation->t;
-    const auto take = [&](slam::Observation ideal) {
+    const auto process = [&](slam::Observation ideal) {
       if (!tracking) return;
       const result::StageClock clock(frame.filter_ms);
-      tracking->take(std::move(ideal));
-      frame.filter_ms += tracking->take_outside_cpu_ms();
+      tracking->process(std::move(ideal));
+      frame.filter_ms += tracking->external_cpu_ms();
     };
-    tracking::take_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, take);
+    tracking::process_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, process);
     frame.landmarks = tracking ? tracking->landmarks() : 0;
     timing.frames.push_back(frame);
     progress(reader.part());
@@ -31,7 +31,7 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
 
 WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
   const result::About about = result::read_about_of_walk(result_folder / "about.json");
-  return {about.walk_ending, about.walk_cause, "", about.models};
+  return {*about.walk, std::nullopt, about.models};
 }
 
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
@@ -45,9 +45,8 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   if (scenario.scenario.slam)
     tracking.emplace(scenario.scenario, reader.setup().calibration, reader.setup().X_WC_start);
   const slam::Stamp last = track(reader, tracking, timing, progress, observer);
-  result::RunRecord record{
-      scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
-      std::nullopt, reader.hash()};
+  result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
+                           std::nullopt, reader.hash()};
   record.counterfactual = walk.counterfactual;
   if (tracking) record.tracked = tracking->finish();
   const result::Outcome outcome =

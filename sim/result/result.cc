@@ -82,7 +82,7 @@ score::Metrics unscored(const std::string& cause) {
 }
 
 void write_about(const fs::path& file, const RunRecord& record, const ResultPlace& place,
-                 const Ending& ended) {
+                 const scenario::Ended& ended) {
   const scenario::Scenario& scenario = record.scenario.scenario;
   auto set_by = record.scenario.origin;
   set_by.erase("seed");  // a seed's result must not depend on whether it was run alone or in a batch
@@ -94,15 +94,15 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
                               {"scenario", scenario.name},
                               {"estimator", scenario.estimator.name},
                               {"seed", scenario.seed},
-                              {"ending", ended.ending},
+                              {"ending", scenario::name_of(ended.ending)},
                               {"cause", ended.cause},
-                              {"walk_ending", record.ending},
-                              {"walk_cause", record.cause},
+                              {"walk_ending", scenario::name_of(record.walk.ending)},
+                              {"walk_cause", record.walk.cause},
                               {"recording_xxh3_128", record.recording_hash},
                               {"set_by", set_by}};
   if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
-  if (!record.counterfactual.empty()) json["counterfactual"] = record.counterfactual;
-  if (!record.alignment.empty()) json["alignment"] = record.alignment;
+  if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
+  if (record.alignment) json["alignment"] = *record.alignment;
   write_json(file, json);
 }
 
@@ -111,14 +111,15 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
 Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s) {
   const scenario::Scenario& scenario = record.scenario.scenario;
-  const Ending ended = ending_of(record);
+  const scenario::Ended ended = ending_of(record);
   files::write_text(folder / "scenario.yaml", scenario::to_yaml(scenario));
   write_trajectories(folder, record);
   if (record.tracked) write_tracked(folder, *record.tracked);
   const score::Run input = score_input(record);
   write_feet(folder / "feet.csv", input.feet);
   if (input.steered && input.desired) write_steering(folder, record, *input.desired);
-  const score::Metrics metrics = ended.ending == "failed" ? unscored(ended.cause) : score::evaluate(input);
+  const score::Metrics metrics =
+      ended.ending == scenario::Ending::failed ? unscored(ended.cause) : score::evaluate(input);
   const auto limits = judge_run(scenario, [&](const std::string& name) { return metrics.at(name).value; });
   write_score(folder / "score.json", scenario, ended.ending, metrics,
               record.tracked ? &*record.tracked : nullptr, limits);

@@ -26,7 +26,7 @@ struct ResultPlace {
 };
 
 /// How a run ended, and the exit code that follows, see limits.h.
-struct Outcome : Ending {
+struct Outcome : scenario::Ended {
   int exit_code = 0;
 };
 

@@ -48,7 +48,7 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked) {
   std::vector<score::TimedHealth> all;
   for (const tracking::TrackedFrame& frame : tracked.frames)
     all.push_back({frame.report.t, frame.report.health == slam::Health::ok, !frame.report.suspect.empty()});
-  for (const slam::Stamp t : tracked.after_divergence) all.push_back({t, false, false});
+  for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});
   return all;
 }
 
@@ -125,7 +125,7 @@ score::Run score_input(const RunRecord& record) {
   score::Run run;
   run.truth_camera = record.truth.camera;
   run.plan_camera = planned_camera(record);
-  if (!record.no_scale.empty()) run.no_scale = record.no_scale;
+  run.no_scale = record.no_scale;
   run.truth_waist = record.truth.waist;
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
@@ -145,7 +145,8 @@ score::Run score_input(const RunRecord& record) {
   run.innovations = innovations(*record.tracked);
   run.map = map(*record.tracked);
   run.failed = record.tracked->failed;
-  if (record.tracked->diverged()) run.diverged = record.tracked->cause();
+  const auto failure = record.tracked->failure();
+  if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;
   return run;
 }
 

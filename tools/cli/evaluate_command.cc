@@ -13,7 +13,7 @@
 #include "sim/export/export.h"
 #include "sim/files/printed_text.h"
 #include "sim/regression/result_set.h"
-#include "sim/replay/outside_trajectory.h"
+#include "sim/replay/replay.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/alignment.h"
@@ -95,8 +95,8 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 }
 
 /// Runs the command on the export to its end.
-replay::OutsideRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
-  replay::OutsideRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
+replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
+  replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
   const std::string command =
       replaced(replaced(request.command, "{folder}", sim::files::shell_word((scratch / "export").string())),
                "{trajectory}", sim::files::shell_word(run.trajectory.string()));
@@ -151,11 +151,11 @@ int evaluate_one(const Evaluated& one, const fs::path& result_folder, const Eval
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
                         scratch / "export", sim::files::Existing::refuse);
     const result::Timing timing;
-    const replay::OutsideRun run = run_command(request, scratch);
+    const replay::ExternalRun run = run_command(request, scratch);
     const replay::WalkEnd walk = replay::read_walk_end(folder);
     const result::ResultPlace place{
         result_folder, sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
-    outcome = replay::score_outside(one.read, folder / "recording", walk, run, place, timing);
+    outcome = replay::score_external(one.read, folder / "recording", walk, run, place, timing);
   }
   return cli::report(outcome, result_folder);
 }

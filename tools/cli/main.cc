@@ -7,7 +7,6 @@
 #include <new>
 #include <opencv2/core/utility.hpp>
 
-#include "sim/estimators/library_estimator.h"
 #include "sim/files/printed_text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
@@ -93,7 +92,6 @@ int main(int argc, char** argv) {
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10,
                           8 << 20);  // blocking, and with it rounding, the same on every machine
   cv::setNumThreads(1);              // --jobs alone says how many cores are used
-  if (const auto exit_code = sim::estimators::hosted_library(argc, argv)) return *exit_code;
   try {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();

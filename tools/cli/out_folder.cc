@@ -204,7 +204,7 @@ void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordere
 int report(const sim::result::Outcome& outcome, const fs::path& result_folder, bool all_metrics) {
   if (output() == Output::json)
     print_outcome(outcome.exit_code, result_folder,
-                  {{"ending", outcome.ending},
+                  {{"ending", sim::scenario::name_of(outcome.ending)},
                    {"cause", outcome.cause},
                    {"score", files::read_json(result_folder / "score.json").value()}});
   const sim::result::TableStyle style{colours(), all_metrics};
@@ -212,7 +212,8 @@ int report(const sim::result::Outcome& outcome, const fs::path& result_folder, b
              << result_folder.string() << '\n';
   if (const auto about = sim::result::read_about(result_folder / "about.json"); !about.counterfactual.empty())
     text_out() << "counterfactual: " << about.counterfactual << '\n';
-  if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
+  if (outcome.exit_code == 3)
+    std::cerr << fmt::format("gaitslam: {}: {}\n", sim::scenario::name_of(outcome.ending), outcome.cause);
   return outcome.exit_code;
 }
 

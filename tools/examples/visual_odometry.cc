@@ -52,7 +52,7 @@ class Camera {
  public:
   explicit Camera(const gaitslam_start& start)
       : start_(start),
-        K_(start.focal_px[0], 0, start.centre_px[0], 0, start.focal_px[1], start.centre_px[1], 0, 0, 1) {}
+        K_(start.focal_px[0], 0, start.center_px[0], 0, start.focal_px[1], start.center_px[1], 0, 0, 1) {}
 
   double focal_px() const { return start_.focal_px[0]; }
 
@@ -65,7 +65,7 @@ class Camera {
       cv::fisheye::undistortPoints(all, all, K_, k);
     } else {
       for (cv::Point2d& each : all) {  // u = u0 + uc / sqrt(1 + 2 k |uc|^2), solved for uc
-        const cv::Point2d bent(each.x - start_.centre_px[0], each.y - start_.centre_px[1]);
+        const cv::Point2d bent(each.x - start_.center_px[0], each.y - start_.center_px[1]);
         const double root = std::sqrt(std::max(1e-3, 1 - 2 * k[0] * bent.dot(bent)));
         each = {bent.x / root / start_.focal_px[0], bent.y / root / start_.focal_px[1]};
       }

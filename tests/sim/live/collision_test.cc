@@ -11,6 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::result::Outcome;
+using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -80,7 +81,7 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItHoldsTheCommands) {
 
 TEST_F(CollisionTest, NineMetresAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
   const Outcome outcome = run("ahead", scenario(kAhead, {"limits.ending=[collided]"}));
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.cause,
               testing::MatchesRegex(
@@ -93,17 +94,17 @@ TEST_F(CollisionTest, NineMetresAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) 
 
 TEST_F(CollisionTest, TheRobotDoesNotLeaveTheBuilding) {
   const Outcome outcome = run("wall", scenario(kToTheWall, {"limits.ending=[collided]"}));
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched wall_left at ("));
 }
 
 // The plan is clear: what pushes do is not planned.
 TEST_F(CollisionTest, ARobotThatIsPushedIntoFurnitureCollides) {
   const ReadScenario standing = scenario(kStanding);
-  EXPECT_EQ(run("still", standing, folder_ / "models").ending, "completed");
+  EXPECT_EQ(run("still", standing, folder_ / "models").ending, Ending::completed);
   const ReadScenario pushed = scenario(kStanding, {"world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});
   const Outcome outcome = run("pushed", pushed, folder_ / "models");
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched cupboard at (0.4"));
 }
@@ -113,13 +114,13 @@ TEST_F(CollisionTest, AFallStaysAFall) {
   const Outcome outcome = run(
       "fall", scenario(kStanding, {"world.room=floor", "world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"}),
       folder_ / "models");
-  EXPECT_EQ(outcome.ending, "fell");
+  EXPECT_EQ(outcome.ending, Ending::fell);
 }
 
 TEST_F(CollisionTest, AWalkThatTouchesNothingHasTheSameBitsInEveryRoom) {
   const char* const walk = "walk: {commands: [{straight: {forward_m: 0.3}}]}\n";
   for (const char* room : {"floor", "office", "hall"})
-    ASSERT_EQ(run(room, scenario(walk, {std::string("world.room=") + room})).ending, "completed");
+    ASSERT_EQ(run(room, scenario(walk, {std::string("world.room=") + room})).ending, Ending::completed);
   const auto bits = [&](const std::string& room) {
     auto files = tests::files(folder_ / room / "recording");
     for (const char* name : {"manifest.csv"}) files.erase(name);

@@ -165,8 +165,7 @@ TEST_F(SelfCheckTest, ReadingsAreCheckedAgainAfterABlow) {
 TEST_F(SelfCheckTest, ARunThatFailedItIsNotScored) {
   const auto read = scenario::read_scenario_text(kWalk, "walk.yaml");
   const result::RunRecord record{read,
-                                 "failed",
-                                 "self-check: it is off",
+                                 {scenario::Ending::failed, "self-check: it is off"},
                                  recording::RecordingReader(recording()).setup(),
                                  recording::read_truth(recording()),
                                  std::nullopt,

@@ -36,7 +36,7 @@ TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
   const result::ResultPlace place{out / "walk", files::Existing::refuse, physics::models(), "1", "test", {}};
   const result::Outcome outcome = run(read, place, [](double) {});
   const bool stops = read.scenario.limits.ending == std::vector<std::string>{"stopped"};
-  EXPECT_EQ(outcome.ending, stops ? "stopped" : "completed") << outcome.cause;
+  EXPECT_EQ(outcome.ending, stops ? scenario::Ending::stopped : scenario::Ending::completed) << outcome.cause;
   if (const auto& allowed = read.scenario.limits.ending; std::ranges::count(allowed, "completed") > 0) {
     EXPECT_EQ(outcome.exit_code, 0);
   }

@@ -1,5 +1,4 @@
-// The bench's own filter behind gaitslam_estimator.h: as a library or a program it gives the same poses as
-// built in. Its options are the scenario's keys slam.* without "slam.".
+// The built-in filter as an external program. Its options are the scenario's keys slam.* without "slam.".
 #include <algorithm>
 #include <cstring>
 #include <exception>
@@ -37,8 +36,8 @@ slam::Calibration calibration_of(const gaitslam_start& start) {
                         static_cast<int>(start.height_px),
                         start.focal_px[0],
                         start.focal_px[1],
-                        start.centre_px[0],
-                        start.centre_px[1],
+                        start.center_px[0],
+                        start.center_px[1],
                         lens_of(start)};
   calibration.X_CG = isometry(start.X_CG);
   return calibration;
@@ -87,8 +86,6 @@ struct FilterEstimator {
 
 }  // namespace
 
-uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
-
 void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
                                 size_t error_bytes) {
   try {
@@ -106,16 +103,16 @@ int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* obse
                                const char** cause) {
   auto& [filter, text] = *static_cast<FilterEstimator*>(estimator);
   try {
-    slam::Observation taken;
-    taken.t = slam::Stamp(observation->t_ns);
+    slam::Observation received;
+    received.t = slam::Stamp(observation->t_ns);
     if (image)
-      taken.image = cv::Mat(static_cast<int>(observation->height_px), static_cast<int>(observation->width_px),
-                            CV_8UC1, const_cast<uint8_t*>(image))
-                        .clone();
-    taken.gyro = samples(gyro, observation->gyro_count);
-    taken.accelerometer = samples(accelerometer, observation->accelerometer_count);
-    if (observation->has_plan) taken.plan = planned(observation->plan);
-    const slam::FrameReport& report = filter.step(taken);
+      received.image = cv::Mat(static_cast<int>(observation->height_px),
+                               static_cast<int>(observation->width_px), CV_8UC1, const_cast<uint8_t*>(image))
+                           .clone();
+    received.gyro = samples(gyro, observation->gyro_count);
+    received.accelerometer = samples(accelerometer, observation->accelerometer_count);
+    if (observation->has_plan) received.plan = planned(observation->plan);
+    const slam::FrameReport& report = filter.step(received);
     answer->status = static_cast<uint32_t>(report.health);
     text = report.cause;
     write_estimate(filter.estimate(), *answer);

@@ -1,4 +1,4 @@
-#include "tools/cli/estimator_files.h"
+#include "sim/estimators/estimator_choice.h"
 
 #include <fmt/format.h>
 
@@ -11,25 +11,23 @@
 
 #include "sim/files/hashed_file.h"
 
-namespace cli {
+namespace sim::estimators {
 namespace {
 
 namespace fs = std::filesystem;
-using sim::estimators::EstimatorChoice;
-using sim::estimators::Source;
 
 std::optional<std::string> hash_of(const fs::path& file) {
   std::error_code fault;
   std::ifstream in;
   if (fs::is_regular_file(file, fault)) in.open(file, std::ios::binary);
   if (!in.is_open()) return std::nullopt;
-  sim::files::Hash hash;
+  files::Hash hash;
   for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
     hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
   return hash.hex();
 }
 
-/// A program without a slash in its name is looked for in the folders of PATH.
+/// Searches a program without a slash in its name in PATH.
 std::optional<std::string> hash_of_program(const std::string& word) {
   const char* const path = std::getenv("PATH");
   if (word.find('/') != word.npos || !path) return hash_of(word);
@@ -52,4 +50,4 @@ std::string estimator_files_identity(const EstimatorChoice& choice) {
   return text;
 }
 
-}  // namespace cli
+}  // namespace sim::estimators

@@ -1,4 +1,3 @@
-#include "sim/replay/outside_trajectory.h"
 
 #include <fmt/format.h>
 
@@ -9,13 +8,14 @@
 #include <vector>
 
 #include "sim/recording/recording.h"
+#include "sim/replay/replay.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::replay {
 namespace {
 
 constexpr slam::Stamp kSameFrame =
-    std::chrono::milliseconds(2);  // stamps of others are rounded, some to 1e-3 s
+    std::chrono::milliseconds(2);  // external stamps are rounded, some to 1e-3 s
 
 /// The frames of the recording: their stamps, and that of the first image.
 struct Frames {
@@ -33,7 +33,7 @@ Frames frames_of(recording::RecordingReader& reader) {
   return frames;
 }
 
-/// From the stamps of the file to those of the run.
+/// Returns the offset from stamps of the file to those of the run.
 slam::Stamp shift_of(const files::TrajectoryFile& file, const Frames& frames) {
   if (file.format == "KITTI") return frames.first_image;
   const bool exported = file.rows.front().t > recording::kEpoch / 2;
@@ -58,7 +58,7 @@ score::Trajectory poses_at_frames(const files::TrajectoryFile& file, const Frame
   return poses;
 }
 
-/// Moves the poses into W. Throws estimators::EstimatorFailed where the truth does not determine how.
+/// Moves the poses into W. Throws estimators::EstimatorFailed if they cannot be aligned with the truth.
 void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose>& truth,
                     score::Alignment alignment) {
   const auto found = score::align(score::pair_by_stamp(truth, poses), alignment);
@@ -67,12 +67,12 @@ void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose
   for (score::TimedPose& pose : poses) pose.X = std::get<score::Similarity>(found) * pose.X;
 }
 
-/// The frames that have a pose track, the others do not.
-void take_poses(const score::Trajectory& poses, const Frames& frames, tracking::Tracked& tracked) {
+/// Frames with a pose are tracked, the others are not.
+void add_poses(const score::Trajectory& poses, const Frames& frames, tracking::Tracked& tracked) {
   auto pose = poses.begin();
   for (const slam::Stamp t : frames.stamps) {
     if (pose == poses.end() || pose->t != t) {
-      tracked.after_divergence.push_back(t);
+      tracked.untracked.push_back(t);
       continue;
     }
     slam::FrameReport report;
@@ -82,36 +82,35 @@ void take_poses(const score::Trajectory& poses, const Frames& frames, tracking::
   }
 }
 
-void read_run(const OutsideRun& run, const Frames& frames, const result::RunRecord& record,
+void read_run(const ExternalRun& run, const Frames& frames, const result::RunRecord& record,
               tracking::Tracked& tracked) {
   const files::TrajectoryFile file = files::read_trajectory(run.trajectory);
   if (file.stamps == "frame numbers")
     throw estimators::EstimatorFailed(
-        "its trajectory has the numbers of frames for stamps: write times.txt beside it");
+        "its trajectory has frame numbers for stamps: write times.txt beside it");
   score::Trajectory poses = poses_at_frames(file, frames, run.body, record.setup.calibration);
   if (poses.empty())
     throw estimators::EstimatorFailed(
         fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
   place_in_world(poses, record.truth.camera, run.alignment);
-  take_poses(poses, frames, tracked);
+  add_poses(poses, frames, tracked);
 }
 
-std::string why_no_scale(score::Alignment alignment) {
-  if (alignment != score::Alignment::sim3 && alignment != score::Alignment::scale) return "";
+std::optional<std::string> why_no_scale(score::Alignment alignment) {
+  if (alignment != score::Alignment::sim3 && alignment != score::Alignment::scale) return std::nullopt;
   return "the estimate was scaled to the truth: see ate_sim3_rmse_m";
 }
 
 }  // namespace
 
-result::Outcome score_outside(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
-                              const WalkEnd& walk, const OutsideRun& run, const result::ResultPlace& place,
-                              result::Timing timing) {
+result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
+                               const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
+                               result::Timing timing) {
   files::DurableFolder folder(place.folder, place.existing);
   recording::RecordingReader reader(recording);
   const Frames frames = frames_of(reader);
-  result::RunRecord record{
-      scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
-      std::nullopt, reader.hash()};
+  result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
+                           std::nullopt, reader.hash()};
   record.alignment = score::name_of(run.alignment);
   record.no_scale = why_no_scale(run.alignment);
   tracking::Tracked tracked;
@@ -124,7 +123,7 @@ result::Outcome score_outside(const scenario::ReadScenario& scenario, const std:
   } catch (const estimators::EstimatorFailed& unusable) {
     tracked.failed = unusable.what();
   }
-  if (tracked.failed) tracked.after_divergence = frames.stamps;
+  if (tracked.failed) tracked.untracked = frames.stamps;
   for (const slam::Stamp t : frames.stamps)
     timing.frames.push_back({.t = t, .filter_ms = run.cpu_ms / static_cast<double>(frames.stamps.size())});
   record.tracked = std::move(tracked);

@@ -1,11 +1,10 @@
-#include "sim/replay/foreign_replay.h"
-
 #include <fmt/format.h>
 
 #include <cctype>
 #include <cmath>
 
 #include "sim/recording/asl_folder.h"
+#include "sim/replay/replay.h"
 #include "slam/observation.h"
 
 namespace sim::replay {
@@ -13,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// No noise in addition to the sensors' own. A walk is required, but not used.
+// No noise beyond that of the sensors. The walk is required, but unused.
 constexpr const char* kText = R"(
 walk: {commands: [stand: {duration_s: 1}]}
 errors:
@@ -33,7 +32,7 @@ std::string name_of(const fs::path& folder) {
 
 std::string setting(const char* key, double value) { return fmt::format("{}={}", key, value); }
 
-// The IMU noise that the folder's own files state.
+// The IMU noise that the folder states.
 std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
   std::vector<std::string> settings;
   if (sensors.noise.gyro_density > 0)
@@ -51,26 +50,26 @@ std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
 }
 
 // Images and angular rates do not determine the scale.
-std::string why_no_scale(const slam::Options& options, bool has_plan) {
-  if (options.accelerometer.enabled || (has_plan && options.plan_velocity.enabled)) return "";
+std::optional<std::string> why_no_scale(const slam::Options& options, bool has_plan) {
+  if (options.accelerometer.enabled || (has_plan && options.plan_velocity.enabled)) return std::nullopt;
   return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
 }
 
 }  // namespace
 
-scenario::ReadScenario foreign_scenario(const fs::path& folder, const scenario::Changes& changes) {
+scenario::ReadScenario external_scenario(const fs::path& folder, const scenario::Changes& changes) {
   scenario::ReadScenario plain =
       scenario::read_scenario_text(kText, folder.string(), changes);  // reports errors in `changes`
   scenario::Changes all = changes;
   std::vector<std::string> settings{"name=" + name_of(folder)};
-  for (const std::string& said : settings_of(recording::AslFolder(folder).sensors()))
-    if (!plain.origin.contains(said.substr(0, said.find('=')))) settings.push_back(said);
+  for (const std::string& stated : settings_of(recording::AslFolder(folder).sensors()))
+    if (!plain.origin.contains(stated.substr(0, stated.find('=')))) settings.push_back(stated);
   all.overrides.insert(all.overrides.begin(), settings.begin(), settings.end());
   return scenario::read_scenario_text(kText, folder.string(), all);
 }
 
-result::Outcome replay_foreign(const scenario::ReadScenario& scenario, const fs::path& folder,
-                               const result::ResultPlace& place, const result::Progress& progress) {
+result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs::path& folder,
+                                const result::ResultPlace& place, const result::Progress& progress) {
   files::DurableFolder result(place.folder, place.existing);
   recording::AslFolder reader(folder);
   const recording::AslSensors& sensors = reader.sensors();
@@ -84,13 +83,13 @@ result::Outcome replay_foreign(const scenario::ReadScenario& scenario, const fs:
     if (observation->plan) plan.push_back({observation->t, observation->plan->X_PC});
     {
       const result::StageClock clock(frame.filter_ms);
-      tracking.take(std::move(*observation));
-      frame.filter_ms += tracking.take_outside_cpu_ms();
+      tracking.process(std::move(*observation));
+      frame.filter_ms += tracking.external_cpu_ms();
     }
     timing.frames.push_back(frame);
     progress(reader.part());
   }
-  result::RunRecord record{scenario, "completed", "", sensors.setup, {}, tracking.finish(), ""};
+  result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking.finish(), ""};
   record.truth.camera = recording::read_asl_truth(folder, sensors, times);
   record.planned_camera = std::move(plan);
   record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_plan);
