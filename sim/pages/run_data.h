@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sim/pages/table.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::pages {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/result/summary.h"
+#include "sim/result/limits.h"
 
 namespace sim::regression {
 

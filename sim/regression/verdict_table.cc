@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "sim/files/number.h"
-#include "sim/result/table_style.h"
+#include "sim/result/score_table.h"
 #include "sim/score/metrics.h"
 
 namespace sim::regression {

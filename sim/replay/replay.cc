@@ -1,6 +1,6 @@
 #include "sim/replay/replay.h"
 
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 
 namespace sim::replay {
 namespace {

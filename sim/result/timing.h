@@ -23,7 +23,7 @@ struct FrameTiming {
   int landmarks = 0;  ///< in the filter's map after the frame
 };
 
-/// Adds the CPU time of this thread between its construction and its end to a stage.
+/// Adds the CPU time of this thread during its lifetime to a stage.
 class StageClock {
  public:
   explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(thread_cpu_ms()) {}

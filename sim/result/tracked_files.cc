@@ -1,5 +1,3 @@
-#include "sim/result/tracked_files.h"
-
 #include <fmt/core.h>
 
 #include <array>
@@ -7,7 +5,8 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
-#include "sim/result/sensor_innovations.h"
+#include "sim/result/result.h"
+#include "sim/result/score_input.h"
 
 namespace sim::result {
 namespace {

@@ -21,7 +21,7 @@
 #include "sim/files/owned_folder.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 
 namespace sim::tune {
 namespace {

@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/files/text.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/tune/trial_log.h"
 #include "tools/cli/version.h"
 

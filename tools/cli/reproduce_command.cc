@@ -11,7 +11,7 @@
 #include "sim/files/text.h"
 #include "sim/pages/paper_page.h"
 #include "sim/pages/paper_rows.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/recording_key.h"
 #include "sim/view/server.h"

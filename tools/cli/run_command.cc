@@ -11,7 +11,7 @@
 #include "sim/files/number.h"
 #include "sim/regression/result_set.h"
 #include "sim/replay/replay.h"
-#include "sim/result/summary.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
