@@ -136,11 +136,11 @@ TEST(Alignment, DegenerateCasesHaveAReason) {
     upright[i].X_true.translation() = upright[i].X_estimate.translation() = Eigen::Vector3d(1, 2, s);
   }
   EXPECT_THAT(reason(point, Alignment::yaw_position), HasSubstr("do not spread"));
-  EXPECT_THAT(reason(point, Alignment::se3), HasSubstr("one point"));
-  EXPECT_THAT(reason(point, Alignment::sim3), HasSubstr("one point"));
+  EXPECT_THAT(reason(point, Alignment::se3), HasSubstr("coincide"));
+  EXPECT_THAT(reason(point, Alignment::sim3), HasSubstr("coincide"));
   EXPECT_THAT(reason(line, Alignment::se3), HasSubstr("one line"));
   EXPECT_THAT(reason(line, Alignment::sim3), HasSubstr("one line"));
-  EXPECT_THAT(reason({line[3]}, Alignment::se3), HasSubstr("one point"));
+  EXPECT_THAT(reason({line[3]}, Alignment::se3), HasSubstr("coincide"));
   EXPECT_THAT(reason(upright, Alignment::yaw_position), HasSubstr("do not spread"));
   EXPECT_NEAR(ate(line, Alignment::yaw_position), 0, 1e-12);  // a line is enough for a turn about z
   EXPECT_NEAR(ate({line[3]}, Alignment::origin), 0, 1e-12);
