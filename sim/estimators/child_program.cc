@@ -19,7 +19,7 @@
 #include <thread>
 #include <utility>
 
-#include "sim/estimators/answer.h"
+#include "sim/estimators/estimator.h"
 
 namespace sim::estimators {
 namespace {

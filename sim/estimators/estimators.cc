@@ -4,17 +4,23 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "sim/estimators/child_program.h"
 #include "sim/estimators/estimator.h"
 #include "sim/estimators/messages.h"
+#include "sim/files/hash.h"
 #include "slam/filter.h"
 
 namespace sim::estimators {
 namespace {
 
+namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kMost_m = 1e9;      // beyond, squares of positions lose their accuracy
@@ -160,6 +166,27 @@ std::unique_ptr<Estimator> program_estimator(const EstimatorChoice& choice, cons
       [program] { return program->finish(); });
 }
 
+std::optional<std::string> hash_of(const fs::path& file) {
+  std::error_code fault;
+  std::ifstream in;
+  if (fs::is_regular_file(file, fault)) in.open(file, std::ios::binary);
+  if (!in.is_open()) return std::nullopt;
+  files::Hash hash;
+  for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
+    hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
+  return hash.hex();
+}
+
+/// Searches a program without a slash in its name in PATH.
+std::optional<std::string> hash_of_program(const std::string& word) {
+  const char* const path = std::getenv("PATH");
+  if (word.find('/') != word.npos || !path) return hash_of(word);
+  std::istringstream folders(path);
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const auto hash = hash_of(fs::path(folder.empty() ? "." : folder) / word)) return hash;
+  return std::nullopt;
+}
+
 }  // namespace
 
 void require_valid(const Answer& answer, slam::Stamp earliest, slam::Stamp newest) {
@@ -200,6 +227,17 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const S
   throw std::invalid_argument(
       "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another "
       "estimator");
+}
+
+std::string estimator_files_identity(const EstimatorChoice& choice) {
+  std::string text;
+  for (std::size_t i = 0; i < choice.words.size(); ++i) {
+    const std::string& word = choice.words[i];
+    const bool is_program = choice.source == Source::program && i == 0;
+    if (const auto hash = is_program ? hash_of_program(word) : hash_of(word))
+      text += fmt::format(" {} {}", i, *hash);
+  }
+  return text;
 }
 
 }  // namespace sim::estimators

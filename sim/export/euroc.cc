@@ -7,9 +7,8 @@
 
 #include "sim/export/export_context.h"
 #include "sim/export/imu_merger.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "sim/recording/manifest.h"
-#include "sim/recording/plan_row.h"
 #include "sim/recording/recording_format.h"
 
 namespace sim::exports {

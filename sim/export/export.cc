@@ -61,7 +61,7 @@ void export_run(const ExportedRun& run, const std::string& format, const std::fi
   const auto found =
       std::find_if(formats().begin(), formats().end(), [&](const Format& f) { return f.name == format; });
   if (found == formats().end()) throw std::out_of_range("no export format " + format);
-  files::DurableFolder durable(folder, existing);
+  files::AtomicFolder durable(folder, existing);
   found->write(ExportContext(run, durable.path(), run.undistort || !found->knows_lenses, found->passes));
   durable.commit();
 }

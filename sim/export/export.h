@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::exports {

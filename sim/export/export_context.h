@@ -12,7 +12,7 @@
 
 #include "sim/export/export.h"
 #include "sim/export/lens_conversion.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
 #include "sim/recording/sensor_yaml.h"
 

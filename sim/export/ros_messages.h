@@ -11,7 +11,7 @@
 
 #include "sim/export/imu_merger.h"
 #include "sim/export/mcap.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "slam/options.h"
 
 namespace sim::exports::ros {

@@ -1,10 +1,10 @@
-#include "sim/pages/axis.h"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "sim/pages/figure.h"
 
 namespace sim::pages {
 namespace {

@@ -1,80 +1,164 @@
 #include "sim/pages/html.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
+#include <cmath>
 #include <stdexcept>
 
-#include "sim/files/json.h"
-#include "sim/files/sha256.h"
-#include "sim/pages/bundle.h"
-#include "sim/pages/pictures.h"
+#include "sim/files/hash.h"
+
+// Embeds the files that esbuild makes from web/.
+#define GAITSLAM_EMBED(name, file)                                                          \
+  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
+  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
+  extern "C" const char name##_end[] __attribute__((visibility("hidden")));
+GAITSLAM_EMBED(gaitslam_page_script, GAITSLAM_BUNDLE "/pages.js")
+GAITSLAM_EMBED(gaitslam_map_script, GAITSLAM_BUNDLE "/map.js")
+GAITSLAM_EMBED(gaitslam_page_style, GAITSLAM_BUNDLE "/pages.css")
 
 namespace sim::pages {
 namespace {
 
-// Pictures are part of the page, figures bring their own styles; nothing else is loaded, and no script runs
-// but the one with this hash. Policies in a page cannot say who may show it in a frame.
-std::string content_security_policy(std::string_view script) {
-  const std::string scripts =
-      script.empty() ? "'none'" : fmt::format("'sha256-{}'", base64(files::sha256(script)));
+constexpr double kEqualHeight = 520;  // px of a figure
+
+// Pictures are part of the page and figures have their own styles. Nothing else is loaded.
+std::string content_security_policy(const std::vector<std::string_view>& scripts) {
+  std::string allowed;
+  for (const std::string_view script : scripts)
+    allowed += fmt::format(" 'sha256-{}'", base64(files::sha256(script)));
   return fmt::format(
-      "default-src 'none'; script-src {}; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+      "default-src 'none'; script-src{}; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
       "form-action 'none'",
-      scripts);
+      allowed.empty() ? " 'none'" : allowed);
 }
 
-// The parser of a browser would end such a script early, or read it otherwise than its hash says.
+// A browser would end such a script early, or hash other bytes.
 void require_embeddable(std::string_view script) {
   for (const std::string_view breaking : {"</script", "<!--", "\r"})
     if (script.find(breaking) != script.npos)
       throw std::logic_error(fmt::format("the script of the pages contains {}", breaking));
 }
 
+std::string row_html(const TableRow& row, const char* tag, bool button = false) {
+  std::string html = row.id.empty() ? "<tr>" : fmt::format("<tr id='{}'>", escaped(row.id));
+  for (const TableCell& cell : row.cells)
+    html += fmt::format("<{0}{1}>{2}</{0}>", tag,
+                        cell.style.empty() ? "" : fmt::format(" class='{}'", cell.style),
+                        button ? fmt::format("<button type='button'>{}</button>", cell.html) : cell.html);
+  return html + "</tr>\n";
+}
+
+std::string legend_html(const Figure& figure) {
+  std::string items;
+  const auto add = [&](const auto& named) {
+    for (const auto& one : named)
+      if (!one.name.empty())
+        items += fmt::format("<span class='role-{}' data-name='{}'>{} <b></b></span> ", role_name(one.role),
+                             escaped(one.name), escaped(one.name));
+  };
+  add(figure.lines), add(figure.envelopes);
+  return items.empty() ? "" : "<p class='legend'><span class='at'></span> " + items + "</p>";
+}
+
 }  // namespace
 
 std::string escaped(std::string_view text) {
   std::string out;
-  for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        out += c;
-    }
+  for (const char c : text)
+    out += c == '&'    ? "&amp;"
+           : c == '<'  ? "&lt;"
+           : c == '>'  ? "&gt;"
+           : c == '"'  ? "&quot;"
+           : c == '\'' ? "&#39;"
+                       : std::string(1, c);
   return out;
 }
 
-// No "<" is left: neither "</script>" nor "<!--" ends the element or begins a comment in it.
-std::string data_script(const std::string& id, const nlohmann::ordered_json& json) {
+std::string base64(std::string_view bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    unsigned word = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      word = word << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+// Without "<", neither "</script>" nor "<!--" can end the element or start a comment in it.
+std::string data_script(std::string_view id, std::string_view json) {
   std::string text = fmt::format("<script type=\"application/json\" id=\"{}\">", escaped(id));
-  for (const char c : files::json_text(json)) text += c == '<' ? "\\u003c" : std::string(1, c);
+  for (const char c : json) text += c == '<' ? "\\u003c" : std::string(1, c);
   return text + "</script>\n";
 }
 
-std::string html_head(const std::string& title, const std::string& more_style, const std::string& theme,
-                      std::string_view script) {
-  require_embeddable(script);
-  return fmt::format(
-      "<!doctype html>\n<html lang=\"en\"{}>\n<head>\n<meta charset=\"utf-8\">\n"
+TableCell text_cell(std::string_view text, const std::string& style) { return {escaped(text), style}; }
+TableCell code_cell(std::string_view text) { return {"<code>" + escaped(text) + "</code>"}; }
+TableCell number_cell(std::optional<double> value) { return {number_text(value), "number"}; }
+std::string number_text(std::optional<double> value) {
+  return value && std::isfinite(*value) ? fmt::format("{:.4g}", *value) : "-";
+}
+
+std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
+                       const std::vector<TableRow>& rows, bool sortable) {
+  std::string html = fmt::format(
+      "<div class='scroll' tabindex='0' role='region' aria-label='{}'><table class='named-rows{}'><thead>",
+      escaped(name), sortable ? " sortable" : "");
+  html += row_html({titles}, "th", sortable) + "</thead><tbody>\n";
+  for (const TableRow& row : rows) html += row_html(row, "td");
+  return html + "</tbody></table></div>\n";
+}
+
+std::string figure_html(const Figure& figure, const std::string& below, double height, double width) {
+  return fmt::format("<figure data-figure='{}'><figcaption>{}</figcaption>{}{}{}</figure>\n",
+                     escaped(figure.name), escaped(figure.title),
+                     to_page_svg(figure, width, figure.equal_axes ? kEqualHeight : height),
+                     legend_html(figure), below);
+}
+
+std::string figures_html(const std::string& figures) {
+  return "<div class='figures'>" + figures + "</div>\n";
+}
+
+std::string section_html(const std::string& id, std::string_view title, const std::string& inside) {
+  return fmt::format("<section id='{}'><h2>{}</h2>\n{}</section>\n", escaped(id), escaped(title), inside);
+}
+
+std::string navigation_html(const std::vector<std::pair<std::string, std::string>>& sections) {
+  std::string html = "<nav aria-label='sections'>";
+  for (const auto& [id, title] : sections)
+    html += fmt::format("<a href='#{}'>{}</a> ", escaped(id), escaped(title));
+  return html + "</nav>\n";
+}
+
+std::string command_html(std::string_view command) {
+  return fmt::format("<div><pre>{}</pre><button type='button' class='copy no-print'>copy</button></div>\n",
+                     escaped(command));
+}
+
+std::string_view page_script() { return {gaitslam_page_script_begin, gaitslam_page_script_end}; }
+std::string_view map_script() { return {gaitslam_map_script_begin, gaitslam_map_script_end}; }
+std::string_view page_style() { return {gaitslam_page_style_begin, gaitslam_page_style_end}; }
+
+std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
+                      const std::vector<std::string_view>& scripts) {
+  std::string html = fmt::format(
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>GaitSLAM: "
       "{}</title>\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{}</style>\n</head>\n<body>\n",
-      theme.empty() ? "" : fmt::format(" data-theme=\"{}\"", escaped(theme)), content_security_policy(script),
-      escaped(title), page_style(), more_style);
+      "<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{}</style>\n</head>\n<body>\n"
+      "<header><div><h1>{}</h1>\n<p class='soft'>{}</p></div>\n"
+      "<button type='button' id='theme' class='no-print'>light / dark</button></header>\n{}",
+      content_security_policy(scripts), escaped(title), page_style(), figure_style(), escaped(title),
+      subtitle, body);
+  for (const std::string_view script : scripts) {
+    require_embeddable(script);
+    html.append("<script>").append(script).append("</script>\n");
+  }
+  return html + "</body>\n</html>\n";
 }
 
 }  // namespace sim::pages

@@ -1,27 +1,61 @@
-// What all HTML pages share.
+// The builder of all HTML pages: escaping, tables, figures, and the frame of a page that is one file.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "sim/pages/figure.h"
 
 namespace sim::pages {
 
-/// Text for HTML and SVG: shown as it is, within an element and within an attribute in quotes of either kind.
-/// Whatever comes from a file or a user goes through here.
+/// Text for HTML and SVG, in elements and in attributes with quotes of either kind. Every text from a file or
+/// a user goes through here.
 std::string escaped(std::string_view text);
+/// RFC 4648.
+std::string base64(std::string_view bytes);
+/// A script element with JSON as data under that id. Browsers never run it, whatever the JSON contains.
+std::string data_script(std::string_view id, std::string_view json);
 
-/// A script element that holds JSON as data, under that id. No browser runs it, whatever the JSON says.
-std::string data_script(const std::string& id, const nlohmann::ordered_json& json);
+/// A cell of a table: HTML with its style class.
+struct TableCell {
+  std::string html, style = "";
+};
+TableCell text_cell(std::string_view text, const std::string& style = "");
+TableCell code_cell(std::string_view text);
+/// Four significant digits; a dash if there is no finite value.
+TableCell number_cell(std::optional<double> value);
+std::string number_text(std::optional<double> value);
 
-/// A page up to the begin of its body: the style of all reports, followed by `more_style`. theme: "light" or
-/// "dark"; empty: as the browser prefers. script: the text of the one script element that the page may run
-/// (kScriptBegin, it, kScriptEnd); empty: none. The page's Content-Security-Policy names it by its hash, so
-/// that a browser runs no other script, loads nothing and sends nothing.
-std::string html_head(const std::string& title, const std::string& more_style, const std::string& theme = "",
-                      std::string_view script = "");
-inline constexpr const char* kScriptBegin = "<script>";
-inline constexpr const char* kScriptEnd = "</script>\n";
-inline constexpr const char* kHtmlEnd = "</body>\n</html>\n";
+struct TableRow {
+  std::vector<TableCell> cells;
+  std::string id = "";
+};
+/// The first column stays visible when the table is scrolled. sortable: a click on a title sorts.
+std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
+                       const std::vector<TableRow>& rows, bool sortable = false);
+
+/// A figure with caption, drawing and legend, followed by `below` (HTML).
+std::string figure_html(const Figure& figure, const std::string& below = "", double height = 300,
+                        double width = 640);
+/// HTML of figures as a grid.
+std::string figures_html(const std::string& figures);
+std::string section_html(const std::string& id, std::string_view title, const std::string& inside);
+/// Links to the sections of a page: id and title.
+std::string navigation_html(const std::vector<std::pair<std::string, std::string>>& sections);
+/// A command with a button that copies it.
+std::string command_html(std::string_view command);
+
+/// The scripts of the pages: behavior of tables and figures, and the map in three dimensions.
+std::string_view page_script();
+std::string_view map_script();
+std::string_view page_style();
+
+/// A page that is one file. subtitle, body: HTML. The Content-Security-Policy names the scripts by their
+/// hashes, so that a browser runs no other script, loads nothing and sends nothing. Throws std::logic_error
+/// if a script would end its own element.
+std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
+                      const std::vector<std::string_view>& scripts = {page_script()});
 
 }  // namespace sim::pages

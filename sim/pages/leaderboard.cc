@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "sim/files/csv.h"
-#include "sim/files/file_error.h"
 #include "sim/files/json.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
+#include "sim/files/text.h"
 #include "sim/files/text_table.h"
 #include "sim/pages/html.h"
 #include "sim/result/score_file.h"
@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is known of the results of a row before their medians are taken.
+/// The results of a row before their medians are taken.
 struct Collected {
   std::size_t runs = 0, completed = 0;
   std::map<std::string, std::vector<double>> values;
@@ -92,16 +92,10 @@ std::vector<std::string> cells(const LeaderboardRow& row, const std::vector<std:
   return all;
 }
 
-std::string html_row(const std::vector<std::string>& row, const char* tag) {
-  std::string html = "<tr>";
-  for (const std::string& cell : row) html += fmt::format("<{0}>{1}</{0}>", tag, escaped(cell));
-  return html + "</tr>\n";
-}
-
 }  // namespace
 
 std::vector<std::string> leaderboard_metrics() {
-  return {"ate_se3_rmse_m",       "ate_sim3_rmse_m", "rmse_m",
+  return {"ate_se3_rmse_m",       "ate_sim3_rmse_m",  "rmse_m",
           "end_position_error_m", "tracked_fraction", "nees_position_mean"};
 }
 
@@ -109,10 +103,10 @@ std::vector<LeaderboardRow> leaderboard(const std::vector<fs::path>& folders,
                                         const std::vector<std::string>& metrics) {
   std::vector<fs::path> found;
   for (const fs::path& folder : folders) {
-    if (!fs::is_directory(folder)) throw files::FileError(folder, "is no folder of results");
+    if (!fs::is_directory(folder)) throw files::FileError(folder, "is not a folder");
     const std::size_t before = found.size();
     find_results(folder, found);
-    if (found.size() == before) throw files::FileError(folder, "has no result in it (score.json)");
+    if (found.size() == before) throw files::FileError(folder, "contains no result (score.json)");
   }
   std::map<RowKey, Collected> all;
   std::set<fs::path> counted;  // a folder may be below several of those given
@@ -164,23 +158,27 @@ std::string leaderboard_csv(const std::vector<LeaderboardRow>& rows,
 
 std::string leaderboard_page(const std::vector<LeaderboardRow>& rows,
                              const std::vector<std::string>& metrics) {
-  std::string html = html_head("leaderboard", "") + "<h1>Estimators side by side</h1>\n";
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (i == 0 || rows[i].scenario != rows[i - 1].scenario)
-      html += fmt::format("<h2>{}</h2>\n<div class='scroll'><table>\n{}", escaped(rows[i].scenario),
-                          html_row(titles(metrics), "th"));
-    html += html_row(cells(rows[i], metrics), "td");
-    if (i + 1 == rows.size() || rows[i].scenario != rows[i + 1].scenario) html += "</table></div>\n";
+  std::vector<TableCell> heads;
+  for (const std::string& title : titles(metrics)) heads.push_back(text_cell(title));
+  std::string html;
+  for (auto row = rows.begin(); row != rows.end();) {
+    std::vector<TableRow> lines;
+    const std::string& scenario = row->scenario;
+    for (; row != rows.end() && row->scenario == scenario; ++row) {
+      TableRow& line = lines.emplace_back();
+      for (const std::string& cell : cells(*row, metrics)) line.cells.push_back(text_cell(cell));
+    }
+    html += section_html("scenario-" + scenario, scenario, table_html(scenario, heads, lines));
   }
-  html +=
-      "<p>Medians over the runs of a row that have a value. A row is a folder of results of one scenario and "
-      "one "
-      "estimator; the best one comes first: by the share of runs that were completed, then by the first "
-      "metric.</p>\n<dl>\n";
+  html += "<h2>Metrics</h2>\n<dl>\n";
   for (const std::string& metric : metrics)
     html += fmt::format("<dt><code>{}</code></dt><dd>{}</dd>\n", escaped(metric),
                         escaped(score::find_metric(metric)->definition));
-  return html + "</dl>\n" + kHtmlEnd;
+  return html_page(
+      "Leaderboard",
+      "A row is a folder of results of one scenario and one estimator, with medians over the runs "
+      "that have a value. The best row comes first: by completed runs, then by the first metric.",
+      html + "</dl>\n");
 }
 
 }  // namespace sim::pages

@@ -13,7 +13,7 @@ namespace sim::pages {
 /// The results of one folder that are of the same scenario and estimator: its seeds.
 struct LeaderboardRow {
   std::string scenario, estimator;
-  std::filesystem::path folder;  ///< that holds the results
+  std::filesystem::path folder;  ///< of the results
   std::size_t runs = 0, completed = 0;
   std::map<std::string, std::optional<double>> medians;  ///< by metric, over the runs that have it
   std::optional<double> cpu_ms;                          ///< median over the runs, of the median frame

@@ -1,10 +1,13 @@
-// The experiments of the paper, and the runs of this bench that repeat them.
+// The experiments of the paper, the runs of this bench that repeat them, and the page that compares both.
 #pragma once
 
+#include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "sim/pages/figure.h"
 #include "sim/pages/run_data.h"
 
 namespace sim::pages {
@@ -13,7 +16,7 @@ namespace sim::pages {
 /// The file of the scenario is <name>.yaml.
 struct PaperExperiment {
   std::string name;
-  std::string recordings;  ///< experiment whose recordings are replayed; empty: it simulates its walks
+  std::string recordings;  ///< experiment that it replays; empty: it simulates its walks
   double cost_s;           ///< approximate CPU time of a seed, for the estimate of the time left
 };
 
@@ -25,7 +28,7 @@ using PaperRuns = std::map<std::string, std::vector<RunData>>;
 /// The runs of an experiment; empty if there are none.
 const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment);
 
-/// How a row compares with the paper; none: nothing was run.
+/// How a row compares with the paper; none: it cannot be compared.
 enum class Agreement { none, agrees, better, differs };
 /// "", "agrees", "better" or "differs".
 std::string agreement_text(Agreement agreement);
@@ -35,5 +38,27 @@ struct PaperRow {
   std::string what, paper, bench;
   Agreement agreement = Agreement::none;
 };
+/// All rows; the result of an experiment without runs is "not run".
+std::vector<PaperRow> paper_rows(const PaperRuns& runs);
+
+/// Figures 1, 3, 4, 6, 7 and 8 of the paper, each from the first seed that shows it. Throws FileError if a
+/// table of a run is broken.
+std::vector<Figure> paper_figures(const PaperRuns& runs);
+/// Figure 3, from a depths.csv: the depth hypotheses of the landmark that took most images until its depth
+/// was known (standard deviation below 0.3 of it), after the first image, thirds of them and the last.
+/// Without lines if there is none.
+Figure depths_figure(const std::filesystem::path& depths_csv);
+
+/// Compares the change of the estimated height in the 0.1 s after foot impacts with the rest of each step; the
+/// paper leaves open whether they differ. p: signed rank test over steps. ratio: of both changes.
+struct ImpactLink {
+  double p = 1, ratio = 1;
+};
+/// t, z: a height over time; impacts: s, rising. Empty for fewer than 100 frames or 5 steps.
+std::optional<ImpactLink> impact_link(const Column& t, const Column& z, const Column& impacts);
+PaperRow impact_row(const std::vector<RunData>& runs, const std::string& filter);
+
+/// The page: table and figures.
+std::string paper_page(const PaperRuns& runs, const std::string& revision);
 
 }  // namespace sim::pages

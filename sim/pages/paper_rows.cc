@@ -1,12 +1,9 @@
-#include "sim/pages/paper_rows.h"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "sim/pages/paper_height.h"
-#include "sim/pages/units.h"
+#include "sim/pages/paper.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {
@@ -31,7 +28,7 @@ std::string range_text(const std::vector<double>& values, const std::string& uni
 }
 
 // One axis of a drift. The paper gives magnitudes without signs, so magnitudes are compared: they agree
-// within a factor of two, or where both are below the scatter of the paper's walks.
+// within a factor of two, or if both are below the scatter of the paper's walks.
 struct DriftAxis {
   const char* metric;
   const char* axis;
@@ -65,9 +62,8 @@ int closed(const Runs& runs) {
 }
 
 int diverged(const Runs& runs) {
-  return static_cast<int>(std::count_if(runs.begin(), runs.end(), [](const RunData& run) {
-    return run.score.value("ending", "") == "diverged";
-  }));
+  return static_cast<int>(
+      std::count_if(runs.begin(), runs.end(), [](const RunData& run) { return run.ending == "diverged"; }));
 }
 
 enum class Expected { closes, fails, fails_in_2006 };
@@ -77,7 +73,7 @@ PaperRow closure_row(const PaperRuns& all, const std::string& experiment, const 
   const Runs& runs = runs_of(all, experiment);
   if (runs.empty()) return {what, paper, kNotRun};
   const std::string lost = diverged(runs) > 0 ? fmt::format(", {} diverged", diverged(runs)) : "";
-  const std::string text = fmt::format("{} of {} closed{}; landmarks recognised: {}; ATE {}", closed(runs),
+  const std::string text = fmt::format("{} of {} closed{}; landmarks recognized: {}; ATE {}", closed(runs),
                                        runs.size(), lost, range_text(values(runs, "loop_landmarks"), ""),
                                        range_text(values(runs, "ate_se3_rmse_m", kMm), " mm"));
   const bool always = closed(runs) == static_cast<int>(runs.size());
@@ -140,12 +136,39 @@ void add_closures(std::vector<PaperRow>& rows, const PaperRuns& all) {
       Expected::closes);
   add("vision_gyro_known_landmarks", "Experiment 1, vision and gyro, known landmarks (V-A.1)",
       "closed; quality of the trajectory insufficient", Expected::closes);
-  add("vision_only", "Experiment 1, vision alone (V-A)", "did not close", Expected::fails);
+  add("vision_only", "Experiment 1, vision only (V-A)", "did not close", Expected::fails);
   add("hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails);
   add("hall", "The hall, this bench's filter", "fails", Expected::fails_in_2006);
 }
 
 }  // namespace
+
+const std::vector<PaperExperiment>& paper_experiments() {
+  static const std::vector<PaperExperiment> kAll{
+      {"tangent_quadrant", "", 2},
+      {"perpendicular_circle_trial1", "", 8},
+      {"tangent_circle", "", 17},
+      {"tangent_circle_paper", "tangent_circle", 4},
+      {"vision_only", "tangent_circle", 4},
+      {"vision_gyro_known_landmarks", "tangent_circle", 4},
+      {"perpendicular_circle", "", 30},
+      {"perpendicular_circle_paper", "perpendicular_circle", 7},
+      {"hall", "", 18},
+      {"hall_paper", "hall", 4},
+  };
+  return kAll;
+}
+
+const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment) {
+  static const std::vector<RunData> none;
+  const auto found = all.find(experiment);
+  return found == all.end() ? none : found->second;
+}
+
+std::string agreement_text(Agreement agreement) {
+  constexpr const char* kTexts[] = {"", "agrees", "better", "differs"};
+  return kTexts[static_cast<int>(agreement)];
+}
 
 std::vector<PaperRow> paper_rows(const PaperRuns& all) {
   const auto x = [](double paper, const char* text) {
@@ -160,9 +183,9 @@ std::vector<PaperRow> paper_rows(const PaperRuns& all) {
   std::vector<PaperRow> rows;
   add_drift(rows, all, "tangent_quadrant", "Tangent quadrant",
             {x(4, "4 mm (sd 1.6)"), y(23, "23 mm (sd 3.4)"), yaw(0, "almost none")});
-  add_drift(rows, all, "perpendicular_circle_trial1", "Facing the centre, first trial",
+  add_drift(rows, all, "perpendicular_circle_trial1", "Facing the center, first trial",
             {x(240, "240 mm"), y(600, "600 mm"), yaw(20, "20°")});
-  add_drift(rows, all, "perpendicular_circle", "Facing the centre, second trial",
+  add_drift(rows, all, "perpendicular_circle", "Facing the center, second trial",
             {x(160, "160 mm"), y(40, "40 mm"), yaw(15, "15°")});
   add_closures(rows, all);
   for (const char* experiment : {"perpendicular_circle_paper", "perpendicular_circle"}) {

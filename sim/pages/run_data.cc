@@ -1,26 +1,35 @@
 #include "sim/pages/run_data.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
+#include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/files/tum.h"
 #include "sim/result/score_file.h"
 #include "sim/score/consistency.h"
+#include "sim/score/trajectory.h"
 
 namespace sim::pages {
 namespace {
 
 namespace fs = std::filesystem;
+using files::Json;
+using files::TumRow;
 
-double seconds(std::chrono::nanoseconds t) { return 1e-9 * static_cast<double>(t.count()); }
+std::string column_name(std::string title) {
+  if (title.starts_with('#')) title.erase(0, 1);
+  return title.substr(0, title.find(" ["));
+}
 
-Path path_of(const std::vector<files::TumRow>& rows) {
+Path path_of(const std::vector<TumRow>& rows) {
   Path path;
-  for (const files::TumRow& row : rows) {
-    path.t.push_back(seconds(row.t));
+  for (const TumRow& row : rows) {
+    path.t.push_back(slam::seconds(row.t));
     path.x.push_back(row.X.translation().x());
     path.y.push_back(row.X.translation().y());
     path.z.push_back(row.X.translation().z());
@@ -31,25 +40,21 @@ Path path_of(const std::vector<files::TumRow>& rows) {
 
 Path read_path(const fs::path& file) { return path_of(files::read_tum(file)); }
 
-score::Trajectory trajectory(const std::vector<files::TumRow>& rows) {
-  score::Trajectory all;
-  for (const files::TumRow& row : rows) all.push_back({row.t, row.X});
-  return all;
+std::vector<TumRow> tum_if_there(const fs::path& file) {
+  return fs::exists(file) ? files::read_tum(file) : std::vector<TumRow>{};
 }
 
-// The standard deviation of the heading: of the orientation error's part along the world's vertical.
-double sigma_yaw(const Eigen::Isometry3d& X_WC, const score::Matrix6d& covariance) {
-  const Eigen::Vector3d vertical_C = X_WC.linear().transpose() * Eigen::Vector3d::UnitZ();
-  const double variance = vertical_C.dot(covariance.topLeftCorner<3, 3>() * vertical_C);
-  return variance < 0 ? 0 : std::sqrt(variance);
+std::optional<Table> table_if_there(const fs::path& file) {
+  if (!fs::exists(file)) return std::nullopt;
+  return Table(file);
 }
 
-// Without a covariance there is neither envelope nor NEES: the figures leave out what is not a number.
-void add(Errors& errors, const score::PosePair& pair, const std::optional<score::Matrix6d>& stated) {
-  const score::Matrix6d covariance = stated.value_or(score::Matrix6d::Constant(NAN));
+// Without a covariance there is neither envelope nor NEES: figures leave out NaNs.
+void add(Errors& errors, const score::PosePair& pair, const std::optional<score::Matrix6d>& estimated) {
+  const score::Matrix6d covariance = estimated.value_or(score::Matrix6d::Constant(NAN));
   const Eigen::Vector3d e = pair.X_estimate.translation() - pair.X_true.translation();
   const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, covariance);
-  errors.t.push_back(seconds(pair.t));
+  errors.t.push_back(slam::seconds(pair.t));
   errors.x.push_back(e.x());
   errors.y.push_back(e.y());
   errors.z.push_back(e.z());
@@ -63,7 +68,13 @@ void add(Errors& errors, const score::PosePair& pair, const std::optional<score:
   errors.nees_orientation.push_back(nees ? nees->orientation : NAN);
 }
 
-Errors errors_of(const std::vector<files::TumRow>& truth, const std::vector<files::TumRow>& estimate) {
+score::Trajectory trajectory(const std::vector<TumRow>& rows) {
+  score::Trajectory all;
+  for (const TumRow& row : rows) all.push_back({row.t, row.X});
+  return all;
+}
+
+Errors errors_of(const std::vector<TumRow>& truth, const std::vector<TumRow>& estimate) {
   Errors errors;
   std::size_t row = 0;
   for (const score::PosePair& pair : score::pair_by_stamp(trajectory(truth), trajectory(estimate))) {
@@ -73,12 +84,7 @@ Errors errors_of(const std::vector<files::TumRow>& truth, const std::vector<file
   return errors;
 }
 
-std::optional<Table> table_if_there(const fs::path& file) {
-  if (!fs::exists(file)) return std::nullopt;
-  return Table(file);
-}
-
-/// The estimated waist: the camera is as far from it as planned at the start.
+// The estimated waist, assuming the planned distance of the camera at the start.
 std::optional<Path> waist_of_estimate(const fs::path& folder) {
   if (!fs::exists(folder / "estimate.tum")) return std::nullopt;
   const auto waist = files::read_tum(folder / "waist_plan.tum"),
@@ -86,22 +92,195 @@ std::optional<Path> waist_of_estimate(const fs::path& folder) {
   auto estimate = files::read_tum(folder / "estimate.tum");
   if (waist.empty() || camera.empty()) return std::nullopt;
   const Eigen::Isometry3d X_CB = camera.front().X.inverse() * waist.front().X;
-  for (files::TumRow& row : estimate) row.X = row.X * X_CB;
+  for (TumRow& row : estimate) row.X = row.X * X_CB;
   return path_of(estimate);
 }
 
-void read_steering(RunData& run) {
-  run.waist_desired = read_path(run.folder / "waist_desired.tum");
-  run.waist_estimate = waist_of_estimate(run.folder);
-  run.corrected_steps = table_if_there(run.folder / "corrected_steps.csv");
+void read_score(RunData& run, const Json& score) {
+  run.scenario = score.at("scenario").text();
+  run.seed = score.at("seed").whole();
+  run.ending = score.at("ending").text();
+  if (const auto estimator = score.find("estimator")) run.estimator = estimator->text();
+  const auto number = [](const std::optional<Json>& value) {
+    return value ? value->number_or_null() : std::nullopt;
+  };
+  for (const auto& [name, metric] : score.at("metrics").entries()) {
+    const auto unit = metric.find("unit"), reason = metric.find("reason");
+    run.metrics.push_back(
+        {name, unit ? unit->text() : "", reason ? reason->text() : "", number(metric.find("value"))});
+  }
+  for (const Json& limit : score.at("limits").items()) {
+    const auto passed = limit.find("passed");
+    run.limits.push_back({limit.at("metric").text(), number(limit.find("at_most")),
+                          number(limit.find("at_least")), number(limit.find("value")),
+                          passed ? std::optional(passed->flag()) : std::nullopt});
+  }
+  const auto tracking = score.find("tracking");
+  for (const char* const kind : {"lost", "suspect"})
+    if (const auto list = tracking ? tracking->find(kind) : std::nullopt)
+      for (const Json& one : list->items())
+        run.faults.push_back({kind, one.at("cause").text(), one.at("from_s").number()});
+}
+
+/// The frames of a result by their stamps.
+class Timeline {
+ public:
+  explicit Timeline(std::vector<Frame>& frames) : frames_(frames) {}
+
+  Frame* at(slam::Stamp t) {
+    const auto found = std::lower_bound(frames_.begin(), frames_.end(), t,
+                                        [](const Frame& f, slam::Stamp s) { return f.t < s; });
+    return found != frames_.end() && found->t == t ? &*found : nullptr;
+  }
+  /// The frame at a stamp of a file in nanoseconds.
+  Frame* at(const std::string& field, const fs::path& file) {
+    const auto ns = files::parse_number<std::int64_t>(field);
+    if (!ns) throw files::FileError(file, fmt::format("'{}' is not a time stamp", field));
+    return at(slam::Stamp(*ns));
+  }
+
+ private:
+  std::vector<Frame>& frames_;
+};
+
+slam::Health health_of(const std::string& name) {
+  return name == "lost" ? slam::Health::lost : name == "diverged" ? slam::Health::diverged : slam::Health::ok;
+}
+
+void add_reports(Timeline& frames, const fs::path& file, const Table& table) {
+  const auto &t = table.text("timestamp"), &health = table.text("health"), &cause = table.text("cause"),
+             &refused = table.text("refused");
+  const auto landmarks = table.numbers("landmarks");
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    Frame* const frame = frames.at(t[i], file);
+    if (!frame) continue;
+    slam::FrameReport& report = frame->report.emplace();
+    report.t = frame->t;
+    report.landmarks = landmarks[i] >= 0 && landmarks[i] < 1e6 ? static_cast<int>(landmarks[i]) : 0;
+    report.health = health_of(health[i]);
+    report.cause = cause[i], report.refused = refused[i];
+    if (table.has("suspect")) report.suspect = table.text("suspect")[i];
+  }
+}
+
+// Results of earlier versions lack the positions of rejected matches.
+Column numbers_if_there(const Table& table, const char* column) {
+  return table.has(column) ? table.numbers(column) : Column(table.rows(), NAN);
+}
+
+void add_searches(Timeline& frames, const fs::path& file) {
+  if (!fs::exists(file)) return;
+  const Table table(file);
+  const auto& t = table.text("timestamp");
+  const Column landmark = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v"),
+               uu = table.numbers("S_uu"), uv = table.numbers("S_uv"), vv = table.numbers("S_vv"),
+               found_u = table.numbers("found_u"), found_v = table.numbers("found_v"),
+               rejected_u = numbers_if_there(table, "refused_u"),
+               rejected_v = numbers_if_there(table, "refused_v");
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    Frame* const frame = frames.at(t[i], file);
+    if (!frame || !frame->report || !(std::abs(landmark[i]) < 1e9)) continue;
+    slam::Search search{static_cast<int>(landmark[i]), {u[i], v[i]}, Eigen::Matrix2d::Zero()};
+    search.S << uu[i], uv[i], uv[i], vv[i];
+    if (!search.S.allFinite() || !search.pixel.allFinite()) continue;
+    search.used = std::isfinite(found_u[i]);
+    if (search.used) search.match = {found_u[i], found_v[i]};
+    if (std::isfinite(rejected_u[i])) search.match = {rejected_u[i], rejected_v[i]};
+    frame->report->searched.push_back(search);
+  }
+}
+
+void add_new_landmarks(Timeline& frames, const fs::path& file) {
+  if (!fs::exists(file)) return;
+  const Table table(file);
+  const auto& t = table.text("begun");
+  const Column u = table.numbers("u"), v = table.numbers("v");
+  for (std::size_t i = 0; i < table.rows(); ++i)
+    if (Frame* const frame = frames.at(t[i], file); frame && frame->report && std::isfinite(u[i] + v[i]))
+      frame->report->initialised.push_back({0, {u[i], v[i]}});
+}
+
+// Rows of map_over_time.csv by their stamps, or of map.csv, which has none, in the last frame.
+void add_maps(std::vector<Frame>& all, const fs::path& file) {
+  if (!fs::exists(file) || all.empty()) return;
+  constexpr std::array kColumns{"p_W_x", "p_W_y", "p_W_z", "P_xx", "P_xy", "P_xz", "P_yy", "P_yz", "P_zz"};
+  const Table table(file);
+  Timeline frames(all);
+  if (!table.has("timestamp")) all.back().map.reset();
+  const Column id = table.numbers("id");
+  std::vector<Column> c;
+  for (const char* const column : kColumns) c.push_back(table.numbers(column));
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    Frame* const frame = table.has("timestamp") ? frames.at(table.text("timestamp")[i], file) : &all.back();
+    if (!frame || !(std::abs(id[i]) < 1e9)) continue;
+    slam::MapPoint point;
+    point.id = static_cast<int>(id[i]);
+    point.p_W = {c[0][i], c[1][i], c[2][i]};
+    point.covariance << c[3][i], c[4][i], c[5][i], c[4][i], c[6][i], c[7][i], c[5][i], c[7][i], c[8][i];
+    if (!point.p_W.allFinite() || !point.covariance.allFinite()) continue;
+    if (!frame->map) frame->map.emplace();
+    frame->map->push_back(point);
+  }
+}
+
+std::vector<Frame> frames_of(const RunData& run, const std::vector<TumRow>& truth,
+                             const std::vector<TumRow>& plan, const std::vector<TumRow>& estimate) {
+  std::vector<Frame> all(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) all[i].t = truth[i].t, all[i].truth = truth[i].X;
+  Timeline frames(all);
+  for (const TumRow& row : plan)
+    if (Frame* const frame = frames.at(row.t)) frame->plan = row.X;
+  for (const TumRow& row : estimate)
+    if (Frame* const frame = frames.at(row.t)) frame->estimate = row.X, frame->covariance = row.covariance;
+  if (run.filter_frames) add_reports(frames, run.folder / "frames.csv", *run.filter_frames);
+  add_searches(frames, run.folder / "searches.csv");
+  add_new_landmarks(frames, run.folder / "landmarks.csv");
+  add_maps(all, run.folder / "map_over_time.csv");
+  add_maps(all, run.folder / "map.csv");
+  return all;
 }
 
 }  // namespace
 
-std::optional<double> RunData::metric(const std::string& name) const {
-  const auto& metrics = score.at("metrics");
-  if (!metrics.contains(name) || !metrics[name]["value"].is_number()) return std::nullopt;
-  return metrics[name]["value"].get<double>();
+Table::Table(const fs::path& file) : file_(file) {
+  files::CsvReader csv(file);
+  std::vector<std::vector<std::string>*> columns;
+  for (const std::string& title : csv.titles()) {
+    const auto [column, is_new] = columns_.try_emplace(column_name(title));
+    if (!is_new) throw files::FileError(file_, 1, fmt::format("has the column '{}' twice", column->first));
+    columns.push_back(&column->second);
+  }
+  for (; csv.next(); ++rows_)
+    for (std::size_t i = 0; i < columns.size(); ++i) columns[i]->emplace_back(csv.text(i));
+}
+
+const std::vector<std::string>& Table::text(std::string_view column) const {
+  const auto found = columns_.find(column);
+  if (found == columns_.end()) throw files::FileError(file_, fmt::format("no column '{}'", column));
+  return found->second;
+}
+
+Column Table::numbers(std::string_view column) const {
+  Column values;
+  for (const std::string& field : text(column))
+    values.push_back(files::parse_number<double>(field).value_or(std::numeric_limits<double>::quiet_NaN()));
+  return values;
+}
+
+Column Table::seconds(std::string_view column) const {
+  Column values = numbers(column);
+  for (double& value : values) value *= 1e-9;
+  return values;
+}
+
+std::string RunData::label() const {
+  return fmt::format("{}, seed {}{}", scenario, seed, estimator == "filter" ? "" : ", " + estimator);
+}
+
+std::optional<double> RunData::metric(std::string_view name) const {
+  for (const RunMetric& metric : metrics)
+    if (metric.name == name) return metric.value;
+  return std::nullopt;
 }
 
 RunData read_run(const fs::path& folder) {
@@ -109,32 +288,29 @@ RunData read_run(const fs::path& folder) {
   RunData run;
   run.folder = folder;
   run.recording = folder / "recording";
-  const files::Json score = result::read_whole_score(folder / "score.json"),
-                    timing = files::read_json(folder / "timing.json");
-  run.score = score.value();
+  read_score(run, result::read_whole_score(folder / "score.json"));
   run.about = result::read_about(folder / "about.json");
-  if (const auto median = timing.find("frame_cpu_ms_median")) run.frame_cpu_ms_median = median->number();
-  run.scenario_yaml = files::read_text(folder / "scenario.yaml", files::kMostOfYaml);
-  run.label = fmt::format("{}, seed {}", score.at("scenario").text(), score.at("seed").whole());
-  if (const auto estimator = score.find("estimator"); estimator && estimator->text() != "filter")
-    run.label += ", " + estimator->text();
-  const auto truth = files::read_tum(folder / "truth.tum");
+  if (const auto median = files::read_json(folder / "timing.json").find("frame_cpu_ms_median"))
+    run.frame_cpu_ms_median = median->number();
+  const auto truth = files::read_tum(folder / "truth.tum"), plan = files::read_tum(folder / "plan.tum"),
+             estimate = tum_if_there(folder / "estimate_cov.txt");
   run.truth = path_of(truth);
-  run.plan = read_path(folder / "plan.tum");
+  run.plan = path_of(plan);
   run.waist_truth = read_path(folder / "waist_truth.tum");
   run.waist_plan = read_path(folder / "waist_plan.tum");
-  if (const fs::path file = folder / "estimate_cov.txt"; fs::exists(file)) {
-    const auto estimate = files::read_tum(file);
+  if (fs::exists(folder / "estimate_cov.txt")) {
     run.estimate = path_of(estimate);
     run.errors = errors_of(truth, estimate);
   }
-  if (fs::exists(folder / "waist_desired.tum")) read_steering(run);
-  run.frames = table_if_there(folder / "frames.csv");
-  run.map = table_if_there(folder / "map.csv");
-  run.maps = table_if_there(folder / "map_over_time.csv");
-  run.searches = table_if_there(folder / "searches.csv");
+  if (fs::exists(folder / "waist_desired.tum")) {
+    run.waist_desired = read_path(folder / "waist_desired.tum");
+    run.waist_estimate = waist_of_estimate(folder);
+    run.corrected_steps = table_if_there(folder / "corrected_steps.csv");
+  }
+  run.filter_frames = table_if_there(folder / "frames.csv");
   run.feet = table_if_there(folder / "feet.csv");
   run.frame_times = table_if_there(folder / "timing.csv");
+  run.frames = frames_of(run, truth, plan, estimate);
   return run;
 }
 

@@ -1,29 +1,56 @@
-// What a report shows of one result folder: its files read, errors and normalised errors worked out by the
-// score's own functions.
+// A result folder as pages and the view read it, with errors and normalized errors computed by the functions
+// of sim/score.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <map>
+#include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "sim/pages/table.h"
+#include "sim/pages/frame.h"
 #include "sim/result/score_file.h"
-#include "sim/score/trajectory.h"
 
 namespace sim::pages {
 
-/// One number per pose, or nothing to show.
+/// Factors from SI to the units of the pages.
+inline constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
+
 using Column = std::vector<double>;
+
+/// A comma-separated file by the names of its columns; further columns do not matter. Titles lose their unit
+/// ("p_W_x [m]" is p_W_x) and the first one its '#'.
+class Table {
+ public:
+  /// Throws FileError if the file cannot be read, has two columns of one name, or a row with another number
+  /// of fields than the header.
+  explicit Table(const std::filesystem::path& file);
+
+  std::size_t rows() const { return rows_; }
+  bool has(std::string_view column) const { return columns_.contains(column); }
+  /// As text. Throws FileError if there is no such column.
+  const std::vector<std::string>& text(std::string_view column) const;
+  /// As numbers; NaN if a field is not a number.
+  Column numbers(std::string_view column) const;
+  /// Nanoseconds as seconds.
+  Column seconds(std::string_view column) const;
+
+ private:
+  std::filesystem::path file_;
+  std::size_t rows_ = 0;
+  std::map<std::string, std::vector<std::string>, std::less<>> columns_;
+};
 
 /// A trajectory as columns: time (s), position (m), yaw (rad).
 struct Path {
   Column t, x, y, z, yaw;
 };
 
-/// Estimate minus truth at the estimate's stamps: axes of W, m and rad; sigma: what the filter believes of
-/// each.
+/// Estimate minus truth at the estimate's stamps: axes of W, m and rad, with the filter's standard
+/// deviations.
 struct Errors {
   Column t;
   Column x, y, z, yaw;
@@ -32,27 +59,47 @@ struct Errors {
   Column nees_position, nees_orientation;
 };
 
-/// A result folder as read. Parts that the run did not leave (no filter, no camera) are absent.
-struct RunData {
-  std::string label;  ///< "tangent_circle, seed 1", followed by the estimator where that is not the filter
-  std::filesystem::path folder;
-  std::filesystem::path recording;  ///< its own; of a replay nothing, unless who read it knows where it is
-  nlohmann::ordered_json score;     ///< score.json, every value of the type that write_score() gives it
-  result::About about;
-  std::optional<double> frame_cpu_ms_median;
-  std::string scenario_yaml;
-  Path truth, plan, waist_truth, waist_plan;
-  std::optional<Path> estimate;
-  std::optional<Path> waist_estimate;  ///< of a steered walk, as waist_desired and corrected_steps
-  std::optional<Path> waist_desired;
-  std::optional<Errors> errors;
-  std::optional<Table> frames, map, maps, searches, feet, frame_times, corrected_steps;
-
-  /// The value of a metric, if it has one.
-  std::optional<double> metric(const std::string& name) const;
+struct RunMetric {
+  std::string name, unit, reason;  ///< reason: why there is no value
+  std::optional<double> value;
+};
+struct RunLimit {
+  std::string metric;
+  std::optional<double> at_most, at_least, value;
+  std::optional<bool> passed;
+};
+/// An interval in which tracking was lost or a sensor contradicted the filter's model.
+struct TrackingFault {
+  std::string kind, cause;
+  double from_s = 0;
 };
 
-/// Throws files::FileError: no result folder, or a file of it is missing or broken.
+/// A result folder. Parts that the run did not leave (no filter, no camera) are absent.
+struct RunData {
+  std::string scenario, estimator = "filter", ending;
+  std::uint64_t seed = 0;
+  std::vector<RunMetric> metrics;
+  std::vector<RunLimit> limits;
+  std::vector<TrackingFault> faults;
+  std::filesystem::path folder;
+  std::filesystem::path recording;  ///< its own; a replay has none unless the reader sets it
+  result::About about;
+  std::optional<double> frame_cpu_ms_median;
+  Path truth, plan, waist_truth, waist_plan;
+  std::optional<Path> estimate;
+  std::optional<Path> waist_estimate;  ///< of a steered walk, like waist_desired and corrected_steps
+  std::optional<Path> waist_desired;
+  std::optional<Errors> errors;
+  std::optional<Table> filter_frames, feet, frame_times, corrected_steps;
+  std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
+
+  /// "tangent_circle, seed 1", followed by the estimator unless that is the filter.
+  std::string label() const;
+  /// The value of a metric, if it has one.
+  std::optional<double> metric(std::string_view name) const;
+};
+
+/// Throws FileError if the folder is not a result, or a file is missing or broken.
 RunData read_run(const std::filesystem::path& result_folder);
 
 }  // namespace sim::pages

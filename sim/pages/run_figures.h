@@ -1,4 +1,4 @@
-// The figures of one run, and those of several runs of one scenario together.
+// The figures of one run, and of several runs, which are never pooled over scenarios or estimators.
 #pragma once
 
 #include <vector>
@@ -18,11 +18,9 @@ Figure camera_height(const RunData& run);
 /// All figures for which the run left data.
 std::vector<Figure> run_figures(const RunData& run);
 
-/// The figures, each showing these runs.
-std::vector<Figure> of_runs(std::vector<Figure> figures, const std::vector<RunData>& runs);
-
-/// Position error over time (median, minimum and maximum over the runs), mean NEES with its band, and the
-/// paths of all runs. Empty for fewer than two runs.
-std::vector<Figure> batch_figures(const std::vector<RunData>& runs);
+/// Figures for one scenario and estimator: paths of all runs, position error over time (median, minimum and maximum),
+/// and mean NEES with its band. Otherwise for each scenario with several runs: paths, error over time, and,
+/// of several seeds, ATE and CPU time as boxes and dots of each estimator. Empty for fewer than two runs.
+std::vector<Figure> comparison_figures(const std::vector<RunData>& runs);
 
 }  // namespace sim::pages

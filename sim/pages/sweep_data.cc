@@ -1,5 +1,3 @@
-#include "sim/pages/sweep_data.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,8 +7,8 @@
 #include <utility>
 
 #include "sim/files/json.h"
-#include "sim/files/number.h"
 #include "sim/files/text.h"
+#include "sim/pages/sweep.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 
@@ -20,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using files::Json;
 
-// Those that the sweep has are shown.
+// Shown if the sweep has them.
 constexpr std::array kMetrics{"ate_se3_rmse_m", "rmse_m", "end_position_error_m", "nees_position_mean",
                               "loop_landmarks"};
 
@@ -43,7 +41,7 @@ SweepTrial trial_of(const Json& line, std::vector<std::string>& keys) {
   return trial;
 }
 
-/// Values in ascending order where all are numbers, else as they came.
+/// Numbers in ascending order; other values in the order of the file.
 std::vector<std::string> ordered(std::vector<std::string> values) {
   const auto number = [](const std::string& v) { return files::parse_number<double>(v); };
   if (std::all_of(values.begin(), values.end(), [&](const auto& v) { return number(v).has_value(); }))

@@ -1,5 +1,3 @@
-#include "sim/pages/sweep_figures.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "sim/pages/html.h"
+#include "sim/pages/sweep.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
@@ -21,10 +20,10 @@ constexpr std::size_t kMostDots = 2000;     // of a figure
 
 bool is_counted(const std::string& name) { return name == "loop_landmarks"; }
 
-/// Whether the key has few values, as in a grid, and not one for each sample.
+/// True if the key has few values, as in a grid, and not one for each sample.
 bool is_grid(const ScenarioSweep& sweep, std::size_t k) { return sweep.at[k].size() <= 20; }
 
-/// Whether the nth of so many trials has a dot. Multiples of the golden ratio are spread evenly modulo 1, and
+/// Selects the trials that have a dot. Multiples of the golden ratio are spread evenly modulo 1, and
 /// so are those of every second, third, ... number: no value of a grid is left out.
 bool is_drawn(std::size_t n, std::size_t trials) {
   const double multiple = std::numbers::phi * static_cast<double>(n);
@@ -94,7 +93,7 @@ std::vector<std::size_t> varied_keys(const ScenarioSweep& sweep) {
   return keys;
 }
 
-/// Those of a grid.
+/// The varied keys of a grid.
 std::vector<std::size_t> grid_keys(const ScenarioSweep& sweep) {
   std::vector<std::size_t> keys = varied_keys(sweep);
   std::erase_if(keys, [&](std::size_t k) { return !is_grid(sweep, k); });
@@ -106,7 +105,7 @@ std::vector<std::size_t> first(std::vector<std::size_t> keys, std::size_t most) 
   return keys;
 }
 
-/// Which of the keys have figures, where not all have. what: the figures.
+/// Lists the keys with figures if not all have them. what: the figures.
 std::string about_left_out(const ScenarioSweep& sweep, const std::string& what,
                            const std::vector<std::size_t>& keys, std::size_t most) {
   if (keys.size() <= most) return "";

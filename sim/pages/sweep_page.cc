@@ -1,5 +1,3 @@
-#include "sim/pages/sweep_page.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,10 +5,10 @@
 #include <map>
 #include <vector>
 
-#include "sim/files/number.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/pages/html.h"
-#include "sim/pages/sweep_figures.h"
+#include "sim/pages/pages.h"
+#include "sim/pages/sweep.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
@@ -64,47 +62,36 @@ std::string median_text(const std::vector<const SweepTrial*>& trials, const std:
   return values.empty() ? "-" : fmt::format("{:.4g}", score::median(values));
 }
 
-std::string cell(const std::string& text, bool number) {
-  return fmt::format("<td{}>{}</td>", number ? " class='number'" : "", escaped(text));
-}
-
-std::string titles_row(const ScenarioSweep& sweep, const std::vector<std::string>& metrics) {
-  std::string html = "<tr>";
-  for (const std::string& key : sweep.keys) html += fmt::format("<th>{}</th>", escaped(with_unit(key)));
-  html += "<th class='number'>completed</th><th>worst seed</th>";
-  for (const std::string& metric : metrics)
-    html += fmt::format("<th class='number'>{}</th>", escaped(metric_label(metric)));
-  return html + "</tr>";
-}
-
 /// Medians of the trials of one setting, their worst seed, and the command that runs that one.
-std::string setting_row(const ScenarioSweep& sweep, const std::vector<const SweepTrial*>& trials,
-                        const std::vector<std::string>& metrics, const fs::path& folder) {
-  std::string html = fmt::format("<tr id='{}'>", escaped(anchor(sweep, trials.front()->settings)));
-  for (const std::string& value : trials.front()->settings) html += cell(value, false);
+TableRow setting_row(const ScenarioSweep& sweep, const std::vector<const SweepTrial*>& trials,
+                     const std::vector<std::string>& metrics, const fs::path& folder) {
+  TableRow row{{}, anchor(sweep, trials.front()->settings)};
+  for (const std::string& value : trials.front()->settings) row.cells.push_back(text_cell(value));
   const auto completed = std::count_if(trials.begin(), trials.end(),
                                        [](const SweepTrial* t) { return t->ending == "completed"; });
-  html += cell(fmt::format("{} of {}", completed, trials.size()), true);
+  row.cells.push_back({fmt::format("{} of {}", completed, trials.size()), "number"});
   const SweepTrial& worst = worst_of(trials, metrics.empty() ? "" : metrics.front());
   const bool failed = worst.ending != "completed" || metrics.empty();
-  html += fmt::format("<td><details><summary>seed {}: {}</summary>{}<pre>{}</pre></details></td>", worst.seed,
-                      escaped(failed ? worst.ending : value_text(worst, metrics.front())),
-                      escaped(worst.cause), escaped(command_of(sweep, worst, folder)));
-  for (const std::string& metric : metrics) html += cell(median_text(trials, metric), true);
-  return html + "</tr>\n";
+  row.cells.push_back(
+      {fmt::format("<details><summary>seed {}: {}</summary>{}<pre>{}</pre></details>", worst.seed,
+                   escaped(failed ? worst.ending : value_text(worst, metrics.front())), escaped(worst.cause),
+                   escaped(command_of(sweep, worst, folder)))});
+  for (const std::string& metric : metrics) row.cells.push_back({median_text(trials, metric), "number"});
+  return row;
 }
 
 std::string settings_table(const ScenarioSweep& sweep, const fs::path& folder) {
   const std::vector<std::string> metrics = metrics_of(sweep);
-  std::string html =
-      "<div class='scroll' tabindex='0' role='region' aria-label='settings'><table "
-      "class='named-rows'><thead>" +
-      titles_row(sweep, metrics) + "</thead><tbody>\n";
-  for (const auto& trials : by_setting(sweep)) html += setting_row(sweep, trials, metrics, folder);
-  return html + "</tbody></table></div>\n";
+  std::vector<TableCell> titles;
+  for (const std::string& key : sweep.keys) titles.push_back(text_cell(with_unit(key)));
+  titles.insert(titles.end(), {{"completed", "number"}, {"worst seed"}});
+  for (const std::string& metric : metrics) titles.push_back(text_cell(metric_label(metric), "number"));
+  std::vector<TableRow> rows;
+  for (const auto& trials : by_setting(sweep)) rows.push_back(setting_row(sweep, trials, metrics, folder));
+  return table_html("settings", titles, rows);
 }
 
-/// The settings whose worst seed is worst, each a link to its row.
+/// The worst trials, each with a link to the row of its setting.
 std::string worst_list(const ScenarioSweep& sweep) {
   constexpr std::size_t kNamed = 5;
   const std::vector<std::string> metrics = metrics_of(sweep);
@@ -138,16 +125,12 @@ std::string order_of_values(const ScenarioSweep& sweep) {
   return html;
 }
 
-std::string section_of(const ScenarioSweep& sweep, const fs::path& folder) {
-  constexpr double kWidth = 640, kHeight = 320;
-  std::string html = fmt::format("<h2 id='scenario-{0}'>{0}</h2>\n", escaped(sweep.scenario));
-  html += worst_list(sweep) + about_left_out(sweep) + "<div class='figures'>\n";
-  for (const Figure& figure : sweep_figures(sweep))
-    html += fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}</figure>\n", escaped(figure.name),
-                        escaped(figure.title), to_svg(figure, kWidth, kHeight));
-  html += "</div>\n" + order_of_values(sweep);
-  html += "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n";
-  return html + settings_table(sweep, folder);
+std::string inside_of(const ScenarioSweep& sweep, const fs::path& folder) {
+  std::string figures;
+  for (const Figure& figure : sweep_figures(sweep)) figures += figure_html(figure, "", 320);
+  return worst_list(sweep) + about_left_out(sweep) + figures_html(figures) + order_of_values(sweep) +
+         "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n" +
+         settings_table(sweep, folder);
 }
 
 }  // namespace
@@ -160,20 +143,17 @@ std::string sweep_page(const fs::path& folder) {
   const std::vector<ScenarioSweep> all = read_sweep(folder);
   std::size_t trials = 0;
   for (const ScenarioSweep& sweep : all) trials += sweep.trials.size();
-  const std::string name = folder.filename().string();
-  std::string html = html_head("sweep " + name, "");
-  html += fmt::format(
-      "<h1>Sweep {}</h1>\n<p class='soft'>{} of {}. A cell of a heat map opens the row of its "
-      "setting in the table below.</p>\n",
-      escaped(name), files::counted(trials, "trial"), files::counted(all.size(), "scenario"));
-  if (all.size() > 1) {
-    html += "<nav aria-label='scenarios'>";
-    for (const ScenarioSweep& sweep : all)
-      html += fmt::format("<a href='#scenario-{0}'>{0}</a>", escaped(sweep.scenario));
-    html += "</nav>\n";
+  std::vector<std::pair<std::string, std::string>> sections;
+  std::string html;
+  for (const ScenarioSweep& sweep : all) {
+    sections.emplace_back("scenario-" + sweep.scenario, sweep.scenario);
+    html += section_html(sections.back().first, sweep.scenario, inside_of(sweep, folder));
   }
-  for (const ScenarioSweep& sweep : all) html += section_of(sweep, folder);
-  return html + kHtmlEnd;
+  return html_page(
+      "Sweep " + folder.filename().string(),
+      fmt::format("{} of {}. A cell of a heat map opens the row of its setting in the table below.",
+                  files::counted(trials, "trial"), files::counted(all.size(), "scenario")),
+      (all.size() > 1 ? navigation_html(sections) : "") + html);
 }
 
 }  // namespace sim::pages

@@ -1,5 +1,3 @@
-#include "sim/pages/tune_page.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +8,7 @@
 #include "sim/files/json.h"
 #include "sim/pages/figure.h"
 #include "sim/pages/html.h"
-#include "sim/pages/table.h"
+#include "sim/pages/pages.h"
 #include "sim/score/consistency.h"
 #include "sim/score/statistics.h"
 
@@ -27,7 +25,7 @@ struct Tuning {
   std::vector<Json> parameters, profiles;  ///< profiles: of none or each of the parameters
   std::vector<std::string> keys;
   std::vector<std::vector<double>> at;  ///< values of each key, one for each setting
-  std::vector<double> value, complete;  ///< of each setting: its loss, and 1 where it was not aborted
+  std::vector<double> value, complete;  ///< of each setting: its loss, and 1 unless it was aborted
 };
 
 Tuning read_tuning(const fs::path& folder) {
@@ -59,10 +57,10 @@ double largest_shown(const Tuning& t) {
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
-Figure history_figure(const Tuning& t) {
+Figure history_figure(const Tuning& t, double most) {
   Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
   f.whole_x = true;
-  const double most = largest_shown(t), none = std::nan("");
+  const double none = std::nan("");
   Line tried{"setting", Role::truth, {}, {}, true}, ended{"aborted", Role::third, {}, {}, true},
       best{"best so far", Role::estimate, {}, {}};
   double least = INFINITY;
@@ -79,7 +77,7 @@ Figure history_figure(const Tuning& t) {
 
 bool logarithmic(const Json& parameter) { return parameter.at("scale").text() == "log"; }
 
-/// Where a value lies in its range, 0 to 1.
+/// Position of a value in its range, 0 to 1.
 double part(const Json& p, double value) {
   const double low = p.at("from").number(), high = p.at("to").number();
   return logarithmic(p) ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
@@ -111,11 +109,10 @@ std::string label(const Json& p) {
   return unit.empty() ? key : key + " [" + unit + "]";
 }
 
-Figure slice_figure(const Tuning& t, std::size_t k) {
+Figure slice_figure(const Tuning& t, std::size_t k, double most) {
   const Json& p = t.parameters[k];
   Figure f{"slice_" + t.keys[k], "Losses over " + t.keys[k], label(p), t.objective};
   f.logarithmic_x = logarithmic(p);
-  const double most = largest_shown(t);
   Line dots{"", Role::truth, {}, {}, true};
   for (std::size_t i = 0; i < t.value.size(); ++i)
     if (t.value[i] <= most) dots.x.push_back(t.at[k][i]), dots.y.push_back(t.value[i]);
@@ -166,43 +163,27 @@ Figure runs_figure(const std::string& name, const std::string& title, const Json
   return f;
 }
 
-Figure nees_figure(const std::string& part, const Json& holdout) {
-  const std::string metric = "nees_" + part + "_mean";
-  Figure f = runs_figure(metric, "Consistency of the " + part + " on hold-out runs, before and after",
-                         holdout, metric);
-  f.logarithmic = true;
-  f.levels.push_back({"expected", 3});
-  return f;
-}
-
 std::vector<Figure> figures(const Tuning& t) {
-  std::vector<Figure> all{history_figure(t)};
-  all.push_back(parallel_figure(t));
-  for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k));
+  const double most = largest_shown(t);
+  std::vector<Figure> all{history_figure(t, most), parallel_figure(t)};
+  for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k, most));
   for (std::size_t k = 0; k < t.profiles.size(); ++k)
     all.push_back(profile_figure(t.profiles[k], t.parameters[k]));
   const Json training = t.json.at("training"), holdout = t.json.at("holdout");
   all.push_back(runs_figure("training", "Training runs, before and after", training, t.objective));
   all.push_back(runs_figure("holdout", "Hold-out runs, before and after", holdout, t.objective));
-  for (const char* part : {"position", "orientation"}) all.push_back(nees_figure(part, holdout));
+  for (const std::string part : {"position", "orientation"}) {
+    const std::string metric = "nees_" + part + "_mean";
+    all.push_back(runs_figure(metric, "Consistency of the " + part + " on hold-out runs, before and after",
+                              holdout, metric));
+    all.back().logarithmic = true;
+    all.back().levels = {{"expected", 3}};
+  }
   return all;
 }
 
-constexpr const char* kTableBegin =
-    "<div class='scroll' tabindex='0' role='region' aria-label='table'><table class='named-rows'>";
-constexpr const char* kTableEnd = "</table></div>\n";
-
-std::string number(const Json& value) { return fmt::format("{:.4g}", value.number()); }
-
-std::string row(const std::vector<std::string>& cells, const char* tag) {
-  std::string html = "<tr>";
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    html += fmt::format("<{0}{2}>{1}</{0}>", tag, escaped(cells[i]), i == 0 ? "" : " class='number'");
-  return html + "</tr>\n";
-}
-
 std::string parameters_table(const Tuning& t) {
-  std::string html = kTableBegin + row({"parameter", "searched", "before", "after", "95 % interval"}, "th");
+  std::vector<TableRow> rows;
   for (std::size_t k = 0; k < t.keys.size(); ++k) {
     const Json& p = t.parameters[k];
     std::string interval = "-";
@@ -210,37 +191,51 @@ std::string parameters_table(const Tuning& t) {
       const Json& profile = t.profiles[k];
       const auto end = [&](const char* which) {
         const auto bound = profile.find(which);
-        return bound ? number(*bound) : "?";
+        return bound ? number_text(bound->number()) : "?";
       };
       interval =
           fmt::format("{} to {}{}", end("low"), end("high"),
                       profile.at("identifiable").flag() ? "" : " (not identifiable from these recordings)");
     }
-    html += row({label(p), number(p.at("from")) + " to " + number(p.at("to")), number(p.at("start")),
-                 number(p.at("best")), interval},
-                "td");
+    const auto number = [&](const char* which) { return number_text(p.at(which).number()); };
+    rows.push_back({{text_cell(label(p)),
+                     {number("from") + " to " + number("to"), "number"},
+                     {number("start"), "number"},
+                     {number("best"), "number"},
+                     {interval, "number"}}});
   }
-  return html + kTableEnd;
+  return table_html("parameters",
+                    {{"parameter"},
+                     {"searched", "number"},
+                     {"before", "number"},
+                     {"after", "number"},
+                     {"95 % interval", "number"}},
+                    rows);
 }
 
-std::string mean_of(const Json& list) {
+TableCell mean_of(const Json& list) {
   std::vector<double> known;
   for (const double value : numbers(list))
     if (std::isfinite(value)) known.push_back(value);
-  return known.empty() ? "-" : fmt::format("{:.4g}", score::mean(known));
+  return number_cell(known.empty() ? std::nullopt : std::optional(score::mean(known)));
 }
 
 std::string sides_table(const Tuning& t) {
   const Json training = t.json.at("training"), holdout = t.json.at("holdout");
-  std::string html =
-      kTableBegin + row({"mean over runs", "training: before", "after", "hold-out: before", "after"}, "th");
+  std::vector<TableRow> rows;
   for (const auto& [name, values] : holdout.at("values").entries()) {
     const Json there = training.at("values").at(name);
-    html += row({name, mean_of(there.at("start")), mean_of(there.at("best")), mean_of(values.at("start")),
-                 mean_of(values.at("best"))},
-                "td");
+    rows.push_back({{text_cell(name), mean_of(there.at("start")), mean_of(there.at("best")),
+                     mean_of(values.at("start")), mean_of(values.at("best"))}});
   }
-  html += std::string(kTableEnd) + "<p class='soft'>The expected NEES of position and orientation is 3.";
+  std::string html = table_html("before and after",
+                                {{"mean over runs"},
+                                 {"training: before", "number"},
+                                 {"after", "number"},
+                                 {"hold-out: before", "number"},
+                                 {"after", "number"}},
+                                rows) +
+                     "<p class='soft'>The expected NEES of position and orientation is 3.";
   const auto runs = static_cast<int>(holdout.at("runs").items().size());
   if (runs == 0) holdout.at("runs").fail("is empty, expected the names of the hold-out runs");
   if (runs > 1) {
@@ -252,16 +247,11 @@ std::string sides_table(const Tuning& t) {
   return html + "</p>\n";
 }
 
-/// One hold-out run says little: it may be better or worse by chance.
 std::string warning(const Tuning& t) {
   if (t.json.at("holdout").at("runs").items().size() > 1) return "";
-  return "<p class='warning'><b>The hold-out is one run.</b> That it is better or worse there may be chance: "
-         "name "
-         "several seeds, or other walks, under <code>holdout</code>, and tune again.</p>\n";
+  return "<p class='warning'><b>The hold-out is one run.</b> Its result may be chance: list several seeds or "
+         "other walks under <code>holdout</code>, and tune again.</p>\n";
 }
-
-/// The place in the page of a run; side: "training" or "holdout".
-std::string run_anchor(const std::string& side, std::size_t i) { return fmt::format("{}-{}", side, i + 1); }
 
 /// The runs by the numbers that figures give them, with their losses.
 std::string runs_list(const Tuning& t, const std::string& side) {
@@ -270,17 +260,17 @@ std::string runs_list(const Tuning& t, const std::string& side) {
   const Json losses = of.at("values").at(t.objective);
   const std::vector<double> before = numbers(losses.at("start")), after = numbers(losses.at("best"));
   const auto shown = [](const std::vector<double>& all, std::size_t i) {
-    return i < all.size() && std::isfinite(all[i]) ? fmt::format("{:.4g}", all[i]) : std::string("-");
+    return number_text(i < all.size() ? std::optional(all[i]) : std::nullopt);
   };
   std::string html = fmt::format("<details open id='runs-{}'><summary>{}</summary><ol>\n", side,
                                  side == "holdout" ? "Hold-out runs" : "Training runs");
   for (std::size_t i = 0; i < runs.size(); ++i)
-    html += fmt::format("<li id='{}'>{}: {} {} before, {} after</li>\n", run_anchor(side, i),
+    html += fmt::format("<li id='{}-{}'>{}: {} {} before, {} after</li>\n", side, i + 1,
                         escaped(runs[i].text()), escaped(t.objective), shown(before, i), shown(after, i));
   return html + "</ol></details>\n";
 }
 
-/// Where a reader finds what a figure shows: its runs, or the row of its parameter.
+/// A link from a figure to its runs or parameters.
 std::string link_of(const Figure& figure) {
   if (figure.name == "training") return "<a href='#runs-training'>which runs these are</a>";
   if (figure.name == "holdout" || figure.name.starts_with("nees_"))
@@ -288,30 +278,27 @@ std::string link_of(const Figure& figure) {
   return "<a href='#parameters'>the parameters in numbers</a>";
 }
 
-std::string figure_html(const Figure& figure) {
-  constexpr double kWidth = 640, kHeight = 300;
-  return fmt::format("<figure id='{}'><figcaption>{}</figcaption>{}<p class='soft'>{}</p></figure>\n",
-                     escaped(figure.name), escaped(figure.title), to_svg(figure, kWidth, kHeight),
-                     link_of(figure));
-}
-
 }  // namespace
+
+bool is_tuning(const fs::path& folder) {
+  return fs::exists(folder / "tune.json") && fs::exists(folder / "history.csv");
+}
 
 std::string tune_page(const fs::path& folder) {
   const Tuning t = read_tuning(folder);
   const bool accepted = t.json.at("accepted").flag();
-  const std::string name = t.json.at("name").text();
-  std::string html = html_head("tuning " + name, "\n#parallel .line.truth{stroke-opacity:.2}");
-  html += fmt::format("<h1>Tuning {}</h1>\n<p><span class=\"verdict {}\">{}</span> {} settings, by {}</p>\n",
-                      escaped(name), accepted ? "good" : "bad",
-                      accepted ? "better on hold-out runs" : "refused: worse on hold-out runs",
-                      t.value.size(), escaped(t.objective));
-  html += warning(t) + "<section id='parameters'>" + parameters_table(t) + "</section>\n";
-  html += "<h2>Before and after</h2>\n" + sides_table(t);
-  for (const char* side : {"training", "holdout"}) html += runs_list(t, side);
-  html += "<h2>Figures</h2>\n<div class='figures'>\n";
-  for (const Figure& figure : figures(t)) html += figure_html(figure);
-  return html + "</div>\n" + kHtmlEnd;
+  std::string runs, shown;
+  for (const char* side : {"training", "holdout"}) runs += runs_list(t, side);
+  for (const Figure& figure : figures(t))
+    shown += figure_html(figure, "<p class='soft'>" + link_of(figure) + "</p>");
+  return html_page(
+      "Tuning " + t.json.at("name").text(),
+      fmt::format("<span class='verdict {}'>{}</span> {} settings, by {}", accepted ? "good" : "bad",
+                  accepted ? "better on hold-out runs" : "rejected: worse on hold-out runs", t.value.size(),
+                  escaped(t.objective)),
+      warning(t) + section_html("parameters", "Parameters", parameters_table(t)) +
+          section_html("sides", "Before and after", sides_table(t) + runs) +
+          section_html("figures", "Figures", figures_html(shown)));
 }
 
 }  // namespace sim::pages

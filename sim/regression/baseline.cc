@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <set>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/json.h"
@@ -161,7 +161,7 @@ void write_baseline(const std::filesystem::path& file, const Baseline& baseline)
                   kFormat, history, scenarios);
   text += fmt::format("{}{}\"\n}}\n", kSeal, hash(text));
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
-  files::write_durably(file, text);
+  files::write_atomically(file, text);
 }
 
 }  // namespace sim::regression

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 

@@ -106,7 +106,7 @@ std::optional<std::string> why_no_scale(score::Alignment alignment) {
 result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing) {
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   recording::RecordingReader reader(recording);
   const Frames frames = frames_of(reader);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),

@@ -6,8 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/number.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
 #include "sim/result/json.h"
 #include "sim/scenario/limits.h"
 #include "sim/score/metrics.h"
@@ -219,7 +219,7 @@ ordered_json to_json(const Summary& summary) {
 }
 
 void write_summary(const fs::path& file, const Summary& summary) {
-  files::write_durably(file, to_json(summary).dump(2) + "\n");
+  files::write_atomically(file, to_json(summary).dump(2) + "\n");
 }
 
 std::string summary_table(const Summary& summary, const TableStyle& style) {

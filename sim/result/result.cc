@@ -7,7 +7,7 @@
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_input.h"
@@ -52,10 +52,10 @@ void write_steering(const fs::path& folder, const RunRecord& record, const score
   std::string steps =
       "#time [ns],foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],"
       "expected_yaw [rad],ahead [m],aside [m],turn [rad]\n";
-  for (const recording::CorrectedStep& step : record.truth.corrected_steps)
+  for (const score::StepCorrection& step : record.truth.corrected_steps)
     steps += fmt::format("{},{},{},{},{}\n", step.t.count(), step.left ? "left" : "right",
                          files::csv_fields(step.desired), files::csv_fields(step.expected),
-                         files::csv_fields(step.correction));
+                         files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
   files::write_text(folder / "corrected_steps.csv", steps);
 }
 

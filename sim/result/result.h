@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/recording/recording.h"
 #include "sim/result/timing.h"
 #include "sim/scenario/scenario.h"
@@ -40,7 +40,7 @@ using Progress = std::function<void(double)>;
 /// The folder of a result, and the versions that it states.
 struct ResultPlace {
   std::filesystem::path folder;
-  files::Existing existing = files::Existing::refuse;
+  files::Existing existing = files::Existing::reject;
   std::filesystem::path models;                  ///< for a live run
   std::string version, revision;                 ///< of the program
   std::map<std::string, std::string> libraries;  ///< name and version

@@ -132,14 +132,6 @@ score::Trajectory uncorrected(walking::WalkOptions walk, const std::vector<files
 
 }  // namespace
 
-score::Surface surface(const recording::RecordedSurface& recorded) {
-  using Kind = score::Surface::Kind;
-  static const std::map<std::string, Kind> kinds{{"plane", Kind::plane},         {"box", Kind::box},
-                                                 {"sphere", Kind::sphere},       {"cylinder", Kind::cylinder},
-                                                 {"ellipsoid", Kind::ellipsoid}, {"capsule", Kind::capsule}};
-  return {kinds.at(recorded.kind), recorded.X_WS, recorded.size};
-}
-
 score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
   const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
   score::PlannedTimes planned{at_tick(timeline.ticks()), {}};
@@ -167,14 +159,12 @@ score::Run score_input(const RunRecord& record) {
   run.truth_waist = record.truth.waist;
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
-  for (const recording::RecordedSurface& recorded : record.truth.surfaces)
-    run.surfaces.push_back(surface(recorded));
+  run.surfaces = record.truth.surfaces;
   run.feet = feet(record.truth);
   const walking::WalkOptions& walk = record.scenario.scenario.walk;
   if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth.waist_plan);
   run.steered = walk.steering.by != walking::SteeredBy::plan;
-  for (const recording::CorrectedStep& step : record.truth.corrected_steps)
-    run.corrections.push_back({step.t, step.correction.x(), step.correction.y(), step.correction.z()});
+  run.corrections = record.truth.corrected_steps;
   run.planned = planned_times(record.scenario.scenario.walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);
@@ -192,7 +182,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk,
                                 const std::vector<files::TimedPose>& waist_plan) {
   const walking::Timeline timeline(walk, kFeet, Eigen::Vector2d::Zero());
   score::DesiredPath path;
-  path.end = waist_above(walking::centre_of(timeline.phases().back().to));
+  path.end = waist_above(walking::center_of(timeline.phases().back().to));
   for (const walking::Timeline::Lap& lap : timeline.laps())
     path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
                            static_cast<std::int64_t>(lap.end) * walking::kTick);

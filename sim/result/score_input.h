@@ -16,9 +16,6 @@ inline constexpr std::array kSensorInnovations{&slam::FrameReport::vision, &slam
                                                &slam::FrameReport::plan_velocity, &slam::FrameReport::height};
 static_assert(kSensorInnovations.size() == score::kSensors.size());
 
-/// Converts a recorded surface.
-score::Surface surface(const recording::RecordedSurface& recorded);
-
 /// Returns the landings and the end of a plan.
 score::PlannedTimes planned_times(const walking::WalkOptions& walk);
 

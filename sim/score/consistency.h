@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 
 namespace sim::score {
 

@@ -13,6 +13,7 @@
 #include "sim/score/landmarks.h"
 #include "sim/score/surfaces.h"
 #include "sim/score/trajectory.h"
+#include "sim/score/types.h"
 
 namespace sim::score {
 
@@ -47,13 +48,7 @@ struct PlannedTimes {
   std::vector<Stamp> footsteps;
 };
 
-/// A footstep that steering was free to correct, and by how much: ahead, aside (m), turn (rad).
-struct StepCorrection {
-  Stamp t{0};
-  double ahead = 0, aside = 0, turn = 0;
-};
-
-/// The commanded path, laid into W at the start.
+/// The path that the commands of a walk describe, laid into W at the start.
 struct DesiredPath {
   Trajectory waist;                                       ///< X_WB wanted at the stamps of the true waist
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();  ///< X_WB wanted at the end

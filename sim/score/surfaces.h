@@ -1,22 +1,12 @@
-// The surfaces of the room as simple shapes, and the first one on a ray.
+// Where a ray first meets a surface of the room.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
-namespace sim::score {
+#include "sim/score/types.h"
 
-/// Sizes as in MJCF, all half-lengths in m along the axes S of the shape:
-/// plane: x and y, 0 for without end; the surface is z = 0, visible only from z > 0 · box: x, y, z · sphere:
-/// radius · cylinder: radius, half-height along z · ellipsoid: three radii · capsule: radius, half-length of
-/// its straight part.
-struct Surface {
-  enum class Kind { plane, box, sphere, cylinder, ellipsoid, capsule };
-  Kind kind = Kind::box;
-  Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();
-};
+namespace sim::score {
 
 struct Hit {
   std::size_t surface = 0;  ///< its index

@@ -30,7 +30,6 @@ class Suspects {
     found->cause = cause;
     ++found->frames, ++frames_;
   }
-  bool empty() const { return sensors_.empty(); }
   /// Several sensors are listed with their percentages of the frames.
   std::string text() const {
     if (sensors_.size() == 1) return sensors_.front().cause;
@@ -49,6 +48,21 @@ class Suspects {
   std::vector<Sensor> sensors_;
   double frames_ = 0;
 };
+
+/// Returns the times of consecutive frames with a cause, each with its last one.
+template <class CauseOf>
+std::vector<TrackingFault> intervals(const std::vector<TrackedFrame>& frames, const CauseOf& cause_of) {
+  std::vector<TrackingFault> all;
+  bool open = false;
+  for (const TrackedFrame& frame : frames) {
+    const std::optional<std::string> cause = cause_of(frame.report);
+    if (cause && !open) all.push_back({frame.report.t, std::nullopt, ""});
+    if (cause) all.back().cause = *cause;
+    if (!cause && open) all.back().to = frame.report.t;
+    open = cause.has_value();
+  }
+  return all;
+}
 
 }  // namespace
 
@@ -69,33 +83,22 @@ std::vector<estimators::PoseEstimate> Tracked::estimates() const {
 }
 
 std::vector<TrackingFault> Tracked::losses() const {
-  std::vector<TrackingFault> all;
-  bool ok = true;
-  for (const TrackedFrame& frame : frames) {
-    const slam::FrameReport& report = frame.report;
-    if (ok && report.health != slam::Health::ok) all.push_back({report.t, std::nullopt, report.cause});
-    if (!ok && report.health == slam::Health::ok) all.back().to = report.t;
-    ok = report.health == slam::Health::ok;
-    if (!ok) all.back().cause = report.cause;
-  }
-  return all;
+  return intervals(frames, [](const slam::FrameReport& report) -> std::optional<std::string> {
+    if (report.health == slam::Health::ok) return std::nullopt;
+    return report.cause;
+  });
 }
 
 std::vector<TrackingFault> Tracked::suspicions() const {
-  std::vector<TrackingFault> all;
   Suspects suspects;
-  for (const TrackedFrame& frame : frames) {
-    const slam::FrameReport& report = frame.report;
+  return intervals(frames, [&](const slam::FrameReport& report) -> std::optional<std::string> {
     if (report.suspect.empty()) {
-      if (!suspects.empty()) all.back().to = report.t;
       suspects = Suspects();
-      continue;
+      return std::nullopt;
     }
-    if (suspects.empty()) all.push_back({report.t, std::nullopt, ""});
     suspects.add(report.suspect);
-    all.back().cause = suspects.text();
-  }
-  return all;
+    return suspects.text();
+  });
 }
 
 Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator)
@@ -114,7 +117,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
 }
 
 void Tracking::process(slam::Observation ideal) {
-  for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
+  for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
 }
 
 // Exceptions from estimators are failures of the estimator; a lack of memory is not.

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/score_input.h"
@@ -37,7 +37,7 @@ void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
     text +=
         json{{"key", task.key}, {"scenario", task.scenario}, {"recording", task.recording.string()}}.dump() +
         "\n";
-  files::write_durably(file, text);
+  files::write_atomically(file, text);
 }
 
 TaskFile read_tasks(const std::filesystem::path& file) {

@@ -35,8 +35,8 @@ void require_listenable(const Access& access) {
     throw std::invalid_argument(
         fmt::format("--address {}: expected an IP address of this machine", access.address));
   if (reach == Reach::everything)
-    throw std::invalid_argument(fmt::format(
-        "--address {}: expected one address, by which the browser reaches this machine", access.address));
+    throw std::invalid_argument(
+        fmt::format("--address {}: expected one address of this machine", access.address));
   if (reach == Reach::network && access.token.empty())
     throw std::invalid_argument(
         fmt::format("--address {}: others can reach it, expected a --token of your own", access.address));
@@ -50,7 +50,7 @@ void require_strong(std::string_view token) {
     throw std::invalid_argument("--token: expected at least 22 letters, digits, - or _");
 }
 
-// The value of `token` in the query; empty where there is none.
+// The value of `token` in the query, or empty.
 std::string_view token_in(std::string_view target) {
   constexpr std::string_view kName = "token=";
   const std::size_t query = target.find('?');
@@ -63,7 +63,7 @@ std::string_view token_in(std::string_view target) {
   return {};
 }
 
-// Pages have the scheme of the web, or none that they may tell ("null"); apps have schemes of their own.
+// Pages have a web scheme or an opaque origin ("null"); apps have other schemes.
 bool is_page(std::string_view origin) {
   return origin.starts_with("http:") || origin.starts_with("https:") || origin == "null";
 }
@@ -73,7 +73,7 @@ bool is_page(std::string_view origin) {
 std::string new_token() {
   std::array<unsigned char, kTokenBytes> bytes{};
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw std::runtime_error("the system's random source gives nothing");
+    throw std::runtime_error("the system's random source failed");
   std::string token;
   for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
   return token;
@@ -105,11 +105,11 @@ std::string url(const Access& access) {
 
 std::optional<Refusal> refusal(const RequestHead& request, const Access& access) {
   const std::string host = authority(access);
-  if (request.host != host) return Refusal{421, "another Host than this server's"};
+  if (request.host != host) return Refusal{421, "the Host is not this server's"};
   if (request.origin && is_page(*request.origin) && *request.origin != "http://" + host)
-    return Refusal{403, "another Origin than this server's"};
+    return Refusal{403, "the Origin is not this server's"};
   if (!equal_in_constant_time(token_in(request.target), access.token))
-    return Refusal{403, "no token, or a wrong one"};
+    return Refusal{403, "missing or wrong token"};
   if (request.method != "GET") return Refusal{405, "expected GET"};
   return std::nullopt;
 }

@@ -1,4 +1,4 @@
-// What a client may say, in the viewer's own words or in those of the Foxglove protocol.
+// Messages of clients, in the view's protocol or in Foxglove's.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace sim::view {
 
 struct Pause {};
 struct Resume {};
-/// Goes on for one frame of the camera.
+/// Runs for one frame of the camera.
 struct Step {};
-/// Times the real time; 0: as fast as it goes.
+/// Times real time; 0: full speed.
 struct Speed {
   double factor = 0;
 };
@@ -27,7 +27,7 @@ struct Unsubscribe {
 };
 /// The page has fetched room and robot.
 struct Loaded {};
-/// A message of a kind that is allowed and of no use here.
+/// A valid message without use here.
 struct Ignored {};
 struct Malformed {
   std::string why;
@@ -36,10 +36,10 @@ struct Malformed {
 using ClientMessage =
     std::variant<Pause, Resume, Step, Speed, Subscribe, Unsubscribe, Loaded, Ignored, Malformed>;
 
-/// No more subscriptions than that in one message.
+/// Limit of subscriptions in one message.
 inline constexpr std::size_t kMostSubscriptions = 64;
 
-/// Reads any text: what is no message is Malformed.
+/// Reads any text; returns Malformed for anything but a message.
 ClientMessage read_client_message(std::string_view text);
 
 }  // namespace sim::view

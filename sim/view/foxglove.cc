@@ -65,7 +65,7 @@ void subscribe(Client& client, const Subscribe& message) {
   for (const auto& [id, channel] : message.subscriptions) {
     std::erase_if(client.subscriptions, [id = id](const auto& one) { return one.first == id; });
     if (!is_channel(channel) || client.subscriptions.size() >= kMostSubscribed)
-      complain(client, fmt::format("there is no channel {}, or it is one too many", channel));
+      complain(client, fmt::format("unknown channel {} or too many subscriptions", channel));
     else
       client.subscriptions.push_back({id, channel});
   }
@@ -121,7 +121,7 @@ void Foxglove::greet(Client& client) const {
   client.send(json_message(advertisement()));
 }
 
-void Foxglove::take(Client& client, const ClientMessage& message) const {
+void Foxglove::process(Client& client, const ClientMessage& message) const {
   if (const auto* const wanted = std::get_if<Subscribe>(&message)) return subscribe(client, *wanted);
   if (const auto* const unwanted = std::get_if<Unsubscribe>(&message)) {
     for (const std::uint32_t id : unwanted->subscriptions)

@@ -1,4 +1,4 @@
-// The Foxglove WebSocket protocol: the messages of an exported run.mcap, as the run goes on.
+// The Foxglove WebSocket protocol: the messages of an exported run.mcap during a run.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 #include "sim/export/imu_merger.h"
 #include "sim/recording/recording.h"
 #include "sim/view/client_message.h"
-#include "sim/view/frame.h"
 #include "sim/view/server.h"
+#include "sim/view/strips.h"
 
 namespace sim::view {
 
@@ -26,14 +26,14 @@ class Foxglove {
 
   /// serverInfo and advertise.
   void greet(Client& client) const;
-  /// Keeps a client's subscriptions. What it subscribes to that is not there is answered by a status.
-  void take(Client& client, const ClientMessage& message) const;
+  /// Keeps a client's subscriptions; answers unknown channels with a status.
+  void process(Client& client, const ClientMessage& message) const;
 
-  /// The readings of an observation that may not be shown itself: none is lost on the way to /imu.
+  /// IMU readings of an observation, also if it is not shown itself.
   std::vector<exports::ImuReading> merged(const slam::Observation& observation) {
     return imu_.merge(observation);
   }
-  /// Sends a frame's messages to those who subscribed to them; a message is made only for a subscriber.
+  /// Sends the messages of a frame that the client subscribed to.
   void send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const;
 
  private:

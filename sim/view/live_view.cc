@@ -15,8 +15,8 @@ using nlohmann::ordered_json;
 using std::chrono::steady_clock;
 
 constexpr const char* kOwnProtocol = "gaitslam.view.v1";
-// Between two frames, or two maps, by the clock on the wall.
-constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100};
+// Between two frames, maps, or drawings of the strips, by the wall clock.
+constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100}, kLeastStripsInterval{1000};
 constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at the end
 constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
 
@@ -32,7 +32,7 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
                        [this](Client& client) { opened(client); },
                        [this](Client& client, std::string_view said) { received(client, said); },
                        [this](std::size_t viewers) {
-                         if (viewers == 0) pace_.release();  // nobody is left who could
+                         if (viewers == 0) pace_.release();
                        }}) {}
 
 LiveView::~LiveView() = default;
@@ -69,8 +69,12 @@ bool LiveView::wants_map() {
   return true;
 }
 
-void LiveView::show(const Frame& frame) {
+void LiveView::show(Frame frame) {
   shown_ = steady_clock::now();
+  {
+    const std::lock_guard lock(strips_mutex_);
+    strips_.add(frame);
+  }
   Message message;
   if (server_.with_room("gaitslam") > 0)
     message = {std::make_shared<const std::string>(to_message(frame)), false, true};
@@ -81,6 +85,26 @@ void LiveView::show(const Frame& frame) {
     if (is_own(client) && message.bytes) client.send(message);
     if (!is_own(client) && frame) foxglove_->send(*frame, imu, client);
   });
+  if (shown_ - strips_shown_ < kLeastStripsInterval) return;
+  strips_shown_ = shown_;
+  send_strips(true);
+}
+
+void LiveView::send_strips(bool is_frame) {
+  server_.for_each([this, is_frame, made = std::make_shared<Message>()](Client& client) {
+    if (!is_own(client)) return;
+    if (!made->bytes) *made = strips_message(is_frame);
+    client.send(*made);
+  });
+}
+
+Message LiveView::strips_message(bool is_frame) {
+  std::unique_lock lock(strips_mutex_);
+  const std::vector<pages::Figure> figures = strips_.figures();
+  lock.unlock();
+  Message message = json_message({{"op", "strips"}, {"html", strips_html(figures)}});
+  message.is_frame = is_frame;
+  return message;
 }
 
 void LiveView::pace(slam::Stamp t) {
@@ -88,6 +112,7 @@ void LiveView::pace(slam::Stamp t) {
 }
 
 void LiveView::end(const std::string& how) {
+  send_strips(false);
   server_.for_each([how](Client& client) {
     if (is_own(client)) client.send(json_message({{"op", "ended"}, {"how", how}}));
   });
@@ -111,18 +136,18 @@ void LiveView::opened(Client& client) {
 void LiveView::received(Client& client, std::string_view said) {
   const ClientMessage message = read_client_message(said);
   if (!is_own(client)) {
-    if (const auto foxglove = std::atomic_load(&foxglove_)) foxglove->take(client, message);
+    if (const auto foxglove = std::atomic_load(&foxglove_)) foxglove->process(client, message);
     return;
   }
   if (const auto* const malformed = std::get_if<Malformed>(&message))
-    return client.send(json_message({{"op", "refused"}, {"why", malformed->why}}));
+    return client.send(json_message({{"op", "rejected"}, {"why", malformed->why}}));
   if (std::holds_alternative<Loaded>(message)) {
     client.loading = false;
     return;
   }
   if (!control_)
     return client.send(
-        json_message({{"op", "refused"}, {"why", "this view is read-only: start it with --control"}}));
+        json_message({{"op", "rejected"}, {"why", "this view is read-only: start it with --control"}}));
   if (command(message))
     server_.for_each([now = pace_message()](Client& each) {
       if (is_own(each)) each.send(now);

@@ -4,7 +4,7 @@
 
 namespace sim::view {
 
-void Pace::begin_anew() {
+void Pace::restart() {
   from_ = now_;
   from_clock_ = Clock::now();
   changed_.notify_all();
@@ -19,20 +19,20 @@ void Pace::pause() {
 void Pace::resume() {
   const std::lock_guard lock(mutex_);
   state_.paused = false;
-  begin_anew();
+  restart();
 }
 
 void Pace::step(slam::Stamp period) {
   const std::lock_guard lock(mutex_);
   until_ = (state_.paused ? std::max(until_, now_) : now_) + period;
   state_.paused = true;
-  begin_anew();
+  restart();
 }
 
 void Pace::set_speed(double factor) {
   const std::lock_guard lock(mutex_);
   state_.speed = factor;
-  begin_anew();
+  restart();
 }
 
 void Pace::release() {

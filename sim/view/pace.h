@@ -1,4 +1,4 @@
-// How fast a run goes on, as its viewers want it.
+// The speed of a run, as its viewers set it.
 #pragma once
 
 #include <chrono>
@@ -16,28 +16,28 @@ class Pace {
 
   struct State {
     bool paused = false;
-    double speed = 0;  ///< times the real time; 0: as fast as it goes
+    double speed = 0;  ///< times real time; 0: full speed
   };
 
   void pause();
   void resume();
-  /// Goes on for `period` of simulated time, then pauses.
+  /// Runs for `period` of simulated time, then pauses.
   void step(slam::Stamp period);
   void set_speed(double factor);
-  /// Nobody commands any more: goes on, as fast as it goes.
+  /// No controlling viewer: runs at full speed.
   void release();
   State state() const;
 
-  /// By the run at simulated time t: returns when it may go on.
+  /// Called by the run at simulated time t: returns when it may continue.
   void wait(slam::Stamp t);
 
  private:
-  void begin_anew();
+  void restart();
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   State state_;
-  slam::Stamp now_{0}, until_{0};  // while paused it goes on to until_
+  slam::Stamp now_{0}, until_{0};  // while paused it runs to until_
   slam::Stamp from_{0};            // simulated time at from_clock_
   Clock::time_point from_clock_ = Clock::now();
 };

@@ -4,20 +4,17 @@
 
 #include <algorithm>
 
-#include "sim/files/text.h"
-#include "sim/recording/image_size.h"
+#include "sim/files/json.h"
+#include "sim/pages/run_data.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording.h"
-#include "sim/view/result_frames.h"
 
 namespace sim::view {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostImageBytes = 64 << 20;
-
-/// The recording that a result was made from; empty where it is not to be found.
+/// The recording of a result; empty if it was not found.
 fs::path recording_of(const fs::path& result, const std::string& hash) {
   if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
   const fs::path above = fs::absolute(result).lexically_normal().parent_path() / "recording";
@@ -30,24 +27,14 @@ bool any_bodies(const std::vector<Frame>& frames) {
   return std::any_of(frames.begin(), frames.end(), [](const Frame& frame) { return !frame.bodies.empty(); });
 }
 
-std::vector<Moment> faults_in_score(const nlohmann::ordered_json& score, const char* kind) {
-  std::vector<Moment> moments;
-  const auto tracking = score.find("tracking");
-  if (tracking == score.end() || !tracking->is_object() || !tracking->contains(kind)) return moments;
-  for (const auto& one : (*tracking)[kind])
-    moments.push_back({one.value("from_s", 0.0), kind, fmt::format("{}: {}", kind, one.value("cause", ""))});
-  return moments;
-}
-
-std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scenario& scenario,
-                               double end_s) {
+std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scenario& scenario, double end_s) {
   std::vector<Moment> all = faults_of(scenario);
   if (const auto closed = data.metric("loop_time_s")) all.push_back({*closed, "closure", "loop closed"});
-  for (const char* const kind : {"lost", "suspect"})
-    for (const Moment& moment : faults_in_score(data.score, kind)) all.push_back(moment);
-  const std::string ending = data.score.value("ending", "");
-  if (ending != "completed")
-    all.push_back({end_s, "end", data.about.cause.empty() ? ending : ending + ": " + data.about.cause});
+  for (const pages::TrackingFault& fault : data.faults)
+    all.push_back({fault.from_s, fault.kind, fmt::format("{}: {}", fault.kind, fault.cause)});
+  if (data.ending != "completed")
+    all.push_back(
+        {end_s, "end", data.about.cause.empty() ? data.ending : data.ending + ": " + data.about.cause});
   std::stable_sort(all.begin(), all.end(), [](const Moment& a, const Moment& b) { return a.t_s < b.t_s; });
   return all;
 }
@@ -62,24 +49,24 @@ void name_what_is_missing(Playback& playback, const fs::path& recording, bool si
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (std::none_of(playback.frames.begin(), playback.frames.end(),
                    [](const Frame& f) { return f.estimate.has_value(); }))
-    missing.emplace_back("There is no estimate: no filter ran, or it left none.");
+    missing.emplace_back("No estimate: there was no filter, or it left no estimate.");
 }
 
 Resource png(const fs::path& file) {
-  auto bytes = std::make_shared<const std::string>(files::read_text(file, kMostImageBytes));
-  if (!recording::image_size(*bytes) || !bytes->starts_with("\x89PNG"))
-    throw files::FileError(file, "is no PNG image");
-  return {"image/png", std::move(bytes)};
+  return {"image/png", std::make_shared<const std::string>(pages::read_png(file))};
 }
 
 std::string run_json(const Playback& playback) {
+  Strips strips;
   std::string text = "{\"frames\":[";
   for (std::size_t i = 0; i < playback.frames.size(); ++i) {
-    std::string frame = to_json(playback.frames[i]);
+    Frame shown = playback.frames[i];
+    strips.add(shown);
+    std::string frame = to_json(shown);
     if (!playback.images[i].empty()) frame.insert(1, "\"stored_image\":true,");
     text += (i == 0 ? "" : ",") + frame;
   }
-  return text + "]}";
+  return text + "],\"strips\":" + files::json_text(strips_html(strips.figures())) + "}";
 }
 
 std::vector<ShownRun> runs_of(const std::vector<Playback>& results) {
@@ -111,8 +98,10 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
   const pages::RunData data = pages::read_run(result);
   const scenario::Scenario scenario = scenario::read_scenario(result / "scenario.yaml").scenario;
   Playback playback;
-  playback.scenario = data.score.value("scenario", "?");
-  playback.frames = read_result_frames(result, data);
+  playback.scenario = data.scenario;
+  playback.frames = data.frames;
+  if (data.frames.empty())
+    throw files::FileError(result / "truth.tum", "has no pose, expected one for each frame");
   const fs::path recording = recording_of(result, data.about.recording);
   std::optional<RobotModel> robot;
   if (make_robot) robot = make_robot(scenario);
@@ -121,8 +110,8 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
     playback.run.camera = recording::RecordingReader(recording).setup().calibration.camera;
   }
   playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
-                                      : image_files(playback.frames, recording);
-  playback.run.label = data.label;
+                                      : pages::image_files(playback.frames, recording);
+  playback.run.label = data.label();
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
   if (robot) playback.run.model = robot->model;

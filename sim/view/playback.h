@@ -1,4 +1,4 @@
-// The view of finished results.
+// The view of finished results, and what a recording knows of each frame.
 #pragma once
 
 #include <filesystem>
@@ -7,29 +7,47 @@
 #include <string>
 #include <vector>
 
-#include "sim/view/frame.h"
-#include "sim/view/recorded_frames.h"
+#include "sim/pages/frame.h"
 #include "sim/view/server.h"
 #include "sim/view/shown_run.h"
 #include "sim/view/site.h"
+#include "sim/view/strips.h"
 
 namespace sim::view {
+
+/// The robot of a scenario, posed by hand. poses: of its model's bodies, by the angles of the encoders and
+/// the waist's pose in W.
+struct RobotModel {
+  Model model;
+  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
+};
+
+/// Adds feet, zero-moment point and, given a robot, its bodies. frames: in order of time.
+void add_recorded(std::vector<Frame>& frames, const std::filesystem::path& recording,
+                  const RobotModel* robot);
+
+/// Frames from a recording only, for the view of a replay: truth, and the parts of add_recorded(), without
+/// images.
+std::vector<Frame> read_recorded_frames(const std::filesystem::path& recording, const RobotModel* robot);
 
 /// Loads the robot of a scenario; empty in a program without the simulator. Throws std::runtime_error where
 /// the scenario's models do not load.
 using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
+
+/// The robot maker of a program with the simulator; empty otherwise.
+MakeRobot robot_maker(const std::filesystem::path& models);
 
 /// A result as the page plays it.
 struct Playback {
   ShownRun run;
   std::string scenario;                       ///< its name
   std::vector<Frame> frames;                  ///< without images
-  std::vector<std::filesystem::path> images;  ///< of each frame, PNG; empty where there is none
+  std::vector<std::filesystem::path> images;  ///< PNG of each frame, or empty
 };
 
 /// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it.
-/// What is not there is named in ShownRun::missing. Throws files::FileError where the folder is no result or
-/// a file is broken.
+/// Missing parts are listed in ShownRun::missing. Throws FileError if the folder is not a result or a file is
+/// broken.
 Playback read_playback(const std::filesystem::path& result, const MakeRobot& make_robot);
 
 /// Serves one result, or two of one scenario.

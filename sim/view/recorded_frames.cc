@@ -1,10 +1,9 @@
-#include "sim/view/recorded_frames.h"
-
 #include <fmt/format.h>
 
+#include "sim/files/contained_path.h"
 #include "sim/files/csv.h"
-#include "sim/files/inner_file.h"
 #include "sim/recording/recording.h"
+#include "sim/view/playback.h"
 
 namespace sim::view {
 namespace {
@@ -95,21 +94,6 @@ std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotMo
     frames[i].t = truth.camera[i].t, frames[i].truth = truth.camera[i].X;
   add_recorded(frames, recording, robot);
   return frames;
-}
-
-std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording) {
-  std::vector<fs::path> images(frames.size());
-  const fs::path camera = recording / "mav0/cam0";
-  if (!fs::exists(camera / "data.csv")) return images;
-  files::CsvReader list(camera / "data.csv");
-  std::size_t row = 0;
-  while (list.next()) {
-    const slam::Stamp t = from_file(list.integer(0));
-    while (row < frames.size() && frames[row].t < t) ++row;
-    if (row < frames.size() && frames[row].t == t)
-      images[row] = files::inner_file(camera / "data", list.text(1));
-  }
-  return images;
 }
 
 }  // namespace sim::view

@@ -52,7 +52,7 @@ struct SharedBody {
 };
 using Response = http::response<SharedBody>;
 
-/// What connections share; all in the server's thread.
+/// Shared by all connections, in the server's thread.
 struct Shared {
   Access access;
   Service service;
@@ -61,12 +61,12 @@ struct Shared {
   std::list<std::weak_ptr<class SocketClient>> sockets;
   std::list<std::weak_ptr<class HttpConnection>>
       strangers;                           ///< oldest first; some have shown the token since
-  std::atomic<int> viewers{0}, others{0};  // clients whose queue has room
+  std::atomic<int> viewers{0}, others{0};  // clients with room in their queue
 
   void count_rooms();
   std::size_t viewers_left() const;
   void add_stranger(const std::shared_ptr<HttpConnection>& connection);
-  /// False where no connection is left that has not shown the token.
+  /// False if every connection has shown the token.
   bool end_oldest_stranger();
 };
 
@@ -239,7 +239,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   void serve(std::string_view path, bool keep) try {
     const auto resource = shared_->service.resource(path);
-    if (!resource) return answer(404, "there is no such file", keep);
+    if (!resource) return answer(404, "no such file", keep);
     respond(200, resource->type, resource->bytes, keep);
   } catch (const std::exception& failure) {
     answer(500, failure.what(), false);
@@ -251,7 +251,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     for (const auto& name : offered)
       for (const std::string& known : shared_->service.protocols)
         if (agreed.empty() && name == known) agreed = known;
-    if (agreed.empty()) return answer(400, "expected a subprotocol that is spoken here", false);
+    if (agreed.empty()) return answer(400, "unknown subprotocol", false);
     std::make_shared<SocketClient>(shared_, slot_, std::move(stream_), agreed)->accept(request);
   }
 

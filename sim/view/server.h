@@ -1,21 +1,69 @@
-// The server of the viewer: a fixed list of files over HTTP and messages over WebSocket, in a thread of its
-// own.
+// The server of the view: a fixed list of files over HTTP and messages over WebSocket, in its own thread.
 #pragma once
 
-#include <atomic>
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "sim/view/access.h"
-#include "sim/view/message_queue.h"
 
 namespace sim::view {
+
+/// One WebSocket message, shared by its receivers.
+struct Message {
+  std::shared_ptr<const std::string> bytes;
+  bool text = false;
+  bool is_frame = true;  ///< may be dropped for a newer one
+};
+
+/// Bounded queue, so that a client that does not read costs nothing: at most `most_frames` frames (drops the
+/// oldest) and `most_others` messages that must not be lost.
+class MessageQueue {
+ public:
+  MessageQueue(std::size_t most_frames, std::size_t most_others)
+      : most_frames_(most_frames), most_others_(most_others) {}
+
+  /// False if a message that must not be lost has no room: the client must be dropped.
+  bool push(Message message) {
+    if (!message.is_frame && waiting_.size() - frames_ >= most_others_) return false;
+    if (message.is_frame && frames_ >= most_frames_) drop_oldest_frame();
+    frames_ += message.is_frame ? 1 : 0;
+    waiting_.push_back(std::move(message));
+    return true;
+  }
+
+  std::optional<Message> pop() {
+    if (waiting_.empty()) return std::nullopt;
+    Message message = std::move(waiting_.front());
+    waiting_.pop_front();
+    frames_ -= message.is_frame ? 1 : 0;
+    return message;
+  }
+
+  /// For the messages of another frame, without dropping any.
+  bool has_room() const { return 2 * frames_ <= most_frames_; }
+  std::size_t size() const { return waiting_.size(); }
+  std::size_t dropped() const { return dropped_; }
+
+ private:
+  void drop_oldest_frame() {
+    waiting_.erase(
+        std::find_if(waiting_.begin(), waiting_.end(), [](const Message& m) { return m.is_frame; }));
+    --frames_;
+    ++dropped_;
+  }
+
+  std::deque<Message> waiting_;
+  std::size_t most_frames_, most_others_, frames_ = 0, dropped_ = 0;
+};
 
 /// A file as it is served.
 struct Resource {
@@ -23,7 +71,7 @@ struct Resource {
   std::shared_ptr<const std::string> bytes;
 };
 
-/// What clients may cost.
+/// Limits on the cost of clients.
 struct Limits {
   std::size_t clients = 32;                   ///< connections at a time
   std::uint32_t header_bytes = 8192;          ///< of a request
@@ -41,26 +89,26 @@ class Client {
   virtual ~Client() = default;
   virtual const std::string& protocol() const = 0;  ///< the subprotocol agreed on
   virtual void send(Message message) = 0;
-  bool loading = false;  ///< a page, until it says that it has its files
+  bool loading = false;  ///< a page, until it reports that it has its files
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
 };
 
-/// What is served. All are called in the server's thread; what they throw is answered by 500 or ends the
-/// connection.
+/// The served content. All functions are called in the server's thread; an exception is answered by 500 or
+/// ends the connection.
 struct Service {
-  /// Of a path; nothing where there is none.
+  /// Returns the resource at a path, or nullopt.
   std::function<std::optional<Resource>(std::string_view path)> resource;
   std::vector<std::string> protocols = {};  ///< WebSocket subprotocols
   std::function<void(Client&)> opened = [](Client&) {};
   std::function<void(Client&, std::string_view text)> received = [](Client&, std::string_view) {};
-  /// A client has gone; viewers: how many of the page's own are left.
+  /// A client left; viewers: remaining pages.
   std::function<void(std::size_t viewers)> closed = [](std::size_t) {};
 };
 
-/// Listens from its construction until its destruction. Requests and upgrades are refused as access.h says.
+/// Listens while it exists. Rejects requests and upgrades by the rules of access.h.
 class Server {
  public:
-  /// Throws std::invalid_argument as checked() does, std::runtime_error where it cannot listen.
+  /// Throws std::invalid_argument as checked() does, std::runtime_error if it cannot listen.
   Server(const Access& access, Service service, const Limits& limits = {});
   ~Server();
   Server(const Server&) = delete;
@@ -71,7 +119,7 @@ class Server {
   /// From any thread: calls a function in the server's thread for each client.
   void for_each(std::function<void(Client&)> action);
 
-  /// From any thread: clients of subprotocols whose queue has room for a frame.
+  /// From any thread: counts clients of these subprotocols with room for a frame.
   int with_room(std::string_view protocol_prefix) const;
 
   /// Waits until no page is loading, at most so long, and then until all queues are empty, at most so long.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "walking/hrp2.h"
 
@@ -26,7 +27,54 @@ ordered_json sole() {
   return {kSoleMin.x(), kSoleMin.y(), kSoleMax.x(), kSoleMax.y()};
 }
 
+void put_number(std::string& to, std::uint32_t x) {
+  for (int byte = 0; byte < 4; ++byte) to += static_cast<char>(x >> 8 * byte & 0xff);
+}
+
+// Numbers of four bytes, as this little-endian machine has them.
+template <typename Number>
+void put_all(std::string& to, const std::vector<Number>& numbers) {
+  static_assert(sizeof(Number) == 4);
+  to.append(reinterpret_cast<const char*>(numbers.data()), 4 * numbers.size());
+}
+
+std::string heads(const Model& model) {
+  std::string list = "[";
+  for (const ModelPiece& piece : model.pieces)
+    list += fmt::format("{}{{\"body\":{},\"picture\":{},\"vertices\":{},\"indices\":{}}}",
+                        list.size() > 1 ? "," : "", piece.body, piece.picture, piece.positions.size() / 3,
+                        piece.indices.size());
+  list += "]";
+  list.append((4 - list.size() % 4) % 4, ' ');
+  return list;
+}
+
 }  // namespace
+
+std::string model_bytes(const Model& model) {
+  const std::string head = heads(model);
+  std::string bytes;
+  put_number(bytes, static_cast<std::uint32_t>(head.size()));
+  bytes += head;
+  for (const ModelPiece& piece : model.pieces) {
+    for (const auto* const numbers : {&piece.positions, &piece.normals, &piece.colours, &piece.uv})
+      put_all(bytes, *numbers);
+    put_all(bytes, piece.indices);
+  }
+  return bytes;
+}
+
+std::string picture_bytes(const std::vector<cv::Mat3b>& pictures) {
+  std::string bytes;
+  for (const cv::Mat3b& picture : pictures) {
+    put_number(bytes, static_cast<std::uint32_t>(picture.cols));
+    put_number(bytes, static_cast<std::uint32_t>(picture.rows));
+    for (int row = 0; row < picture.rows; ++row)
+      bytes.append(reinterpret_cast<const char*>(picture.ptr(row)),
+                   3 * static_cast<std::size_t>(picture.cols));
+  }
+  return bytes;
+}
 
 std::vector<Moment> faults_of(const scenario::Scenario& scenario) {
   std::vector<Moment> moments;

@@ -4,10 +4,20 @@
 
 #include <chrono>
 #include <future>
+#include <nlohmann/json.hpp>
 
 #include "sim/files/json.h"
-#include "sim/files/number.h"
-#include "sim/view/bundle.h"
+#include "sim/files/text.h"
+#include "sim/pages/figure.h"
+
+// Embeds the page and the files that esbuild makes from web/.
+#define GAITSLAM_EMBED(name, file)                                                          \
+  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
+  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
+  extern "C" const char name##_end[] __attribute__((visibility("hidden")));
+GAITSLAM_EMBED(gaitslam_view_page, GAITSLAM_VIEW_PAGE)
+GAITSLAM_EMBED(gaitslam_view_script, GAITSLAM_VIEW_BUNDLE "/view.js")
+GAITSLAM_EMBED(gaitslam_view_style, GAITSLAM_VIEW_BUNDLE "/view.css")
 
 namespace sim::view {
 namespace {
@@ -18,7 +28,7 @@ Resource resource(std::string type, std::string_view bytes) {
 
 // The page names its script and its style with the token; the script reads it from the page's own address.
 std::string page_with(std::string_view token) {
-  std::string page(page_html());
+  std::string page(gaitslam_view_page_begin, gaitslam_view_page_end);
   constexpr std::string_view kPlace = "TOKEN";
   for (std::size_t at = page.find(kPlace); at != page.npos; at = page.find(kPlace, at + token.size()))
     page.replace(at, kPlace.size(), token);
@@ -39,8 +49,11 @@ constexpr std::string_view kIcon =
     "fill='#0069b0'/></svg>";
 
 Site::Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about) {
-  add("/view.js", resource("text/javascript; charset=utf-8", page_script()));
-  add("/view.css", resource("text/css; charset=utf-8", page_style()));
+  add("/view.js",
+      resource("text/javascript; charset=utf-8", {gaitslam_view_script_begin, gaitslam_view_script_end}));
+  add("/view.css",
+      resource("text/css; charset=utf-8",
+               std::string(gaitslam_view_style_begin, gaitslam_view_style_end) + pages::figure_style()));
   add("/icon.svg", resource("image/svg+xml", kIcon));
   about["runs"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < runs.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,7 +13,7 @@
 
 namespace sim::view {
 
-/// Paths are compared as they are: nothing is looked for on a disk by the name that a client gives.
+/// Paths are compared literally: no path from a client reaches the disk.
 class Site {
  public:
   /// The page, its script and its style; /about: what it shows; /model/<i> and /pictures/<i> of each run.
@@ -20,10 +21,9 @@ class Site {
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
-  /// A resource that is made in a thread of its own when it is first asked for. Until then it is empty: the
-  /// page asks again.
+  /// A resource made in its own thread at the first request. Until then it is empty, and the page asks again.
   void add(const std::string& path, std::function<Resource()> make);
-  /// <folder>/<number>: an element of a list; nothing beyond its end.
+  /// <folder>/<number>: an element of a list, or nullopt beyond its end.
   void add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element);
 
   std::optional<Resource> at(std::string_view path, std::string_view token);

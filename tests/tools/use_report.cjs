@@ -51,20 +51,32 @@ async function moveTime(browser) {
     turned: earlier.picture !== turned.picture};
 }
 
-// The legend of the first figure over time without a cursor and under one, and the instant that a click names.
+// The legend of the first figure over time without a cursor and under one, the instant of a click, and where the axes start when a
+// drag zooms and a double click shows all again.
 async function point(browser) {
-  const see = () => browser.value(`(() => { const holder = document.querySelector('[data-figure=error_x]');
-    return {legend: holder.querySelector('.legend').textContent, instant: holder.querySelector('.instant').textContent}; })()`);
+  const see = () => browser.value(`(() => { const at = (name) => document.querySelector('[data-figure=' + name + ']');
+    const start = (name) => at(name).querySelector('svg.data').viewBox.baseVal.x, holder = at('error_x');
+    return {legend: holder.querySelector('.legend').textContent, instant: holder.querySelector('.instant').textContent,
+      first: start('error_x'), other: start('error_yaw')}; })()`);
   const before = await see();
-  const {x, y} = await browser.value(`(() => { const plot = document.querySelector('[data-figure=error_x] .plot');
-    plot.scrollIntoView({block: 'center'}); const box = plot.getBoundingClientRect();
-    return {x: box.x + 0.6 * box.width, y: box.y + 0.4 * box.height}; })()`);
-  const mouse = (type, more = {}) => browser.send('Input.dispatchMouseEvent', {type, x, y, ...more});
-  await mouse('mouseMoved');
+  const box = await browser.value(`(() => { const plot = document.querySelector('[data-figure=error_x] svg');
+    plot.scrollIntoView({block: 'center'}); const {x, y, width, height} = plot.getBoundingClientRect(); return {x, y, width, height}; })()`);
+  const mouse = (type, part, more = {}) => browser.send('Input.dispatchMouseEvent', {type, x: box.x + part * box.width, y: box.y + 0.4 * box.height, ...more});
+  const button = (type, part, clickCount = 1) => mouse(type, part, {button: 'left', clickCount});
+  await mouse('mouseMoved', 0.6);
   const under = await see();
-  await mouse('mousePressed', {button: 'left', clickCount: 1});
-  await mouse('mouseReleased', {button: 'left', clickCount: 1});
-  return {before, under, clicked: await see()};
+  await button('mousePressed', 0.6);
+  await button('mouseReleased', 0.6);
+  const clicked = await see();
+  await button('mousePressed', 0.3);
+  await mouse('mouseMoved', 0.5, {button: 'left', buttons: 1});
+  await button('mouseReleased', 0.5);
+  const zoomed = await see();
+  for (const count of [1, 2]) {
+    await button('mousePressed', 0.6, count);
+    await button('mouseReleased', 0.6, count);
+  }
+  return {before, under, clicked, zoomed, whole: await see()};
 }
 
 // How wide the page is on a phone.

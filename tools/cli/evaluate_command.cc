@@ -11,7 +11,7 @@
 
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/regression/result_set.h"
 #include "sim/replay/replay.h"
 #include "sim/scenario/keys.h"
@@ -149,7 +149,7 @@ int evaluate_one(const Evaluated& one, const fs::path& result_folder, const Eval
     ProgressLine progress(fmt::format("{} on {}{}", s.estimator.name, folder.string(), of));
     const TemporaryFolder scratch;
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
-                        scratch / "export", sim::files::Existing::refuse);
+                        scratch / "export", sim::files::Existing::reject);
     const result::Timing timing;
     const replay::ExternalRun run = run_command(request, scratch);
     const replay::WalkEnd walk = replay::read_walk_end(folder);

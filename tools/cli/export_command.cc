@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "sim/export/export.h"
-#include "sim/files/claim.h"
+#include "sim/files/output_manifest.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
@@ -15,7 +15,7 @@
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
-#include "tools/cli/robot_model.h"
+#include "sim/view/session.h"
 
 namespace cli {
 namespace {
@@ -60,7 +60,7 @@ int export_result(const ExportRequest& request) {
   if (!request.out) files::add_to_marker(request.result, {"export/", "export/" + request.format + "/"});
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
   exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
-                       request.format == "mcap" ? robot_description(scenario, request.models) : nullptr,
+                       request.format == "mcap" ? sim::view::robot_description(scenario, request.models) : nullptr,
                        [&](double part) { progress.show(part); }},
                       request.format, out.path(), files::Existing::replace);
   std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());

@@ -7,7 +7,7 @@
 #include <new>
 #include <opencv2/core/utility.hpp>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
@@ -33,7 +33,7 @@ Examples:
 Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed.)";
 
 int fail_with(const std::string& message, int exit_code) {
-  std::cerr << sim::files::without_controls(message) << '\n';
+  std::cerr << sim::files::sanitize(message) << '\n';
   return exit_code;
 }
 

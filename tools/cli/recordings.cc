@@ -49,7 +49,7 @@ sim::tune::CachedRecording Recordings::get(const scenario::ReadScenario& read,
     scenario::ReadScenario recorded = read;
     if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
     run_live(recorded,
-             {folder, sim::files::Existing::refuse, models_, kVersion, kRevision, libraries(), models_hash_},
+             {folder, sim::files::Existing::reject, models_, kVersion, kRevision, libraries(), models_hash_},
              progress);
   };
   return cache_.get(key(read.scenario), walk, report_damage);

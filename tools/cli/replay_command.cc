@@ -4,8 +4,8 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/claim.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/output_manifest.h"
+#include "sim/files/text.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/replay/replay.h"
 #include "sim/result/score_file.h"

@@ -7,13 +7,10 @@
 #include <memory>
 #include <string_view>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/number.h"
-#include "sim/pages/comparison_figures.h"
-#include "sim/pages/page.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
+#include "sim/pages/pages.h"
 #include "sim/pages/run_figures.h"
-#include "sim/pages/sweep_page.h"
-#include "sim/pages/tune_page.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
@@ -47,11 +44,7 @@ struct ReportRequest {
 
 bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
 
-bool is_tuning(const fs::path& folder) {
-  return fs::exists(folder / "tune.json") && fs::exists(folder / "history.csv");
-}
-
-bool has_own_page(const fs::path& folder) { return pages::is_sweep(folder) || is_tuning(folder); }
+bool has_own_page(const fs::path& folder) { return pages::is_sweep(folder) || pages::is_tuning(folder); }
 
 /// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
@@ -101,7 +94,7 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
     if (!fs::is_directory(name)) throw UsageError(fmt::format("{}: no such result folder", name));
     if (has_own_page(name))
       throw UsageError(
-          fmt::format("{}: is a sweep or a tuning, which has a page of its own: name it alone, "
+          fmt::format("{}: is a sweep or a tuning with its own page: report it separately, "
                       "without --plots",
                       name));
     const std::vector<fs::path> found = results_in(name);
@@ -123,7 +116,7 @@ void write_plots(const std::vector<pages::Figure>& figures, const fs::path& fold
   };
   for (const pages::Figure& figure : figures) {
     const fs::path svg = folder / (figure.name + ".svg"), png = folder / (figure.name + ".png");
-    sim::files::write_durably(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
+    sim::files::write_atomically(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
     if (wanted("png")) run_child({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()});
     if (!wanted("svg")) fs::remove(svg);
   }
@@ -131,7 +124,7 @@ void write_plots(const std::vector<pages::Figure>& figures, const fs::path& fold
 
 int make_plots(const std::vector<pages::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
   for (const pages::RunData& run : runs) require_outside(out.path(), run.folder);
-  sim::files::DurableFolder folder(out.path(), sim::files::Existing::replace);
+  sim::files::AtomicFolder folder(out.path(), sim::files::Existing::replace);
   for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
@@ -156,8 +149,8 @@ std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine
 std::string page_of(const ReportRequest& request, ProgressLine& progress) {
   const fs::path first = request.results.front();
   if (request.results.size() == 1 && pages::is_sweep(first)) return pages::sweep_page(first);
-  if (request.results.size() == 1 && is_tuning(first)) return pages::tune_page(first);
-  return pages::page(read_runs(request, progress));
+  if (request.results.size() == 1 && pages::is_tuning(first)) return pages::tune_page(first);
+  return pages::runs_page(read_runs(request, progress));
 }
 
 int make_report(const ReportRequest& request) {
@@ -167,10 +160,10 @@ int make_report(const ReportRequest& request) {
     return make_plots(read_runs(request, progress), request, out);
   }
   require_new_file(request.out, request.force);
-  const OnInterrupt on_interrupt("nothing was written; the same command begins again");
+  const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
-    sim::files::write_durably(request.out, page_of(request, progress));
+    sim::files::write_atomically(request.out, page_of(request, progress));
   }
   std::cout << "report in " << request.out << '\n';
   return 0;
@@ -190,7 +183,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->check(CLI::IsMember({"svg", "png"}));
   command->add_flag("--force", request->force,
-                    "replace an existing file, or a folder of pictures in which all was made by gaitslam");
+                    "overwrite an existing file, or a folder of pictures made by gaitslam");
   command->footer(kReportExamples);
   command->callback([request, &exit_code] { exit_code = make_report(*request); });
 }

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/regression/result_set.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"

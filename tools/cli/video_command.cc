@@ -6,20 +6,19 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "sim/files/claim.h"
-#include "sim/files/durable_file.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/output_manifest.h"
 #include "sim/recording/filter_input.h"
 #include "sim/scenario/scenario.h"
+#include "sim/view/session.h"
+#include "sim/view/video_frame.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/live.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
-#include "tools/cli/video_frame.h"
 
 namespace cli {
 namespace {
@@ -51,7 +50,7 @@ fs::path file_of(const VideoRequest& request) {
   if (request.out)
     require_new_file(file, request.force);
   else if (sim::files::has_marker(request.result) && !request.force)
-    sim::files::claim(request.result, {"video.mp4"});
+    sim::files::list_outputs(request.result, {"video.mp4"});
   else
     require_new_file(file, request.force);
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
@@ -62,7 +61,8 @@ fs::path file_of(const VideoRequest& request) {
 // Encodes pictures by the program ffmpeg. The file appears, whole, when finish() is called.
 class Encoder {
  public:
-  Encoder(const fs::path& video, double rate_hz) : video_(video), rate_hz_(rate_hz), partial_(video) {}
+  Encoder(const fs::path& video, double rate_hz)
+      : video_(video), rate_hz_(rate_hz), partial_(video.string() + ".frames") {}
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
 
@@ -109,7 +109,7 @@ class Encoder {
 
   fs::path video_;
   double rate_hz_;
-  files::PartialFolder partial_;
+  files::AtomicFolder partial_;
   fs::path made_ = partial_.path() / video_.filename();
   std::optional<FedChild> ffmpeg_;
 };
@@ -131,14 +131,15 @@ int video(const VideoRequest& request) {
   const recording::Truth truth = recording::read_truth(request.result / "recording");
   recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);
   slam::Filter filter(*scenario.slam, input.setup().calibration, input.setup().X_WC_start, scenario.seed);
-  const RobotView robot_view = robot_from_outside(scenario, request.result / "recording", standard_models());
-  MapView map(truth.camera);
+  const sim::view::RobotView robot_view =
+      sim::view::robot_from_outside(scenario, request.result / "recording", standard_models());
+  sim::view::MapView map(truth.camera);
   Encoder encoder(file, input.setup().camera_rate_hz);
-  const OnInterrupt on_interrupt("nothing was written; the same command begins again");
+  const OnInterrupt on_interrupt("nothing was written; rerun the command");
   ProgressLine progress("video of " + request.result.string());
   while (auto observation = input.next()) {
     const slam::FrameReport& report = filter.step(*observation);
-    std::vector<cv::Mat> panels{draw_view(*observation, report)};
+    std::vector<cv::Mat> panels{sim::view::draw_view(*observation, report)};
     const files::TimedPose* waist = at(truth.waist, observation->t);
     if (robot_view && waist) panels.push_back(robot_view(observation->t, waist->X));
     panels.push_back(map.draw(filter.estimate(), filter.map()));

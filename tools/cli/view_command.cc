@@ -6,13 +6,12 @@
 #include <memory>
 #include <vector>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/view/playback.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
-#include "tools/cli/robot_model.h"
-#include "tools/cli/view_opened.h"
+#include "tools/cli/view_session.h"
 
 namespace cli {
 namespace {
@@ -25,7 +24,7 @@ Examples:
   gaitslam view results/tangent_circle/seed-1
   gaitslam view results/tangent_circle/seed-1 results/tangent_circle/seed-2      # side by side
   gaitslam view results/tangent_circle/seed-1/replay --port 8020
-Prints a URL; #t=SECONDS behind it opens that instant. Ctrl-C ends the view. gaitslam run --view shows a walk as it goes on.)";
+Prints a URL; #t=SECONDS after it opens that time. Ctrl-C ends the view. gaitslam run --view shows a walk live.)";
 
 struct RequestToView : ViewPlace {
   std::vector<std::string> results;
@@ -46,7 +45,7 @@ void require_results(const std::vector<std::string>& results) {
   }
 }
 
-/// While it lives, the signals that end a program only end wait().
+/// While it exists, the signals that end a program only end wait().
 class UntilInterrupted {
  public:
   UntilInterrupted() {
@@ -69,13 +68,13 @@ class UntilInterrupted {
 
 int view_results(const RequestToView& request) {
   require_results(request.results);
-  const view::MakeRobot make_robot = robot_maker(request.models);
+  const view::MakeRobot make_robot = view::robot_maker(request.models);
   std::vector<view::Playback> results;
   for (const std::string& result : request.results)
     results.push_back(view::read_playback(result, make_robot));
   const UntilInterrupted interrupted;  // before the server's threads, which inherit it
-  const view::PlaybackView shown(access_of(request), results);
-  announce(shown.access());
+  const view::PlaybackView shown({request.address, request.port, request.token}, results);
+  print_view(view::url(shown.access()));
   interrupted.wait();
   return 0;
 }

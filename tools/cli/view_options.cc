@@ -1,3 +1,5 @@
+#include <iostream>
+
 #include "tools/cli/view_session.h"
 
 namespace cli {
@@ -5,23 +7,25 @@ namespace cli {
 void add_view_place(CLI::App& command, ViewPlace& place) {
   command.add_option("--port", place.port, "port of the view; 0: any free one")->capture_default_str();
   command
-      .add_option(
-          "--address", place.address,
-          "address of this machine that the view listens at; one that others can reach needs a --token")
+      .add_option("--address", place.address,
+                  "listening address of the view; one that others can reach needs a --token")
       ->capture_default_str();
   command
       .add_option("--token", place.token,
-                  "the secret in the view's URL, at least 22 letters, digits, - or _; drawn unless given")
+                  "the secret in the view's URL, at least 22 letters, digits, - or _; random by default")
       ->envname(kViewToken);
 }
 
 void add_view(CLI::App& command, ViewRequest& request) {
-  command.add_flag("--view", request.view, "show the walk in the browser as it goes on: prints a URL");
+  command.add_flag("--view", request.view, "show the walk live in the browser; prints a URL");
   command.add_flag("--control", request.control, "the view may pause, step and slow down what it shows");
-  command.add_flag("--wait", request.wait, "begin when the view is open in a browser");
+  command.add_flag("--wait", request.wait, "start when the view is open in a browser");
   command.add_flag("--next-follows", request.next_follows)->group("");
   add_view_place(command, request);
+  request.opened = print_view;
 }
+
+void print_view(const std::string& url) { std::cout << "view at " << url << std::endl; }
 
 std::vector<std::string> view_arguments(const ViewRequest& request) {
   std::vector<std::string> arguments{"--view",        "--next-follows", "--address",

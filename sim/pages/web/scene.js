@@ -1,178 +1,322 @@
-// The map in three dimensions: landmarks with their 3-sigma ellipsoids, the three paths, and the camera at a time.
+// Room, robot, map and paths of a run in three dimensions, for reports and the view.
 import * as THREE from 'three/build/three.module.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
-import {color, countDrawn, countExpected, element} from './dom.js';
+import {color, element} from './dom.js';
+import {kOutcomes} from './run.js';
 
-function pathLine(path, role) {
-  const points = path.x.map((x, i) => new THREE.Vector3(x, path.y[i], path.z[i]));
-  const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial());
-  line.userData.role = role;
-  return line;
+const kMostLandmarks = 1024, kAboveGround = 0.004, kEllipsoids = 0.22;
+
+/// A growing line; show() sets how many of its points are drawn.
+class GrowingLine {
+  constructor(role, segments) {
+    const material = new THREE.LineBasicMaterial();
+    this.object = segments ? new THREE.LineSegments(new THREE.BufferGeometry(), material) : new THREE.Line(new THREE.BufferGeometry(), material);
+    this.object.frustumCulled = false;
+    this.object.userData.role = role;
+    this.points = new Float32Array(3 * 1024);
+    this.length = 0;
+    this.attach();
+  }
+  attach() { this.object.geometry.setAttribute('position', new THREE.BufferAttribute(this.points, 3)); }
+  add(x, y, z) {
+    if (3 * this.length === this.points.length) {
+      const larger = new Float32Array(2 * this.points.length);
+      larger.set(this.points);
+      this.points = larger;
+      this.attach();
+    }
+    this.points.set([x, y, z], 3 * this.length++);
+    this.object.geometry.attributes.position.needsUpdate = true;
+  }
+  show(count) { this.object.geometry.setDrawRange(0, count); }
 }
 
-function ellipsoid(role) {
-  const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 12, 8),
-    new THREE.MeshBasicMaterial({transparent: true, opacity: 0.16, depthWrite: false}));
-  mesh.matrixAutoUpdate = false;
-  mesh.frustumCulled = false;
-  mesh.userData.role = role;
-  return mesh;
-}
-
-/// As many points and ellipsoids as the largest map has; show() moves those of a time to their places.
-function landmarkPoints(count) {
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute('position', new THREE.Float32BufferAttribute(new Float32Array(3 * count), 3));
-  const points = new THREE.Points(geometry, new THREE.PointsMaterial({size: 5, sizeAttenuation: false}));
-  points.frustumCulled = false;
-  points.userData.role = 'first';
-  return points;
-}
-
-function place(mesh, p, [a, b, c, d, e, f, g, h, i]) {
-  mesh.matrix.set(a, b, c, p[0], d, e, f, p[1], g, h, i, p[2], 0, 0, 0, 1);
-}
-
-/// A pyramid of 90 degrees that looks along z of the camera.
-function frustum() {
-  const s = 0.25, corners = [[-s, -0.75 * s, s], [s, -0.75 * s, s], [s, 0.75 * s, s], [-s, 0.75 * s, s]];
-  const lines = corners.flatMap((corner, i) => [[0, 0, 0], corner, corner, corners[(i + 1) % 4]]);
-  const geometry = new THREE.BufferGeometry().setFromPoints(lines.map((p) => new THREE.Vector3(...p)));
-  const object = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial());
-  object.userData.role = 'estimate';
+function frustum(role, camera) {
+  const far = 0.3, {width, height, fu, fv, u0, v0} = camera ?? {width: 320, height: 240, fu: 160, fv: 160, u0: 160, v0: 120};
+  const corners = [[0, 0], [width, 0], [width, height], [0, height]].map(([u, v]) => [far * (u - u0) / fu, far * (v - v0) / fv, far]);
+  const points = corners.flatMap((corner, i) => [[0, 0, 0], corner, corner, corners[(i + 1) % 4]]);
+  const object = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points.map((p) => new THREE.Vector3(...p))),
+    new THREE.LineBasicMaterial());
+  object.userData.role = role;
   return object;
 }
 
-function paint(scene) {
-  scene.background = new THREE.Color(color('panel'));
-  scene.traverse((object) => {
-    if (object.userData.role) object.material.color.set(color(object.userData.role));
-  });
+function translucent(role, opacity) {
+  const material = new THREE.MeshBasicMaterial({transparent: true, opacity, depthWrite: false});
+  material.userData = {role};
+  return material;
 }
 
-function grid(scene3d) {
-  const lines = new THREE.GridHelper(12, 12);
-  lines.rotation.x = Math.PI / 2;
-  lines.material.transparent = true;
-  lines.material.opacity = 0.35;
-  scene3d.add(lines);
+/// Pieces in the format of sim/view/model.h.
+function readModel(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  let at = 4 + length;
+  const take = (Kind, count) => { const part = new Kind(buffer, at, count); at += 4 * count; return part; };
+  return JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))).map((piece) => ({...piece,
+    positions: take(Float32Array, 3 * piece.vertices), normals: take(Float32Array, 3 * piece.vertices), colors: take(Float32Array, 3 * piece.vertices),
+    uv: piece.picture < 0 ? null : take(Float32Array, 2 * piece.vertices), index: take(Uint32Array, piece.indices)}));
 }
 
-class View {
-  constructor(data, holder) {
-    this.data = data;
+function readPictures(buffer) {
+  const pictures = [], view = new DataView(buffer);
+  for (let at = 0; at < buffer.byteLength;) {
+    const width = view.getUint32(at, true), height = view.getUint32(at + 4, true);
+    const texture = new THREE.DataTexture(new Uint8Array(buffer, at + 8, 3 * width * height), width, height, THREE.RGBFormat);
+    texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+    texture.magFilter = THREE.LinearFilter;
+    texture.minFilter = THREE.LinearMipMapLinearFilter;
+    texture.generateMipmaps = true;
+    texture.unpackAlignment = 1;
+    texture.needsUpdate = true;
+    pictures.push(texture);
+    at += 8 + 3 * width * height;
+  }
+  return pictures;
+}
+
+function meshOf(piece) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.BufferAttribute(piece.positions, 3));
+  geometry.setAttribute('normal', new THREE.BufferAttribute(piece.normals, 3));
+  geometry.setAttribute('color', new THREE.BufferAttribute(piece.colors, 3));
+  if (piece.uv) geometry.setAttribute('uv', new THREE.BufferAttribute(piece.uv, 2));
+  geometry.setIndex(new THREE.BufferAttribute(piece.index, 1));
+  return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors}));
+}
+
+export class Scene {
+  /// mode: 'follow' the robot, 'orbit' about the path, or through the 'head' camera.
+  constructor(run, mode = 'follow') {
+    Object.assign(this, {run, mode});
+    this.read = this.readSteps = this.readPlanned = 0;
+    this.bodies = [];
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 100);
-    this.camera.up.set(0, 0, 1);
-    this.camera.position.set(-3.5, -5, 5.5);
+    this.element = element('div', {class: 'scene', tabindex: 0, role: 'application',
+      'aria-label': 'room, robot and map in three dimensions; arrow keys turn the view, plus and minus zoom'});
+    this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 60);
+    this.head = new THREE.PerspectiveCamera(73.7, 4 / 3, 0.05, 60);
     this.renderer = new THREE.WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
-    holder.append(this.renderer.domElement);
+    this.element.append(this.renderer.domElement);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(-2.1, -2.5, 2.2);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.target.set(0.8, 0, 0.8);
+    this.controls.enableKeys = false;
+    this.controls.target.set(0, 0, 0.7);
     this.controls.addEventListener('change', () => this.draw());
-    holder.addEventListener('keydown', (event) => this.steer(event));
+    this.element.addEventListener('keydown', (event) => this.steer(event));
     this.fill();
-    new ResizeObserver(() => this.resize(holder)).observe(holder);
-    this.resize(holder);
+    new ResizeObserver(() => this.resize()).observe(this.element);
   }
 
   fill() {
-    const {data, scene} = this;
-    grid(scene);
-    for (const role of ['plan', 'truth', 'estimate']) scene.add(pathLine(data[role], role));
-    const most = Math.max(...data.maps.map((map) => map.landmarks.length));
-    this.landmarks = landmarkPoints(most);
-    this.ellipsoids = new THREE.Group();
-    for (let k = 0; k < most; ++k) this.ellipsoids.add(ellipsoid('first'));
-    this.frustum = frustum();
-    this.camera_ellipsoid = ellipsoid('estimate');
-    this.camera_ellipsoid.material.opacity = 0.5;
-    scene.add(this.landmarks, this.ellipsoids, this.frustum, this.camera_ellipsoid);
-    paint(scene);
-    this.show(data.poses.length - 1);
+    this.scene.add(new THREE.AmbientLight(0xffffff, 0.7));
+    const lamp = new THREE.DirectionalLight(0xffffff, 0.45);
+    lamp.position.set(-2, -3, 6);
+    this.scene.add(lamp);
+    this.grid = new THREE.GridHelper(12, 12);  // the floor until there is a room
+    this.grid.rotation.x = Math.PI / 2;
+    Object.assign(this.grid.material, {transparent: true, opacity: 0.35});
+    this.scene.add(this.grid);
+    const camera = this.run.about.camera;
+    this.paths = {truth: new GrowingLine('truth'), plan: new GrowingLine('plan'), estimate: new GrowingLine('estimate')};
+    this.frusta = {truth: frustum('truth', camera), estimate: frustum('estimate', camera)};
+    this.landed = new GrowingLine('landed', true);
+    this.planned = new GrowingLine('plan', true);
+    this.support = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
+    this.support.userData.role = 'first';
+    this.support.frustumCulled = false;
+    this.zmp = new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial());
+    this.zmp.userData.role = 'bad';
+    const sphere = new THREE.SphereGeometry(1, 10, 8);
+    this.ellipsoids = new THREE.InstancedMesh(sphere, translucent('first', kEllipsoids), kMostLandmarks);
+    this.ellipsoids.frustumCulled = false;
+    this.own = new THREE.Mesh(sphere, translucent('estimate', 0.5));
+    this.own.matrixAutoUpdate = false;
+    this.points = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors}));
+    for (const name of ['position', 'color'])
+      this.points.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * kMostLandmarks), 3));
+    this.points.frustumCulled = false;
+    this.scene.add(...Object.values(this.paths).map((path) => path.object), ...Object.values(this.frusta), this.landed.object,
+      this.planned.object, this.support, this.zmp, this.ellipsoids, this.own, this.points);
+    this.paint();
   }
 
-  show(index) {
-    const pose = this.data.poses[index];
-    this.frustum.position.set(...pose.p);
-    this.frustum.quaternion.set(...pose.q);
-    place(this.camera_ellipsoid, pose.p, pose.axes.map((value) => 10 * value));
-    this.showMap(this.data.maps.findLast((map) => map.t <= pose.t + 1e-6) ?? this.data.maps[0]);
+  addModel(buffer) {
+    const pieces = readModel(buffer), count = Math.max(-1, ...pieces.map(({body}) => body)) + 1;
+    this.bodies = Array.from({length: count}, () => new THREE.Group());
+    this.bodies.forEach((body) => { body.visible = false; this.scene.add(body); });
+    this.pictured = [];
+    this.grid.visible = false;
+    for (const piece of pieces) {
+      const mesh = meshOf(piece);
+      if (piece.picture >= 0) this.pictured.push({mesh, picture: piece.picture});
+      (this.bodies[piece.body] ?? this.scene).add(mesh);
+    }
+  }
+
+  addPictures(buffer) {
+    const textures = readPictures(buffer);
+    for (const {mesh, picture} of this.pictured) {
+      mesh.material.map = textures[picture];
+      mesh.material.needsUpdate = true;
+    }
     this.draw();
   }
 
-  showMap({landmarks}) {
-    const {position} = this.landmarks.geometry.attributes;
-    this.ellipsoids.children.forEach((mesh, k) => { mesh.visible = k < landmarks.length; });
-    landmarks.forEach(({p, axes}, k) => {
-      position.setXYZ(k, ...p);
-      place(this.ellipsoids.children[k], p, axes);
+  paint() {
+    this.scene.background = new THREE.Color(color('panel'));
+    this.scene.traverse((object) => {
+      const role = object.userData.role ?? object.material?.userData?.role;
+      if (role) object.material.color.set(color(role));
     });
-    position.needsUpdate = true;
-    this.landmarks.geometry.setDrawRange(0, landmarks.length);
+    this.draw();
   }
 
-  /// Arrows turn the view about its target, + and - come nearer and go away.
+  /// Adds the frames since the last call to paths and footsteps.
+  readFrames() {
+    for (; this.read < this.run.frames.length; ++this.read) {
+      const frame = this.run.frames[this.read];
+      for (const [name, path] of Object.entries(this.paths)) {
+        const p = frame[name] ?? path.last;
+        path.add(...(p ? [p[0], p[1], p[2]] : [0, 0, -100]));
+        path.last = p;
+      }
+    }
+    for (; this.readSteps < this.run.landed.length; ++this.readSteps) this.addStep(this.landed, this.run.landed[this.readSteps]);
+    for (; this.readPlanned < this.run.planned.length; ++this.readPlanned) this.addStep(this.planned, this.run.planned[this.readPlanned]);
+  }
+
+  addStep(lines, {corners}) {
+    corners.forEach((corner, i) => {
+      lines.add(...corner, kAboveGround);
+      lines.add(...corners[(i + 1) % 4], kAboveGround);
+    });
+  }
+
+  show(index) {
+    this.readFrames();
+    const frame = this.run.frames[index];
+    if (!frame) return;
+    for (const path of Object.values(this.paths)) path.show(index + 1);
+    this.landed.show(8 * this.run.landed.filter(({t}) => t <= frame.t).length);
+    this.planned.show(8 * this.run.planned.filter(({t}) => t <= frame.t).length);
+    this.placeBodies(frame.bodies);
+    for (const [name, object] of Object.entries(this.frusta)) this.placeFrustum(object, frame[name]);
+    this.placeEllipsoid(this.own.matrix, frame.estimate, frame.ellipsoid?.map((x) => 10 * x));
+    this.own.visible = Boolean(frame.estimate && frame.ellipsoid);
+    this.showMap(this.run.mapAt(index), frame.searches ?? []);
+    this.showZmp(frame);
+    this.moveView(frame);
+    this.draw();
+  }
+
+  placeBodies(poses) {
+    this.bodies.forEach((body, i) => {
+      body.visible = Boolean(poses);
+      if (!poses) return;
+      body.position.set(poses[7 * i], poses[7 * i + 1], poses[7 * i + 2]);
+      body.quaternion.set(poses[7 * i + 3], poses[7 * i + 4], poses[7 * i + 5], poses[7 * i + 6]).normalize();
+    });
+  }
+
+  placeFrustum(object, pose) {
+    object.visible = Boolean(pose) && this.mode !== 'head';
+    if (!pose) return;
+    object.position.set(pose[0], pose[1], pose[2]);
+    object.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize();
+  }
+
+  placeEllipsoid(matrix, p, axes) {
+    if (!p || !axes) return;
+    const [a, b, c, d, e, f, g, h, i] = axes;
+    matrix.set(a, b, c, p[0], d, e, f, p[1], g, h, i, p[2], 0, 0, 0, 1);
+  }
+
+  showMap(map, searches) {
+    const outcomes = new Map(searches.map((search) => [search[0], search[6]])), matrix = new THREE.Matrix4(), paint = new THREE.Color();
+    const {position, color: colors} = this.points.geometry.attributes, count = Math.min(map.length, kMostLandmarks);
+    for (let k = 0; k < count; ++k) {
+      const [id, p, axes] = map[k];
+      this.placeEllipsoid(matrix, p, axes);
+      this.ellipsoids.setMatrixAt(k, matrix);
+      paint.set(kOutcomes[outcomes.get(id)] ?? color('first'));
+      position.setXYZ(k, ...p);
+      colors.setXYZ(k, paint.r, paint.g, paint.b);
+    }
+    this.ellipsoids.count = count;
+    this.ellipsoids.instanceMatrix.needsUpdate = position.needsUpdate = colors.needsUpdate = true;
+    this.points.geometry.setDrawRange(0, count);
+    this.shownEllipsoids = count;
+  }
+
+  showZmp(frame) {
+    this.zmp.visible = Boolean(frame.zmp);
+    if (frame.zmp) this.zmp.position.set(frame.zmp[0], frame.zmp[1], kAboveGround);
+    this.support.visible = Boolean(frame.support);
+    if (frame.support)
+      this.support.geometry.setFromPoints(frame.support.map(([x, y]) => new THREE.Vector3(x, y, 2 * kAboveGround)));
+  }
+
+  moveView(frame) {
+    const pose = frame.truth ?? frame.estimate;
+    if (!pose) return;
+    if (this.mode === 'follow') {
+      const target = new THREE.Vector3(pose[0], pose[1], 0.7), moved = target.clone().sub(this.controls.target);
+      this.camera.position.add(moved);
+      this.controls.target.copy(target);
+      this.camera.lookAt(target);
+    }
+    this.head.position.set(pose[0], pose[1], pose[2]);
+    // three.js looks along -z with y up, optical axes along z with y down
+    this.head.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize().multiply(new THREE.Quaternion(1, 0, 0, 0));
+  }
+
+  /// Looks at the whole true path from above and aside.
+  lookAtPath() {
+    const box = new THREE.Box3().setFromPoints(this.run.frames.filter(({truth}) => truth).map(({truth: [x, y]}) => new THREE.Vector3(x, y, 0.8)));
+    const center = box.getCenter(new THREE.Vector3()), far = Math.max(2, box.getSize(new THREE.Vector3()).length());
+    this.controls.target.copy(center);
+    this.camera.position.copy(center).add(new THREE.Vector3(-0.9, -1.1, 1.1).multiplyScalar(far));
+    this.controls.update();
+  }
+
+  setMode(mode, index) {
+    this.mode = mode;
+    this.resize();
+    this.show(index);
+  }
+
+  /// Arrows turn the view about its target, + and - zoom.
   steer(event) {
     const turn = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]}[event.key];
     const zoom = {'+': 0.9, '=': 0.9, '-': 1.1}[event.key];
     if (!turn && !zoom) return;
     event.preventDefault();
-    const {camera, controls} = this, offset = camera.position.clone().sub(controls.target);
-    let azimuth = Math.atan2(offset.y, offset.x), polar = Math.acos(offset.z / offset.length());
-    azimuth += turn?.[0] ?? 0;
-    polar = Math.min(3.1, Math.max(0.05, polar + (turn?.[1] ?? 0)));
-    const far = offset.length() * (zoom ?? 1), flat = far * Math.sin(polar);
-    camera.position.copy(controls.target)
-      .add(new THREE.Vector3(flat * Math.cos(azimuth), flat * Math.sin(azimuth), far * Math.cos(polar)));
+    event.stopPropagation();
+    const {camera, controls} = this, spherical = new THREE.Spherical(), offset = camera.position.clone().sub(controls.target);
+    spherical.setFromCartesianCoords(offset.y, offset.z, offset.x);
+    spherical.theta += turn?.[0] ?? 0;
+    spherical.phi = Math.min(3.1, Math.max(0.05, spherical.phi + (turn?.[1] ?? 0)));
+    spherical.radius *= zoom ?? 1;
+    offset.setFromSpherical(spherical);
+    camera.position.copy(controls.target).add(new THREE.Vector3(offset.z, offset.x, offset.y));
     controls.update();
     this.draw();
   }
 
-  resize(holder) {
-    const width = holder.clientWidth, height = holder.clientHeight;
+  resize() {
+    const width = this.element.clientWidth, height = this.element.clientHeight;
+    if (!width || !height) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
+    this.camera.aspect = this.head.aspect = width / height;
+    const {fv = 160, fu = 160, width: w = 320, height: h = 240} = this.run.about.camera ?? {};
+    const half = Math.max(h / 2 / fv, w / 2 / fu / this.head.aspect);
+    this.head.fov = 2 * Math.atan(half) * 180 / Math.PI;
     this.camera.updateProjectionMatrix();
+    this.head.updateProjectionMatrix();
     this.draw();
   }
 
-  draw() { this.renderer.render(this.scene, this.camera); }
-  repaint() { paint(this.scene); this.draw(); }
-}
-
-const views = [];
-export const repaintScenes = () => views.forEach((view) => view.repaint());
-
-function controls(data, view) {
-  const label = element('output', {}, '');
-  const say = (i) => { label.textContent = `${data.poses[i].t.toFixed(1)} s`; };
-  const slider = element('input', {type: 'range', min: 0, max: data.poses.length - 1, value: data.poses.length - 1,
-    'aria-label': 'time', oninput: () => { say(+slider.value); view.show(+slider.value); }});
-  const ellipsoids = element('input', {type: 'checkbox', checked: '',
-    onchange: () => { view.ellipsoids.visible = ellipsoids.checked; view.draw(); }});
-  say(data.poses.length - 1);
-  return element('div', {class: 'controls'}, 'time', slider, label, element('label', {}, ellipsoids, ' landmark ellipsoids'));
-}
-
-/// The map's element. Without WebGL it says so.
-export function sceneElement(data) {
-  const holder = element('div', {class: 'scene', 'data-figure': 'map_3d', tabindex: 0, role: 'application',
-    'aria-label': 'map in three dimensions; arrow keys turn it, plus and minus zoom'});
-  const shown = element('figure', {}, element('figcaption', {},
-    'Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma ellipsoid ten times as large. Drag or arrow keys to turn, wheel or + and - to zoom.'), holder);
-  countExpected();
-  setTimeout(() => {
-    try {
-      const view = new View(data, holder);
-      views.push(view);
-      shown.append(controls(data, view));
-      countDrawn();
-    } catch (error) {
-      holder.style.height = 'auto';
-      holder.append(`The map cannot be drawn here: ${error.message}`);
-    }
-  });
-  return shown;
+  draw() { this.renderer.render(this.scene, this.mode === 'head' ? this.head : this.camera); }
 }

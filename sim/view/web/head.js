@@ -1,10 +1,9 @@
-// The image of the head camera with what the filter looked for in it.
+// The image of the head camera with what the filter searched for in it.
 import {color, element} from '../../pages/web/dom.js';
+import {kOutcomes} from '../../pages/web/run.js';
 
 const kPatch = 11, kScale = 2;
-/// Outcomes differ in colour and in shape: a whole ellipse with a square, a dashed one, a whole one with a cross.
-export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', refused: '#ff5cc8'};
-const kBegun = '#5aa9ff';
+const kNew = '#5aa9ff';
 
 export class HeadView {
   constructor(run) {
@@ -30,8 +29,8 @@ export class HeadView {
     context.translate(0.5, 0.5);
     context.lineWidth = 1.2;
     for (const search of frame.searches ?? []) this.search(search);
-    context.strokeStyle = kBegun;
-    for (const [u, v] of frame.begun ?? []) this.square(u, v);
+    context.strokeStyle = kNew;
+    for (const [u, v] of frame.new ?? []) this.square(u, v);
   }
 
   search([, u, v, a, b, angle, outcome, foundU, foundV]) {
@@ -43,7 +42,7 @@ export class HeadView {
     context.stroke();
     context.setLineDash([]);
     if (outcome === 'found') this.square(foundU, foundV);
-    if (outcome === 'refused') this.cross(foundU, foundV);
+    if (outcome === 'rejected') this.cross(foundU, foundV);
   }
 
   square(u, v) { this.context.strokeRect(u - kPatch / 2, v - kPatch / 2, kPatch, kPatch); }

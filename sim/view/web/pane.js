@@ -1,26 +1,27 @@
-// What is shown of one run: three dimensions, head image, state in words, strips.
+// One run: three dimensions, head image, state in words, figures over time.
 import {element} from '../../pages/web/dom.js';
-import {HeadView, greyPicture, kOutcomes} from './head.js';
-import {Scene} from './scene.js';
+import {Figure, follow} from '../../pages/web/figures.js';
+import {kOutcomes} from '../../pages/web/run.js';
+import {Scene} from '../../pages/web/scene.js';
+import {HeadView, greyPicture} from './head.js';
 import {StoredImages, getBytes} from './source.js';
-import {Strip, kStrips} from './strips.js';
 
-const legend = () => element('p', {class: 'legend'},
+const legend = () => element('p', {class: 'key'},
   element('b', {class: 'truth'}, '— true'), element('b', {class: 'plan'}, '— planned'), element('b', {class: 'estimate'}, '— estimated'),
   element('b', {class: 'landed'}, '▭ landed'), element('b', {class: 'first'}, '● landmarks, 3σ'), ' camera’s own 3σ ten times as large');
-const kSigns = {found: '◯▫', missed: '◌', refused: '◯×'};
-const searchLegend = () => element('p', {class: 'legend'}, 'searched, 3σ: ',
-  ...Object.keys(kOutcomes).map((outcome) => element('b', {class: outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'begun'}, '▫ new'));
+const kSigns = {found: '◯▫', missed: '◌', rejected: '◯×'};
+const searchLegend = () => element('p', {class: 'key'}, 'searched, 3σ: ',
+  ...Object.keys(kOutcomes).map((outcome) => element('b', {class: outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'new'}, '▫ new'));
 
 export class Pane {
   constructor(run, go) {
-    Object.assign(this, {run, index: -1});
+    Object.assign(this, {run, go, index: -1, figures: []});
     this.images = new StoredImages(run);
     this.live = new Map();
     this.head = new HeadView(run);
     this.state = element('p', {class: 'state', role: 'status'});
     this.counts = element('p', {class: 'soft'});
-    this.strips = kStrips.map((what) => new Strip(what, run, go));
+    this.strips = element('div', {class: 'strips'});
     try {
       this.scene = new Scene(run);
     } catch (error) {
@@ -32,8 +33,7 @@ export class Pane {
       element('div', {class: 'views'},
         element('figure', {class: 'space'}, this.scene?.element, legend()),
         element('figure', {class: 'head'}, this.head.canvas, searchLegend(), this.state, this.counts)),
-      element('div', {class: 'strips'}, this.strips.map((strip) => strip.element)));
-    this.shownStrips = 0;
+      this.strips);
   }
 
   async loadModel() {
@@ -61,7 +61,7 @@ export class Pane {
     this.scene?.show(index);
     this.say(frame);
     this.showHead(index, frame);
-    this.drawStrips();
+    this.showCursor();
   }
 
   showHead(index, frame) {
@@ -82,14 +82,26 @@ export class Pane {
   }
 
   say(frame) {
-    this.state.textContent = frame.state ? `Filter: ${frame.state}` : 'No filter runs.';
+    this.state.textContent = frame.state ? `Filter: ${frame.state}` : 'There is no filter.';
     this.state.className = `state health-${frame.health ?? 0}`;
     const of = (outcome) => (frame.searches ?? []).filter((search) => search[6] === outcome).length;
     this.counts.textContent = frame.state
-      ? `${frame.landmarks} landmarks; ${(frame.searches ?? []).length} searched for: ${of('found')} found, ${of('missed')} missed, ${of('refused')} refused` : '';
+      ? `${frame.landmarks} landmarks; ${(frame.searches ?? []).length} searched for: ${of('found')} found, ${of('missed')} missed, ${of('rejected')} rejected` : '';
   }
 
-  drawStrips() { for (const strip of this.strips) strip.draw(this.index); }
+  /// Figures over time, which the program draws. html: from strips.cc.
+  showStrips(html) {
+    this.strips.replaceChildren(...new DOMParser().parseFromString(html, 'text/html').body.children);
+    this.figures = [...this.strips.children].map((holder) => new Figure(holder));
+    follow(this.figures, (_, t) => this.go(t), () => this.showCursor());
+    this.showCursor();
+  }
+
+  showCursor() {
+    const frame = this.run.frames[this.index];
+    if (frame) for (const figure of this.figures) figure.show(frame.t);
+  }
+
   repaint() {
     this.scene?.paint();
     this.show(this.index);

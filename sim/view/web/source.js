@@ -1,4 +1,4 @@
-// Where frames come from: finished runs over HTTP, a run that goes on over a WebSocket.
+// Frames of finished runs over HTTP, and of a live run over a WebSocket.
 
 const token = new URLSearchParams(location.search).get('token') ?? '';
 const address = (path) => `${path}?token=${encodeURIComponent(token)}`;
@@ -13,7 +13,7 @@ export const getBytes = async (path) => (await get(path)).arrayBuffer();
 
 const kKept = 400;
 
-/// Images by the index of their frame, of which the last few hundred are kept.
+/// Images by the index of their frame; keeps the last few hundred.
 export class StoredImages {
   constructor(run) { Object.assign(this, {run, kept: new Map()}); }
 
@@ -29,12 +29,12 @@ export class StoredImages {
   }
 }
 
-/// Calls frame(JSON, bytes of the image), told(message) and closed() as they come.
-export function listen({frame, told, closed}) {
+/// Calls frame(JSON, bytes of the image), message(JSON) and closed() as they arrive.
+export function listen({frame, message: received, closed}) {
   const socket = new WebSocket(`ws://${location.host}${address('/socket')}`, 'gaitslam.view.v1');
   socket.binaryType = 'arraybuffer';
   socket.onmessage = ({data}) => {
-    if (typeof data === 'string') return told(JSON.parse(data));
+    if (typeof data === 'string') return received(JSON.parse(data));
     const length = new DataView(data).getUint32(0, true);
     frame(JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), new Uint8Array(data, 4 + length));
   };

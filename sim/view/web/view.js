@@ -1,7 +1,7 @@
 // The page: panes of one run or two, the time line that they share, and the keys.
-import {element} from '../../pages/web/dom.js';
+import {element, toggleTheme} from '../../pages/web/dom.js';
+import {Run} from '../../pages/web/run.js';
 import {Pane} from './pane.js';
-import {Run} from './run.js';
 import {getJson, listen} from './source.js';
 
 const {dataset} = document.documentElement;
@@ -14,16 +14,15 @@ class Page {
     this.build();
     addEventListener('keydown', (event) => this.key(event));
     addEventListener('hashchange', () => this.goToHash());
-    addEventListener('resize', () => this.panes.forEach((pane) => pane.drawStrips()));
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.repaint());
   }
 
   build() {
     const button = (text, title, action) => element('button', {type: 'button', title, onclick: action}, text);
     this.play = button('', 'space', () => this.toggle());
-    this.step = button('step', 'go on for one frame: .', () => this.stepOn());
-    this.speeds = element('select', {'aria-label': 'speed', title: 'f: as fast as it goes, 1, 4: a quarter', onchange: () => this.setSpeed(+this.speeds.value)},
-      [[0, 'as fast as it goes'], [1, '1 ×'], [0.25, '0.25 ×']].map(([value, text]) => element('option', {value}, text)));
+    this.step = button('step', 'one frame: .', () => this.stepOn());
+    this.speeds = element('select', {'aria-label': 'speed', title: 'f: full speed, 1, 4: a quarter', onchange: () => this.setSpeed(+this.speeds.value)},
+      [[0, 'full speed'], [1, '1 ×'], [0.25, '0.25 ×']].map(([value, text]) => element('option', {value}, text)));
     this.views = element('select', {'aria-label': 'view', title: 'r, o, c', onchange: () => this.setMode(this.views.value)},
       [['follow', 'follow the robot'], ['orbit', 'stay'], ['head', 'through the camera']].map(([value, text]) => element('option', {value}, text)));
     this.slider = element('input', {type: 'range', min: 0, max: 1, step: 0.001, value: 0, 'aria-label': 'time', oninput: () => this.go(+this.slider.value)});
@@ -62,7 +61,7 @@ class Page {
     dataset.t = t;
   }
 
-  /// To a time that somebody chose.
+  /// Goes to a chosen time.
   go(t) {
     if (!Number.isFinite(t)) return;
     this.atEnd = false;
@@ -104,7 +103,7 @@ class Page {
     dataset.playing = this.playing;
   }
 
-  /// A finished run plays on.
+  /// Plays a finished run.
   tick(now) {
     if (!this.playing) return;
     const {run} = this.panes[0], passed = (now - (this.playSince ?? now)) / 1000;
@@ -142,9 +141,7 @@ class Page {
   }
 
   toggleTheme() {
-    const root = document.documentElement;
-    const dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
-    root.dataset.theme = dark ? 'light' : 'dark';
+    toggleTheme();
     this.repaint();
   }
 
@@ -162,8 +159,10 @@ class Page {
   }
 
   async playBack() {
-    await Promise.all(this.panes.map(async ({run}) => {
-      for (const frame of (await getJson(`/run/${run.index}`)).frames) run.append(frame);
+    await Promise.all(this.panes.map(async (pane) => {
+      const {frames, strips} = await getJson(`/run/${pane.run.index}`);
+      for (const frame of frames) pane.run.append(frame);
+      pane.showStrips(strips);
     }));
     if (!this.goToHash()) this.show(0);
     dataset.frames = this.panes[0].run.frames.length;
@@ -187,14 +186,14 @@ class Page {
         drawing = true;
         requestAnimationFrame(newest);
       },
-      told: (message) => this.told(message),
+      message: (message) => this.receive(message),
       closed: () => this.closed(),
     });
   }
 
   closed() {
     dataset.closed = 'true';
-    if (!this.ended) this.note.textContent = 'The connection is closed: the run has ended, or its program.';
+    if (!this.ended) this.note.textContent = 'The connection is closed: the run or its program has ended.';
     if (this.about.runs[0].next_follows) this.awaitNext();
   }
 
@@ -206,8 +205,10 @@ class Page {
     }
   }
 
-  told({op, paused, speed, how, why}) {
-    if (op === 'pace') {
+  receive({op, paused, speed, how, why, html}) {
+    if (op === 'strips') {
+      this.panes[0].showStrips(html);
+    } else if (op === 'pace') {
       this.playing = this.about.control ? !paused : this.playing;
       if (this.about.control) this.speeds.value = speed;
       this.sayPlay();
@@ -215,7 +216,7 @@ class Page {
       this.ended = true;
       dataset.ended = 'true';
       this.note.textContent = how;
-    } else if (op === 'refused') {
+    } else if (op === 'rejected') {
       this.note.textContent = why;
     }
   }

@@ -112,7 +112,7 @@ class Exported : public testing::Test {
     for (int k = 0; k < 12; ++k) {
       const slam::Observation ideal = observation(k, begin, random);
       writer.add(ideal);
-      for (const slam::Observation& input : errors.take(ideal)) expected.add(input);
+      for (const slam::Observation& input : errors.process(ideal)) expected.add(input);
       const recording::TruePoses truth{ideal.t, random_pose(random), random_pose(random),
                                        random_pose(random)};
       const recording::TrueMotion motion{ideal.t, random_pose(random), random_vector(random)};
@@ -173,7 +173,7 @@ class Exported : public testing::Test {
 
   fs::path made(const std::string& format) const {
     const fs::path out = folder_ / format;
-    export_run(run_, format, out, files::Existing::refuse);
+    export_run(run_, format, out, files::Existing::reject);
     return out;
   }
 

@@ -48,7 +48,7 @@ class CollisionTest : public testing::Test {
     return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, {}});
   }
   Outcome run(const std::string& name, const ReadScenario& read, const fs::path& models = kModels) const {
-    return sim::live::run(read, {folder_ / name, sim::files::Existing::refuse, models, "1", "test", {}},
+    return sim::live::run(read, {folder_ / name, sim::files::Existing::reject, models, "1", "test", {}},
                           [](double) {});
   }
 
@@ -79,7 +79,7 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItHoldsTheCommands) {
           StartsWith("<argument>:2:42: walk.commands[1]: straight: at ")));
 }
 
-TEST_F(CollisionTest, NineMetresAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
+TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
   const Outcome outcome = run("ahead", scenario(kAhead, {"limits.ending=[collided]"}));
   EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 0);

@@ -51,7 +51,7 @@ class SteeredRunTest : public testing::Test {
   }
   sim::result::ResultPlace place(const std::string& name) const {
     return {folder_ / name,
-            sim::files::Existing::refuse,
+            sim::files::Existing::reject,
             fs::path(GAITSLAM_SOURCE_DIR) / "models",
             "1",
             "test",

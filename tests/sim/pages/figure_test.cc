@@ -7,12 +7,6 @@
 #include <cmath>
 
 #include "sim/files/text.h"
-#include "sim/pages/axis.h"
-#include "sim/pages/bundle.h"
-#include "sim/pages/comparison_figures.h"
-#include "sim/pages/page.h"
-#include "sim/pages/page_data.h"
-#include "sim/pages/pictures.h"
 #include "sim/pages/run_figures.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -80,9 +74,9 @@ RunData run_of(const Column& nees_position, const Column& nees_orientation) {
 }
 
 // Two runs: the mean is in its band from 0.62 to 7.22; the first second does not count.
-TEST(BatchFigures, SayInHowManyFramesTheMeanNeesIsInItsBand) {
+TEST(ComparisonFigures, GiveTheShareOfFramesWithTheMeanNeesInItsBand) {
   const auto figures =
-      batch_figures({run_of({9, 3, 0.1, 9}, {1, 1, 1, 1}), run_of({9, 3, 0.2, 9}, {1, 1, 1, NAN})});
+      comparison_figures({run_of({9, 3, 0.1, 9}, {1, 1, 1, 1}), run_of({9, 3, 0.2, 9}, {1, 1, 1, NAN})});
   ASSERT_EQ(figures.size(), 3u);
   const Figure& nees = figures[2];
   EXPECT_THAT(nees.title, HasSubstr("position 33 % (below it 33 %), orientation 100 % (below it 0 %)"));
@@ -95,7 +89,7 @@ TEST(Svg, NotANumberBreaksALine) {
   const std::string whole = to_svg(one_line({0, 1, 2, 3}, {0, 1, 2, 3}), 400, 300);
   const std::string broken = to_svg(one_line({0, 1, 2, 3}, {0, NAN, 2, 3}), 400, 300);
   const auto strokes = [](const std::string& svg) {
-    const std::size_t line = svg.find("class='line");
+    const std::size_t line = svg.find(" d='", svg.find("class='line"));
     const std::string path = svg.substr(line, svg.find("/>", line) - line);
     return std::count(path.begin(), path.end(), 'M');
   };
@@ -110,25 +104,25 @@ TEST(Svg, TextEndsNeitherAnElementNorAnAttribute) {
   EXPECT_THAT(to_svg(figure, 400, 300), HasSubstr("aria-label='a &lt; b &amp; c&#39;s'"));
 }
 
-TEST(Svg, AColourIsThereForReadersWithoutVariablesAndForThePageAroundIt) {
+TEST(Svg, AColorIsThereForProgramsWithoutVariablesAndForThePageAroundIt) {
   EXPECT_THAT(to_svg(one_line({0, 1}, {0, 1}), 400, 300),
-              HasSubstr(".line.estimate{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
+              HasSubstr("{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
 }
 
 TEST(Svg, ATitleAndALegendThatDoNotFitInALineAreBelowEachOther) {
   Figure figure = one_line({0, 1}, {0, 1});
   const std::string beside = to_svg(figure, 300, 300);
-  EXPECT_THAT(beside, HasSubstr("y='18'>Title</text>"));
-  EXPECT_THAT(beside, HasSubstr("y='18'>truth</text>"));
+  EXPECT_THAT(beside, HasSubstr("y='18.0' class='title'>Title</text>"));
+  EXPECT_THAT(beside, HasSubstr("y='18.0' >truth</text>"));
   figure.title = "A title that is as long as those of some of the figures of a report";
   const std::string below = to_svg(figure, 300, 300);
-  EXPECT_THAT(below, HasSubstr("y='18'>A title that is as long as those of</text>"));
-  EXPECT_THAT(below, HasSubstr("y='36'>some of the figures of a report</text>"));
-  EXPECT_THAT(below, HasSubstr("y='54'>truth</text>"));
+  EXPECT_THAT(below, HasSubstr("y='18.0' class='title'>A title that is as long as those of</text>"));
+  EXPECT_THAT(below, HasSubstr("y='36.0' class='title'>some of the figures of a report</text>"));
+  EXPECT_THAT(below, HasSubstr("y='54.0' >truth</text>"));
   EXPECT_THAT(below, HasSubstr("<rect class='frame' x='62.0' y='66.0'"));
 }
 
-TEST(Svg, EqualAxesGiveAMetreTheSameLengthBothWays) {
+TEST(Svg, EqualAxesGiveAMeterTheSameLengthBothWays) {
   Figure figure = one_line({0, 4}, {0, 1});
   figure.equal_axes = true;
   const std::string svg = to_svg(figure, 500, 500);
@@ -152,14 +146,13 @@ TEST(Svg, ABoxReachesFromTheFirstToTheThirdQuartile) {
   EXPECT_THAT(svg, HasSubstr(fmt::format(" y='{:.1f}' width=", axis.at(4))));
   EXPECT_THAT(svg, HasSubstr(fmt::format("height='{:.1f}'/>", axis.at(2) - axis.at(4))));
   EXPECT_THAT(svg, HasSubstr(">other</text>")) << "an estimator without a value is named too";
-  EXPECT_TRUE(figure.is_still());
 }
 
 RunData seed_of_estimator(const char* estimator, int seed, double ate_m) {
   RunData run = run_of({1, 1, 1, 1}, {1, 1, 1, 1});
   run.folder = fmt::format("{}/seed-{}", estimator, seed);
-  run.score = {{"scenario", "hall"}, {"estimator", estimator}, {"seed", seed}};
-  run.score["metrics"]["ate_se3_rmse_m"] = {{"value", ate_m}, {"unit", "m"}};
+  run.scenario = "hall", run.estimator = estimator, run.seed = static_cast<std::uint64_t>(seed);
+  run.metrics = {{"ate_se3_rmse_m", "m", "", ate_m}};
   return run;
 }
 
@@ -197,25 +190,15 @@ TEST(WaistFromAbove, CorrectionsAreDrawnAsLargeAsCanBeReadAndTheLegendSaysHowMuc
   EXPECT_NEAR(arrows(0.5).x.at(1), 0.5, 1e-12);
 }
 
-TEST(Base64, GivesTheTestVectorsOfRfc4648) {
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foo"), "Zm9v");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
-}
-
-TEST(PageData, NotANumberBecomesNothing) {
-  const auto json = to_json(one_line({0, 1}, {NAN, 0.123456789}));
-  EXPECT_TRUE(json["lines"][0]["y"][0].is_null());
-  EXPECT_EQ(json["lines"][0]["y"][1], 0.12346);
-}
-
-TEST(Page, TheBundleIsInTheProgram) {
-  EXPECT_GT(page_script().size(), 100000u);
-  EXPECT_THAT(std::string(page_style()), HasSubstr(".dygraph-legend"));
-  EXPECT_THAT(std::string(page_script()), Not(HasSubstr("</script")))
-      << "it would end the element that holds it";
+// web/figures.js reads values under the cursor from the axes and the named paths.
+TEST(PageSvg, HasItsAxesAndTheNamesOfItsLines) {
+  Figure figure = one_line({0, 10}, {1, 100});
+  figure.x_label = "time [s]", figure.logarithmic = true;
+  const std::string svg = to_page_svg(figure, 400, 300);
+  EXPECT_THAT(svg, testing::ContainsRegex("data-x='-0.5 10.5 62 386 0' data-y='0.6[0-9]* 150 254 12 1' "
+                                          "data-over-time='yes'"));
+  EXPECT_THAT(svg, HasSubstr("data-name='truth'"));
+  EXPECT_THAT(svg, Not(HasSubstr("<style")));
 }
 
 }  // namespace

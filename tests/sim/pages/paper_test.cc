@@ -7,11 +7,6 @@
 #include <fstream>
 #include <random>
 
-#include "sim/pages/paper_depths.h"
-#include "sim/pages/paper_height.h"
-#include "sim/pages/paper_page.h"
-#include "sim/pages/paper_rows.h"
-
 namespace {
 
 using namespace sim::pages;
@@ -21,10 +16,9 @@ using testing::SizeIs;
 
 RunData run(std::uint64_t seed, const std::map<std::string, double>& metrics) {
   RunData data;
-  data.score["seed"] = seed;
-  data.score["ending"] = "completed";
-  data.score["metrics"] = nlohmann::ordered_json::object();
-  for (const auto& [name, value] : metrics) data.score["metrics"][name]["value"] = value;
+  data.seed = seed;
+  data.ending = "completed";
+  for (const auto& [name, value] : metrics) data.metrics.push_back({name, "", "", value});
   return data;
 }
 
@@ -48,12 +42,12 @@ TEST(PaperRows, DriftsAgreeWithinAFactorOfTwoWhateverTheirSigns) {
       run(1, {{"plan_drift_x_m", 0.09}, {"plan_drift_y_m", -0.34}, {"plan_drift_yaw_deg", 29}}),
       run(2, {{"plan_drift_x_m", 0.11}, {"plan_drift_y_m", -0.36}, {"plan_drift_yaw_deg", 31}})};
   const auto rows = paper_rows(runs);
-  const auto& x = row(rows, "Facing the centre, first trial: drift in X");
+  const auto& x = row(rows, "Facing the center, first trial: drift in X");
   EXPECT_EQ(x.paper, "240 mm");
   EXPECT_EQ(x.bench, "100.0 mm (sd 14.1)") << "the sample deviation of 90 and 110";
   EXPECT_EQ(x.agreement, Agreement::differs) << "100 is below 240 / 2";
-  EXPECT_EQ(row(rows, "Facing the centre, first trial: drift in Y").agreement, Agreement::agrees);
-  EXPECT_EQ(row(rows, "Facing the centre, first trial: drift in yaw").agreement, Agreement::agrees);
+  EXPECT_EQ(row(rows, "Facing the center, first trial: drift in Y").agreement, Agreement::agrees);
+  EXPECT_EQ(row(rows, "Facing the center, first trial: drift in yaw").agreement, Agreement::agrees);
 }
 
 TEST(PaperRows, DriftsBelowTheNegligibleAgree) {
@@ -85,7 +79,7 @@ TEST(PaperRows, OneRunHasNoStandardDeviationAndNoRange) {
   runs["tangent_circle"] = {run(1, {{"loop_closed", 1}, {"loop_landmarks", 12}})};
   EXPECT_EQ(row(paper_rows(runs), "Tangent quadrant: drift in X").bench, "-9.0 mm");
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").bench,
-            "1 of 1 closed; landmarks recognised: 12; ATE none");
+            "1 of 1 closed; landmarks recognized: 12; ATE none");
 }
 
 TEST(PaperRows, TimesOnOtherComputersAreNotCompared) {
@@ -97,16 +91,14 @@ TEST(PaperRows, TimesOnOtherComputersAreNotCompared) {
   EXPECT_EQ(time.agreement, Agreement::none);
 }
 
-TEST(PaperPage, CountsTheRowsThatCanBeComparedAlone) {
+TEST(PaperPage, CountsRowsByTheirAgreement) {
   PaperRuns runs;
   runs["tangent_quadrant"] = {run(1, {{"plan_drift_x_m", -0.009}})};
-  const std::string rows = std::to_string(paper_rows(runs).size() - 1);
   EXPECT_THAT(
       paper_page(runs, "abc"),
-      HasSubstr(
-          "<p>1 experiment, 1 seed each. Of 1 row that can be compared, 1 agrees, 0 are better than the "
-          "paper's, <strong>0 differ</strong>. " +
-          rows + " rows cannot be compared.</p>"));
+      HasSubstr("<p>1 experiment, 1 seed each. Comparable rows: 1; agree: 1; better than the paper: 0; "
+                "<strong>differ: 0</strong>. Not comparable: " +
+                std::to_string(paper_rows(runs).size() - 1) + ".</p>"));
 }
 
 TEST(PaperPage, SaysWhereItDiffers) {
@@ -118,7 +110,7 @@ TEST(PaperPage, SaysWhereItDiffers) {
   EXPECT_THAT(paper_page({}, "abc"), HasSubstr("No row differs"));
 }
 
-// Steps of 0.8 s whose height changes by `jump` in the frame after an impact and by noise elsewhere.
+// Steps of 0.8 s: the height changes by `jump` in the frame after an impact and by noise elsewhere.
 struct Heights {
   Column t, z, impacts;
 };
@@ -143,7 +135,6 @@ TEST(ImpactLink, FindsJumpsThatFollowImpacts) {
   // Of three frames after an impact one changes by 1 mm, all others by 0.05 mm in the mean: (1 + 2 x 0.05) /
   // 3 / 0.05.
   EXPECT_NEAR(link->ratio, 7.3, 0.7);
-  EXPECT_GT(link->correlation, 0.4);
 }
 
 TEST(ImpactLink, FindsNoneInNoiseMoreOftenThanItsLevel) {

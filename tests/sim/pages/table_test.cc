@@ -1,11 +1,10 @@
-#include "sim/pages/table.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <fstream>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
+#include "sim/pages/run_data.h"
 
 namespace {
 
@@ -37,7 +36,7 @@ TEST_F(TableTest, ColumnsAreFoundByTheirNamesWithoutUnit) {
   EXPECT_EQ(t.rows(), 2u);
   EXPECT_THAT(t.seconds("timestamp"), ElementsAre(1.5, 2));
   EXPECT_EQ(t.numbers("b")[0], 2.5);
-  EXPECT_TRUE(std::isnan(t.numbers("b")[1])) << "an empty field is no zero";
+  EXPECT_TRUE(std::isnan(t.numbers("b")[1])) << "an empty field is not zero";
   EXPECT_THAT(t.text("kind"), ElementsAre("point", "line"));
 }
 

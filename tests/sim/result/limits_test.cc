@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {

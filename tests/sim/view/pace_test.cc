@@ -9,7 +9,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// A run of ticks of 5 ms in a thread of its own.
+/// A run of ticks of 5 ms in its own thread.
 class TickingRun {
  public:
   explicit TickingRun(Pace& pace)

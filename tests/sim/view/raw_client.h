@@ -1,4 +1,4 @@
-// A client that says exactly what a test wants, over a bare socket.
+// A client that sends exactly the given bytes over a socket.
 #pragma once
 
 #include <arpa/inet.h>
@@ -12,6 +12,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+
+#include "sim/view/access.h"
 
 namespace sim::view {
 
@@ -36,7 +38,7 @@ class RawClient {
   }
   bool sent_all() const { return sent_all_; }
 
-  /// Whether the other side has closed within that time; what it sent before is kept.
+  /// True if the other side closes within that time; keeps the bytes received before.
   bool is_closed_within(int ms) {
     while (receive(ms))
       ;
@@ -111,6 +113,22 @@ inline std::optional<std::string> next_payload(RawClient& client, int ms = 5000)
       size = size << 8 | static_cast<unsigned char>(byte);
   }
   return client.exactly(size, ms);
+}
+
+/// A request that becomes a WebSocket.
+inline std::string upgrade(const std::string& target, const std::string& headers,
+                           const std::string& protocol = "gaitslam.view.v1") {
+  return "GET " + target + " HTTP/1.1\r\n" + headers +
+         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " +
+         protocol + "\r\n\r\n";
+}
+
+/// Opens a client's WebSocket; returns the head of the answer.
+inline std::string open_socket(RawClient& client, const Access& access,
+                               const std::string& protocol = "gaitslam.view.v1") {
+  client.send(upgrade("/socket?token=" + access.token, "Host: " + authority(access) + "\r\n", protocol));
+  return client.until("\r\n\r\n");
 }
 
 }  // namespace sim::view

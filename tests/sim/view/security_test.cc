@@ -1,4 +1,4 @@
-// What the server refuses: each test fails where its guard is taken away.
+// Security rules of the server: each test fails without its guard.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -46,13 +46,6 @@ class Security : public testing::Test {
                                 const std::string& method = "GET") const {
     return request(target, fmt::format("Host: {}\r\n{}", host(), more), method);
   }
-  std::string upgrade(const std::string& target, const std::string& headers,
-                      const std::string& protocol = "gaitslam.view.v1") const {
-    return fmt::format(
-        "GET {} HTTP/1.1\r\n{}Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: {}\r\n\r\n",
-        target, headers, protocol);
-  }
   std::string upgraded(const std::string& target, const std::string& headers,
                        const std::string& protocol = "gaitslam.view.v1") const {
     RawClient client(port_);
@@ -62,8 +55,7 @@ class Security : public testing::Test {
   /// A WebSocket that is open.
   std::unique_ptr<RawClient> opened() const {
     auto client = std::make_unique<RawClient>(port_);
-    client->send(upgrade("/socket?token=" + kToken, "Host: " + host() + "\r\n"));
-    EXPECT_THAT(client->until("\r\n\r\n"), StartsWith("HTTP/1.1 101"));
+    EXPECT_THAT(open_socket(*client, server_.access()), StartsWith("HTTP/1.1 101"));
     return client;
   }
   void expect_alive() const {
@@ -316,19 +308,14 @@ class Viewed {
  public:
   explicit Viewed(bool control)
       : view_({.token = kToken}, {.label = "walk"}, control), client_(view_.access().port) {
-    client_.send(fmt::format(
-        "GET /socket?token={} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: "
-        "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: gaitslam.view.v1\r\n\r\n",
-        kToken, authority(view_.access())));
-    client_.until("\r\n\r\n");
+    open_socket(client_, view_.access());
     next_payload(client_);  // the pace
   }
   std::string answer(const std::string& message) {
     client_.send(text_frame(message));
     return next_payload(client_).value_or("");
   }
-  /// Whether the run goes on within that time.
+  /// True if the run continues within half a second.
   bool goes_on() {
     std::atomic<bool> done = false;
     std::thread run([&] {
@@ -351,7 +338,7 @@ TEST(ReadOnly, CommandsAreRefusedWithoutControl) {
   Viewed viewed(false);
   for (const char* const message :
        {R"({"op":"pause"})", R"({"op":"step"})", R"({"op":"speed","factor":0.25})", R"({"op":"resume"})"})
-    EXPECT_THAT(viewed.answer(message), AllOf(HasSubstr("\"refused\""), HasSubstr("read-only"))) << message;
+    EXPECT_THAT(viewed.answer(message), AllOf(HasSubstr("\"rejected\""), HasSubstr("read-only"))) << message;
   EXPECT_TRUE(viewed.goes_on());
 }
 
@@ -367,7 +354,7 @@ TEST(ReadOnly, MalformedMessagesAreAnsweredAndSurvived) {
   Viewed viewed(true);
   for (const char* const message : {"", "{", "[]", "null", "{\"op\":7}", "{\"op\":\"speed\"}",
                                     "{\"op\":\"speed\",\"factor\":-1}", "{\"op\":\"launch\"}"})
-    EXPECT_THAT(viewed.answer(message), HasSubstr("\"refused\"")) << message;
+    EXPECT_THAT(viewed.answer(message), HasSubstr("\"rejected\"")) << message;
   EXPECT_THAT(viewed.answer(R"({"op":"speed","factor":1})"), HasSubstr("\"speed\":1.0"));
 }
 

@@ -1,0 +1,72 @@
+// One frame as pages and the view show it: what the camera saw, what the filter made of it, and where
+// everything was.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/files/trajectory_file.h"
+#include "slam/frame_report.h"
+#include "slam/observation.h"
+
+namespace sim::pages {
+
+/// A foot on the ground: (x m, y m, yaw rad) of its sole point, true and planned.
+struct FootPlace {
+  Eigen::Vector3d truth = Eigen::Vector3d::Zero(), plan = Eigen::Vector3d::Zero();
+  bool planned_down = true;
+  double load_n = 0;                        ///< vertical force
+  std::optional<Eigen::Vector3d> landed{};  ///< place of its last landing; absent in the air
+};
+
+/// Unknown parts are absent or empty.
+struct Frame {
+  slam::Stamp t{0};
+  cv::Mat image = {};              ///< 8-bit grey
+  std::vector<float> bodies = {};  ///< of the robot: position, quaternion (x, y, z, w) each
+  std::optional<Eigen::Isometry3d> truth = {}, plan = {}, estimate = {};  ///< X_WC; plan: X_PC
+  std::optional<files::Matrix6d> covariance = {};             ///< of the estimate, as in slam::Estimate
+  std::optional<std::array<FootPlace, 2>> feet = {};          ///< left, right
+  std::optional<Eigen::Vector2d> zmp = {}, planned_zmp = {};  ///< m on the ground; planned_zmp in P
+  std::vector<Eigen::Vector2d> support = {};                  ///< corners of the support polygon, in W
+  std::optional<slam::FrameReport> report = {};
+  std::optional<std::vector<slam::MapPoint>> map = {};  ///< absent if it is the one before
+};
+
+/// The state of the filter as a sentence.
+std::string state_in_words(const slam::FrameReport& report);
+/// Estimate minus truth: x, y, z (m, axes of W) and heading (rad); their standard deviations; the normalized
+/// error squared of the position.
+struct FrameError {
+  Eigen::Vector4d error, sigma = Eigen::Vector4d::Constant(NAN);
+  double nees = NAN;
+};
+/// Empty without truth or estimate; NaN without a covariance.
+std::optional<FrameError> error_of(const Frame& frame);
+/// Standard deviation of the heading: of the orientation error's component along the world's vertical.
+double sigma_yaw(const Eigen::Isometry3d& X_WC, const files::Matrix6d& covariance);
+/// Half axes (longer first) and angle (rad) of the 3-sigma ellipse of a covariance.
+Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
+
+/// JSON of a frame for the page's script (web/run.js documents the keys). Lengths in m, angles in rad; values
+/// that are not finite are null.
+std::string to_json(const Frame& frame);
+
+/// A WebSocket message: the length of the JSON (little-endian, four bytes), the JSON, the grey image row by
+/// row.
+std::string to_message(const Frame& frame);
+
+/// The image file of each frame; empty if there is none. Throws FileError if a file is outside of the
+/// recording.
+std::vector<std::filesystem::path> image_files(const std::vector<Frame>& frames,
+                                               const std::filesystem::path& recording);
+/// A PNG file. Throws FileError for any other file.
+std::string read_png(const std::filesystem::path& file);
+
+}  // namespace sim::pages

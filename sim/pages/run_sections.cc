@@ -1,0 +1,310 @@
+#include "sim/pages/run_sections.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "sim/files/text.h"
+#include "sim/pages/html.h"
+#include "sim/pages/run_figures.h"
+#include "sim/recording/image_size.h"
+#include "sim/scenario/keys.h"
+#include "sim/scenario/scenario.h"
+#include "sim/score/metrics.h"
+
+namespace sim::pages {
+namespace {
+
+constexpr int kPictures = 8;
+constexpr int kEvery = 6;  // frames between the poses of the map's slider
+using Sections = std::vector<std::pair<std::string, std::string>>;  // id and title
+
+std::string view_command(const RunData& run) {
+  return "tools/gaitslam view " + files::shell_word(run.folder.string());
+}
+
+std::string ellipse_svg(const slam::Search& search) {
+  const Eigen::Vector3d shape = ellipse(search.S);
+  std::string svg = fmt::format(
+      "<ellipse class='{}' transform='translate({:.1f} {:.1f})rotate({:.1f})' rx='{:.1f}' ry='{:.1f}'/>",
+      search.used ? "used" : "missed", search.pixel.x() + 0.5, search.pixel.y() + 0.5, kDeg * shape(2),
+      shape(0), shape(1));
+  if (search.used && search.match)
+    svg += fmt::format("<rect class='used' x='{:.1f}' y='{:.1f}' width='11' height='11'/>",
+                       search.match->x() - 5, search.match->y() - 5);
+  return svg;
+}
+
+Picture picture_of(const Frame& frame, const std::filesystem::path& file, const Frame& first) {
+  const std::string png = read_png(file);
+  const double shown = std::round(10 * slam::seconds(frame.t - first.t)) / 10;
+  const auto size = recording::image_size(png);
+  std::string svg = fmt::format(
+      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
+      "aria-label='head camera at {2} s'><image width='{0}' height='{1}' "
+      "href='data:image/png;base64,{3}'/>",
+      size->width, size->height, shown, base64(png));
+  if (frame.report)
+    for (const slam::Search& search : frame.report->searched) svg += ellipse_svg(search);
+  return {shown, svg + "</svg>"};
+}
+
+/// The sections of one run. Their ids start with the same prefix.
+class RunSections {
+ public:
+  RunSections(const RunData& run, std::string prefix)
+      : run_(run),
+        prefix_(std::move(prefix)),
+        scenario_(scenario::read_scenario(run.folder / "scenario.yaml").scenario),
+        figures_(run_figures(run)),
+        pictures_(pictures(run, kPictures)) {}
+
+  std::string html(const std::string& title) {
+    add("verdict", title, verdict());
+    add("paths", "Plan, truth and estimate",
+        figures({"from_above", "waist_from_above", "height", "correct"}));
+    if (run_.errors) {
+      add("errors", "Errors with 3-sigma envelopes", figures({"error_"}));
+      add("consistency", "Consistency", figures({"nees", "nis"}));
+      add("loop", "Loop closure", closure_text() + figures({"closure", "matches"}));
+    }
+    add("slip", "Slip of each step", figures({"slip", "landing"}));
+    add("pictures", "Images of the head camera", picture_strip());
+    add("map", "Map", map());
+    add("cpu", "CPU time", figures({"cpu"}));
+    add("metrics", "All metrics", metrics_table());
+    add("configuration", "Configuration", configuration());
+    add("again", "View it and run it again",
+        "<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens that "
+        "time.</p>" +
+            command_html(view_command(run_)) +
+            command_html(fmt::format("tools/gaitslam run {} --out DIR",
+                                     files::shell_word((run_.folder / "scenario.yaml").string()))));
+    return navigation_html(sections_) + html_;
+  }
+
+ private:
+  void add(const char* name, const std::string& title, const std::string& inside) {
+    if (inside.empty()) return;
+    sections_.emplace_back(prefix_ + name, title);
+    html_ += section_html(prefix_ + name, title, inside);
+  }
+
+  std::string verdict() const {
+    const Verdict verdict = verdict_of(run_);
+    std::string html =
+        fmt::format("<p><span class='verdict {}'>{}</span> {}", verdict.exit_code == 0 ? "good" : "bad",
+                    escaped(verdict.text), escaped(run_.about.cause));
+    if (!run_.about.counterfactual.empty())
+      html += fmt::format(" Counterfactual: {}.", escaped(run_.about.counterfactual));
+    if (run_.about.alignment == "none")
+      html += " Its trajectory was scored without alignment.";
+    else if (!run_.about.alignment.empty())
+      html += fmt::format(" Its trajectory was aligned with the truth ({}) before it was scored.",
+                          escaped(run_.about.alignment));
+    return html + "</p>" + cards() + limits_table();
+  }
+
+  std::string cards() const {
+    constexpr std::array kCards{"ate_se3_rmse_m",
+                                "rmse_m",
+                                "end_position_error_m",
+                                "end_yaw_error_deg",
+                                "loop_landmarks",
+                                "nees_position_mean",
+                                "navigation_rmse_m",
+                                "navigation_end_position_error_m",
+                                "navigation_end_yaw_error_deg"};
+    std::string html = "<div class='cards'>";
+    for (const std::string_view name : kCards) {
+      const auto value = run_.metric(name);
+      if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
+      const bool length = name.ends_with("_m"), angle = name.ends_with("_deg");
+      html += fmt::format("<div class='card'><b>{} {}</b><span class='soft'>{}{}</span></div>",
+                          number_text(length ? kMm * *value : *value),
+                          length  ? "mm"
+                          : angle ? "deg"
+                                  : "",
+                          name.substr(0, name.size() - (length  ? 2
+                                                        : angle ? 4
+                                                                : 0)),
+                          name.starts_with("nees") ? " (3 expected)" : "");
+    }
+    return html + "</div>";
+  }
+
+  std::string limits_table() const {
+    if (run_.limits.empty()) return "<p class='soft'>The scenario sets no limits.</p>";
+    std::vector<TableRow> rows;
+    for (const RunLimit& limit : run_.limits) {
+      const TableCell passed = !limit.passed   ? TableCell{"not judged"}
+                               : *limit.passed ? TableCell{"passed", "good"}
+                                               : TableCell{"MISSED", "bad"};
+      rows.push_back(
+          {{text_cell(limit.metric),
+            number_cell(limit.value),
+            {limit.at_most ? "≤ " + number_text(limit.at_most) : "≥ " + number_text(limit.at_least),
+             "number"},
+            passed}});
+    }
+    return table_html("limits", {{"limit on"}, {"value", "number"}, {"limit", "number"}, {"verdict"}}, rows);
+  }
+
+  /// The figures with one of these prefixes.
+  std::string figures(std::initializer_list<std::string_view> prefixes) const {
+    std::string html;
+    for (const Figure& figure : figures_)
+      if (std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return figure.name.starts_with(p); }))
+        html += figure_html(figure, figure.is_over_time() ? instant(figure) : command_of_figure());
+    return html.empty() ? "" : figures_html(html);
+  }
+
+  std::string command_of_figure() const {
+    return fmt::format("<p class='soft no-print'>this run: <code>{}</code></p>", escaped(view_command(run_)));
+  }
+
+  /// Names a time of a figure, how to see it in the view, and the nearest image; a click in the figure
+  /// changes it. Initially the greatest value, or the middle of a figure without a meaningful peak.
+  std::string instant(const Figure& figure) const {
+    const auto line =
+        std::find_if(figure.lines.begin(), figure.lines.end(), [](const Line& l) { return !l.x.empty(); });
+    if (line == figure.lines.end()) return "";
+    const bool peak = figure.name != "height" && figure.name != "matches";
+    std::size_t at = peak ? 0 : line->x.size() / 2;
+    for (std::size_t i = 0; peak && i < line->y.size(); ++i)
+      if (std::isfinite(line->y[i]) && !(std::abs(line->y[i]) <= std::abs(line->y[at]))) at = i;
+    std::string html = fmt::format(
+        "<p class='soft instant no-print'><span>{0}</span> <span>{1:.2f}</span> s: <code>{2}</code> and "
+        "<code>#t=<span>{1:.2f}</span></code> after its address",
+        peak ? escaped(line->name) + " greatest at" : "at", line->x[at], escaped(view_command(run_)));
+    if (pictures_.empty()) return html + "</p>";
+    const auto distance = [&](const Picture& p) { return std::abs(p.t - line->x[at]); };
+    const auto nearest =
+        std::min_element(pictures_.begin(), pictures_.end(),
+                         [&](const Picture& a, const Picture& b) { return distance(a) < distance(b); });
+    return html + fmt::format("; <a href='#{}picture-{}'>image at {} s</a></p>", prefix_,
+                              nearest - pictures_.begin(), nearest->t);
+  }
+
+  std::string closure_text() const {
+    const auto value = [&](const char* name) { return number_text(run_.metric(name)); };
+    if (run_.metric("loop_time_s"))
+      return fmt::format(
+          "<p>The loop was closed at {} s by {} landmarks of the first quarter. The position error was {} m "
+          "before and {} m one second after.</p>",
+          value("loop_time_s"), value("loop_landmarks"), value("loop_error_before_m"),
+          value("loop_error_after_m"));
+    std::string why = "no landmark of the first quarter was recognized";
+    for (const RunMetric& metric : run_.metrics)
+      if (metric.name == "loop_closed" && !metric.reason.empty()) why = metric.reason;
+    return fmt::format("<p class='soft'>The loop was not closed: {}.</p>", escaped(why));
+  }
+
+  std::string picture_strip() const {
+    if (pictures_.empty()) return "";
+    std::string html =
+        "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green with the matched 11 x "
+        "11 patch if the match was used, yellow otherwise.</p><div class='strip'>";
+    for (std::size_t i = 0; i < pictures_.size(); ++i)
+      html +=
+          fmt::format("<figure id='{0}picture-{1}' data-t='{2}'>{3}<span class='soft'>{2} s</span></figure>",
+                      prefix_, i, pictures_[i].t, pictures_[i].svg);
+    return html + "</div>";
+  }
+
+  /// The map in three dimensions, drawn by web/map.js from the frames of the run.
+  std::string map() const {
+    if (!run_.errors || std::none_of(run_.frames.begin(), run_.frames.end(),
+                                     [](const Frame& frame) { return frame.map.has_value(); }))
+      return "";
+    std::string frames;
+    for (std::size_t i = 0; i < run_.frames.size(); ++i) {
+      Frame frame = run_.frames[i];
+      if (i % kEvery != 0 && i + 1 < run_.frames.size() && !frame.map) continue;
+      frame.report.reset();
+      frames += (frames.empty() ? "" : ",") + to_json(frame);
+    }
+    return fmt::format(
+               "<figure><figcaption>Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma "
+               "ellipsoid "
+               "ten times as large. Drag or arrow keys to turn, wheel or + and - to zoom.</figcaption><div "
+               "class='map' data-figure='map_3d' data-frames='{}frames'></div></figure>",
+               prefix_) +
+           data_script(prefix_ + "frames", "[" + frames + "]");
+  }
+
+  std::string metrics_table() const {
+    std::vector<TableRow> rows;
+    std::map<std::string, std::vector<std::string>> undefined;  // metrics by the reason
+    for (const RunMetric& metric : run_.metrics) {
+      const score::MetricDefinition* const known = score::find_metric(metric.name);
+      if (!metric.value) {
+        undefined[metric.reason].push_back(metric.name);
+        continue;
+      }
+      rows.push_back({{code_cell(metric.name), number_cell(metric.value),
+                       text_cell(metric.unit == "1" ? "" : metric.unit),
+                       text_cell(known ? known->definition : "", "soft")}});
+    }
+    std::string html =
+        table_html("metrics", {{"metric"}, {"value", "number"}, {"unit"}, {"definition"}}, rows);
+    for (const auto& [reason, names] : undefined)
+      html += fmt::format("<p class='soft'>Not defined here ({}): {}</p>", escaped(reason),
+                          escaped(fmt::format("{}", fmt::join(names, ", "))));
+    return html;
+  }
+
+  std::string configuration() const {
+    std::vector<TableRow> rows;
+    for (const auto& key : scenario::scenario_keys()) {
+      if (!scenario::has_section(scenario_, key.name)) continue;
+      const auto set_by = run_.about.set_by.find(key.name);
+      rows.push_back(
+          {{code_cell(key.name), code_cell(key.print(scenario_)), text_cell(scenario::unit_of(key.name)),
+            text_cell(set_by == run_.about.set_by.end() ? "default" : set_by->second, "soft")}});
+    }
+    return fmt::format("<details><summary>{} keys and the origin of each</summary>{}</details>", rows.size(),
+                       table_html("configuration", {{"key"}, {"value"}, {"unit"}, {"from"}}, rows));
+  }
+
+  const RunData& run_;
+  std::string prefix_, html_;
+  Sections sections_;
+  scenario::Scenario scenario_;
+  std::vector<Figure> figures_;
+  std::vector<Picture> pictures_;
+};
+
+}  // namespace
+
+std::vector<Picture> pictures(const RunData& run, int count) {
+  std::vector<Picture> all;
+  const std::vector<std::filesystem::path> files = image_files(run.frames, run.recording);
+  std::vector<std::size_t> seen;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (!files[i].empty()) seen.push_back(i);
+  for (int k = 0; k < count && !seen.empty(); ++k) {
+    const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
+                               static_cast<std::size_t>(std::max(1, count - 1))];
+    all.push_back(picture_of(run.frames[i], files[i], run.frames[seen[0]]));
+  }
+  return all;
+}
+
+Verdict verdict_of(const RunData& run) {
+  const auto allowed = scenario::read_scenario(run.folder / "scenario.yaml").scenario.limits.ending;
+  if (std::find(allowed.begin(), allowed.end(), run.ending) == allowed.end()) return {3, run.ending};
+  for (const RunLimit& limit : run.limits)
+    if (limit.passed == false) return {1, "missed a limit"};
+  return {0, "passed"};
+}
+
+std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title) {
+  return RunSections(run, prefix).html(title);
+}
+
+}  // namespace sim::pages

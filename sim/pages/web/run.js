@@ -1,0 +1,53 @@
+// A run as pages know it: its frames, and what follows from one frame to the next.
+//
+// A frame: t (s); truth, plan, estimate: poses of the camera [x, y, z, qx, qy, qz, qw]; bodies: such poses of the robot's bodies, one
+// after another; ellipsoid: rows of the matrix that maps the unit sphere to the 3-sigma ellipsoid of the estimated position; landmarks: how many; health (0 ok, 1 lost, 2 diverged) and state in words; searches: [landmark, u, v,
+// half axes of the ellipse, its angle, outcome, u and v of the match]; new: pixels of new landmarks; map: [landmark, position, ellipsoid]
+// if it changed; feet (left, right): truth and plan [x, y, heading], planned_down, load (N), landed [x, y, heading] while it carries
+// load; support: corners of the support polygon; zmp, planned_zmp. m, rad, px.
+
+/// Outcomes of a search differ in color and in shape: an ellipse with a square, a dashed one, one with a cross.
+export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', rejected: '#ff5cc8'};
+
+/// The corners of a sole at [x, y, heading].
+export function soleCorners(sole, [x, y, heading]) {
+  const [x0, y0, x1, y1] = sole, c = Math.cos(heading), s = Math.sin(heading);
+  return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]].map(([a, b]) => [x + c * a - s * b, y + s * a + c * b]);
+}
+
+export class Run {
+  constructor(about, index) {
+    Object.assign(this, {about, index, frames: [], mapOf: [], landed: [], planned: [], last: [null, null], plannedDown: [false, false]});
+  }
+
+  get duration() { return this.frames.length ? this.frames.at(-1).t : this.about.duration; }
+
+  append(frame) {
+    if (this.frames.length && frame.t <= this.frames.at(-1).t) return false;
+    this.mapOf.push(frame.map ? this.frames.length : this.mapOf.at(-1) ?? -1);
+    frame.feet?.forEach((foot, i) => this.addFootprints(frame.t, foot, i));
+    this.frames.push(frame);
+    return true;
+  }
+
+  addFootprints(t, foot, i) {
+    const {sole} = this.about, landed = foot.landed && String(foot.landed);
+    if (landed && landed !== this.last[i]) this.landed.push({t, corners: soleCorners(sole, foot.landed)});
+    if (foot.planned_down && !this.plannedDown[i]) this.planned.push({t, corners: soleCorners(sole, foot.plan)});
+    this.last[i] = landed;
+    this.plannedDown[i] = foot.planned_down;
+  }
+
+  /// The last frame at or before a time, or -1.
+  indexAt(t) {
+    let low = -1, high = this.frames.length;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (this.frames[middle].t <= t + 1e-6) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
+  mapAt(index) { return this.frames[this.mapOf[index]]?.map ?? []; }
+}

@@ -1,0 +1,127 @@
+#include "sim/view/video_frame.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "slam/patch.h"
+
+namespace sim::view {
+namespace {
+
+const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kNew(255, 150, 40), kPath(60, 60, 230),
+    kTruth(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250), kDark(30, 30, 30);
+constexpr double kAround_m = 5;  // of room shown around the path
+
+cv::Point2d point(const Eigen::Vector2d& p) { return {p.x(), p.y()}; }
+
+// The ellipse of so many sigmas of a covariance of px.
+void draw_ellipse(cv::Mat3b& picture, const cv::Point2d& center, const Eigen::Matrix2d& P, double sigmas,
+                  const cv::Scalar& color) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(P);
+  const Eigen::Vector2d half = sigmas * axes.eigenvalues().cwiseMax(0).cwiseSqrt(),
+                        along = axes.eigenvectors().col(1);
+  if (!(half.allFinite() && half(1) < 1e4)) return;
+  const cv::Size2f size(static_cast<float>(2 * half(1)), static_cast<float>(2 * half(0)));
+  const double angle = std::atan2(along.y(), along.x()) * 180 / CV_PI;
+  cv::ellipse(picture, cv::RotatedRect(center, size, static_cast<float>(angle)), color, 1, cv::LINE_AA);
+}
+
+void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, const cv::Scalar& color,
+           const cv::Scalar& around = kPaper) {
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, around, 3, cv::LINE_AA);
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, color, 1, cv::LINE_AA);
+}
+
+// Drawings over the head view at a scale.
+class Overlay {
+ public:
+  Overlay(cv::Mat3b& picture, double scale) : picture_(picture), scale_(scale) {}
+
+  void ellipse(const slam::Search& search) {
+    draw_ellipse(picture_, at(search.pixel), scale_ * scale_ * search.S, 3, search.used ? kUsed : kMissed);
+  }
+  void patch(const Eigen::Vector2d& pixel, const cv::Scalar& color) {
+    const double half = (slam::kPatchHalf + 0.5) * scale_;
+    const cv::Point2d center = at(pixel), corner(half, half);
+    cv::rectangle(picture_, center - corner, center + corner, color, 1, cv::LINE_AA);
+  }
+
+ private:
+  cv::Point2d at(const Eigen::Vector2d& pixel) const {
+    return point(scale_ * (pixel + Eigen::Vector2d::Constant(0.5)));
+  }
+
+  cv::Mat3b& picture_;
+  double scale_;
+};
+
+}  // namespace
+
+cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& report) {
+  cv::Mat3b picture(kPanelHeight, kPanelWidth, cv::Vec3b(30, 30, 30));
+  double scale = 1;
+  if (seen.image.empty()) {
+    write(picture, "no image", {280, 240}, kMissed);
+  } else {
+    scale = std::min(1.0 * kPanelWidth / seen.image.cols, 1.0 * kPanelHeight / seen.image.rows);
+    cv::Mat large, color;
+    cv::resize(seen.image, large, {}, scale, scale, cv::INTER_LINEAR);
+    cv::cvtColor(large, color, cv::COLOR_GRAY2BGR);
+    color.copyTo(picture(cv::Rect({0, 0}, color.size())));
+  }
+  Overlay overlay(picture, scale);
+  for (const slam::Search& search : report.searched) overlay.ellipse(search);
+  for (const slam::Sighting& match : report.matched) overlay.patch(match.pixel, kUsed);
+  for (const slam::Sighting& first : report.initialised) overlay.patch(first.pixel, kNew);
+  cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);
+  below *= 0.3;
+  write(picture, "squares: matched, blue: initialised; ellipses: searched, yellow: not found",
+        {8, kPanelHeight - 30}, kPaper, kDark);
+  write(picture,
+        fmt::format("{:.2f} s   {} landmarks, {} searched for, {} matched", slam::seconds(report.t),
+                    report.landmarks, report.searched.size(), report.accepted),
+        {8, kPanelHeight - 10}, kPaper, kDark);
+  return picture;
+}
+
+MapView::MapView(const std::vector<files::TimedPose>& truth)
+    : truth_(truth), center_(Eigen::Vector2d::Zero()) {
+  Eigen::AlignedBox2d box(Eigen::Vector2d::Zero());
+  for (const files::TimedPose& pose : truth) box.extend(pose.X.translation().head<2>());
+  center_ = box.center();
+  const Eigen::Vector2d size = box.sizes() + Eigen::Vector2d::Constant(2 * kAround_m);
+  px_per_m_ = std::min(kPanelWidth / size.x(), kPanelHeight / size.y());
+}
+
+cv::Point2d MapView::pixel(const Eigen::Vector3d& p_W) const {
+  const Eigen::Vector2d p = px_per_m_ * (p_W.head<2>() - center_);
+  return {kPanelWidth / 2.0 + p.x(), kPanelHeight / 2.0 - p.y()};
+}
+
+cv::Mat3b MapView::draw(const slam::Estimate& estimate, const std::vector<slam::MapPoint>& map) {
+  cv::Mat3b picture(kPanelHeight, kPanelWidth, cv::Vec3b(250, 250, 250));
+  const Eigen::Matrix2d flip = Eigen::Vector2d(px_per_m_, -px_per_m_).asDiagonal();
+  for (const slam::MapPoint& landmark : map) {
+    const cv::Point2d at = pixel(landmark.p_W);
+    draw_ellipse(picture, at, flip * landmark.covariance.topLeftCorner<2, 2>() * flip, 2, kNew);
+    cv::circle(picture, at, 2, kInk, cv::FILLED, cv::LINE_AA);
+  }
+  std::vector<cv::Point> truth;
+  for (const files::TimedPose& pose : truth_)
+    if (pose.t <= estimate.t) truth.push_back(pixel(pose.X.translation()));
+  walked_.push_back(pixel(estimate.X_WC.translation()));
+  cv::polylines(picture, truth, false, kTruth, 3, cv::LINE_AA);
+  cv::polylines(picture, walked_, false, kPath, 1, cv::LINE_AA);
+  for (const double side : {-0.4, 0.4})  // the field of view
+    cv::line(picture, walked_.back(), pixel(estimate.X_WC * Eigen::Vector3d(side, 0, 0.4)), kPath, 1,
+             cv::LINE_AA);
+  cv::line(picture, {20, kPanelHeight - 34}, {20 + static_cast<int>(px_per_m_), kPanelHeight - 34}, kInk, 2);
+  write(picture, "1 m    grey: true path, red: the filter's; landmarks with 2 sigma", {8, kPanelHeight - 10},
+        kInk);
+  return picture;
+}
+
+}  // namespace sim::view

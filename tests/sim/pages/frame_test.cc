@@ -1,0 +1,90 @@
+#include "sim/pages/frame.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace sim::pages {
+namespace {
+
+using nlohmann::json;
+
+slam::Search search(double variance_u, double variance_v) {
+  slam::Search s{.landmark = 5, .pixel = {100, 50}};
+  s.S << variance_u, 0, 0, variance_v;
+  return s;
+}
+
+TEST(FrameJson, AFrameThatKnowsNothingHasItsTimeAlone) {
+  const json read = json::parse(to_json(Frame{.t = std::chrono::milliseconds(1234)}));
+  EXPECT_EQ(read, json({{"t", 1.234}}));
+}
+
+TEST(FrameError, IsEstimateMinusTruth) {
+  Frame frame;
+  EXPECT_FALSE(error_of(frame).has_value());
+  frame.truth = frame.estimate = Eigen::Isometry3d::Identity();
+  frame.estimate->translation() = Eigen::Vector3d(0.01, -0.02, 0.03);
+  frame.estimate->rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  EXPECT_TRUE(std::isnan(error_of(frame)->nees)) << "without a covariance";
+  frame.covariance = files::Matrix6d::Identity() * 1e-4;
+  const auto error = error_of(frame);
+  EXPECT_TRUE(error->error.isApprox(Eigen::Vector4d(0.01, -0.02, 0.03, 0.1), 1e-12));
+  EXPECT_TRUE(error->sigma.isApprox(Eigen::Vector4d::Constant(0.01), 1e-9));
+  EXPECT_NEAR(error->nees, 14, 1e-9) << "(1 + 4 + 9) sigmas squared";
+}
+
+TEST(FrameJson, EllipsesAreOfThreeSigmasAlongTheirLongerAxis) {
+  Frame frame;
+  frame.report.emplace().searched = {search(4, 9)};
+  const json ellipse = json::parse(to_json(frame))["searches"][0];
+  EXPECT_EQ(ellipse[3], 9.0);  // 3 sqrt(9)
+  EXPECT_EQ(ellipse[4], 6.0);
+  EXPECT_NEAR(std::abs(ellipse[5].get<double>()), 1.571, 1e-9);  // along v
+}
+
+TEST(FrameJson, SearchesAreFoundMissedOrRejected) {
+  Frame frame;
+  slam::Search found = search(1, 1), rejected = found, missed = found;
+  found.used = true;
+  found.match = rejected.match = Eigen::Vector2d(101, 51);
+  frame.report.emplace().searched = {found, missed, rejected};
+  const json searches = json::parse(to_json(frame))["searches"];
+  EXPECT_EQ(searches[0][6], "found");
+  EXPECT_EQ(searches[1][6], "missed");
+  EXPECT_EQ(searches[2][6], "rejected");
+  EXPECT_EQ(searches[0].size(), 9u);
+  EXPECT_EQ(searches[1].size(), 7u);
+}
+
+TEST(FrameJson, WhatIsNotFiniteIsNullAndTextIsData) {
+  Frame frame;
+  frame.zmp = Eigen::Vector2d(NAN, INFINITY);
+  frame.report.emplace().refused = "</script><b>\"&\xff";
+  const json read = json::parse(to_json(frame));
+  EXPECT_EQ(read["zmp"], json({nullptr, nullptr}));
+  EXPECT_EQ(read["state"].get<std::string>().substr(0, 58),
+            "tracking, no landmark searched for; rejected: </script><b>");
+}
+
+TEST(FrameJson, TheStateIsASentence) {
+  slam::FrameReport report;
+  report.searched = {search(1, 1)};
+  EXPECT_EQ(state_in_words(report), "tracking");
+  report.health = slam::Health::lost;
+  report.cause = "almost no landmark found";
+  report.suspect = "inconsistent: gyro, x";
+  EXPECT_EQ(state_in_words(report), "lost: almost no landmark found; inconsistent: gyro, x");
+}
+
+TEST(FrameMessage, JsonAndImageAreInOneMessage) {
+  cv::Mat whole(4, 6, CV_8UC1);
+  for (int i = 0; i < 24; ++i) whole.data[i] = static_cast<unsigned char>(i);
+  const Frame frame{.t = slam::Stamp(0), .image = whole.colRange(1, 4)};  // not continuous
+  const std::string message = to_message(frame);
+  const auto length = static_cast<unsigned char>(message[0]) + 256u * static_cast<unsigned char>(message[1]);
+  EXPECT_EQ(json::parse(message.substr(4, length))["image"], json({3, 4}));
+  EXPECT_EQ(message.substr(4 + length), std::string("\1\2\3\7\x8\x9\xd\xe\xf\x13\x14\x15", 12));
+}
+
+}  // namespace
+}  // namespace sim::pages

@@ -1,0 +1,26 @@
+// The view in a build without the simulator: only replays and results, without room and robot.
+#include "sim/view/playback.h"
+#include "tools/cli/live.h"
+#include "tools/cli/view_session.h"
+
+namespace sim::view {
+
+MakeRobot robot_maker(const std::filesystem::path&) { return {}; }
+
+std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario&,
+                                                                   const std::filesystem::path&) {
+  return nullptr;
+}
+
+RobotView robot_from_outside(const scenario::Scenario&, const std::filesystem::path&,
+                             const std::filesystem::path&) {
+  return {};
+}
+
+std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario&,
+                                         const std::filesystem::path&) {
+  if (request.view) cli::require_simulator();
+  return nullptr;
+}
+
+}  // namespace sim::view
