@@ -82,6 +82,10 @@ TEST(Relative, FootstepsEndAtEveryDeltaTh) {
   steps.footsteps = {milliseconds(110), milliseconds(190), milliseconds(310), milliseconds(390),
                      milliseconds(520)};
   EXPECT_EQ(indices(spans(straight(7), steps)), (Indices{{1, 3}, {3, 5}}));
+  steps.footsteps[1] = milliseconds(120);  // nearest to the same pose as the first
+  EXPECT_EQ(indices(spans(straight(7), {Unit::footsteps, 1, true, 0.1, false, steps.footsteps})),
+            (Indices{{1, 3}, {3, 4}, {4, 5}}));
+  steps.footsteps[1] = milliseconds(190);
   steps.all = true;
   EXPECT_EQ(indices(spans(straight(7), steps)), (Indices{{1, 3}, {2, 4}, {3, 5}}));
 }
@@ -98,16 +102,6 @@ TEST(Relative, StandingStillHasSpansOfTimeAndNoneOfMetres) {
   EXPECT_TRUE(spans(standing, {Unit::metres, 0.25}).empty());
   EXPECT_TRUE(spans(standing, {Unit::metres, 0.25, true}).empty());
   EXPECT_EQ(spans(standing, {Unit::seconds, 1}).size(), 4u);
-}
-
-TEST(Relative, FootstepsAreSpansBetweenTheNearestPoses) {
-  using std::chrono::milliseconds;
-  EXPECT_EQ(indices(spans_between(straight(8), {milliseconds(90), milliseconds(320), milliseconds(700)})),
-            (Indices{{1, 3}, {3, 7}}));
-  EXPECT_EQ(indices(spans_between(straight(8), {milliseconds(90), milliseconds(110), milliseconds(700)})),
-            (Indices{{1, 7}}));
-  EXPECT_TRUE(spans_between(straight(8), {milliseconds(90)}).empty());
-  EXPECT_TRUE(spans_between({}, {milliseconds(90), milliseconds(700)}).empty());
 }
 
 TEST(Relative, TheDifferenceIsThatOfTheMotions) {
