@@ -56,37 +56,6 @@ TEST(Alignment, UndoesTheMotionItAllowsExactly) {
   check(Alignment::scale, with_scale({}, 0.37));
 }
 
-TEST(Alignment, ErrorsDoNotChangeUnderTheMotionItAllows) {
-  const std::vector<PosePair> pairs = noisy_pairs(40, 0.05);
-  const auto check = [&](Alignment alignment, const Similarity& S) {
-    EXPECT_NEAR(ate(moved(S, pairs), alignment), ate(pairs, alignment), 1e-12);
-  };
-  check(Alignment::yaw_position, turn_about_z(-1));
-  check(Alignment::origin, turn_about_any());
-  check(Alignment::se3, turn_about_any());
-  check(Alignment::sim3, with_scale(turn_about_any(), 3));
-  EXPECT_GT(ate(pairs, Alignment::sim3), 0.01);  // there is something to compare
-}
-
-TEST(Alignment, ErrorsDoChangeUnderAMotionItDoesNotAllow) {
-  const std::vector<PosePair> pairs = noisy_pairs(40, 0.05);
-  const auto changes = [&](Alignment alignment, const Similarity& S) {
-    return ate(moved(S, pairs), alignment) > 2 * ate(pairs, alignment);
-  };
-  EXPECT_TRUE(changes(Alignment::none, {1, Eigen::Matrix3d::Identity(), {1, 0, 0}}));
-  EXPECT_TRUE(changes(Alignment::yaw_position, turn_about_any()));
-  EXPECT_TRUE(changes(Alignment::origin, with_scale({}, 3)));
-  EXPECT_TRUE(changes(Alignment::se3, with_scale({}, 3)));
-}
-
-TEST(Alignment, MoreFreedomNeverGivesMoreError) {
-  for (const double size : {0.01, 0.1, 1.0}) {
-    const std::vector<PosePair> pairs = noisy_pairs(40, size);
-    EXPECT_LE(ate(pairs, Alignment::yaw_position), ate(pairs, Alignment::none) + 1e-12);
-    EXPECT_LE(ate(pairs, Alignment::se3), ate(pairs, Alignment::yaw_position) + 1e-12);
-  }
-}
-
 TEST(Alignment, NoNearbyMotionIsBetter) {
   const std::vector<PosePair> pairs = noisy_pairs(40, 0.2);
   const auto squares = [&](const Similarity& S) {

@@ -112,22 +112,5 @@ TEST(Relative, TheDifferenceIsThatOfTheMotions) {
   EXPECT_NEAR(rotation_vector(E.linear()).norm(), 0.1, 1e-15);
 }
 
-TEST(Relative, TheDifferenceDoesNotChangeWhenEitherTrajectoryIsMovedAsAWhole) {
-  const std::vector<PosePair> pairs = noisy_pairs(30, 0.1);
-  std::vector<PosePair> moved = pairs;
-  for (PosePair& pair : moved) {
-    pair.X_estimate = scattered_pose(3, 1) * pair.X_estimate;
-    pair.X_true = scattered_pose(4, 1) * pair.X_true;
-  }
-  const std::vector<Span> over = spans(pairs, {Unit::frames, 4, true});
-  ASSERT_EQ(over.size(), 26u);
-  for (const Span& span : over) {
-    const Eigen::Isometry3d before = relative_difference(pairs, span),
-                            after = relative_difference(moved, span);
-    EXPECT_TRUE(after.isApprox(before, 1e-12));
-    EXPECT_FALSE(before.isApprox(Eigen::Isometry3d::Identity(), 1e-3));
-  }
-}
-
 }  // namespace
 }  // namespace sim::score
