@@ -1,20 +1,13 @@
 // The input of the score, made from the record of a run.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "sim/result/result.h"
 #include "sim/score/run.h"
-#include "slam/filter.h"
 #include "walking/plan.h"
 
 namespace sim::result {
-
-/// The innovations of a frame's report, in the order of score::kSensors.
-inline constexpr std::array kSensorInnovations{&slam::FrameReport::vision, &slam::FrameReport::gyro,
-                                               &slam::FrameReport::plan_velocity, &slam::FrameReport::height};
-static_assert(kSensorInnovations.size() == score::kSensors.size());
 
 /// Returns the landings and the end of a plan.
 score::PlannedTimes planned_times(const walking::WalkOptions& walk);

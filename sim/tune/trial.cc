@@ -42,7 +42,7 @@ Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
     if (!errors)
       keep(std::move(*ideal), recording);
     else
-      for (slam::Observation& arrived : errors->take(std::move(*ideal))) keep(std::move(arrived), recording);
+      for (slam::Observation& arrived : errors->process(std::move(*ideal))) keep(std::move(arrived), recording);
   }
   if (errors)
     for (slam::Observation& arrived : errors->flush()) keep(std::move(arrived), recording);

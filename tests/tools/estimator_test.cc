@@ -41,7 +41,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
     EXPECT_EQ(replay("filter").exit_code, 0);
     return names("out");
   }();
-  for (const int message : {0, 1, 5, 10, 15, 20, 25, 30, 35, 40, 45}) {
+  for (const int message : {0, 1, 20, 45}) {
     const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
     EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));
@@ -56,7 +56,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   }
 }
 
-/// A shell's program that writes its process id, starts another one and waits; and what it answers: nothing.
+/// A shell script that writes its process id, starts another process, waits and never answers.
 constexpr const char* kStarter = "#!/bin/sh\nsleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n";
 
 TEST_F(ExternalEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
@@ -323,7 +323,8 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
       << compared.err;
   ASSERT_EQ(gaitslam("report tree/filter tree/plan tree/hall --plots svg --out figures").exit_code, 0);
   EXPECT_THAT(text_of("figures/error_over_time_walk.svg"), HasSubstr("plan_alone"));
-  EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_time_other.svg"));  // one run is no comparison
+  EXPECT_FALSE(
+      fs::exists(folder_ / "figures/error_over_time_other.svg"));      // one run has nothing to compare with
   EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_seeds.svg"));  // nothing is pooled over estimators
 }
 

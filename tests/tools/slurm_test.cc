@@ -32,7 +32,7 @@ class LongSlurmTest : public tests::CommandLineWithCache {
       GTEST_SKIP() << "slurmctld or munged is not installed";
     if (getuid() != 0) GTEST_SKIP() << "tools/slurm_local.sh needs root";
     ::setenv("GAITSLAM_SLURM_PORT", std::to_string(20000 + 5 * (getpid() % 2000)).c_str(),
-             1);  // one cluster a test
+             1);  // one cluster per test
     const Ran started = shell(kTool + "start " + cluster_);
     ASSERT_EQ(started.exit_code, 0) << started.err;
     ::setenv("SLURM_CONF", (cluster_ + "/slurm.conf").c_str(), 1);

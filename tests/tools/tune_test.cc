@@ -1,4 +1,4 @@
-// Tuning as users meet it, on short walks in a synthetic room.
+// Tuning through the program, on short walks in a synthetic room.
 #include <gmock/gmock.h>
 
 #include "tests/sim/tune/synthetic_result.h"
@@ -32,7 +32,7 @@ TEST_F(Tune, LeavesAnOverlayThatOtherCommandsTakeAndAReport) {
   write_spec();
   const Ran ran = gaitslam("tune spec.yaml --jobs 2");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_EQ(ran.complaints(), "");  // no drawn progress where there is no terminal
+  EXPECT_EQ(ran.complaints(), "");  // no progress line without a terminal
   EXPECT_THAT(ran.out, AllOf(HasSubstr("slam.gyro.sigma_rad_s"), HasSubstr("pose_nll on hold-out")));
   EXPECT_THAT(gaitslam("config walks/seed-1/scenario.yaml --with results/tune-spec/best.yaml").out,
               HasSubstr("best.yaml:3"));
@@ -87,7 +87,7 @@ TEST_F(Tune, TheResultOfAnotherTuningIsNotReplaced) {
   EXPECT_EQ(refusal("tune other.yaml --out out"),
             "gaitslam: out: holds the result of the tuning spec, not of other; name another folder\n");
   EXPECT_EQ(text_of("out/tune.json"), result);
-  EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be told again";
+  EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be repeated";
 }
 
 TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {

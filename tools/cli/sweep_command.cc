@@ -47,7 +47,7 @@ A file:
   grid:
     slam.vision.sigma_px: [1, 1.5, 2]
     slam.gyro.sigma_rad_s: logspace(0.003, 0.03, 5)   # also range(0, 1, 0.25), linspace(0, 1, 5)
-  zip: {slam.height.sigma_m: [0.01, 0.02], slam.plan_position.sigma_m: [0.02, 0.04]}
+  zip: {slam.height.sigma_m: [0.01, 0.02], slam.plan_velocity.sigma_m_s: [0.02, 0.04]}
   sample: {method: sobol, points: 32, keys: {slam.motion.sigma_acceleration_m_s2: "loguniform(0.1, 10)"}}
 Every combination is tried on every scenario and seed. The filter runs on recordings from the cache; those that are
 missing are simulated first. The results are scores.csv and scores.jsonl, the same bytes for any number of jobs, and

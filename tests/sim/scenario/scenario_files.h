@@ -28,7 +28,7 @@ inline std::vector<std::filesystem::path> scenario_files() {
   return files;
 }
 
-/// "faults/stamps.yaml" is "faults_stamps".
+/// Returns the file's stem.
 inline std::string test_name(const testing::TestParamInfo<std::filesystem::path>& test) {
   std::string name = test.param.lexically_relative(scenario_folder()).replace_extension().string();
   std::replace(name.begin(), name.end(), '/', '_');
