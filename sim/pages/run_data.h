@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "sim/pages/frame.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 
 namespace sim::pages {
 

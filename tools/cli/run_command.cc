@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "sim/replay/replay.h"
-#include "sim/result/summary.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
