@@ -149,8 +149,9 @@ double nll(const slam::Nis& nis) { return (nis.value + nis.log_determinant + nis
 
 double innovation_nll(const slam::FrameReport& report, double image_px2) {
   double sum = 0;
-  for (const auto& nis : {report.gyro, report.plan_velocity, report.height, report.update})
-    if (nis) sum += nll(*nis);
+  for (const slam::SensorInnovation& innovation : report.innovations)
+    if (innovation.sensor != "vision") sum += nll(innovation.nis);  // matches count with the update's noise
+  if (report.update) sum += nll(*report.update);
   const auto not_found = report.searched.size() - report.matched.size();
   return sum + static_cast<double>(not_found) * std::log(image_px2);
 }

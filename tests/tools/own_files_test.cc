@@ -103,20 +103,6 @@ TEST_F(OwnFiles, NotesInTheFoldersOfAResultAreSpared) {
   EXPECT_EQ(gaitslam("replay " + result).exit_code, 0);
 }
 
-TEST_F(OwnFiles, AResultThatTheUserPutIntoAnotherIsSpared) {
-  run("--out one");
-  run("");
-  fs::copy(folder_ / "one/seed-1", folder_ / "results/walk/seed-1/before", fs::copy_options::recursive);
-  for (const std::string& command : {kBlind, kBlind + "--seeds 1,2"})
-    expect_spared(command, "results", "seed-1/before: was not made by gaitslam");
-}
-
-TEST_F(OwnFiles, ResultsOfOlderVersionsAreRefusedWithWhatToDo) {
-  run("");
-  fs::remove(folder_ / "results/walk/seed-1/.gaitslam");
-  expect_spared(kBlind, "results", "older versions wrote none): move it away, or name another folder");
-}
-
 TEST_F(OwnFiles, WhatIsReadIsNotReplaced) {
   run("--out one");
   for (const std::string command : {"replay one/seed-1 --out one/seed-1 --force",

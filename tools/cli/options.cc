@@ -22,8 +22,8 @@ void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const
 void add_with(CLI::App& command, sim::scenario::Changes& changes) {
   command
       .add_option("--with", changes.with,
-                  "YAML file whose keys replace those of the scenario, such as the best.yaml of a tuning; "
-                  "of several files the later one wins")
+                  "YAML file with keys to replace in the scenario, such as the best.yaml of a tuning; "
+                  "later files win")
       ->option_text("FILE")
       ->allow_extra_args(false);
 }

@@ -89,10 +89,9 @@ int record(const RecordRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   const Recordings recordings(request.models);
-  if (request.seeds) require_clear_walk(read, request.models);  // once, and by the name of the user's file
-  const OnInterrupt on_interrupt(
-      fmt::format("finished recordings are kept in {}; the same command makes the others",
-                  recordings.place().folder.string()));
+  if (request.seeds) require_clear_walk(read, request.models);  // once, with the file's name
+  const OnInterrupt on_interrupt(fmt::format("finished recordings are kept in {}; to make the others",
+                                             recordings.place().folder.string()));
   return request.seeds ? record_seeds(read, request, recordings) : record_one(read, recordings);
 }
 

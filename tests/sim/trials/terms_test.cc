@@ -58,8 +58,7 @@ TEST(PoseNll, IsSmallestForTheSigmaThatTheErrorsHave) {
 
 TEST(InnovationNll, IsTheSumOverSensorsOfTheirGaussians) {
   slam::FrameReport report;
-  report.gyro = slam::Nis{2.5, 3, std::log(1e-6)};
-  report.height = slam::Nis{1.0, 1, std::log(9e-4)};
+  report.innovations = {{"gyro", {2.5, 3, std::log(1e-6)}}, {"height", {1.0, 1, std::log(9e-4)}}};
   const double gyro = (2.5 + std::log(1e-6) + 3 * kLn2Pi) / 2, height = (1 + std::log(9e-4) + kLn2Pi) / 2;
   EXPECT_NEAR(innovation_nll(report, 76800), gyro + height, 1e-12);
 }
@@ -73,7 +72,7 @@ TEST(InnovationNll, ChargesALandmarkNotFoundWithTheWholeImage) {
 
 TEST(InnovationNll, JudgesMatchesByTheUpdateNotByTheGate) {
   slam::FrameReport report;
-  report.vision = slam::Nis{50, 2, -10};
+  report.innovations = {{"vision", {50, 2, -10}}};
   report.update = slam::Nis{2, 2, 0};
   EXPECT_NEAR(innovation_nll(report, 76800), (2 + 2 * kLn2Pi) / 2, 1e-12);
 }
