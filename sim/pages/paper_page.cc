@@ -81,7 +81,7 @@ std::string paper_page(const PaperRuns& runs, const std::string& revision) {
       "Generator Information, IROS 2006. GaitSLAM, revision " +
           escaped(revision),
       summary(runs, rows) + section_html("rows", "Paper and bench", table(rows) + kHowToRead) +
-          section_html("differences", "Where they differ", differences(rows)) +
+          section_html("differences", "Differences", differences(rows)) +
           section_html("figures", "The figures of the paper reproduced", figures_html(figures)) +
           head_views(runs));
 }
