@@ -1,6 +1,8 @@
 #include "walking/footsteps.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -17,8 +19,8 @@ constexpr double kNegligible = 1e-9;  // of a step: a rest shorter than this is 
 
 Eigen::Vector2d rotated(double yaw, const Eigen::Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
 
-/// The foot of `side` where it belongs in a stance around `centre`.
-Footstep footstep_at(const FootPose& centre, Side side) { return {side, feet_together(centre).of(side)}; }
+/// The foot of `side` where it belongs in a stance around `center`.
+Footstep footstep_at(const FootPose& center, Side side) { return {side, feet_together(center).of(side)}; }
 
 /// Distances along the way after each step: whole steps, then the rest.
 std::vector<double> progress(double distance, double step) {
@@ -53,9 +55,9 @@ std::vector<Footstep> steps_of(const Straight& straight, double step) {
   for (std::size_t k = 0; k < s.size(); ++k) {
     const bool leading = k % 2 == 0;
     const double lateral = s[leading ? std::min(k + 1, s.size() - 1) : k];
-    const FootPose centre{{straight.forward_m * (s[k] / distance), straight.left_m * (lateral / distance)},
+    const FootPose center{{straight.forward_m * (s[k] / distance), straight.left_m * (lateral / distance)},
                           0};
-    steps.push_back(footstep_at(centre, leading ? lead : other(lead)));
+    steps.push_back(footstep_at(center, leading ? lead : other(lead)));
   }
   return steps;
 }
@@ -70,14 +72,14 @@ void check(const Arc& arc) {
 std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
   check(arc);
   const double turn = std::copysign(1.0, arc.angle_rad);
-  const Eigen::Vector2d circle_centre(0, turn * arc.radius_m);
+  const Eigen::Vector2d circle_center(0, turn * arc.radius_m);
   std::vector<double> angles = progress(std::abs(arc.angle_rad), step / arc.radius_m);
   angles.push_back(angles.back());  // the closing step
   Side side = turn > 0 ? Side::right : Side::left;
   std::vector<Footstep> steps;
   for (const double angle : angles) {
     const double yaw = turn * angle;
-    steps.push_back(footstep_at({circle_centre - rotated(yaw, circle_centre), yaw}, side));
+    steps.push_back(footstep_at({circle_center - rotated(yaw, circle_center), yaw}, side));
     side = other(side);
   }
   return steps;
@@ -99,19 +101,19 @@ std::vector<Footstep> steps_of(const Turn& turn, double) {
   return steps;
 }
 
-/// Facing the centre, radius_m ahead: the foot on the side of travel goes to its place in the turned stance,
+/// Facing the center, radius_m ahead: the foot on the side of travel goes to its place in the turned stance,
 /// the other closes. Turning left, the robot moves to its right.
 std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
   check(arc);
   const double turn = std::copysign(1.0, arc.angle_rad);
-  const Eigen::Vector2d circle_centre(arc.radius_m, 0);
+  const Eigen::Vector2d circle_center(arc.radius_m, 0);
   const Side lead = turn > 0 ? Side::right : Side::left;
   std::vector<Footstep> steps;
   for (const double angle : progress(std::abs(arc.angle_rad), step / arc.radius_m)) {
     const double yaw = turn * angle;
-    const FootPose centre{circle_centre - rotated(yaw, circle_centre), yaw};
-    steps.push_back(footstep_at(centre, lead));
-    steps.push_back(footstep_at(centre, other(lead)));
+    const FootPose center{circle_center - rotated(yaw, circle_center), yaw};
+    steps.push_back(footstep_at(center, lead));
+    steps.push_back(footstep_at(center, other(lead)));
   }
   return steps;
 }
@@ -185,11 +187,11 @@ FootPose inverse(const FootPose& pose) { return {rotated(-pose.yaw, -pose.positi
 
 Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
 
-Stance feet_together(const FootPose& centre) {
-  return {centre * FootPose{{0, kHalfSpacing}, 0}, centre * FootPose{{0, -kHalfSpacing}, 0}};
+Stance feet_together(const FootPose& center) {
+  return {center * FootPose{{0, kHalfSpacing}, 0}, center * FootPose{{0, -kHalfSpacing}, 0}};
 }
 
-FootPose centre_of(const Stance& stance) {
+FootPose center_of(const Stance& stance) {
   return {(stance.left.position + stance.right.position) / 2, (stance.left.yaw + stance.right.yaw) / 2};
 }
 
@@ -198,6 +200,72 @@ std::vector<Footstep> footsteps(const Command& command, const FootPose& start, d
   auto steps = std::visit([&](const auto& c) { return steps_of(c, step_length_m); }, command);
   for (Footstep& step : steps) step.pose = start * step.pose;
   return steps;
+}
+
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kOuterMargin = 0.04, kSoleClearance = 0.01;  // m
+
+/// The outer half-planes n · (|x|, |y|) <= d.
+struct HalfPlane {
+  Vector2d normal;
+  double most;
+};
+
+HalfPlane through(const Vector2d& a, const Vector2d& b) {
+  const Vector2d along = (b - a).normalized(), normal(-along.y(), along.x());
+  return {normal, normal.dot(a)};
+}
+
+double beyond_outer_edges(const Vector2d& place) {
+  static const std::array kEdges{HalfPlane{Vector2d(1, 0), 0.28}, through({0.20, 0.3}, {0.28, 0.2}),
+                                 through({0, 0.4}, {0.20, 0.3})};
+  double beyond = 0;
+  for (const HalfPlane& edge : kEdges)
+    beyond = std::max(beyond, edge.normal.dot(place.cwiseAbs()) - edge.most + kOuterMargin);
+  return beyond;
+}
+
+std::array<Vector2d, 4> corners(const FootPose& foot) {
+  const Vector2d &a = hrp2::kSoleMin, &b = hrp2::kSoleMax;
+  std::array<Vector2d, 4> all{Vector2d(a), Vector2d(b.x(), a.y()), Vector2d(b), Vector2d(a.x(), b.y())};
+  for (Vector2d& corner : all) corner = (foot * FootPose{corner, 0}).position;
+  return all;
+}
+
+/// The gap between two soles along an axis; negative where they overlap.
+double gap(const std::array<Vector2d, 4>& one, const std::array<Vector2d, 4>& two, const Vector2d& axis) {
+  const auto range = [&](const std::array<Vector2d, 4>& sole) {
+    std::array<double, 4> s{};
+    for (std::size_t i = 0; i < 4; ++i) s[i] = axis.dot(sole[i]);
+    const auto [least, most] = std::minmax_element(s.begin(), s.end());
+    return std::pair(*least, *most);
+  };
+  const auto [a, b] = range(one);
+  const auto [c, d] = range(two);
+  return std::max(c - b, a - d);
+}
+
+/// Two convex soles are as far apart as along the best of their edges' normals, or farther.
+double gap_between_soles(const FootPose& one, const FootPose& two) {
+  double widest = -1;
+  for (const double yaw : {one.yaw, two.yaw})
+    for (const Vector2d& axis :
+         {Vector2d(std::cos(yaw), std::sin(yaw)), Vector2d(-std::sin(yaw), std::cos(yaw))})
+      widest = std::max(widest, gap(corners(one), corners(two), axis));
+  return widest;
+}
+
+}  // namespace
+
+double distance_outside(const FootPose& standing, const Footstep& landing) {
+  const Vector2d seen = Eigen::Rotation2Dd(-standing.yaw) * (landing.pose.position - standing.position);
+  const double outwards = landing.side == Side::left ? seen.y() : -seen.y();
+  const double crossed = std::max(0.0, -outwards);  // beyond the standing foot
+  return std::max(
+      {beyond_outer_edges(seen), kSoleClearance - gap_between_soles(standing, landing.pose), crossed, 0.0});
 }
 
 }  // namespace walking

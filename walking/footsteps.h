@@ -50,19 +50,24 @@ FootPose inverse(const FootPose& pose);
 
 Side other(Side side);
 
-/// Feet together (hrp2::kFootSpacing apart) around the point `centre`, both heading where it heads.
-Stance feet_together(const FootPose& centre);
+/// Feet together (hrp2::kFootSpacing apart) around the point `center`, both heading where it heads.
+Stance feet_together(const FootPose& center);
 
 /// Half way between feet that are together.
-FootPose centre_of(const Stance& stance);
+FootPose center_of(const Stance& stance);
 
 /// The landings that carry `command` out, the first foot to move first, from feet together around `start` to
-/// feet together at the command's end; none for Stand. `step_length_m` is what the stance's centre advances
+/// feet together at the command's end; none for Stand. `step_length_m` is what the stance's center advances
 /// with a step (with a pair of steps where the feet go sideways): floor(distance / step length) whole steps,
 /// one for the rest, and the closing one (Stasse et al. 2006, section II; the step stack of the JRL pattern
 /// generator). go_to alone depends on where P is: it turns to its goal, walks straight to it and turns to the
 /// heading there. repeat has none of its own. Throws std::invalid_argument naming what is wrong with the
 /// command.
 std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m);
+
+/// How far a landing is outside the places where steps are known to work, m; 0 inside. The area, seen from
+/// the standing foot, has its outer corners at 0.4 m aside, (±0.2, 0.3) m and (±0.28, 0.2) m (Herdt et al.
+/// 2010, as in jrl-walkgen), less a margin of 0.04 m; on the inside the soles keep 0.01 m from each other.
+double distance_outside(const FootPose& standing, const Footstep& landing);
 
 }  // namespace walking

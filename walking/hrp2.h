@@ -1,4 +1,4 @@
-// The nominal robot: the constants of HRP-2 that plan and stabiliser are made for. models/README.md names the
+// The nominal robot: the constants of HRP-2 that plan and stabilizer are made for. models/README.md names the
 // source of each; a test compares them with the simulator's model.
 #pragma once
 
@@ -15,7 +15,7 @@ using JointVector = Eigen::Matrix<double, kJoints, 1>;
 namespace walking::hrp2 {
 
 inline constexpr double kMass = 56.867992;     ///< kg, sum of the published masses of the links
-inline constexpr double kHipY = 0.060;         ///< m, hip centre from the waist's origin, left positive
+inline constexpr double kHipY = 0.060;         ///< m, hip center from the waist's origin, left positive
 inline constexpr double kKneeY = 0.035;        ///< m, knee axis outwards of the hip: the "offset leg"
 inline constexpr double kThigh = 0.300;        ///< m
 inline constexpr double kShank = 0.300;        ///< m
@@ -27,11 +27,12 @@ inline constexpr double kFootSpacing = 2 * (kHipY + kKneeY);  ///< m between the
 inline constexpr double kUpperArm = 0.25;                     ///< m, and as much from elbow to wrist
 inline constexpr double kWaistHeight = 0.6487018511825304;    ///< m, waist above the ground in half-sitting
 inline constexpr double kAnkleX = 0.00949035111398315;  ///< m, ankles ahead of the waist in half-sitting
-inline constexpr double kComHeight = 0.808291;  ///< m, centre of mass above the ground in half-sitting
+inline constexpr double kComHeight = 0.808291;  ///< m, center of mass above the ground in half-sitting
 
-/// Centre of mass in the waist's axes in half-sitting, m. The real one is 1.55 mm to the left: the plan is
-/// symmetric, so that left and right walks mirror each other, and leaves that offset to the stabiliser. (Not inline:
-/// clang 14 takes an inline vector for zero where it computes another constant from it at compile time.)
+/// Center of mass in the waist's axes in half-sitting, m. The real one is 1.55 mm to the left: the plan is
+/// symmetric, so that left and right walks mirror each other, and leaves that offset to the stabilizer. (Not
+/// inline: clang 14 takes an inline vector for zero where it computes another constant from it at compile
+/// time.)
 const Eigen::Vector3d kComInWaist{0.013695, 0.0, 0.159589};
 
 /// The corners of a sole about the sole point (below the ankle), x ahead and y left, m.
@@ -39,7 +40,7 @@ const Eigen::Vector2d kSoleMin{-0.100, -0.069}, kSoleMax{0.130, 0.069};
 
 inline constexpr int kRightLeg = 0, kLeftLeg = 6, kChestYaw = 12, kChestPitch = 13, kRightArm = 16,
                      kLeftArm = 23;  ///< in JointVector
-inline constexpr int kElbow = 3;  ///< joints after the shoulder pitch of its arm
+inline constexpr int kElbow = 3;     ///< joints after the shoulder pitch of its arm
 inline constexpr double kShoulderPitch_deg = 15, kElbow_deg = -30;  ///< in half-sitting
 
 /// Half-sitting: the posture the robot stands in and the upper body keeps, rad, order of JointVector.

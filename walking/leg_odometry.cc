@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
+#include "walking/kinematics.h"
 
 namespace walking {
 namespace {
@@ -54,13 +54,13 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
                             : measured_sole_in_waist(side, q.segment<6>(hrp2::kRightLeg), right_);
 }
 
-void LegOdometry::take(const SensorReadings& readings) {
+void LegOdometry::add(const SensorReadings& readings) {
   left_ = readings.left, right_ = readings.right;
   const double left = left_.force.z(), right = right_.force.z();
-  if (!begun_) {
+  if (!started_) {
     carrying_ = left > right ? Side::left : Side::right;
     X_OS_ = flat(X_OB_start_ * X_BS(carrying_, readings.q));
-    begun_ = true;
+    started_ = true;
     return;
   }
   const bool carries_left = carrying_ == Side::left;

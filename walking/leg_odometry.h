@@ -26,14 +26,14 @@ class LegOdometry {
 
   /// Takes in the readings of a tick: the sole with the greater load carries from here on. Call it at each
   /// tick.
-  void take(const SensorReadings& readings);
+  void add(const SensorReadings& readings);
 
   /// The waist, and the sole that carries the robot.
   struct Motion {
     Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_OS = Eigen::Vector3d::Zero();
   };
-  /// By the encoders at some time after the last tick, with the wrenches of that tick. take() has been called
+  /// By the encoders at some time after the last tick, with the wrenches of that tick. add() has been called
   /// before.
   Motion motion(const JointVector& q) const;
 
@@ -41,7 +41,7 @@ class LegOdometry {
   Eigen::Isometry3d X_BS(Side side, const JointVector& q) const;
 
   Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: of the sole that carries
-  bool begun_ = false;
+  bool started_ = false;
   Side carrying_ = Side::left;
   Wrench left_, right_;
 };

@@ -8,17 +8,14 @@
 #include <string>
 #include <utility>
 
-#include "walking/arm_momentum.h"
-#include "walking/arm_swing.h"
+#include "walking/arms.h"
 #include "walking/hrp2.h"
-#include "walking/leg_limits.h"
+#include "walking/kinematics.h"
 #include "walking/plan_cause.h"
 #include "walking/preview_control.h"
 #include "walking/second_preview.h"
 #include "walking/swing_foot.h"
 #include "walking/timeline.h"
-#include "walking/waist_yaw.h"
-#include "walking/zmp_reference.h"
 
 namespace walking {
 namespace {
@@ -26,7 +23,7 @@ namespace {
 /// Feet together under the half-sitting robot whose waist is above P's origin.
 const FootPose kStart{{hrp2::kAnkleX, 0}, 0};
 
-/// The ZMP is put where the centre of mass of the half-sitting robot is, 4 mm ahead of the ankle. (The
+/// The ZMP is put where the center of mass of the half-sitting robot is, 4 mm ahead of the ankle. (The
 /// original's default is the ankle itself; this way the walk starts and ends in half-sitting exactly.)
 const Eigen::Vector2d kZmpInFoot{hrp2::kComInWaist.x() - hrp2::kAnkleX, 0};
 
@@ -152,7 +149,7 @@ void FirstStage::place_feet(const Phase& phase, double elapsed, Reference& refer
   reference.X_PR = place(Side::right, phase.support == Support::left);
 }
 
-/// The centre of mass keeps its place in the waist, which turns in yaw only and stays at its height.
+/// The center of mass keeps its place in the waist, which turns in yaw only and stays at its height.
 void FirstStage::place_waist(const Phase& phase, double elapsed, Reference& reference) const {
   const WaistYaw heading = waist_yaw(phase, elapsed);
   reference.X_PB = sole({{0, 0}, heading.yaw});
@@ -164,8 +161,12 @@ void FirstStage::place_waist(const Phase& phase, double elapsed, Reference& refe
 
 }  // namespace
 
-/// Copies go on by themselves.
 struct PatternGenerator::State {
+  State(const WalkOptions& options, const WholeBody& model)
+      : State(options, CartTable(options.com_height_m), model) {}
+  State(const WalkOptions& options, const CartTable& cart, const WholeBody& model)
+      : State(options, Timeline(options, kStart, kZmpInFoot), cart,
+              preview_gains(cart, static_cast<int>(std::lround(options.preview_s / kPeriod))), model) {}
   State(const WalkOptions& options, const Timeline& timeline, const CartTable& cart,
         const PreviewGains& gains, const WholeBody& model)
       : first(options, timeline, cart, gains) {
@@ -193,23 +194,22 @@ struct PatternGenerator::State {
   Reference last;
 };
 
-PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model) {
-  const auto start = [&](const WalkOptions& of) {
-    const Timeline timeline(of, kStart, kZmpInFoot);
-    const CartTable cart(of.com_height_m);
-    const PreviewGains gains = preview_gains(cart, static_cast<int>(std::lround(of.preview_s / kPeriod)));
-    return std::make_unique<State>(of, timeline, cart, gains, model);
+PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model)
+    : PatternGenerator(std::make_unique<State>(options, model)) {
+  const auto fault = leg_fault(*this);
+  if (!fault) return;
+  const auto is_feasible = [&](const WalkOptions& of) {
+    return !leg_fault(PatternGenerator(std::make_unique<State>(of, model)));
   };
-  const auto is_feasible = [&](const WalkOptions& of) { return !leg_fault(PatternGenerator(start(of))); };
-  if (const auto fault = leg_fault(PatternGenerator(start(options))))
-    throw std::invalid_argument("walk.commands[" + std::to_string(fault->command) + "]: at " +
-                                std::to_string(fault->t_s) + " s " + fault->obstacle + "; " +
-                                cause_of_infeasible(options, fault->command, is_feasible));
-  state_ = start(options);
+  throw std::invalid_argument("walk.commands[" + std::to_string(fault->command) + "]: at " +
+                              std::to_string(fault->t_s) + " s " + fault->obstacle + "; " +
+                              cause_of_infeasible(options, fault->command, is_feasible));
 }
 PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::move(state)) {}
-PatternGenerator::~PatternGenerator() = default;
+PatternGenerator::PatternGenerator(const PatternGenerator& other)
+    : state_(std::make_unique<State>(*other.state_)) {}
 PatternGenerator::PatternGenerator(PatternGenerator&&) noexcept = default;
+PatternGenerator::~PatternGenerator() = default;
 
 std::size_t PatternGenerator::ticks() const { return state_->first.timeline().ticks(); }
 
@@ -230,7 +230,7 @@ void PatternGenerator::replan(std::size_t first, const std::vector<Footstep>& la
 
 bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>& landings) const {
   constexpr std::size_t kEvery = 4;  // ticks: angles are smooth
-  PatternGenerator trial(std::make_unique<State>(*state_));
+  PatternGenerator trial(*this);
   trial.replan(first, landings);
   const std::size_t end = trial.touch_down(std::min(first + 1, trial.steps() - 1));
   for (std::size_t tick = trial.state_->tick; tick < end; ++tick) {

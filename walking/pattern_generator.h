@@ -1,4 +1,4 @@
-// The paper's section II on one page: footsteps -> ZMP -> preview control -> centre of mass, waist and feet.
+// The paper's section II on one page: footsteps -> ZMP -> preview control -> center of mass, waist and feet.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "walking/footsteps.h"
+#include "walking/kinematics.h"
 #include "walking/plan.h"
-#include "walking/whole_body.h"
 
 namespace walking {
 
@@ -19,8 +19,10 @@ class PatternGenerator {
   /// The second preview stage and arms that compensate yaw momentum need a model of the whole body; without
   /// one the plan is the cart-table's, with still arms.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
-  ~PatternGenerator();
+  /// Plays the checked plan from the same tick, independently of the other.
+  PatternGenerator(const PatternGenerator& other);
   PatternGenerator(PatternGenerator&&) noexcept;
+  ~PatternGenerator();
 
   /// The number of 5 ms ticks of the walk, first and last standing included.
   std::size_t ticks() const;
@@ -41,7 +43,7 @@ class PatternGenerator {
   std::size_t free_step() const;
   /// Whether that step can be changed now for the last time before next().
   bool is_due() const;
-  /// Plans all steps from `first` >= free_step() on anew, as Timeline::replan; feet, ZMP and centre of mass
+  /// Plans all steps from `first` >= free_step() on anew, as Timeline::replan; feet, ZMP and center of mass
   /// stay continuous, since no part of the preview that was used changes. Throws std::logic_error otherwise.
   void replan(std::size_t first, const std::vector<Footstep>& landings);
   /// Whether the legs can follow, until the step after `first` has landed, if it were planned so.

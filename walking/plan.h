@@ -10,9 +10,54 @@
 #include <vector>
 
 #include "walking/hrp2.h"
-#include "walking/steering_options.h"
 
 namespace walking {
+
+/// Who says where the robot is: nobody (the plan is walked as it is), the truth (what steering alone can do),
+/// or the estimate.
+enum class SteeredBy { plan, truth, estimate };
+inline constexpr std::array<std::string_view, 3> kSteeredBy{"plan", "truth", "estimate"};
+
+enum class OnLost { go_on, stop };
+inline constexpr std::array<std::string_view, 2> kOnLost{"go_on", "stop"};
+
+struct SteeringOptions {
+  SteeredBy by = SteeredBy::plan;
+  double latency_s = 0.1;
+  double gain = 0.8;
+  double dead_band_sigma = 0.5;
+  double largest_ahead_m = 0.03;
+  double largest_aside_m = 0.02;
+  double largest_turn_rad = 3 * std::numbers::pi / 180;
+  OnLost on_lost = OnLost::stop;
+  double lost_s = 3.0;
+  double tolerance_m = 0.006;
+  double tolerance_rad = 0.5 * std::numbers::pi / 180;
+  int final_steps = 8;
+
+  static void keys(auto&& key) {
+    choice<&SteeringOptions::by>(key, kSteeredBy,
+                                 "who corrects the footsteps: plan (nobody), truth or estimate");
+    number<&SteeringOptions::latency_s>(key, 0, 10, "age of the newest estimate that may correct a footstep");
+    number<&SteeringOptions::gain>(key, 0, 1, "part of an error that one footstep corrects");
+    number<&SteeringOptions::dead_band_sigma>(
+        key, 0, 100, "part of an error that is not corrected, in standard deviations of the estimate");
+    number<&SteeringOptions::largest_ahead_m>(key, 0, 0.1, "largest correction of a footstep along the foot");
+    number<&SteeringOptions::largest_aside_m>(key, 0, 0.1,
+                                              "largest correction of a footstep across the foot");
+    degrees<&SteeringOptions::largest_turn_rad>(key, 0, 10, "largest correction of a footstep's heading");
+    choice<&SteeringOptions::on_lost>(
+        key, kOnLost,
+        "what happens when the estimate stays lost: go_on (by the plan) or stop (on both feet)");
+    number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
+    number<&SteeringOptions::tolerance_m>(
+        key, 0, 10, "distance from the end of the path at which no more steps are added");
+    degrees<&SteeringOptions::tolerance_rad>(
+        key, 0, 180, "difference from the heading at the end of the path at which no more steps are added");
+    number<&SteeringOptions::final_steps>(
+        key, 0, 1000, "most steps that are added at the end of the path to come within the tolerance");
+  }
+};
 
 inline constexpr std::chrono::milliseconds kTick{
     5};  ///< control period of HRP-2 and of its pattern generator
@@ -33,9 +78,7 @@ struct Stand {
   static constexpr const char* kName = "stand";
   double duration_s = 1.0;
 
-  static void keys(auto&& key) {
-    key.number("duration_s", &Stand::duration_s, 0, 3600, "time to stand on both feet");
-  }
+  static void keys(auto&& key) { number<&Stand::duration_s>(key, 0, 3600, "time to stand on both feet"); }
 };
 /// Walk straight to a point given in the robot's own frame at the start of the command, without turning.
 struct Straight {
@@ -44,12 +87,11 @@ struct Straight {
   double left_m = 0.0;
 
   static void keys(auto&& key) {
-    key.number("forward_m", &Straight::forward_m, -1000, 1000,
-               "distance ahead, in the robot's frame at the start");
-    key.number("left_m", &Straight::left_m, -1000, 1000, "distance to the left; negative: to the right");
+    number<&Straight::forward_m>(key, -1000, 1000, "distance ahead, in the robot's frame at the start");
+    number<&Straight::left_m>(key, -1000, 1000, "distance to the left; negative: to the right");
   }
 };
-/// Walk along a circle, facing along it; angle > 0 turns left (centre on the left).
+/// Walk along a circle, facing along it; angle > 0 turns left (center on the left).
 struct TangentArc {
   static constexpr const char* kName = "tangent_arc";
   double radius_m = 0.75;
@@ -57,12 +99,12 @@ struct TangentArc {
 
   /// The inner foot needs a circle of its own: the radius is more than the spacing of the feet.
   static void keys(auto&& key) {
-    key.number("radius_m", &TangentArc::radius_m, 0.2, 1000, "radius of the circle");
-    key.degrees("angle_deg", &TangentArc::angle_rad, -36000, 36000,
-                "angle to walk along the circle; positive: the robot turns left");
+    number<&TangentArc::radius_m>(key, 0.2, 1000, "radius of the circle");
+    degrees<&TangentArc::angle_rad>(key, -36000, 36000,
+                                    "angle to walk along the circle; positive: the robot turns left");
   }
 };
-/// Walk along a circle, facing its centre (radius_m ahead); angle > 0 turns left, the robot moving to its
+/// Walk along a circle, facing its center (radius_m ahead); angle > 0 turns left, the robot moving to its
 /// right.
 struct PerpendicularArc {
   static constexpr const char* kName = "perpendicular_arc";
@@ -70,9 +112,9 @@ struct PerpendicularArc {
   double angle_rad = 2 * std::numbers::pi;
 
   static void keys(auto&& key) {
-    key.number("radius_m", &PerpendicularArc::radius_m, 0.2, 1000, "radius of the circle");
-    key.degrees("angle_deg", &PerpendicularArc::angle_rad, -36000, 36000,
-                "angle to walk along the circle; positive: the robot turns left");
+    number<&PerpendicularArc::radius_m>(key, 0.2, 1000, "radius of the circle");
+    degrees<&PerpendicularArc::angle_rad>(key, -36000, 36000,
+                                          "angle to walk along the circle; positive: the robot turns left");
   }
 };
 /// A landing seen from the foot that stands: that frame is first turned, then the foot set down in it.
@@ -82,11 +124,12 @@ struct Step {
   double turn_rad = 0.0;
 
   static void keys(auto&& key) {
-    key.number("forward_m", &Step::forward_m, -1, 1, "distance of the landing ahead of the standing foot");
-    key.number("left_m", &Step::left_m, -1, 1,
-               "distance of the landing to the left of the standing foot; positive: the left foot moves");
-    key.degrees(
-        "turn_deg", &Step::turn_rad, -36000, 36000,
+    number<&Step::forward_m>(key, -1, 1, "distance of the landing ahead of the standing foot");
+    number<&Step::left_m>(
+        key, -1, 1,
+        "distance of the landing to the left of the standing foot; positive: the left foot moves");
+    degrees<&Step::turn_rad>(
+        key, -36000, 36000,
         "angle by which the frame of the standing foot is turned before the landing is set down in it");
   }
 };
@@ -102,8 +145,8 @@ struct Turn {
   double step_rad = std::numbers::pi / 18;
 
   static void keys(auto&& key) {
-    key.degrees("angle_deg", &Turn::angle_rad, -36000, 36000, "angle to turn on the spot; positive: left");
-    key.degrees("step_deg", &Turn::step_rad, 1, 15, "largest turn in one step");
+    degrees<&Turn::angle_rad>(key, -36000, 36000, "angle to turn on the spot; positive: left");
+    degrees<&Turn::step_rad>(key, 1, 15, "largest turn in one step");
   }
 };
 /// Go to a place of the world W, whose origin is under the waist at the start: turn towards it, walk
@@ -115,10 +158,10 @@ struct GoTo {
   double heading_rad = 0.0;
 
   static void keys(auto&& key) {
-    key.number("x_m", &GoTo::x_m, -1000, 1000, "place of the waist, ahead of where the walk began");
-    key.number("y_m", &GoTo::y_m, -1000, 1000, "place of the waist, to the left of where the walk began");
-    key.degrees("heading_deg", &GoTo::heading_rad, -36000, 36000,
-                "heading at the end, against that at the walk's begin; positive: to the left");
+    number<&GoTo::x_m>(key, -1000, 1000, "place of the waist, ahead of where the walk began");
+    number<&GoTo::y_m>(key, -1000, 1000, "place of the waist, to the left of where the walk began");
+    degrees<&GoTo::heading_rad>(
+        key, -36000, 36000, "heading at the end, against that at the walk's begin; positive: to the left");
   }
 };
 /// Carry out the last commands again; each time is a lap, the time before the repetition the first one.
@@ -128,8 +171,8 @@ struct Repeat {
   int times = 1;
 
   static void keys(auto&& key) {
-    key.number("last", &Repeat::last, 1, 1000, "how many of the commands before this one are repeated");
-    key.number("times", &Repeat::times, 1, 1000, "how often they are carried out again");
+    number<&Repeat::last>(key, 1, 1000, "how many of the commands before this one are repeated");
+    number<&Repeat::times>(key, 1, 1000, "how often they are carried out again");
   }
 };
 using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Steps, Turn, GoTo, Repeat>;
@@ -166,35 +209,32 @@ struct WalkOptions {
   std::vector<Command> commands;
 
   static void keys(auto&& key) {
-    key.number("single_support_s", &WalkOptions::single_support_s, 0.1, 5, "time on one foot in each step");
-    key.number("double_support_s", &WalkOptions::double_support_s, kPeriod, 5,
-               "time on both feet between steps");
-    key.number("step_height_m", &WalkOptions::step_height_m, 0.005, 0.2,
-               "height to which the swing foot is lifted");
-    key.number("step_length_m", &WalkOptions::step_length_m, 0.01, 0.4,
-               "longest advance of the body in one step");
-    key.number("preview_s", &WalkOptions::preview_s, 0.1, 10, "horizon of the preview control of the ZMP");
-    key.number("com_height_m", &WalkOptions::com_height_m, 0.3, 1.5,
-               "height of the centre of mass in the cart-table model");
-    key.choice("swing", &WalkOptions::swing, kSwingPolynomials, "polynomial of the swing foot's trajectory");
-    key.choice(
-        "arm_motion", &WalkOptions::arm_motion, kArmMotions,
+    number<&WalkOptions::single_support_s>(key, 0.1, 5, "time on one foot in each step");
+    number<&WalkOptions::double_support_s>(key, kPeriod, 5, "time on both feet between steps");
+    number<&WalkOptions::step_height_m>(key, 0.005, 0.2, "height to which the swing foot is lifted");
+    number<&WalkOptions::step_length_m>(key, 0.01, 0.4, "longest advance of the body in one step");
+    number<&WalkOptions::preview_s>(key, 0.1, 10, "horizon of the preview control of the ZMP");
+    number<&WalkOptions::com_height_m>(key, 0.3, 1.5, "height of the center of mass in the cart-table model");
+    choice<&WalkOptions::swing>(key, kSwingPolynomials, "polynomial of the swing foot's trajectory");
+    choice<&WalkOptions::arm_motion>(
+        key, kArmMotions,
         "motion of the arms: still (half-sitting), swing (against the legs) or momentum (they compensate the "
         "body's yaw momentum)");
-    key.value("second_preview", &WalkOptions::second_preview,
-              "whether a second preview stage makes the ZMP of the whole body, not only the cart-table's, "
-              "follow the "
-              "reference");
-    key.value("commands", &WalkOptions::commands,
-              "walk commands, carried out in this order, in at most 7200 s altogether");
-    key.part("steering", &WalkOptions::steering);
+    value<&WalkOptions::second_preview>(
+        key,
+        "whether a second preview stage makes the ZMP of the whole body, not only the cart-table's, "
+        "follow the "
+        "reference");
+    value<&WalkOptions::commands>(key,
+                                  "walk commands, carried out in this order, in at most 7200 s altogether");
+    part<&WalkOptions::steering>(key);
   }
 };
 
 enum class Support { both, left, right };
 
 /// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z
-/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the centre of mass 13.7 mm ahead and
+/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead and
 /// 0.808 m above ground (the cart-table's com_height_m sets the dynamics alone).
 struct Reference {
   double t_s = 0;

@@ -4,6 +4,13 @@
 #include <utility>
 
 namespace walking {
+CartTable::CartTable(double com_height, double period, double gravity) {
+  const double T = period;
+  A << 1, T, T * T / 2, 0, 1, T, 0, 0, 1;
+  B << T * T * T / 6, T * T / 2, T;
+  C << 1, 0, -com_height / gravity;
+}
+
 namespace {
 
 /// State [e; dx], input du: the cart-table in increments with its ZMP error in front.
@@ -18,9 +25,9 @@ struct ErrorSystem {
   Eigen::Vector4d B;
 };
 
-/// The stabilising solution P of the discrete algebraic Riccati equation.
+/// The stabilizing solution P of the discrete algebraic Riccati equation.
 Eigen::Matrix4d riccati(const ErrorSystem& system, const Eigen::Matrix4d& Q, double R) {
-  constexpr int kMost = 1000000;  // the slowest pole is slow for a high centre of mass and a short period
+  constexpr int kMost = 1000000;  // the slowest pole is slow for a high center of mass and a short period
   constexpr double kConverged = 1e-15;  // relative change; one iteration reduces the error by about 3 %
   Eigen::Matrix4d P = Q;
   for (int i = 0; i < kMost; ++i) {

@@ -1,11 +1,23 @@
-// Preview control: the jerk that makes the cart-table's ZMP follow a reference known some time ahead.
+// The cart-table model, and preview control: the jerk with which its ZMP follows a reference known some time
+// ahead.
 #pragma once
 
 #include <Eigen/Core>
 
-#include "walking/cart_table.h"
+#include "walking/plan.h"
 
 namespace walking {
+
+/// One axis, state (position, velocity, acceleration), input jerk: x(k+1) = A x(k) + B u(k), ZMP p = C x
+/// (Kajita et al. 2003; Stasse et al. 2006, eqs. (1) and (2)).
+struct CartTable {
+  /// `period` in s, `com_height` in m, `gravity` in m/s²; all positive.
+  explicit CartTable(double com_height, double period = kPeriod, double gravity = kGravity);
+
+  Eigen::Matrix3d A;
+  Eigen::Vector3d B;
+  Eigen::RowVector3d C;
+};
 
 /// Weights of the cost: squared ZMP error, squared change of the state, squared change of the jerk.
 struct PreviewWeights {

@@ -1,11 +1,10 @@
-// The second preview stage: shifts the planned centre of mass so that the whole ZMP follows its reference.
+// The second preview stage: shifts the planned center of mass so that the whole ZMP follows its reference.
 #pragma once
 
 #include <deque>
 
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 #include "walking/preview_control.h"
-#include "walking/whole_body.h"
 
 namespace walking {
 
@@ -38,7 +37,7 @@ class SecondPreview {
   int errors_pushed_ = 0;
 };
 
-/// `reference` with the waist and the centre of mass in it moved by `state` (rows: position, velocity,
+/// `reference` with the waist and the center of mass in it moved by `state` (rows: position, velocity,
 /// acceleration).
 Reference shifted(Reference reference, const PreviewControl::State& state, const Eigen::Vector2d& zmp);
 

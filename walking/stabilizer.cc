@@ -1,20 +1,47 @@
 #include "walking/stabilizer.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
+#include "walking/kinematics.h"
+#include "walking/plan.h"
 
 namespace walking {
+using Eigen::Vector3d;
+
+Attitude::Attitude(const Eigen::Vector3d& up, const AttitudeOptions& options)
+    : options_(options), up_(up.normalized()) {}
+
+void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specific_force,
+                      const Eigen::Vector3d& motion, double dt) {
+  const Eigen::Vector3d measured_up = specific_force - motion;
+  // The turn that would bring the tracked vertical to the measured one (Mahony et al. 2008, eq. (32)).
+  // Readings of landings are used too: the impulses and the motion they end average to zero only together.
+  const Vector3d correction = up_.cross(measured_up) / kGravity;
+  bias_ += options_.bias_gain_per_s2 * dt * correction;
+  const Eigen::Vector3d turn = (gyro - bias_ - options_.accelerometer_gain_per_s * correction) * dt;
+  const double angle = turn.norm();
+  if (angle > 0) {
+    up_ = (Eigen::AngleAxisd(-angle, turn / angle) * up_).normalized();
+  }
+}
+
 namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double kWeight = hrp2::kMass * kGravity;  // N
 constexpr double kContactForce = 30.0;              // N: a foot that is loaded less is in the air
-constexpr double kSwingAnkleLeak = 0.1;             // s, in which the ankle of a foot in the air comes back
+constexpr double kSoleMargin = 0.01;                // m, of the desired center of pressure from the edge
+
+// Time constants, s, with which corrections decay: slower than a step while they act, faster than the swing
+// of a foot in the air, which has to land flat and at its planned height.
+constexpr double kAnkleLeak = 1.5, kAnkleLeakInAir = 0.1, kForceLeak = 1.5, kForceLeakInSwing = 0.08,
+                 kTrunkLeak = 10;
+constexpr double kCompressionLag = 0.03;  // s, until a leg has given way under a new load
 
 const double kOmega = pendulum_frequency();
 const Vector3d kAnkle(0, 0, hrp2::kAnkleHeight);  // in the axes of the sole
@@ -46,21 +73,7 @@ double left_share(const Reference& reference, const SensorReadings& readings) {
   return reference.support == Support::left ? 1.0 : reference.support == Support::right ? 0.0 : 0.5;
 }
 
-/// Centre of pressure of a foot in P, weighted with its vertical force.
-Vector2d weighted_pressure(const Eigen::Isometry3d& X_PS, const Wrench& wrench) {
-  const Vector3d moment(-wrench.torque.y(), wrench.torque.x(), 0);
-  return (X_PS.translation() * wrench.force.z() + X_PS.linear() * moment).head<2>();
-}
-
 }  // namespace
-
-/// Of (s + fast)(s + slow)(s + omega) = det(sI - A), A the pendulum with its lagging ZMP under feedback.
-DelayedZmpGains delayed_zmp_gains(double omega, const StabilizerOptions::Tracking::DelayedZmp& options) {
-  const double a = options.fast_pole_per_s, b = options.slow_pole_per_s, T = options.lag_s;
-  const double sum = a + b + omega, pairs = a * b + (a + b) * omega, all = a * b * omega;
-  const double square = omega * omega;
-  return {T * (all + square * sum) / square, T * (pairs + square) / square, 1 - T * sum};
-}
 
 double pendulum_frequency() { return std::sqrt(kGravity / hrp2::kComHeight); }
 
@@ -73,7 +86,6 @@ Posture Stabilizer::step(const Reference& reference, const SensorReadings& readi
   if (!options_.enabled) return posture_of(reference);
   estimate_tilt(reference, readings);
   estimate_com(reference, readings);
-  estimate_zmp(reference, readings);
   track_com(reference);
   const Loads loads = distribute_load(reference);
   ankle_admittance(reference, readings, loads);
@@ -94,7 +106,7 @@ void Stabilizer::estimate_tilt(const Reference& reference, const SensorReadings&
   state_.tilt << std::atan2(up.y(), up.z()), std::atan2(-up.x(), std::hypot(up.y(), up.z()));
 }
 
-/// The centre of mass as encoders and estimated tilt put it over each planned sole, weighted with the
+/// The center of mass as encoders and estimated tilt put it over each planned sole, weighted with the
 /// measured loads.
 void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& readings) {
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
@@ -116,26 +128,11 @@ void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& 
   state_.com_error = share * left + (1 - share) * right;
 }
 
-void Stabilizer::estimate_zmp(const Reference& reference, const SensorReadings& readings) {
-  const double force = readings.left.force.z() + readings.right.force.z();
-  state_.zmp_measured = force < kContactForce ? state_.zmp_desired
-                                              : Vector2d((weighted_pressure(reference.X_PL, readings.left) +
-                                                          weighted_pressure(reference.X_PR, readings.right)) /
-                                                         force);
-}
-
 /// Capture point ξ = c + ċ/ω obeys ξ̇ = ω(ξ − z): z = z_ref + (1 + k/ω) Δξ makes Δξ decay at the rate k.
 void Stabilizer::track_com(const Reference& reference) {
   const StabilizerOptions::Tracking& o = options_.tracking;
   state_.zmp_desired = reference.zmp;
-  if (!o.enabled) return;
-  if (o.law == TrackingLaw::capture_point) {
-    state_.zmp_desired += (1 + o.gain_per_s / kOmega) * state_.capture_point_error();
-    return;
-  }
-  const DelayedZmpGains c = delayed_zmp_gains(kOmega, o.delayed_zmp);
-  state_.zmp_desired += c.position * state_.com_error + c.velocity * state_.com_velocity_error +
-                        c.zmp * (state_.zmp_measured - reference.zmp);
+  if (o.enabled) state_.zmp_desired += (1 + o.gain_per_s / kOmega) * state_.capture_point_error();
 }
 
 Stabilizer::Loads Stabilizer::distribute_load(const Reference& reference) const {
@@ -150,12 +147,11 @@ Stabilizer::Loads Stabilizer::distribute_load(const Reference& reference) const 
   return {share * kWeight, (1 - share) * kWeight};
 }
 
-/// Roll and pitch torque about a sole point that put the centre of pressure at `shift` (m in P) from it, but
+/// Roll and pitch torque about a sole point that put the center of pressure at `shift` (m in P) from it, but
 /// within the sole.
 Vector2d Stabilizer::desired_ankle_torque(const Eigen::Isometry3d& X_PS, const Vector2d& shift,
                                           double load) const {
-  const double margin = options_.tracking.sole_margin_m;
-  const Vector2d least = hrp2::kSoleMin.array() + margin, most = hrp2::kSoleMax.array() - margin;
+  const Vector2d least = hrp2::kSoleMin.array() + kSoleMargin, most = hrp2::kSoleMax.array() - kSoleMargin;
   const Vector2d in_sole = (X_PS.linear().transpose() * Vector3d(shift.x(), shift.y(), 0)).head<2>();
   const Vector2d pressure = in_sole.cwiseMax(least).cwiseMin(most);
   return {pressure.y() * load, -pressure.x() * load};
@@ -175,8 +171,8 @@ void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadin
     const Vector2d rate =
         o.gain_rad_s_per_nm * (wrench.torque.head<2>() - desired_ankle_torque(X_PS, shift, load));
     ankle = clamped(integrated<Vector2d>(ankle, in_the_air ? Vector2d::Zero() : rate,
-                                         in_the_air ? kSwingAnkleLeak : o.leak_s),
-                    o.limit_rad);
+                                         in_the_air ? kAnkleLeakInAir : kAnkleLeak),
+                    kLargestAnkle_rad);
   };
   update(left_ankle_, reference.X_PL, readings.left, loads.left);
   update(right_ankle_, reference.X_PR, readings.right, loads.right);
@@ -189,27 +185,27 @@ void Stabilizer::control_force_difference(const Reference& reference, const Sens
   const bool both = reference.support == Support::both;
   const double missing = (loads.left - loads.right) - (readings.left.force.z() - readings.right.force.z());
   foot_difference_ = integrated(foot_difference_, both ? o.gain_m_s_per_n * missing : 0.0,
-                                both ? o.leak_s : o.leak_in_swing_s);
-  foot_difference_ = std::clamp(foot_difference_, -o.limit_m, o.limit_m);
+                                both ? kForceLeak : kForceLeakInSwing);
+  foot_difference_ = std::clamp(foot_difference_, -kLargestFootDifference_m, kLargestFootDifference_m);
 }
 
 void Stabilizer::compensate_leg_compliance(const Loads& loads) {
   const StabilizerOptions::LegCompliance& o = options_.leg_compliance;
   if (!o.enabled) return;
   const Vector2d loaded = Vector2d(loads.left, loads.right) / o.stiffness_n_m;
-  compression_ += (1 - std::exp(-kPeriod / o.lag_s)) * (loaded - compression_);
+  compression_ += (1 - std::exp(-kPeriod / kCompressionLag)) * (loaded - compression_);
 }
 
 void Stabilizer::control_trunk_attitude() {
   const StabilizerOptions::BodyAttitude& o = options_.body_attitude;
   if (!o.enabled) return;
-  trunk_ = clamped(integrated<Vector2d>(trunk_, -o.gain_per_s * state_.tilt, o.leak_s), o.limit_rad);
+  trunk_ = clamped(integrated<Vector2d>(trunk_, -o.gain_per_s * state_.tilt, kTrunkLeak), kLargestTrunk_rad);
 }
 
 Posture Stabilizer::corrected(const Reference& reference) const {
   Posture posture = posture_of(reference);
   posture.X_PB.linear() = reference.X_PB.linear() * turned(trunk_);
-  // The turn leaves the centre of mass where it is.
+  // The turn leaves the center of mass where it is.
   posture.X_PB.translation() += (reference.X_PB.linear() - posture.X_PB.linear()) * hrp2::kComInWaist;
   posture.X_PL.linear() = reference.X_PL.linear() * turned(left_ankle_);
   posture.X_PR.linear() = reference.X_PR.linear() * turned(right_ankle_);

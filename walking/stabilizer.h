@@ -1,15 +1,54 @@
-// The stabiliser: corrects the planned posture by the readings of IMU, ankle force sensors and encoders. It
-// never sees a true pose.
+// The stabilizer: corrects the planned posture by the readings of IMU, ankle force sensors and encoders. It
+// never receives a true pose.
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <array>
-#include <string_view>
 
-#include "walking/attitude.h"
 #include "walking/plan.h"
 
 namespace walking {
+
+/// Gains of the attitude filter.
+struct AttitudeOptions {
+  bool enabled = true;
+  double accelerometer_gain_per_s = 0.15;
+  double bias_gain_per_s2 = 0.004;
+
+  static void keys(auto&& key) {
+    value<&AttitudeOptions::enabled>(
+        key,
+        "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise it counts "
+        "as upright");
+    number<&AttitudeOptions::accelerometer_gain_per_s>(
+        key, 0, 1e6, "rate at which the estimated vertical is corrected towards the accelerometer's");
+    number<&AttitudeOptions::bias_gain_per_s2>(
+        key, 0, 1e6, "gain with which the attitude filter estimates the gyro's bias");
+  }
+};
+
+/// Tracks the vertical in the axes of the IMU. The heading is not observable.
+class Attitude {
+ public:
+  /// Begins with `up`, the vertical in the IMU's axes (need not be unit).
+  explicit Attitude(const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(),
+                    const AttitudeOptions& options = {});
+
+  /// One interval: mean angular velocity (rad/s) and specific force (m/s²), both in IMU axes, over dt (s).
+  /// motion: the acceleration that the robot is known to carry out itself, same axes (m/s²); it is taken off
+  /// the specific force, what is left being gravity's.
+  void update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specific_force,
+              const Eigen::Vector3d& motion, double dt);
+
+  const Eigen::Vector3d& up() const { return up_; }  ///< unit vector, IMU axes
+  /// Of the gyro, rad/s; its vertical part is not observable.
+  const Eigen::Vector3d& bias() const { return bias_; }
+
+ private:
+  AttitudeOptions options_;
+  Eigen::Vector3d up_;
+  Eigen::Vector3d bias_ = Eigen::Vector3d::Zero();
+};
 
 /// Force (N) and torque (N·m) that the ground exerts on a foot, in the axes of the sole, about the sole
 /// point.
@@ -25,64 +64,39 @@ struct SensorReadings {
   JointVector q = JointVector::Zero();  ///< encoders, rad
 };
 
-enum class TrackingLaw { capture_point, delayed_zmp };
-inline constexpr std::array<std::string_view, 2> kTrackingLaws{"capture_point", "delayed_zmp"};
-
 /// The scenario's keys stabilizer.*. Each block can be switched off.
 struct StabilizerOptions {
   bool enabled = true;
 
-  /// White noise of the 200 Hz readings that the stabiliser is given, whatever errors.* says of those that
-  /// the filter is given: one recorded walk serves replays with any sensor errors.
+  /// White noise of the 200 Hz readings of the stabilizer. errors.* does not change it: one recorded walk
+  /// serves replays with any sensor errors.
   double gyro_sigma_rad_s = 0.01, accelerometer_sigma_m_s2 = 0.05;
 
   AttitudeOptions attitude;
 
-  /// The error of the capture point asks for a ZMP that drives it back (Caron et al. 2019, section III), or
-  /// the errors of the centre of mass, its velocity and the ZMP do (Kajita et al. 2010, eq. (26)).
+  /// The error of the capture point is driven back by the ZMP (Caron et al. 2019, section III).
   struct Tracking {
     bool enabled = true;
-    TrackingLaw law = TrackingLaw::capture_point;
     double gain_per_s = 3.0;
     double velocity_cutoff_hz = 6.0;
-    double sole_margin_m = 0.01;
-    struct DelayedZmp {
-      double lag_s = 0.04;
-      double fast_pole_per_s = 13, slow_pole_per_s = 4;
-
-      static void keys(auto&& key) {
-        key.number("lag_s", &DelayedZmp::lag_s, 1e-3, 1e6,
-                   "time constant with which the ZMP follows the desired one in the delayed_zmp law");
-        key.number("fast_pole_per_s", &DelayedZmp::fast_pole_per_s, 0, 1e6,
-                   "faster of the two decay rates that the delayed_zmp law gives to errors");
-        key.number("slow_pole_per_s", &DelayedZmp::slow_pole_per_s, 0, 1e6,
-                   "slower of the two decay rates that the delayed_zmp law gives to errors");
-      }
-    } delayed_zmp;
 
     static void keys(auto&& key) {
-      key.value("enabled", &Tracking::enabled, "whether errors of the centre of mass are fed back");
-      key.choice(
-          "law", &Tracking::law, kTrackingLaws,
-          "feedback law: of the capture point, or of the centre of mass, its velocity and a delayed ZMP");
-      key.number("gain_per_s", &Tracking::gain_per_s, 0, 1e6,
-                 "rate at which the error of the capture point decays");
-      key.number("velocity_cutoff_hz", &Tracking::velocity_cutoff_hz, 0.01, 100,
-                 "cut-off frequency of the low-pass filter on the velocity error of the centre of mass");
-      key.number("sole_margin_m", &Tracking::sole_margin_m, 0, 0.1,
-                 "least distance of the desired ZMP from the edge of the soles");
-      key.part("delayed_zmp", &Tracking::delayed_zmp);
+      value<&Tracking::enabled>(key, "whether errors of the center of mass are fed back");
+      number<&Tracking::gain_per_s>(key, 0, 1e6, "rate at which the error of the capture point decays");
+      number<&Tracking::velocity_cutoff_hz>(
+          key, 0.01, 100,
+          "cut-off frequency of the low-pass filter on the velocity error of the center of mass");
     }
   } tracking;
 
   /// While both feet stand they share the load as the desired ZMP divides the way between them (Kajita et al.
-  /// 2010, section III-C); switched off, each is to carry half.
+  /// 2010, section III-C); if switched off, each carries half.
   struct Distribution {
     bool enabled = true;
 
     static void keys(auto&& key) {
-      key.value("enabled", &Distribution::enabled,
-                "whether the feet share the load according to the desired ZMP; otherwise each carries half");
+      value<&Distribution::enabled>(
+          key, "whether the feet share the load according to the desired ZMP; otherwise each carries half");
     }
   } distribution;
 
@@ -90,17 +104,11 @@ struct StabilizerOptions {
   struct AnkleAdmittance {
     bool enabled = true;
     double gain_rad_s_per_nm = 0.08;
-    double leak_s = 1.5;
-    double limit_rad = 0.17;
 
     static void keys(auto&& key) {
-      key.value("enabled", &AnkleAdmittance::enabled,
-                "whether the ankles yield to the measured torque (admittance)");
-      key.number("gain_rad_s_per_nm", &AnkleAdmittance::gain_rad_s_per_nm, 0, 1e6,
-                 "angular velocity of an ankle for each N·m of torque beyond the desired one");
-      key.number("leak_s", &AnkleAdmittance::leak_s, 1e-3, 1e6,
-                 "time constant with which the ankle correction decays");
-      key.number("limit_rad", &AnkleAdmittance::limit_rad, 0, 1, "largest ankle correction");
+      value<&AnkleAdmittance::enabled>(key, "whether the ankles yield to the measured torque (admittance)");
+      number<&AnkleAdmittance::gain_rad_s_per_nm>(
+          key, 0, 1e6, "angular velocity of an ankle for each N·m of torque beyond the desired one");
     }
   } ankle_admittance;
 
@@ -108,20 +116,12 @@ struct StabilizerOptions {
   struct ForceDifference {
     bool enabled = true;
     double gain_m_s_per_n = 1e-5;
-    double leak_s = 1.5;
-    double leak_in_swing_s = 0.08;
-    double limit_m = 0.025;
 
     static void keys(auto&& key) {
-      key.value("enabled", &ForceDifference::enabled,
-                "whether the foot that carries too little is lowered and the other one raised");
-      key.number("gain_m_s_per_n", &ForceDifference::gain_m_s_per_n, 0, 1e6,
-                 "velocity of a foot for each N of missing vertical force");
-      key.number("leak_s", &ForceDifference::leak_s, 1e-3, 1e6,
-                 "time constant with which the foot height correction decays while both feet stand");
-      key.number("leak_in_swing_s", &ForceDifference::leak_in_swing_s, 1e-3, 1e6,
-                 "time constant with which the foot height correction decays while one foot swings");
-      key.number("limit_m", &ForceDifference::limit_m, 0, 0.2, "largest foot height correction");
+      value<&ForceDifference::enabled>(
+          key, "whether the foot that carries too little is lowered and the other one raised");
+      number<&ForceDifference::gain_m_s_per_n>(key, 0, 1e6,
+                                               "velocity of a foot for each N of missing vertical force");
     }
   } force_difference;
 
@@ -130,14 +130,12 @@ struct StabilizerOptions {
   struct LegCompliance {
     bool enabled = true;
     double stiffness_n_m = 120e3;
-    double lag_s = 0.03;
 
     static void keys(auto&& key) {
-      key.value("enabled", &LegCompliance::enabled,
-                "whether a leg is lengthened by the compression under its planned load");
-      key.number("stiffness_n_m", &LegCompliance::stiffness_n_m, 1e3, 1e9,
-                 "vertical stiffness of a leg from waist to ground");
-      key.number("lag_s", &LegCompliance::lag_s, 0, 1, "time constant with which a leg is compressed");
+      value<&LegCompliance::enabled>(key,
+                                     "whether a leg is lengthened by the compression under its planned load");
+      number<&LegCompliance::stiffness_n_m>(key, 1e3, 1e9,
+                                            "vertical stiffness of a leg from waist to ground");
     }
   } leg_compliance;
 
@@ -145,56 +143,43 @@ struct StabilizerOptions {
   struct BodyAttitude {
     bool enabled = true;
     double gain_per_s = 2.0;
-    double leak_s = 10.0;
-    double limit_rad = 0.1;
 
     static void keys(auto&& key) {
-      key.value("enabled", &BodyAttitude::enabled, "whether the waist is turned against its estimated tilt");
-      key.number("gain_per_s", &BodyAttitude::gain_per_s, 0, 1e6,
-                 "rate at which the tilt of the waist is corrected");
-      key.number("leak_s", &BodyAttitude::leak_s, 1e-3, 1e6,
-                 "time constant with which the waist correction decays");
-      key.number("limit_rad", &BodyAttitude::limit_rad, 0, 1, "largest waist correction");
+      value<&BodyAttitude::enabled>(key, "whether the waist is turned against its estimated tilt");
+      number<&BodyAttitude::gain_per_s>(key, 0, 1e6, "rate at which the tilt of the waist is corrected");
     }
   } body_attitude;
 
   static void keys(auto&& key) {
-    key.value("enabled", &StabilizerOptions::enabled,
-              "whether the plan is corrected by the robot's own sensor readings");
-    key.number("gyro_sigma_rad_s", &StabilizerOptions::gyro_sigma_rad_s, 0, 1e3,
-               "white noise of the 200 Hz gyro readings that the stabiliser is given");
-    key.number("accelerometer_sigma_m_s2", &StabilizerOptions::accelerometer_sigma_m_s2, 0, 1e3,
-               "white noise of the 200 Hz accelerometer readings that the stabiliser is given");
-    key.part("attitude", &StabilizerOptions::attitude);
-    key.part("tracking", &StabilizerOptions::tracking);
-    key.part("distribution", &StabilizerOptions::distribution);
-    key.part("ankle_admittance", &StabilizerOptions::ankle_admittance);
-    key.part("force_difference", &StabilizerOptions::force_difference);
-    key.part("leg_compliance", &StabilizerOptions::leg_compliance);
-    key.part("body_attitude", &StabilizerOptions::body_attitude);
+    value<&StabilizerOptions::enabled>(key,
+                                       "whether the plan is corrected by the robot's own sensor readings");
+    number<&StabilizerOptions::gyro_sigma_rad_s>(key, 0, 1e3,
+                                                 "white noise of the stabilizer's 200 Hz gyro readings");
+    number<&StabilizerOptions::accelerometer_sigma_m_s2>(
+        key, 0, 1e3, "white noise of the stabilizer's 200 Hz accelerometer readings");
+    part<&StabilizerOptions::attitude>(key);
+    part<&StabilizerOptions::tracking>(key);
+    part<&StabilizerOptions::distribution>(key);
+    part<&StabilizerOptions::ankle_admittance>(key);
+    part<&StabilizerOptions::force_difference>(key);
+    part<&StabilizerOptions::leg_compliance>(key);
+    part<&StabilizerOptions::body_attitude>(key);
   }
 };
 
-/// p = p_ref + position e_x + velocity e_v + zmp e_p, the errors measured minus planned.
-struct DelayedZmpGains {
-  double position = 0, velocity = 0, zmp = 0;
-};
+/// Largest corrections of an ankle, of the difference in height between the feet, and of the waist: bounds
+/// for the effect of a faulty sensor.
+inline constexpr double kLargestAnkle_rad = 0.17, kLargestFootDifference_m = 0.025, kLargestTrunk_rad = 0.1;
 
-/// The gains that give a pendulum of frequency `omega` (1/s), whose ZMP follows the desired one with a lag,
-/// the poles -fast, -slow and -omega (Kajita et al. 2010, eqs. (24)-(27)).
-DelayedZmpGains delayed_zmp_gains(double omega, const StabilizerOptions::Tracking::DelayedZmp& options);
-
-/// Frequency of the pendulum whose length is the height of the centre of mass in half-sitting, 1/s.
+/// Frequency of the pendulum whose length is the height of the center of mass in half-sitting, 1/s.
 double pendulum_frequency();
 
-/// Estimates and set points of the stabiliser, for logs and tests.
+/// Estimates and set points of the stabilizer, for logs and tests.
 struct StabilizerState {
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero();       ///< roll, pitch of the waist, rad
   Eigen::Vector2d com_error = Eigen::Vector2d::Zero();  ///< measured minus planned, m in P
   Eigen::Vector2d com_velocity_error = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_desired = Eigen::Vector2d::Zero();  ///< m in P
-  /// m in P; the desired one while neither foot is in contact.
-  Eigen::Vector2d zmp_measured = Eigen::Vector2d::Zero();
 
   /// Error of the capture point c + v/omega, m in P.
   Eigen::Vector2d capture_point_error() const;
@@ -218,7 +203,6 @@ class Stabilizer {
 
   void estimate_tilt(const Reference& reference, const SensorReadings& readings);
   void estimate_com(const Reference& reference, const SensorReadings& readings);
-  void estimate_zmp(const Reference& reference, const SensorReadings& readings);
   void track_com(const Reference& reference);
   Loads distribute_load(const Reference& reference) const;
   void ankle_admittance(const Reference& reference, const SensorReadings& readings, const Loads& loads);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "walking/feasible_step.h"
+#include "walking/footsteps.h"
 
 namespace walking {
 namespace {
@@ -119,7 +119,7 @@ void Steering::stop(PatternGenerator& plan, double now_s) {
 void Steering::approach_goal(PatternGenerator& plan) {
   Stance end;
   for (const Footstep& step : desired_) end.of(step.side) = step.pose;
-  const FootPose error = error_of(centre_of(end));
+  const FootPose error = error_of(center_of(end));
   const bool there =
       error.position.norm() <= options_.tolerance_m && std::abs(error.yaw) <= options_.tolerance_rad;
   if (there || final_steps_ + 2 > options_.final_steps) return;

@@ -8,7 +8,7 @@
 
 #include "walking/footsteps.h"
 #include "walking/pattern_generator.h"
-#include "walking/steering_options.h"
+#include "walking/plan.h"
 
 namespace walking {
 
@@ -33,7 +33,7 @@ struct StepCorrection {
 /// The desired path is that of the scenario's commands with the plan's world P laid on W; the plan lives in
 /// P, which stays continuous, and an estimate says where P has drifted to in W. Each landing, at the last
 /// moment at which it can be changed, is moved towards where the path wants it. How far is limited for each
-/// step, so that an estimate that jumps (a loop closes, a place is recognised) does not make the walk jump.
+/// step, so that an estimate that jumps (a loop closes, a place is recognized) does not make the walk jump.
 class Steering {
  public:
   /// plan: from its first tick on, as yet uncorrected.

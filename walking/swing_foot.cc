@@ -2,10 +2,7 @@
 
 #include <algorithm>
 
-#include "walking/blend.h"
-
 namespace walking {
-
 Eigen::Isometry3d sole(const FootPose& foot, double height_m) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear().topLeftCorner<2, 2>() = Eigen::Rotation2Dd(foot.yaw).toRotationMatrix();
@@ -22,6 +19,12 @@ Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double el
   const FootPose foot{from.position + along * (to.position - from.position),
                       from.yaw + cubic_blend(s) * (to.yaw - from.yaw)};
   return sole(foot, 16 * step_height_m * up * up);
+}
+
+WaistYaw waist_yaw(const Phase& phase, double elapsed) {
+  const double turn = phase.waist_yaw_to - phase.waist_yaw_from;
+  return {phase.waist_yaw_from + turn * cubic_blend(elapsed),
+          turn * cubic_blend_rate(elapsed) / (phase.ticks * kPeriod)};
 }
 
 }  // namespace walking

@@ -1,11 +1,21 @@
-// The path of the swing foot: vertical take-off and landing, at rest at both ends.
+// Polynomial paths of the swing foot and of the heading of the waist.
 #pragma once
 
 #include <Eigen/Geometry>
 
 #include "walking/footsteps.h"
+#include "walking/timeline.h"
 
 namespace walking {
+
+/// 3s² - 2s³ for s in [0, 1]: velocity zero at both ends, acceleration not.
+constexpr double cubic_blend(double s) { return s * s * (3 - 2 * s); }
+
+/// Derivative of cubic_blend by s.
+constexpr double cubic_blend_rate(double s) { return 6 * s * (1 - s); }
+
+/// 10s³ - 15s⁴ + 6s⁵ for s in [0, 1]: velocity and acceleration zero at both ends.
+constexpr double quintic_blend(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
 
 /// Where the swinging sole is `elapsed` of single support (0 ... 1) after lift-off, in P. Horizontally it
 /// moves from `from` to `to` during the middle 90 % (vertical take-off and landing), along `polynomial`;
@@ -16,5 +26,14 @@ Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double el
 
 /// The sole of a foot at `height_m` above its place on the ground, in P.
 Eigen::Isometry3d sole(const FootPose& foot, double height_m = 0);
+
+struct WaistYaw {
+  double yaw = 0;   ///< rad, never wrapped
+  double rate = 0;  ///< rad/s
+};
+
+/// Cubic from the heading at the phase's begin to that at its end, `elapsed` in 0 ... 1 of the phase (Stasse
+/// et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
+WaistYaw waist_yaw(const Phase& phase, double elapsed);
 
 }  // namespace walking

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -10,7 +11,7 @@
 namespace walking {
 namespace {
 
-constexpr double kFinalStanding = 2.0;  // s: the centre of mass comes to rest as exp(-3.5 t)
+constexpr double kFinalStanding = 2.0;  // s: the center of mass comes to rest as exp(-3.5 t)
 
 int ticks_of(double seconds) { return static_cast<int>(std::lround(seconds / kPeriod)); }
 
@@ -37,7 +38,7 @@ Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eige
   double_support_ticks_ = ticks_of(options.double_support_s);
   single_support_ticks_ = ticks_of(options.single_support_s);
   stop_ramp_ticks_ = std::max(1, double_support_ticks_ / 2);
-  zmp_ = zmp_under(centre_of(stance_));
+  zmp_ = zmp_under(center_of(stance_));
   const int first = ticks_of(options.preview_s) + kSmoothingTicks, last = ticks_of(kFinalStanding);
   const int n = static_cast<int>(options.commands.size());
   if (!std::holds_alternative<Stand>(options.commands.front())) stand(0, first);
@@ -53,7 +54,7 @@ void Timeline::carry_out(int command, const WalkOptions& options, int least_stan
   } else if (const auto* standing = std::get_if<Stand>(&what)) {
     stand(command, std::max(ticks_of(*standing), least_standing));
   } else {
-    const auto steps = footsteps(what, centre_of(stance_), options.step_length_m);
+    const auto steps = footsteps(what, center_of(stance_), options.step_length_m);
     for (const Footstep& landing : steps) step(command, landing);
   }
   if (static_cast<double>(ticks()) * kPeriod > kLongestWalk_s) throw TooLong(command, "");
@@ -111,7 +112,7 @@ Phase Timeline::next_phase(int command, Support support, int ticks) const {
 
 void Timeline::stand(int command, int ticks) {
   Phase phase = next_phase(command, Support::both, ticks);
-  phase.zmp_to = zmp_under(centre_of(stance_));
+  phase.zmp_to = zmp_under(center_of(stance_));
   phase.zmp_ramp_ticks = stop_ramp_ticks_;
   phase.zmp_ramp_start = 1;
   append(std::move(phase));
@@ -179,6 +180,26 @@ Timeline::Moment Timeline::at(std::ptrdiff_t tick) const {
   const auto next = std::upper_bound(begins_.begin(), begins_.end(), t);
   const auto i = static_cast<std::size_t>(next - begins_.begin() - 1);
   return {phases_[i], static_cast<int>(t - begins_[i])};
+}
+
+std::array<double, kSmoothingTicks + 1> smoothing_weights() {
+  std::array<double, kSmoothingTicks + 1> w{};
+  for (int i = 1; i < kSmoothingTicks; ++i) {
+    const double s = std::sin(std::numbers::pi * i / kSmoothingTicks);
+    w[i] = s * s / (kSmoothingTicks / 2.0);  // the squares sum to half the width
+  }
+  return w;
+}
+
+Eigen::Vector2d ZmpReference::raw(std::ptrdiff_t tick) const {
+  const Timeline::Moment moment = timeline_.at(tick);
+  return moment.phase.zmp(moment.tick);
+}
+
+Eigen::Vector2d ZmpReference::smoothed(std::ptrdiff_t tick) const {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int j = 1; j < kSmoothingTicks; ++j) sum += weights_[j] * raw(tick - j + kSmoothingAdvance);
+  return sum;
 }
 
 }  // namespace walking

@@ -94,7 +94,7 @@ FrameBuffer::Buffers FrameBuffer::make(int samples) const {
     gl().glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width_px_, height_px_);
     gl().glFramebufferRenderbuffer(GL_FRAMEBUFFER, place, GL_RENDERBUFFER, buffer);
   };
-  attach(made.colour, channels_ == Channels::grey ? GL_R8 : GL_RGBA8, GL_COLOR_ATTACHMENT0);
+  attach(made.color, channels_ == Channels::grey ? GL_R8 : GL_RGBA8, GL_COLOR_ATTACHMENT0);
   attach(made.depth, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
   if (gl().glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw std::runtime_error("off-screen OpenGL: there is no off-screen buffer");
@@ -103,7 +103,7 @@ FrameBuffer::Buffers FrameBuffer::make(int samples) const {
 
 void FrameBuffer::free(Buffers& buffers) {
   gl().glDeleteFramebuffers(1, &buffers.frame);
-  gl().glDeleteRenderbuffers(1, &buffers.colour);
+  gl().glDeleteRenderbuffers(1, &buffers.color);
   gl().glDeleteRenderbuffers(1, &buffers.depth);
 }
 

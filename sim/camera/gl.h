@@ -118,7 +118,7 @@ class FrameBuffer {
 
  private:
   struct Buffers {
-    unsigned frame = 0, colour = 0, depth = 0;
+    unsigned frame = 0, color = 0, depth = 0;
   };
   Buffers make(int samples) const;
   static void free(Buffers& buffers);

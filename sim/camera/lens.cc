@@ -38,7 +38,7 @@ double yaw_towards(const CameraModel& camera, const Columns& columns) {
          2;
 }
 
-// The least distance between the directions of two neighbouring pixels of the columns: the smaller singular
+// The least distance between the directions of two neighboring pixels of the columns: the smaller singular
 // value of the direction's derivative, at pixels some degrees apart.
 double finest_step(const CameraModel& camera, double yaw, const Columns& columns) {
   const int stride = std::max(1, camera.width_px / 64);

@@ -12,7 +12,7 @@ namespace sim::camera {
 
 /// One-parameter radial camera of Swaminathan & Nayar as MonoSLAM uses it (Davison et al. 2007):
 /// u_d = u0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z); k1 = 0 is the ideal pinhole.
-/// Whole numbers are pixel centres: the image covers [-0.5, width - 0.5].
+/// Whole numbers are pixel centers: the image covers [-0.5, width - 0.5].
 struct CameraModel {
   int width_px, height_px;
   double fu_px, fv_px, u0_px, v0_px;
@@ -24,8 +24,8 @@ struct CameraModel {
   Eigen::Vector2d direction(const Eigen::Vector2d& uv) const;
 };
 
-/// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; centre 157, 127;
-/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size, or a centred
+/// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; center 157, 127;
+/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size, or a centerd
 /// pinhole of 90° across.
 CameraModel camera_model(const CameraOptions& options);
 
@@ -55,7 +55,7 @@ class LensWarp {
 
   /// One or two, whichever has fewer pixels.
   const std::vector<Pinhole>& views() const { return views_; }
-  /// Where pixel (u, v) samples the picture of the views side by side, in its pixel centres.
+  /// Where pixel (u, v) samples the picture of the views side by side, in its pixel centers.
   Eigen::Vector2d source_pixel(int u, int v) const;
   /// The image of a picture of the views side by side, first row on top.
   cv::Mat warp(const cv::Mat& views) const;

@@ -21,22 +21,21 @@ struct CameraOptions {
   int subframes = 8;
 
   static void keys(auto&& key) {
-    key.number("width_px", &CameraOptions::width_px, 32, 4096, "width of the image");
-    key.number("height_px", &CameraOptions::height_px, 32, 4096, "height of the image");
-    key.number("rate_hz", &CameraOptions::rate_hz, 0.1, 1000, "frames per second of simulated time");
-    key.choice("lens", &CameraOptions::lens, kLenses,
-               "lens: wide (one-parameter radial, 91.6 deg across) or pinhole (ideal, 90 deg across)");
-    key.number("distortion", &CameraOptions::distortion, 0, 1.3,
-               "radial parameter of the wide lens relative to that of the paper's camera");
-    key.number(
-        "samples", &CameraOptions::samples, 0, 16,
+    number<&CameraOptions::width_px>(key, 32, 4096, "width of the image");
+    number<&CameraOptions::height_px>(key, 32, 4096, "height of the image");
+    number<&CameraOptions::rate_hz>(key, 0.1, 1000, "frames per second of simulated time");
+    choice<&CameraOptions::lens>(
+        key, kLenses, "lens: wide (one-parameter radial, 91.6 deg across) or pinhole (ideal, 90 deg across)");
+    number<&CameraOptions::distortion>(
+        key, 0, 1.3, "radial parameter of the wide lens relative to that of the paper's camera");
+    number<&CameraOptions::samples>(
+        key, 0, 16,
         "multisamples of the renderer; 0: a denser picture is smoothed instead, which is twice as fast");
-    key.number("exposure_s", &CameraOptions::exposure_s, 0, 0.1,
-               "exposure time of each row, which causes motion blur");
-    key.number("readout_s", &CameraOptions::readout_s, 0, 0.1,
-               "time from the first row's exposure to the last row's (rolling shutter)");
-    key.number("subframes", &CameraOptions::subframes, 2, 64,
-               "pictures rendered for each frame when exposure_s or readout_s is not 0");
+    number<&CameraOptions::exposure_s>(key, 0, 0.1, "exposure time of each row, which causes motion blur");
+    number<&CameraOptions::readout_s>(
+        key, 0, 0.1, "time from the first row's exposure to the last row's (rolling shutter)");
+    number<&CameraOptions::subframes>(
+        key, 2, 64, "pictures rendered for each frame when exposure_s or readout_s is not 0");
   }
 };
 

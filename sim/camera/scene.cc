@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kNear = 0.05f, kFar = 40.0f;
 
-// Planes through the camera's centre along the four sides of the view: normals in the view's frame,
+// Planes through the camera's center along the four sides of the view: normals in the view's frame,
 // pointing inside.
 std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
   const float l = float(view.left), t = float(view.top);

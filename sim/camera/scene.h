@@ -45,7 +45,7 @@ class Scene {
     Paint paint;
     GeomMesh mesh;  // its indices count from the buffer's first vertex
     std::size_t first_vertex;
-    Eigen::Vector3f half;  // of a box about the geom's centre that holds it
+    Eigen::Vector3f half;  // of a box about the geom's center that holds it
     Eigen::Isometry3f X_WG;
   };
   struct Seen {

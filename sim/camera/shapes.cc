@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sim/physics/model.h"
+
 namespace sim::camera {
 namespace {
 
@@ -156,11 +158,11 @@ namespace {
 
 Eigen::Vector3f rgb(const float* values) { return Eigen::Map<const Eigen::Vector3f>(values); }
 
-// MuJoCo's rule: the colour of a geom counts where it has no material, or differs from the default.
-bool own_colour(const mjModel& model, int geom) {
-  const float* colour = model.geom_rgba + 4 * geom;
-  return model.geom_matid[geom] < 0 || colour[0] != 0.5f || colour[1] != 0.5f || colour[2] != 0.5f ||
-         colour[3] != 1.0f;
+// MuJoCo's rule: the color of a geom counts where it has no material, or differs from the default.
+bool own_color(const mjModel& model, int geom) {
+  const float* color = model.geom_rgba + 4 * geom;
+  return model.geom_matid[geom] < 0 || color[0] != 0.5f || color[1] != 0.5f || color[2] != 0.5f ||
+         color[3] != 1.0f;
 }
 
 }  // namespace
@@ -173,7 +175,7 @@ bool is_drawn(const mjModel& model, int geom, Robot robot) {
 
 Paint paint_of(const mjModel& model, int geom) {
   const int material = model.geom_matid[geom];
-  return {rgb(own_colour(model, geom) ? model.geom_rgba + 4 * geom : model.mat_rgba + 4 * material),
+  return {rgb(own_color(model, geom) ? model.geom_rgba + 4 * geom : model.mat_rgba + 4 * material),
           material < 0 ? 0 : model.mat_emission[material]};
 }
 
@@ -194,6 +196,65 @@ Eigen::Vector3f Lamps::lit(const Paint& paint, const Eigen::Vector3f& normal_W, 
   for (const Lamp& lamp : lamps_) light += std::max(0.0f, normal_W.dot(lamp.towards_W)) * lamp.diffuse;
   light = (share * light).array() + paint.emission;
   return paint.rgb.cwiseProduct(light).cwiseMin(1);
+}
+
+namespace {
+
+constexpr int kRoomGroup = 0;
+
+score::Surface::Kind kind_of(int type) {
+  using Kind = score::Surface::Kind;
+  switch (type) {
+    case mjGEOM_PLANE:
+      return Kind::plane;
+    case mjGEOM_BOX:
+      return Kind::box;
+    case mjGEOM_SPHERE:
+      return Kind::sphere;
+    case mjGEOM_CYLINDER:
+      return Kind::cylinder;
+    case mjGEOM_ELLIPSOID:
+      return Kind::ellipsoid;
+    case mjGEOM_CAPSULE:
+      return Kind::capsule;
+    default:
+      throw std::invalid_argument(
+          "a room may hold planes and other primitives only, no mesh or height field");
+  }
+}
+
+// MuJoCo leaves unused entries of size undefined.
+Eigen::Vector3d extents(score::Surface::Kind kind, const Eigen::Vector3d& size) {
+  using Kind = score::Surface::Kind;
+  if (kind == Kind::plane) return {size.x(), size.y(), 0};
+  if (kind == Kind::sphere) return Eigen::Vector3d::Constant(size.x());
+  if (kind == Kind::cylinder || kind == Kind::capsule) return {size.x(), size.y(), 0};
+  return size;
+}
+
+score::Surface primitive(const mjModel& model, const mjData& data, int geom) {
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  score::Surface surface;
+  surface.kind = kind_of(model.geom_type[geom]);
+  surface.size = extents(surface.kind, Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom));
+  if (surface.kind == score::Surface::Kind::plane && (surface.size.x() <= 0 || surface.size.y() <= 0))
+    throw std::invalid_argument("a room's planes need a size");
+  surface.X_WS = Eigen::Isometry3d::Identity();
+  surface.X_WS.translation() = Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom);
+  surface.X_WS.linear() = Eigen::Map<const RowMajor>(data.geom_xmat + 9 * geom);
+  return surface;
+}
+
+}  // namespace
+
+std::vector<score::Surface> room_surfaces(const mjModel& model) {
+  const physics::Data data(mj_makeData(&model));
+  mj_kinematics(&model, data.get());
+  std::vector<score::Surface> surfaces;
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (model.body_weldid[model.geom_bodyid[geom]] == 0 && model.geom_group[geom] == kRoomGroup)
+      surfaces.push_back(primitive(model, *data, geom));
+  return surfaces;
 }
 
 }  // namespace sim::camera

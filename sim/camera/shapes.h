@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "sim/score/types.h"
+
 namespace sim::camera {
 /// Triangles in a geom's own frame, counter-clockwise seen from outside.
 struct GeomMesh {
@@ -37,7 +39,7 @@ struct Paint {
   float emission = 0;
 };
 
-/// The paint of a geom: its own colour or that of its material.
+/// The paint of a geom: its own color or that of its material.
 Paint paint_of(const mjModel& model, int geom);
 
 /// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. What
@@ -59,5 +61,9 @@ class Lamps {
   std::vector<Lamp> lamps_;
   Eigen::Vector3f ambient_;
 };
+
+/// All surfaces of the model that are drawn and never move: the room without the robot. Throws
+/// std::invalid_argument for a shape that is not a primitive (mesh, height field) and for an infinite plane.
+std::vector<score::Surface> room_surfaces(const mjModel& model);
 
 }  // namespace sim::camera

@@ -93,12 +93,12 @@ constexpr double kDarkest = 0.55;  // share of the light that contact takes
 
 using AxesByRow = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-struct Neighbour {
-  Eigen::Vector2d centre, half;  // m, in the plane's frame
+struct Neighbor {
+  Eigen::Vector2d center, half;  // m, in the plane's frame
   double gap;                    // m, between plane and shape
 };
 
-Neighbour neighbour(const mjModel& model, const mjData& data, int plane, int geom) {
+Neighbor neighbor(const mjModel& model, const mjData& data, int plane, int geom) {
   const Eigen::Matrix3d R_WP = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * plane);
   const Eigen::Matrix3d R_WG = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * geom);
   const Eigen::Vector3d p_PG =
@@ -119,20 +119,20 @@ double inside(double distance, double softness) {
   return t * t * (3 - 2 * t);
 }
 
-void shade(cv::Mat1f& light, const Eigen::Vector2d& half_plane, const Neighbour& shape) {
+void shade(cv::Mat1f& light, const Eigen::Vector2d& half_plane, const Neighbor& shape) {
   const double strength = kDarkest * std::exp(-shape.gap / 0.25), softness = 0.05 + 0.6 * shape.gap;
   const auto column = [&](double x) { return int((x + half_plane.x()) / kCell); };
   const auto row = [&](double y) { return int((half_plane.y() - y) / kCell); };
   const Eigen::Vector2d extent = shape.half.array() + softness;
   const cv::Rect area =
-      cv::Rect(cv::Point(column(shape.centre.x() - extent.x()), row(shape.centre.y() + extent.y())),
-               cv::Point(column(shape.centre.x() + extent.x()) + 1, row(shape.centre.y() - extent.y()) + 1)) &
+      cv::Rect(cv::Point(column(shape.center.x() - extent.x()), row(shape.center.y() + extent.y())),
+               cv::Point(column(shape.center.x() + extent.x()) + 1, row(shape.center.y() - extent.y()) + 1)) &
       cv::Rect({0, 0}, light.size());
   for (int v = area.y; v < area.y + area.height; ++v)
     for (int u = area.x; u < area.x + area.width; ++u) {
       const double x = (u + 0.5) * kCell - half_plane.x(), y = half_plane.y() - (v + 0.5) * kCell;
-      const double dark = inside(std::abs(x - shape.centre.x()) - shape.half.x(), softness) *
-                          inside(std::abs(y - shape.centre.y()) - shape.half.y(), softness);
+      const double dark = inside(std::abs(x - shape.center.x()) - shape.half.x(), softness) *
+                          inside(std::abs(y - shape.center.y()) - shape.half.y(), softness);
       light(v, u) = std::min(light(v, u), float(1 - strength * dark));
     }
 }
@@ -144,7 +144,7 @@ void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, i
   cv::Mat1f light(int(2 * half.y() / kCell), int(2 * half.x() / kCell), 1.0f);
   for (int geom = 0; geom < model.ngeom; ++geom) {
     if (geom == plane || model.body_weldid[model.geom_bodyid[geom]] != 0) continue;
-    const Neighbour shape = neighbour(model, data, plane, geom);
+    const Neighbor shape = neighbor(model, data, plane, geom);
     const bool shell = shape.half.maxCoeff() > 3;
     const bool part_of_plane = model.geom_type[geom] == mjGEOM_PLANE && std::abs(shape.gap) < kFlush;
     if (!shell && !part_of_plane && shape.gap > -0.01 && shape.gap < kReach) shade(light, half, shape);

@@ -17,7 +17,7 @@ namespace sim::camera {
 cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed);
 
 /// The model's 2d textures with their mipmaps in the current OpenGL context: those that paint_texture knows
-/// by name are painted from a seed, in place of the flat colour of the model file.
+/// by name are painted from a seed, in place of the flat color of the model file.
 class Textures {
  public:
   Textures(const mjModel& model, std::uint64_t seed, Channels channels);

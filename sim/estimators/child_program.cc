@@ -19,26 +19,26 @@
 #include <thread>
 #include <utility>
 
-#include "sim/estimators/pose_estimate.h"
+#include "sim/estimators/estimator.h"
 
 namespace sim::estimators {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMostLog = 1 << 20;  // bytes of its standard error that are kept
+constexpr std::size_t kMostLog = 1 << 20;  // bytes of the log
 constexpr std::size_t kLastLines = 5, kLongestLine = 200;
-constexpr int kBuffer = 1 << 20;  // an observation fits: it is sent without waiting
+constexpr int kBuffer = 1 << 20;  // an observation fits, so that sending does not wait
 constexpr auto kToEnd = std::chrono::seconds(1);
 
-/// A pipe or pair of sockets whose ends no other program inherits; closed at the end of its life.
+/// A pipe or socket pair that child programs do not inherit.
 struct Ends {
   std::array<int, 2> file{-1, -1};
   ~Ends() {
     for (const int each : file)
       if (each >= 0) ::close(each);
   }
-  int take(std::size_t end) { return std::exchange(file[end], -1); }
+  int release(std::size_t end) { return std::exchange(file[end], -1); }
 };
 
 void require(bool made, const char* what) {
@@ -47,21 +47,36 @@ void require(bool made, const char* what) {
 
 void open_pipe(Ends& ends) { require(::pipe2(ends.file.data(), O_CLOEXEC) == 0, "no pipe to the program"); }
 
-// A socket, whose writer is told that nobody reads any more by an error instead of a signal.
+// A socket: writing to a closed one is an error, not a signal.
 void open_input(Ends& ends) {
   require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.file.data()) == 0,
           "no socket to the program");
   ::setsockopt(ends.file[0], SOL_SOCKET, SO_SNDBUF, &kBuffer, sizeof kBuffer);
 }
 
-// In the new process, where only functions may be called that a signal handler may call: only this thread
-// exists.
+// Waits for the end of the parent, then kills its group. After fork, only async-signal-safe calls.
+[[noreturn]] void guard(int alive) {
+  sigset_t all;
+  ::sigfillset(&all);
+  ::sigprocmask(SIG_SETMASK, &all, nullptr);
+  ::setpgid(0, 0);
+  ::dup2(alive, 0);
+  ::close_range(1, ~0U, 0);
+  pid_t group = 0;
+  const bool watches = ::read(0, &group, sizeof group) == sizeof group && group > 1;
+  char none = 0;
+  while (watches && ::read(0, &none, 1) < 0 && errno == EINTR) continue;
+  if (watches) ::kill(-group, SIGKILL);
+  ::_exit(0);
+}
+
+// After fork, only async-signal-safe calls.
 [[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent,
                          const ProcessGuard& guard) {
   ::setpgid(0, 0);
-  guard.watch(::getpid());  // before there is anything to guard: the parent may end at any moment
+  guard.watch(::getpid());  // first: the parent may end at any moment
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(127);  // it died before
+  if (::getppid() != parent) ::_exit(127);  // it ended before prctl()
   for (const int signal_number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD})
     ::signal(signal_number, SIG_DFL);
   sigset_t none;
@@ -70,7 +85,7 @@ void open_input(Ends& ends) {
   for (int file = 0; file < 3; ++file) ::dup2(standard[static_cast<std::size_t>(file)], file);
   ::execvp(words[0], words);
   const int why = errno;
-  [[maybe_unused]] const ssize_t told = ::write(report, &why, sizeof why);
+  [[maybe_unused]] const ssize_t written = ::write(report, &why, sizeof why);
   ::_exit(127);
 }
 
@@ -81,6 +96,33 @@ std::string ended_text(int status) {
 }
 
 }  // namespace
+
+ProcessGuard::ProcessGuard() {
+  std::array<int, 2> ends{};
+  const bool piped = ::pipe2(ends.data(), O_CLOEXEC) == 0;
+  if (piped) process_ = ::fork();
+  if (process_ == 0) guard(ends[0]);
+  const int why = errno;
+  if (piped) ::close(ends[0]);
+  alive_ = piped ? ends[1] : -1;
+  if (process_ > 0) return;
+  release();
+  errno = why;
+  require(false, "no process for the program");
+}
+
+void ProcessGuard::watch(pid_t group) const {
+  [[maybe_unused]] const ssize_t written = ::write(alive_, &group, sizeof group);
+}
+
+void ProcessGuard::release() {
+  if (process_ > 0) {
+    ::kill(process_, SIGKILL);
+    while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) continue;
+  }
+  process_ = -1;
+  if (alive_ >= 0) ::close(std::exchange(alive_, -1));
+}
 
 ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
@@ -94,13 +136,13 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   if (process_ == 0)
     become(arguments.data(), {in.file[1], out.file[1], error.file[1]}, report.file[1], parent, guard_);
   ::setpgid(process_, process_);
-  ::close(report.take(1));
+  ::close(report.release(1));
   int why = 0;
-  ssize_t told = 0;
-  while ((told = ::read(report.file[0], &why, sizeof why)) < 0 && errno == EINTR) continue;
-  in_ = in.take(0), out_ = out.take(0), error_ = error.take(0);
+  ssize_t failed = 0;
+  while ((failed = ::read(report.file[0], &why, sizeof why)) < 0 && errno == EINTR) continue;
+  in_ = in.release(0), out_ = out.release(0), error_ = error.release(0);
   for (const int file : {in_, out_, error_}) ::fcntl(file, F_SETFL, O_NONBLOCK);
-  if (told <= 0) return;
+  if (failed <= 0) return;
   wait_until_ended(Clock::now() + kToEnd);
   for (const int file : {in_, out_, error_}) ::close(file);
   const bool has_arguments = words.size() == 1 && words[0].find(' ') != std::string::npos;
@@ -141,7 +183,7 @@ std::string ChildProgram::receive(std::size_t bytes, Deadline deadline) {
   return received;
 }
 
-// Its standard error is read meanwhile: a program that nobody listens to would wait.
+// Reads its standard error meanwhile, so that the program does not block on it.
 void ChildProgram::wait_for(int file, short events, Deadline deadline) {
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
   if (left.count() <= 0) {
@@ -169,7 +211,7 @@ void ChildProgram::read_log() {
   error_ = -1;
 }
 
-// Whether it has ended; options: WNOHANG, or 0 to wait until it has.
+// Returns whether it has ended; options: WNOHANG, or 0 to wait.
 bool ChildProgram::reap(int options) {
   rusage used{};
   if (ended_ || ::wait4(process_, &status_, options, &used) != process_) return ended_;
@@ -197,7 +239,7 @@ void ChildProgram::fail_ended() {
   throw EstimatorFailed(ended ? ended_text(status_) : "it closed its standard input or output");
 }
 
-// With all that it started in its group.
+// Kills its whole group.
 void ChildProgram::kill() {
   if (killed_) return;
   killed_ = true;
@@ -210,7 +252,7 @@ void ChildProgram::kill() {
 void ChildProgram::run(Deadline deadline) {
   end(deadline);
   if (WIFSIGNALED(status_) && WTERMSIG(status_) == SIGKILL && Clock::now() >= deadline)
-    throw EstimatorFailed("it has not ended within its time limit");
+    throw EstimatorFailed("it did not exit within its time limit");
   if (!WIFEXITED(status_) || WEXITSTATUS(status_) != 0) throw EstimatorFailed(ended_text(status_));
 }
 
@@ -224,7 +266,7 @@ void ChildProgram::end(Deadline deadline) {
 std::string ChildProgram::log() const {
   if (log_.size() <= kMostLog && log_lost_ == 0) return log_;
   const std::size_t kept = std::min(log_.size(), kMostLog);
-  return fmt::format("(the first {} bytes are left out)\n", log_lost_ + log_.size() - kept) +
+  return fmt::format("(the first {} bytes are omitted)\n", log_lost_ + log_.size() - kept) +
          log_.substr(log_.size() - kept);
 }
 

@@ -1,5 +1,4 @@
-// A program that runs beside this one and is spoken to over its standard input and output, within time
-// limits.
+// A child process with messages over its standard input and output, within time limits.
 #pragma once
 
 #include <sys/types.h>
@@ -9,41 +8,56 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/estimators/process_guard.h"
-
 namespace sim::estimators {
 
-/// Runs from its construction to its destruction, in a process group of its own. It is killed when it misses
-/// a time limit, and dies with the thread that started it; its whole group dies with this process, however
-/// that ends. What it writes to its standard error is kept. No result depends on the clock but through a
-/// missed limit.
+/// A process that kills a process group when this process ends, also by SIGKILL.
+class ProcessGuard {
+ public:
+  /// Throws std::invalid_argument if no process can be created.
+  ProcessGuard();
+  ~ProcessGuard() { release(); }
+  ProcessGuard(const ProcessGuard&) = delete;
+  ProcessGuard& operator=(const ProcessGuard&) = delete;
+
+  /// Sets the group, once, from this process or a fork of it. Async-signal-safe.
+  void watch(pid_t group) const;
+  /// Stops watching.
+  void release();
+
+ private:
+  pid_t process_ = -1;
+  int alive_ = -1;  // write end of a pipe that stays open while this process lives
+};
+
+/// A program in its own process group. It is killed when it misses a time limit or when this process ends.
+/// Its standard error is kept.
 class ChildProgram {
  public:
   using Deadline = std::chrono::steady_clock::time_point;
 
-  /// words: the program, found as a shell does, and its arguments. Throws std::invalid_argument where it
-  /// cannot be started.
+  /// words: the program, searched in PATH, and its arguments. Throws std::invalid_argument if it cannot be
+  /// started.
   explicit ChildProgram(const std::vector<std::string>& words);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
 
-  /// Throw EstimatorFailed where the program ends before, or not until the deadline.
+  /// Throw EstimatorFailed if the program ends, or at the deadline.
   void send(std::string_view bytes, Deadline deadline);
   std::string receive(std::size_t bytes, Deadline deadline);
 
-  /// Closes its standard input, waits until it has ended, at most until the deadline, and kills it otherwise.
+  /// Closes its standard input, waits for its exit and kills it at the deadline.
   void end(Deadline deadline);
 
-  /// Waits until a program that is told nothing has ended. Throws EstimatorFailed where it has not until the
-  /// deadline, or ends with another exit code than 0.
+  /// Runs a program without messages to its exit. Throws EstimatorFailed if its exit code is not 0, or at the
+  /// deadline.
   void run(Deadline deadline);
 
-  /// What it wrote to its standard error: all, or the end of it.
+  /// Returns its standard error, or the last MiB of it.
   std::string log() const;
-  /// The last lines of that, for a message; empty if there are none.
+  /// Returns the last lines of the log for a message; empty if there are none.
   std::string last_lines() const;
-  /// CPU time of its process so far, and once it has ended also of those that it waited for (ms).
+  /// Returns its CPU time (ms), after its exit with that of its children.
   double cpu_ms() const;
 
  private:
@@ -58,11 +72,11 @@ class ChildProgram {
   ProcessGuard guard_;
   pid_t process_ = -1;
   int in_ = -1, out_ = -1, error_ = -1;  // our ends of its standard input, output and error
-  int status_ = 0;                       // as waitpid() gives it, once ended_
+  int status_ = 0;                       // of waitpid(), once ended_
   double whole_cpu_ms_ = 0;              // once ended_
   bool ended_ = false, killed_ = false;
   std::string log_;
-  std::size_t log_lost_ = 0;  // bytes that log_ does not hold any more
+  std::size_t log_lost_ = 0;  // bytes removed from the front of log_
 };
 
 }  // namespace sim::estimators

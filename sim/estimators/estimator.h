@@ -1,34 +1,90 @@
-// What every estimator is to the bench: what it is told at the start, and the step that answers an
-// observation.
+// The interface of every estimator: the filter, the other built-in ones and external programs.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
-#include "sim/estimators/pose_estimate.h"
+#include "sim/estimators/estimator_choice.h"
+#include "slam/frame_report.h"
 #include "slam/observation.h"
 #include "slam/options.h"
+#include "slam/state.h"
 
 namespace sim::estimators {
 
-/// What an estimator is told before the first observation.
+/// The estimated pose of the camera. covariance: as slam::Estimate defines it; absent if the estimator gives
+/// none.
+struct PoseEstimate {
+  slam::Stamp t{0};
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  std::optional<slam::Matrix6d> covariance;
+};
+
+/// An estimator's answer to an observation.
+struct Answer {
+  PoseEstimate estimate;
+  slam::FrameReport report;  ///< of an external estimator: stamp, health, cause and number of landmarks
+  std::optional<std::vector<slam::MapPoint>> map = std::nullopt;  ///< the whole map, if the answer has one
+  double external_cpu_ms = 0;  ///< CPU time that the answer took in another process
+};
+
+/// The estimator crashed, missed a time limit or gave an invalid answer. what(): the cause.
+class EstimatorFailed : public std::runtime_error {
+ public:
+  explicit EstimatorFailed(const std::string& cause, std::string its_log = "")
+      : std::runtime_error(cause), log(std::move(its_log)) {}
+
+  std::string log;  ///< what it wrote to its standard error
+};
+
+/// Throws EstimatorFailed if a number is not finite, the pose is invalid or its stamp is outside
+/// [earliest, newest].
+void require_valid(const Answer& answer, slam::Stamp earliest, slam::Stamp newest);
+
+/// Returns external text as one line of printable ASCII characters.
+std::string printable(std::string_view text);
+
+/// Input of an estimator before the first observation.
 struct Start {
   slam::Calibration calibration;
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< of the camera at t = 0, as planned
   std::uint64_t seed = 1;                                  ///< of the run
+  slam::Options options = {};                              ///< of the filter
 };
 
-/// Takes the observations in the order of arrival and answers each. Whatever it throws is a failure of the
-/// estimator.
+/// A running estimator. Exceptions from it are failures of the estimator.
+class Estimator {
+ public:
+  virtual ~Estimator() = default;
+  /// Answers an observation; called in the order of arrival.
+  virtual Answer step(const slam::Observation& observation) = 0;
+  /// Returns the current map.
+  virtual std::vector<slam::MapPoint> map() const = 0;
+  /// Ends it. Returns what it wrote to its standard error.
+  virtual std::string finish() { return {}; }
+};
+
 using Step = std::function<Answer(const slam::Observation&)>;
 
-/// An estimator that is running.
-struct Estimator {
-  Step step;
-  /// Ends it. Returns what it wrote to its standard error, if that is known.
-  std::function<std::string()> finish = [] { return std::string(); };
-};
+/// Returns an estimator that is a function. Its answers are checked (require_valid()); its map is the latest
+/// one in an answer.
+std::unique_ptr<Estimator> estimator_from(Step step, std::function<std::string()> finish = {});
+
+/// Names of the built-in estimators, which are values of the scenario's key `estimator`. To add one, write it
+/// in estimators.cc.
+std::span<const std::string_view> estimator_names();
+
+/// Creates the chosen estimator. Throws std::invalid_argument if its program cannot be started,
+/// EstimatorFailed if it fails at its start.
+std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const Start& start);
 
 }  // namespace sim::estimators

@@ -1,4 +1,4 @@
-// Which estimator a scenario names: one that is built in, or somebody's program or library.
+// The value of the scenario's key `estimator`: a built-in estimator or an external program.
 #pragma once
 
 #include <string>
@@ -7,19 +7,22 @@
 
 namespace sim::estimators {
 
-/// Where an estimator comes from. command: a program that was run on an exported recording (gaitslam
-/// evaluate).
-enum class Source { built_in, program, library, command };
+/// Source of an estimator. command: a program that ran on an exported recording (gaitslam evaluate).
+enum class Source { built_in, program, command };
 
-/// The value of the scenario's key `estimator`.
+/// The chosen estimator.
 struct EstimatorChoice {
   Source source = Source::built_in;
-  std::string name = "filter";     ///< of a built-in one; else what results call it
-  std::vector<std::string> words;  ///< program and arguments; or alone the library's file, or the command
-  std::vector<std::pair<std::string, std::string>> options;  ///< told to a program or library
+  std::string name = "filter";     ///< of a built-in one; else its name in results
+  std::vector<std::string> words;  ///< program and arguments, or one word with the command
+  std::vector<std::pair<std::string, std::string>> options;  ///< passed to a program
   double start_within_s = 60, answer_within_s = 10;          ///< time limits of a program
 
   bool operator==(const EstimatorChoice&) const = default;
 };
+
+/// Returns hashes of the files that the words name; the program is searched in PATH. Files that no word
+/// names, such as modules of a script, are not included.
+std::string estimator_files_identity(const EstimatorChoice& choice);
 
 }  // namespace sim::estimators

@@ -1,63 +1,243 @@
-#include "sim/estimators/estimators.h"
+#include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
-#include <string>
+#include <utility>
 
-#include "sim/estimators/library_estimator.h"
-#include "sim/estimators/program_estimator.h"
+#include "sim/estimators/child_program.h"
+#include "sim/estimators/estimator.h"
+#include "sim/estimators/messages.h"
+#include "sim/files/hash.h"
+#include "slam/filter.h"
 
 namespace sim::estimators {
 namespace {
 
-/// The camera is where the walking plan has it.
-Step plan_alone(const Start& start) {
-  PoseEstimate believed;
-  believed.X_WC = start.X_WC;
-  return [believed](const slam::Observation& observation) mutable {
-    believed.t = observation.t;
-    if (observation.plan) believed.X_WC = observation.plan->X_PC;
-    Answer answer;
-    answer.estimate = believed;
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kMost_m = 1e9;      // beyond, squares of positions lose their accuracy
+constexpr double kRotation = 1e-6;   // bound on R^T R - I of numbers that were printed
+constexpr double kSymmetric = 1e-6;  // relative to the largest element
+constexpr double kExitWithin_s = 2;  // after END
+constexpr std::string_view kFilter = "filter", kPlanAlone = "plan_alone";
+constexpr std::array kNames{kFilter, kPlanAlone};
+
+void require_pose(const PoseEstimate& estimate) {
+  if (!estimate.X_WC.matrix().allFinite()) throw EstimatorFailed("its pose is not finite");
+  const Eigen::Matrix3d R = estimate.X_WC.linear();
+  if (!(R.transpose() * R).isIdentity(kRotation) || R.determinant() < 0)
+    throw EstimatorFailed("the orientation of its pose is not a rotation matrix");
+  if (estimate.X_WC.translation().cwiseAbs().maxCoeff() > kMost_m)
+    throw EstimatorFailed("its position is more than 1e9 m away");
+}
+
+template <class Matrix>
+void require_covariance(const Matrix& P, std::string_view of) {
+  if (!P.allFinite()) throw EstimatorFailed(fmt::format("the covariance of {} is not finite", of));
+  const double largest = P.cwiseAbs().maxCoeff();
+  if ((P - P.transpose()).cwiseAbs().maxCoeff() > kSymmetric * largest)
+    throw EstimatorFailed(fmt::format("the covariance of {} is not symmetric", of));
+}
+
+class FilterEstimator : public Estimator {
+ public:
+  explicit FilterEstimator(const Start& start)
+      : filter_(start.options, start.calibration, start.X_WC, start.seed) {}
+
+  Answer step(const slam::Observation& observation) override {
+    const slam::FrameReport& report = filter_.step(observation);
+    const slam::Estimate& estimate = filter_.estimate();
+    return {{estimate.t, estimate.X_WC, estimate.covariance}, report};
+  }
+  std::vector<slam::MapPoint> map() const override { return filter_.map(); }
+
+ private:
+  slam::Filter filter_;
+};
+
+class FunctionEstimator : public Estimator {
+ public:
+  FunctionEstimator(Step step, std::function<std::string()> finish)
+      : step_(std::move(step)), finish_(std::move(finish)) {}
+
+  Answer step(const slam::Observation& observation) override {
+    newest_ = std::max(newest_, observation.t);
+    Answer answer = step_(observation);
+    require_valid(answer, last_, newest_);
+    last_ = answer.estimate.t;
+    if (answer.map) map_ = *answer.map;
+    answer.report.t = observation.t;
+    answer.report.landmarks = static_cast<int>(map_.size());
     return answer;
+  }
+  std::vector<slam::MapPoint> map() const override { return map_; }
+  std::string finish() override { return finish_ ? finish_() : ""; }
+
+ private:
+  Step step_;
+  std::function<std::string()> finish_;
+  slam::Stamp newest_{0}, last_{0};  // of the observations; of the last answer's pose
+  std::vector<slam::MapPoint> map_;
+};
+
+/// The camera follows the walking plan.
+Step plan_alone(const Start& start) {
+  PoseEstimate planned;
+  planned.X_WC = start.X_WC;
+  return [planned](const slam::Observation& observation) mutable {
+    planned.t = observation.t;
+    if (observation.plan) planned.X_WC = observation.plan->X_PC;
+    return Answer{planned, {}};
   };
 }
 
-constexpr std::array kEstimators{NamedEstimator{"plan_alone", plan_alone}};
+Clock::time_point after(double seconds) {
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
 
-Step built_in(const std::string& name, const Start& start) {
-  for (const NamedEstimator& estimator : kEstimators)
-    if (estimator.name == name) return estimator.make(start);
-  return {};
+/// The conversation with a program, from START to END.
+class Conversation {
+ public:
+  Conversation(const EstimatorChoice& choice, const Start& start) : choice_(choice), program_(choice.words) {
+    exchange("at its start", choice.start_within_s, [&](ChildProgram::Deadline deadline) {
+      program_.send(start_message(choice, start), deadline);
+      read_ready(receive(GAITSLAM_MESSAGE_READY, deadline));
+    });
+  }
+
+  Answer step(const slam::Observation& observation) {
+    Answer answer;
+    const double before_ms = program_.cpu_ms();
+    exchange(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), choice_.answer_within_s,
+             [&](ChildProgram::Deadline deadline) {
+               program_.send(observation_message(observation), deadline);
+               answer = read_answer(receive(GAITSLAM_MESSAGE_ANSWER, deadline));
+             });
+    answer.external_cpu_ms = std::max(0.0, program_.cpu_ms() - before_ms);
+    return answer;
+  }
+
+  std::string finish() {
+    try {
+      program_.send(end_message(), after(kExitWithin_s));
+    } catch (const EstimatorFailed&) {
+      // It has already exited.
+    }
+    program_.end(after(kExitWithin_s));
+    return program_.log();
+  }
+
+ private:
+  std::string receive(std::uint32_t type, ChildProgram::Deadline deadline) {
+    const std::size_t bytes = payload_bytes(program_.receive(kHeaderBytes, deadline), type);
+    return program_.receive(bytes, deadline);
+  }
+
+  /// Exchanges messages within a time limit. Adds the time and the program's last lines to a failure.
+  template <class Messages>
+  void exchange(const std::string& when, double within_s, const Messages& messages) {
+    try {
+      messages(after(within_s));
+    } catch (const EstimatorFailed& failure) {
+      const std::string lines = program_.last_lines();
+      throw EstimatorFailed(
+          fmt::format("the program {} failed {} (limit {} s): {}{}", choice_.words.front(), when, within_s,
+                      failure.what(), lines.empty() ? "" : "; its last lines: " + lines),
+          program_.log());
+    }
+  }
+
+  EstimatorChoice choice_;
+  ChildProgram program_;
+};
+
+std::unique_ptr<Estimator> program_estimator(const EstimatorChoice& choice, const Start& start) {
+  const auto program = std::make_shared<Conversation>(choice, start);
+  return estimator_from(
+      [program](const slam::Observation& observation) { return program->step(observation); },
+      [program] { return program->finish(); });
+}
+
+std::optional<std::string> hash_of(const fs::path& file) {
+  std::error_code fault;
+  std::ifstream in;
+  if (fs::is_regular_file(file, fault)) in.open(file, std::ios::binary);
+  if (!in.is_open()) return std::nullopt;
+  files::Hash hash;
+  for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
+    hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
+  return hash.hex();
+}
+
+/// Searches a program without a slash in its name in PATH.
+std::optional<std::string> hash_of_program(const std::string& word) {
+  const char* const path = std::getenv("PATH");
+  if (word.find('/') != word.npos || !path) return hash_of(word);
+  std::istringstream folders(path);
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const auto hash = hash_of(fs::path(folder.empty() ? "." : folder) / word)) return hash;
+  return std::nullopt;
 }
 
 }  // namespace
 
-std::span<const NamedEstimator> estimators() { return kEstimators; }
-
-std::span<const std::string_view> estimator_names() {
-  static constexpr auto kNames = [] {
-    std::array<std::string_view, kEstimators.size() + 1> names{"filter"};
-    for (std::size_t i = 0; i < kEstimators.size(); ++i) names[i + 1] = kEstimators[i].name;
-    return names;
-  }();
-  return kNames;
+void require_valid(const Answer& answer, slam::Stamp earliest, slam::Stamp newest) {
+  const slam::Stamp t = answer.estimate.t;
+  if (t < earliest || t > newest)
+    throw EstimatorFailed(fmt::format("its pose has the stamp {} ns, expected one from {} to {} ns",
+                                      t.count(), earliest.count(), newest.count()));
+  require_pose(answer.estimate);
+  if (answer.estimate.covariance) require_covariance(*answer.estimate.covariance, "its pose");
+  if (!answer.map) return;
+  for (const slam::MapPoint& point : *answer.map) {
+    if (!point.p_W.allFinite()) throw EstimatorFailed(fmt::format("its landmark {} is not finite", point.id));
+    require_covariance(point.covariance, fmt::format("its landmark {}", point.id));
+  }
 }
 
-Estimator make_estimator(const EstimatorChoice& choice, const Start& start) {
-  switch (choice.source) {
-    case Source::built_in:
-      return {.step = built_in(choice.name, start)};
-    case Source::program:
-      return program_estimator(choice, start);
-    case Source::library:
-      return library_estimator(choice, start);
-    case Source::command:
-      break;
+std::string printable(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    const bool blank = c == '\n' || c == '\t' || c == '\r';
+    line += blank ? ' ' : c >= ' ' && c <= '~' ? c : '?';
   }
+  return line;
+}
+
+std::unique_ptr<Estimator> estimator_from(Step step, std::function<std::string()> finish) {
+  return std::make_unique<FunctionEstimator>(std::move(step), std::move(finish));
+}
+
+std::span<const std::string_view> estimator_names() { return kNames; }
+
+std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const Start& start) {
+  if (choice.source == Source::program) return program_estimator(choice, start);
+  if (choice.source == Source::built_in && choice.name == kFilter)
+    return std::make_unique<FilterEstimator>(start);
+  if (choice.source == Source::built_in && choice.name == kPlanAlone)
+    return estimator_from(plan_alone(start));
   throw std::invalid_argument(
       "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another "
       "estimator");
+}
+
+std::string estimator_files_identity(const EstimatorChoice& choice) {
+  std::string text;
+  for (std::size_t i = 0; i < choice.words.size(); ++i) {
+    const std::string& word = choice.words[i];
+    const bool is_program = choice.source == Source::program && i == 0;
+    if (const auto hash = is_program ? hash_of_program(word) : hash_of(word))
+      text += fmt::format(" {} {}", i, *hash);
+  }
+  return text;
 }
 
 }  // namespace sim::estimators

@@ -1,20 +1,17 @@
-/* The interface of an estimator that GaitSLAM runs: as a program (messages over standard input and output) or
- * as a shared library (functions with the same structures). C99, no other file of GaitSLAM is needed.
+/* Interface of an external estimator: a program that exchanges messages with GaitSLAM over its standard input
+ * and output. C99; no other file of GaitSLAM is needed.
  *
- * An estimator is told the calibration, the start and its options once, then one observation after another,
- * and answers each before the next is sent. It is never told a true pose.
+ * An estimator receives the calibration, the start and its options once, then one observation after another.
+ * It answers each before the next is sent. It never receives ground truth.
  *
- * All numbers are little-endian; every structure below is laid out without hidden gaps, so that its bytes in
- * memory are its bytes in a message. Lengths are in m, angles in rad, times in ns since the start of the run.
- * Frames: W world (z up, under the start), P the world of the walking plan (equals W at the start, drifts
- * from it), C camera (x right, y down, z forward), G inertial sensor in the chest. X_WC maps points of C to
- * W.
+ * All numbers are little-endian. The structures have no padding, so their bytes in memory are their bytes in
+ * a message. Lengths are in m, angles in rad, times in ns since the start of the run. Frames: W world (z up,
+ * under the start), P world of the walking plan (equals W at the start, drifts from it), C camera (x right,
+ * y down, z forward), G inertial sensor in the chest. X_WC maps points of C to W.
  *
- * A library defines the four functions below, under "Functions of a library":
- *     cc -shared -fPIC -o libmine.so mine.c
- * A program is the same source with a main() from this file:
+ * In C or C++, define the three functions under "Functions"; this file supplies main():
  *     cc -DGAITSLAM_ESTIMATOR_MAIN -o mine mine.c
- * A program in another language reads and writes the messages itself, see "Messages". */
+ * In another language, read and write the messages under "Messages". */
 #ifndef GAITSLAM_ESTIMATOR_H
 #define GAITSLAM_ESTIMATOR_H
 
@@ -25,7 +22,7 @@
 extern "C" {
 #endif
 
-/* The version of this interface. A library or program of another version is refused. */
+/* Version of this interface. A program with another version is rejected. */
 #define GAITSLAM_ESTIMATOR_VERSION 2u
 
 /* ---- Structures */
@@ -36,7 +33,7 @@ typedef struct gaitslam_pose {
   double translation_m[3];
 } gaitslam_pose; /* 96 bytes */
 
-/* Lenses of the camera. parameters: what lens_parameters holds; (x, y, z) is the point in C. */
+/* Lens models and their lens_parameters; (x, y, z) is a point in C. */
 enum {
   /* u = u0 + uc / sqrt(1 + 2 k |uc|^2), uc = (fu x/z, fv y/z); parameter: k (1/px^2), 0: ideal pinhole */
   GAITSLAM_LENS_ONE_PARAMETER_RADIAL = 0,
@@ -44,18 +41,18 @@ enum {
   GAITSLAM_LENS_EQUIDISTANT = 2        /* OpenCV's fisheye; parameters: k1 k2 k3 k4 */
 };
 
-/* What is known before the first observation. */
+/* Known before the first observation. */
 typedef struct gaitslam_start {
   uint32_t version;             /* GAITSLAM_ESTIMATOR_VERSION */
   uint32_t lens;                /* one of GAITSLAM_LENS_... */
-  uint32_t width_px, height_px; /* of the images; the centre of the first pixel is (0, 0) */
+  uint32_t width_px, height_px; /* of the images; the center of the first pixel is (0, 0) */
   double focal_px[2];           /* fu fv */
-  double centre_px[2];          /* u0 v0 */
+  double center_px[2];          /* u0 v0 */
   double lens_parameters[4];
   gaitslam_pose X_CG;     /* inertial sensor in the camera's frame */
   gaitslam_pose X_WC;     /* camera at t = 0, as planned */
-  uint64_t seed;          /* of the run; for random numbers that are to be the same on the same seed */
-  uint64_t options_bytes; /* in a message: length of the options that follow; in a library: of `options` */
+  uint64_t seed;          /* of the run, for reproducible random numbers */
+  uint64_t options_bytes; /* length of the options */
 } gaitslam_start;         /* 288 bytes */
 
 /* The mean over (begin_ns, end_ns] in axes of G: angular velocity in rad/s, or specific force in m/s^2 (+g
@@ -67,22 +64,22 @@ typedef struct gaitslam_reading {
 
 enum { GAITSLAM_SUPPORT_BOTH = 0, GAITSLAM_SUPPORT_LEFT = 1, GAITSLAM_SUPPORT_RIGHT = 2 };
 
-/* The planned motion of the camera at the stamp of the image, and what the legs made of it. */
+/* Planned motion of the camera at the stamp of the image, and its motion by leg odometry. */
 typedef struct gaitslam_plan {
   gaitslam_pose X_PC;
-  double v_PC_C[3];  /* linear velocity of C in P, axes C, m/s */
-  double w_PC_C[3];  /* angular velocity of C in P, axes C, rad/s */
-  double p_CF[3];    /* planned sole of the support foot, or the middle of both soles, in C */
-  uint32_t support;  /* one of GAITSLAM_SUPPORT_... */
-  uint32_t has_legs; /* 1, or 0: what follows is all zero */
-  gaitslam_pose X_OC; /* camera by leg odometry: encoders and ankle forces, from the sole that carries the
-                         robot. O equals W at the start and drifts from it as soles slip and tilt */
+  double v_PC_C[3];   /* linear velocity of C in P, axes C, m/s */
+  double w_PC_C[3];   /* angular velocity of C in P, axes C, rad/s */
+  double p_CF[3];     /* planned sole of the support foot, or the middle of both soles, in C */
+  uint32_t support;   /* one of GAITSLAM_SUPPORT_... */
+  uint32_t has_legs;  /* 1, or 0: X_OC and p_CS are zero */
+  gaitslam_pose X_OC; /* camera by leg odometry, from encoders and ankle forces. O equals W at the start and
+                         drifts from it as soles slip and tilt */
   double p_CS[3];     /* the sole that carries the robot, in C */
 } gaitslam_plan;      /* 296 bytes */
 
-/* An image and what was measured since the one before. What is missing has size or count 0. */
+/* An image and the readings since the previous one. Missing data has size or count 0. */
 typedef struct gaitslam_observation {
-  int64_t t_ns;                 /* stamps may be lost, doubled or out of order where the scenario says so */
+  int64_t t_ns;                 /* the scenario may lose, double or reorder stamps */
   uint32_t width_px, height_px; /* 0 0: the image is lost */
   uint32_t gyro_count, accelerometer_count;
   uint32_t has_plan; /* 1, or 0: `plan` is all zero */
@@ -92,31 +89,31 @@ typedef struct gaitslam_observation {
 
 enum {
   GAITSLAM_OK = 0,      /* it tracks */
-  GAITSLAM_LOST = 1,    /* it does not, and may find its way again */
-  GAITSLAM_DIVERGED = 2 /* it has given up and will be sent no more observations */
+  GAITSLAM_LOST = 1,    /* it is lost and may recover */
+  GAITSLAM_DIVERGED = 2 /* it has given up and receives no more observations */
 };
 
 /* The estimate after an observation. */
 typedef struct gaitslam_answer {
   int64_t t_ns;    /* stamp of the pose: the observation's, or the last one's if there is no new pose */
   uint32_t status; /* GAITSLAM_OK, _LOST or _DIVERGED */
-  uint32_t has_covariance; /* 1, or 0: the estimator states none */
+  uint32_t has_covariance; /* 1, or 0: `covariance` is zero */
   gaitslam_pose X_WC;
   double covariance[36];   /* of (Log(R_estimate^T R_true) in axes C, rad; p_true - p_estimate in axes W, m),
                               row by row */
-  uint32_t landmark_count; /* landmarks that follow: the whole map; 0 where it is not sent this time */
-  uint32_t cause_bytes; /* in a message: length of the text after the landmarks, why the status is not ok */
-} gaitslam_answer;      /* 408 bytes */
+  uint32_t landmark_count; /* landmarks that follow: the whole map, or 0 to keep the previous one */
+  uint32_t cause_bytes;    /* length of the text after the landmarks: why the status is not ok */
+} gaitslam_answer;         /* 408 bytes */
 
 /* A landmark of the map. */
 typedef struct gaitslam_landmark {
   uint32_t id;
-  uint32_t has_covariance; /* 1, or 0: `covariance` is all zero */
+  uint32_t has_covariance; /* 1, or 0: `covariance` is zero */
   double p_W_m[3];
   double covariance[9]; /* m^2, axes W, row by row */
 } gaitslam_landmark;    /* 104 bytes */
 
-/* What an answer may hold at most. */
+/* Limits of an answer. */
 #define GAITSLAM_MOST_LANDMARKS 100000u
 #define GAITSLAM_MOST_TEXT_BYTES 4096u
 
@@ -124,16 +121,16 @@ typedef struct gaitslam_landmark {
 
 /* A message is this header and `bytes` bytes after it:
  *
- *   START        gaitslam_start, options
- *     READY      gaitslam_ready, text
- *   OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, the image row by
- * row (one byte a pixel) ANSWER     gaitslam_answer, landmark_count landmarks, cause END          nothing;
- * the program ends
+ *     START        gaitslam_start, options
+ *     READY        gaitslam_ready, text
+ *     OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, image (one byte a
+ *                  pixel, row by row)
+ *     ANSWER       gaitslam_answer, landmark_count landmarks, cause
+ *     END          nothing; the program exits
  *
- * GaitSLAM sends START, OBSERVATION and END, the program answers the first two with READY and ANSWER.
- *
- * Options are text, a line "key=value" for each. A program writes nothing else to its standard output; what
- * it writes to its standard error is kept in the result. */
+ * GaitSLAM sends START, OBSERVATION and END; the program answers the first two with READY and ANSWER. Options
+ * are text, one line "key=value" each. A program writes only messages to its standard output; the result
+ * keeps what it writes to its standard error. */
 typedef struct gaitslam_header {
   char magic[4];   /* "GSLM" */
   uint32_t type;   /* one of GAITSLAM_MESSAGE_... */
@@ -150,30 +147,26 @@ enum {
 
 typedef struct gaitslam_ready {
   uint32_t version;     /* GAITSLAM_ESTIMATOR_VERSION of the program */
-  uint32_t error_bytes; /* length of the text that follows, why it cannot be started; 0 if it can */
+  uint32_t error_bytes; /* length of the text that follows: why it cannot start; 0 if it can */
 } gaitslam_ready;       /* 8 bytes */
 
-/* ---- Functions of a library */
+/* ---- Functions */
 
-/* GAITSLAM_ESTIMATOR_VERSION. */
-uint32_t gaitslam_estimator_version(void);
-
-/* Makes an estimator. options: text, a line "key=value" for each, ending in a zero byte. Returns NULL where
- * it cannot be made, with the reason, ending in a zero byte, in error[0 .. error_bytes - 1]. */
+/* Creates an estimator. options: zero-terminated text, one line "key=value" each. Returns NULL if it cannot,
+ * with the reason in error[0 .. error_bytes - 1]. */
 void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
                                 size_t error_bytes);
 
-/* Takes an observation and fills in *answer, which comes with t_ns set, the identity for X_WC and all else
- * zero. image: width_px * height_px bytes, row by row, NULL where it is lost. *landmarks:
- * answer->landmark_count of them, *cause: text ending in a zero byte; both belong to the estimator, are NULL
- * before the call, and must live until the next one. Returns 0, or another number where the estimator has
- * failed, with the reason in *cause. */
+/* Processes an observation and fills in *answer, which starts with t_ns set, X_WC the identity and zeros.
+ * image: width_px * height_px bytes, row by row; NULL if it is lost. *landmarks: answer->landmark_count of
+ * them; *cause: zero-terminated text. Both start as NULL, belong to the estimator and must live until the
+ * next call. Returns 0, or another number if the estimator failed, with the reason in *cause. */
 int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
                                const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
                                const uint8_t* image, gaitslam_answer* answer,
                                const gaitslam_landmark** landmarks, const char** cause);
 
-/* The run is over. */
+/* Frees the estimator at the end of the run. */
 void gaitslam_estimator_destroy(void* estimator);
 
 #ifdef __cplusplus
@@ -182,11 +175,10 @@ void gaitslam_estimator_destroy(void* estimator);
 
 #endif /* GAITSLAM_ESTIMATOR_H */
 
-/* ---- A program made of these functions */
+/* ---- The program around these functions */
 
-#if (defined(GAITSLAM_ESTIMATOR_MAIN) || defined(GAITSLAM_ESTIMATOR_SERVE)) && \
-    !defined(GAITSLAM_ESTIMATOR_SERVED)
-#define GAITSLAM_ESTIMATOR_SERVED
+#if defined(GAITSLAM_ESTIMATOR_MAIN) && !defined(GAITSLAM_ESTIMATOR_HAS_MAIN)
+#define GAITSLAM_ESTIMATOR_HAS_MAIN
 
 #include <errno.h>
 #include <stdio.h>
@@ -194,20 +186,7 @@ void gaitslam_estimator_destroy(void* estimator);
 #include <string.h>
 #include <unistd.h>
 
-/* The functions of an estimator, as above. */
-typedef struct gaitslam_functions {
-  void* (*create)(const gaitslam_start*, const char*, char*, size_t);
-  int (*observe)(void*, const gaitslam_observation*, const gaitslam_reading*, const gaitslam_reading*,
-                 const uint8_t*, gaitslam_answer*, const gaitslam_landmark**, const char**);
-  void (*destroy)(void*);
-} gaitslam_functions;
-
-/* Returns 1, or 0 at the end of the input. */
-static int gaitslam_read(FILE* in, void* to, size_t bytes) {
-  return bytes == 0 || fread(to, bytes, 1, in) == 1;
-}
-
-/* Writes a message at once. Returns 0 where nobody reads it. */
+/* Writes a message. Returns 0 if the other end is closed. */
 static int gaitslam_write(int out, uint32_t type, const void* part, size_t bytes, const void* list,
                           size_t list_bytes, const char* text, size_t text_bytes) {
   gaitslam_header header = {{'G', 'S', 'L', 'M'}, 0, 0};
@@ -230,9 +209,8 @@ static int gaitslam_write(int out, uint32_t type, const void* part, size_t bytes
   return at == whole;
 }
 
-/* Answers the observation in `payload`. Returns 0 where the estimator failed or the message is none. */
-static int gaitslam_answer_observation(const gaitslam_functions* functions, void* estimator,
-                                       const char* payload, uint64_t bytes, int out) {
+/* Answers the observation in `payload`. Returns 0 if the estimator failed or the message is invalid. */
+static int gaitslam_answer_observation(void* estimator, const char* payload, uint64_t bytes, int out) {
   gaitslam_observation observation;
   gaitslam_answer answer;
   const gaitslam_landmark* landmarks = NULL;
@@ -247,14 +225,14 @@ static int gaitslam_answer_observation(const gaitslam_functions* functions, void
   memset(&answer, 0, sizeof answer);
   answer.t_ns = observation.t_ns;
   answer.X_WC.rotation[0] = answer.X_WC.rotation[4] = answer.X_WC.rotation[8] = 1;
-  if (functions->observe(estimator, &observation, (const gaitslam_reading*)gyro,
-                         (const gaitslam_reading*)accelerometer,
-                         observation.width_px ? (const uint8_t*)image : NULL, &answer, &landmarks, &cause)) {
+  if (gaitslam_estimator_observe(
+          estimator, &observation, (const gaitslam_reading*)gyro, (const gaitslam_reading*)accelerometer,
+          observation.width_px ? (const uint8_t*)image : NULL, &answer, &landmarks, &cause)) {
     fprintf(stderr, "%s\n", cause ? cause : "the estimator failed");
     return 0;
   }
   if (answer.landmark_count > GAITSLAM_MOST_LANDMARKS || (answer.landmark_count > 0 && !landmarks)) {
-    fprintf(stderr, "it announces %lu landmarks, expected at most %lu, and where they are\n",
+    fprintf(stderr, "it announces %lu landmarks, expected at most %lu and a pointer to them\n",
             (unsigned long)answer.landmark_count, (unsigned long)GAITSLAM_MOST_LANDMARKS);
     return 0;
   }
@@ -265,21 +243,17 @@ static int gaitslam_answer_observation(const gaitslam_functions* functions, void
                         answer.landmark_count * sizeof(gaitslam_landmark), cause, answer.cause_bytes);
 }
 
-/* Makes the estimator of the START message in `payload` and says whether it could. */
-static void* gaitslam_answer_start(const gaitslam_functions* functions, const char* payload, uint64_t bytes,
-                                   int out) {
+/* Creates the estimator of the START message in `payload` and answers READY. Returns NULL on failure. */
+static void* gaitslam_answer_start(const char* payload, uint64_t bytes, int out) {
   gaitslam_start start;
   gaitslam_ready ready = {GAITSLAM_ESTIMATOR_VERSION, 0};
-  char error[512] = "", *options;
+  char error[512] = "";
   void* estimator = NULL;
   uint32_t version = 0;
   if (bytes >= sizeof version) memcpy(&version, payload, sizeof version);
   if (version == GAITSLAM_ESTIMATOR_VERSION && bytes >= sizeof start) {
     memcpy(&start, payload, sizeof start);
-    options = (char*)calloc(1, (size_t)(bytes - sizeof start) + 1);
-    if (options) memcpy(options, payload + sizeof start, (size_t)(bytes - sizeof start));
-    if (options) estimator = functions->create(&start, options, error, sizeof error);
-    free(options);
+    estimator = gaitslam_estimator_create(&start, payload + sizeof start, error, sizeof error);
     error[sizeof error - 1] = '\0';
     if (!estimator && !error[0]) strcpy(error, "the estimator could not be created");
   }
@@ -288,40 +262,31 @@ static void* gaitslam_answer_start(const gaitslam_functions* functions, const ch
   return estimator;
 }
 
-/* Answers all messages of the standard input. Returns the exit code of a program that does nothing else. */
-static int gaitslam_serve(const gaitslam_functions* functions) {
-  /* Messages keep the standard output for themselves: what the estimator prints goes to the standard error.
-   */
+/* Answers all messages of the standard input. What the estimator prints goes to the standard error. */
+int main(void) {
   const int out = dup(STDOUT_FILENO);
   gaitslam_header header;
   char* payload = NULL;
   void* estimator = NULL;
   int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
-  while (fine && gaitslam_read(stdin, &header, sizeof header) && header.type != GAITSLAM_MESSAGE_END) {
+  while (fine && fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
+    const size_t bytes = (size_t)header.bytes;
     free(payload);
-    payload = (char*)malloc((size_t)header.bytes + 1);
+    payload = (char*)malloc(bytes + 1);
     fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
-           gaitslam_read(stdin, payload, (size_t)header.bytes);
-    if (fine && header.type == GAITSLAM_MESSAGE_START && !estimator) {
-      estimator = gaitslam_answer_start(functions, payload, header.bytes, out);
-      fine = estimator != NULL;
-    } else if (fine) {
-      fine = header.type == GAITSLAM_MESSAGE_OBSERVATION && estimator != NULL &&
-             gaitslam_answer_observation(functions, estimator, payload, header.bytes, out);
-    }
+           (bytes == 0 || fread(payload, bytes, 1, stdin) == 1);
+    if (!fine) break;
+    payload[bytes] = '\0'; /* ends the options */
+    if (header.type == GAITSLAM_MESSAGE_START && !estimator)
+      fine = (estimator = gaitslam_answer_start(payload, bytes, out)) != NULL;
+    else
+      fine = header.type == GAITSLAM_MESSAGE_OBSERVATION && estimator &&
+             gaitslam_answer_observation(estimator, payload, bytes, out);
   }
   free(payload);
-  if (estimator) functions->destroy(estimator);
+  if (estimator) gaitslam_estimator_destroy(estimator);
   if (out >= 0) close(out);
   return fine ? 0 : 1;
 }
-
-#ifdef GAITSLAM_ESTIMATOR_MAIN
-int main(void) {
-  const gaitslam_functions functions = {gaitslam_estimator_create, gaitslam_estimator_observe,
-                                        gaitslam_estimator_destroy};
-  return gaitslam_serve(&functions);
-}
-#endif
 
 #endif

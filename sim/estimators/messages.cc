@@ -46,15 +46,15 @@ Eigen::Isometry3d isometry_of(const gaitslam_pose& pose) {
   return X;
 }
 
-void take_lens(const slam::OneParameterRadial& lens, gaitslam_start& start) {
+void set_lens(const slam::OneParameterRadial& lens, gaitslam_start& start) {
   start.lens = GAITSLAM_LENS_ONE_PARAMETER_RADIAL;
   start.lens_parameters[0] = lens.k1_px2;
 }
-void take_lens(const slam::RadialTangential& lens, gaitslam_start& start) {
+void set_lens(const slam::RadialTangential& lens, gaitslam_start& start) {
   start.lens = GAITSLAM_LENS_RADIAL_TANGENTIAL;
   std::ranges::copy(std::array{lens.k1, lens.k2, lens.p1, lens.p2}, start.lens_parameters);
 }
-void take_lens(const slam::Equidistant& lens, gaitslam_start& start) {
+void set_lens(const slam::Equidistant& lens, gaitslam_start& start) {
   start.lens = GAITSLAM_LENS_EQUIDISTANT;
   std::ranges::copy(std::array{lens.k1, lens.k2, lens.k3, lens.k4}, start.lens_parameters);
 }
@@ -105,9 +105,9 @@ std::string message(std::uint32_t type, std::initializer_list<std::string_view> 
   return bytes;
 }
 
-/// Takes a structure off the front of the bytes. Throws EstimatorFailed where they are too few.
+/// Removes a structure from the front of the bytes. Throws EstimatorFailed if there are too few.
 template <class Structure>
-Structure take(std::string_view& bytes, const char* of) {
+Structure pop(std::string_view& bytes, const char* of) {
   if (bytes.size() < sizeof(Structure))
     throw EstimatorFailed(
         fmt::format("its {} has {} bytes, expected at least {}", of, bytes.size(), sizeof(Structure)));
@@ -117,7 +117,7 @@ Structure take(std::string_view& bytes, const char* of) {
   return structure;
 }
 
-/// 0 or 1. Throws EstimatorFailed.
+/// Throws EstimatorFailed unless the word is 0 or 1.
 bool flag(std::uint32_t word, const char* of) {
   if (word > 1) throw EstimatorFailed(fmt::format("its {} is {}, expected 0 or 1", of, word));
   return word == 1;
@@ -140,8 +140,8 @@ gaitslam_start start_of(const Start& start, std::size_t options_bytes) {
   words.width_px = static_cast<std::uint32_t>(camera.width_px);
   words.height_px = static_cast<std::uint32_t>(camera.height_px);
   words.focal_px[0] = camera.fu_px, words.focal_px[1] = camera.fv_px;
-  words.centre_px[0] = camera.u0_px, words.centre_px[1] = camera.v0_px;
-  std::visit([&](const auto& lens) { take_lens(lens, words); }, camera.lens);
+  words.center_px[0] = camera.u0_px, words.center_px[1] = camera.v0_px;
+  std::visit([&](const auto& lens) { set_lens(lens, words); }, camera.lens);
   words.X_CG = pose_of(start.calibration.X_CG);
   words.X_WC = pose_of(start.X_WC);
   words.seed = start.seed;
@@ -149,8 +149,7 @@ gaitslam_start start_of(const Start& start, std::size_t options_bytes) {
   return words;
 }
 
-// An observation with the lists that its counts speak of. image: of the observation, or of a copy without
-// gaps between its rows; it must not outlive the observation.
+// An observation with its lists; image is contiguous.
 struct ObservationParts {
   gaitslam_observation observation{};
   std::vector<gaitslam_reading> gyro, accelerometer;
@@ -183,10 +182,11 @@ Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark
   answer.estimate.X_WC = isometry_of(words.X_WC);
   if (flag(words.has_covariance, "has_covariance"))
     answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
-  answer.health = static_cast<slam::Health>(words.status);
-  answer.cause = printable(cause);
-  if (answer.health != slam::Health::ok && answer.cause.empty()) answer.cause = "the estimator says no cause";
-  for (const gaitslam_landmark& landmark : landmarks) answer.map.push_back(point_of(landmark));
+  answer.report.health = static_cast<slam::Health>(words.status);
+  answer.report.cause = printable(cause);
+  if (words.status != GAITSLAM_OK && cause.empty()) answer.report.cause = "the estimator gave no cause";
+  if (!landmarks.empty()) answer.map.emplace();
+  for (const gaitslam_landmark& landmark : landmarks) answer.map->push_back(point_of(landmark));
   return answer;
 }
 
@@ -212,23 +212,22 @@ std::string observation_message(const slam::Observation& observation) {
 std::string end_message() { return message(GAITSLAM_MESSAGE_END, {}); }
 
 std::size_t payload_bytes(std::string_view header, std::uint32_t type) {
-  const auto words = take<gaitslam_header>(header, "header");
+  const auto words = pop<gaitslam_header>(header, "header");
   if (std::string_view(words.magic, sizeof words.magic) != kMagic)
     throw EstimatorFailed(
-        fmt::format("what it wrote to its standard output is no message: it begins with '{}'",
-                    printable(bytes_of(words))));
+        fmt::format("its standard output is not a message: it starts with '{}'", printable(bytes_of(words))));
   if (words.type != type)
     throw EstimatorFailed(fmt::format("its message is of type {}, expected {}", words.type, type));
   constexpr std::uint64_t kMost = sizeof(gaitslam_answer) + GAITSLAM_MOST_TEXT_BYTES +
                                   std::uint64_t{GAITSLAM_MOST_LANDMARKS} * sizeof(gaitslam_landmark);
   if (words.bytes > kMost)
     throw EstimatorFailed(
-        fmt::format("its message says that {} bytes follow, expected at most {}", words.bytes, kMost));
+        fmt::format("its message announces {} bytes, expected at most {}", words.bytes, kMost));
   return static_cast<std::size_t>(words.bytes);
 }
 
 void read_ready(std::string_view payload) {
-  const auto ready = take<gaitslam_ready>(payload, "READY");
+  const auto ready = pop<gaitslam_ready>(payload, "READY");
   if (ready.version != GAITSLAM_ESTIMATOR_VERSION)
     throw EstimatorFailed(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}",
                                       ready.version, GAITSLAM_ESTIMATOR_VERSION));
@@ -239,7 +238,7 @@ void read_ready(std::string_view payload) {
 }
 
 Answer read_answer(std::string_view payload) {
-  const auto words = take<gaitslam_answer>(payload, "ANSWER");
+  const auto words = pop<gaitslam_answer>(payload, "ANSWER");
   const std::uint64_t landmark_bytes = std::uint64_t{words.landmark_count} * sizeof(gaitslam_landmark);
   if (words.landmark_count > GAITSLAM_MOST_LANDMARKS || words.cause_bytes > GAITSLAM_MOST_TEXT_BYTES ||
       landmark_bytes + words.cause_bytes != payload.size())

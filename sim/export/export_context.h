@@ -1,6 +1,8 @@
-// What every exporter needs: the run's sensors, its observations, and how files and the README are written.
+// The parts that all exporters share: the run's sensors and observations, the way files are written, and the
+// functions that write one format each.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -8,17 +10,18 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/export/exported_run.h"
+#include "sim/export/export.h"
 #include "sim/export/lens_conversion.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
 #include "sim/recording/sensor_yaml.h"
 
 namespace sim::exports {
 
-/// A run that is being exported into `folder`.
+/// A run that is being exported into `folder`. Throws FileError.
 class ExportContext {
  public:
-  /// undistort: images are those of a pinhole; else they are as recorded, of a camera with the equidistant
+  /// undistort: export images of a pinhole; otherwise the recorded ones, of a camera with the equidistant
   /// lens. passes: how often filter_input() will be read to its end.
   ExportContext(const ExportedRun& run, const std::filesystem::path& folder, bool undistort, int passes = 1);
 
@@ -27,36 +30,36 @@ class ExportContext {
   recording::RecordingSetup setup;  ///< its camera is that of the exported images
   recording::ImuNoise noise;
 
-  /// The observations from the beginning of the run, for next().
+  /// The observations from the start of the run, for next().
   recording::FilterInput filter_input() const { return {run.result / "recording", run.errors, run.seed}; }
-  /// The next of them in order of time; nothing after the last.
+  /// Returns the next observation in order of time, nothing after the last.
   std::optional<slam::Observation> next(recording::FilterInput& input) const {
     run.progress((passed_ + input.part()) / passes_);
     auto observation = input.next_in_order();
     if (!observation) ++passed_;
     return observation;
   }
-  /// Empty where the export is to be without truth.
+  /// Empty in an export without truth.
   recording::Truth truth() const {
     return run.with_truth ? recording::read_truth(run.result / "recording") : recording::Truth();
   }
-  /// The filter's X_WC; empty if no filter was run, or where the export is to be without truth.
+  /// The filter's X_WC; empty without a filter and in an export without truth.
   std::vector<files::TumRow> estimate() const;
   const slam::CameraIntrinsics& camera() const { return setup.calibration.camera; }
-  /// An image of the filter's input, as it is exported.
+  /// The exported form of an image of the filter's input.
   cv::Mat exported(const cv::Mat& image) const { return undistortion_ ? (*undistortion_)(image) : image; }
 
-  /// The path of a file to be written; its folders are made as needed.
+  /// Creates the folders of a file to be written and returns its path.
   std::filesystem::path new_file(const std::string& name) const;
   /// Writes a whole file.
   void write(const std::string& name, std::string_view bytes) const;
-  /// write() of true poses, but where the export is to be without truth.
+  /// write() of true poses; does nothing in an export without truth.
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
   /// Writes exported(image).
   void write_png(const std::string& name, const cv::Mat& image) const;
-  /// Writes README.md: the text, then what holds for every export.
+  /// Writes README.md: the text, then the conventions of all exports.
   void write_readme(const std::string& text) const;
 
  private:
@@ -67,5 +70,46 @@ class ExportContext {
   mutable int passed_ = 0;
   std::optional<Undistortion> undistortion_;
 };
+
+/// "1000000000.033000000"
+std::string written_seconds(slam::Stamp t);
+
+/// The fewest digits that round-trip, with a decimal point: some readers reject the integer 1.
+std::string real(double x);
+
+/// Four rows of four numbers, each row between `before` and `after`, `between` them: "[1.0, 0.0, ...]\n[...".
+std::string matrix_text(const Eigen::Isometry3d& X, std::string_view before, std::string_view after,
+                        std::string_view between);
+
+/// "t tx ty tz qx qy qz qw" with the stamps of the exports.
+std::string tum_text(const std::vector<files::TimedPose>& poses);
+
+/// The lens of an exported camera in the terms of other programs.
+struct LensModel {
+  bool equidistant;         ///< else a pinhole without distortion
+  std::array<double, 4> k;  ///< all zero without distortion
+};
+LensModel lens_model(const slam::CameraIntrinsics& camera);
+
+/// A ROS 2 bag: run.mcap and metadata.yaml.
+struct BagLayout {
+  std::string folder;  ///< of run.mcap and metadata.yaml, with a trailing slash; may be empty
+  std::string image_topic, info_topic, imu_topic;
+  bool compressed;           ///< images as PNG (sensor_msgs/CompressedImage), else raw (sensor_msgs/Image)
+  bool for_viewers = false;  ///< with frames, paths, map, joints and feet
+};
+void write_ros_bag(const ExportContext& out, const BagLayout& layout);
+
+/// Settings of ORB-SLAM3 (v1.0) with the section that its inertial programs need, or without it.
+std::string orbslam3_settings(const ExportContext& out, bool with_imu);
+/// Writes mav0/ in the EuRoC/ASL layout, and times.txt. images_within_imu: without the images before the
+/// first reading and after the last one.
+void write_mav0(const ExportContext& out, bool images_within_imu = false);
+
+void export_euroc(const ExportContext& out);     ///< the EuRoC/ASL layout
+void export_orbslam3(const ExportContext& out);  ///< the same with the settings of ORB-SLAM3
+void export_openvins(const ExportContext& out);  ///< a bag and the EuRoC/ASL layout with OpenVINS's settings
+void export_mcap(const ExportContext& out);      ///< a bag for viewers
+void export_tum(const ExportContext& out);       ///< the TUM RGB-D layout, with undistorted images
 
 }  // namespace sim::exports

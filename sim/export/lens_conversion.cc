@@ -11,7 +11,7 @@
 namespace sim::exports {
 namespace {
 
-constexpr int kGrid = 40;                      // pixels a side at which the two cameras are compared
+constexpr int kGrid = 40;                      // pixels a side for comparing the two cameras
 using Vector6d = Eigen::Matrix<double, 6, 1>;  // fu, fv, k1 to k4
 
 // A pixel and the line of sight (x, y, 1) of the given camera there.
@@ -61,7 +61,7 @@ Vector6d step(const std::vector<Sightline>& sights, const slam::CameraIntrinsics
   return A.ldlt().solve(b);
 }
 
-// Whether every pixel of the pinhole lies inside the recorded image.
+// Returns whether every pixel of the pinhole lies inside the recorded image.
 bool inside_recorded(const slam::Camera& recorded, const slam::CameraIntrinsics& pinhole) {
   const auto is_inside = [&](int column, int row) {
     const auto at = recorded.project(
@@ -97,7 +97,7 @@ FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera) {
   const slam::Camera equidistant(fitted.camera);
   for (const Sightline& sight : grid) {
     const auto at = equidistant.project(sight.n.homogeneous());
-    if (!at) throw std::logic_error("the fitted lens does not reach as far as the one it is fitted to");
+    if (!at) throw std::logic_error("the fitted lens covers less than the original one");
     const double off = (at->pixel - sight.pixel).norm();
     fitted.rms_px += off * off / static_cast<double>(grid.size());
     fitted.largest_px = std::max(fitted.largest_px, off);

@@ -23,7 +23,7 @@ FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera);
 class Undistortion {
  public:
   /// The pinhole (radial-tangential without distortion) has square pixels and the given camera's size and
-  /// principal point. Its focal length is the smallest whole number of px with which all its pixels lie
+  /// principal point. Its focal length is the smallest whole number of px that keeps all its pixels
   /// inside the given image.
   explicit Undistortion(const slam::CameraIntrinsics& camera);
   const slam::CameraIntrinsics& pinhole() const { return pinhole_; }

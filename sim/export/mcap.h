@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 
 namespace sim::exports {
 

@@ -1,19 +1,105 @@
-// A ROS 2 bag of a run: run.mcap and metadata.yaml.
+// A ROS 2 bag that is being written, and the topics that viewers draw. All members throw FileError.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/export/export_context.h"
+#include "sim/export/mcap.h"
+#include "sim/export/ros_messages.h"
+#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 
-struct BagLayout {
-  std::string folder;  ///< of run.mcap and metadata.yaml, with a slash behind it; may be empty
-  std::string image_topic, info_topic, imu_topic;
-  bool compressed;           ///< images as PNG (sensor_msgs/CompressedImage), else raw (sensor_msgs/Image)
-  bool for_viewers = false;  ///< with frames, paths, map, joints and feet
+/// run.mcap, and the content of metadata.yaml.
+class Bag {
+ public:
+  using Topic = std::uint16_t;
+
+  explicit Bag(const std::filesystem::path& mcap_file) : mcap_(mcap_file) {}
+
+  /// To be called before the first message.
+  Topic add_topic(const std::string& name, const MessageType& type);
+  void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
+    mcap_.add_metadata(name, entries);
+  }
+  /// cdr: a message with the stamp t.
+  void add(Topic topic, slam::Stamp t, const std::string& cdr);
+  /// Closes the file. Returns the text of metadata.yaml.
+  std::string finish();
+
+ private:
+  struct NamedTopic {
+    std::string name, type;
+    Topic channel;
+  };
+  std::string entry(const NamedTopic& topic) const;
+
+  McapWriter mcap_;
+  std::vector<NamedTopic> topics_;
 };
 
-void write_ros_bag(const ExportContext& out, const BagLayout& layout);
+/// The rows of mav0/<sensor>/data.csv, merged with the observations by time; none without such a file.
+class RecordedRows {
+ public:
+  RecordedRows(const std::filesystem::path& recording, const std::string& sensor);
+
+  /// The titles of the columns after the stamp, without units.
+  const std::vector<std::string>& names() const { return names_; }
+  struct Row {
+    slam::Stamp t{0};
+    std::vector<double> values;
+  };
+  /// Returns the last row until then, unless an earlier call has returned it.
+  std::optional<Row> latest(slam::Stamp until);
+
+ private:
+  std::optional<recording::StampedRows> rows_;
+  std::vector<std::string> names_;
+};
+
+/// Writes frames, paths, map, joints and feet into a bag, observation by observation. An export without truth
+/// has neither true poses nor those of the filter.
+class ViewerTopics {
+ public:
+  /// The bag must outlive it.
+  ViewerTopics(const ExportContext& out, Bag& bag);
+
+  /// Writes the messages up to the stamp of an observation; stamps rise.
+  void write(const slam::Observation& observation);
+  /// Writes the whole paths at the stamp of the last observation.
+  void finish();
+
+ private:
+  /// Poses of one frame in the world until now, and those to come.
+  struct Moving {
+    std::string frame;
+    std::vector<files::TimedPose> poses;
+    std::size_t passed = 0;  ///< of the poses
+    std::optional<Bag::Topic> path = {};
+  };
+
+  void add(const std::string& frame, std::vector<files::TimedPose> poses, const char* path = nullptr);
+  std::vector<ros::Transform> transforms_at(slam::Stamp t);
+  void write_body(slam::Stamp t);
+  void write_links(const RecordedRows::Row& joints);
+  void write_map(slam::Stamp t);
+  void write_paths(slam::Stamp t);
+
+  Bag& bag_;
+  const Eigen::Isometry3d X_CG_;
+  std::vector<Moving> moving_;
+  std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_;
+  RecordedRows joints_, forces_;
+  const std::shared_ptr<const RobotDescription> robot_;
+  Bag::Topic transforms_, fixed_transforms_;
+  std::optional<Bag::Topic> description_, joint_states_, left_wrench_, right_wrench_, map_;
+  std::optional<slam::Stamp> last_, paths_written_;
+};
 
 }  // namespace sim::exports

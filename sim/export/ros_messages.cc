@@ -2,31 +2,44 @@
 
 #include <array>
 #include <cstring>
+#include <map>
+#include <set>
 
 #include "sim/recording/recording.h"
 
 namespace sim::exports::ros {
 namespace {
 
-const std::string kRule(80, '=');
+// Definitions of the types that messages are made of.
+const std::map<std::string, std::string, std::less<>> kParts{
+    {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
+    {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
+    {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
+    {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
+    {"geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"},
+    {"geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
+    {"geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"},
+    {"geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"},
+    {"geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
+    {"geometry_msgs/TransformStamped",
+     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
+    {"geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"},
+    {"sensor_msgs/PointField",
+     "uint8 UINT32=6\nuint8 FLOAT32=7\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n"},
+    {"sensor_msgs/RegionOfInterest",
+     "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"}};
 
-// A definition followed by those of the types that it uses.
-std::string definition_with(const std::string& definition,
-                            const std::vector<std::pair<std::string, std::string>>& parts) {
-  std::string text = definition;
-  for (const auto& [name, part] : parts) text += kRule + "\nMSG: " + name + "\n" + part;
-  return text;
+// The definition followed by those of the types that it uses, each once.
+MessageType type(const std::string& name, std::string definition) {
+  std::set<std::string_view> known;
+  for (std::size_t at = 0; at < definition.size(); at = definition.find('\n', at) + 1) {
+    const std::string used = definition.substr(at, definition.find_first_of("[ \n", at) - at);
+    const auto part = kParts.find(used);
+    if (part != kParts.end() && known.insert(part->first).second)
+      definition += std::string(80, '=') + "\nMSG: " + part->first + "\n" + part->second;
+  }
+  return {name, definition};
 }
-
-using Part = std::pair<std::string, std::string>;
-const Part kHeader{"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
-    kTime{"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
-    kVector{"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
-    kPoint{"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
-    kQuaternion{"geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"},
-    kPose{"geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
-    kRegion{"sensor_msgs/RegionOfInterest",
-            "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"};
 
 // Common Data Representation: little-endian numbers aligned to their size, after four bytes that state the
 // encoding.
@@ -74,83 +87,39 @@ std::array<double, 9> diagonal(double x) { return {x, 0, 0, 0, x, 0, 0, 0, x}; }
 
 }  // namespace
 
-const MessageType kCompressedImage{
-    "sensor_msgs/msg/CompressedImage",
-    definition_with("std_msgs/Header header\nstring format\nuint8[] data\n", {kHeader, kTime})};
-const MessageType kImage{
-    "sensor_msgs/msg/Image",
-    definition_with("std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\n"
-                    "uint8 is_bigendian\nuint32 step\nuint8[] data\n",
-                    {kHeader, kTime})};
-const MessageType kImu{
-    "sensor_msgs/msg/Imu",
-    definition_with(
-        "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
-        "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
-        "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n",
-        {kHeader, kTime, kQuaternion, kVector})};
-const MessageType kCameraInfo{
-    "sensor_msgs/msg/CameraInfo",
-    definition_with(
-        "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n"
-        "float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\n"
-        "sensor_msgs/RegionOfInterest roi\n",
-        {kHeader, kTime, kRegion})};
-const MessageType kPoseStamped{"geometry_msgs/msg/PoseStamped",
-                               definition_with("std_msgs/Header header\ngeometry_msgs/Pose pose\n",
-                                               {kHeader, kTime, kPose, kPoint, kQuaternion})};
-const MessageType kPoseWithCovarianceStamped{
-    "geometry_msgs/msg/PoseWithCovarianceStamped",
-    definition_with(
-        "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
-        {kHeader,
-         kTime,
-         {"geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"},
-         kPose,
-         kPoint,
-         kQuaternion})};
-
-const MessageType kTransforms{
-    "tf2_msgs/msg/TFMessage",
-    definition_with("geometry_msgs/TransformStamped[] transforms\n",
-                    {{"geometry_msgs/TransformStamped",
-                      "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
-                     kHeader,
-                     kTime,
-                     {"geometry_msgs/Transform",
-                      "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
-                     kVector,
-                     kQuaternion})};
-const MessageType kPath{
-    "nav_msgs/msg/Path",
-    definition_with("std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n",
-                    {kHeader,
-                     kTime,
-                     {"geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"},
-                     kPose,
-                     kPoint,
-                     kQuaternion})};
-const MessageType kPointCloud{
-    "sensor_msgs/msg/PointCloud2",
-    definition_with("std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
-                    "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n",
-                    {kHeader,
-                     kTime,
-                     {"sensor_msgs/PointField",
-                      "uint8 UINT32=6\nuint8 FLOAT32=7\nstring name\nuint32 offset\nuint8 datatype\n"
-                      "uint32 count\n"}})};
-const MessageType kJointState{
-    "sensor_msgs/msg/JointState",
-    definition_with(
-        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
-        {kHeader, kTime})};
-const MessageType kWrench{
-    "geometry_msgs/msg/WrenchStamped",
-    definition_with("std_msgs/Header header\ngeometry_msgs/Wrench wrench\n",
-                    {kHeader,
-                     kTime,
-                     {"geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"},
-                     kVector})};
+const MessageType kCompressedImage =
+    type("sensor_msgs/msg/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n");
+const MessageType kImage = type("sensor_msgs/msg/Image",
+                                "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\n"
+                                "uint8 is_bigendian\nuint32 step\nuint8[] data\n");
+const MessageType kImu =
+    type("sensor_msgs/msg/Imu",
+         "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+         "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
+         "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n");
+const MessageType kCameraInfo =
+    type("sensor_msgs/msg/CameraInfo",
+         "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n"
+         "float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\n"
+         "sensor_msgs/RegionOfInterest roi\n");
+const MessageType kPoseStamped =
+    type("geometry_msgs/msg/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n");
+const MessageType kPoseWithCovarianceStamped =
+    type("geometry_msgs/msg/PoseWithCovarianceStamped",
+         "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n");
+const MessageType kTransforms =
+    type("tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n");
+const MessageType kPath =
+    type("nav_msgs/msg/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n");
+const MessageType kPointCloud =
+    type("sensor_msgs/msg/PointCloud2",
+         "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
+         "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n");
+const MessageType kJointState =
+    type("sensor_msgs/msg/JointState",
+         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n");
+const MessageType kWrench =
+    type("geometry_msgs/msg/WrenchStamped", "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n");
 const MessageType kString{"std_msgs/msg/String", "string data\n"};
 
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png) {
@@ -173,7 +142,7 @@ std::string imu(const ImuReading& reading, const std::string& frame, double gyro
                 double accelerometer_variance) {
   const std::array<double, 4> no_orientation{0, 0, 0, 1};
   std::array<double, 9> unknown{};
-  unknown[0] = -1;  // by convention: there is no such measurement
+  unknown[0] = -1;  // by convention: not measured
   Cdr cdr;
   cdr.header(reading.t, frame).numbers(no_orientation).numbers(unknown);
   cdr.numbers(reading.gyro).numbers(diagonal(gyro_variance));

@@ -11,7 +11,7 @@
 
 #include "sim/export/imu_merger.h"
 #include "sim/export/mcap.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "slam/options.h"
 
 namespace sim::exports::ros {
@@ -44,14 +44,14 @@ struct Transform {
 std::string transforms(const std::vector<Transform>& all);
 std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TimedPose> poses);
 
-/// A point and the number that tells it from others.
+/// A point and its identifier.
 struct CloudPoint {
   Eigen::Vector3d p;
   std::uint32_t id = 0;
 };
 /// Fields x, y, z (float32) and id (uint32).
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points);
-/// Positions alone, rad.
+/// Only positions, rad.
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
                         const std::vector<double>& positions);
 std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3d& force_n,

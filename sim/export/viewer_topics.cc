@@ -1,6 +1,8 @@
-#include "sim/export/viewer_topics.h"
-
+#include "sim/export/ros_bag.h"
 #include "sim/files/csv.h"
+#include "sim/recording/manifest.h"
+#include "sim/recording/recording.h"
+#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 namespace {
@@ -8,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 using Poses = std::vector<files::TimedPose>;
 
-constexpr const char *kWorld = "world", *kWaist = "waist";
+constexpr const char *kFixed = "world", *kWaist = "waist";
 constexpr slam::Stamp kPathEvery = std::chrono::seconds(1);  // each message has the whole path so far
 
 Poses feet_of(const std::vector<recording::TrueFeet>& feet, recording::TrueFoot recording::TrueFeet::*which) {
@@ -33,6 +35,25 @@ std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_of(const ExportContext&
 }
 
 }  // namespace
+
+RecordedRows::RecordedRows(const std::filesystem::path& folder, const std::string& sensor) {
+  const recording::Manifest manifest(folder);
+  const std::string file = recording::recording_format::body_sensor_rows(sensor);
+  if (!manifest.lists(file)) return;
+  rows_.emplace(files::CsvReader(manifest.check(file), 1), recording::kEpoch);
+  const std::vector<std::string>& titles = rows_->row().titles();
+  for (std::size_t i = 1; i < titles.size(); ++i) names_.push_back(titles[i].substr(0, titles[i].find(" [")));
+}
+
+std::optional<RecordedRows::Row> RecordedRows::latest(slam::Stamp until) {
+  std::optional<Row> latest;
+  for (; rows_ && rows_->stamp() && *rows_->stamp() <= until; rows_->advance()) {
+    latest.emplace();
+    latest->t = *rows_->stamp();
+    for (std::size_t i = 1; i < rows_->row().fields(); ++i) latest->values.push_back(rows_->row().number(i));
+  }
+  return latest;
+}
 
 ViewerTopics::ViewerTopics(const ExportContext& out, Bag& bag)
     : bag_(bag),
@@ -59,7 +80,7 @@ ViewerTopics::ViewerTopics(const ExportContext& out, Bag& bag)
   right_wrench_ = bag.add_topic("/right_foot/wrench", ros::kWrench);
 }
 
-// The planned poses come with the observations; others that are not known are no frame.
+// Skips frames without poses, except the planned one: its poses come with the observations.
 void ViewerTopics::add(const std::string& frame, Poses poses, const char* path) {
   if (poses.empty() && frame != "plan_camera") return;
   moving_.push_back({frame, std::move(poses)});
@@ -73,7 +94,7 @@ std::vector<ros::Transform> ViewerTopics::transforms_at(slam::Stamp t) {
     while (moving.passed < moving.poses.size() && moving.poses[moving.passed].t <= t) ++moving.passed;
     if (moving.passed == before) continue;
     const files::TimedPose& now = moving.poses[moving.passed - 1];
-    all.push_back({now.t, kWorld, moving.frame, now.X});
+    all.push_back({now.t, kFixed, moving.frame, now.X});
   }
   return all;
 }
@@ -117,14 +138,14 @@ void ViewerTopics::write_links(const RecordedRows::Row& joints) {
 void ViewerTopics::write_map(slam::Stamp t) {
   for (; !maps_.empty() && maps_.begin()->first <= t; maps_.erase(maps_.begin()))
     bag_.add(*map_, maps_.begin()->first,
-             ros::point_cloud(maps_.begin()->first, kWorld, maps_.begin()->second));
+             ros::point_cloud(maps_.begin()->first, kFixed, maps_.begin()->second));
 }
 
 void ViewerTopics::write_paths(slam::Stamp t) {
   paths_written_ = t;
   for (const Moving& moving : moving_)
     if (moving.path)
-      bag_.add(*moving.path, t, ros::path(t, kWorld, std::span(moving.poses).first(moving.passed)));
+      bag_.add(*moving.path, t, ros::path(t, kFixed, std::span(moving.poses).first(moving.passed)));
 }
 
 void ViewerTopics::finish() {

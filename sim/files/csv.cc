@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 
 namespace sim::files {
 namespace {

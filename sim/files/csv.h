@@ -8,8 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/files/file_error.h"
-#include "sim/files/input_file.h"
+#include "sim/files/text.h"
 
 namespace sim::files {
 

@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/files/printed_text.h"
 #include "sim/files/text.h"
 
 namespace sim::files {
@@ -67,7 +66,7 @@ std::optional<Json> Json::find(std::string_view key) const {
 
 std::string Json::text() const {
   require(value_->is_string(), "text");
-  return without_controls(value_->get<std::string>());
+  return sanitize(value_->get<std::string>());
 }
 
 double Json::number() const {

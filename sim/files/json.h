@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 
 namespace sim::files {
 
@@ -28,7 +28,7 @@ class Json {
   /// The same; nothing where the key is missing or its value is null.
   std::optional<Json> find(std::string_view key) const;
 
-  std::string text() const;  ///< without what a terminal obeys (without_controls)
+  std::string text() const;  ///< without what a terminal obeys (sanitize)
   double number() const;
   std::uint64_t whole() const;  ///< a number without fraction and sign
   bool flag() const;            ///< true or false

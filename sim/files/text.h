@@ -1,22 +1,107 @@
-// Whole files as text or bytes, read and written in one call.
+// Text files as a whole or piece by piece, the exception of all readers and writers, and text for a terminal.
 #pragma once
 
+#include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
-
-#include "sim/files/file_error.h"
-#include "sim/files/input_file.h"
+#include <utility>
 
 namespace sim::files {
 
-/// All bytes of a file that InputFile reads, `most` at most. Throws FileError, as InputFile does.
+/// Returns the text with a '?' for each control character (except line feed and tab), each character that
+/// changes the direction of writing, and each byte that is not UTF-8.
+std::string sanitize(const std::string& text);
+
+/// Returns the text as one word of a POSIX shell command, quoted if needed.
+std::string shell_word(const std::string& text);
+
+/// A file is missing, cannot be read or written, or has the wrong content. what() is the sanitized text
+/// "file: why", "file:line: why" or "file:line:column: why", with lines and columns from 1.
+class FileError : public std::runtime_error {
+ public:
+  FileError(const std::filesystem::path& file, const std::string& why)
+      : std::runtime_error(sanitize(file.string() + ": " + why)) {}
+  FileError(const std::filesystem::path& file, std::size_t line, const std::string& why)
+      : FileError(file.string() + ":" + std::to_string(line), why) {}
+  FileError(const std::filesystem::path& file, std::size_t line, std::size_t column, const std::string& why)
+      : FileError(file.string() + ":" + std::to_string(line) + ":" + std::to_string(column), why) {}
+};
+
+/// An open file of the operating system, closed at the end of its life. Below zero: none.
+class Descriptor {
+ public:
+  explicit Descriptor(int opened) : fd(opened) {}
+  Descriptor(Descriptor&& other) noexcept : fd(std::exchange(other.fd, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd, other.fd);
+    return *this;
+  }
+  ~Descriptor();
+  int fd;
+};
+
+/// Why pipes, devices and sockets are rejected.
+inline constexpr const char* kNotRegular =
+    "is not a regular file, expected one: pipes, devices and sockets are not read";
+
+// Largest sizes in bytes: more than the program writes for an hour of walk at the highest rates, or than a
+// person writes.
+inline constexpr std::uintmax_t kMostOfYaml = 1 << 20, kMostOfJson = 64 << 20, kMostOfImage = 256 << 20;
+/// Files that are read into memory as a whole, such as trajectories and logs.
+inline constexpr std::uintmax_t kMostOfText = std::uintmax_t{2} << 30;
+/// Files that are read row by row.
+inline constexpr std::uintmax_t kMostOfRows = std::uintmax_t{16} << 30;
+
+/// A regular file, or a link to one, read piece by piece; all input files are opened here. Only /dev/stdin
+/// and /dev/fd/N, which a shell passes for <(...), may be pipes. All members throw FileError.
+class InputFile {
+ public:
+  /// Throws if the file has more than `most` bytes, before reading it if its size is known.
+  InputFile(const std::filesystem::path& file, std::uintmax_t most);
+
+  std::uintmax_t size() const { return size_; }  ///< bytes; 0 of a pipe
+  /// Returns the next bytes, none at the end of the file; they live until the next call.
+  std::string_view next();
+
+ private:
+  std::filesystem::path file_;
+  Descriptor in_;
+  std::uintmax_t most_, size_ = 0, read_ = 0;
+  std::unique_ptr<char[]> piece_;
+};
+
+/// Returns all bytes of a file. Throws FileError, as InputFile does.
 std::string read_text(const std::filesystem::path& file, std::uintmax_t most = kMostOfText);
 
-/// Makes or replaces a file that holds exactly these bytes. Throws FileError "cannot be written: " and the
-/// reason of the operating system. A process that is killed meanwhile leaves a part of the file;
-/// write_durably does not.
+/// Writes exactly these bytes. Throws FileError "cannot be written: " and the reason. A killed process leaves
+/// a part of the file; write_atomically does not.
 void write_text(const std::filesystem::path& file, std::string_view text);
+
+/// Returns the number that is the whole text, in decimals, or nothing if it is not one or does not fit the
+/// type.
+template <typename Number>
+std::optional<Number> parse_number(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// The same for a number that is neither infinite nor NaN.
+inline std::optional<double> parse_finite(std::string_view text) {
+  const auto value = parse_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+/// "1 seed", "2 seeds"
+inline std::string counted(std::size_t n, std::string_view what) {
+  return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s");
+}
 
 }  // namespace sim::files

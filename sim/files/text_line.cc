@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "sim/files/number.h"
 #include "sim/files/text.h"
 
 namespace sim::files {

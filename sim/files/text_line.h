@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 
 namespace sim::files {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 
 namespace sim::files {
 namespace {
@@ -48,8 +48,8 @@ Columns columns_of(const Rows& rows, const TableShape& shape) {
   Columns columns(rows.at(0).size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
     columns[i].left = i < shape.text || (shape.last_text && i + 1 == columns.size());
-    columns[i].title = {without_controls(rows[0][i])};
-    for (std::size_t k = 1; k < rows.size(); ++k) columns[i].cells.push_back(without_controls(rows[k][i]));
+    columns[i].title = {sanitize(rows[0][i])};
+    for (std::size_t k = 1; k < rows.size(); ++k) columns[i].cells.push_back(sanitize(rows[k][i]));
   }
   return columns;
 }

@@ -1,19 +1,13 @@
 #include "sim/live/checked_recording.h"
 
-#include "sim/result/score_input.h"
-
 namespace sim::live {
 
 CheckedRecording::CheckedRecording(const std::filesystem::path& folder,
                                    const recording::RecordingSetup& setup, const recording::TrueMotion& start,
-                                   const std::vector<recording::RecordedSurface>& surfaces)
+                                   const std::vector<score::Surface>& surfaces)
     : writer_(folder, setup), check_{InertialCheck(start), {}} {
-  std::vector<score::Surface> scored;
-  for (const recording::RecordedSurface& surface : surfaces) {
-    writer_.add(surface);
-    scored.push_back(result::surface(surface));
-  }
-  if (!surfaces.empty()) check_.view.emplace(setup.calibration.camera, scored);
+  for (const score::Surface& surface : surfaces) writer_.add(surface);
+  if (!surfaces.empty()) check_.view.emplace(setup.calibration.camera, surfaces);
 }
 
 void CheckedRecording::add(const Frame& frame) {

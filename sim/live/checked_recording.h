@@ -16,13 +16,12 @@ class CheckedRecording {
  public:
   /// start: true motion at t = 0. surfaces: of the room; images are checked where there are any.
   CheckedRecording(const std::filesystem::path& folder, const recording::RecordingSetup& setup,
-                   const recording::TrueMotion& start,
-                   const std::vector<recording::RecordedSurface>& surfaces);
+                   const recording::TrueMotion& start, const std::vector<score::Surface>& surfaces);
 
   void add(const recording::BodyReading& reading) { writer_.add(reading); }
   void add(const recording::TruePoses& poses) { writer_.add(poses); }
   void add(const recording::TrueFeet& feet) { writer_.add(feet); }
-  void add(const std::vector<recording::CorrectedStep>& steps) { writer_.add(steps); }
+  void add(const std::vector<score::StepCorrection>& steps) { writer_.add(steps); }
   void add(const Frame& frame);
   /// A reading of the chest IMU, which the frame it belongs to records, and the true motion at its end.
   void add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "sim/camera/surfaces.h"
-#include "sim/live/recorded.h"
+#include "sim/camera/shapes.h"
 #include "sim/recording/grey_png.h"
 #include "sim/result/timing.h"
 
@@ -19,8 +18,7 @@ constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait for it wh
 
 }  // namespace
 
-FramePipeline::FramePipeline(const scenario::Scenario& scenario, const std::filesystem::path& models,
-                             bool beside)
+FramePipeline::FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside)
     : options_(scenario.camera.value_or(camera::CameraOptions{})),
       lights_off_(scenario.world.lights_off),
       lead_(scenario.camera ? camera::Shutter(options_).lead() : nanoseconds(0)),
@@ -28,12 +26,10 @@ FramePipeline::FramePipeline(const scenario::Scenario& scenario, const std::file
       in_flight_(beside && scenario.camera ? kInFlight : 0),
       worker_(beside && scenario.camera.has_value()) {
   if (!scenario.camera) return;
-  const physics::WorldOptions& w = scenario.world;
-  auto model = std::make_shared<physics::Model>(physics::load_model(w.robot, w.room, models));
-  for (const camera::RoomPrimitive& primitive : camera::room_primitives(**model))
-    surfaces_.push_back(recorded(primitive));
+  auto model = std::make_shared<physics::Model>(copy_of(models.in_room));
+  surfaces_ = camera::room_surfaces(**model);
   worker_
-      .do_next([this, model, seed = w.seed] {
+      .do_next([this, model, seed = scenario.world.seed] {
         camera_ = std::make_unique<camera::HeadCamera>(std::move(*model), options_, seed);
       })
       .get();

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <deque>
-#include <filesystem>
 #include <future>
 #include <memory>
 #include <string>
@@ -34,10 +33,10 @@ struct Frame {
 class FramePipeline {
  public:
   /// beside: images are drawn on a thread of their own, a few frames behind the walk.
-  FramePipeline(const scenario::Scenario& scenario, const std::filesystem::path& models, bool beside);
+  FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
 
   /// The surfaces that the camera can see.
-  const std::vector<recording::RecordedSurface>& surfaces() const { return surfaces_; }
+  const std::vector<score::Surface>& surfaces() const { return surfaces_; }
 
   /// To be called at each millisecond: the positions that later images are drawn at.
   void add_positions(const physics::World& world);
@@ -70,7 +69,7 @@ class FramePipeline {
   camera::CameraOptions options_;
   physics::WorldOptions::LightsOff lights_off_;
   std::chrono::nanoseconds lead_;
-  std::vector<recording::RecordedSurface> surfaces_;
+  std::vector<score::Surface> surfaces_;
   camera::RecentMotion motion_;
   std::deque<Frame> frames_;              // their shutters are open
   std::deque<std::future<Frame>> drawn_;  // or being drawn

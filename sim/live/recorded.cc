@@ -2,29 +2,10 @@
 
 #include <cmath>
 
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 
 namespace sim::live {
 namespace {
-
-std::string kind(camera::RoomPrimitive::Kind kind) {
-  using enum camera::RoomPrimitive::Kind;
-  switch (kind) {
-    case plane:
-      return "plane";
-    case box:
-      return "box";
-    case sphere:
-      return "sphere";
-    case cylinder:
-      return "cylinder";
-    case ellipsoid:
-      return "ellipsoid";
-    case capsule:
-      return "capsule";
-  }
-  return "";
-}
 
 Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
   return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
@@ -53,7 +34,7 @@ slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens) {
 }
 
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
-                  const std::filesystem::path& models) {
+                  const physics::Models& models) {
   const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(start)).q;
   physics::WorldOptions empty = scenario.world;
   empty.room = physics::kPhysicalRoom;
@@ -72,19 +53,12 @@ recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, co
   return setup;
 }
 
-recording::RecordedSurface recorded(const camera::RoomPrimitive& surface) {
-  using enum camera::RoomPrimitive::Kind;
-  const bool round_about_z = surface.kind == cylinder || surface.kind == capsule;
-  const Eigen::Vector3d& s = surface.size;
-  return {kind(surface.kind), surface.X_WS, round_about_z ? Eigen::Vector3d(s.x(), s.z(), 0) : s};
-}
-
-std::vector<recording::CorrectedStep> recorded(const std::vector<walking::StepCorrection>& corrections) {
-  std::vector<recording::CorrectedStep> steps;
+std::vector<score::StepCorrection> recorded(const std::vector<walking::StepCorrection>& corrections) {
+  std::vector<score::StepCorrection> steps;
   for (const walking::StepCorrection& c : corrections)
-    steps.push_back({std::chrono::nanoseconds(std::llround(1e9 * c.decided_s)),
-                     c.desired.side == walking::Side::left, planar(c.desired.pose), planar(c.expected),
-                     planar(c.correction)});
+    steps.push_back({std::chrono::nanoseconds(std::llround(1e9 * c.decided_s)), c.correction.position.x(),
+                     c.correction.position.y(), c.correction.yaw, c.desired.side == walking::Side::left,
+                     planar(c.desired.pose), planar(c.expected)});
   return steps;
 }
 
@@ -105,18 +79,18 @@ recording::TrueFeet true_feet(physics::World& world, const walking::Reference& p
           true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)};
 }
 
-std::string ending(physics::Condition condition) {
+scenario::Ending ending(physics::Condition condition) {
   switch (condition) {
     case physics::Condition::fell:
-      return "fell";
+      return scenario::Ending::fell;
     case physics::Condition::collided:
-      return "collided";
+      return scenario::Ending::collided;
     case physics::Condition::physics_failed:
-      return "failed";
+      return scenario::Ending::failed;
     case physics::Condition::ok:
       break;
   }
-  return "completed";
+  return scenario::Ending::completed;
 }
 
 }  // namespace sim::live

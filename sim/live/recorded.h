@@ -2,12 +2,10 @@
 #pragma once
 
 #include <chrono>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "sim/camera/lens.h"
-#include "sim/camera/surfaces.h"
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
@@ -22,7 +20,7 @@ struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
 };
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
-                  const std::filesystem::path& models);
+                  const physics::Models& models);
 
 /// The simulated camera as estimators are told of it.
 slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens);
@@ -31,8 +29,7 @@ slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens);
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
                                           const Eigen::Isometry3d& X_PB);
 
-recording::RecordedSurface recorded(const camera::RoomPrimitive& surface);
-std::vector<recording::CorrectedStep> recorded(const std::vector<walking::StepCorrection>& corrections);
+std::vector<score::StepCorrection> recorded(const std::vector<walking::StepCorrection>& corrections);
 recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings);
 
 /// True motion of the chest IMU at the world's time.
@@ -41,7 +38,7 @@ recording::TrueMotion true_motion(const physics::World& world);
 /// Both feet, true and as planned. Load and creep are those since the last call.
 recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan);
 
-/// How a walk ended, by the name that results give it.
-std::string ending(physics::Condition condition);
+/// Returns how a walk ended.
+scenario::Ending ending(physics::Condition condition);
 
 }  // namespace sim::live

@@ -12,7 +12,7 @@
 namespace sim::live {
 namespace {
 
-/// Where the command was written; scenarios that were not read from text have a name alone.
+/// Where the command was written; scenarios that were not read from text only have a name.
 scenario::Yaml place_of(const scenario::ReadScenario& read, std::size_t command) {
   scenario::Yaml at;
   at.origin.file = read.scenario.name;
@@ -22,12 +22,12 @@ scenario::Yaml place_of(const scenario::ReadScenario& read, std::size_t command)
 
 }  // namespace
 
-void require_clear_walk(const scenario::ReadScenario& read, const std::filesystem::path& models) {
+walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
   const scenario::Scenario& s = read.scenario;
-  if (result::is_allowed(s, ending(physics::Condition::collided))) return;
-  walking::PatternGenerator plan(s.walk, physics::nominal_body(s.world.robot, models));
-  const auto found = physics::first_collision(std::move(plan), s.world, models);
-  if (!found) return;
+  walking::PatternGenerator plan(s.walk, physics::nominal_body(copy_of(models.on_floor)));
+  if (result::is_allowed(s, ending(physics::Condition::collided))) return plan;
+  const auto found = physics::first_collision(plan, copy_of(models.in_room));
+  if (!found) return plan;
   const auto command = static_cast<std::size_t>(found->command);
   const auto word = std::visit([](const auto& c) { return c.kName; }, s.walk.commands[command]);
   const Eigen::Vector3d& p = found->p_W;
@@ -37,6 +37,10 @@ void require_clear_walk(const scenario::ReadScenario& read, const std::filesyste
            "{}; expected a walk clear of it, or limits.ending with collided",
            found->t_s, found->link, physics::kPlannedMargin_m, found->object, p.x(), p.y(), p.z(),
            s.world.room));
+}
+
+void require_clear_walk(const scenario::ReadScenario& read, const std::filesystem::path& models) {
+  clear_plan(read, {read.scenario.world.robot, read.scenario.world.room, models});
 }
 
 }  // namespace sim::live

@@ -13,7 +13,6 @@
 #include "sim/live/recorded.h"
 #include "sim/live/room_check.h"
 #include "sim/live/steering_pose_buffer.h"
-#include "sim/physics/nominal_body.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/sensor_errors/random.h"
 #include "walking/steering.h"
@@ -21,15 +20,34 @@
 namespace sim::live {
 namespace {
 
-/// Noise of the readings that the stabiliser is given.
-class ReadingNoise {
+/// The walking robot, its own sensors and what it computes from them: readings with noise for the stabilizer,
+/// and leg odometry.
+class SensingRobot {
  public:
-  ReadingNoise(std::uint64_t seed, const walking::StabilizerOptions& options)
-      : options_(options), gyro_(seed, "felt gyro noise"), accelerometer_(seed, "felt accelerometer noise") {}
+  SensingRobot(const scenario::Scenario& scenario, walking::PatternGenerator plan,
+               const physics::Models& models)
+      : options_(scenario.stabilizer),
+        gyro_(scenario.seed, "felt gyro noise"),
+        accelerometer_(scenario.seed, "felt accelerometer noise"),
+        robot_(std::move(plan), scenario.stabilizer, scenario.world,
+               plant_variation(scenario.seed, scenario.world), models),
+        legs_(robot_.reference().X_PB) {
+    legs_.add(robot_.world().leg_readings());
+  }
 
-  void add_to(walking::SensorReadings& readings) {
-    readings.gyro += normal(gyro_, options_.gyro_sigma_rad_s);
-    readings.accelerometer += normal(accelerometer_, options_.accelerometer_sigma_m_s2);
+  physics::WalkingRobot* operator->() { return &robot_; }
+  const physics::WalkingRobot* operator->() const { return &robot_; }
+  const walking::LegOdometry& legs() const { return legs_; }
+
+  /// Commands the servos of this tick. Returns the readings without noise.
+  walking::SensorReadings command() {
+    const walking::SensorReadings ideal = robot_.world().sensor_readings();
+    legs_.add(ideal);
+    walking::SensorReadings noisy = ideal;
+    noisy.gyro += normal(gyro_, options_.gyro_sigma_rad_s);
+    noisy.accelerometer += normal(accelerometer_, options_.accelerometer_sigma_m_s2);
+    robot_.command(noisy);
+    return ideal;
   }
 
  private:
@@ -40,94 +58,95 @@ class ReadingNoise {
 
   const walking::StabilizerOptions& options_;
   sensor_errors::Random gyro_, accelerometer_;
+  physics::WalkingRobot robot_;
+  walking::LegOdometry legs_;
 };
 
-physics::WalkingRobot robot(const scenario::Scenario& scenario, const std::filesystem::path& models) {
-  walking::PatternGenerator plan(scenario.walk, physics::nominal_body(scenario.world.robot, models));
-  return {std::move(plan), scenario.stabilizer, scenario.world,
-          plant_variation(scenario.seed, scenario.world), models};
-}
+/// Steering, and the poses on their way to it.
+struct SteeringLoop {
+  walking::Steering steering;
+  SteeringPoseBuffer poses;
+};
 
 /// One run. walk() and the functions it calls are in the order of a simulated tick.
 class Run {
  public:
-  Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
-      const std::filesystem::path& models, int threads, const RunObserver& observer);
+  /// folder: of the recording.
+  Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, const physics::Models& models,
+      const std::filesystem::path& folder, int threads, const RunObserver& observer);
 
   void walk(const result::Progress& progress);
-  result::RunRecord record();
-  const result::Timing& timing() const { return timing_; }
-  /// As recordings have always had it: a quotient by 1e9 differs in the last bit.
-  double time_s() const { return 1e-9 * static_cast<double>(robot_.world().time().count()); }
+  result::RunRecord record(const std::filesystem::path& folder);
+  const result::Timing& timing() const { return timing_.all; }
+  /// A quotient by 1e9 would differ in the last bit from what recordings contain.
+  double time_s() const { return 1e-9 * static_cast<double>(robot_->world().time().count()); }
 
  private:
   void command();
   void step_until(slam::Stamp end);
-  void take_frames();
+  void process_frames();
   void stamp_frame();
   void read_imu();
   void deliver_frame();
   void track(slam::Observation observation);
-  void note_place(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
+  void add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
   void steer();
-  result::Ending walk_ending() const;
+  scenario::Ended walk_ending() const;
 
   const scenario::ReadScenario& read_;
   const RunObserver& observer_;
-  std::filesystem::path folder_;
-  physics::WalkingRobot robot_;
-  ReadingNoise noise_{read_.scenario.seed, read_.scenario.stabilizer};
+  SensingRobot robot_;
   Mounting mounting_;
   recording::RecordingSetup setup_;
-  walking::LegOdometry legs_{robot_.reference().X_PB};
   FramePipeline frames_;
   CheckedRecording recording_;
   std::optional<tracking::Tracking> tracking_;
-  std::optional<walking::Steering> steering_;
-  std::optional<SteeringPoseBuffer> places_;  // with steering_
-  slam::Observation next_;                    // the IMU readings since the last frame
-  walking::Wrench left_, right_;              // of the ground on the feet, of the last tick
-  recording::TrueFeet feet_;                  // at its end
-  result::Timing timing_;
-  result::FrameTiming frame_timing_;
+  std::optional<SteeringLoop> steering_;
+  slam::Observation next_;  // the IMU readings since the last frame
+  struct {
+    walking::Wrench left, right;  // of the ground on the feet
+    recording::TrueFeet feet;     // at its end
+  } last_tick_;
+  struct {
+    result::Timing all;
+    result::FrameTiming frame;  // of the next frame
+  } timing_;
 };
 
-Run::Run(const scenario::ReadScenario& read, const std::filesystem::path& folder,
-         const std::filesystem::path& models, int threads, const RunObserver& observer)
+Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, const physics::Models& models,
+         const std::filesystem::path& folder, int threads, const RunObserver& observer)
     : read_(read),
       observer_(observer),
-      folder_(folder / "recording"),
-      robot_(robot(read.scenario, models)),
-      mounting_(mounting(read.scenario, robot_.reference(), models)),
-      setup_(recording_setup(read.scenario, mounting_, robot_.reference().X_PB)),
+      robot_(read.scenario, std::move(plan), models),
+      mounting_(mounting(read.scenario, robot_->reference(), models)),
+      setup_(recording_setup(read.scenario, mounting_, robot_->reference().X_PB)),
       frames_(read.scenario, models, threads > 1),
-      recording_(folder_, setup_, true_motion(robot_.world()), frames_.surfaces()) {
-  legs_.take(robot_.world().leg_readings());
+      recording_(folder, setup_, true_motion(robot_->world()), frames_.surfaces()) {
   if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
   const walking::SteeringOptions& steering = read.scenario.walk.steering;
   if (steering.by == walking::SteeredBy::plan) return;
-  steering_.emplace(steering, robot_.plan());
-  places_.emplace(steering, read.scenario.errors.faults, frames_.lead());
+  steering_.emplace(
+      SteeringLoop{{steering, robot_->plan()}, {steering, read.scenario.errors.faults, frames_.lead()}});
 }
 
 void Run::walk(const result::Progress& progress) {
-  frames_.add_positions(robot_.world());
-  take_frames();
-  while (robot_.walks()) {
+  frames_.add_positions(robot_->world());
+  process_frames();
+  while (robot_->walks()) {
     command();
-    for (const slam::Stamp end = robot_.world().time() + walking::kTick;
-         robot_.is_ok() && robot_.world().time() < end;) {
+    for (const slam::Stamp end = robot_->world().time() + walking::kTick;
+         robot_->is_ok() && robot_->world().time() < end;) {
       step_until(std::min(end, frames_.next_event()));
-      take_frames();
+      process_frames();
     }
     read_imu();
-    feet_ = true_feet(robot_.world(), robot_.reference());
-    recording_.add(feet_);
+    last_tick_.feet = true_feet(robot_->world(), robot_->reference());
+    recording_.add(last_tick_.feet);
     steer();
-    robot_.advance();
-    progress(robot_.progress());
-    if (observer_.ticked) observer_.ticked(robot_.world().time());
+    robot_->advance();
+    progress(robot_->progress());
+    if (observer_.ticked) observer_.ticked(robot_->world().time());
   }
   frames_.draw_all();
   while (!frames_.empty()) deliver_frame();
@@ -135,40 +154,40 @@ void Run::walk(const result::Progress& progress) {
 
 // Every 5 ms.
 void Run::command() {
-  const result::StageClock clock(frame_timing_.plan_and_physics_ms);
-  walking::SensorReadings readings = robot_.world().sensor_readings();
-  recording_.add(recorded(robot_.world().time(), readings));
-  left_ = readings.left, right_ = readings.right;
-  legs_.take(readings);
-  noise_.add_to(readings);
-  robot_.command(readings);
+  const result::StageClock clock(timing_.frame.plan_and_physics_ms);
+  const slam::Stamp now = robot_->world().time();
+  const walking::SensorReadings readings = robot_.command();
+  recording_.add(recorded(now, readings));
+  last_tick_.left = readings.left, last_tick_.right = readings.right;
 }
 
 // In steps of a millisecond.
 void Run::step_until(slam::Stamp end) {
-  const result::StageClock clock(frame_timing_.plan_and_physics_ms);
+  const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   do {
-    robot_.world().step();
-    frames_.add_positions(robot_.world());
-  } while (robot_.is_ok() && robot_.world().time() < end);
+    robot_->world().step();
+    frames_.add_positions(robot_->world());
+  } while (robot_->is_ok() && robot_->world().time() < end);
 }
 
-void Run::take_frames() {
-  const slam::Stamp now = robot_.world().time();
+void Run::process_frames() {
+  const slam::Stamp now = robot_->world().time();
   if (now >= frames_.next_due()) stamp_frame();
   frames_.draw_complete(now);
   while (frames_.is_full()) deliver_frame();
 }
 
 void Run::stamp_frame() {
-  const physics::World& world = robot_.world();
-  const walking::Reference &from = robot_.reference(), &to = robot_.following();
+  const physics::World& world = robot_->world();
+  const walking::Reference &from = robot_->reference(), &to = robot_->following();
   read_imu();
   next_.t = world.time();
   next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
-  next_.plan->legs = leg_motion(legs_, world.leg_readings().q, mounting_.X_BC);
-  if (places_) places_->add(next_.t, *next_.plan);
-  if (observer_.stamped) observer_.stamped({next_.t, world, from, next_.plan->X_PC, feet_, left_, right_});
+  next_.plan->legs = leg_motion(robot_.legs(), world.leg_readings().q, mounting_.X_BC);
+  if (steering_) steering_->poses.add(next_.t, *next_.plan);
+  if (observer_.stamped)
+    observer_.stamped(
+        {next_.t, world, from, next_.plan->X_PC, last_tick_.feet, last_tick_.left, last_tick_.right});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
   recording_.add(
       recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
@@ -176,79 +195,79 @@ void Run::stamp_frame() {
 
 // At the end of each tick, and where a frame is stamped within it.
 void Run::read_imu() {
-  const physics::ImuReading reading = robot_.world().imu_since_last();
+  const physics::ImuReading reading = robot_->world().imu_since_last();
   if (reading.begin == reading.end) return;
   next_.gyro.push_back({reading.begin, reading.end, reading.gyro});
   next_.accelerometer.push_back({reading.begin, reading.end, reading.specific_force});
-  recording_.add(next_.gyro.back(), next_.accelerometer.back(), true_motion(robot_.world()));
+  recording_.add(next_.gyro.back(), next_.accelerometer.back(), true_motion(robot_->world()));
 }
 
 // To the recording and, when the scenario has one, to the filter.
 void Run::deliver_frame() {
   Frame frame = frames_.pop();
   const slam::Stamp t = frame.observation.t;
-  frame_timing_.t = t;
-  frame_timing_.render_ms = frame.render_ms;
-  frame_timing_.encode_ms = frame.encode_ms;
+  timing_.frame.t = t;
+  timing_.frame.render_ms = frame.render_ms;
+  timing_.frame.encode_ms = frame.encode_ms;
   {
-    const result::StageClock clock(frame_timing_.record_ms);
+    const result::StageClock clock(timing_.frame.record_ms);
     recording_.add(frame);
   }
-  tracking::take_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr, observer_.tracking,
-                          [this](slam::Observation observation) { track(std::move(observation)); });
-  if (places_) note_place(t, frame.X_WC);
-  timing_.frames.push_back(std::exchange(frame_timing_, {}));
+  tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
+                             observer_.tracking,
+                             [this](slam::Observation observation) { track(std::move(observation)); });
+  if (steering_) add_steering_pose(t, frame.X_WC);
+  timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
 }
 
 void Run::track(slam::Observation observation) {
   if (!tracking_) return;
-  const result::StageClock clock(frame_timing_.filter_ms);
-  tracking_->take(std::move(observation));
-  frame_timing_.filter_ms += tracking_->take_outside_cpu_ms();
-  frame_timing_.landmarks = tracking_->landmarks();
+  const result::StageClock clock(timing_.frame.filter_ms);
+  tracking_->process(std::move(observation));
+  timing_.frame.filter_ms += tracking_->external_cpu_ms();
+  timing_.frame.landmarks = tracking_->landmarks();
 }
 
 // The estimate after a frame; where the truth is to steer, the truth as if it were one.
-void Run::note_place(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true) {
+void Run::add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true) {
   if (read_.scenario.walk.steering.by == walking::SteeredBy::truth) {
-    places_->add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
+    steering_->poses.add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
   } else if (const tracking::TrackedFrame* const newest = tracking_->newest()) {
     const estimators::PoseEstimate& pose = newest->estimate;
-    places_->add(frame, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
-                 newest->report.health == slam::Health::ok && !tracking_->failed());
+    steering_->poses.add(frame, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
+                         newest->report.health == slam::Health::ok && !tracking_->failed());
   }
 }
 
 // Where a footstep is due, with all frames that it may depend on and no others: whether images are drawn
 // beside the walk makes no difference.
 void Run::steer() {
-  const auto tick = static_cast<std::size_t>(robot_.world().time() / walking::kTick);
-  if (!steering_ || !robot_.is_ok() || !steering_->is_due(robot_.plan(), tick)) return;
-  const slam::Stamp until = places_->usable_until(robot_.world().time());
+  const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
+  if (!steering_ || !robot_->is_ok() || !steering_->steering.is_due(robot_->plan(), tick)) return;
+  const slam::Stamp until = steering_->poses.usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
-  const result::StageClock clock(frame_timing_.plan_and_physics_ms);
-  steering_->decide(robot_.plan(), tick, places_->newest(until));
+  const result::StageClock clock(timing_.frame.plan_and_physics_ms);
+  steering_->steering.decide(robot_->plan(), tick, steering_->poses.newest(until));
 }
 
-result::Ending Run::walk_ending() const {
-  const physics::Status& status = robot_.world().status();
-  if (status.condition == physics::Condition::ok && steering_ && steering_->stopped_s())
-    return {"stopped",
+scenario::Ended Run::walk_ending() const {
+  const physics::Status& status = robot_->world().status();
+  if (status.condition == physics::Condition::ok && steering_ && steering_->steering.stopped_s())
+    return {scenario::Ending::stopped,
             fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
-                        read_.scenario.walk.steering.lost_s, *steering_->stopped_s())};
+                        read_.scenario.walk.steering.lost_s, *steering_->steering.stopped_s())};
   return {ending(status.condition), status.cause};
 }
 
-result::RunRecord Run::record() {
+result::RunRecord Run::record(const std::filesystem::path& folder) {
   frames_.close_camera();
-  if (steering_) recording_.add(recorded(steering_->corrections()));
+  if (steering_) recording_.add(recorded(steering_->steering.corrections()));
   const std::string complaint = recording_.finish();
-  const result::Ending walked = walk_ending();
-  result::RunRecord left{
-      read_, walked.ending, walked.cause, setup_, recording::read_truth(folder_), std::nullopt, ""};
-  if (left.ending != "failed" && !complaint.empty()) left.ending = "failed", left.cause = complaint;
+  result::RunRecord left{read_, walk_ending(), setup_, recording::read_truth(folder), std::nullopt, ""};
+  if (left.walk.ending != scenario::Ending::failed && !complaint.empty())
+    left.walk = {scenario::Ending::failed, complaint};
   if (tracking_) left.tracked = tracking_->finish();
-  left.recording_hash = recording::RecordingReader(folder_).hash();
+  left.recording_hash = recording::RecordingReader(folder).hash();
   return left;
 }
 
@@ -256,12 +275,15 @@ result::RunRecord Run::record() {
 
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
-  require_clear_walk(scenario, place.models);
-  files::DurableFolder folder(place.folder, place.existing);
-  Run live(scenario, folder.path(), place.models, threads, observer);
+  const physics::WorldOptions& world = scenario.scenario.world;
+  const physics::Models models(world.robot, world.room, place.models);
+  walking::PatternGenerator plan = clear_plan(scenario, models);
+  files::AtomicFolder folder(place.folder, place.existing);
+  const std::filesystem::path recording = folder.path() / "recording";
+  Run live(scenario, std::move(plan), models, recording, threads, observer);
   live.walk(progress);
   const result::Outcome outcome =
-      result::write_result(folder.path(), live.record(), place, live.timing(), live.time_s());
+      result::write_result(folder.path(), live.record(recording), place, live.timing(), live.time_s());
   folder.commit();
   return outcome;
 }

@@ -5,7 +5,7 @@
 
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
-#include "sim/tracking/tracking_observer.h"
+#include "sim/tracking/tracking.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
 

@@ -15,8 +15,8 @@ constexpr int kHalfPatch = 6, kSearch = 6, kMargin = kHalfPatch + kSearch + 2;
 constexpr double kSame = 0.95;  // least correlation of a patch with its place in the later image
 constexpr std::size_t kFewest = 30;
 
-cv::Rect around(cv::Point centre, int half) {
-  return {centre.x - half, centre.y - half, 2 * half + 1, 2 * half + 1};
+cv::Rect around(cv::Point center, int half) {
+  return {center.x - half, center.y - half, 2 * half + 1, 2 * half + 1};
 }
 
 // Where in (-1, 1) the parabola through three values at -1, 0 and 1 has its top.

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/pages/run_figures.h"
 #include "sim/score/consistency.h"
 #include "sim/score/run.h"

@@ -7,11 +7,11 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "sim/files/contained_path.h"
 #include "sim/files/csv.h"
-#include "sim/files/inner_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/recording.h"
 #include "sim/score/consistency.h"
 #include "sim/score/trajectory.h"
@@ -206,7 +206,7 @@ std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::pa
     const slam::Stamp t = slam::Stamp(list.integer(0)) - recording::kEpoch;
     while (row < frames.size() && frames[row].t < t) ++row;
     if (row < frames.size() && frames[row].t == t)
-      images[row] = files::inner_file(camera / "data", list.text(1));
+      images[row] = files::contained_path(camera / "data", list.text(1));
   }
   return images;
 }

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "slam/frame_report.h"
 #include "slam/observation.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "sim/files/sha256.h"
+#include "sim/files/hash.h"
 
 // Embeds the files that esbuild makes from web/.
 #define GAITSLAM_EMBED(name, file)                                                          \

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "sim/files/csv.h"
-#include "sim/files/file_error.h"
 #include "sim/files/json.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
+#include "sim/files/text.h"
 #include "sim/files/text_table.h"
 #include "sim/pages/html.h"
 #include "sim/result/score_file.h"

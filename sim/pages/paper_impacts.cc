@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/pages/paper.h"
-#include "sim/score/significance.h"
+#include "sim/score/statistics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/paper.h"
 #include "sim/pages/run_sections.h"

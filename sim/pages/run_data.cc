@@ -9,7 +9,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/result/score_file.h"
 #include "sim/score/consistency.h"
 #include "sim/score/trajectory.h"

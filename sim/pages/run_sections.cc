@@ -8,10 +8,10 @@
 #include <cmath>
 #include <map>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/run_figures.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/pages.h"
 #include "sim/pages/run_figures.h"

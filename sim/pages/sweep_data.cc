@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "sim/files/json.h"
-#include "sim/files/number.h"
 #include "sim/files/text.h"
 #include "sim/pages/sweep.h"
 #include "sim/scenario/keys.h"

@@ -5,8 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "sim/files/number.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/pages.h"
 #include "sim/pages/sweep.h"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "sim/physics/nominal_body.h"
 
@@ -35,10 +36,10 @@ Eigen::Vector3d half_extents(const mjModel& model, int geom) {
 }
 
 Eigen::AlignedBox3d box_around(const mjModel& model, const mjData& data, int geom) {
-  const Eigen::Vector3d centre(data.geom_xpos + 3 * geom);
+  const Eigen::Vector3d center(data.geom_xpos + 3 * geom);
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat + 9 * geom);
   const Eigen::Vector3d half = axes.cwiseAbs() * half_extents(model, geom);
-  return {centre - half, centre + half};
+  return {center - half, center + half};
 }
 
 // A plane of MuJoCo fills the half-space behind it; here it is as large as it is drawn.
@@ -61,9 +62,7 @@ std::string name_of(const mjModel& model, mjtObj type, int id) {
 
 }  // namespace
 
-RoomClearance::RoomClearance(const std::string& robot, const std::string& room,
-                             const std::filesystem::path& models, double margin_m)
-    : model_(load_model(robot, room, models)), margin_(margin_m) {
+RoomClearance::RoomClearance(Model in_room, double margin_m) : model_(std::move(in_room)), margin_(margin_m) {
   mjModel& m = *model_;
   m.nconmax = kContacts;
   data_.reset(mj_makeData(&m));
@@ -94,9 +93,9 @@ void RoomClearance::add_solid(int geom) {
 Eigen::AlignedBox3d RoomClearance::robot_box() const {
   Eigen::AlignedBox3d box;
   for (const int geom : robot_) {
-    const Eigen::Vector3d centre(data_->geom_xpos + 3 * geom);
+    const Eigen::Vector3d center(data_->geom_xpos + 3 * geom);
     const Eigen::Vector3d radius = Eigen::Vector3d::Constant(model_->geom_rbound[geom]);
-    box.extend(centre - radius).extend(centre + radius);
+    box.extend(center - radius).extend(center + radius);
   }
   return box;
 }
@@ -114,7 +113,7 @@ double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
 }
 
 // Whether there is a contact within the margin MuJoCo knows exactly; the distance of what is apart it
-// overrates or underrates, by centimetres for ellipsoids and cylinders: it only chooses what is named.
+// overrates or underrates, by centimeters for ellipsoids and cylinders: it only chooses what is named.
 Clearance RoomClearance::at(const double* positions) {
   std::copy_n(positions, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
@@ -141,9 +140,8 @@ Collision RoomClearance::collision(int robot_geom, int room_geom, const Eigen::V
   return {name_of(m, mjOBJ_BODY, m.geom_bodyid[robot_geom]), object, p_W};
 }
 
-std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, const WorldOptions& world,
-                                                const std::filesystem::path& models) {
-  RoomClearance room(world.robot, world.room, models, kPlannedMargin_m);
+std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, Model in_room) {
+  RoomClearance room(std::move(in_room), kPlannedMargin_m);
   double looked_at_s = 0, free_s = 0;  // free_s: for how long nothing can come near
   for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
     const walking::Reference reference = plan.next();

@@ -3,13 +3,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/physics/model.h"
-#include "sim/physics/options.h"
 #include "walking/pattern_generator.h"
 
 namespace sim::physics {
@@ -34,10 +32,8 @@ struct Clearance {
 /// The robot is all that is drawn of it, and its soles.
 class RoomClearance {
  public:
-  /// margin_m: what is nearer than that is a collision; 0: what touches. Throws std::runtime_error when the
-  /// model does not load.
-  RoomClearance(const std::string& robot, const std::string& room, const std::filesystem::path& models,
-                double margin_m = 0);
+  /// margin_m: what is nearer than that is a collision; 0: what touches.
+  explicit RoomClearance(Model in_room, double margin_m = 0);
 
   /// positions: all of the robot's model (qpos).
   Clearance at(const double* positions);
@@ -73,8 +69,7 @@ struct PlannedCollision : Collision {
 };
 
 /// The first time at which the planned posture, the plan's world being W, is nearer than kPlannedMargin_m to
-/// the room. Throws std::runtime_error when a model does not load.
-std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, const WorldOptions& world,
-                                                const std::filesystem::path& models);
+/// the room.
+std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, Model in_room);
 
 }  // namespace sim::physics

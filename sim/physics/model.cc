@@ -71,6 +71,12 @@ Model load_model(const std::string& robot, const std::string& room, const std::f
   return model;
 }
 
+Model copy_of(const Model& model) { return Model(mj_copyModel(nullptr, model.get())); }
+
+Models::Models(const std::string& robot, const std::string& room, const std::filesystem::path& folder)
+    : on_floor(load_model(robot, kPhysicalRoom, folder, Shapes::colliding)),
+      in_room(load_model(robot, room, folder)) {}
+
 std::string take_warning() {
   std::string warning = last_warning.data();
   last_warning[0] = '\0';

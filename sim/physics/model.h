@@ -34,6 +34,18 @@ enum class Shapes { all, colliding };
 Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 
+/// An independent copy, which opens no file.
+Model copy_of(const Model& model);
+
+/// The models of a run: each file is opened once, whoever needs a model of its own copies these.
+struct Models {
+  /// Throws std::runtime_error if a model does not load.
+  Models(const std::string& robot, const std::string& room, const std::filesystem::path& folder);
+
+  Model on_floor;  ///< the robot on kPhysicalRoom, with shapes that collide only: what is stepped
+  Model in_room;   ///< robot and furnished room, all shapes
+};
+
 /// The last warning of MuJoCo since this was called before; empty if there was none.
 std::string take_warning();
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <memory>
+#include <utility>
 
 #include "sim/physics/model.h"
 
@@ -13,9 +14,7 @@ namespace {
 
 class NominalBody {
  public:
-  NominalBody(const std::string& robot, const std::filesystem::path& models)
-      : model_(load_model(robot, kPhysicalRoom, models, Shapes::colliding)),
-        data_(mj_makeData(model_.get())) {
+  explicit NominalBody(Model on_floor) : model_(std::move(on_floor)), data_(mj_makeData(model_.get())) {
     for (int joint = 0; joint < walking::kJoints; ++joint) {
       // The actuators are in the order of JointVector.
       velocity_[joint] = model_->jnt_dofadr[model_->actuator_trnid[2 * joint]];
@@ -56,7 +55,11 @@ walking::BodyMomentum NominalBody::momentum(const walking::BodyMotion& motion) {
 }  // namespace
 
 walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models) {
-  const auto body = std::make_shared<NominalBody>(robot, models);
+  return nominal_body(load_model(robot, kPhysicalRoom, models, Shapes::colliding));
+}
+
+walking::WholeBody nominal_body(Model on_floor) {
+  const auto body = std::make_shared<NominalBody>(std::move(on_floor));
   return [body](const walking::BodyMotion& motion) { return body->momentum(motion); };
 }
 

@@ -6,7 +6,8 @@
 #include <filesystem>
 #include <string>
 
-#include "walking/whole_body.h"
+#include "sim/physics/model.h"
+#include "walking/kinematics.h"
 
 struct mjModel_;
 
@@ -15,6 +16,7 @@ namespace sim::physics {
 /// the ankles' bushes are at rest. Copies share one state: not for use from several threads. Throws
 /// std::runtime_error when the model does not load.
 walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models);
+walking::WholeBody nominal_body(Model on_floor);
 
 /// All positions (qpos) of the model with its robot in this pose and the ankles' bushes at rest.
 Eigen::VectorXd robot_positions(const mjModel_& model, const walking::BodyPose& pose);

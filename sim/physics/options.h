@@ -22,12 +22,11 @@ struct Push {
   double duration_s = 0.1;
 
   static void keys(auto&& key) {
-    key.number("time_s", &Push::time_s, 0, 1e6, "time at which the push begins");
-    key.number("impulse_ns", &Push::impulse_ns, -1e4, 1e4,
-               "impulse of the constant horizontal force on the waist");
-    key.degrees("direction_deg", &Push::direction_rad, -36000, 36000,
-                "direction of the force, by the waist's heading: 0 is ahead, 90 to the left");
-    key.number("duration_s", &Push::duration_s, 0.001, 100, "duration of the force");
+    number<&Push::time_s>(key, 0, 1e6, "time at which the push begins");
+    number<&Push::impulse_ns>(key, -1e4, 1e4, "impulse of the constant horizontal force on the waist");
+    degrees<&Push::direction_rad>(
+        key, -36000, 36000, "direction of the force, by the waist's heading: 0 is ahead, 90 to the left");
+    number<&Push::duration_s>(key, 0.001, 100, "duration of the force");
   }
 };
 
@@ -38,12 +37,11 @@ struct FloorPatch {
   double friction = kFloorFriction;
 
   static void keys(auto&& key) {
-    key.number("x_min_m", &FloorPatch::x_min_m, -1e4, 1e4, "least x of the rectangle in the world");
-    key.number("x_max_m", &FloorPatch::x_max_m, -1e4, 1e4, "greatest x of the rectangle in the world");
-    key.number("y_min_m", &FloorPatch::y_min_m, -1e4, 1e4, "least y of the rectangle in the world");
-    key.number("y_max_m", &FloorPatch::y_max_m, -1e4, 1e4, "greatest y of the rectangle in the world");
-    key.number("friction", &FloorPatch::friction, 0.01, 5,
-               "sliding friction of sole on floor in the rectangle");
+    number<&FloorPatch::x_min_m>(key, -1e4, 1e4, "least x of the rectangle in the world");
+    number<&FloorPatch::x_max_m>(key, -1e4, 1e4, "greatest x of the rectangle in the world");
+    number<&FloorPatch::y_min_m>(key, -1e4, 1e4, "least y of the rectangle in the world");
+    number<&FloorPatch::y_max_m>(key, -1e4, 1e4, "greatest y of the rectangle in the world");
+    number<&FloorPatch::friction>(key, 0.01, 5, "sliding friction of sole on floor in the rectangle");
   }
 
   /// What no single key can know; empty when nothing is wrong.
@@ -69,12 +67,13 @@ struct WorldOptions {
     double left_fraction = 0.15;
 
     static void keys(auto&& key) {
-      key.number("from_s", &LightsOff::from_s, 0, 1e6, "time at which the room's lamps are switched off");
-      key.number("duration_s", &LightsOff::duration_s, 0, 1e6,
-                 "time for which the room's lamps stay off; 0: they stay on");
-      key.number("left_fraction", &LightsOff::left_fraction, 0, 1,
-                 "part of their light that surfaces still get while the lamps are off; windows and screens "
-                 "shine on");
+      number<&LightsOff::from_s>(key, 0, 1e6, "time at which the room's lamps are switched off");
+      number<&LightsOff::duration_s>(key, 0, 1e6,
+                                     "time for which the room's lamps stay off; 0: they stay on");
+      number<&LightsOff::left_fraction>(
+          key, 0, 1,
+          "part of their light that surfaces still get while the lamps are off; windows and screens "
+          "shine on");
     }
   } lights_off;
 
@@ -88,33 +87,31 @@ struct WorldOptions {
     double floor_height_m = 0.001;
 
     static void keys(auto&& key) {
-      key.number("friction", &Variation::friction, 0, 1e3, "standard deviation of floor_friction over seeds");
-      key.number("joint_offset_rad", &Variation::joint_offset_rad, 0, 0.1,
-                 "standard deviation of each joint's zero over seeds");
-      key.number("mass_fraction", &Variation::mass_fraction, 0, 0.2,
-                 "standard deviation of each link's mass over seeds, relative");
-      key.number("com_m", &Variation::com_m, 0, 0.1,
-                 "standard deviation of each link's centre of mass over seeds, along each axis");
-      key.number("posture_rad", &Variation::posture_rad, 0, 0.1,
-                 "standard deviation of each joint's angle at the start over seeds");
-      key.number("servo_fraction", &Variation::servo_fraction, 0, 0.2,
-                 "standard deviation of each servo's gain over seeds, relative");
-      key.number("floor_height_m", &Variation::floor_height_m, 0, 0.01,
-                 "standard deviation of the floor's height, in waves of 1 to 4 m");
+      number<&Variation::friction>(key, 0, 1e3, "standard deviation of floor_friction over seeds");
+      number<&Variation::joint_offset_rad>(key, 0, 0.1, "standard deviation of each joint's zero over seeds");
+      number<&Variation::mass_fraction>(key, 0, 0.2,
+                                        "standard deviation of each link's mass over seeds, relative");
+      number<&Variation::com_m>(
+          key, 0, 0.1, "standard deviation of each link's center of mass over seeds, along each axis");
+      number<&Variation::posture_rad>(key, 0, 0.1,
+                                      "standard deviation of each joint's angle at the start over seeds");
+      number<&Variation::servo_fraction>(key, 0, 0.2,
+                                         "standard deviation of each servo's gain over seeds, relative");
+      number<&Variation::floor_height_m>(key, 0, 0.01,
+                                         "standard deviation of the floor's height, in waves of 1 to 4 m");
     }
   } variation;
 
   static void keys(auto&& key) {
-    key.value("robot", &WorldOptions::robot, "model of the robot, models/<robot>.xml");
-    key.value("room", &WorldOptions::room,
-              "model of the room, models/<room>.xml: what the head camera sees and the robot must not touch");
-    key.value("seed", &WorldOptions::seed, "seed of the patterns painted on the room's surfaces");
-    key.number("floor_friction", &WorldOptions::floor_friction, 0.01, 5, "sliding friction of sole on floor");
-    key.value("floor_patches", &WorldOptions::floor_patches,
-              "rectangles of the floor with a friction of their own");
-    key.value("pushes", &WorldOptions::pushes, "pushes against the waist");
-    key.part("lights_off", &WorldOptions::lights_off);
-    key.part("variation", &WorldOptions::variation);
+    value<&WorldOptions::robot>(key, "model of the robot, models/<robot>.xml");
+    value<&WorldOptions::room>(
+        key, "model of the room, models/<room>.xml: what the head camera sees and the robot must not touch");
+    value<&WorldOptions::seed>(key, "seed of the patterns painted on the room's surfaces");
+    number<&WorldOptions::floor_friction>(key, 0.01, 5, "sliding friction of sole on floor");
+    value<&WorldOptions::floor_patches>(key, "rectangles of the floor with a friction of their own");
+    value<&WorldOptions::pushes>(key, "pushes against the waist");
+    part<&WorldOptions::lights_off>(key);
+    part<&WorldOptions::variation>(key);
   }
 };
 

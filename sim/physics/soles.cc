@@ -83,14 +83,14 @@ void Soles::add_contact_forces(const mjModel& model, const mjData& data, std::si
   if (n == 0) return;
   // The rigid motion nearest to the motion of the pads.
   const double dt = model.opt.timestep, count = static_cast<double>(n);
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero(), mean = Eigen::Vector2d::Zero();
+  Eigen::Vector2d center = Eigen::Vector2d::Zero(), mean = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < n; ++i) {
-    centre += pads[i].place / count;
+    center += pads[i].place / count;
     mean += pads[i].creep_velocity / count;
   }
   double turn = 0, spread = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector2d r = pads[i].place - centre, v = pads[i].creep_velocity;
+    const Eigen::Vector2d r = pads[i].place - center, v = pads[i].creep_velocity;
     turn += r.x() * v.y() - r.y() * v.x();
     spread += r.squaredNorm();
   }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 
 namespace sim::physics {
 namespace {
@@ -27,8 +27,8 @@ WorldOptions without_pushes(WorldOptions options) {
 }  // namespace
 
 WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
-                           const WorldOptions& options, const PlantVariation& draw,
-                           const std::filesystem::path& models, const Eigen::Isometry3d& X_WP)
+                           const WorldOptions& options, const PlantVariation& draw, const Models& models,
+                           const Eigen::Isometry3d& X_WP)
     : plan_(std::move(plan)),
       stabilizer_(stabilizer),
       q_(walking::inverse_kinematics(walking::posture_of(reference_)).q),

@@ -1,7 +1,5 @@
-// A robot that walks its plan: pattern generator, stabiliser, inverse kinematics and physics, tick by tick.
+// A robot that walks its plan: pattern generator, stabilizer, inverse kinematics and physics, tick by tick.
 #pragma once
-
-#include <filesystem>
 
 #include "sim/physics/world.h"
 #include "walking/pattern_generator.h"
@@ -15,7 +13,7 @@ class WalkingRobot {
   /// Stands in the plan's first posture, the plan's world P being at X_WP, and has come to rest there: loaded
   /// pads, bushes and servos give way by some mm, which is over before t = 0.
   WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
-               const WorldOptions& options, const PlantVariation& draw, const std::filesystem::path& models,
+               const WorldOptions& options, const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());
 
   /// Whether the plan goes on and the robot has neither fallen nor ended otherwise.
@@ -24,7 +22,7 @@ class WalkingRobot {
   /// The part of the plan that has been carried out, 0 ... 1.
   double progress() const { return static_cast<double>(tick_) / static_cast<double>(plan_.ticks()); }
 
-  /// Plan -> stabiliser -> inverse kinematics -> servos.
+  /// Plan -> stabilizer -> inverse kinematics -> servos.
   void command(const walking::SensorReadings& readings);
   /// Goes on to the next tick of the plan.
   void advance();

@@ -62,12 +62,12 @@ std::vector<std::string> joint_names() {
 }
 
 World::World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
-             const Eigen::Isometry3d& X_WB, const std::filesystem::path& models)
-    : model_(load_model(options.robot, kPhysicalRoom, models, Shapes::colliding)),
+             const Eigen::Isometry3d& X_WB, const Models& models)
+    : model_(copy_of(models.on_floor)),
       data_(mj_makeData(model_.get())),
       soles_(*model_, draw.floor_friction, options.floor_patches, draw.floor),
-      room_(options.robot, options.room, models),
       pushes_(options.pushes) {
+  if (options.room != kPhysicalRoom) room_.emplace(copy_of(models.in_room));
   find_ids();
   apply(draw);
   place(draw.posture_rad.size() == 0 ? q : walking::JointVector(q + draw.posture_rad), X_WB);
@@ -105,7 +105,7 @@ void World::apply(const PlantVariation& draw) {
   };
   check(draw.joint_offset_rad.size(), walking::kJoints, "joint offsets");
   check(draw.mass_scale.size(), walking::kJoints + 1, "masses");
-  check(draw.com_offset_m.cols(), walking::kJoints + 1, "centres of mass");
+  check(draw.com_offset_m.cols(), walking::kJoints + 1, "centers of mass");
   check(draw.posture_rad.size(), walking::kJoints, "posture");
   check(draw.servo_scale.size(), walking::kJoints, "servos");
   if (draw.joint_offset_rad.size() != 0) offset_ = draw.joint_offset_rad;
@@ -169,7 +169,7 @@ const Status& World::step() {
   mj_step1(model_.get(), data_.get());
   time_ += kStep;
   status_ = check();
-  if (status_.condition == Condition::ok && time_ >= next_look_) look_around();
+  if (status_.condition == Condition::ok && room_ && time_ >= next_look_) look_around();
   return status_;
 }
 
@@ -181,7 +181,7 @@ void World::read_forces_at(std::chrono::nanoseconds end) {
 
 // What is far away cannot be touched soon: most steps need no look.
 void World::look_around() {
-  const Clearance clearance = room_.at(data_->qpos);
+  const Clearance clearance = room_->at(data_->qpos);
   next_look_ = time_ + std::chrono::nanoseconds(
                            std::llround(1e9 * std::min(clearance.distance_m / kFastest_m_s, 1.0)));
   if (!clearance.collision) return;

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
-#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,9 +35,9 @@ class World {
  public:
   /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved
   /// vertically until the lower pad of a sole touches the floor (z = 0 but for its unevenness). Throws
-  /// std::runtime_error when a model does not load, and std::invalid_argument when a draw has the wrong size.
+  /// std::invalid_argument if a part of the variation has the wrong size.
   World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
-        const Eigen::Isometry3d& X_WB, const std::filesystem::path& models);
+        const Eigen::Isometry3d& X_WB, const Models& models);
 
   /// What the servos are to follow until the next command: joint angles (rad) and their velocities (rad/s).
   void command(const walking::JointVector& q, const walking::JointVector& dq);
@@ -54,7 +54,7 @@ class World {
   /// Encoders, and the wrenches on the soles at the end of the last tick; no IMU.
   walking::SensorReadings leg_readings() const;
 
-  /// Readings for the stabiliser, gyro and accelerometer as means since the last call (or the start).
+  /// Readings for the stabilizer, gyro and accelerometer as means since the last call (or the start).
   walking::SensorReadings sensor_readings();
 
   /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
@@ -63,14 +63,14 @@ class World {
   /// Load and creep of the left and the right sole since the last call (or the start).
   std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
 
-  /// True poses in W. Ground truth: for the score alone, never for filter, stabiliser or plan.
+  /// True poses in W. Ground truth: for the score alone, never for filter, stabilizer or plan.
   Eigen::Isometry3d X_WB() const;  ///< waist
   Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
   Eigen::Isometry3d X_WG() const;  ///< chest IMU
   Eigen::Vector3d v_WG() const;    ///< velocity of the chest IMU, m/s in W
   Eigen::Isometry3d X_WL() const;  ///< left sole, below the ankle
   Eigen::Isometry3d X_WR() const;  ///< right sole
-  Eigen::Vector3d com() const;     ///< centre of mass of the whole robot
+  Eigen::Vector3d com() const;     ///< center of mass of the whole robot
 
   /// For the renderer.
   const mjModel_* model() const { return model_.get(); }
@@ -101,7 +101,7 @@ class World {
   Data data_;
   Ids ids_;
   Soles soles_;
-  RoomClearance room_;
+  std::optional<RoomClearance> room_;      // absent if the room is a bare floor
   std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before
   std::vector<Push> pushes_;
   walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's

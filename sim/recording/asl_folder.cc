@@ -6,13 +6,10 @@
 #include <array>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/inner_file.h"
+#include "sim/files/contained_path.h"
 #include "sim/files/text.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/plan_row.h"
 #include "sim/recording/recording_format.h"
-#include "sim/recording/sensor_bounds.h"
-#include "sim/recording/stamped_rows.h"
 
 namespace sim::recording {
 namespace {
@@ -40,7 +37,7 @@ class Readings {
   explicit Readings(const fs::path& file) : rows_(rows_of(file, 4)) { read(); }
 
   /// Moves what lies before `until` into the observation.
-  void take(slam::Stamp until, slam::Observation& o) {
+  void move_to(slam::Stamp until, slam::Observation& o) {
     while (now_ && now_->begin < until) {
       const slam::Stamp end = std::min(now_->end, until);
       o.gyro.push_back({now_->begin, end, now_->gyro});
@@ -162,7 +159,7 @@ struct AslFolder::Files {
   std::optional<StampedRows> plan;
 
   cv::Mat image() const {
-    const fs::path file = files::inner_file(folder / kCameraFolder, camera.row().text(1));
+    const fs::path file = files::contained_path(folder / kCameraFolder, camera.row().text(1));
     if (!fs::is_regular_file(file)) camera.row().fail(1, "no such image: " + file.string());
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
     return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
@@ -189,7 +186,7 @@ std::optional<slam::Observation> AslFolder::next() {
   slam::Observation o;
   o.t = t - f.start;
   o.image = f.image();
-  f.readings.take(t, o);
+  f.readings.move_to(t, o);
   f.any_reading |= !o.gyro.empty();
   for (auto* samples : {&o.gyro, &o.accelerometer})
     for (slam::InertialSample& sample : *samples) sample.begin -= f.start, sample.end -= f.start;

@@ -1,4 +1,5 @@
-// A fast coder of grey PNG images: coding them is a tenth of a run, decoding them most of a replay from the disk.
+// A fast coder of grey PNG images: coding them is a tenth of a run, decoding them most of a replay from the
+// disk.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -3,11 +3,19 @@
 
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string_view>
 
-#include "sim/recording/image_size.h"
-
 namespace sim::recording {
+
+struct ImageSize {
+  int width = 0, height = 0;  ///< px
+  bool operator==(const ImageSize&) const = default;
+};
+
+/// Of a PNG, a JPEG or a binary PGM or PPM. Nothing where the bytes are no such file, or its header is
+/// damaged or gives more than 2^30 pixels a side.
+std::optional<ImageSize> image_size(std::string_view bytes);
 
 /// Throws files::FileError unless the header of a PNG, JPEG, PGM or PPM gives this size; decodes nothing.
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size);

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/files/contained_path.h"
 #include "sim/files/csv.h"
-#include "sim/files/inner_file.h"
 
 namespace sim::recording {
 namespace {
@@ -47,7 +47,7 @@ Manifest::Manifest(const fs::path& folder) : folder_(folder) {
   if (!fs::exists(file))
     throw files::FileError(file, "is missing: not a recording, or one that was never finished");
   files::CsvReader rows(file, {kHeader});
-  files::InnerFiles listed(folder);
+  files::ContainedPaths listed(folder);
   while (rows.next()) {
     if (rows.text(0).size() != 32) rows.fail(0, "expected a hash of 32 hexadecimal digits");
     if (rows.integer(1) < 0) rows.fail(1, "a size below zero");

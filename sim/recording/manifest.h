@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
-#include "sim/files/hashed_file.h"
-#include "sim/files/input_file.h"
+#include "sim/files/hash.h"
+#include "sim/files/text.h"
 
 namespace sim::recording {
 

@@ -26,8 +26,8 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/files/tum.h"
-#include "sim/recording/body_sensors.h"
+#include "sim/files/trajectory_file.h"
+#include "sim/score/types.h"
 #include "slam/observation.h"
 #include "slam/options.h"
 
@@ -74,21 +74,15 @@ struct TrueMotion {
   Eigen::Vector3d v_WG = Eigen::Vector3d::Zero();  ///< m/s in W
 };
 
-/// A surface of the room: kind plane, box, sphere, cylinder, ellipsoid or capsule, sized by half-lengths as
-/// in MJCF.
-struct RecordedSurface {
-  std::string kind;
-  Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();
-};
-
-/// How steering corrected a footstep: x, y (m), yaw (rad) each.
-struct CorrectedStep {
-  slam::Stamp t{0};  ///< of the decision
-  bool left = false;
-  Eigen::Vector3d desired = Eigen::Vector3d::Zero();   ///< landing that the path wants, in W
-  Eigen::Vector3d expected = Eigen::Vector3d::Zero();  ///< landing without the correction, in W, as estimated
-  Eigen::Vector3d correction = Eigen::Vector3d::Zero();  ///< in axes of the expected landing
+/// Readings of the sensors of the body at one instant: for other programs, not for the filter.
+struct BodyReading {
+  struct Wrench {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(),  ///< N
+        torque = Eigen::Vector3d::Zero();             ///< N·m about the point of the sole below the ankle
+  };
+  slam::Stamp t{0};
+  Eigen::VectorXd q;   ///< rad, one for each joint of the setup
+  Wrench left, right;  ///< of the ground on each foot, axes of the sole
 };
 
 /// Writes a recording as the run goes on; memory does not grow with its length. Throws FileError when a file
@@ -106,10 +100,10 @@ class RecordingWriter {
   void add(const TruePoses& poses);      ///< once per frame
   void add(const TrueMotion& motion);    ///< at any rate
   void add(const TrueFeet& feet);        ///< at any rate
-  void add(const RecordedSurface& surface);
+  void add(const score::Surface& surface);
 
   /// All steps that a steered walk was free to correct; a walk that is not steered has no such file.
-  void add(const std::vector<CorrectedStep>& steps);
+  void add(const std::vector<score::StepCorrection>& steps);
 
   /// A small file of the recording's own, listed in the manifest.
   void add(const std::string& name, std::string_view text);
@@ -148,8 +142,8 @@ class RecordingReader {
 struct Truth {
   std::vector<files::TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
   std::vector<TrueFeet> feet;                               ///< empty in a recording that has none
-  std::vector<RecordedSurface> surfaces;
-  std::vector<CorrectedStep> corrected_steps;  ///< empty unless the walk was steered
+  std::vector<score::Surface> surfaces;
+  std::vector<score::StepCorrection> corrected_steps;  ///< empty unless the walk was steered
 };
 
 /// Opens a recording's truth, which is done only once the filter has finished. Throws FileError as

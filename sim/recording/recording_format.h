@@ -1,11 +1,66 @@
-// The names and column titles of a recording's files, for its writer and its readers.
+// The format of a recording's files, for its writer and its readers: names, column titles and rows.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/files/csv.h"
+#include "sim/recording/recording.h"
 #include "slam/observation.h"
+
+namespace sim::recording {
+
+/// Always holds one row, read ahead. Stamps in the file are from 0 to 9e18 ns and rise from row to row. All
+/// members throw FileError.
+class StampedRows {
+ public:
+  /// epoch: how much later the stamps in the file are than those that stamp() gives.
+  explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0});
+  StampedRows(const StampedRows&) = delete;
+  StampedRows& operator=(const StampedRows&) = delete;
+
+  /// Stamp of the row at hand; nothing after the last.
+  std::optional<slam::Stamp> stamp() const { return stamp_; }
+  const files::CsvReader& row() const { return csv_; }
+  void advance();
+
+ private:
+  files::CsvReader csv_;
+  slam::Stamp epoch_;
+  std::optional<slam::Stamp> stamp_;
+};
+
+// A row of plan0/data.csv: the planned motion of the camera at a frame.
+
+/// The header of the rows of plans like this one: all of a file have leg odometry, or none has.
+const std::string& plan_header(const slam::PlannedMotion& plan);
+
+/// The fields of a row under its header that follow its stamp; the same bits are read back.
+std::string plan_fields(const slam::PlannedMotion& plan);
+
+/// The plan of a row under either header. Throws FileError.
+slam::PlannedMotion read_plan_row(const files::CsvReader& row);
+
+/// The fields 1 to 3 and 4 to 6 of a row of an IMU. Throw FileError if a reading is beyond any sensor.
+Eigen::Vector3d angular_rate(const files::CsvReader& row);  ///< rad/s
+Eigen::Vector3d acceleration(const files::CsvReader& row);  ///< m/s^2
+
+/// A sensor of the body, folder mav0/<name>, recorded only for other programs.
+struct BodySensor {
+  std::string name;
+  std::string type, comment;                                       ///< of sensor.yaml
+  std::string (*yaml)(const std::vector<std::string>& joints);     ///< further lines of sensor.yaml
+  std::string (*columns)(const std::vector<std::string>& joints);  ///< titles of data.csv, each after a comma
+  std::string (*values)(const BodyReading& reading);               ///< fields of a row, each after a comma
+};
+
+/// All of them, in the order of the manifest.
+const std::vector<BodySensor>& body_sensors();
+
+}  // namespace sim::recording
 
 namespace sim::recording::recording_format {
 
@@ -62,7 +117,7 @@ inline const std::string kSurfacesHeader =
 /// slam::Support in words, in the order of its values.
 inline const std::array<std::string, 3> kSupport{"both", "left", "right"};
 
-/// The kinds of RecordedSurface.
+/// score::Surface::Kind in words, in the order of its values.
 inline const std::array<std::string, 6> kSurfaceKinds{"plane",    "box",       "sphere",
                                                       "cylinder", "ellipsoid", "capsule"};
 

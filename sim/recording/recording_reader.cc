@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <utility>
 
+#include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
-#include "sim/recording/plan_row.h"
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
-#include "sim/recording/sensor_bounds.h"
 #include "sim/recording/sensor_yaml.h"
-#include "sim/recording/stamped_rows.h"
 
 namespace sim::recording {
 namespace {
@@ -58,24 +57,26 @@ std::vector<TrueFeet> read_feet(const Manifest& manifest) {
 }
 
 // Steps are decided at least a tick apart, and the time is that of the decision.
-std::vector<CorrectedStep> read_corrected_steps(const Manifest& manifest) {
-  std::vector<CorrectedStep> steps;
+std::vector<score::StepCorrection> read_corrected_steps(const Manifest& manifest) {
+  std::vector<score::StepCorrection> steps;
   StampedRows rows = rows_of(manifest, kCorrectedSteps, {kCorrectedStepsHeader});
   for (; rows.stamp(); rows.advance()) {
     const files::CsvReader& row = rows.row();
     if (row.text(1) != "left" && row.text(1) != "right") row.fail(1, "expected left or right");
-    steps.push_back({*rows.stamp(), row.text(1) == "left", row.vector(2), row.vector(5), row.vector(8)});
+    steps.push_back({*rows.stamp(), row.number(8), row.number(9), row.number(10), row.text(1) == "left",
+                     row.vector(2), row.vector(5)});
   }
   return steps;
 }
 
-std::vector<RecordedSurface> read_surfaces(const Manifest& manifest) {
-  std::vector<RecordedSurface> surfaces;
+std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
+  std::vector<score::Surface> surfaces;
   files::CsvReader rows(manifest.check(kSurfaces), {kSurfacesHeader});
   while (rows.next()) {
-    if (std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0)) == kSurfaceKinds.end())
+    const auto kind = std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0));
+    if (kind == kSurfaceKinds.end())
       rows.fail(0, "expected plane, box, sphere, cylinder, ellipsoid or capsule");
-    surfaces.push_back({std::string(rows.text(0)), rows.pose(1), rows.vector(13)});
+    surfaces.push_back({score::Surface::Kind(kind - kSurfaceKinds.begin()), rows.pose(1), rows.vector(13)});
   }
   return surfaces;
 }
@@ -173,6 +174,26 @@ Truth read_truth(const fs::path& folder) {
   truth.surfaces = read_surfaces(manifest);
   if (manifest.lists(kCorrectedSteps)) truth.corrected_steps = read_corrected_steps(manifest);
   return truth;
+}
+
+std::optional<slam::Observation> FilterInput::next() {
+  while (arrived_.empty() && !ended_) {
+    std::optional<slam::Observation> ideal = reader_.next();
+    ended_ = !ideal;
+    for (slam::Observation& o : ideal ? errors_.process(std::move(*ideal)) : errors_.flush())
+      arrived_.push_back(std::move(o));
+  }
+  if (arrived_.empty()) return std::nullopt;
+  slam::Observation next = std::move(arrived_.front());
+  arrived_.pop_front();
+  return next;
+}
+
+std::optional<slam::Observation> FilterInput::next_in_order() {
+  std::optional<slam::Observation> observation = next();
+  while (observation && last_ && observation->t <= *last_) observation = next();
+  if (observation) last_ = observation->t;
+  return observation;
 }
 
 }  // namespace sim::recording

@@ -5,7 +5,6 @@
 
 #include "sim/recording/grey_png.h"
 #include "sim/recording/manifest.h"
-#include "sim/recording/plan_row.h"
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
 #include "sim/recording/sensor_yaml.h"
@@ -172,19 +171,17 @@ void RecordingWriter::add(const TrueFeet& feet) {
   files_->feet.add(feet.t, foot_fields(feet.left) + foot_fields(feet.right));
 }
 
-void RecordingWriter::add(const RecordedSurface& surface) {
-  require(std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), surface.kind) != kSurfaceKinds.end(),
-          "a surface is of no known kind");
-  files_->surfaces.file.write(fmt::format("{},{},{}\n", surface.kind, files::csv_fields(surface.X_WS),
-                                          files::csv_fields(surface.size)));
+void RecordingWriter::add(const score::Surface& surface) {
+  files_->surfaces.file.write(fmt::format("{},{},{}\n", kSurfaceKinds.at(std::size_t(surface.kind)),
+                                          files::csv_fields(surface.X_WS), files::csv_fields(surface.size)));
 }
 
-void RecordingWriter::add(const std::vector<CorrectedStep>& steps) {
+void RecordingWriter::add(const std::vector<score::StepCorrection>& steps) {
   std::string text = kCorrectedStepsHeader + "\n";
-  for (const CorrectedStep& step : steps)
+  for (const score::StepCorrection& step : steps)
     text += fmt::format("{},{},{},{},{}\n", file_stamp(step.t), kSupport[step.left ? 1 : 2],
                         files::csv_fields(step.desired), files::csv_fields(step.expected),
-                        files::csv_fields(step.correction));
+                        files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
   files_->write_whole(kCorrectedSteps, text);
 }
 

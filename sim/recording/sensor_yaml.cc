@@ -6,10 +6,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
-#include "sim/files/number.h"
-#include "sim/recording/sensor_bounds.h"
+#include "sim/files/text.h"
 #include "slam/camera.h"
 
 namespace sim::recording {
@@ -17,7 +17,8 @@ namespace {
 
 // OpenCV's reader requires this directive on the first line; yaml-cpp does not know its version.
 constexpr const char* kDirective = "%YAML:1.0";
-constexpr int kLeastSide = 32, kLargestSide = 8192;  // px of a camera: its images fit into memory
+constexpr double kLeastRate = 1e-3, kLargestRate = 1e6;  // Hz
+constexpr int kLeastSide = 32, kLargestSide = 8192;      // px of a camera: its images fit into memory
 constexpr const char *kOneParameter = "one-parameter-radial", *kRadialTangential = "radial-tangential",
                      *kEquidistant = "equidistant";
 
@@ -67,7 +68,7 @@ class Yaml {
     } catch (const YAML::Exception& error) {
       fail(error.mark, error.msg);
     }
-    require_plausible(file_, root_);
+    if (root_.IsMap()) require_plausible();
   }
 
   YAML::Node at(const std::string& key) const {
@@ -114,6 +115,31 @@ class Yaml {
   }
 
  private:
+  void require_plausible() const {
+    require_keys_once(root_);
+    for (const char* pose : {"T_BS", "T_SB", "T_WC_start"})
+      if (root_[pose] && root_[pose].IsMap()) require_keys_once(root_[pose]);
+    if (root_["rate_hz"]) require_rate(root_["rate_hz"]);
+  }
+
+  void require_keys_once(const YAML::Node& map) const {
+    std::map<std::string, int> lines;
+    for (const auto& entry : map) {
+      const std::string& key = entry.first.Scalar();
+      const YAML::Mark mark = entry.first.Mark();
+      const auto [first, is_new] = lines.emplace(key, mark.line + 1);
+      if (!is_new && entry.first.IsScalar())
+        fail(mark, fmt::format("{}: given twice, first in line {}, expected once", key, first->second));
+    }
+  }
+
+  void require_rate(const YAML::Node& rate) const {
+    const auto hz = files::parse_finite(rate.Scalar());
+    if (!hz || *hz < kLeastRate || *hz > kLargestRate)
+      fail(rate.Mark(), fmt::format("rate_hz: expected a number of Hz from {} to {:.0f}, found \"{}\"",
+                                    kLeastRate, kLargestRate, rate.Scalar()));
+  }
+
   Eigen::Isometry3d checked_pose(const std::string& key, double tolerance) const {
     const YAML::Node node = at(key);
     if (!node.IsMap() || !node["data"]) fail(node.Mark(), "expected a matrix");

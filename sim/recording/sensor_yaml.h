@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sim/recording/recording.h"
+#include "sim/recording/recording_format.h"
 
 namespace sim::recording {
 

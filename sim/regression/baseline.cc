@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <set>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/json.h"
@@ -61,7 +61,7 @@ std::string print(const ScenarioResults& scenario) {
   const ordered_json head{
       {"config_xxh3_128", config_hash(scenario.config)},
       {"seeds", of_seeds(seeds, [](const result::SeedScore& s) { return s.seed; })},
-      {"endings", of_seeds(seeds, [](const result::SeedScore& s) { return s.ending; })},
+      {"endings", of_seeds(seeds, [](const result::SeedScore& s) { return scenario::name_of(s.ending); })},
       {"exit_codes", of_seeds(seeds, [](const result::SeedScore& s) { return s.exit_code; })},
       {"recordings_xxh3_128", of_seeds(seeds, [](const result::SeedScore& s) { return s.recording; })}};
   return fmt::format("{}: {{\n\"config\": {{\n{}\n}},\n{},\n\"metrics\": {{\n{}\n}}\n}}",
@@ -95,7 +95,7 @@ ScenarioResults scenario_from(const std::string& name, const files::Json& json) 
              recordings = list_of(json.at("recordings_xxh3_128"), n);
   for (std::size_t i = 0; i < n; ++i)
     scenario.seeds.push_back(
-        {seeds[i].whole(), endings[i].text(), exit_code_from(codes[i]), {}, recordings[i].text()});
+        {seeds[i].whole(), result::read_ending(endings[i]), exit_code_from(codes[i]), {}, recordings[i].text()});
   for (const auto& [metric, list] : json.at("metrics").entries()) {
     const auto values = list_of(list, n);
     for (std::size_t i = 0; i < n; ++i)
@@ -161,7 +161,7 @@ void write_baseline(const std::filesystem::path& file, const Baseline& baseline)
                   kFormat, history, scenarios);
   text += fmt::format("{}{}\"\n}}\n", kSeal, hash(text));
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
-  files::write_durably(file, text);
+  files::write_atomically(file, text);
 }
 
 }  // namespace sim::regression

@@ -6,9 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/score/metrics.h"
-#include "sim/score/significance.h"
 #include "sim/score/statistics.h"
 
 namespace sim::regression {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/result/table_style.h"
 #include "sim/score/metrics.h"
 

@@ -1,11 +1,62 @@
 #include "sim/replay/replay.h"
 
+#include <fmt/format.h>
+
+#include <cctype>
+#include <cmath>
+
+#include "sim/recording/asl_folder.h"
 #include "sim/result/about_file.h"
 
 namespace sim::replay {
 namespace {
 
-// Gives the whole recording to the filter; returns the stamp of the last observation.
+namespace fs = std::filesystem;
+
+// No noise beyond that of the sensors. The walk is required, but unused.
+constexpr const char* kText = R"(
+walk: {commands: [stand: {duration_s: 1}]}
+errors:
+  gyro: {sigma_rad_s: 0}
+  accelerometer: {sigma_m_s2: 0}
+  image: {read_sigma_grey: 0, shot_sigma_grey: 0}
+camera: {}
+slam: {}
+)";
+
+std::string name_of(const fs::path& folder) {
+  std::string name = fs::absolute(folder / "x").lexically_normal().parent_path().filename().string();
+  for (char& letter : name)
+    if (!std::isalnum(static_cast<unsigned char>(letter))) letter = '_';
+  return name.empty() ? "recording" : name;
+}
+
+std::string setting(const char* key, double value) { return fmt::format("{}={}", key, value); }
+
+// The IMU noise that the folder states.
+std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
+  std::vector<std::string> settings;
+  if (sensors.noise.gyro_density > 0)
+    settings.push_back(
+        setting("slam.gyro.sigma_rad_s", sensors.noise.gyro_density / std::sqrt(slam::kReadingPeriod_s)));
+  if (sensors.noise.accelerometer_density > 0)
+    settings.push_back(setting("slam.accelerometer.sigma_m_s2",
+                               sensors.noise.accelerometer_density / std::sqrt(slam::kReadingPeriod_s)));
+  if (sensors.has_plan) return settings;
+  settings.push_back("slam.accelerometer.enabled=false");
+  settings.push_back(setting("slam.gyro.sigma_bias_rad_s", 0.1));
+  if (sensors.noise.gyro_walk > 0)
+    settings.push_back(setting("slam.gyro.sigma_bias_walk_rad_s2", sensors.noise.gyro_walk));
+  return settings;
+}
+
+// Images and angular rates do not determine the scale.
+std::optional<std::string> why_no_scale(const slam::Options& options, bool has_plan) {
+  if (options.accelerometer.enabled || (has_plan && options.plan_velocity.enabled)) return std::nullopt;
+  return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
+}
+
+// Processes the whole recording. Returns the stamp of the last observation.
 slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tracking>& tracking,
                   result::Timing& timing, const result::Progress& progress,
                   const tracking::TrackingObserver& observer) {
@@ -13,13 +64,13 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
   while (auto observation = reader.next()) {
     result::FrameTiming frame{.t = observation->t};
     last = observation->t;
-    const auto take = [&](slam::Observation ideal) {
+    const auto process = [&](slam::Observation ideal) {
       if (!tracking) return;
       const result::StageClock clock(frame.filter_ms);
-      tracking->take(std::move(ideal));
-      frame.filter_ms += tracking->take_outside_cpu_ms();
+      tracking->process(std::move(ideal));
+      frame.filter_ms += tracking->external_cpu_ms();
     };
-    tracking::take_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, take);
+    tracking::process_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, process);
     frame.landmarks = tracking ? tracking->landmarks() : 0;
     timing.frames.push_back(frame);
     progress(reader.part());
@@ -31,23 +82,22 @@ slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tr
 
 WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
   const result::About about = result::read_about_of_walk(result_folder / "about.json");
-  return {about.walk_ending, about.walk_cause, "", about.models};
+  return {*about.walk, std::nullopt, about.models};
 }
 
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                        const WalkEnd& walk, const result::ResultPlace& place,
                        const result::Progress& progress, Recorded recorded,
                        const tracking::TrackingObserver& observer) {
-  files::DurableFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder, place.existing);
   result::Timing timing;
   recording::RecordingReader reader(recording);
   std::optional<tracking::Tracking> tracking;
   if (scenario.scenario.slam)
     tracking.emplace(scenario.scenario, reader.setup().calibration, reader.setup().X_WC_start);
   const slam::Stamp last = track(reader, tracking, timing, progress, observer);
-  result::RunRecord record{
-      scenario,     walk.ending,  walk.cause, reader.setup(), recording::read_truth(recording),
-      std::nullopt, reader.hash()};
+  result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
+                           std::nullopt, reader.hash()};
   record.counterfactual = walk.counterfactual;
   if (tracking) record.tracked = tracking->finish();
   const result::Outcome outcome =
@@ -55,6 +105,48 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   if (recorded == Recorded::copied)
     std::filesystem::copy(recording, folder.path() / "recording", std::filesystem::copy_options::recursive);
   folder.commit();
+  return outcome;
+}
+
+scenario::ReadScenario external_scenario(const fs::path& folder, const scenario::Changes& changes) {
+  scenario::ReadScenario plain =
+      scenario::read_scenario_text(kText, folder.string(), changes);  // reports errors in `changes`
+  scenario::Changes all = changes;
+  std::vector<std::string> settings{"name=" + name_of(folder)};
+  for (const std::string& stated : settings_of(recording::AslFolder(folder).sensors()))
+    if (!plain.origin.contains(stated.substr(0, stated.find('=')))) settings.push_back(stated);
+  all.overrides.insert(all.overrides.begin(), settings.begin(), settings.end());
+  return scenario::read_scenario_text(kText, folder.string(), all);
+}
+
+result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs::path& folder,
+                                const result::ResultPlace& place, const result::Progress& progress) {
+  files::AtomicFolder result(place.folder, place.existing);
+  recording::AslFolder reader(folder);
+  const recording::AslSensors& sensors = reader.sensors();
+  tracking::Tracking tracking(scenario.scenario, sensors.setup.calibration, sensors.setup.X_WC_start);
+  result::Timing timing;
+  std::vector<slam::Stamp> times;
+  std::vector<files::TimedPose> plan;
+  while (auto observation = reader.next()) {
+    result::FrameTiming frame{.t = observation->t};
+    times.push_back(observation->t);
+    if (observation->plan) plan.push_back({observation->t, observation->plan->X_PC});
+    {
+      const result::StageClock clock(frame.filter_ms);
+      tracking.process(std::move(*observation));
+      frame.filter_ms += tracking.external_cpu_ms();
+    }
+    timing.frames.push_back(frame);
+    progress(reader.part());
+  }
+  result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking.finish(), ""};
+  record.truth.camera = recording::read_asl_truth(folder, sensors, times);
+  record.planned_camera = std::move(plan);
+  record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_plan);
+  const result::Outcome outcome = result::write_result(result.path(), record, place, timing,
+                                                       times.empty() ? 0 : slam::seconds(times.back()));
+  result.commit();
   return outcome;
 }
 

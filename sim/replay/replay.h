@@ -1,36 +1,70 @@
-// Runs the filter on a recording, without physics and rendering, with the same result as in the live run.
+// Runs the estimator on a recording, without physics and rendering, or scores a trajectory that another
+// program estimated on it.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "sim/files/trajectory_file.h"
 #include "sim/result/result.h"
 #include "sim/scenario/scenario.h"
-#include "sim/tracking/tracking_observer.h"
+#include "sim/score/alignment.h"
+#include "sim/tracking/tracking.h"
 
 namespace sim::replay {
 
-/// How a recorded walk ended, and the cause if it was not completed.
+/// How a recorded walk ended.
 struct WalkEnd {
-  std::string ending, cause;
-  /// Why the filter that is replayed would have steered another walk; empty if it would not.
-  std::string counterfactual = {};
-  std::string models_hash = {};  ///< of the models that the walk was simulated with; empty: unknown
+  scenario::Ended ended;
+  /// Why the replayed estimator would have steered another walk, if it would.
+  std::optional<std::string> counterfactual = {};
+  std::string models_hash = {};  ///< of the models of the simulated walk; empty if unknown
 };
 
-/// Reads the walk's end from the about.json of a result folder. Throws FileError.
+/// Reads the about.json of a result folder. Throws FileError.
 WalkEnd read_walk_end(const std::filesystem::path& result_folder);
 
-/// Whether a replay copies the recording into its result, as a run does.
+/// Whether a replay copies the recording into its result.
 enum class Recorded { left_out, copied };
 
-/// Runs the filter of `scenario`, if it has one, on `recording` and writes a complete result folder: the same
-/// bytes as a run of the scenario, except timing.* and, unless copied, recording/. Truth is opened after the
-/// filter is done. Throws FileError if the recording was changed after it was written, or if `place` cannot
-/// be written.
+/// Replays `recording` and writes a complete result folder: the same bytes as a run of the scenario, except
+/// timing.* and, unless copied, recording/. Truth is opened after the estimator has finished. Throws
+/// FileError if the recording was changed, or if `place` cannot be written.
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                        const WalkEnd& walk, const result::ResultPlace& place,
                        const result::Progress& progress, Recorded recorded = Recorded::left_out,
                        const tracking::TrackingObserver& observer = {});
+
+/// Returns the scenario of a replay of an external recording: no additional sensor errors, default options,
+/// and the noise that the folder states. Without a walking plan the initial standard deviation of the gyro's
+/// bias is 0.1 rad/s and the accelerometer is unused. `changes` come last.
+scenario::ReadScenario external_scenario(const std::filesystem::path& folder,
+                                         const scenario::Changes& changes);
+
+/// Replays a EuRoC/ASL folder and writes a complete result folder. Truth is moved so that its first pose is
+/// the start of the estimate. Throws FileError.
+result::Outcome replay_external(const scenario::ReadScenario& scenario, const std::filesystem::path& folder,
+                                const result::ResultPlace& place, const result::Progress& progress);
+
+/// The body whose poses a trajectory has.
+enum class PosedBody { camera, imu };
+
+/// Output of an external program on the export of a recording.
+struct ExternalRun {
+  std::filesystem::path trajectory;  ///< in any format of files::read_trajectory
+  PosedBody body = PosedBody::camera;
+  score::Alignment alignment = score::Alignment::none;  ///< of its world with W, by the truth
+  std::string log = {};                                 ///< what it printed
+  double cpu_ms = 0;                                    ///< of the whole run
+  std::optional<std::string> failed = {};               ///< why there is no trajectory
+};
+
+/// Writes a complete result folder. Stamps start at 0 s (as in the run), at 1e9 s (as in its exports) or, in
+/// KITTI format, at the first image; a pose belongs to the frame within 2 ms of its stamp. An unusable
+/// trajectory is a failure of the program. timing: started before the program. Throws FileError as replay().
+result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
+                               const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
+                               result::Timing timing);
 
 }  // namespace sim::replay

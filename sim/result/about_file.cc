@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "sim/files/json.h"
+#include "sim/result/score_file.h"
 
 namespace sim::result {
 namespace {
@@ -21,8 +22,8 @@ About about_of(const files::Json& json) {
   about.estimator = text_or_empty(json, "estimator");
   if (const auto seed = json.find("seed")) about.seed = seed->whole();
   about.cause = text_or_empty(json, "cause");
-  about.walk_ending = text_or_empty(json, "walk_ending");
-  about.walk_cause = text_or_empty(json, "walk_cause");
+  if (const auto ending = json.find("walk_ending"))
+    about.walk = {read_ending(*ending), text_or_empty(json, "walk_cause")};
   about.counterfactual = text_or_empty(json, "counterfactual");
   about.alignment = text_or_empty(json, "alignment");
   about.recording = text_or_empty(json, "recording_xxh3_128");

@@ -5,7 +5,10 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
+
+#include "sim/scenario/ending.h"
 
 namespace sim::result {
 
@@ -15,7 +18,7 @@ struct About {
   std::string scenario, estimator;
   std::uint64_t seed = 0;
   std::string cause;  ///< of the run's ending
-  std::string walk_ending, walk_cause;
+  std::optional<scenario::Ended> walk;
   std::string counterfactual;  ///< of a replay: why its filter would have steered another walk
   std::string alignment;       ///< by which the truth placed a trajectory of another program in W; else empty
   std::string recording;       ///< the hash of its manifest

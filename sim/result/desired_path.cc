@@ -53,12 +53,12 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk,
                                 const std::vector<files::TimedPose>& waist_plan) {
   const walking::Timeline timeline(walk, kFeet, Eigen::Vector2d::Zero());
   score::DesiredPath path;
-  path.end = waist_above(walking::centre_of(timeline.phases().back().to));
+  path.end = waist_above(walking::center_of(timeline.phases().back().to));
   for (const walking::Timeline::Lap& lap : timeline.laps())
     path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
                            static_cast<std::int64_t>(lap.end) * walking::kTick);
   if (walk.steering.by == walking::SteeredBy::plan)
-    for (const files::TimedPose& pose : waist_plan) path.waist.push_back({pose.t, pose.X});
+    path.waist = waist_plan;
   else
     path.waist = uncorrected(walk, waist_plan);
   return path;

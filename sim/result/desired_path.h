@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/score/run.h"
 #include "walking/plan.h"
 

@@ -22,14 +22,14 @@ std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
   return all;
 }
 
-bool is_allowed(const scenario::Scenario& scenario, const std::string& ending) {
+bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending) {
   const auto& allowed = scenario.limits.ending;
-  return std::find(allowed.begin(), allowed.end(), ending) != allowed.end();
+  return std::find(allowed.begin(), allowed.end(), scenario::name_of(ending)) != allowed.end();
 }
 
-int exit_code(const scenario::Scenario& scenario, const std::string& ending,
+int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits) {
-  if (!is_allowed(scenario, ending)) return 3;
+  if (!is_allowed(scenario, ending)) return scenario::exit_code_of(ending);
   const auto missed = [](const JudgedLimit& judged) { return judged.missed(); };
   return std::any_of(limits.begin(), limits.end(), missed) ? 1 : 0;
 }

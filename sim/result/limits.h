@@ -34,10 +34,10 @@ std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
                                    const std::function<std::optional<double>(const std::string&)>& value_of);
 
 /// Whether the scenario allows a run to end like that.
-bool is_allowed(const scenario::Scenario& scenario, const std::string& ending);
+bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending);
 
 /// Of a run: 3 if it ended in a way that the scenario does not allow, 1 if it missed a limit, else 0.
-int exit_code(const scenario::Scenario& scenario, const std::string& ending,
+int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits);
 
 /// Which of several values is nearest to missing the limit.

@@ -4,7 +4,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
@@ -46,16 +46,14 @@ void write_trajectories(const fs::path& folder, const RunRecord& record) {
 
 /// A steered walk's desired path, and the corrections of its steps.
 void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
-  std::string path;
-  for (const score::StampedPose& pose : desired.waist) path += files::tum_row(pose.t, pose.X);
-  files::write_text(folder / "waist_desired.tum", path);
+  files::write_text(folder / "waist_desired.tum", tum(desired.waist));
   std::string steps =
       "#time [ns],foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],"
       "expected_yaw [rad],ahead [m],aside [m],turn [rad]\n";
-  for (const recording::CorrectedStep& step : record.truth.corrected_steps)
+  for (const score::StepCorrection& step : record.truth.corrected_steps)
     steps += fmt::format("{},{},{},{},{}\n", step.t.count(), step.left ? "left" : "right",
                          files::csv_fields(step.desired), files::csv_fields(step.expected),
-                         files::csv_fields(step.correction));
+                         files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
   files::write_text(folder / "corrected_steps.csv", steps);
 }
 
@@ -84,7 +82,7 @@ score::Metrics unscored(const std::string& cause) {
 }
 
 void write_about(const fs::path& file, const RunRecord& record, const ResultPlace& place,
-                 const Ending& ended) {
+                 const scenario::Ended& ended) {
   const scenario::Scenario& scenario = record.scenario.scenario;
   auto set_by = record.scenario.origin;
   set_by.erase("seed");  // a seed's result must not depend on whether it was run alone or in a batch
@@ -96,15 +94,15 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
                               {"scenario", scenario.name},
                               {"estimator", scenario.estimator.name},
                               {"seed", scenario.seed},
-                              {"ending", ended.ending},
+                              {"ending", scenario::name_of(ended.ending)},
                               {"cause", ended.cause},
-                              {"walk_ending", record.ending},
-                              {"walk_cause", record.cause},
+                              {"walk_ending", scenario::name_of(record.walk.ending)},
+                              {"walk_cause", record.walk.cause},
                               {"recording_xxh3_128", record.recording_hash},
                               {"set_by", set_by}};
   if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
-  if (!record.counterfactual.empty()) json["counterfactual"] = record.counterfactual;
-  if (!record.alignment.empty()) json["alignment"] = record.alignment;
+  if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
+  if (record.alignment) json["alignment"] = *record.alignment;
   write_json(file, json);
 }
 
@@ -113,14 +111,15 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
 Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s) {
   const scenario::Scenario& scenario = record.scenario.scenario;
-  const Ending ended = ending_of(record);
+  const scenario::Ended ended = ending_of(record);
   files::write_text(folder / "scenario.yaml", scenario::to_yaml(scenario));
   write_trajectories(folder, record);
   if (record.tracked) write_tracked(folder, *record.tracked);
   const score::Run input = score_input(record);
   write_feet(folder / "feet.csv", input.feet);
   if (input.steered && input.desired) write_steering(folder, record, *input.desired);
-  const score::Metrics metrics = ended.ending == "failed" ? unscored(ended.cause) : score::evaluate(input);
+  const score::Metrics metrics =
+      ended.ending == scenario::Ending::failed ? unscored(ended.cause) : score::evaluate(input);
   const auto limits = judge_run(scenario, [&](const std::string& name) { return metrics.at(name).value; });
   write_score(folder / "score.json", scenario, ended.ending, metrics,
               record.tracked ? &*record.tracked : nullptr, limits);

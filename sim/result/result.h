@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/result/run_record.h"
 #include "sim/result/timing.h"
 
@@ -18,7 +18,7 @@ using Progress = std::function<void(double)>;
 /// Where a result goes, and the versions that it names.
 struct ResultPlace {
   std::filesystem::path folder;
-  files::Existing existing = files::Existing::refuse;
+  files::Existing existing = files::Existing::reject;
   std::filesystem::path models;                  ///< for a live run
   std::string version, revision;                 ///< of the program
   std::map<std::string, std::string> libraries;  ///< name and version
@@ -26,7 +26,7 @@ struct ResultPlace {
 };
 
 /// How a run ended, and the exit code that follows, see limits.h.
-struct Outcome : Ending {
+struct Outcome : scenario::Ended {
   int exit_code = 0;
 };
 

@@ -2,14 +2,12 @@
 
 namespace sim::result {
 
-Ending ending_of(const RunRecord& record) {
-  // A robot that was to be steered by the estimator that failed stops for that reason.
-  if ((record.ending == "completed" || record.ending == "stopped") && record.tracked &&
-      record.tracked->failed)
-    return {"estimator_failed", *record.tracked->failed};
-  if (record.ending == "completed" && record.tracked && record.tracked->diverged())
-    return {"diverged", record.tracked->cause()};
-  return {record.ending, record.cause};
+scenario::Ended ending_of(const RunRecord& record) {
+  using enum scenario::Ending;
+  const auto failure = record.tracked ? record.tracked->failure() : std::nullopt;
+  // A robot stops if the estimator that steers it fails.
+  const bool explains_stop = record.walk.ending == stopped && failure && failure->ending == estimator_failed;
+  return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
 }
 
 }  // namespace sim::result

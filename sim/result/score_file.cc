@@ -1,6 +1,7 @@
 #include "sim/result/score_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -35,8 +36,8 @@ ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
   return json;
 }
 
-// When tracking was lost and why, when a sensor was suspect, and how many observations were refused, wholly or
-// in part.
+// When tracking was lost and why, when a sensor was suspect, and how many observations were refused, wholly
+// or in part.
 ordered_json tracking_json(const tracking::Tracked& tracked) {
   const auto refused =
       std::count_if(tracked.frames.begin(), tracked.frames.end(),
@@ -65,14 +66,14 @@ void check_limit(const files::Json& limit) {
 
 }  // namespace
 
-void write_score(const fs::path& file, const scenario::Scenario& scenario, const std::string& ending,
+void write_score(const fs::path& file, const scenario::Scenario& scenario, scenario::Ending ending,
                  const score::Metrics& metrics, const tracking::Tracked* tracked,
                  const std::vector<JudgedLimit>& limits) {
   ordered_json json{{"format_version", 1},
                     {"scenario", scenario.name},
                     {"estimator", scenario.estimator.name},
                     {"seed", scenario.seed},
-                    {"ending", ending}};
+                    {"ending", scenario::name_of(ending)}};
   json["metrics"] = metrics_json(metrics);
   if (tracked) json["tracking"] = tracking_json(*tracked);
   json["limits"] = limits_json(limits);
@@ -85,9 +86,15 @@ std::optional<double> SeedScore::value(const std::string& metric) const {
   return found == metrics.end() ? std::nullopt : found->value;
 }
 
+scenario::Ending read_ending(const files::Json& json) {
+  if (const auto ending = scenario::ending_named(json.text())) return *ending;
+  json.fail(
+      fmt::format("is '{}', expected one of {}", json.text(), fmt::join(scenario::kResultEndings, ", ")));
+}
+
 SeedScore read_score(const fs::path& file) {
   const files::Json json = files::read_json(file);
-  SeedScore score{0, json.at("ending").text(), 0, {}};
+  SeedScore score{0, read_ending(json.at("ending")), 0, {}};
   if (const auto seed = json.find("seed")) score.seed = seed->whole();
   for (const auto& [name, metric] : json.at("metrics").entries())
     score.metrics.push_back({name, metric.at("unit").text(), metric.at("value").number_or_null()});
@@ -96,7 +103,8 @@ SeedScore read_score(const fs::path& file) {
 
 files::Json read_whole_score(const fs::path& file) {
   files::Json json = files::read_json(file);
-  for (const char* key : {"scenario", "ending"}) json.at(key).text();
+  json.at("scenario").text();
+  read_ending(json.at("ending"));
   json.at("seed").whole();
   if (const auto estimator = json.find("estimator")) estimator->text();
   for (const auto& [name, metric] : json.at("metrics").entries()) {
@@ -116,7 +124,7 @@ files::Json read_whole_score(const fs::path& file) {
 SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_code) {
   const fs::path file = root / fmt::format("seed-{}", seed) / "score.json";
   if (!fs::exists(file) && exit_code > 1)
-    return {seed, exit_code == 2 ? "not begun" : "crashed", exit_code, {}};
+    return {seed, exit_code == 2 ? scenario::Ending::not_started : scenario::Ending::crashed, exit_code, {}};
   SeedScore score = read_score(file);
   score.seed = seed;
   score.exit_code = exit_code;

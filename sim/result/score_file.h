@@ -17,7 +17,7 @@ namespace sim::result {
 
 /// Writes score.json. tracked: may be null. Throws FileError.
 void write_score(const std::filesystem::path& file, const scenario::Scenario& scenario,
-                 const std::string& ending, const score::Metrics& metrics, const tracking::Tracked* tracked,
+                 scenario::Ending ending, const score::Metrics& metrics, const tracking::Tracked* tracked,
                  const std::vector<JudgedLimit>& limits);
 
 /// One metric of one seed, as score.json has it.
@@ -29,7 +29,8 @@ struct SeedMetric {
 /// What one seed left behind.
 struct SeedScore {
   std::uint64_t seed = 0;
-  std::string ending;  ///< "not begun" (exit code 2) or "crashed" when its process left no score
+  scenario::Ending ending =
+      scenario::Ending::not_started;  ///< not_started or crashed if its process left no score
   int exit_code = 0;
   std::vector<SeedMetric> metrics;
   std::string recording{};  ///< its hash; empty where it is not known
@@ -38,14 +39,17 @@ struct SeedScore {
   std::optional<double> value(const std::string& metric) const;
 };
 
+/// Reads the name of an ending. Throws FileError.
+scenario::Ending read_ending(const files::Json& json);
+
 /// Reads a score.json; the exit code is not in it. Throws FileError.
 SeedScore read_score(const std::filesystem::path& file);
 
 /// The whole of a score.json with every value of the type that this program writes. Throws FileError.
 files::Json read_whole_score(const std::filesystem::path& file);
 
-/// Reads root/seed-<n>/score.json. A missing file means that the run crashed or was not begun if the exit
-/// code says so; otherwise it throws FileError, as a damaged file does.
+/// Reads root/seed-<n>/score.json. If the exit code shows that the run did not start or crashed, a
+/// missing file is that ending. Throws FileError otherwise, and for a damaged file.
 SeedScore read_seed_score(const std::filesystem::path& root, std::uint64_t seed, int exit_code);
 
 }  // namespace sim::result

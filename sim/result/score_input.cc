@@ -14,12 +14,6 @@ namespace {
 
 constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 
-score::Trajectory trajectory(const std::vector<files::TimedPose>& poses) {
-  score::Trajectory trajectory;
-  for (const files::TimedPose& pose : poses) trajectory.push_back({pose.t, pose.X});
-  return trajectory;
-}
-
 std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
   std::vector<score::EstimatedPose> poses;
   for (const estimators::PoseEstimate& e : tracked.estimates()) poses.push_back({e.t, e.X_WC, e.covariance});
@@ -54,7 +48,7 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked) {
   std::vector<score::TimedHealth> all;
   for (const tracking::TrackedFrame& frame : tracked.frames)
     all.push_back({frame.report.t, frame.report.health == slam::Health::ok, !frame.report.suspect.empty()});
-  for (const slam::Stamp t : tracked.after_divergence) all.push_back({t, false, false});
+  for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});
   return all;
 }
 
@@ -100,14 +94,6 @@ std::vector<score::FootRow> feet(const recording::Truth& truth) {
 
 }  // namespace
 
-score::Surface surface(const recording::RecordedSurface& recorded) {
-  using Kind = score::Surface::Kind;
-  static const std::map<std::string, Kind> kinds{{"plane", Kind::plane},         {"box", Kind::box},
-                                                 {"sphere", Kind::sphere},       {"cylinder", Kind::cylinder},
-                                                 {"ellipsoid", Kind::ellipsoid}, {"capsule", Kind::capsule}};
-  return {kinds.at(recorded.kind), recorded.X_WS, recorded.size};
-}
-
 score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
   const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
   score::PlannedTimes planned{at_tick(timeline.ticks()), {}};
@@ -129,20 +115,18 @@ std::vector<files::TimedPose> planned_camera(const RunRecord& record) {
 
 score::Run score_input(const RunRecord& record) {
   score::Run run;
-  run.truth_camera = trajectory(record.truth.camera);
-  run.plan_camera = trajectory(planned_camera(record));
+  run.truth_camera = record.truth.camera;
+  run.plan_camera = planned_camera(record);
   if (!record.no_scale.empty()) run.no_scale = record.no_scale;
-  run.truth_waist = trajectory(record.truth.waist);
-  run.plan_waist = trajectory(record.truth.waist_plan);
+  run.truth_waist = record.truth.waist;
+  run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
-  for (const recording::RecordedSurface& recorded : record.truth.surfaces)
-    run.surfaces.push_back(surface(recorded));
+  run.surfaces = record.truth.surfaces;
   run.feet = feet(record.truth);
   const walking::WalkOptions& walk = record.scenario.scenario.walk;
   if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth.waist_plan);
   run.steered = walk.steering.by != walking::SteeredBy::plan;
-  for (const recording::CorrectedStep& step : record.truth.corrected_steps)
-    run.corrections.push_back({step.t, step.correction.x(), step.correction.y(), step.correction.z()});
+  run.corrections = record.truth.corrected_steps;
   run.planned = planned_times(record.scenario.scenario.walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);
@@ -151,7 +135,8 @@ score::Run score_input(const RunRecord& record) {
   run.innovations = innovations(*record.tracked);
   run.map = map(*record.tracked);
   run.failed = record.tracked->failed;
-  if (record.tracked->diverged()) run.diverged = record.tracked->cause();
+  const auto failure = record.tracked->failure();
+  if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;
   return run;
 }
 

@@ -8,9 +8,6 @@
 
 namespace sim::result {
 
-/// A recorded surface as the score sees it.
-score::Surface surface(const recording::RecordedSurface& recorded);
-
 /// When the plan's feet come down and when it ends.
 score::PlannedTimes planned_times(const walking::WalkOptions& walk);
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/number.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
 #include "sim/result/json.h"
 #include "sim/scenario/limits.h"
 #include "sim/score/metrics.h"
@@ -92,20 +92,20 @@ std::string ranges(std::vector<std::uint64_t> seeds) {
 }
 
 const char* exit_text(int exit_code) {
-  constexpr const char* kTexts[]{"passed", "missed a limit", "not begun", "failed"};
+  constexpr const char* kTexts[]{"passed", "missed a limit", "not started", "failed"};
   return kTexts[std::clamp(exit_code, 0, 3)];
 }
 
 // A line for all seeds that ended alike, the passed ones first.
 std::string endings(const Summary& summary, const TableStyle& style) {
-  std::map<std::pair<int, std::string>, std::vector<std::uint64_t>> alike;
+  std::map<std::pair<int, scenario::Ending>, std::vector<std::uint64_t>> alike;
   for (const SeedScore& seed : summary.seeds) alike[{seed.exit_code, seed.ending}].push_back(seed.seed);
   std::string text;
   for (const auto& [how, seeds] : alike) {
     const std::string passed = fmt::format("{:<14}", exit_text(how.first));
     text += fmt::format("  {}  {:<16}  {} {}\n",
-                        painted(passed, how.first == 0 ? Paint::good : Paint::bad, style.colours), how.second,
-                        seeds.size() == 1 ? "seed" : "seeds", ranges(seeds));
+                        painted(passed, how.first == 0 ? Paint::good : Paint::bad, style.colours),
+                        name_of(how.second), seeds.size() == 1 ? "seed" : "seeds", ranges(seeds));
   }
   return text;
 }
@@ -158,7 +158,8 @@ ordered_json to_json(const Summary& summary) {
   ordered_json json{{"format_version", 1}, {"scenario", summary.scenario}};
   json["seeds"] = ordered_json::array();
   for (const SeedScore& seed : summary.seeds) {
-    json["seeds"].push_back({{"seed", seed.seed}, {"ending", seed.ending}, {"exit_code", seed.exit_code}});
+    json["seeds"].push_back(
+        {{"seed", seed.seed}, {"ending", scenario::name_of(seed.ending)}, {"exit_code", seed.exit_code}});
   }
   json["metrics"] = ordered_json::object();
   for (const MetricSummary& m : summary.metrics) {
@@ -170,7 +171,7 @@ ordered_json to_json(const Summary& summary) {
 }
 
 void write_summary(const fs::path& file, const Summary& summary) {
-  files::write_durably(file, to_json(summary).dump(2) + "\n");
+  files::write_atomically(file, to_json(summary).dump(2) + "\n");
 }
 
 std::string summary_table(const Summary& summary, const TableStyle& style) {

@@ -56,7 +56,8 @@ void write_landmarks(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string text = "#landmark,begun [ns],u [px],v [px]\n";
   for (const tracking::TrackedFrame& frame : tracked.frames)
     for (const slam::Sighting& first : frame.report.initialised)
-      text += fmt::format("{},{},{},{}\n", first.landmark, frame.report.t.count(), first.pixel.x(), first.pixel.y());
+      text += fmt::format("{},{},{},{}\n", first.landmark, frame.report.t.count(), first.pixel.x(),
+                          first.pixel.y());
   files::write_text(folder / "landmarks.csv", text);
 }
 

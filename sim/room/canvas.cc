@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kSubpixelBits = 4;
 
-// A channel of neighbouring texels times their factors, which have 8 bits after the point; at most 255.
+// A channel of neighboring texels times their factors, which have 8 bits after the point; at most 255.
 cv::v_uint8 product(const cv::v_uint8& channel, const cv::v_uint16& by_first, const cv::v_uint16& by_last) {
   cv::v_uint16 first, last;
   cv::v_expand(channel, first, last);
@@ -49,9 +49,9 @@ cv::RNG paint_stream(std::uint64_t seed, std::string_view name) {
   return cv::RNG(hash ^ (hash >> 29));
 }
 
-Colour shade(const Colour& colour, double factor) { return colour * factor; }
+Color shade(const Color& color, double factor) { return color * factor; }
 
-Canvas::Canvas(double width_m, double height_m, double texel_m, const Colour& ground)
+Canvas::Canvas(double width_m, double height_m, double texel_m, const Color& ground)
     : texel_m_(texel_m), image_(int(std::lround(height_m / texel_m)), int(std::lround(width_m / texel_m))) {
   fill(all(), ground);
 }
@@ -62,54 +62,54 @@ cv::Point Canvas::pixel(cv::Point2d point) const {
 }
 
 cv::Rect Canvas::pixels(const Box& box) const {
-  const auto at = [&](double metres) { return int(std::lround(metres / texel_m_)); };
+  const auto at = [&](double meters) { return int(std::lround(meters / texel_m_)); };
   const cv::Point corner(at(box.x), at(box.y)), end(at(box.x + box.width), at(box.y + box.height));
   return cv::Rect(corner, end) & cv::Rect({0, 0}, image_.size());
 }
 
-int Canvas::thick(double metres) const { return std::max(1, int(std::lround(metres / texel_m_))); }
+int Canvas::thick(double meters) const { return std::max(1, int(std::lround(meters / texel_m_))); }
 
-void Canvas::fill(const Box& box, const Colour& colour) {
+void Canvas::fill(const Box& box, const Color& color) {
   const cv::Rect area = pixels(box);
-  if (!area.empty()) cv::rectangle(image_, area, colour, cv::FILLED);
+  if (!area.empty()) cv::rectangle(image_, area, color, cv::FILLED);
 }
 
-void Canvas::frame(const Box& box, double thickness, const Colour& colour) {
+void Canvas::frame(const Box& box, double thickness, const Color& color) {
   const double t = thickness;
-  fill({box.x, box.y, box.width, t}, colour);
-  fill({box.x, box.y + box.height - t, box.width, t}, colour);
-  fill({box.x, box.y, t, box.height}, colour);
-  fill({box.x + box.width - t, box.y, t, box.height}, colour);
+  fill({box.x, box.y, box.width, t}, color);
+  fill({box.x, box.y + box.height - t, box.width, t}, color);
+  fill({box.x, box.y, t, box.height}, color);
+  fill({box.x + box.width - t, box.y, t, box.height}, color);
 }
 
-void Canvas::line(cv::Point2d a, cv::Point2d b, double thickness, const Colour& colour) {
-  cv::line(image_, pixel(a), pixel(b), colour, thick(thickness), cv::LINE_AA, kSubpixelBits);
+void Canvas::line(cv::Point2d a, cv::Point2d b, double thickness, const Color& color) {
+  cv::line(image_, pixel(a), pixel(b), color, thick(thickness), cv::LINE_AA, kSubpixelBits);
 }
 
-void Canvas::disc(cv::Point2d centre, double radius, const Colour& colour) {
+void Canvas::disc(cv::Point2d center, double radius, const Color& color) {
   const int r = int(std::lround(radius / texel_m_ * (1 << kSubpixelBits)));
-  cv::circle(image_, pixel(centre), r, colour, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+  cv::circle(image_, pixel(center), r, color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
 }
 
-void Canvas::ring(cv::Point2d centre, double radius, double thickness, const Colour& colour) {
+void Canvas::ring(cv::Point2d center, double radius, double thickness, const Color& color) {
   const int r = int(std::lround(radius / texel_m_ * (1 << kSubpixelBits)));
-  cv::circle(image_, pixel(centre), r, colour, thick(thickness), cv::LINE_AA, kSubpixelBits);
+  cv::circle(image_, pixel(center), r, color, thick(thickness), cv::LINE_AA, kSubpixelBits);
 }
 
-void Canvas::polygon(const std::vector<cv::Point2d>& corners, const Colour& colour) {
+void Canvas::polygon(const std::vector<cv::Point2d>& corners, const Color& color) {
   std::vector<cv::Point> points;
   for (const cv::Point2d& corner : corners) points.push_back(pixel(corner));
-  cv::fillPoly(image_, std::vector<std::vector<cv::Point>>{points}, colour, cv::LINE_AA, kSubpixelBits);
+  cv::fillPoly(image_, std::vector<std::vector<cv::Point>>{points}, color, cv::LINE_AA, kSubpixelBits);
 }
 
 void Canvas::text(const std::string& words, cv::Point2d at, double height, double thickness,
-                  const Colour& colour) {
+                  const Color& color) {
   constexpr double kCapital = 21;  // texels of a capital of this font at scale 1
   cv::putText(image_, words, {int(at.x / texel_m_), int(at.y / texel_m_)}, cv::FONT_HERSHEY_DUPLEX,
-              height / texel_m_ / kCapital, colour, thick(thickness), cv::LINE_AA);
+              height / texel_m_ / kCapital, color, thick(thickness), cv::LINE_AA);
 }
 
-void Canvas::gradient(const Box& box, const Colour& top, const Colour& bottom) {
+void Canvas::gradient(const Box& box, const Color& top, const Color& bottom) {
   const cv::Rect area = pixels(box);
   for (int row = 0; row < area.height; ++row) {
     const double part = (row + 0.5) / area.height;

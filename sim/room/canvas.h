@@ -1,4 +1,4 @@
-// A picture painted in metres: what the room's textures are drawn with.
+// A picture painted in meters: what the room's textures are drawn with.
 #pragma once
 
 #include <cstdint>
@@ -8,45 +8,45 @@
 
 namespace sim::room {
 
-using Colour = cv::Scalar;  ///< red, green, blue, 0-255
+using Color = cv::Scalar;  ///< red, green, blue, 0-255
 
 /// Random numbers of one named texture of one seed: another texture's painting never shifts them.
 cv::RNG paint_stream(std::uint64_t seed, std::string_view name);
 
-/// The colour with its brightness multiplied.
-Colour shade(const Colour& colour, double factor);
+/// The color with its brightness multiplied.
+Color shade(const Color& color, double factor);
 
 /// Multiplies a picture's brightness by a field of any size, interpolated over the picture.
 void multiply(cv::Mat3b image, const cv::Mat1f& factor);
 
-/// Axis-aligned box in metres, from the picture's upper left corner, y down.
+/// Axis-aligned box in meters, from the picture's upper left corner, y down.
 struct Box {
   double x, y, width, height;
   Box inset(double by) const { return {x + by, y + by, width - 2 * by, height - 2 * by}; }
 };
 
-/// An RGB picture of known size in metres. Points are metres from the upper left corner, y down.
+/// An RGB picture of known size in meters. Points are meters from the upper left corner, y down.
 class Canvas {
  public:
-  Canvas(double width_m, double height_m, double texel_m, const Colour& ground);
+  Canvas(double width_m, double height_m, double texel_m, const Color& ground);
 
   double width() const { return image_.cols * texel_m_; }
   double height() const { return image_.rows * texel_m_; }
   Box all() const { return {0, 0, width(), height()}; }
   const cv::Mat3b& image() const { return image_; }
 
-  void fill(const Box& box, const Colour& colour);
-  void frame(const Box& box, double thickness, const Colour& colour);
-  void line(cv::Point2d a, cv::Point2d b, double thickness, const Colour& colour);
-  void disc(cv::Point2d centre, double radius, const Colour& colour);
-  void ring(cv::Point2d centre, double radius, double thickness, const Colour& colour);
-  void polygon(const std::vector<cv::Point2d>& corners, const Colour& colour);
+  void fill(const Box& box, const Color& color);
+  void frame(const Box& box, double thickness, const Color& color);
+  void line(cv::Point2d a, cv::Point2d b, double thickness, const Color& color);
+  void disc(cv::Point2d center, double radius, const Color& color);
+  void ring(cv::Point2d center, double radius, double thickness, const Color& color);
+  void polygon(const std::vector<cv::Point2d>& corners, const Color& color);
   /// Text whose capitals are `height` tall; `at` is the left end of its baseline.
-  void text(const std::string& words, cv::Point2d at, double height, double thickness, const Colour& colour);
-  /// Colour from `top` to `bottom` down the box.
-  void gradient(const Box& box, const Colour& top, const Colour& bottom);
+  void text(const std::string& words, cv::Point2d at, double height, double thickness, const Color& color);
+  /// Color from `top` to `bottom` down the box.
+  void gradient(const Box& box, const Color& top, const Color& bottom);
   /// Multiplies the brightness by a smooth random field: standard deviation `sigma`, patches of `size`
-  /// metres.
+  /// meters.
   void grain(cv::RNG& random, double sigma, double size);
   /// Multiplies the brightness inside a soft-edged box, as a shadow (factor < 1) or a pool of light (> 1)
   /// would.
@@ -55,7 +55,7 @@ class Canvas {
  private:
   cv::Point pixel(cv::Point2d point) const;
   cv::Rect pixels(const Box& box) const;
-  int thick(double metres) const;
+  int thick(double meters) const;
 
   double texel_m_;
   cv::Mat3b image_;

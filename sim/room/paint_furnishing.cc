@@ -6,33 +6,33 @@
 namespace sim::room {
 namespace {
 
-Colour any_colour(cv::RNG& random) {
-  static const Colour kSpines[] = {{150, 40, 36},   {32, 66, 120}, {36, 92, 62},  {196, 160, 60},
-                                   {226, 222, 210}, {60, 60, 66},  {104, 62, 96}, {190, 98, 42},
-                                   {70, 120, 140},  {120, 92, 60}};
-  const Colour& colour = kSpines[random.uniform(0, 10)];
-  return shade(colour, random.uniform(0.75, 1.15));
+Color any_color(cv::RNG& random) {
+  static const Color kSpines[] = {{150, 40, 36},   {32, 66, 120}, {36, 92, 62},  {196, 160, 60},
+                                  {226, 222, 210}, {60, 60, 66},  {104, 62, 96}, {190, 98, 42},
+                                  {70, 120, 140},  {120, 92, 60}};
+  const Color& color = kSpines[random.uniform(0, 10)];
+  return shade(color, random.uniform(0.75, 1.15));
 }
 
-Colour contrast(const Colour& ground) {
+Color contrast(const Color& ground) {
   const bool dark = 0.3 * ground[0] + 0.6 * ground[1] + 0.1 * ground[2] < 120;
-  return dark ? Colour(228, 222, 200) : Colour(38, 36, 40);
+  return dark ? Color(228, 222, 200) : Color(38, 36, 40);
 }
 
-void wood(Canvas& canvas, const Colour& colour, cv::RNG& random) {
-  canvas.fill(canvas.all(), colour);
+void wood(Canvas& canvas, const Color& color, cv::RNG& random) {
+  canvas.fill(canvas.all(), color);
   const int veins = int(canvas.height() * 70);
   for (int vein = 0; vein < veins; ++vein) {
     const double y = random.uniform(0.0, canvas.height());
     canvas.line({0, y}, {canvas.width(), y + random.uniform(-0.03, 0.03)}, 0.003,
-                shade(colour, random.uniform(0.86, 1.08)));
+                shade(color, random.uniform(0.86, 1.08)));
   }
 }
 
 void paint_spine(Canvas& shelf, const Box& spine, cv::RNG& random) {
-  const Colour colour = any_colour(random), ink = contrast(colour);
-  shelf.fill(spine, colour);
-  shelf.fill({spine.x, spine.y, 0.004, spine.height}, shade(colour, 0.6));
+  const Color color = any_color(random), ink = contrast(color);
+  shelf.fill(spine, color);
+  shelf.fill({spine.x, spine.y, 0.004, spine.height}, shade(color, 0.6));
   const double title = random.uniform(0.15, 0.35) * spine.height;
   shelf.fill({spine.x + spine.width * 0.3, spine.y + spine.height * 0.2, spine.width * 0.4, title}, ink);
   if (random.uniform(0, 2)) shelf.fill({spine.x, spine.y + spine.height * 0.12, spine.width, 0.008}, ink);
@@ -40,8 +40,8 @@ void paint_spine(Canvas& shelf, const Box& spine, cv::RNG& random) {
 }
 
 void paint_binder(Canvas& shelf, const Box& spine, cv::RNG& random) {
-  const Colour colour = any_colour(random);
-  shelf.fill(spine, colour);
+  const Color color = any_color(random);
+  shelf.fill(spine, color);
   const Box label{spine.x + 0.012, spine.y + 0.05, spine.width - 0.024, 0.14};
   shelf.fill(label, {238, 236, 228});
   for (int row = 0; row < 3; ++row)
@@ -76,7 +76,7 @@ void paint_keyboard(Canvas& desk, double x, double y) {
 
 void paint_code(Canvas& screen, cv::Point2d at, cv::RNG& random) {
   const double length = random.uniform(0.03, 0.22);
-  screen.fill({at.x, at.y, length, 0.0045}, any_colour(random));
+  screen.fill({at.x, at.y, length, 0.0045}, any_color(random));
 }
 
 // A page of text, turned by at most `askew` (rad) either way.
@@ -112,7 +112,7 @@ Canvas paint_desk(PaintRequest& request) {
   for (int sheet = request.random.uniform(3, 7); sheet > 0; --sheet)
     paint_sheet(desk, {request.random.uniform(0.05, 1.3), request.random.uniform(0.05, 0.45)}, 0.5,
                 request.random);
-  const Colour folder = any_colour(request.random);
+  const Color folder = any_color(request.random);
   desk.fill({request.random.uniform(0.05, 1.3), 0.12, 0.24, 0.32}, folder);
   desk.frame(desk.all(), 0.008, {96, 74, 52});
   desk.grain(request.random, 0.03, 0.008);
@@ -123,7 +123,7 @@ Canvas paint_screen(PaintRequest& request) {
   Canvas screen(0.54, 0.32, 0.0015, {22, 22, 24});
   const bool dark = request.number % 2;
   const Box shown = screen.all().inset(0.012);
-  const Colour paper = dark ? Colour(38, 42, 54) : Colour(236, 238, 240), ink = contrast(paper);
+  const Color paper = dark ? Color(38, 42, 54) : Color(236, 238, 240), ink = contrast(paper);
   screen.fill(shown, paper);
   screen.fill({shown.x, shown.y, shown.width, 0.014}, {70, 110, 170});
   screen.fill({shown.x, shown.y + 0.014, 0.09, shown.height - 0.014}, shade(paper, 0.85));
@@ -136,7 +136,7 @@ Canvas paint_screen(PaintRequest& request) {
   screen.fill(plot, {250, 250, 250});
   for (int bar = 0; bar < 8; ++bar) {
     const double h = request.random.uniform(0.02, 0.09);
-    screen.fill({plot.x + 0.008 + bar * 0.015, plot.y + 0.095 - h, 0.01, h}, any_colour(request.random));
+    screen.fill({plot.x + 0.008 + bar * 0.015, plot.y + 0.095 - h, 0.01, h}, any_color(request.random));
   }
   return screen;
 }
@@ -154,7 +154,7 @@ Canvas paint_drawers(PaintRequest&) {
 
 Canvas paint_cabinet(PaintRequest& request) {
   Canvas front(1.2, 0.8, 0.003, {170, 150, 124});
-  wood(front, request.number % 2 ? Colour(176, 146, 108) : Colour(150, 154, 160), request.random);
+  wood(front, request.number % 2 ? Color(176, 146, 108) : Color(150, 154, 160), request.random);
   for (double x : {0.0, 0.6}) {
     front.frame({x + 0.008, 0.008, 0.584, 0.784}, 0.008, {84, 72, 58});
     front.fill({x == 0.0 ? 0.53 : 0.65, 0.28, 0.02, 0.16}, {60, 60, 62});
@@ -165,7 +165,7 @@ Canvas paint_cabinet(PaintRequest& request) {
 }
 
 Canvas paint_fabric(PaintRequest& request) {
-  Canvas panel(1.6, 1.4, 0.004, any_colour(request.random) * 0.4 + Colour(80, 84, 92));
+  Canvas panel(1.6, 1.4, 0.004, any_color(request.random) * 0.4 + Color(80, 84, 92));
   panel.grain(request.random, 0.08, 0.008);
   for (int note = request.random.uniform(5, 9); note > 0; --note) {
     const cv::Point2d at{request.random.uniform(0.08, 1.3), request.random.uniform(0.08, 0.75)};

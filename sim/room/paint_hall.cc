@@ -7,17 +7,17 @@ namespace {
 
 constexpr double kTile = 0.6;
 
-Colour tone(const Colour& colour, cv::RNG& random, double spread) {
-  return shade(colour, 1 + random.uniform(-spread, spread));
+Color tone(const Color& color, cv::RNG& random, double spread) {
+  return shade(color, 1 + random.uniform(-spread, spread));
 }
 
 // Tiles of a floor whose joints lie at (x, y) and every 0.6 m from there.
 void lay_tiles(Canvas& floor, double x, double y, cv::RNG& random) {
-  const Colour colour(168, 170, 164);
+  const Color color(168, 170, 164);
   for (double top = y - kTile; top < floor.height(); top += kTile)
     for (double left = x - kTile; left < floor.width(); left += kTile) {
       const Box tile{left, top, kTile, kTile};
-      floor.fill(tile, tone(colour, random, 0.035));
+      floor.fill(tile, tone(color, random, 0.035));
       floor.fill({left - 0.003, top, 0.006, kTile}, {132, 134, 130});
       floor.fill({left, top - 0.003, kTile, 0.006}, {132, 134, 130});
     }
@@ -32,7 +32,7 @@ void scuff(Canvas& floor, cv::RNG& random) {
 
 // Tape that marks where the robot starts (0, 0 of the world) and the corners of its ground.
 void mark_start(Canvas& floor, cv::Point2d start) {
-  const Colour tape(206, 196, 120);
+  const Color tape(206, 196, 120);
   floor.fill({start.x - 0.2, start.y - 0.02, 0.4, 0.04}, tape);
   floor.fill({start.x - 0.02, start.y - 0.2, 0.04, 0.4}, tape);
   for (const double x : {0.3, floor.width() - 0.3})
@@ -87,7 +87,7 @@ Canvas paint_hall_ceiling(PaintRequest& request) {
 }
 
 Canvas paint_lockers(PaintRequest& request) {
-  Canvas row(1.2, 1.8, 0.003, request.number % 2 ? Colour(120, 138, 158) : Colour(142, 148, 152));
+  Canvas row(1.2, 1.8, 0.003, request.number % 2 ? Color(120, 138, 158) : Color(142, 148, 152));
   for (int door = 0; door < 4; ++door)
     paint_locker(row, {0.3 * door, 0.0, 0.3, 1.8}, 10 * request.number + door + 1, request.random);
   row.grain(request.random, 0.015, 0.2);

@@ -6,9 +6,9 @@
 namespace sim::room {
 namespace {
 
-const Colour kInk(36, 36, 42);
+const Color kInk(36, 36, 42);
 
-Colour vivid(cv::RNG& random) {
+Color vivid(cv::RNG& random) {
   return {double(random.uniform(20, 240)), double(random.uniform(20, 220)), double(random.uniform(20, 230))};
 }
 
@@ -25,20 +25,20 @@ void plot(Canvas& page, const Box& box, cv::RNG& random) {
   page.fill(box, {252, 252, 252});
   page.frame(box, 0.004, kInk);
   for (int curve = 0; curve < 2; ++curve) {
-    const Colour colour = vivid(random);
+    const Color color = vivid(random);
     const double phase = random.uniform(0.0, 6.0), rate = random.uniform(4.0, 12.0);
     cv::Point2d last;
     for (int step = 0; step <= 24; ++step) {
       const double at = step / 24.0, value = 0.5 - 0.4 * at * std::sin(rate * at + phase);
       const cv::Point2d point(box.x + at * box.width, box.y + value * box.height);
-      if (step > 0) page.line(last, point, 0.006, colour);
+      if (step > 0) page.line(last, point, 0.006, color);
       last = point;
     }
   }
 }
 
 void scientific_poster(Canvas& page, cv::RNG& random) {
-  const Colour band = vivid(random) * 0.6;
+  const Color band = vivid(random) * 0.6;
   page.fill({0, 0, 0.7, 0.15}, band);
   static const char* const kTitles[] = {"WALKING", "ROBOTICS", "VISION", "CONTROL", "MAPPING"};
   page.text(kTitles[random.uniform(0, 5)], {0.05, 0.09}, 0.055, 0.009, {250, 250, 246});
@@ -48,7 +48,7 @@ void scientific_poster(Canvas& page, cv::RNG& random) {
     lines_of_text(page, {x, 0.19, 0.29, 0.2}, random);
     plot(page, {x, 0.42, 0.29, 0.2}, random);
     lines_of_text(page, {x, 0.66, 0.29, 0.12}, random);
-    page.fill({x, 0.81, 0.29, 0.15}, vivid(random) * 0.5 + Colour(90, 90, 90));
+    page.fill({x, 0.81, 0.29, 0.15}, vivid(random) * 0.5 + Color(90, 90, 90));
     const double ball = x + random.uniform(0.06, 0.22);
     page.disc({ball, 0.885}, 0.05, vivid(random));
   }
@@ -74,16 +74,16 @@ void abstract_art(Canvas& page, cv::RNG& random) {
     const cv::Point2d at{random.uniform(0.0, 0.7), random.uniform(0.0, 1.0)};
     const double size = random.uniform(0.04, 0.2);
     const double stretch = random.uniform(-1.0, 1.0);
-    const Colour colour = vivid(random);
-    if (shape % 3 == 0) page.disc(at, size * 0.6, colour);
-    if (shape % 3 == 1) page.fill({at.x, at.y, size, size * (1.2 + 0.8 * stretch)}, colour);
+    const Color color = vivid(random);
+    if (shape % 3 == 0) page.disc(at, size * 0.6, color);
+    if (shape % 3 == 1) page.fill({at.x, at.y, size, size * (1.2 + 0.8 * stretch)}, color);
     if (shape % 3 == 2)
-      page.polygon({at, at + cv::Point2d(size, size * stretch), at + cv::Point2d(0, size)}, colour);
+      page.polygon({at, at + cv::Point2d(size, size * stretch), at + cv::Point2d(0, size)}, color);
   }
 }
 
 void calendar(Canvas& page, cv::RNG& random) {
-  const Colour top = vivid(random), bottom = vivid(random);
+  const Color top = vivid(random), bottom = vivid(random);
   page.gradient({0, 0, 0.7, 0.4}, top, bottom);
   page.text("NOVEMBER", {0.06, 0.5}, 0.05, 0.008, kInk);
   for (int row = 0; row < 5; ++row)
@@ -91,22 +91,22 @@ void calendar(Canvas& page, cv::RNG& random) {
       const Box cell{0.04 + 0.09 * day, 0.55 + 0.085 * row, 0.085, 0.08};
       page.frame(cell, 0.003, {150, 150, 150});
       page.text(std::to_string(row * 7 + day + 1), {cell.x + 0.01, cell.y + 0.045}, 0.022, 0.004,
-                day > 4 ? Colour(190, 40, 40) : kInk);
+                day > 4 ? Color(190, 40, 40) : kInk);
     }
 }
 
 void map(Canvas& page, cv::RNG& random) {
   page.fill(page.all(), {176, 206, 226});
   for (int land = 0; land < 9; ++land) {
-    const cv::Point2d centre{random.uniform(0.05, 0.65), random.uniform(0.05, 0.95)};
+    const cv::Point2d center{random.uniform(0.05, 0.65), random.uniform(0.05, 0.95)};
     const double size = random.uniform(0.06, 0.17);
     std::vector<cv::Point2d> coast;
     for (int corner = 0; corner < 11; ++corner) {
       const double angle = corner * 2 * CV_PI / 11, r = size * random.uniform(0.6, 1.3);
-      coast.push_back(centre + cv::Point2d(r * std::cos(angle), r * std::sin(angle)));
+      coast.push_back(center + cv::Point2d(r * std::cos(angle), r * std::sin(angle)));
     }
     page.polygon(coast, shade({206, 190, 130}, random.uniform(0.7, 1.15)));
-    page.disc(centre, 0.008, {170, 30, 30});
+    page.disc(center, 0.008, {170, 30, 30});
   }
   for (double x = 0.1; x < 0.7; x += 0.1) page.line({x, 0}, {x, 1}, 0.003, {130, 150, 165});
   for (double y = 0.1; y < 1.0; y += 0.1) page.line({0, y}, {0.7, y}, 0.003, {130, 150, 165});
@@ -118,14 +118,14 @@ Canvas paint_poster(PaintRequest& request) {
   Canvas page(0.7, 1.0, 0.0025, {244, 243, 238});
   void (*const kinds[])(Canvas&, cv::RNG&) = {scientific_poster, landscape, abstract_art, calendar, map};
   kinds[request.number % 5](page, request.random);
-  page.frame(page.all(), 0.012, request.number % 2 ? Colour(40, 38, 36) : Colour(226, 222, 214));
+  page.frame(page.all(), 0.012, request.number % 2 ? Color(40, 38, 36) : Color(226, 222, 214));
   return page;
 }
 
 Canvas paint_whiteboard(PaintRequest& request) {
   Canvas board(2.4, 1.2, 0.003, {242, 243, 244});
   board.grain(request.random, 0.012, 0.1);
-  const Colour pens[] = {{30, 50, 150}, {170, 30, 36}, {24, 110, 60}, {30, 30, 34}};
+  const Color pens[] = {{30, 50, 150}, {170, 30, 36}, {24, 110, 60}, {30, 30, 34}};
   board.text("x' = A x + B u", {0.12, 0.24}, 0.07, 0.009, pens[0]);
   board.text("p = C x", {0.12, 0.40}, 0.07, 0.009, pens[0]);
   board.text("ZMP?", {0.7, 0.42}, 0.06, 0.009, pens[1]);
@@ -161,8 +161,7 @@ Canvas paint_notices(PaintRequest& request) {
   for (int sheet = 0; sheet < 13; ++sheet) {
     const Box paper{request.random.uniform(0.05, 1.2), request.random.uniform(0.05, 0.65),
                     request.random.uniform(0.12, 0.22), request.random.uniform(0.15, 0.3)};
-    board.fill(paper,
-               sheet % 4 ? Colour(244, 243, 238) : vivid(request.random) * 0.4 + Colour(140, 140, 140));
+    board.fill(paper, sheet % 4 ? Color(244, 243, 238) : vivid(request.random) * 0.4 + Color(140, 140, 140));
     lines_of_text(board, paper.inset(0.02), request.random);
     board.disc({paper.x + paper.width / 2, paper.y + 0.015}, 0.009, vivid(request.random));
   }

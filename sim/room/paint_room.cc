@@ -8,8 +8,8 @@ namespace {
 
 constexpr double kLong = 11, kShort = 7, kHigh = 3, kHallLong = 25, kHallAcross = 18;
 
-Colour brightness(const Colour& colour, cv::RNG& random, double spread) {
-  return shade(colour, 1 + random.uniform(-spread, spread));
+Color brightness(const Color& color, cv::RNG& random, double spread) {
+  return shade(color, 1 + random.uniform(-spread, spread));
 }
 
 // Skirting, sockets, scuffs and the darkening towards ceiling and floor that every wall has.
@@ -33,9 +33,9 @@ void finish_wall(Canvas& wall, cv::RNG& random) {
 }
 
 void paint_building(Canvas& view, const Box& body, cv::RNG& random) {
-  static const Colour kFacades[] = {
+  static const Color kFacades[] = {
       {196, 178, 150}, {170, 112, 88}, {150, 152, 156}, {206, 196, 176}, {122, 136, 150}};
-  const Colour wall = brightness(kFacades[random.uniform(0, 5)], random, 0.2);
+  const Color wall = brightness(kFacades[random.uniform(0, 5)], random, 0.2);
   view.fill(body, wall);
   const double storey = random.uniform(0.07, 0.11), bay = random.uniform(0.06, 0.1);
   for (double y = body.y + 0.03; y < body.y + body.height; y += storey)
@@ -62,15 +62,15 @@ Canvas paint_carpet(PaintRequest& request) {
   for (double y = 0; y < kShort; y += tile)
     for (double x = 0; x <= floor; x += tile) {  // the last tile is outside, but its numbers are drawn
       const bool accent = request.random.uniform(0.0, 1.0) < 0.12;
-      const Colour colour = accent ? Colour(150, 132, 96) : Colour(104, 108, 116);
+      const Color color = accent ? Color(150, 132, 96) : Color(104, 108, 116);
       const Box box{x, y, tile, tile};
-      carpet.fill(box, brightness(colour, request.random, 0.24));
+      carpet.fill(box, brightness(color, request.random, 0.24));
       const int stripes = request.random.uniform(3, 7);
       for (int stripe = 0; stripe < stripes; ++stripe) {
         const double at = request.random.uniform(0.02, 0.44), wide = request.random.uniform(0.01, 0.05);
         const double from = request.random.uniform(0.0, 0.3),
                      length = request.random.uniform(0.15, 0.5 - from);
-        const Colour tone = brightness(colour, request.random, 0.6);
+        const Color tone = brightness(color, request.random, 0.6);
         if (request.random.uniform(0, 2))
           carpet.fill({x + at, y + from, wide, length}, tone);
         else
@@ -107,21 +107,20 @@ Canvas paint_ceiling(PaintRequest& request) {
 }
 
 Canvas paint_long_wall(PaintRequest& request) {
-  Canvas wall(kLong, kHigh, 0.005, request.number == 1 ? Colour(214, 212, 204) : Colour(206, 204, 190));
+  Canvas wall(kLong, kHigh, 0.005, request.number == 1 ? Color(214, 212, 204) : Color(206, 204, 190));
   finish_wall(wall, request.random);
   return wall;
 }
 
 Canvas paint_short_wall(PaintRequest& request) {
-  Canvas wall(kShort, kHigh, 0.005, request.number == 1 ? Colour(196, 200, 206) : Colour(212, 206, 194));
+  Canvas wall(kShort, kHigh, 0.005, request.number == 1 ? Color(196, 200, 206) : Color(212, 206, 194));
   finish_wall(wall, request.random);
   return wall;
 }
 
 Canvas paint_hall_wall(PaintRequest& request) {
-  static const Colour kColours[] = {{208, 206, 200}, {214, 212, 204}, {190, 196, 198}, {206, 202, 192}};
-  Canvas wall(request.number <= 2 ? kHallLong : kHallAcross, kHigh, 0.005,
-              kColours[(request.number + 3) % 4]);
+  static const Color kColors[] = {{208, 206, 200}, {214, 212, 204}, {190, 196, 198}, {206, 202, 192}};
+  Canvas wall(request.number <= 2 ? kHallLong : kHallAcross, kHigh, 0.005, kColors[(request.number + 3) % 4]);
   finish_wall(wall, request.random);
   return wall;
 }
@@ -150,7 +149,7 @@ Canvas paint_window(PaintRequest& request) {
 }
 
 Canvas paint_door(PaintRequest& request) {
-  Canvas door(0.95, 2.1, 0.0035, request.number == 1 ? Colour(150, 112, 74) : Colour(120, 132, 142));
+  Canvas door(0.95, 2.1, 0.0035, request.number == 1 ? Color(150, 112, 74) : Color(120, 132, 142));
   door.grain(request.random, 0.05, 0.02);
   for (int vein = 0; request.number == 1 && vein < 60; ++vein) {
     const double x = request.random.uniform(0.0, 0.95), end = x + request.random.uniform(-0.03, 0.03);
@@ -174,7 +173,7 @@ Canvas paint_rug(PaintRequest& request) {
   Canvas rug(2.4, 1.7, 0.005, {128, 52, 44});
   for (int ring = 0; ring < 6; ++ring)
     rug.frame(rug.all().inset(0.05 + 0.07 * ring), 0.03,
-              brightness(ring % 2 ? Colour(196, 170, 120) : Colour(46, 50, 78), request.random, 0.2));
+              brightness(ring % 2 ? Color(196, 170, 120) : Color(46, 50, 78), request.random, 0.2));
   for (int column = 0; column < 5; ++column)
     for (int row = 0; row < 2; ++row) {
       const cv::Point2d at{0.62 + 0.29 * column, 0.68 + 0.34 * row};

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/estimators/estimators.h"
+#include "sim/estimators/estimator.h"
 
 namespace sim::scenario {
 namespace {
@@ -19,7 +19,7 @@ using estimators::EstimatorChoice;
 using estimators::Source;
 using std::string_view_literals::operator""sv;
 
-constexpr std::array kFields{"program"sv, "library"sv,        "command"sv,        "name"sv,
+constexpr std::array kFields{"program"sv, "command"sv,        "name"sv,
                              "options"sv, "start_within_s"sv, "answer_within_s"sv};
 constexpr Domain kLimit{0.001, 1e6};
 constexpr std::size_t kMostOptions = 1000;
@@ -32,7 +32,7 @@ const Domain& named() {
 /// A scalar's text. Throws ConfigError.
 std::string word(const Yaml& node, const std::string& key) {
   if (node.kind != Yaml::Kind::scalar || node.text.empty() || node.text.find('\0') != node.text.npos)
-    fail(node, key, "expected a word that is not empty");
+    fail(node, key, "expected a non-empty word");
   return node.text;
 }
 
@@ -72,8 +72,8 @@ bool is_built_in(const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// The name of the file of a program, library or command without folder and ending; not that of a built-in
-/// estimator.
+/// Returns the name of the program's or command's file without folder and extension. It differs from built-in
+/// names.
 std::string standard_name(const EstimatorChoice& choice) {
   const std::string& first = choice.words.front();
   std::string name = std::filesystem::path(first.substr(0, first.find(' '))).stem().string();
@@ -83,12 +83,12 @@ std::string standard_name(const EstimatorChoice& choice) {
   std::replace_if(
       name.begin(), name.end(), [&](char c) { return !allowed(c); }, '_');
   if (name.empty()) name = "estimator";
-  return is_built_in(name) ? name + "_of_others" : name.substr(0, 100);
+  return is_built_in(name) ? name + "_external" : name.substr(0, 100);
 }
 
-void take_source(const Yaml& at, const std::string& key, EstimatorChoice& choice, Source source,
+void read_source(const Yaml& at, const std::string& key, EstimatorChoice& choice, Source source,
                  const Yaml& value) {
-  if (!choice.words.empty()) fail(at, key, "names two of program, library and command, expected one of them");
+  if (!choice.words.empty()) fail(at, key, "names a program and a command, expected one of them");
   choice.source = source;
   choice.words = source == Source::program ? words(value, key) : std::vector{word(value, key)};
 }
@@ -96,9 +96,12 @@ void take_source(const Yaml& at, const std::string& key, EstimatorChoice& choice
 void read_field(const Yaml& at, const std::string& key, const Yaml& value, EstimatorChoice& choice) {
   const std::string& field = at.text;
   const std::string path = key + "." + field;
-  if (field == "program") return take_source(at, path, choice, Source::program, value);
-  if (field == "library") return take_source(at, path, choice, Source::library, value);
-  if (field == "command") return take_source(at, path, choice, Source::command, value);
+  if (field == "program") return read_source(at, path, choice, Source::program, value);
+  if (field == "library")
+    fail(at, path,
+         "was removed: compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give "
+         "estimator.program");
+  if (field == "command") return read_source(at, path, choice, Source::command, value);
   if (field == "name") return read(value, path, {}, choice.name);
   if (field == "options") return read_options(value, path, "", choice);
   if (field == "start_within_s") return read(value, path, kLimit, choice.start_within_s);
@@ -111,13 +114,10 @@ EstimatorChoice read_section(const Yaml& node, const std::string& key) {
   EstimatorChoice choice;
   choice.name.clear();
   for (std::size_t i = 0; i < node.keys.size(); ++i) read_field(node.keys[i], key, node.items[i], choice);
-  if (choice.words.empty())
-    fail(node, key,
-         "expected a program or a library, as in {program: [./my_slam, --stdio]} or {library: libmy.so}");
+  if (choice.words.empty()) fail(node, key, "expected a program, as in {program: [./my_slam, --stdio]}");
   if (choice.name.empty()) choice.name = standard_name(choice);
   if (is_built_in(choice.name))
-    fail(node, key + ".name",
-         fmt::format("{} is a built-in estimator, expected a name of its own", choice.name));
+    fail(node, key + ".name", fmt::format("{} is a built-in estimator, expected another name", choice.name));
   return choice;
 }
 
@@ -128,22 +128,15 @@ std::string quoted(const std::vector<std::string>& all) {
 }
 
 std::string print_source(const EstimatorChoice& choice) {
-  switch (choice.source) {
-    case Source::program:
-      return "program: " + quoted(choice.words);
-    case Source::library:
-      return "library: " + quote_if_needed(choice.words.front());
-    default:
-      return "command: " + quote_if_needed(choice.words.front());
-  }
+  if (choice.source == Source::program) return "program: " + quoted(choice.words);
+  return "command: " + quote_if_needed(choice.words.front());
 }
 
 }  // namespace
 
 std::string expected(const Domain&, const estimators::EstimatorChoice&) {
-  return fmt::format(
-      "a built-in estimator ({}), {{program: [FILE, ARGUMENT...], options: {{...}}}} or {{library: FILE}}",
-      fmt::join(named().choices, ", "));
+  return fmt::format("a built-in estimator ({}) or {{program: [FILE, ARGUMENT...], options: {{...}}}}",
+                     fmt::join(named().choices, ", "));
 }
 
 void read(const Yaml& node, std::string_view key, const Domain&, estimators::EstimatorChoice& choice) {
@@ -153,8 +146,8 @@ void read(const Yaml& node, std::string_view key, const Domain&, estimators::Est
   }
   if (node.kind == Yaml::Kind::scalar && node.text.find_first_of("/.") != node.text.npos)
     fail(node, std::string(key),
-         fmt::format("is '{0}', expected a built-in estimator ({1}), {{program: {0}}} or {{library: {0}}}",
-                     node.text, fmt::join(named().choices, ", ")));
+         fmt::format("is '{0}', expected a built-in estimator ({1}) or {{program: {0}}}", node.text,
+                     fmt::join(named().choices, ", ")));
   EstimatorChoice found;
   found.name = named().choices[read_choice(node, key, named())];
   choice = found;

@@ -55,6 +55,22 @@ constexpr std::pair<std::string_view, std::string_view> kGone[]{
      "rpe_50cm_deg rpe_50cm_m rpe_step_deg rpe_step_m slip_drift_x_m slip_drift_y_m "
      "slip_drift_yaw_deg slip_landing_deg slip_landing_m slip_lift_off_deg slip_lift_off_m "
      "slip_support_deg slip_support_m walk_completion yaw_rmse_deg "},
+    {"compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give estimator.program "
+     "(sim/scenario/estimator_key.cc has the message)",
+     "estimator.library "},
+    {"the capture-point law is the only one",
+     "stabilizer.tracking.law stabilizer.tracking.delayed_zmp.lag_s "
+     "stabilizer.tracking.delayed_zmp.fast_pole_per_s "
+     "stabilizer.tracking.delayed_zmp.slow_pole_per_s "},
+    {"is a constant of the stabilizer, 0.01 m", "stabilizer.tracking.sole_margin_m "},
+    {"is a constant of the stabilizer, 1.5 s",
+     "stabilizer.ankle_admittance.leak_s stabilizer.force_difference.leak_s "},
+    {"is a constant of the stabilizer, 0.17 rad", "stabilizer.ankle_admittance.limit_rad "},
+    {"is a constant of the stabilizer, 0.08 s", "stabilizer.force_difference.leak_in_swing_s "},
+    {"is a constant of the stabilizer, 0.025 m", "stabilizer.force_difference.limit_m "},
+    {"is a constant of the stabilizer, 0.03 s", "stabilizer.leg_compliance.lag_s "},
+    {"is a constant of the stabilizer, 10 s", "stabilizer.body_attitude.leak_s "},
+    {"is a constant of the stabilizer, 0.1 rad", "stabilizer.body_attitude.limit_rad "},
 };
 
 }  // namespace

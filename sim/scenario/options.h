@@ -12,18 +12,13 @@
 #include "sim/camera/options.h"
 #include "sim/estimators/estimator_choice.h"
 #include "sim/physics/options.h"
+#include "sim/scenario/ending.h"
 #include "sim/sensor_errors/sensor_errors.h"
 #include "slam/options.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
 
 namespace sim::scenario {
-
-/// How a run can end. `stopped`: a steered walk had no estimate for too long. `estimator_failed`: the
-/// estimator crashed, did not answer in time, or gave an answer that is none. `failed`: the simulator broke
-/// in a way that no scenario can allow.
-inline constexpr std::array<std::string_view, 7> kEndings{
-    "completed", "fell", "collided", "diverged", "stopped", "estimator_failed", "failed"};
 
 /// Which way a limit holds its metric.
 enum class Bound { at_most, at_least };
@@ -38,11 +33,11 @@ struct MetricLimit {
 
 /// The scenario's keys limits.*: what a run must keep to pass.
 struct Limits {
-  std::vector<std::string> ending{"completed"};
+  std::vector<std::string> ending{"completed"};  ///< names of Endings
   std::vector<MetricLimit> metrics;
 
   static void keys(auto&& key) {
-    choice<&Limits::ending>(key, kEndings, "endings with which a run can pass");
+    choice<&Limits::ending>(key, kResultEndings, "endings with which a run can pass");
   }
 };
 
@@ -68,10 +63,8 @@ struct Scenario {
     part<&Scenario::world>(key);
     part<&Scenario::camera>(key);
     part<&Scenario::errors>(key);
-    value<&Scenario::estimator>(
-        key,
-        "estimator that is run on the observations: a built-in one by its name, or another program or "
-        "library");
+    value<&Scenario::estimator>(key,
+                                "estimator of the run: a built-in one by its name, or an external program");
     part<&Scenario::slam>(key);
     part<&Scenario::limits>(key);
   }

@@ -1,10 +1,15 @@
 #include "sim/score/alignment.h"
 
 #include <Eigen/SVD>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 namespace sim::score {
 namespace {
+
+constexpr std::array<std::string_view, 6> kNames{"none", "origin", "yaw", "se3", "sim3", "scale"};
 
 // First and second moments of the paired positions, about their means.
 struct Moments {
@@ -58,7 +63,7 @@ OrAbsent<Similarity> align_yaw(const Moments& m) {
 OrAbsent<Similarity> align_umeyama(const Moments& m, bool with_scale) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d D = svd.singularValues();
-  if (!(D(0) > rounding_error(m))) return Absent{"the positions are all in one point"};
+  if (!(D(0) > rounding_error(m))) return Absent{"all positions coincide"};
   if (!(D(1) > rounding_error(m)))
     return Absent{"the positions are on one line: the rotation about it is not determined"};
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
@@ -67,7 +72,7 @@ OrAbsent<Similarity> align_umeyama(const Moments& m, bool with_scale) {
   return about_means(m, R, with_scale ? D.dot(signs) / m.square_estimate : 1);
 }
 
-// The scale that Umeyama finds, without the turn and the shift it finds with it.
+// The scale of Umeyama's alignment, without its rotation and translation.
 OrAbsent<Similarity> align_scale(const Moments& m) {
   const auto full = align_umeyama(m, true);
   if (const auto* none = std::get_if<Absent>(&full)) return *none;
@@ -75,6 +80,14 @@ OrAbsent<Similarity> align_scale(const Moments& m) {
 }
 
 }  // namespace
+
+std::string name_of(Alignment alignment) { return std::string(kNames[static_cast<std::size_t>(alignment)]); }
+
+std::optional<Alignment> alignment_of(const std::string& name) {
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<Alignment>(found - kNames.begin());
+}
 
 Eigen::Isometry3d Similarity::operator*(const Eigen::Isometry3d& X) const {
   Eigen::Isometry3d Y = Eigen::Isometry3d::Identity();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/score/statistics.h"
@@ -11,9 +13,14 @@ namespace sim::score {
 
 /// none: no alignment · origin: first pose onto first pose · yaw_position: rotation about z and translation
 /// by least squares of positions · se3: rotation and translation by least squares of positions · sim3:
-/// rotation, translation and scale by least squares of positions (Umeyama 1991) · scale: the scale of sim3
-/// alone.
+/// rotation, translation and scale by least squares of positions (Umeyama 1991) · scale: only the scale of
+/// sim3.
 enum class Alignment { none, origin, yaw_position, se3, sim3, scale };
+
+/// Returns "none", "origin", "yaw", "se3", "sim3" or "scale".
+std::string name_of(Alignment alignment);
+/// Returns the alignment of that name; nothing for another word.
+std::optional<Alignment> alignment_of(const std::string& name);
 
 /// p -> scale R p + translation; orientations are turned by R.
 struct Similarity {
@@ -29,7 +36,7 @@ struct Similarity {
 /// on one line.
 OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment);
 
-/// The pairs with their estimates transformed.
+/// Returns the pairs with their estimates transformed.
 std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs);
 
 }  // namespace sim::score

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 
 namespace sim::score {
 
@@ -18,16 +18,15 @@ struct PoseNees {
   double orientation = 0, position = 0;
 };
 
-/// covariance: of the error (Log(R_WC_estimateᵀ R_WC_true) in axes C, p_true − p_estimate in axes W), in this
-/// order. No alignment: the poses are compared as they are. Nothing when a block of the covariance is not
-/// positive definite.
+/// Returns the NEES without alignment; nothing if a block of the covariance is not positive definite.
+/// covariance: of the error (Log(R_WC_estimateᵀ R_WC_true) in axes C, p_true − p_estimate in axes W).
 std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                   const Matrix6d& covariance);
 
-/// errorᵀ covariance⁻¹ error; nothing when the covariance is not positive definite.
+/// Returns errorᵀ covariance⁻¹ error; nothing if the covariance is not positive definite.
 std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 
-/// The x that a chi-square of `dof` > 0 degrees of freedom does not exceed with probability p in (0, 1).
+/// The quantile for p in (0, 1) of a chi-square of `dof` > 0 degrees of freedom.
 double chi_square_quantile(double p, double dof);
 
 /// The confidence interval of the mean of `count` independent normalized squares of `dof` degrees of freedom.
@@ -38,8 +37,8 @@ Band mean_band(int dof, int count, double confidence = 0.95);
 
 inline constexpr double kSettled_s = 5;  ///< earlier moments are not judged: the start is given
 
-/// Consistency of many runs together. mean: over all moments; inside, below: fraction of the moments whose
-/// mean over the runs is inside its 95 % confidence interval, or below it.
+/// Consistency of many runs together. mean: over all moments; inside, below: the fraction of moments with the
+/// mean over the runs inside its 95 % confidence interval, or below it.
 struct BandFractions {
   double mean = 0, inside = 0, below = 0;
 };

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "sim/score/alignment.h"
-#include "sim/score/errors.h"
 #include "sim/score/metrics.h"
 #include "sim/score/relative.h"
 #include "sim/score/score_context.h"
@@ -130,7 +129,7 @@ auto of_landmarks(F of) {
   return [of](C c) -> Value {
     const auto errors =
         landmark_errors(c.run.map, c.run.landmarks, c.run.truth_camera, c.run.surfaces, c.run.camera);
-    if (errors.empty()) return Absent{"the final map has no landmark whose surface point is known"};
+    if (errors.empty()) return Absent{"the final map has no landmark with a known surface point"};
     return of(errors);
   };
 }
@@ -180,8 +179,8 @@ MetricDefinitions absolute_metrics() {
 MetricDefinitions relative_metrics() {
   const std::string text = "Relative pose error: root mean square ",
                     over =
-                        " error of the motion over 1 m of the true path, from each frame to the one whose "
-                        "distance is nearest to that, within 10 %.";
+                        " error of the motion over 1 m of the true path, from each frame to the one nearest "
+                        "to that distance, within 10 %.";
   const auto translation = [](const Eigen::Isometry3d& E) { return E.translation().norm(); };
   const auto rotation = [](const Eigen::Isometry3d& E) {
     return rotation_vector(E.linear()).norm() / kDegree;

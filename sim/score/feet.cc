@@ -30,7 +30,7 @@ Pose2 inverse(const Pose2& a) {
   return {-c * a.x - s * a.y, s * a.x - c * a.y, -a.yaw};
 }
 
-/// A stretch of samples [begin, end) in which a foot is on the ground where the plan has it at `plan`.
+/// The samples [begin, end) of a foot on the ground, and its planned place.
 struct Stance {
   Foot foot = Foot::left;
   std::size_t begin = 0, end = 0;
@@ -54,7 +54,7 @@ class DriftDecomposition {
   std::optional<Stance> stance(Foot foot, std::size_t begin, std::size_t end) const;
   void find_anchors(const std::vector<Stance>& landings);
 
-  /// Where the plan's end would be if all went by the plan from sample i on, as the stance has it.
+  /// The final waist if everything follows the plan from sample i on, as seen from the stance foot.
   Pose2 end_seen_from(const Stance& stance, std::size_t i) const {
     return at(stance.foot, std::min(i, samples_.size() - 1)).truth * inverse(stance.plan) * waist_plan_;
   }
@@ -62,7 +62,7 @@ class DriftDecomposition {
   void add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end);
   void add_jumps();
 
-  // One stance after the other carries the motion of the robot, each from sample `from` on.
+  // Successive stances carry the motion of the robot, each from sample `from` on.
   struct Anchor {
     Stance stance;
     std::size_t from = 0;
@@ -74,7 +74,7 @@ class DriftDecomposition {
   std::vector<FootRow> rows_;
 };
 
-/// Past the last sample of the contact that sample i is in.
+/// Returns the index after the last sample of the contact that includes sample i.
 std::size_t DriftDecomposition::leaves(Foot foot, std::size_t i) const {
   std::size_t end = i + 1;
   for (std::size_t k = end; k < samples_.size() && samples_[k].t - samples_[end - 1].t <= kBounce; ++k) {
@@ -83,7 +83,7 @@ std::size_t DriftDecomposition::leaves(Foot foot, std::size_t i) const {
   return end;
 }
 
-/// The contact as a stance; none for a foot that scuffs the ground in mid-swing.
+/// Returns the contact as a stance; nothing for a foot that scuffs the ground in mid-swing.
 std::optional<Stance> DriftDecomposition::stance(Foot foot, std::size_t begin, std::size_t end) const {
   Stance found{foot, begin, end, {}, end, end};
   bool planned = false;
@@ -114,7 +114,7 @@ std::vector<Stance> DriftDecomposition::stances(Foot foot) const {
   return all;
 }
 
-/// Between two landings the foot that does not land next stands all the time: it carries the motion.
+/// Between two landings the foot that does not land next stands throughout: it carries the motion.
 void DriftDecomposition::find_anchors(const std::vector<Stance>& landings) {
   for (std::size_t k = 0; k < landings.size(); ++k) {
     const bool last = k + 1 == landings.size();
@@ -150,7 +150,7 @@ void DriftDecomposition::add_stance(const Stance& stance) {
   add(stance, FootPhase::lift_off, std::max(stance.carries, stance.carried), stance.end);
 }
 
-/// What does not happen while a foot stands: the start, each putting down, and the body over the last foot.
+/// Adds the start, each landing error, and the body over the last foot.
 void DriftDecomposition::add_jumps() {
   if (anchors_.empty()) return;
   const auto jump = [&](FootPhase phase, Foot foot, std::size_t at, const Pose2& drift, const Pose2& moved) {

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "sim/score/errors.h"
 #include "sim/score/metrics.h"
 #include "sim/score/score_context.h"
 
@@ -10,7 +9,7 @@ namespace {
 using enum Worst;
 using C = const ScoreContext&;
 
-// The moment at which an early landmark was first found again, and the last poses before it and until 1 s
+// The time of the first early landmark that was found again, and the last poses before it and until 1 s
 // after it.
 struct Closure {
   Stamp found{0};
@@ -74,7 +73,7 @@ MetricDefinitions loop_metrics() {
           {"loop_closed", "1", "1 if loop_landmarks is at least 3, else 0.", Needs::estimate, is_closed,
            smallest, kHeadline},
           {"loop_time_s", "s",
-           "Time at which an early landmark was first found again, anywhere on the path: " + early +
+           "Time of the first early landmark that was found again, anywhere on the path: " + early +
                ", and matched within 3 px of its true projection.",
            Needs::estimate,
            [](C c) {

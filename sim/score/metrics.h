@@ -36,16 +36,16 @@ struct MetricDefinition {
   std::string name, unit, definition;  ///< definition: for --help and reports
   Needs needs = Needs::walk;
   std::function<Value(const ScoreContext&)> compute;
-  Direction direction{};  ///< in which it becomes worse
+  Direction direction{};  ///< of getting worse
   bool headline = false;  ///< shown in the short table as well
 };
 using MetricDefinitions = std::vector<MetricDefinition>;
 
-/// All metrics in the order in which tables and files list them.
+/// All metrics, in the order of tables and files.
 const MetricDefinitions& metric_definitions();
 /// Returns the definition of that name, or nullptr.
 const MetricDefinition* find_metric(std::string_view name);
-/// Returns the direction in which a metric becomes worse: towards larger values for an unknown name.
+/// Returns the direction of getting worse: towards larger values for an unknown name.
 Direction direction_of(std::string_view name);
 
 /// Returns all metrics of metric_definitions(), each with a finite value or a reason.

@@ -21,7 +21,7 @@ double turn(const PosePair& from, const PosePair& to, const Spans& which) {
   return rotation_vector(R).norm() * (which.unit == Unit::degrees ? 180 / std::numbers::pi : 1);
 }
 
-// How far along each pose is: frames, metres walked, turned, or seconds.
+// The place of each pose along the path: frames, metres, radians or degrees turned, or seconds.
 std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
   std::vector<double> all;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -36,7 +36,7 @@ std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& whic
   return all;
 }
 
-// Stamps are whole ns; what is a length to the ns, is that length.
+// Stamps are whole ns: lengths are equal within half of one.
 double rounding(const Spans& which) { return which.unit == Unit::seconds ? 0.5e-9 : 0; }
 
 std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
@@ -53,7 +53,7 @@ std::vector<Span> consecutive(const std::vector<double>& place, const Spans& whi
   return spans;
 }
 
-// The later pose whose distance from `from` is nearest to delta; of two as near, the earlier.
+// The later pose nearest to delta away from `from`; the earlier of two.
 std::size_t nearest_end(const std::vector<double>& place, std::size_t from, double delta) {
   const auto begin = place.begin() + static_cast<std::ptrdiff_t>(from) + 1;
   auto end = std::lower_bound(begin, place.end(), place[from] + delta);

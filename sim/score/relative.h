@@ -9,13 +9,12 @@
 
 namespace sim::score {
 
-/// The spans over which motions are compared. Consecutive spans: each begins where the previous one ended,
-/// and ends at the first pose at least `delta` away; of metres, the first span begins where delta has been
-/// walked for the first time, as in the evaluation program evo, whose numbers these are for frames, metres,
-/// degrees and radians. All spans: one from each pose to the later pose whose distance from it is nearest to
-/// delta, if it differs from delta by at most `tolerance` times delta (frames: not at all). Rotation adds up
-/// from frame to frame for consecutive spans; all spans of rotation are all pairs of poses whose orientations
-/// are delta apart.
+/// A kind of spans of motion. Consecutive spans: each starts at the end of the previous one and ends at the
+/// first pose at least `delta` away; of metres, the first span starts once delta has been walked. These are
+/// evo's numbers for frames, metres, degrees and radians. All spans: one from each pose to the later pose
+/// nearest to delta away, if it differs from delta by at most `tolerance` times delta (frames: not at all).
+/// Rotation adds up from frame to frame in consecutive spans; all spans of rotation are all pairs of poses
+/// that are delta apart.
 struct Spans {
   enum class Unit { frames, metres, seconds, radians, degrees, footsteps } unit = Unit::frames;
   double delta = 1;
@@ -30,10 +29,9 @@ struct Span {
   std::size_t from = 0, to = 0;
 };
 
-/// delta > 0 (frames, footsteps: a whole number). Empty when the trajectory is too short.
+/// delta > 0 (frames, footsteps: a whole number). Empty if the trajectory is too short.
 std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
-/// The spans from one given time to the next (the footsteps of a walk), each at the pose nearest to that
-/// time.
+/// The spans between successive times (the footsteps of a walk), each at the nearest pose.
 std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::vector<Stamp>& times);
 
 /// The difference of the motions over one span, E = (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹

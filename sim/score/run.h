@@ -1,4 +1,4 @@
-// Everything that is scored of one run: truth, plan and estimate at the stamps of the frames.
+// The input of the score: truth, plan and estimate of one run at the stamps of the frames.
 #pragma once
 
 #include <array>
@@ -10,22 +10,22 @@
 
 #include "sim/score/consistency.h"
 #include "sim/score/feet.h"
-#include "sim/score/landmark_accuracy.h"
-#include "sim/score/loop_closure.h"
+#include "sim/score/landmarks.h"
 #include "sim/score/surfaces.h"
 #include "sim/score/trajectory.h"
+#include "sim/score/types.h"
 
 namespace sim::score {
 
-/// Where the estimator believed the camera was. covariance: see pose_nees; absent where it states none.
+/// The estimated camera pose. covariance: see pose_nees; absent if the estimator states none.
 struct EstimatedPose {
   Stamp t{0};
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   std::optional<Matrix6d> covariance = Matrix6d::Identity();
 };
 
-/// The sensors whose innovations are scored, in the order of Run::innovations. A new one is named here and in
-/// sim/result/sensor_innovations.h; the metrics nis_<sensor>_... and the columns of frames.csv follow.
+/// The sensors of Run::innovations, in its order. A new one is named here and in sim/result's
+/// kSensorInnovations; the metrics nis_<sensor>_... and the columns of frames.csv follow.
 inline constexpr std::array kSensors{std::string_view("vision"), std::string_view("gyro"),
                                      std::string_view("plan_velocity"), std::string_view("height")};
 
@@ -42,30 +42,24 @@ struct TimedHealth {
   bool fault_flag = false;  ///< a sensor contradicts the others
 };
 
-/// When the plan ends, and when it puts feet on the ground.
+/// The end of the plan, and its landings of feet.
 struct PlannedTimes {
   Stamp end{0};
   std::vector<Stamp> footsteps;
-};
-
-/// A footstep that steering was free to correct, and by how much: ahead, aside (m), turn (rad).
-struct StepCorrection {
-  Stamp t{0};
-  double ahead = 0, aside = 0, turn = 0;
 };
 
 /// The path that the commands of a walk describe, laid into W at the start.
 struct DesiredPath {
   Trajectory waist;                                       ///< X_WB wanted at the stamps of the true waist
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();  ///< X_WB wanted at the end
-  std::vector<std::pair<Stamp, Stamp>> laps;  ///< begin and end of each lap, if the walk repeats commands
+  std::vector<std::pair<Stamp, Stamp>> laps;  ///< start and end of each lap, if the walk repeats commands
 };
 
 /// One run. W is the plan's world P at t = 0.
 struct Run {
   Trajectory truth_camera, plan_camera;     ///< X_WC, X_PC
   Trajectory truth_waist, plan_waist;       ///< X_WB, X_PB
-  std::optional<DesiredPath> desired;       ///< absent where no walk was planned
+  std::optional<DesiredPath> desired;       ///< absent without a planned walk
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
   std::vector<FootRow> feet;                           ///< of decompose_drift(); empty without feet

@@ -7,7 +7,7 @@ constexpr double kFirstMotion_m = 0.001;
 
 std::optional<Stamp> first_motion(const Run& run) {
   if (run.plan_waist.empty() && !run.truth_camera.empty()) return run.truth_camera.front().t;
-  for (const StampedPose& pose : run.plan_waist)
+  for (const TimedPose& pose : run.plan_waist)
     if ((pose.X.translation() - run.plan_waist.front().X.translation()).norm() > kFirstMotion_m)
       return pose.t;
   return std::nullopt;
@@ -15,7 +15,7 @@ std::optional<Stamp> first_motion(const Run& run) {
 
 Trajectory from(Stamp start, const Trajectory& all) {
   Trajectory rest;
-  for (const StampedPose& pose : all)
+  for (const TimedPose& pose : all)
     if (pose.t >= start) rest.push_back(pose);
   return rest;
 }
@@ -30,7 +30,7 @@ std::optional<Absent> why_no_estimate(const ScoreContext& c) {
   if (!c.run.estimate) return Absent{"the filter was not run"};
   if (c.run.failed) return Absent{"the estimator failed: " + *c.run.failed};
   if (c.run.diverged) return Absent{"the filter diverged: " + *c.run.diverged};
-  if (!c.start) return Absent{c.run.plan_waist.empty() ? "there is no truth" : "the plan never moves"};
+  if (!c.start) return Absent{c.run.plan_waist.empty() ? "the run has no true pose" : "the plan never moves"};
   if (c.pairs.empty()) return Absent{"no estimate has the stamp of a true pose"};
   return std::nullopt;
 }

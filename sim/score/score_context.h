@@ -14,10 +14,10 @@ struct ScoreContext {
   explicit ScoreContext(const Run& run);
 
   const Run& run;
-  std::optional<Stamp> start;  ///< the first frame whose planned waist is more than 1 mm from its start;
-                               ///< without a planned waist the first frame with truth
-  Trajectory truth_camera, estimate;         ///< from then on
-  std::vector<PosePair> pairs;               ///< of these two
+  std::optional<Stamp> start;         ///< the first frame with a planned waist more than 1 mm from its start;
+                                      ///< without a planned waist the first frame with truth
+  Trajectory truth_camera, estimate;  ///< from then on
+  std::vector<PosePair> pairs;        ///< of these two
   OrAbsent<std::vector<PoseNees>> nees;      ///< of the pairs
   std::optional<Absent> no_estimate;         ///< why the estimate cannot be scored, if it cannot
   OrAbsent<std::vector<LoopLandmark>> loop;  ///< early landmarks that were found again

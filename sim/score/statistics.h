@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -22,20 +23,20 @@ double mean(const std::vector<double>& values);
 double root_mean_square(const std::vector<double>& values);
 /// The middle value; of an even count the mean of the two in the middle.
 double median(std::vector<double> values);
-/// Of a sample (n − 1); 0 for a single value.
+/// The standard deviation of a sample (n − 1); 0 for a single value.
 double standard_deviation(const std::vector<double>& values);
-/// p in [0, 1]: linear between order statistics, p = 0 the minimum, p = 1 the maximum (Hyndman & Fan 1996,
-/// type 7).
+/// Linear between order statistics for p in [0, 1]: p = 0 is the minimum, p = 1 the maximum (Hyndman & Fan
+/// 1996, type 7).
 double quantile(std::vector<double> values, double p);
 
-/// Which of several values of a metric is the worst.
+/// The worst of several values of a metric.
 enum class Worst { largest, smallest, largest_magnitude, farthest_from_expected };
 
-/// The direction in which a metric becomes worse.
+/// The direction of getting worse.
 struct Direction {
   constexpr Direction(Worst which = Worst::largest) : worst(which) {}
-  /// Away from a positive value that is expected, such as the degrees of freedom of a normalised square: as
-  /// bad above it as below it, by the magnitude of the logarithm of their ratio.
+  /// Away from a positive expected value, such as the degrees of freedom of a normalized square: by the
+  /// magnitude of the logarithm of their ratio, as bad above as below.
   static constexpr Direction away_from(double expected_value) {
     Direction direction(Worst::farthest_from_expected);
     direction.expected = expected_value;
@@ -49,12 +50,33 @@ struct Direction {
 /// A finite number that grows as the value becomes worse.
 double loss(double value, const Direction& direction);
 
-/// A metric over the seeds in which it is defined. Without any: n = 0 and the rest meaningless.
+/// A metric over the seeds that define it. Without any, n = 0 and the rest is meaningless.
 struct Summary {
   std::size_t n = 0;
   double median = 0, mean = 0, worst = 0;
   std::optional<double> standard_deviation{};  ///< of two and more
 };
 Summary summarize(const std::vector<double>& values, const Direction& direction);
+
+// --- significance of a difference between two sets of runs ---
+
+/// Two-sided p-value of the signed rank test (Wilcoxon 1945) that paired differences are symmetric about 0.
+/// Zeros are skipped; equal sizes share their mean rank. Exact for up to 50 differences, by the normal
+/// approximation with corrections for ties and continuity beyond. 1 when nothing differs. All values finite.
+double wilcoxon_signed_rank(const std::vector<double>& differences);
+
+/// Two-sided p-value of the rank sum test (Wilcoxon 1945, Mann & Whitney 1947) that two sets of values, of
+/// different seeds, come from the same distribution. Equal values share their mean rank. Exact (all ways of
+/// dealing the ranks out) for up to 100 values in all, by the normal approximation with corrections for ties
+/// and continuity beyond. 1 when one set is empty. All values finite.
+double rank_sum(const std::vector<double>& a, const std::vector<double>& b);
+
+/// Returns a confidence interval of at least 95 % for the median of the distribution that the values sample,
+/// for any distribution (order statistics); nothing for fewer than 6 values.
+std::optional<std::pair<double, double>> median_interval(std::vector<double> values);
+
+/// Returns the p-values adjusted for multiple tests (Holm 1979), in the given order: each can be compared
+/// with the level itself.
+std::vector<double> holm(const std::vector<double>& p_values);
 
 }  // namespace sim::score

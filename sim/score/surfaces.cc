@@ -9,15 +9,14 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// A ray in the axes of a shape: p + s d, s > 0. All functions below give the least such s on the shape, or
+// A ray in the axes of a shape: p + s d, s > 0. The functions below return the least such s on the shape, or
 // kNever.
 struct Ray {
   Eigen::Vector3d p, d;
   Eigen::Vector3d at(double s) const { return p + s * d; }
 };
 
-// The part of the ray's line inside something convex, from the first to the last parameter; empty if first >
-// last.
+// The interval of the ray's parameter inside a convex shape; empty if first > last.
 struct Stretch {
   double first = -kNever, last = kNever;
 };

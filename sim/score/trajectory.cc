@@ -8,7 +8,7 @@ namespace {
 
 Trajectory::const_iterator first_not_before(const Trajectory& trajectory, Stamp t) {
   return std::lower_bound(trajectory.begin(), trajectory.end(), t,
-                          [](const StampedPose& pose, Stamp stamp) { return pose.t < stamp; });
+                          [](const TimedPose& pose, Stamp stamp) { return pose.t < stamp; });
 }
 
 Trajectory::const_iterator nearest_in_time(const Trajectory& trajectory, Stamp t) {
@@ -21,7 +21,7 @@ Trajectory::const_iterator nearest_in_time(const Trajectory& trajectory, Stamp t
 
 std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
   std::vector<PosePair> pairs;
-  for (const StampedPose& pose : estimate) {
+  for (const TimedPose& pose : estimate) {
     const auto same = first_not_before(truth, pose.t);
     if (same != truth.end() && same->t == pose.t) pairs.push_back({pose.t, same->X, pose.X});
   }
@@ -31,13 +31,13 @@ std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& e
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset) {
   Trajectory shifted = estimate;
-  for (StampedPose& pose : shifted) pose.t += offset;
+  for (TimedPose& pose : shifted) pose.t += offset;
   const bool fewer_estimates = shifted.size() <= truth.size();
   const Trajectory &few = fewer_estimates ? shifted : truth, &many = fewer_estimates ? truth : shifted;
   std::vector<PosePair> pairs;
   auto last = many.end();  // the pose of the last pair, which is `last_apart` from its partner
   Stamp last_apart{0};
-  for (const StampedPose& pose : few) {
+  for (const TimedPose& pose : few) {
     const auto nearest = nearest_in_time(many, pose.t);
     if (nearest == many.end()) continue;
     const Stamp apart = std::chrono::abs(nearest->t - pose.t);
@@ -54,7 +54,7 @@ std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory&
 
 std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate) {
   std::vector<PosePair> pairs;
-  for (const StampedPose& pose : estimate)
+  for (const TimedPose& pose : estimate)
     if (const auto X = interpolate(truth, pose.t)) pairs.push_back({pose.t, *X, pose.X});
   return pairs;
 }
@@ -89,5 +89,40 @@ Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
 }
 
 double yaw(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)); }
+
+std::vector<double> position_errors(const std::vector<PosePair>& pairs) {
+  std::vector<double> errors;
+  for (const PosePair& pair : pairs)
+    errors.push_back((pair.X_true.translation() - pair.X_estimate.translation()).norm());
+  return errors;
+}
+
+std::vector<double> orientation_errors(const std::vector<PosePair>& pairs) {
+  std::vector<double> errors;
+  for (const PosePair& pair : pairs)
+    errors.push_back(rotation_vector(pair.X_estimate.linear().transpose() * pair.X_true.linear()).norm());
+  return errors;
+}
+
+double yaw_error(const PosePair& pair) {
+  return yaw(pair.X_true.linear() * pair.X_estimate.linear().transpose());
+}
+
+double height_range(const Trajectory& trajectory) {
+  if (trajectory.empty()) return 0;
+  const auto lower = [](const TimedPose& a, const TimedPose& b) {
+    return a.X.translation().z() < b.X.translation().z();
+  };
+  const auto [least, greatest] = std::minmax_element(trajectory.begin(), trajectory.end(), lower);
+  return greatest->X.translation().z() - least->X.translation().z();
+}
+
+Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
+            const Eigen::Isometry3d& X_PB_start) {
+  const double start = yaw(X_PB_start.linear());
+  const Eigen::Vector3d shift = Eigen::AngleAxisd(-start, Eigen::Vector3d::UnitZ()) *
+                                Eigen::Vector3d(X_WB_true.translation() - X_PB.translation());
+  return {shift.x(), shift.y(), yaw(X_WB_true.linear() * X_PB.linear().transpose())};
+}
 
 }  // namespace sim::score

@@ -1,4 +1,4 @@
-// Poses over time, and the pairing of two such trajectories by their stamps.
+// Poses over time, the pairing of two trajectories by their stamps, and the errors of their pairs.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,18 +7,16 @@
 #include <optional>
 #include <vector>
 
+#include "sim/files/trajectory_file.h"
+
 namespace sim::score {
 
 using Stamp = std::chrono::nanoseconds;
 
-/// A pose at a time; the variable that holds it names the frames.
-struct StampedPose {
-  Stamp t{0};
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-};
+using files::TimedPose;
 
 /// In order of time, no stamp twice.
-using Trajectory = std::vector<StampedPose>;
+using Trajectory = std::vector<TimedPose>;
 
 /// The true (or reference) and the estimated pose at one time, both in the same world.
 struct PosePair {
@@ -30,17 +28,17 @@ struct PosePair {
 /// The pairs of exactly equal stamps, in order of time.
 std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate);
 
-/// Pairs each pose of the shorter trajectory with the one of the other nearest in time (of two as near the
-/// earlier), if it is off by at most `most`; `offset` is added to the estimate's stamps. As in the evaluation
-/// program evo, except that each pose is used once at most: with the nearest of several.
+/// Pairs each pose of the shorter trajectory with the pose of the other that is nearest in time (the earlier
+/// of two), if they are at most `most` apart; `offset` is added to the estimate's stamps. As in evo, except
+/// that each pose is used at most once: with the nearest of several.
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset = Stamp(0));
 
-/// Pairs each estimate with the truth interpolated at its stamp; estimates outside the truth's time are left
-/// out.
+/// Pairs each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time.
 std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate);
 
-/// Position linearly, orientation along the shortest turn; nothing outside the trajectory's time.
+/// Interpolates position linearly, orientation along the shortest turn. Returns nothing outside the
+/// trajectory's time.
 std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp t);
 
 /// Sum of the distances between successive positions, m.
@@ -53,5 +51,24 @@ Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R);
 
 /// The angle (rad, in (−π, π]) of the rotation about z that is nearest to R in the Frobenius norm.
 double yaw(const Eigen::Matrix3d& R);
+
+/// |p_true − p_estimate| of each pair, m.
+std::vector<double> position_errors(const std::vector<PosePair>& pairs);
+/// The angle of R_estimateᵀ R_true of each pair, rad.
+std::vector<double> orientation_errors(const std::vector<PosePair>& pairs);
+/// The rotation about W's z from the estimated orientation to the nearest to the true one, rad, left
+/// positive.
+double yaw_error(const PosePair& pair);
+
+/// Greatest minus least height (z), m; 0 for none.
+double height_range(const Trajectory& trajectory);
+
+/// The drift of the robot from its plan in axes of the plan's first pose: x forward, y left (m), yaw (rad).
+struct Drift {
+  double x = 0, y = 0, yaw = 0;
+};
+/// True minus planned. X_PB_start gives the axes.
+Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
+            const Eigen::Isometry3d& X_PB_start);
 
 }  // namespace sim::score

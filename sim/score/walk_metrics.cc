@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/score/errors.h"
 #include "sim/score/metrics.h"
 #include "sim/score/score_context.h"
 
@@ -38,7 +37,7 @@ MetricDefinition plan_drift(const std::string& name, const std::string& unit, co
 // 1 also if the plan ends before another frame.
 Value track_completion(C c) {
   if (!c.run.estimate) return Absent{"the filter was not run"};
-  if (c.run.estimate->empty()) return Absent{"there is no estimate"};
+  if (c.run.estimate->empty()) return Absent{"the filter gave no estimate"};
   if (!c.run.planned || c.run.planned->end.count() <= 0)
     return Absent{"the duration of the plan is not known"};
   const Trajectory& frames = c.run.truth_camera;
@@ -47,7 +46,7 @@ Value track_completion(C c) {
   return last + interval > end ? 1.0 : static_cast<double>(last.count()) / static_cast<double>(end.count());
 }
 
-// The fraction of the time between the first and the last observation in which a flag was set. An interval
+// The fraction of the time between the first and the last observation with a flag set. An interval
 // has the state after the observation that ends it; late observations are not counted.
 Value fraction_of_time(C c, bool TimedHealth::*flag) {
   if (!c.run.estimate) return Absent{"the filter was not run"};
@@ -70,7 +69,7 @@ double ground_distance(const Eigen::Isometry3d& one, const Eigen::Isometry3d& tw
 template <typename F>
 Value of_path(C c, F of) {
   if (!c.run.desired) return Absent{"no path was commanded"};
-  if (c.run.truth_waist.empty()) return Absent{"there is no true waist pose"};
+  if (c.run.truth_waist.empty()) return Absent{"the true waist is not known"};
   return of(*c.run.desired);
 }
 
@@ -109,7 +108,7 @@ Value lap_end(C c, bool first) {
     const Stamp end = (first ? path.laps.front() : path.laps.back()).second;
     if (c.run.truth_waist.back().t < end) return Absent{"the lap was not finished"};
     const auto truth = interpolate(c.run.truth_waist, end), wanted = interpolate(path.waist, end);
-    if (!truth || !wanted) return Absent{"there is no true waist pose at the end of the lap"};
+    if (!truth || !wanted) return Absent{"the true waist is not known at the end of the lap"};
     return ground_distance(*truth, *wanted);
   });
 }
@@ -191,12 +190,12 @@ MetricDefinitions navigation_metrics() {
       correction_metric("steps_corrected", "1", "Number of footsteps that steering corrected.", is_corrected,
                         sum_of),
       correction_metric("correction_mean_m", "m",
-                        "Mean distance by which steering moved a footstep that it could correct.", length,
+                        "Mean correction of the footsteps that steering could correct.", length,
                         [](const auto& all) { return sum_of(all) / static_cast<double>(all.size()); }),
-      correction_metric("correction_largest_m", "m", "Largest distance by which steering moved a footstep.",
-                        length, greatest_of),
-      correction_metric("correction_largest_deg", "deg", "Largest angle by which steering turned a footstep.",
-                        turn_deg, greatest_of)};
+      correction_metric("correction_largest_m", "m", "Largest correction of a footstep by steering.", length,
+                        greatest_of),
+      correction_metric("correction_largest_deg", "deg", "Largest turn of a footstep by steering.", turn_deg,
+                        greatest_of)};
 }
 
 MetricDefinitions completion_metrics() {

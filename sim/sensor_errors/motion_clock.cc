@@ -44,7 +44,7 @@ PlannedMotion interpolate(const PlannedMotion& a, const PlannedMotion& b, double
 
 }  // namespace
 
-std::vector<Observation> MotionClock::take(Observation observation) {
+std::vector<Observation> MotionClock::process(Observation observation) {
   append_shifted(gyro_, observation.gyro, offset_);
   append_shifted(accelerometer_, observation.accelerometer, offset_);
   const Stamp known = observation.t + offset_;

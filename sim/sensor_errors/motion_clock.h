@@ -18,7 +18,7 @@ class MotionClock {
 
   /// Takes an observation with true stamps and returns those that are complete by now: with a clock that is
   /// behind, a frame waits for its motion. A reading across a frame is split there; the plan is interpolated.
-  std::vector<slam::Observation> take(slam::Observation observation);
+  std::vector<slam::Observation> process(slam::Observation observation);
 
   /// The frames that still wait, with the motion known so far.
   std::vector<slam::Observation> flush();

@@ -14,42 +14,72 @@ namespace {
 
 slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
 
-InertialErrors gyro_errors(const ErrorOptions& o, std::uint64_t seed) {
+template <class Spike, class Silence>
+InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& sizes, double Spike::*spike_size,
+                               const std::vector<Fault>& faults, std::uint64_t seed) {
   std::vector<InertialErrors::Spike> spikes;
-  for (const GyroSpike& spike : faults_of<GyroSpike>(o.faults)) spikes.push_back({spike, spike.size_rad_s});
-  const auto silent = faults_of<GyroSilent>(o.faults);
-  return {"gyro",
-          {o.gyro.sigma_rad_s, o.gyro.bias_sigma_rad_s, o.gyro.bias_walk_sigma_rad_s2, o.gyro.range_rad_s,
-           o.gyro.resolution_rad_s},
-          seed,
-          std::move(spikes),
-          {silent.begin(), silent.end()}};
+  for (const Spike& spike : faults_of<Spike>(faults)) spikes.push_back({spike, spike.*spike_size});
+  const auto silent = faults_of<Silence>(faults);
+  return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
 }
 
-InertialErrors accelerometer_errors(const ErrorOptions& o, std::uint64_t seed) {
-  std::vector<InertialErrors::Spike> spikes;
-  for (const AccelerometerSpike& spike : faults_of<AccelerometerSpike>(o.faults))
-    spikes.push_back({spike, spike.size_m_s2});
-  const auto silent = faults_of<AccelerometerSilent>(o.faults);
-  const ErrorOptions::Accelerometer& a = o.accelerometer;
-  return {"accelerometer",
-          {a.sigma_m_s2, a.bias_sigma_m_s2, a.bias_walk_sigma_m_s3, a.range_m_s2, a.resolution_m_s2},
-          seed,
-          std::move(spikes),
-          {silent.begin(), silent.end()}};
+InertialErrors gyro_errors(const ErrorOptions::Gyro& o, const std::vector<Fault>& faults,
+                           std::uint64_t seed) {
+  return inertial_errors<GyroSpike, GyroSilent>(
+      "gyro",
+      {o.sigma_rad_s, o.bias_sigma_rad_s, o.bias_walk_sigma_rad_s2, o.range_rad_s, o.resolution_rad_s},
+      &GyroSpike::size_rad_s, faults, seed);
+}
+
+InertialErrors accelerometer_errors(const ErrorOptions::Accelerometer& o, const std::vector<Fault>& faults,
+                                    std::uint64_t seed) {
+  return inertial_errors<AccelerometerSpike, AccelerometerSilent>(
+      "accelerometer",
+      {o.sigma_m_s2, o.bias_sigma_m_s2, o.bias_walk_sigma_m_s3, o.range_m_s2, o.resolution_m_s2},
+      &AccelerometerSpike::size_m_s2, faults, seed);
 }
 
 void append(std::vector<slam::Observation>& all, std::vector<slam::Observation> more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
+template <class Faults>
+bool applies(const Faults& faults, std::uint64_t seed, const char* stream, slam::Stamp t) {
+  const double drawn = Random(seed, stream, static_cast<std::uint64_t>(t.count())).uniform();
+  return std::any_of(faults.begin(), faults.end(),
+                     [&](const auto& fault) { return fault.holds(t) && drawn < fault.fraction; });
+}
+
 }  // namespace
+
+ArrivalOrder::ArrivalOrder(std::uint64_t seed, const std::vector<Fault>& faults)
+    : seed_(seed),
+      doubled_(faults_of<FramesDoubled>(faults)),
+      reordered_(faults_of<FramesReordered>(faults)) {}
+
+bool ArrivalOrder::doubled(slam::Stamp t) const { return applies(doubled_, seed_, "frame doubled", t); }
+bool ArrivalOrder::late(slam::Stamp t) const { return applies(reordered_, seed_, "frame reordered", t); }
+
+std::vector<slam::Observation> ArrivalOrder::process(slam::Observation observation) {
+  if (!late_ && late(observation.t)) {
+    late_ = std::move(observation);
+    return {};
+  }
+  std::vector<slam::Observation> arrived(doubled(observation.t) ? 2 : 1, observation);
+  if (late_) arrived.push_back(*std::exchange(late_, {}));
+  return arrived;
+}
+
+std::vector<slam::Observation> ArrivalOrder::flush() {
+  if (!late_) return {};
+  return {*std::exchange(late_, {})};
+}
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
     : options_((walking::check_ranges(options, "errors"), options)),
       seed_(seed),
-      gyro_(gyro_errors(options, seed)),
-      accelerometer_(accelerometer_errors(options, seed)),
+      gyro_(gyro_errors(options.gyro, options.faults, seed)),
+      accelerometer_(accelerometer_errors(options.accelerometer, options.faults, seed)),
       image_(options.image, seed, options.faults),
       plan_(options.plan.velocity_sigma_m_s, seed, options.faults),
       legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),
@@ -58,18 +88,18 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
       frames_lost_(faults_of<FramesLost>(options.faults)),
       frames_frozen_(faults_of<FramesFrozen>(options.faults)) {}
 
-std::vector<slam::Observation> SensorErrors::take(slam::Observation ideal) {
+std::vector<slam::Observation> SensorErrors::process(slam::Observation ideal) {
   disturb(ideal);
   std::vector<slam::Observation> arrived;
-  for (slam::Observation& assembled : motion_clock_.take(std::move(ideal)))
-    append(arrived, arrival_order_.take(std::move(assembled)));
+  for (slam::Observation& assembled : motion_clock_.process(std::move(ideal)))
+    append(arrived, arrival_order_.process(std::move(assembled)));
   return arrived;
 }
 
 std::vector<slam::Observation> SensorErrors::flush() {
   std::vector<slam::Observation> arrived;
   for (slam::Observation& assembled : motion_clock_.flush())
-    append(arrived, arrival_order_.take(std::move(assembled)));
+    append(arrived, arrival_order_.process(std::move(assembled)));
   append(arrived, arrival_order_.flush());
   return arrived;
 }

@@ -4,15 +4,13 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <vector>
 
-#include "sim/sensor_errors/arrival_order.h"
 #include "sim/sensor_errors/faults.h"
 #include "sim/sensor_errors/image_errors.h"
-#include "sim/sensor_errors/inertial_errors.h"
-#include "sim/sensor_errors/leg_errors.h"
 #include "sim/sensor_errors/motion_clock.h"
-#include "sim/sensor_errors/plan_errors.h"
+#include "sim/sensor_errors/motion_errors.h"
 #include "slam/observation.h"
 
 namespace sim::sensor_errors {
@@ -34,7 +32,7 @@ struct ErrorOptions {
           key, 0, 1e3, "random walk of the gyro's bias: growth of its standard deviation in 1 s");
       number<&Gyro::range_rad_s>(key, 0, 1e3, "limit at which gyro readings saturate; 0: they do not");
       number<&Gyro::resolution_rad_s>(key, 0, 1e3,
-                                      "quantisation step of gyro readings; 0: they are not rounded");
+                                      "quantization step of gyro readings; 0: they are not rounded");
     }
   } gyro;
   struct Accelerometer {
@@ -53,7 +51,7 @@ struct ErrorOptions {
       number<&Accelerometer::range_m_s2>(key, 0, 1e3,
                                          "limit at which accelerometer readings saturate; 0: they do not");
       number<&Accelerometer::resolution_m_s2>(
-          key, 0, 1e3, "quantisation step of accelerometer readings; 0: they are not rounded");
+          key, 0, 1e3, "quantization step of accelerometer readings; 0: they are not rounded");
     }
   } accelerometer;
   ImageOptions image;
@@ -93,7 +91,7 @@ struct ErrorOptions {
 
     static void keys(auto&& key) {
       number<&Calibration::distortion_fraction>(
-          key, -1, 1, "error of the lens distortion that the filter is told, relative to the true one");
+          key, -1, 1, "error of the lens distortion that the filter assumes, relative to the true one");
     }
   } calibration;
   std::vector<Fault> faults;
@@ -110,19 +108,38 @@ struct ErrorOptions {
   }
 };
 
-/// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by the
-/// run's seed, the name of its stream and the stamp it belongs to: a live run and a replay agree bit for bit,
-/// and the numbers of one error do not depend on which others are switched on.
+/// The order in which observations arrive: some twice, some after the next one, drawn by seed and stamp.
+class ArrivalOrder {
+ public:
+  ArrivalOrder(std::uint64_t seed, const std::vector<Fault>& faults);
+
+  /// Returns what arrives after this observation, in order.
+  std::vector<slam::Observation> process(slam::Observation observation);
+  std::vector<slam::Observation> flush();  ///< what has not arrived at the end of the run
+
+ private:
+  bool doubled(slam::Stamp t) const;
+  bool late(slam::Stamp t) const;
+
+  std::uint64_t seed_;
+  std::vector<FramesDoubled> doubled_;
+  std::vector<FramesReordered> reordered_;
+  std::optional<slam::Observation> late_;
+};
+
+/// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by seed,
+/// stream name and stamp: a live run and a replay agree bit for bit, and errors do not affect each other's
+/// numbers.
 class SensorErrors {
  public:
-  /// Throws std::invalid_argument naming the option that is out of its range.
+  /// Throws std::invalid_argument that names an option out of its range.
   SensorErrors(const ErrorOptions& options, std::uint64_t seed);
 
-  /// The observations that reach the filter once this ideal one has been made, in the order of arrival:
-  /// usually one. The pixels of `ideal` are not written to.
-  std::vector<slam::Observation> take(slam::Observation ideal);
+  /// Returns the observations that reach the filter after this ideal one, in the order of arrival: usually
+  /// one. Does not write to the pixels of `ideal`.
+  std::vector<slam::Observation> process(slam::Observation ideal);
 
-  /// The observations that have not arrived when the run ends.
+  /// Returns the observations that have not arrived at the end of the run.
   std::vector<slam::Observation> flush();
 
  private:

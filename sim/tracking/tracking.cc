@@ -12,51 +12,67 @@ namespace {
 
 constexpr slam::Stamp kMapEvery = std::chrono::seconds(1);
 
-/// The calibration as the filter is told it.
+/// The calibration that the estimator receives.
 slam::Calibration miscalibrated(slam::Calibration calibration, const sensor_errors::ErrorOptions& errors) {
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&calibration.camera.lens))
     lens->k1_px2 *= 1 + errors.calibration.distortion_fraction;
   return calibration;
 }
 
-/// What was suspect in the frames of one time: each sensor with the last that was said of it.
+/// The suspect sensors in consecutive frames, each with its last cause.
 class Suspects {
  public:
-  void take(const std::string& cause) {
+  void add(const std::string& cause) {
     const std::string sensor = cause.substr(0, cause.find(','));
-    auto found = std::find_if(said_.begin(), said_.end(), [&](const Said& s) { return s.sensor == sensor; });
-    if (found == said_.end()) found = said_.insert(found, {sensor, "", 0});
+    auto found =
+        std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) { return s.name == sensor; });
+    if (found == sensors_.end()) found = sensors_.insert(found, {sensor, "", 0});
     found->cause = cause;
     ++found->frames, ++frames_;
   }
-  bool empty() const { return said_.empty(); }
-  /// With the share of the frames of each, where there are several.
+  /// Several sensors are listed with their percentages of the frames.
   std::string text() const {
-    if (said_.size() == 1) return said_.front().cause;
+    if (sensors_.size() == 1) return sensors_.front().cause;
     std::string text;
-    for (const Said& said : said_)
-      text += (text.empty() ? "" : "; ") + said.cause + " (" +
-              std::to_string(std::lround(100 * said.frames / frames_)) + " % of these frames)";
+    for (const Sensor& each : sensors_)
+      text += (text.empty() ? "" : "; ") + each.cause + " (" +
+              std::to_string(std::lround(100 * each.frames / frames_)) + " % of these frames)";
     return text;
   }
 
  private:
-  struct Said {
-    std::string sensor, cause;
+  struct Sensor {
+    std::string name, cause;
     double frames;
   };
-  std::vector<Said> said_;
+  std::vector<Sensor> sensors_;
   double frames_ = 0;
 };
 
+/// Returns the times of consecutive frames with a cause, each with its last one.
+template <class CauseOf>
+std::vector<TrackingFault> intervals(const std::vector<TrackedFrame>& frames, const CauseOf& cause_of) {
+  std::vector<TrackingFault> all;
+  bool open = false;
+  for (const TrackedFrame& frame : frames) {
+    const std::optional<std::string> cause = cause_of(frame.report);
+    if (cause && !open) all.push_back({frame.report.t, std::nullopt, ""});
+    if (cause) all.back().cause = *cause;
+    if (!cause && open) all.back().to = frame.report.t;
+    open = cause.has_value();
+  }
+  return all;
+}
+
 }  // namespace
 
-bool Tracked::diverged() const { return !frames.empty() && frames.back().report.health != slam::Health::ok; }
-
-std::string Tracked::cause() const {
+std::optional<scenario::Ended> Tracked::failure() const {
+  if (failed) return scenario::Ended{scenario::Ending::estimator_failed, *failed};
+  if (frames.empty() || frames.back().report.health == slam::Health::ok) return std::nullopt;
   const slam::FrameReport& last = frames.back().report;
-  return last.cause +
-         (last.health == slam::Health::lost ? "; the map was not found again before the end" : "");
+  const bool lost = last.health == slam::Health::lost;
+  return scenario::Ended{scenario::Ending::diverged,
+                         last.cause + (lost ? "; the map was not found again before the end" : "")};
 }
 
 std::vector<estimators::PoseEstimate> Tracked::estimates() const {
@@ -67,115 +83,71 @@ std::vector<estimators::PoseEstimate> Tracked::estimates() const {
 }
 
 std::vector<TrackingFault> Tracked::losses() const {
-  std::vector<TrackingFault> all;
-  bool ok = true;
-  for (const TrackedFrame& frame : frames) {
-    const slam::FrameReport& report = frame.report;
-    if (ok && report.health != slam::Health::ok) all.push_back({report.t, std::nullopt, report.cause});
-    if (!ok && report.health == slam::Health::ok) all.back().to = report.t;
-    ok = report.health == slam::Health::ok;
-    if (!ok) all.back().cause = report.cause;
-  }
-  return all;
+  return intervals(frames, [](const slam::FrameReport& report) -> std::optional<std::string> {
+    if (report.health == slam::Health::ok) return std::nullopt;
+    return report.cause;
+  });
 }
 
 std::vector<TrackingFault> Tracked::suspicions() const {
-  std::vector<TrackingFault> all;
   Suspects suspects;
-  for (const TrackedFrame& frame : frames) {
-    const slam::FrameReport& report = frame.report;
+  return intervals(frames, [&](const slam::FrameReport& report) -> std::optional<std::string> {
     if (report.suspect.empty()) {
-      if (!suspects.empty()) all.back().to = report.t;
       suspects = Suspects();
-      continue;
+      return std::nullopt;
     }
-    if (suspects.empty()) all.push_back({report.t, std::nullopt, ""});
-    suspects.take(report.suspect);
-    all.back().cause = suspects.text();
-  }
-  return all;
+    suspects.add(report.suspect);
+    return suspects.text();
+  });
 }
 
-Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
-                   const Eigen::Isometry3d& X_WC_start, estimators::Estimator estimator)
-    : errors_(scenario.errors, scenario.seed),
-      filter_(*scenario.slam, miscalibrated(calibration, scenario.errors), X_WC_start, scenario.seed),
-      estimator_(std::move(estimator)) {}
+Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator)
+    : errors_(scenario.errors, scenario.seed), estimator_(std::move(estimator)) {}
 
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start)
-    : Tracking(scenario, calibration, X_WC_start, {}) {
+    : Tracking(scenario, nullptr) {
   try {
-    estimator_ = estimators::make_estimator(
-        scenario.estimator, {miscalibrated(calibration, scenario.errors), X_WC_start, scenario.seed});
+    estimator_ = estimators::make_estimator(scenario.estimator, {miscalibrated(calibration, scenario.errors),
+                                                                 X_WC_start, scenario.seed, *scenario.slam});
   } catch (const estimators::EstimatorFailed& failure) {
     tracked_.failed = failure.what();
     tracked_.log = failure.log;
   }
 }
 
-// What somebody else's code throws is its failure. That there is no memory left is this program's.
-template <class Action>
-void Tracking::guarded(const Action& action) {
+void Tracking::process(slam::Observation ideal) {
+  for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
+}
+
+// Exceptions from estimators are failures of the estimator; a lack of memory is not.
+void Tracking::step(const slam::Observation& arrived) {
+  const bool diverged = newest() && newest()->report.health == slam::Health::diverged;
   try {
-    action();
+    if (!diverged && !failed()) ask(arrived);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& failure) {
     tracked_.failed = failure.what();
   } catch (...) {
-    tracked_.failed = "it threw what is no exception of the standard library";
+    tracked_.failed = "it threw an exception that is not a std::exception";
   }
+  if (diverged || failed()) tracked_.untracked.push_back(arrived.t);
 }
 
-void Tracking::take(slam::Observation ideal) {
-  for (const slam::Observation& arrived : errors_.take(std::move(ideal))) step(arrived);
-}
-
-void Tracking::step(const slam::Observation& arrived) {
-  const auto& frames = tracked_.frames;
-  const bool diverged = !frames.empty() && frames.back().report.health == slam::Health::diverged;
-  if (!diverged && !tracked_.failed)
-    guarded([&] { estimator_.step ? step_estimator(arrived) : step_filter(arrived); });
-  if (diverged || tracked_.failed) tracked_.after_divergence.push_back(arrived.t);
-}
-
-void Tracking::step_filter(const slam::Observation& arrived) {
-  const slam::FrameReport& report = filter_.step(arrived);
-  const slam::Estimate& estimate = filter_.estimate();
-  tracked_.frames.push_back({{estimate.t, estimate.X_WC, estimate.covariance}, report});
-  const auto& maps = tracked_.maps;
-  if (maps.empty() || report.t - maps.back().t >= kMapEvery) keep_map(report.t, filter_.map());
-}
-
-void Tracking::step_estimator(const slam::Observation& arrived) {
-  newest_ = std::max(newest_, arrived.t);
-  estimators::Answer answer = estimator_.step(arrived);
-  outside_cpu_ms_ += answer.outside_cpu_ms;
-  estimators::require_sound(
-      answer, tracked_.frames.empty() ? slam::Stamp(0) : tracked_.frames.back().estimate.t, newest_);
-  if (!answer.map.empty()) keep_map(arrived.t, std::move(answer.map));
-  slam::FrameReport report;
-  report.t = arrived.t;
-  report.health = answer.health;
-  report.cause = answer.cause;
-  report.landmarks = static_cast<int>(tracked_.map.size());
-  tracked_.frames.push_back({answer.estimate, report});
-}
-
-// Of another estimator the newest that it told is also the one at the end.
-void Tracking::keep_map(slam::Stamp t, std::vector<slam::MapPoint> map) {
+void Tracking::ask(const slam::Observation& arrived) {
+  estimators::Answer answer = estimator_->step(arrived);
+  external_cpu_ms_ += answer.external_cpu_ms;
+  tracked_.frames.push_back({answer.estimate, std::move(answer.report)});
   auto& maps = tracked_.maps;
-  if (estimator_.step) tracked_.map = map;
-  if (maps.empty() || t - maps.back().t >= kMapEvery) maps.push_back({t, std::move(map)});
+  if (maps.empty() || arrived.t - maps.back().t >= kMapEvery) maps.push_back({arrived.t, estimator_->map()});
 }
 
 Tracked Tracking::finish() {
   for (const slam::Observation& arrived : errors_.flush()) step(arrived);
-  if (estimator_.step)
-    tracked_.log = estimator_.finish();
-  else if (!tracked_.failed)
-    tracked_.map = filter_.map();
+  if (!estimator_) return std::move(tracked_);
+  tracked_.log = estimator_->finish();
+  tracked_.map = estimator_->map();
   return std::move(tracked_);
 }
 

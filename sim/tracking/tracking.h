@@ -1,20 +1,22 @@
-// Tracking in a run, live or replayed: ideal observations in, estimates and reports of the filter out.
+// Tracking in a run, live or replayed: ideal observations in, estimates and reports out.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "sim/estimators/estimators.h"
+#include "sim/estimators/estimator.h"
+#include "sim/scenario/ending.h"
 #include "sim/scenario/scenario.h"
 #include "sim/sensor_errors/sensor_errors.h"
-#include "slam/filter.h"
 
 namespace sim::tracking {
 
-/// The estimate after a frame, and the filter's report of it; of another estimator its health alone.
+/// The estimate after a frame and its report, see estimators::Answer.
 struct TrackedFrame {
   estimators::PoseEstimate estimate;
   slam::FrameReport report;
@@ -23,7 +25,7 @@ struct TrackedFrame {
 /// A time over which tracking was lost, or a sensor was suspect.
 struct TrackingFault {
   slam::Stamp from{0};
-  std::optional<slam::Stamp> to;  ///< absent where it did not end
+  std::optional<slam::Stamp> to;  ///< absent if it did not end
   std::string cause;
 };
 
@@ -33,77 +35,89 @@ struct TimedMap {
   std::vector<slam::MapPoint> points;
 };
 
-/// All that a filter or another estimator gave in a run.
+/// Output of an estimator in a run.
 struct Tracked {
-  std::vector<TrackedFrame> frames;  ///< up to and including the one in which it diverged, if it did
-  std::vector<slam::MapPoint> map;   ///< at the end
-  std::vector<TimedMap> maps;        ///< one each second
-  std::vector<slam::Stamp>
-      after_divergence;  ///< of the observations that it was not given any more, or failed at
-  std::optional<std::string> failed = {};  ///< why it failed as a program: it crashed, hung or gave no answer
-  std::string log = {};                    ///< what an estimator outside wrote to its standard error
-  /// The filter diverged, or was still lost when the run ended.
-  bool diverged() const;
-  std::string cause() const;  ///< of the divergence
-  /// The estimates, each once: a refused observation makes no new one.
+  std::vector<TrackedFrame> frames;        ///< up to and including the one in which it diverged, if it did
+  std::vector<slam::MapPoint> map;         ///< at the end
+  std::vector<TimedMap> maps;              ///< one each second
+  std::vector<slam::Stamp> untracked;      ///< observations after it diverged, or from its failure on
+  std::optional<std::string> failed = {};  ///< why it failed as a program
+  std::string log = {};                    ///< standard error of an external estimator
+
+  /// Returns why the estimate did not reach the end: it diverged, was still lost, or the estimator failed.
+  std::optional<scenario::Ended> failure() const;
+  /// Returns the estimates, each once: a rejected observation gives no new one.
   std::vector<estimators::PoseEstimate> estimates() const;
   std::vector<TrackingFault> losses() const;
-  /// When a sensor contradicted all others; the cause is the last one of each time. Where several sensors
-  /// were suspect in turns, it names each with its share of the frames.
+  /// Returns when a sensor contradicted all others, with the last cause of each time. Several sensors in
+  /// turns are listed with their fractions of the frames.
   std::vector<TrackingFault> suspicions() const;
 };
 
-/// Sensor errors, then the filter or the estimator that the scenario names: the same for a live run and a
-/// replay, so that both give the same bits.
+/// Sensor errors, then the estimator of the scenario. Live runs and replays share it, with the same bits.
 class Tracking {
  public:
-  /// The scenario must have a slam section. Throws std::invalid_argument where a program or library that is
-  /// to be the estimator cannot be started at all.
+  /// The scenario must have a slam section. Throws std::invalid_argument if an external estimator cannot be
+  /// started.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start);
 
-  /// The same with an estimator in the place of the one that the scenario names.
-  Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
-           const Eigen::Isometry3d& X_WC_start, estimators::Estimator estimator);
+  /// Runs another estimator than the scenario's.
+  Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator);
 
-  /// Applies the scenario's sensor errors to an ideal observation and gives the filter what arrives by then.
-  /// A filter that has diverged and an estimator that has failed get no more observations.
-  void take(slam::Observation ideal);
+  /// Applies the scenario's sensor errors to an ideal observation and processes what arrives by then. An
+  /// estimator that has diverged or failed gets no more observations.
+  void process(slam::Observation ideal);
 
-  /// Gives the filter an observation to which sensor errors are already applied.
+  /// Processes an observation that includes its sensor errors.
   void step(const slam::Observation& arrived);
 
   /// The newest frame; nullptr before the first.
   const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
 
-  /// The estimator has failed; its newest frame is the last that it answered.
+  /// Whether the estimator has failed; its newest frame is its last answer.
   bool failed() const { return tracked_.failed.has_value(); }
 
-  /// CPU time (ms) that answers took in another process since the last call.
-  double take_outside_cpu_ms() { return std::exchange(outside_cpu_ms_, 0); }
+  /// Returns the CPU time (ms) of answers in another process since the last call.
+  double external_cpu_ms() { return std::exchange(external_cpu_ms_, 0); }
 
-  /// In the filter's map after the last observation.
+  /// Number of landmarks after the last observation.
   int landmarks() const { return tracked_.frames.empty() ? 0 : tracked_.frames.back().report.landmarks; }
 
-  /// The map after the last observation; of another estimator the newest that it told.
-  std::vector<slam::MapPoint> map() const { return estimator_.step ? tracked_.map : filter_.map(); }
+  /// The map after the last observation.
+  std::vector<slam::MapPoint> map() const {
+    return estimator_ ? estimator_->map() : std::vector<slam::MapPoint>();
+  }
 
-  /// Gives the filter the observations that are still delayed, ends the tracking and returns its result.
+  /// Processes observations that are still delayed, ends the estimator and returns the result.
   Tracked finish();
 
  private:
-  void step_filter(const slam::Observation& arrived);
-  void step_estimator(const slam::Observation& arrived);
-  void keep_map(slam::Stamp t, std::vector<slam::MapPoint> map);
-  template <class Action>
-  void guarded(const Action& action);
+  void ask(const slam::Observation& arrived);
 
   sensor_errors::SensorErrors errors_;
-  slam::Filter filter_;
-  estimators::Estimator estimator_;  ///< in the filter's place; without a step where the filter runs
-  slam::Stamp newest_{0};            ///< of the observations that the estimator was given
-  double outside_cpu_ms_ = 0;
+  std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
+  double external_cpu_ms_ = 0;
   Tracked tracked_;
 };
+
+/// Read-only observer of a run. Unused functions stay empty.
+struct TrackingObserver {
+  /// Called before each observation is processed; returns whether `tracked` is called after it.
+  std::function<bool(const slam::Observation& ideal)> wants = {};
+  /// tracking: null without an estimator.
+  std::function<void(const slam::Observation& ideal, const Tracking* tracking)> tracked = {};
+};
+
+/// Processes an observation by process(observation) and shows it to the observer.
+template <class Process>
+void process_observed(slam::Observation ideal, const Tracking* tracking, const TrackingObserver& observer,
+                      const Process& process) {
+  if (!observer.wants || !observer.wants(ideal)) return process(std::move(ideal));
+  slam::Observation shown = ideal;
+  shown.image = ideal.image.clone();  // sensor errors may be applied in place
+  process(std::move(ideal));
+  observer.tracked(shown, tracking);
+}
 
 }  // namespace sim::tracking

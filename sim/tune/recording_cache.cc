@@ -14,11 +14,11 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "sim/files/atomic_file.h"
 #include "sim/files/csv.h"
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 #include "sim/result/about_file.h"
@@ -30,8 +30,6 @@ namespace fs = std::filesystem;
 using files::FileError;
 using files::FileLock;
 using nlohmann::json;
-using Mode = FileLock::Mode;
-using IfHeld = FileLock::IfHeld;
 
 std::optional<std::string> environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -147,7 +145,7 @@ bool RecordingCache::is_whole(const std::string& key, const Say& say) const {
 }
 
 void RecordingCache::make_entry(const std::string& key, const Make& make) const {
-  files::DurableFolder folder(place_.folder / key, files::Existing::replace);
+  files::AtomicFolder folder(place_.folder / key, files::Existing::replace);
   const fs::path result = folder.path() / "result";
   make(result);
   const result::About about = result::read_about(result / "about.json");
@@ -163,7 +161,7 @@ void RecordingCache::make_entry(const std::string& key, const Make& make) const 
 
 std::optional<CachedRecording> RecordingCache::find(const std::string& key, const Say& say) const {
   if (!fs::exists(place_.folder / key)) return std::nullopt;
-  std::optional<FileLock> shared = FileLock::take(lock_file(key), Mode::shared, IfHeld::wait);
+  std::optional<FileLock> shared = FileLock::take(lock_file(key), FileLock::How::shared);
   if (!is_whole(key, say)) return std::nullopt;
   ::futimens(shared->fd(), nullptr);
   return CachedRecording{place_.folder / key / "result", false, std::move(*shared)};
@@ -182,7 +180,7 @@ CachedRecording RecordingCache::get(const std::string& key, const Make& make, co
       return std::move(*found);
     }
     require_writable(place_.folder, "does not hold this recording whole, and it cannot be made there: ");
-    const std::optional<FileLock> alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::wait);
+    const std::optional<FileLock> alone = FileLock::take(lock_file(key), FileLock::How::exclusive);
     if (is_whole(key, say)) continue;  // made by another in the meantime
     make_entry(key, make);
     made = true;
@@ -191,7 +189,7 @@ CachedRecording RecordingCache::get(const std::string& key, const Make& make, co
 }
 
 RecordingCache::Entry RecordingCache::read_entry(const std::string& key) const {
-  const bool in_use = !FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
+  const bool in_use = !FileLock::take(lock_file(key), FileLock::How::try_exclusive);
   const std::int64_t last_used = last_change_ns(lock_file(key));
   try {
     const files::Json read = files::read_json(place_.folder / key / "entry.json");
@@ -223,7 +221,7 @@ std::size_t RecordingCache::others() const {
 }
 
 bool RecordingCache::remove_if_unused(const std::string& key) const {
-  const auto alone = FileLock::take(lock_file(key), Mode::exclusive, IfHeld::give_up);
+  const auto alone = FileLock::take(lock_file(key), FileLock::How::try_exclusive);
   if (!alone) return false;
   // Renamed atomically before it is removed, so that no entry is ever incomplete. The name is that of a
   // partial folder, which the next process removes if this one is killed. An entry is removed together with
@@ -246,7 +244,7 @@ RecordingCache::Cleaned RecordingCache::clean(std::uintmax_t most_bytes) const {
   for (const Entry& entry : entries) total += entry.bytes;
   for (const Entry& entry : entries) {
     if (total <= most_bytes) break;
-    if (files::foreign_in(place_.folder / entry.key)) {
+    if (files::unlisted_in(place_.folder / entry.key)) {
       ++cleaned.foreign;
       continue;
     }

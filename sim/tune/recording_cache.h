@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/file_lock.h"
+#include "sim/files/atomic_file.h"
 
 namespace sim::tune {
 
@@ -57,7 +57,7 @@ class RecordingCache {
     std::int64_t last_used_ns = 0;  ///< since 1970
     bool in_use = false;
   };
-  /// All entries, the least recently used first. An entry has the cache's marker (sim/files/owned_folder.h);
+  /// All entries, the least recently used first. An entry has the cache's marker (sim/files/output_manifest.h);
   /// what else is in the folder is not the cache's.
   std::vector<Entry> list() const;
   /// The number of folders that are named like entries and have no marker.

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "sim/files/file_error.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 

@@ -142,7 +142,7 @@ std::vector<const TrialRecord*> Runs::evaluate(const std::vector<std::size_t>& w
     const Run& run = runs_[which[i]];
     if (!log.find(tasks[i].key))
       log.add(run_task(tasks[i].key, with_values(run.scenario, parameters, point), run.recording,
-                       {run.recording.walk_ending, ""}));
+                       {{run.recording.walk_ending}}));
     records[i] = log.find(tasks[i].key);
   });
   return records;

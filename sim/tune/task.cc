@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/score_input.h"
@@ -24,7 +24,7 @@ std::map<std::string, double> terms_by_name(const Terms& terms) {
 }
 
 score::Metrics of_walk_alone(const Recording& recording, const scenario::ReadScenario& scenario) {
-  const result::RunRecord record{scenario,     recording.walk_ending, "", recording.setup, recording.truth,
+  const result::RunRecord record{scenario,     {recording.walk_ending}, recording.setup, recording.truth,
                                  std::nullopt, recording.hash};
   return score::evaluate(result::score_input(record));
 }
@@ -37,7 +37,7 @@ void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
     text +=
         json{{"key", task.key}, {"scenario", task.scenario}, {"recording", task.recording.string()}}.dump() +
         "\n";
-  files::write_durably(file, text);
+  files::write_atomically(file, text);
 }
 
 TaskFile read_tasks(const std::filesystem::path& file) {
@@ -60,14 +60,16 @@ std::vector<std::string> value_names() {
 
 TrialRecord run_task(const std::string& key, const scenario::ReadScenario& scenario,
                      const Recording& recording, const replay::WalkEnd& walk) {
-  TrialRecord record{key, scenario.scenario.seed, walk.ending, walk.cause, {}};
-  if (walk.ending == "failed") return record;
-  Trial trial;
+  TrialRecord record{
+      key, scenario.scenario.seed, std::string(name_of(walk.ended.ending)), walk.ended.cause, {}};
+  if (walk.ended.ending == scenario::Ending::failed) return record;
+  Trial trial{walk.ended, {}, {}, 1};
   if (scenario.scenario.slam)
     trial = run_trial(recording, scenario);
   else
-    trial.ending = walk.ending, trial.metrics = of_walk_alone(recording, scenario);
-  if (trial.ending != walk.ending) record.ending = trial.ending, record.cause = trial.cause;
+    trial.metrics = of_walk_alone(recording, scenario);
+  if (trial.ended.ending != walk.ended.ending)
+    record.ending = name_of(trial.ended.ending), record.cause = trial.ended.cause;
   for (const auto& [name, metric] : trial.metrics)
     if (metric.value) record.values[name] = *metric.value;
   if (scenario.scenario.slam) record.values["lasted_fraction"] = trial.lasted_fraction;

@@ -34,7 +34,7 @@ Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
   Recording recording;
   recording.name = name_of(folder);
   recording.scenario = scenario::read_scenario(folder / "scenario.yaml");
-  recording.walk_ending = result::read_about_of_walk(folder / "about.json").walk_ending;
+  recording.walk_ending = result::read_about_of_walk(folder / "about.json").walk->ending;
   recording::RecordingReader reader(folder / "recording");
   recording.setup = reader.setup();
   recording.hash = reader.hash();
@@ -56,7 +56,7 @@ tracking::Tracked track(const Recording& recording, const scenario::Scenario& sc
   tracking::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
   for (const slam::Observation& observation : recording.observations) {
     if (recording.errors.empty())
-      tracking.take(observation);
+      tracking.process(observation);
     else
       tracking.step(observation);
   }
@@ -68,7 +68,7 @@ double lasted_fraction(const Recording& recording, const tracking::Tracked& trac
   const double end_s = slam::seconds(recording.observations.back().t);
   if (tracked.failed)
     return tracked.frames.empty() || end_s <= 0 ? 0 : slam::seconds(tracked.frames.back().report.t) / end_s;
-  if (!tracked.diverged()) return 1;
+  if (!tracked.failure()) return 1;
   const auto losses = tracked.losses();
   return end_s > 0 ? slam::seconds(losses.back().from) / end_s : 0;
 }
@@ -105,13 +105,15 @@ Recording load(const fs::path& result_folder, const scenario::Scenario& scenario
 }
 
 Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario) {
-  result::RunRecord record{scenario,        recording.walk_ending, "",
-                           recording.setup, recording.truth,       track(recording, scenario.scenario),
+  result::RunRecord record{scenario,
+                           {recording.walk_ending},
+                           recording.setup,
+                           recording.truth,
+                           track(recording, scenario.scenario),
                            recording.hash};
-  const result::Ending outcome = result::ending_of(record);
   const score::Run run = result::score_input(record);
   const score::ScoreContext scored(run);
-  Trial trial{outcome.ending, outcome.cause, score::evaluate(scored), std::nullopt, 1};
+  Trial trial{result::ending_of(record), score::evaluate(scored), std::nullopt, 1};
   trial.lasted_fraction = lasted_fraction(recording, *record.tracked);
   trial.terms = terms(scored, *record.tracked, trial.metrics, recording.setup.calibration.camera);
   return trial;

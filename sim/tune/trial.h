@@ -16,9 +16,10 @@ namespace sim::tune {
 
 /// A recording that is read once and that any number of threads may use at the same time.
 struct Recording {
-  std::string name;                 ///< "tangent_circle/seed-1"
-  scenario::ReadScenario scenario;  ///< of the walk
-  std::string walk_ending, hash;    ///< how the walk ended; of the recording's files
+  std::string name;                                              ///< "tangent_circle/seed-1"
+  scenario::ReadScenario scenario;                               ///< of the walk
+  scenario::Ending walk_ending = scenario::Ending::not_started;  ///< of the walk
+  std::string hash;                                              ///< of the recording's files
   recording::RecordingSetup setup;
   /// In the order of arrival; images are views of `pictures`, which share no counter among threads.
   std::vector<slam::Observation> observations;
@@ -45,7 +46,7 @@ std::string errors_of(const scenario::Scenario& scenario);
 
 /// One run of the filter.
 struct Trial {
-  std::string ending, cause;   ///< as a result folder's
+  scenario::Ended ended;       ///< as in a result folder
   score::Metrics metrics;      ///< as a result folder's, bit for bit
   std::optional<Terms> terms;  ///< absent where the filter failed
   double lasted_fraction = 1;  ///< fraction of the recording until the filter failed

@@ -9,10 +9,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/number.h"
 #include "sim/files/text.h"
 
 namespace sim::tune {
@@ -46,8 +45,7 @@ double number(const files::Json& value) {
 files::FileLock lock_for_writing(const fs::path& file) {
   using files::FileLock;
   for (int attempt = 0; attempt <= kTriesOfTheLock; ++attempt) {
-    if (auto lock = FileLock::take(file, FileLock::Mode::exclusive, FileLock::IfHeld::give_up))
-      return std::move(*lock);
+    if (auto lock = FileLock::take(file, FileLock::How::try_exclusive)) return std::move(*lock);
     ::usleep(kPauseUs);
   }
   throw FileError(file, "is being written by another process");
@@ -161,7 +159,7 @@ void TrialLog::sort() {
   const std::scoped_lock lock(mutex_);
   std::string text = purpose_ + "\n";
   for (const auto& [key, record] : records_) text += to_line(record) + "\n";
-  files::write_durably(file_, text);
+  files::write_atomically(file_, text);
 }
 
 std::map<std::string, TrialRecord> read_trial_log(const fs::path& file, std::string_view purpose) {

@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "sim/files/file_lock.h"
+#include "sim/files/atomic_file.h"
 
 namespace sim::tune {
 

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/tune/profile.h"
 #include "sim/tune/search.h"
@@ -236,10 +236,10 @@ TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execut
   const StartAndBest holdout = compare(unseen, spec, found.start, found.best, log);
   const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
   log.sort();
-  files::write_durably(out / "history.csv", found.history);
-  files::write_durably(out / "tune.json", tune_json(spec, found, holdout, accepted));
+  files::write_atomically(out / "history.csv", found.history);
+  files::write_atomically(out / "tune.json", tune_json(spec, found, holdout, accepted));
   if (accepted)
-    files::write_durably(out / "best.yaml", overlay(spec, found.best, holdout));
+    files::write_atomically(out / "best.yaml", overlay(spec, found.best, holdout));
   else
     fs::remove(out / "best.yaml");
   return {accepted, result_text(spec, found.best, found.profiles, found.training, holdout)};

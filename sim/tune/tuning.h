@@ -27,7 +27,7 @@ struct TuningResult {
 /// Tunes, and writes to `out`: trials.jsonl (the log, from the first trial on), then history.csv, tune.json
 /// and, if accepted, best.yaml. Started again with the same spec it continues from the log; the result is the
 /// same bit for bit, whatever `execution`. program: its version, for the first line of the log. Throws as
-/// TrialLog, load and write_durably do.
+/// TrialLog, load and write_atomically do.
 TuningResult tune(const Spec& spec, const std::filesystem::path& out, const Execution& execution,
                   const std::string& program, const std::function<void(const Progress&)>& on_progress);
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "sim/files/contained_path.h"
 #include "sim/files/csv.h"
 #include "sim/recording/recording.h"
 #include "sim/view/playback.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/files/json.h"
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/pages/figure.h"
 
 // Embeds the page and the files that esbuild makes from web/.

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "sim/files/tum.h"
+#include "sim/files/trajectory_file.h"
 #include "slam/filter.h"
 
 namespace sim::view {

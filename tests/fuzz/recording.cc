@@ -30,8 +30,8 @@ void record() {
   writer.add(o);
   writer.add(recording::TruePoses{});
   writer.add(recording::TrueFeet{});
-  writer.add(std::vector{recording::CorrectedStep{}});
-  writer.add(recording::RecordedSurface{"box"});
+  writer.add(std::vector{sim::score::StepCorrection{}});
+  writer.add(sim::score::Surface{});
   writer.finish();
 }
 

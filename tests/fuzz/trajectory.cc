@@ -1,6 +1,5 @@
 // Trajectories of other programs: TUM with and without covariance, EuRoC, KITTI.
 #include "sim/files/trajectory_file.h"
-#include "sim/files/tum.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -167,26 +167,6 @@ def tum(folder, expected):
     expected.check_tum(folder / "plan.txt", expected.poses("plan.csv"))
 
 
-def kitti(folder, expected):
-    sequence = folder / "sequences/00"
-    P = np.array((sequence / "calib.txt").read_text().split()[1:13], float).reshape(3, 4)
-    f = focal(folder / "settings.yaml")
-    assert np.array_equal(P, [[f, 0, 31.4, 0], [0, f, 25.4, 0], [0, 0, 1, 0]])
-    files = [sequence / f"image_0/{k:06}.png" for k in range(len(expected.stamps))]
-    check_undistorted(expected, files, f)
-    seconds = np.loadtxt(sequence / "times.txt")
-    first = int(expected.stamps[0])
-    assert np.allclose(seconds, [1e-9 * (int(t) - first) for t in expected.stamps], rtol=0, atol=1e-12)
-    assert (folder / "poses/times.txt").read_text() == (sequence / "times.txt").read_text()
-    poses = np.loadtxt(folder / "poses/00.txt").reshape(-1, 3, 4)
-    p0, R0 = expected.truth[expected.stamps[0]]
-    assert len(poses) == len(expected.stamps)
-    for pose, stamp in zip(poses, expected.stamps):
-        p, R = expected.truth[stamp]
-        assert np.abs(pose[:, :3] - R0.T @ R).max() < 1e-14  # another order of sums
-        assert np.abs(pose[:, 3] - R0.T @ (p - p0)).max() < 1e-14
-
-
 if __name__ == "__main__":
     format, folder, what = sys.argv[1:]
     globals()[format](pathlib.Path(folder), Expected(what))

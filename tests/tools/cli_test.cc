@@ -1,4 +1,4 @@
-// What the program answers to what users type; nothing here simulates.
+// The command line, without simulations.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
   }
 }
 
-// They come with 120 libraries and a compiler, 90 ms of a process that may only print its help.
+// 120 libraries and a compiler cost each process 90 ms.
 TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
   const Ran ran = shell("LD_TRACE_LOADED_OBJECTS=1 " GAITSLAM_PROGRAM);
   ASSERT_THAT(ran.out, HasSubstr("libopencv_core"));
@@ -63,7 +63,7 @@ TEST_F(Cli, TheRunnerHasTheCommandsForWhichTheLauncherBuildsIt) {
   EXPECT_EQ(ran.out, expected + "\n");
 }
 
-// In a tree where both programs are up to date and only say which they are.
+// In a tree with stand-ins for both programs.
 TEST_F(Cli, TheLauncherTakesTheWholeProgramForTheView) {
   write("tools/gaitslam", sim::files::read_text(std::string(GAITSLAM_SOURCE_DIR) + "/tools/gaitslam"));
   for (const char* source : {"CMakeLists.txt", "CMakePresets.json", "walking/x", "slam/x", "sim/x"})
@@ -83,27 +83,20 @@ TEST_F(Cli, TheLauncherTakesTheWholeProgramForTheView) {
     EXPECT_EQ(shell("tools/gaitslam " + typed).out, expected);
 }
 
-TEST_F(Cli, WrongCommandsAndOptionsAreRefused) {
+TEST_F(Cli, WrongCommandsAndOptionsAreRejectedWithTheNearest) {
   expect_refused("", "A subcommand is required");
-  expect_refused(
-      "rnu x.yaml",
-      "unknown command 'rnu', expected one of run, record, replay, evaluate, export, view, video, score, "
-      "regress, "
-      "compare, leaderboard, baseline, sweep, tune, check, report, reproduce, cache, config; did you mean "
-      "'run'?");
+  expect_refused("rnu x.yaml", "unknown command 'rnu', expected one of run, record, ");
+  EXPECT_THAT(refusal("rnu x.yaml"), HasSubstr("; did you mean 'run'?"));
   expect_refused("check", "scenarios is required");
   expect_refused("config", "config: expected a scenario's YAML file, or --keys");
-  expect_refused("config '" + kCircle + "' --frobnicate", "--frobnicate");
-}
-
-TEST_F(Cli, OptionsThatAreWrongAreRefusedWithTheNearest) {
   expect_refused("run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?");
   expect_refused("report x --ouf=y", "; did you mean '--out'?");
-  EXPECT_THAT(refusal("config '" + kCircle + "' --frobnicate"), testing::Not(HasSubstr("did you mean")));
+  EXPECT_THAT(refusal("config '" + kCircle + "' --frobnicate"),
+              testing::AllOf(HasSubstr("--frobnicate"), testing::Not(HasSubstr("did you mean"))));
 }
 
-// U+009B begins a command of a terminal, U+202E turns the direction of writing.
-TEST_F(Cli, WhatATerminalObeysIsNotPrintedInAComplaint) {
+// U+009B starts a terminal command, U+202E changes the direction of writing.
+TEST_F(Cli, ControlCharactersAreNotPrintedInErrors) {
   write("key.yaml", R"("a\x9BK\u202Ez": 1)");
   write("value.yaml", R"({world: {room: "a\x9BK\u202Ez"}, walk: {commands: [{stand: {duration_s: 1}}]}})");
   const std::string change = "config '" + kCircle + "' 'a\xC2\x9BK\xE2\x80\xAEz=1'";
@@ -116,7 +109,7 @@ TEST_F(Cli, WhatATerminalObeysIsNotPrintedInAComplaint) {
   }
 }
 
-TEST_F(Cli, AModelThatIsNotThereIsRefusedByCheck) {
+TEST_F(Cli, CheckRejectsAMissingModel) {
   write("kitchen.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld:\n  room: kitchen\n");
   expect_refused("check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of ");
   write("near.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld: {room: ofice}\n");
@@ -134,7 +127,6 @@ TEST_F(Cli, CheckTakesChangesAsRunDoes) {
   expect_refused("check world.seed=3", "check: names no scenario, expected a YAML file");
 }
 
-// The cause stands in the message: here no shorter step of the walk would help.
 TEST_F(Cli, AnImpossibleStepIsBlamedOnItsOwnKey) {
   write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
   EXPECT_THAT(refusal("check far.yaml"), HasSubstr("the cause is walk.commands[0].steps[0].forward_m 0.9"));
@@ -142,7 +134,7 @@ TEST_F(Cli, AnImpossibleStepIsBlamedOnItsOwnKey) {
   EXPECT_THAT(refusal("check low.yaml"), HasSubstr("the cause is walk.com_height_m 0.3"));
 }
 
-TEST_F(Cli, JsonOfAnotherTypeIsRefusedWithFileAndKey) {
+TEST_F(Cli, JsonOfAnotherTypeIsRejectedWithFileAndKey) {
   write("a/seed-1/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
   write("a/seed-1/about.json", R"({"recording_xxh3_128": 5})");
   write("a/seed-1/score.json", R"({"seed": 1, "ending": "completed", "metrics": {}})");
@@ -153,7 +145,7 @@ TEST_F(Cli, JsonOfAnotherTypeIsRefusedWithFileAndKey) {
   expect_refused("compare a a", "a/seed-1/score.json: metrics.rmse_m: expected an object, found number");
 }
 
-TEST_F(Cli, SeedsWithoutEndAreRefused) {
+TEST_F(Cli, TooManySeedsAreRejected) {
   const std::string text =
       "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\nholdout: "
       "[{scenario: '" +
@@ -166,24 +158,19 @@ TEST_F(Cli, SeedsWithoutEndAreRefused) {
   }
 }
 
-// What cannot be one line of the file that a job array reads is refused before anything is made.
-TEST_F(Cli, ALineBreakInAFolderForSlurmIsRefused) {
+TEST_F(Cli, ALineBreakInAFolderForSlurmIsRejected) {
   expect_refused(
       "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm --out \"$(printf 'a\\nb')\"",
       "has a line break");
 }
 
-TEST_F(Cli, FilesThatAreNotScenariosAreRefused) {
+TEST_F(Cli, ErrorsInScenariosAndOverridesAreUsageErrors) {
   expect_refused("config no.yaml", "no.yaml: cannot be read: No such file or directory");
-  expect_refused("config .", ".: is a folder, expected a scenario file");
-  write("bad.yaml", "walk: {commands: [\n");
-  expect_refused("config bad.yaml", "bad.yaml:2:1: bad YAML: end of sequence flow not found");
-  write("deep.yaml", "walk: " + std::string(100000, '['));
-  expect_refused("config deep.yaml", "has 500 levels or more, expected fewer");
-  write("doubled.yaml", "seed: 1\nseed: 2\n");
-  expect_refused("check doubled.yaml", "doubled.yaml:2:1: seed: given twice, first in line 1");
   write("unknown.yaml", "sede: 1\n");
   expect_refused("check unknown.yaml", "unknown.yaml:1:1: sede: unknown key; did you mean 'seed'?");
+  expect_refused("config '" + kCircle + "' seed=2 slam.gyro.sigma_rad_s=nan",
+                 "<argument>:2:23: slam.gyro.sigma_rad_s: is 'nan'");
+  expect_refused("config '" + kCircle + "' --without camrea", "did you mean 'camera'?");
 }
 
 TEST_F(Cli, AScenarioMayComeThroughAPipeOfTheShell) {
@@ -194,7 +181,7 @@ TEST_F(Cli, AScenarioMayComeThroughAPipeOfTheShell) {
     EXPECT_THAT(shell(command).out, HasSubstr(": valid, a walk of")) << command;
 }
 
-TEST_F(Cli, APipeInAFolderIsRefused) {
+TEST_F(Cli, APipeInAFolderIsRejected) {
   ASSERT_EQ(shell("mkdir -p result/recording && cd result && mkfifo scenario.yaml score.json truth.tum "
                   "estimate.tum recording/manifest.csv")
                 .exit_code,
@@ -206,16 +193,7 @@ TEST_F(Cli, APipeInAFolderIsRefused) {
     EXPECT_THAT(refusal(command), HasSubstr("is not a regular file, expected one")) << command;
 }
 
-TEST_F(Cli, OverridesThatAreWrongAreRefused) {
-  expect_refused("config '" + kCircle + "' slam.gyro.sigma_rads=1",
-                 "<argument>:1:1: slam.gyro.sigma_rads: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");
-  expect_refused("config '" + kCircle + "' seed=2 slam.gyro.sigma_rad_s=nan",
-                 "<argument>:2:23: slam.gyro.sigma_rad_s: is 'nan'");
-  expect_refused("config '" + kCircle + "' fast", "<argument>:1:1: 'fast': expected key=value");
-  expect_refused("config '" + kCircle + "' --without camrea", "did you mean 'camera'?");
-}
-
-TEST_F(Cli, ResultsThatAreNotThereAreRefusedByReplay) {
+TEST_F(Cli, ReplayRejectsMissingResults) {
   expect_refused("replay no-such-folder", "no-such-folder: no such result folder");
   std::filesystem::create_directories(folder_ / "empty");
   expect_refused("replay empty", "empty: expected a result folder (with scenario.yaml and recording/)");
@@ -237,7 +215,7 @@ TEST_F(Cli, CheckNamesEachFileThatIsValidAndEachThatIsNot) {
   EXPECT_EQ(gaitslam("check '" + kScenarios + "'*.yaml").exit_code, 0);
 }
 
-TEST_F(Cli, ConfigSaysWhereEachValueComesFrom) {
+TEST_F(Cli, ConfigPrintsTheOriginOfEachValue) {
   write("walk.yaml", "seed: 3\nwalk:\n  step_height_m: 0.05\n  commands: [{stand: {duration_s: 1}}]\n");
   const Ran ran = gaitslam("config walk.yaml world.floor_friction=0.5");
   EXPECT_EQ(ran.exit_code, 0);
@@ -247,18 +225,12 @@ TEST_F(Cli, ConfigSaysWhereEachValueComesFrom) {
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("slam.")));
 }
 
-TEST_F(Cli, ConfigAsYamlIsAScenarioOfTheSameValues) {
-  const std::string once = gaitslam("config '" + kCircle + "' seed=9 --yaml").out;
+TEST_F(Cli, ConfigAsYamlIsAScenarioOfTheSameValuesInWhateverOrderOfOptions) {
+  const std::string once = gaitslam("config '" + kCircle + "' seed=4 --without camera,slam --yaml").out;
+  EXPECT_THAT(once, HasSubstr("\nseed: 4\n"));
+  EXPECT_EQ(gaitslam("config --without slam,camera '" + kCircle + "' --yaml seed=4").out, once);
   write("again.yaml", once);
   EXPECT_EQ(gaitslam("config again.yaml --yaml").out, once);
-  EXPECT_THAT(once, HasSubstr("\nseed: 9\n"));
-}
-
-TEST_F(Cli, OptionsAndOverridesMayStandInAnyOrder) {
-  const std::string with = gaitslam("config '" + kCircle + "' seed=4 --without camera,slam --yaml").out;
-  EXPECT_THAT(with, HasSubstr("seed: 4\n"));
-  EXPECT_EQ(gaitslam("config --without camera,slam '" + kCircle + "' --yaml seed=4").out, with);
-  EXPECT_EQ(gaitslam("config '" + kCircle + "' --without slam,camera seed=4 --yaml").out, with);
 }
 
 TEST_F(Cli, ConfigListsAllKeysWithRangeAndMeaning) {
@@ -269,7 +241,7 @@ TEST_F(Cli, ConfigListsAllKeysWithRangeAndMeaning) {
   EXPECT_THAT(ran.out, HasSubstr("ate_se3_rmse_m"));
 }
 
-TEST_F(Cli, AFullDiskIsNotTakenForSuccess) {
+TEST_F(Cli, AFullDiskIsAnError) {
   const Ran ran = gaitslam("config --keys >/dev/full");
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_EQ(ran.err, "gaitslam: cannot write to standard output\n");
@@ -290,7 +262,7 @@ TEST_F(Cli, AFullTemporaryFolderIsNamed) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
 }
 
-TEST_F(Cli, RunRefusesWhatItCannotDoBeforeItSimulates) {
+TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
   const std::string run = "run '" + kCircle + "' ";
   expect_refused("run", "scenario is required");
   expect_refused("run no.yaml", "no.yaml: cannot be read");
@@ -339,7 +311,7 @@ TEST_F(Setup, MissingPackagesAreInstalledByRoot) {
   EXPECT_THAT(ran.err, HasSubstr("apt-get install -y -qq --no-install-recommends ninja-build libfoo-dev"));
 }
 
-TEST_F(Setup, OthersAreToldTheOneCommandToRun) {
+TEST_F(Setup, OtherUsersGetTheCommandToRun) {
   const Ran ran = install("USER_NUMBER=1000 APT_RESULT=0");
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_EQ(ran.out, "");

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 

@@ -213,19 +213,19 @@ TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
 
 TEST_F(Interruption, ItIsSaidWhatIsKept) {
   const std::string seeds = kBlind + "--seeds 1..50 --out h";
-  EXPECT_THAT(ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
-              HasSubstr("gaitslam: interrupted: what is finished is kept in h; the same command goes on with "
-                        "the rest:\n  " GAITSLAM_PROGRAM " " +
-                        seeds + "\n"));
+  EXPECT_THAT(
+      ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
+      HasSubstr("gaitslam: interrupted: finished results are kept in h; to resume:\n  " GAITSLAM_PROGRAM " " +
+                seeds + "\n"));
   const Ran one = ended_when("[ -e k/.seed-1.partial ]", "INT",
                              "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --out k");
   EXPECT_THAT(one.err,
-              HasSubstr("gaitslam: interrupted: nothing is kept of this run; earlier results in k are as"));
+              HasSubstr("gaitslam: interrupted: nothing of this run is kept; earlier results in k are"));
   EXPECT_EQ(one.exit_code, 130);
   EXPECT_THAT(ended_when("[ -e s/trials.jsonl ]", "TERM",
                          "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 50)' --out s")
                   .err,
-              HasSubstr("what is finished is kept in s; the same command goes on"));
+              HasSubstr("finished results are kept in s; to resume"));
 }
 
 }  // namespace

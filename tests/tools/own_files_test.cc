@@ -138,7 +138,7 @@ TEST_F(OwnFiles, TheCurrentFolderIsNotReplaced) {
       EXPECT_EQ(ran.exit_code, 2) << command << out;
       EXPECT_THAT(
           ran.err,
-          HasSubstr(": is the current folder or has it in it, and would be replaced; name another folder"));
+          HasSubstr(": is or contains the current folder, and would be replaced; name another folder"));
       EXPECT_TRUE(fs::is_empty(folder_ / "here"));
     }
 }
@@ -164,7 +164,7 @@ TEST_F(OwnFiles, NothingButRegularFilesIsReplaced) {
     for (const std::string file : {"pipe.mp4", "link.mp4"}) {
       const Ran ran = shell("timeout 20 " GAITSLAM_PROGRAM " " + command + file);
       EXPECT_EQ(ran.exit_code, 2) << command << file;
-      EXPECT_EQ(ran.err, "gaitslam: " + file + ": cannot be written: it is no regular file\n") << command;
+      EXPECT_EQ(ran.err, "gaitslam: " + file + ": cannot be written: it is not a regular file\n") << command;
       EXPECT_TRUE(fs::is_fifo(folder_ / "pipe.mp4") && fs::is_symlink(folder_ / "link.mp4"))
           << command << file;
     }

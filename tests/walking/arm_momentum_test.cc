@@ -1,11 +1,10 @@
-#include "walking/arm_momentum.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "tests/walking/standing.h"
+#include "walking/arms.h"
 #include "walking/hrp2.h"
 #include "walking/pattern_generator.h"
 

@@ -1,13 +1,12 @@
-#include "walking/arm_swing.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "tests/walking/smooth_walk.h"
 #include "tests/walking/standing.h"
+#include "walking/arms.h"
 #include "walking/hrp2.h"
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 
 namespace walking {
 namespace {

@@ -1,11 +1,10 @@
-#include "walking/attitude.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
 #include "walking/plan.h"
+#include "walking/stabilizer.h"
 
 namespace walking {
 namespace {

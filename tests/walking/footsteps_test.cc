@@ -35,12 +35,12 @@ void expect_relative(const FootPose& before, const FootPose& now, double dx, dou
   EXPECT_NEAR((now.yaw - before.yaw) / kDegree, degrees, kSixDecimals);
 }
 
-void expect_ends_together_at(const std::vector<Footstep>& steps, const FootPose& centre) {
-  const Stance end = feet_together(centre);
+void expect_ends_together_at(const std::vector<Footstep>& steps, const FootPose& center) {
+  const Stance end = feet_together(center);
   ASSERT_GE(steps.size(), 2u);
   for (const Footstep& step : {steps[steps.size() - 2], steps.back()}) {
     EXPECT_LT((step.pose.position - end.of(step.side).position).norm(), kExact);
-    EXPECT_NEAR(step.pose.yaw, centre.yaw, kExact);
+    EXPECT_NEAR(step.pose.yaw, center.yaw, kExact);
   }
   EXPECT_NE(steps.back().side, steps[steps.size() - 2].side);
 }
@@ -61,17 +61,17 @@ TEST(TangentArc, QuarterCircleIsTheReferenceStepStack) {
 }
 
 TEST(TangentArc, FourQuartersReturnToTheStart) {
-  FootPose centre{{1, -0.5}, 0.3};
-  const FootPose start = centre;
+  FootPose center{{1, -0.5}, 0.3};
+  const FootPose start = center;
   for (int i = 0; i < 4; ++i) {
-    const auto steps = footsteps(TangentArc{}, centre, 0.15);
+    const auto steps = footsteps(TangentArc{}, center, 0.15);
     Stance end;
     end.of(steps[7].side) = steps[7].pose;
     end.of(steps[8].side) = steps[8].pose;
-    centre = centre_of(end);
+    center = center_of(end);
   }
-  EXPECT_LT((centre.position - start.position).norm(), kExact);
-  EXPECT_NEAR(centre.yaw, start.yaw + 2 * std::numbers::pi, kExact);
+  EXPECT_LT((center.position - start.position).norm(), kExact);
+  EXPECT_NEAR(center.yaw, start.yaw + 2 * std::numbers::pi, kExact);
 }
 
 TEST(PerpendicularArc, FullCircleIsTheReferenceStepStack) {

@@ -1,14 +1,11 @@
-#include "walking/inverse_kinematics.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "tests/walking/standing.h"
-#include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
-#include "walking/leg_limits.h"
+#include "walking/kinematics.h"
 
 namespace walking {
 namespace {

@@ -3,9 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/walking/smooth_walk.h"
-#include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 
 namespace walking {
 namespace {
@@ -38,7 +37,7 @@ TEST(LegOdometry, FollowsTheWaistOfAWalkThatGoesAsPlanned) {
   Vector3d carrying = Vector3d::Constant(1e9);
   for (const Reference& reference : walk) {
     const SensorReadings readings = readings_of(reference);
-    legs.take(readings);
+    legs.add(readings);
     const auto [X_OB, p_OS] = legs.motion(readings.q);
     ASSERT_LT((X_OB.matrix() - (X_OP * reference.X_PB).matrix()).norm(), 1e-6) << "at " << reference.t_s;
     const Vector3d left = X_OP * reference.X_PL.translation(), right = X_OP * reference.X_PR.translation();
@@ -55,13 +54,13 @@ TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
   SensorReadings readings = standing_readings();
   LegOdometry legs(Isometry3d::Identity());
   readings.left.force.z() = 300, readings.right.force.z() = 290;
-  legs.take(readings);
+  legs.add(readings);
   const Vector3d before = legs.motion(readings.q).p_OS;
   readings.right.force.z() = 320;
-  legs.take(readings);
+  legs.add(readings);
   EXPECT_EQ(legs.motion(readings.q).p_OS, before);
   readings.right.force.z() = 340;
-  legs.take(readings);
+  legs.add(readings);
   EXPECT_NEAR(legs.motion(readings.q).p_OS.y() - before.y(), -hrp2::kFootSpacing, 1e-6);
 }
 
@@ -70,21 +69,21 @@ TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
   SensorReadings readings = standing_readings();
   LegOdometry legs(Isometry3d::Identity());
   readings.left.force.z() = 300, readings.right.force.z() = 0;
-  legs.take(readings);
+  legs.add(readings);
   readings.q[hrp2::kRightLeg + 4] += 0.02;  // ankle pitch
   readings.q[hrp2::kRightLeg + 3] += 0.03;  // knee
   readings.right.force.z() = 400;
   const Isometry3d before = legs.motion(readings.q).X_OB;
-  legs.take(readings);
+  legs.add(readings);
   EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - before.matrix()).norm(), 1e-4);  // the bush's deflection
   EXPECT_GT(legs.motion(readings.q).p_OS.z(), 0.002);
   for (int tick = 0; tick < 20; ++tick) {
     const Isometry3d last = legs.motion(readings.q).X_OB;
-    legs.take(readings);
+    legs.add(readings);
     EXPECT_LT((legs.motion(readings.q).X_OB.translation() - last.translation()).norm(), 0.002) << tick;
   }
   EXPECT_LT(std::abs(legs.motion(readings.q).p_OS.z()), 0.002);
-  for (int tick = 0; tick < 200; ++tick) legs.take(readings);
+  for (int tick = 0; tick < 200; ++tick) legs.add(readings);
   const auto [X_OB, p_OS] = legs.motion(readings.q);
   EXPECT_LT(std::abs(p_OS.z()), 1e-6);
   const Isometry3d X_OS =
@@ -99,10 +98,10 @@ TEST(LegOdometry, RoundingErrorsDoNotGrowWhateverTheHeading) {
   for (double heading = 0; heading < 6.3; heading += 0.1) {
     LegOdometry legs(Isometry3d(Eigen::AngleAxisd(heading, Vector3d::UnitZ())));
     readings.left.force.z() = 300, readings.right.force.z() = 0;
-    legs.take(readings);
+    legs.add(readings);
     readings.right.force.z() = 400;
     for (int tick = 0; tick < 2000; ++tick) {
-      legs.take(readings);
+      legs.add(readings);
       const Eigen::Matrix3d R_OB = legs.motion(readings.q).X_OB.linear();
       ASSERT_LT((R_OB * R_OB.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-13)
           << "heading " << heading << " tick " << tick;

@@ -10,7 +10,7 @@
 
 #include "tests/walking/smooth_walk.h"
 #include "walking/hrp2.h"
-#include "walking/inverse_kinematics.h"
+#include "walking/kinematics.h"
 
 namespace walking {
 namespace {
@@ -66,7 +66,7 @@ TEST_P(WholeWalk, IsTimedEveryFiveMilliseconds) {
   for (std::size_t k = 0; k < walk_.size(); ++k) ASSERT_EQ(walk_[k].t_s, static_cast<double>(k) * kPeriod);
 }
 
-TEST_P(WholeWalk, WaistStaysUprightAtItsHeightWithTheCentreOfMassAtItsPlace) {
+TEST_P(WholeWalk, WaistStaysUprightAtItsHeightWithTheCenterOfMassAtItsPlace) {
   for (const Reference& r : walk_) {
     ASSERT_EQ(r.X_PB.linear().col(2), Eigen::Vector3d::UnitZ());
     ASSERT_NEAR(r.X_PB.translation().z(), hrp2::kWaistHeight, 1e-15);
@@ -98,14 +98,14 @@ TEST(TangentCircle, EveryCommandEndsAtItsNominalPlace) {
   const WalkOptions options = tangent_circle();
   PatternGenerator generator(options);
   Reference before = generator.next();
-  // Centre of the feet and heading after each command.
+  // Center of the feet and heading after each command.
   const double x[] = {0, 1, 1, 1.75, 1.75, 1, 1, .25, .25, 1, 1};
   const double y[] = {0, -.5, -.5, .25, .25, 1, 1, .25, .25, -.5, -.5};
   const double quarters[] = {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4};
   const auto expect_together = [&](int command, const Reference& r) {
     const double yaw = quarters[command] * kPi / 2;
     const Eigen::Vector2d left = 0.095 * Eigen::Vector2d(-std::sin(yaw), std::cos(yaw));
-    // The circle goes through the feet's centre, which starts kAnkleX ahead of P's origin.
+    // The circle goes through the feet's center, which starts kAnkleX ahead of P's origin.
     expect_pose(r.X_PL, hrp2::kAnkleX + x[command] + left.x(), y[command] + left.y(), 0, yaw, 1e-12);
     expect_pose(r.X_PR, hrp2::kAnkleX + x[command] - left.x(), y[command] - left.y(), 0, yaw, 1e-12);
   };

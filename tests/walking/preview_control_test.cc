@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "walking/zmp_reference.h"
+#include "walking/timeline.h"
 
 namespace walking {
 namespace {

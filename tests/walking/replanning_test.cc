@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/walking/smooth_walk.h"
-#include "walking/feasible_step.h"
+#include "walking/footsteps.h"
 #include "walking/pattern_generator.h"
 
 namespace walking {

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "tests/walking/smooth_walk.h"
-#include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
-#include "walking/leg_limits.h"
+#include "walking/kinematics.h"
 #include "walking/pattern_generator.h"
 
 namespace walking {
@@ -49,13 +48,13 @@ BodyMomentum momentum_of(const Masses& masses, const BodyMotion& motion) {
   return total;
 }
 
-/// All mass at the plan's centre of mass: the cart-table itself.
+/// All mass at the plan's center of mass: the cart-table itself.
 std::vector<PointMass> one_mass(const BodyPose& pose) {
   return {{hrp2::kMass, pose.X_PB * hrp2::kComInWaist}};
 }
 
 /// A heavy trunk and legs of 8.16 kg, each half at its ankle and half between hip and ankle; together where
-/// the robot's centre of mass is in half-sitting.
+/// the robot's center of mass is in half-sitting.
 std::vector<PointMass> trunk_and_legs(const BodyPose& pose) {
   constexpr double kTotal = hrp2::kMass, kLeg = 8.16;
   const auto leg = [](Side side, const Eigen::Matrix<double, 6, 1>& q) {
@@ -133,7 +132,7 @@ TEST(MotionBetween, LeadsFromOnePoseToTheOther) {
   EXPECT_TRUE(motion.pose.X_PB.linear().isApprox(half, 1e-14));
 }
 
-TEST(MultibodyZmp, OfABodyAtRestIsBelowItsCentreOfMass) {
+TEST(MultibodyZmp, OfABodyAtRestIsBelowItsCenterOfMass) {
   BodyMomentum still;
   still.mass = 50;
   still.com << 3, -2, 0.8;
@@ -186,7 +185,7 @@ TEST(SecondPreview, MakesTheWholeBodysZmpFollowTheReference) {
   EXPECT_LT(with.largest, 0.010);  // 28 mm and 8.5 mm: what preview control itself leaves of a smoothed step
 }
 
-TEST(SecondPreview, KeepsFeetHeadingAndTheWaistsPlaceUnderTheCentreOfMass) {
+TEST(SecondPreview, KeepsFeetHeadingAndTheWaistsPlaceUnderTheCenterOfMass) {
   const auto first = planned(two_steps());
   const auto second = planned(PatternGenerator(with_second_preview(), model_of(trunk_and_legs)));
   for (std::size_t k = 0; k < first.size(); ++k) {

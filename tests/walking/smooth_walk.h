@@ -1,4 +1,4 @@
-// What every planned walk keeps: ZMP, centre of mass, waist and feet are continuous, as are their velocities.
+// What every planned walk keeps: ZMP, center of mass, waist and feet are continuous, as are their velocities.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ inline double jerk_of(const std::vector<Reference>& walk) {
 }
 
 /// Its derivatives agree, and its jerk is bounded.
-inline void expect_smooth_centre_of_mass(const std::vector<Reference>& walk) {
+inline void expect_smooth_center_of_mass(const std::vector<Reference>& walk) {
   const double most = jerk_of(walk);
   for (std::size_t k = 1; k < walk.size(); ++k) {
     const Reference &a = walk[k - 1], &b = walk[k];
@@ -114,7 +114,7 @@ inline void expect_smooth_feet(const std::vector<Reference>& walk) {
 }
 
 inline void expect_smooth(const std::vector<Reference>& walk) {
-  expect_smooth_centre_of_mass(walk);
+  expect_smooth_center_of_mass(walk);
   expect_smooth_zmp(walk);
   expect_smooth_waist(walk);
   expect_smooth_feet(walk);

@@ -6,7 +6,7 @@
 
 namespace walking {
 
-/// Feet together, the ZMP under the centre of mass.
+/// Feet together, the ZMP under the center of mass.
 inline Reference standing() {
   Reference reference;
   reference.com = hrp2::kComInWaist + Eigen::Vector3d(0, 0, hrp2::kWaistHeight);

@@ -7,9 +7,8 @@
 #include <functional>
 
 #include "tests/walking/smooth_walk.h"
-#include "walking/feasible_step.h"
-#include "walking/inverse_kinematics.h"
-#include "walking/leg_limits.h"
+#include "walking/footsteps.h"
+#include "walking/kinematics.h"
 
 namespace walking {
 namespace {
@@ -53,7 +52,7 @@ struct SteeredWalk {
     const Reference& r = walk.back();
     const FootPose left{r.X_PL.translation().head<2>(), yaw_of(r.X_PL)},
         right{r.X_PR.translation().head<2>(), yaw_of(r.X_PR)};
-    return drift(r.t_s) * centre_of({left, right});
+    return drift(r.t_s) * center_of({left, right});
   }
 
   PatternGenerator plan;

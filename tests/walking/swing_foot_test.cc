@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "tests/walking/smooth_walk.h"
-#include "walking/waist_yaw.h"
 
 namespace walking {
 namespace {

@@ -1,8 +1,8 @@
-#include "walking/zmp_reference.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
+
+#include "walking/timeline.h"
 
 namespace walking {
 namespace {

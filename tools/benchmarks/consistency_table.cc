@@ -11,6 +11,7 @@
 #include <map>
 
 #include "sim/score/consistency.h"
+#include "sim/score/landmarks.h"
 #include "sim/score/statistics.h"
 #include "slam/patch.h"
 #include "tools/benchmarks/recorded_walks.h"

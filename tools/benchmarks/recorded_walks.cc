@@ -78,7 +78,7 @@ Trial try_on(const RecordedWalk& walk, const std::filesystem::path& scenario,
   double spent_ms = 0;
   for (const slam::Observation& observation : walk.observations) {
     const double begin = cpu_ms();
-    tracking.take(observation);
+    tracking.process(observation);
     spent_ms += cpu_ms() - begin;
   }
   Trial trial;

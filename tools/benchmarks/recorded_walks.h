@@ -10,6 +10,7 @@
 #include "sim/recording/recording.h"
 #include "sim/regression/suite.h"
 #include "sim/score/metrics.h"
+#include "sim/score/run.h"
 #include "sim/tracking/tracking.h"
 
 /// One recording, decoded.

@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "sim/tune/recording_cache.h"
 #include "tools/cli/commands.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
@@ -38,10 +38,9 @@ bool is_valid(const std::string& file, const sim::scenario::Changes& changes) {
                              looked ? "" : "; whether it is clear of its room was not checked: no simulator");
     return true;
   } catch (const sim::scenario::ConfigError& e) {
-    std::cerr << sim::files::without_controls(e.what()) << '\n';
+    std::cerr << sim::files::sanitize(e.what()) << '\n';
   } catch (const std::exception& e) {
-    std::cerr << sim::files::without_controls(
-        fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
+    std::cerr << sim::files::sanitize(fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
   }
   return false;
 }

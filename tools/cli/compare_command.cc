@@ -5,7 +5,7 @@
 #include <memory>
 #include <set>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/regression/result_set.h"
 #include "sim/regression/verdict_reports.h"
 #include "sim/scenario/yaml.h"

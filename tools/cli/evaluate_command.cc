@@ -11,12 +11,12 @@
 
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/regression/result_set.h"
-#include "sim/replay/outside_trajectory.h"
+#include "sim/replay/replay.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/trajectory_report.h"
+#include "sim/score/alignment.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/finished.h"
 #include "tools/cli/jobs/processes.h"
@@ -63,8 +63,7 @@ struct Convention {
 constexpr std::array kConventions{Convention{"euroc", replay::PosedBody::imu, "yaw"},
                                   Convention{"openvins", replay::PosedBody::imu, "yaw"},
                                   Convention{"orbslam3", replay::PosedBody::camera, "sim3"},
-                                  Convention{"tum", replay::PosedBody::camera, "sim3"},
-                                  Convention{"kitti", replay::PosedBody::camera, "sim3"}};
+                                  Convention{"tum", replay::PosedBody::camera, "sim3"}};
 
 const Convention& convention_of(const std::string& format) {
   std::vector<std::string_view> names;
@@ -96,8 +95,8 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 }
 
 /// Runs the command on the export to its end.
-replay::OutsideRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
-  replay::OutsideRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
+replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
+  replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
   const std::string command =
       replaced(replaced(request.command, "{folder}", sim::files::shell_word((scratch / "export").string())),
                "{trajectory}", sim::files::shell_word(run.trajectory.string()));
@@ -150,13 +149,13 @@ int evaluate_one(const Evaluated& one, const fs::path& result_folder, const Eval
     ProgressLine progress(fmt::format("{} on {}{}", s.estimator.name, folder.string(), of));
     const TemporaryFolder scratch;
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
-                        scratch / "export", sim::files::Existing::refuse);
+                        scratch / "export", sim::files::Existing::reject);
     const result::Timing timing;
-    const replay::OutsideRun run = run_command(request, scratch);
+    const replay::ExternalRun run = run_command(request, scratch);
     const replay::WalkEnd walk = replay::read_walk_end(folder);
     const result::ResultPlace place{
         result_folder, sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
-    outcome = replay::score_outside(one.read, folder / "recording", walk, run, place, timing);
+    outcome = replay::score_external(one.read, folder / "recording", walk, run, place, timing);
   }
   return cli::report(outcome, result_folder);
 }
@@ -233,7 +232,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("--format", request->format,
-                   "format of the export: euroc, openvins, orbslam3, tum or kitti")
+                   "format of the export: euroc, openvins, orbslam3 or tum")
       ->required();
   command->add_option("--name", request->name,
                       "what the results call the program; without it, that of its file");
@@ -248,7 +247,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.001, 1e9))
       ->capture_default_str();
   command->add_flag("--undistort", request->undistort,
-                    "rectify images to a pinhole camera, as tum and kitti always do");
+                    "rectify images to a pinhole camera, as tum always does");
   add_out(*command, *request);
   command->footer(kEvaluateExamples);
   command->callback([request, &exit_code] { exit_code = evaluate(*request); });

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "sim/export/export.h"
-#include "sim/files/claim.h"
+#include "sim/files/output_manifest.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
@@ -80,7 +80,7 @@ void add_export(CLI::App& app, int& exit_code) {
       ->required();
   add_out(*command, *request);
   command->add_flag("--undistort", request->undistort,
-                    "rectify images to a pinhole camera, as tum and kitti always do");
+                    "rectify images to a pinhole camera, as tum always does");
   add_models(*command, request->models);
   command->footer(kExportExamples);
   command->callback([request, &exit_code] { exit_code = export_result(*request); });

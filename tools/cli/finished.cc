@@ -6,7 +6,6 @@
 #include "sim/files/text.h"
 #include "sim/result/about_file.h"
 #include "sim/tune/trial_log.h"
-#include "tools/cli/estimator_files.h"
 #include "tools/cli/version.h"
 
 namespace cli {
@@ -46,7 +45,7 @@ std::vector<std::uint64_t> unfinished(const OutFolder& out, const std::string& w
 }
 
 std::string inputs_of(const sim::scenario::Scenario& scenario) {
-  return sim::scenario::to_yaml(scenario) + estimator_files_identity(scenario.estimator);
+  return sim::scenario::to_yaml(scenario) + sim::estimators::estimator_files_identity(scenario.estimator);
 }
 
 std::string identity_of_runs(const std::vector<std::string>& scenarios,

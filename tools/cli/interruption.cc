@@ -8,30 +8,30 @@
 #include <array>
 #include <cstdlib>
 
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 
 namespace cli {
 namespace {
 
 constexpr std::array kInterrupts{SIGINT, SIGTERM, SIGHUP};
 
-// Written before the handler is installed, since a handler may do little more than write bytes.
-std::array<char, 8192> said_at_interrupt;
-volatile sig_atomic_t said_bytes = 0;
+// Filled before the handler is installed, which may only call async-signal-safe functions.
+std::array<char, 8192> text_at_interrupt;
+volatile sig_atomic_t text_bytes = 0;
 
 std::string& typed_command() {
   static std::string command = "gaitslam";
   return command;
 }
 
-extern "C" void say_and_end(int signal_number) {
+extern "C" void print_and_end(int signal_number) {
   [[maybe_unused]] const ssize_t n =
-      ::write(STDERR_FILENO, said_at_interrupt.data(), static_cast<std::size_t>(said_bytes));
+      ::write(STDERR_FILENO, text_at_interrupt.data(), static_cast<std::size_t>(text_bytes));
   ::signal(signal_number, SIG_DFL);
   ::raise(signal_number);  // it ends the process when this handler returns
 }
 
-// Replaces one handler by another; one that ignores the signal, as that of nohup, stays.
+// Replaces one handler by another, but none that ignores the signal, as nohup sets.
 void exchange_handlers(void (*from)(int), void (*to)(int)) {
   for (const int signal_number : kInterrupts) {
     struct sigaction now {};
@@ -51,12 +51,12 @@ void remember_command(int argc, char** argv) {
 OnInterrupt::OnInterrupt(const std::string& kept) {
   const std::string text = fmt::format("{}gaitslam: interrupted: {}:\n  {}\n",
                                        isatty(STDERR_FILENO) == 1 ? "\n" : "", kept, typed_command());
-  const std::size_t bytes = std::min(text.size(), said_at_interrupt.size());
-  std::copy_n(text.begin(), bytes, said_at_interrupt.begin());
-  said_bytes = static_cast<sig_atomic_t>(bytes);
-  exchange_handlers(SIG_DFL, say_and_end);
+  const std::size_t bytes = std::min(text.size(), text_at_interrupt.size());
+  std::copy_n(text.begin(), bytes, text_at_interrupt.begin());
+  text_bytes = static_cast<sig_atomic_t>(bytes);
+  exchange_handlers(SIG_DFL, print_and_end);
 }
 
-OnInterrupt::~OnInterrupt() { exchange_handlers(say_and_end, SIG_DFL); }
+OnInterrupt::~OnInterrupt() { exchange_handlers(print_and_end, SIG_DFL); }
 
 }  // namespace cli

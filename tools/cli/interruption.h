@@ -1,18 +1,18 @@
-// What is said when the user interrupts a command.
+// What a command prints when the user interrupts it.
 #pragma once
 
 #include <string>
 
 namespace cli {
 
-/// Keeps the command line as the user typed it, to be called by main.
+/// Keeps the command line as the user typed it; called by main.
 void remember_command(int argc, char** argv);
 
-/// While it lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps, before they end the
-/// process as they do by default, and how to go on: the very same command. One at a time.
+/// While it lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps and the command line that
+/// resumes it, before they end the process as they do by default. One at a time.
 class OnInterrupt {
  public:
-  /// kept: what is kept and what the same command does, to be followed by that command.
+  /// kept: what is kept and what the command line that follows does.
   explicit OnInterrupt(const std::string& kept);
   ~OnInterrupt();
   OnInterrupt(const OnInterrupt&) = delete;

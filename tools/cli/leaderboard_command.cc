@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/pages/leaderboard.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
@@ -47,8 +47,8 @@ int show_leaderboard(const LeaderboardRequest& request) {
   for (const std::string& metric : request.metrics) require_metric(metric);
   const auto metrics = request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics;
   const auto rows = pages::leaderboard(request.folders, metrics);
-  if (request.csv) sim::files::write_durably(*request.csv, pages::leaderboard_csv(rows, metrics));
-  if (request.html) sim::files::write_durably(*request.html, pages::leaderboard_page(rows, metrics));
+  if (request.csv) sim::files::write_atomically(*request.csv, pages::leaderboard_csv(rows, metrics));
+  if (request.html) sim::files::write_atomically(*request.html, pages::leaderboard_page(rows, metrics));
   std::cout << pages::leaderboard_table(rows, metrics);
   return 0;
 }

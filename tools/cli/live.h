@@ -6,7 +6,7 @@
 
 #include "sim/result/result.h"
 #include "sim/scenario/scenario.h"
-#include "walking/whole_body.h"
+#include "walking/kinematics.h"
 
 namespace sim::live {
 struct RunObserver;

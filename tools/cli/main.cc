@@ -7,8 +7,7 @@
 #include <new>
 #include <opencv2/core/utility.hpp>
 
-#include "sim/estimators/library_estimator.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
@@ -34,7 +33,7 @@ Examples:
 Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed.)";
 
 int fail_with(const std::string& message, int exit_code) {
-  std::cerr << sim::files::without_controls(message) << '\n';
+  std::cerr << sim::files::sanitize(message) << '\n';
   return exit_code;
 }
 
@@ -93,7 +92,6 @@ int main(int argc, char** argv) {
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10,
                           8 << 20);  // blocking, and with it rounding, the same on every machine
   cv::setNumThreads(1);              // --jobs alone says how many cores are used
-  if (const auto exit_code = sim::estimators::hosted_library(argc, argv)) return *exit_code;
   try {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -10,10 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "sim/files/claim.h"
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/result/about_file.h"
 #include "sim/result/score_table.h"
@@ -25,8 +25,8 @@ namespace {
 
 namespace files = sim::files;
 
-/// Is there from the beginning of a command to its end. Its first line identifies the command, the others are
-/// what it has finished.
+/// Exists while a resumable command runs: its first line identifies the command, the others are what is
+/// finished.
 constexpr const char* kUnfinished = ".unfinished";
 
 fs::path nearest_existing(const fs::path& folder) {
@@ -37,7 +37,7 @@ fs::path nearest_existing(const fs::path& folder) {
 }
 
 /// Whether the folder is the other path or above it.
-bool holds(const fs::path& folder, const fs::path& path) {
+bool contains(const fs::path& folder, const fs::path& path) {
   const fs::path above = fs::weakly_canonical(folder), below = fs::weakly_canonical(path);
   return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();
 }
@@ -49,8 +49,8 @@ void require_folder(const fs::path& path) {
     throw UsageError(fmt::format("{}: is a file, expected a folder for results", path.string()));
 }
 
-/// Whether the folder has nothing in it but what a command writes before its first result, or left when it
-/// was killed.
+/// Whether the folder contains only what a command writes before its first result, or leaves when it is
+/// killed.
 bool has_no_results(const fs::path& folder) {
   std::error_code fault;
   const auto is_trace = [](const fs::directory_entry& entry) {
@@ -66,14 +66,14 @@ void require_empty(const fs::path& folder) {
         fmt::format("{}: exists already; --force replaces what the command writes there", folder.string()));
 }
 
-/// 0, or the errno for which nothing can be made in the folder.
+/// 0, or the errno that prevents writing in the folder.
 int why_not_writable(const fs::path& folder) {
   std::error_code fault;
   if (!fs::is_directory(folder, fault)) return ENOTDIR;
   return access(folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
 }
 
-/// What the same command has finished before it was interrupted; nothing where it was not.
+/// What the same command finished before it was interrupted; nothing if it was not.
 std::optional<std::set<std::string>> made_before(const fs::path& folder, const std::string& identity) {
   const fs::path file = folder / kUnfinished;
   std::error_code fault;
@@ -94,24 +94,22 @@ void require_absent(const fs::path& folder, const std::vector<std::string>& resu
 }
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
-  if (use.replaces)
-    return fmt::format("nothing was written, {} is as it was; the same command begins again", path.string());
+  if (use.replaces) return fmt::format("nothing was written, {} is unchanged; to start again", path.string());
   if (use.names.empty() && use.identity.empty())
-    return fmt::format(
-        "nothing is kept of this run; earlier results in {} are as they were; the same command begins again",
-        path.string());
-  return fmt::format("what is finished is kept in {}; the same command goes on with the rest", path.string());
+    return fmt::format("nothing of this run is kept; earlier results in {} are unchanged; to start again",
+                       path.string());
+  return fmt::format("finished results are kept in {}; to resume", path.string());
 }
 
 }  // namespace
 
 void add_out(CLI::App& command, OutRequest& request) {
   command.add_option("--out", request.out, "folder for the results");
-  command.add_flag("--force", request.force, "write into a folder that exists, replacing earlier results");
+  command.add_flag("--force", request.force, "write into an existing folder, replacing earlier results");
 }
 
 void require_outside(const fs::path& out, const fs::path& read) {
-  if (holds(out, read))
+  if (contains(out, read))
     throw UsageError(fmt::format("{}: would be replaced, and the command reads {}; name another folder",
                                  out.string(), read.string()));
 }
@@ -132,39 +130,39 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
       on_interrupt_(kept_text(path_, use)) {
   require_folder(path_);
   const auto made = made_before(path_, use.identity);
-  goes_on_ = made.has_value();
   made_ = made.value_or(std::set<std::string>());
-  if (request.out && !request.force && !goes_on_)
+  if (request.out && !request.force && !made)
     use.continues ? require_absent(path_, use.results) : require_empty(path_);
-  if (use.replaces && holds(path_, fs::current_path()))
-    throw UsageError(
-        fmt::format("{}: is the current folder or has it in it, and would be replaced; name another folder",
-                    path_.string()));
-  if (use.replaces) files::require_own(path_.has_filename() ? path_ : path_.parent_path());
-  for (const std::string& result : use.results) files::require_own(path_ / result);
+  if (use.replaces) {
+    if (contains(path_, fs::current_path()))
+      throw UsageError(
+          fmt::format("{}: is or contains the current folder, and would be replaced; name another folder",
+                      path_.string()));
+    files::require_replaceable(path_.has_filename() ? path_ : path_.parent_path());
+  }
+  for (const std::string& result : use.results) files::require_replaceable(path_ / result);
   existing_ = nearest_existing(path_);
   if (const int why = why_not_writable(existing_); why != 0)
     throw UsageError(
         fmt::format("{}: cannot be written: {}: {}", path_.string(), existing_.string(), std::strerror(why)));
-  if (!use.names.empty() || !use.identity.empty()) begin(use);
+  if (!identity_.empty()) names_.push_back(kUnfinished);
+  if (!names_.empty()) begin(made.has_value());
   if (!use.replaces) files::remove_leftovers(path_);
 }
 
-void OutFolder::begin(const OutUse& use) {
+void OutFolder::begin(bool resumes) {
   fs::create_directories(path_);
   lock_ = files::FileLock::take_folder(path_);
   if (!lock_)
     throw UsageError(fmt::format("{}: another process is writing there: wait for it, or name another folder",
                                  path_.string()));
-  std::vector<std::string> names = use.names;
-  if (!identity_.empty()) names.push_back(kUnfinished);
-  files::claim(path_, names);
-  if (!identity_.empty() && !goes_on_) files::write_durably(path_ / kUnfinished, identity_ + "\n");
+  files::list_outputs(path_, names_);
+  if (!identity_.empty() && !resumes) files::write_atomically(path_ / kUnfinished, identity_ + "\n");
 }
 
 void OutFolder::note_made(const std::string& name) const {
   if (!identity_.empty())
-    files::write_durably(path_ / kUnfinished, files::read_text(path_ / kUnfinished) + name + "\n");
+    files::write_atomically(path_ / kUnfinished, files::read_text(path_ / kUnfinished) + name + "\n");
 }
 
 void OutFolder::finished() const {
@@ -173,26 +171,20 @@ void OutFolder::finished() const {
   fs::remove(path_ / kUnfinished, fault);
 }
 
-// So that a file which the user makes later under such a name is not taken for one of ours.
-void OutFolder::drop_names() noexcept try {
-  std::vector<std::string> names = names_;
-  names.push_back(kUnfinished);
-  files::drop_unwritten(path_, names);
-} catch (const std::exception&) {
-}
-
 OutFolder::~OutFolder() {
   std::error_code fault;
   if (lock_ && has_no_results(path_)) {
     fs::remove(path_ / kUnfinished, fault);
     fs::remove(path_ / files::kMarker, fault);
   } else if (lock_) {
-    drop_names();
+    try {
+      files::unlist_missing(path_, names_);
+    } catch (const std::exception&) {  // the marker lists more than there is
+    }
   }
   for (fs::path empty = fs::absolute(path_, fault); empty != existing_ && empty != empty.parent_path();
-       empty = empty.parent_path()) {
+       empty = empty.parent_path())
     if (fs::exists(empty, fault) && !fs::remove(empty, fault)) return;
-  }
 }
 
 void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordered_json& details) {
@@ -204,7 +196,7 @@ void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordere
 int report(const sim::result::Outcome& outcome, const fs::path& result_folder, bool all_metrics) {
   if (output() == Output::json)
     print_outcome(outcome.exit_code, result_folder,
-                  {{"ending", outcome.ending},
+                  {{"ending", sim::scenario::name_of(outcome.ending)},
                    {"cause", outcome.cause},
                    {"score", files::read_json(result_folder / "score.json").value()}});
   const sim::result::TableStyle style{colours(), all_metrics};
@@ -212,7 +204,8 @@ int report(const sim::result::Outcome& outcome, const fs::path& result_folder, b
              << result_folder.string() << '\n';
   if (const auto about = sim::result::read_about(result_folder / "about.json"); !about.counterfactual.empty())
     text_out() << "counterfactual: " << about.counterfactual << '\n';
-  if (outcome.exit_code == 3) std::cerr << fmt::format("gaitslam: {}: {}\n", outcome.ending, outcome.cause);
+  if (outcome.exit_code == 3)
+    std::cerr << fmt::format("gaitslam: {}: {}\n", sim::scenario::name_of(outcome.ending), outcome.cause);
   return outcome.exit_code;
 }
 

@@ -1,7 +1,6 @@
 // The folder that results are written to, and whether they can be.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -9,9 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/file_lock.h"
+#include "sim/files/atomic_file.h"
 #include "sim/result/result.h"
 #include "tools/cli/interruption.h"
+
+namespace CLI {
+class App;
+}
 
 namespace cli {
 
@@ -26,34 +29,31 @@ void add_out(CLI::App& command, OutRequest& request);
 
 /// What a command does with its folder.
 struct OutUse {
-  /// The folder is replaced as a whole; else results are added to it.
+  /// Replaces the folder as a whole; else adds results to it.
   bool replaces = false;
-  /// What the command writes into the folder under names of its own; those of folders end in "/".
+  /// What it writes into the folder under fixed names; those of folders end in "/".
   std::vector<std::string> names{};
   /// Folders in it that are replaced one by one, as paths within it.
   std::vector<std::string> results{};
-  /// It adds to what it finds there, without --force; none of its `results` may be there.
+  /// Adds to an existing folder without --force; none of `results` may exist.
   bool continues = false;
-  /// Identifies a command that goes on, without --force, where the same one was interrupted; else empty.
+  /// Identifies a command that can be resumed, without --force, after an interruption; else empty.
   std::string identity{};
 };
 
-/// Throws UsageError where replacing the folder `out` would remove `read`, which the command reads.
+/// Throws UsageError if replacing the folder `out` would remove `read`, which the command reads.
 void require_outside(const fs::path& out, const fs::path& read);
-/// Throws UsageError where the file exists and force is not given, or is a folder; FileError where it is no
+/// Throws UsageError if the file is a folder, or exists and force is not given; FileError if it is not a
 /// regular file.
 void require_new_file(const fs::path& file, bool force);
 
-/// The folder that was asked for, or a standard one. Commands that write there under names of their own lock
-/// it. At the end of its life it gives up those of its names that were not written, and removes those folders
-/// above the results that did not exist before and are empty.
+/// The folder that was asked for, or a standard one, locked by commands that write fixed names there. At the
+/// end of its life it unlists the names that were not written and removes the empty folders that it made.
 class OutFolder {
  public:
-  /// Throws UsageError when nothing can be written below the folder (which need not exist yet), when --out
-  /// names a folder that is not empty and --force is not given, when the current folder would be replaced, or
-  /// when another process writes there;
-  /// FileError when anything would be replaced that the program did not make. Leftovers of killed processes
-  /// are removed and count for nothing.
+  /// Removes leftovers of killed processes. Throws UsageError if the folder cannot be written, is locked by
+  /// another process, is the current folder and would be replaced, or is not empty and --force is not given;
+  /// FileError if anything would be replaced that the program did not make.
   OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use = {});
   ~OutFolder();
   OutFolder(const OutFolder&) = delete;
@@ -62,19 +62,17 @@ class OutFolder {
   const fs::path& path() const { return path_; }
   /// Whether the interrupted command has noted this as finished.
   bool has_made(const std::string& name) const { return made_.contains(name); }
-  /// Notes for the same command, should this one be interrupted, what is finished: a path within the folder.
+  /// Notes a finished result, a path within the folder, for the case of an interruption.
   void note_made(const std::string& name) const;
-  /// The command has done what it was to do.
+  /// The command is complete.
   void finished() const;
 
  private:
-  void begin(const OutUse& use);
-  void drop_names() noexcept;
+  void begin(bool resumes);
 
   fs::path path_, existing_;
   std::vector<std::string> names_;
   std::string identity_;
-  bool goes_on_ = false;
   std::set<std::string> made_;  ///< by the interrupted command
   std::optional<sim::files::FileLock> lock_;
   OnInterrupt on_interrupt_;
@@ -84,8 +82,8 @@ class OutFolder {
 /// folder.
 void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordered_json& details);
 
-/// Prints the score of a result folder, in the way that was asked for, and what went wrong; returns the exit
-/// code.
+/// Prints the score of a result folder in the format that was asked for, and the cause of a failure; returns
+/// the exit code.
 int report(const sim::result::Outcome& outcome, const fs::path& result_folder, bool all_metrics = false);
 
 }  // namespace cli

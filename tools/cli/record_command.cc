@@ -48,9 +48,9 @@ struct RecordRequest {
 int report_walk(std::uint64_t seed, const sim::tune::CachedRecording& recording) {
   const replay::WalkEnd walk = replay::read_walk_end(recording.folder);
   std::cout << fmt::format("seed {}: {}, {}: {}\n", seed, recording.made ? "recorded" : "was in the cache",
-                           walk.ending, recording.folder.string());
-  if (walk.ending != "failed") return 0;
-  std::cerr << fmt::format("gaitslam: seed {}: failed: {}\n", seed, walk.cause);
+                           sim::scenario::name_of(walk.ended.ending), recording.folder.string());
+  if (walk.ended.ending != sim::scenario::Ending::failed) return 0;
+  std::cerr << fmt::format("gaitslam: seed {}: failed: {}\n", seed, walk.ended.cause);
   return 3;
 }
 

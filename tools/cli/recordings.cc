@@ -8,7 +8,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/tune/recording_key.h"
-#include "tools/cli/estimator_files.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/live.h"
 #include "tools/cli/version.h"
@@ -36,7 +35,7 @@ std::string Recordings::key(const scenario::Scenario& scenario) const {
   std::string programs = program_;
   // A walk that its estimate steers is shaped by the estimator and all that reaches it, too.
   if (scenario.walk.steering.by == walking::SteeredBy::estimate)
-    programs += program_identity() + estimator_files_identity(scenario.estimator);
+    programs += program_identity() + sim::estimators::estimator_files_identity(scenario.estimator);
   return sim::tune::recording_key(scenario, models_hash_, programs);
 }
 
@@ -50,7 +49,7 @@ sim::tune::CachedRecording Recordings::get(const scenario::ReadScenario& read,
     scenario::ReadScenario recorded = read;
     if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
     run_live(recorded,
-             {folder, sim::files::Existing::refuse, models_, kVersion, kRevision, libraries(), models_hash_},
+             {folder, sim::files::Existing::reject, models_, kVersion, kRevision, libraries(), models_hash_},
              progress);
   };
   return cache_.get(key(read.scenario), walk, report_damage);

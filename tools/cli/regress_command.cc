@@ -5,7 +5,7 @@
 #include <fstream>
 #include <memory>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/regression/baseline.h"
 #include "sim/regression/verdict_reports.h"
 #include "tools/cli/commands.h"

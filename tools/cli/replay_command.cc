@@ -4,10 +4,9 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/claim.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/output_manifest.h"
+#include "sim/files/text.h"
 #include "sim/recording/asl_folder.h"
-#include "sim/replay/foreign_replay.h"
 #include "sim/replay/replay.h"
 #include "sim/result/about_file.h"
 #include "sim/scenario/keys.h"
@@ -35,10 +34,10 @@ Examples:
   gaitslam replay results/tangent_circle/seed-1
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
-  gaitslam replay MH_01_easy --out DIR                        # a EuRoC/ASL folder recorded elsewhere
-  gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml   # starts the estimator program named there
-The results go to RESULT/replay, replacing an earlier replay, or to DIR. A folder with anything in it that gaitslam did
-not make is never replaced. The exit codes are those of gaitslam run.)";
+  gaitslam replay MH_01_easy --out DIR                        # an external EuRoC/ASL folder
+  gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml   # starts the program that it names
+The results go to RESULT/replay, replacing an earlier replay, or to DIR. A folder with files that gaitslam did not
+create is never replaced. The exit codes are those of gaitslam run.)";
 
 struct ReplayRequest : OutRequest {
   fs::path result;
@@ -50,7 +49,7 @@ struct ReplayRequest : OutRequest {
   BatchMember batch;
 };
 
-/// Throws UsageError when the command line changes a key that shapes the recording.
+/// Throws UsageError if the command line changes a key that shapes the recording.
 void require_replayable(const scenario::ReadScenario& read) {
   for (const auto& [key, origin] : read.origin) {
     if (scenario::shapes_recording(key) && origin.starts_with("argument")) {
@@ -67,8 +66,7 @@ void require_same_walk(const scenario::Scenario& recorded, const scenario::Scena
                                  other->recorded, request.result.string(), other->now));
 }
 
-/// Throws UsageError when the program or library to start is known from the result alone, which may have come
-/// from anywhere.
+/// Throws UsageError if the program to start is named only in the result, which may be untrusted.
 void require_asked_for(const scenario::ReadScenario& read, const scenario::Scenario& recorded,
                        const ReplayRequest& request) {
   const sim::estimators::EstimatorChoice& choice = read.scenario.estimator;
@@ -79,13 +77,13 @@ void require_asked_for(const scenario::ReadScenario& read, const scenario::Scena
       }))
     return;
   throw UsageError(fmt::format(
-      "{}: estimator: is {}, which a replay starts only when the command names it, expected "
+      "{}: estimator: is {}, which a replay starts only if the command names it, expected "
       "--scenario {} or estimator=filter",
       read.origin.find("estimator")->second, scenario::find_key("estimator")->print(read.scenario),
       sim::files::shell_word((request.result / "scenario.yaml").string())));
 }
 
-/// The scenario.yaml of a result lists every key, so that only its about.json says who set which.
+/// Reads the origin of each key from about.json, as the scenario.yaml of a result lists every key.
 void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
   if (!fs::exists(result / "about.json")) return;
   auto origin = sim::result::read_about(result / "about.json").set_by;
@@ -95,7 +93,7 @@ void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
   read.origin = std::move(origin);
 }
 
-/// False for the result's own file, which --scenario names to have its estimator started.
+/// Returns false for the result's own file: naming it only allows its estimator to start.
 bool replaces_scenario(const ReplayRequest& request) {
   std::error_code error;
   return request.scenario && !fs::equivalent(*request.scenario, request.result / "scenario.yaml", error);
@@ -122,28 +120,29 @@ int replay_result(const ReplayRequest& request) {
   if (!fs::is_directory(request.result)) {
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
   }
-  const bool foreign = sim::recording::is_asl_folder(request.result);
-  if (foreign && request.scenario)
+  const bool external = sim::recording::is_asl_folder(request.result);
+  if (external && request.scenario)
     throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
   scenario::ReadScenario read =
-      foreign ? replay::foreign_scenario(request.result, request.changes) : read_request(request);
+      external ? replay::external_scenario(request.result, request.changes) : read_request(request);
   require_replayable(read);
   if (request.batch.set_by)
     take_origin(read, *request.batch.set_by);
-  else if (!foreign && !replaces_scenario(request))
+  else if (!external && !replaces_scenario(request))
     keep_origin(read, request.result);
-  if (!read.scenario.slam) throw UsageError("slam: is left out, expected a filter to run");
+  if (!read.scenario.slam) throw UsageError("no slam section: there is no filter to run");
   const OutFolder out(request, request.result / "replay", {.replaces = true});
   require_outside(out.path(), request.result);
   replay::WalkEnd walk;
-  if (!foreign) {
+  if (!external) {
     walk = replay::read_walk_end(request.result);
-    walk.counterfactual = sim::tune::counterfactual(
+    const std::string other = sim::tune::counterfactual(
         scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
+    if (!other.empty()) walk.counterfactual = other;
   }
-  if (foreign && request.view.view)
+  if (external && request.view.view)
     throw UsageError(
-        "--view: expected the result of a run; of a recording made elsewhere, view the result of its replay");
+        "--view: expected the result of a run; for an external recording, view the result of its replay");
   const auto view = view_of_replay(request.view, read, request.result / "recording", request.models);
   const auto observer = view ? view->tracking_observer() : sim::tracking::TrackingObserver{};
   if (!request.out) sim::files::add_to_marker(request.result, {"replay/"});
@@ -153,13 +152,13 @@ int replay_result(const ReplayRequest& request) {
     const result::ResultPlace place{
         out.path(), sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
     const auto show = [&](double part) { progress.show(part); };
-    outcome = foreign ? replay::replay_foreign(read, request.result, place, show)
-                      : replay::replay(read, request.result / "recording", walk, place, show,
-                                       replay::Recorded::left_out, observer);
+    outcome = external ? replay::replay_external(read, request.result, place, show)
+                       : replay::replay(read, request.result / "recording", walk, place, show,
+                                        replay::Recorded::left_out, observer);
   }
   if (view)
-    view->end(fmt::format("The replay has ended: {}. gaitslam view {} shows it again.", outcome.ending,
-                          out.path().string()));
+    view->end(fmt::format("The replay has ended: {}. gaitslam view {} shows it again.",
+                          scenario::name_of(outcome.ending), out.path().string()));
   return cli::report(outcome, out.path(), request.all_metrics);
 }
 
@@ -171,8 +170,7 @@ void add_replay(CLI::App& app, int& exit_code) {
   add_result(*command, request->result, ", or a folder in the EuRoC/ASL layout");
   add_overrides(*command, request->changes.overrides, "(errors.*, slam.*, limits.* and seed)");
   add_with(*command, request->changes);
-  command->add_option("--scenario", request->scenario,
-                      "replay with another scenario's file, which must describe the walk that was recorded");
+  command->add_option("--scenario", request->scenario, "replay with another scenario file of the same walk");
   add_out(*command, *request);
   add_all_metrics(*command, request->all_metrics);
   add_output(*command);

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string_view>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/number.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
 #include "sim/pages/pages.h"
 #include "sim/pages/run_figures.h"
 #include "tools/cli/commands.h"
@@ -116,7 +116,7 @@ void write_plots(const std::vector<pages::Figure>& figures, const fs::path& fold
   };
   for (const pages::Figure& figure : figures) {
     const fs::path svg = folder / (figure.name + ".svg"), png = folder / (figure.name + ".png");
-    sim::files::write_durably(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
+    sim::files::write_atomically(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
     if (wanted("png")) run_child({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()});
     if (!wanted("svg")) fs::remove(svg);
   }
@@ -124,7 +124,7 @@ void write_plots(const std::vector<pages::Figure>& figures, const fs::path& fold
 
 int make_plots(const std::vector<pages::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
   for (const pages::RunData& run : runs) require_outside(out.path(), run.folder);
-  sim::files::DurableFolder folder(out.path(), sim::files::Existing::replace);
+  sim::files::AtomicFolder folder(out.path(), sim::files::Existing::replace);
   for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
@@ -163,7 +163,7 @@ int make_report(const ReportRequest& request) {
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
-    sim::files::write_durably(request.out, page_of(request, progress));
+    sim::files::write_atomically(request.out, page_of(request, progress));
   }
   std::cout << "report in " << request.out << '\n';
   return 0;

@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/pages/paper.h"
 #include "sim/result/about_file.h"
@@ -156,7 +156,7 @@ pages::RunData read(const fs::path& result, const Experiment& experiment, std::u
 }
 
 pages::PaperRuns read_results(const std::vector<Experiment>& experiments,
-                               const std::vector<std::uint64_t>& seeds) {
+                              const std::vector<std::uint64_t>& seeds) {
   pages::PaperRuns runs;
   for (const Experiment& experiment : experiments)
     for (const std::uint64_t seed : seeds)
@@ -205,7 +205,7 @@ int reproduce(ReproduceRequest& request) {
   }
   const pages::PaperRuns runs = read_results(experiments, seeds);
   const fs::path page = request.out / "index.html";
-  sim::files::write_durably(page, pages::paper_page(runs, kRevision));
+  sim::files::write_atomically(page, pages::paper_page(runs, kRevision));
   print(pages::paper_rows(runs));
   std::cout << "page in " << page.string() << '\n';
   return all_there ? 0 : 3;

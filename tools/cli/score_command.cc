@@ -8,8 +8,7 @@
 
 #include "sim/result/score_input.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/trajectory_print.h"
-#include "sim/score/trajectory_report.h"
+#include "sim/trajectory_score/report.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/terminal.h"
 #include "tools/cli/usage_error.h"
@@ -20,6 +19,7 @@ namespace {
 namespace result = sim::result;
 namespace scenario = sim::scenario;
 namespace score = sim::score;
+namespace trajectory_score = sim::trajectory_score;
 namespace fs = std::filesystem;
 
 constexpr const char* kScoreExamples = R"(
@@ -41,7 +41,7 @@ struct ScoreRequest {
   std::optional<std::string> align;
   std::string relation = "trans_part", unit = "f";
   std::optional<double> delta;
-  score::TrajectoryOptions options;
+  trajectory_score::Options options;
   double delta_tolerance = 0.1;
   bool a = false, s = false, unit_typed = false, all_pairs = false, pairs_from_reference = false;
   bool json = false, csv = false, latex = false;
@@ -58,9 +58,9 @@ std::optional<score::Alignment> alignment(const ScoreRequest& r) {
   return named;
 }
 
-score::Relation relation(const std::string& name) {
-  using enum score::Relation;
-  static const std::map<std::string, score::Relation> all{
+trajectory_score::Relation relation(const std::string& name) {
+  using enum trajectory_score::Relation;
+  static const std::map<std::string, trajectory_score::Relation> all{
       {"trans_part", trans_part}, {"angle_deg", angle_deg}, {"angle_rad", angle_rad},
       {"rot_part", rot_part},     {"full", full},           {"point_distance", point_distance}};
   const auto found = all.find(name);
@@ -109,23 +109,23 @@ void require_not_negative(const char* option, double value, double most) {
 }
 
 void print(const ScoreRequest& request) {
-  require_not_negative("--t-max-diff", request.options.most_apart_s, 1e9);
+  require_not_negative("--t-max-diff", request.options.pairing.most_apart_s, 1e9);
   require_not_negative("--delta-tol", request.delta_tolerance, 1e9);
-  score::TrajectoryOptions options = request.options;
+  trajectory_score::Options options = request.options;
   options.alignment = alignment(request);
   options.relation = relation(request.relation);
   options.relative = spans(request);
   if (!request.estimate && !fs::is_directory(request.truth))
     throw UsageError(
         fmt::format("{}: expected an estimate beside it, or a result folder", request.truth.string()));
-  const auto report = score::report_trajectories(
-      score::trajectory_in(request.truth, true),
-      score::trajectory_in(request.estimate.value_or(request.truth), false), options);
+  const auto report = trajectory_score::score_files(
+      trajectory_score::trajectory_in(request.truth, true),
+      trajectory_score::trajectory_in(request.estimate.value_or(request.truth), false), options);
   if (output() == Output::quiet) return;
-  std::cout << (request.json    ? score::trajectory_json(report)
-                : request.csv   ? score::trajectory_csv(report)
-                : request.latex ? score::trajectory_latex(report)
-                                : score::trajectory_table(report));
+  std::cout << (request.json    ? trajectory_score::json_text(report)
+                : request.csv   ? trajectory_score::csv_text(report)
+                : request.latex ? trajectory_score::latex_text(report)
+                                : trajectory_score::table(report));
 }
 
 void add_options(CLI::App& command, ScoreRequest& r) {
@@ -155,12 +155,12 @@ void add_options(CLI::App& command, ScoreRequest& r) {
   command.add_flag("--pairs-from-reference,--pairs_from_reference", r.pairs_from_reference,
                    "measure spans of -u m along the true path");
   command
-      .add_option("--t-max-diff,--t_max_diff", r.options.most_apart_s,
+      .add_option("--t-max-diff,--t_max_diff", r.options.pairing.most_apart_s,
                   "largest time between the stamps of a pair, in s")
       ->capture_default_str();
-  command.add_option("--t-offset,--t_offset", r.options.offset_s,
+  command.add_option("--t-offset,--t_offset", r.options.pairing.offset_s,
                      "time added to the stamps of the estimate, in s");
-  command.add_flag("--interpolate", r.options.interpolate,
+  command.add_flag("--interpolate", r.options.pairing.interpolate,
                    "interpolate the true trajectory at the stamps of the estimate");
 }
 

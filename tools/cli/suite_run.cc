@@ -6,8 +6,6 @@
 #include <iostream>
 #include <numeric>
 
-#include "sim/files/number.h"
-#include "sim/files/printed_text.h"
 #include "sim/files/text.h"
 #include "sim/regression/result_set.h"
 #include "sim/result/score_input.h"

@@ -9,9 +9,8 @@
 #include <optional>
 #include <set>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
-#include "sim/files/number.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/yaml.h"
@@ -198,15 +197,16 @@ void write_scenarios(const Sweep& sweep, const fs::path& out) {
   for (const tune::Configuration& configuration : sweep.plan.configurations) {
     const scenario::Scenario& scenario = configuration.read.scenario;
     if (written.insert(scenario.name).second)
-      sim::files::write_durably(out / "scenarios" / (scenario.name + ".yaml"), scenario::to_yaml(scenario));
+      sim::files::write_atomically(out / "scenarios" / (scenario.name + ".yaml"),
+                                   scenario::to_yaml(scenario));
   }
 }
 
 /// Writes and prints the scores; returns the exit code.
 int finish(const Sweep& sweep, const tune::TrialLog& log, const fs::path& out) {
   const tune::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
-  sim::files::write_durably(out / "scores.csv", tune::scores_csv(sweep.plan, record));
-  sim::files::write_durably(out / "scores.jsonl", tune::scores_jsonl(sweep.plan, record));
+  sim::files::write_atomically(out / "scores.csv", tune::scores_csv(sweep.plan, record));
+  sim::files::write_atomically(out / "scores.jsonl", tune::scores_jsonl(sweep.plan, record));
   std::cout << tune::sweep_table(sweep.plan, record);
   std::map<std::string, int> causes;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {

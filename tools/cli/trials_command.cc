@@ -11,7 +11,6 @@
 #include <optional>
 #include <sstream>
 
-#include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "sim/tune/task.h"

@@ -5,9 +5,9 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
 #include "sim/pages/pages.h"
 #include "sim/tune/tuning.h"
 #include "tools/cli/commands.h"
@@ -146,7 +146,7 @@ int tune_by(const TuneRequest& request) {
     result = tune::tune(spec, out, execution, program_identity(), show);
   }
   remove_arrays(backend.spool);
-  sim::files::write_durably(out / "report.html", sim::pages::tune_page(out));
+  sim::files::write_atomically(out / "report.html", sim::pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)
     std::cerr

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/input_file.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
 #include "tools/cli/jobs/terminal.h"
 #include "tools/cli/usage_error.h"
 
@@ -44,10 +44,10 @@ void VerdictFiles::require_replaceable() const {
 }
 
 void VerdictFiles::write(const regression::Comparison& comparison) const {
-  using sim::files::write_durably;
-  if (junit) write_durably(*junit, regression::junit(comparison));
-  if (markdown) write_durably(*markdown, regression::markdown(comparison));
-  if (json) write_durably(*json, regression::verdicts_json(comparison));
+  using sim::files::write_atomically;
+  if (junit) write_atomically(*junit, regression::junit(comparison));
+  if (markdown) write_atomically(*markdown, regression::markdown(comparison));
+  if (json) write_atomically(*json, regression::verdicts_json(comparison));
 }
 
 void report_verdicts(const regression::Comparison& comparison, const VerdictFiles& files) {

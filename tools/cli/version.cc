@@ -7,7 +7,7 @@
 #include <fstream>
 #include <opencv2/core/utility.hpp>
 
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "tools/cli/live.h"
 
 namespace cli {

@@ -6,9 +6,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "sim/files/claim.h"
-#include "sim/files/durable_file.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/output_manifest.h"
 #include "sim/recording/filter_input.h"
 #include "sim/scenario/scenario.h"
 #include "sim/view/session.h"
@@ -51,7 +50,7 @@ fs::path file_of(const VideoRequest& request) {
   if (request.out)
     require_new_file(file, request.force);
   else if (sim::files::has_marker(request.result) && !request.force)
-    sim::files::claim(request.result, {"video.mp4"});
+    sim::files::list_outputs(request.result, {"video.mp4"});
   else
     require_new_file(file, request.force);
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
@@ -62,7 +61,8 @@ fs::path file_of(const VideoRequest& request) {
 // Encodes pictures by the program ffmpeg. The file appears, whole, when finish() is called.
 class Encoder {
  public:
-  Encoder(const fs::path& video, double rate_hz) : video_(video), rate_hz_(rate_hz), partial_(video) {}
+  Encoder(const fs::path& video, double rate_hz)
+      : video_(video), rate_hz_(rate_hz), partial_(video.string() + ".frames") {}
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
 
@@ -109,7 +109,7 @@ class Encoder {
 
   fs::path video_;
   double rate_hz_;
-  files::PartialFolder partial_;
+  files::AtomicFolder partial_;
   fs::path made_ = partial_.path() / video_.filename();
   std::optional<FedChild> ffmpeg_;
 };

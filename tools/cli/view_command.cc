@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/view/playback.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/model_files.h"

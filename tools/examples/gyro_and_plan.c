@@ -1,12 +1,10 @@
-/* An estimator without images: the orientation is that of the integrated gyro, the position that of the
- * planned velocity along it. While the plan stands still at the start, the mean of the gyro is taken for its
- * bias.
+/* An estimator without images: integrates the gyro, and the planned velocity along that orientation. The mean
+ * of the gyro before the first planned motion is its bias.
  *
- *     cc -shared -fPIC -I sim/estimators -o libgyro_and_plan.so tools/examples/gyro_and_plan.c -lm
- *     tools/gaitslam replay RESULT 'estimator={library: libgyro_and_plan.so}'
+ *     cc -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -o gyro_and_plan tools/examples/gyro_and_plan.c -lm
+ *     tools/gaitslam replay RESULT 'estimator={program: ./gyro_and_plan}'
  *
- * With -DGAITSLAM_ESTIMATOR_MAIN and without -shared it is a program. Options: bias (0: it is not estimated).
- */
+ * Option: bias=0 does not estimate the bias. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +14,7 @@
 typedef struct estimator {
   gaitslam_pose X_CG, X_WC;
   double bias[3], seconds_at_rest; /* rad/s, axes G */
-  double v_W[3];                   /* planned velocity at the observation before, along the estimated axes */
+  double v_W[3];                   /* planned velocity at the previous observation, along the estimated axes */
   int64_t t_ns;
   int has_moved, estimates_bias;
 } estimator;
@@ -27,7 +25,7 @@ static void rotate(const double R[9], const double v[3], double to[3]) {
   for (i = 0; i < 3; ++i) to[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2];
 }
 
-/* R = R Exp(turn), by the formula of Rodrigues */
+/* R = R Exp(turn), by Rodrigues' formula */
 static void turn_by(double R[9], const double turn[3]) {
   const double angle = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
   const double a = angle > 1e-9 ? sin(angle) / angle : 1,
@@ -44,7 +42,7 @@ static void turn_by(double R[9], const double turn[3]) {
   memcpy(R, product, sizeof product);
 }
 
-static void take_reading(estimator* self, const gaitslam_reading* reading) {
+static void add_reading(estimator* self, const gaitslam_reading* reading) {
   const double dt = 1e-9 * (double)(reading->end_ns - reading->begin_ns);
   double rate_G[3], turn_C[3];
   int i;
@@ -63,7 +61,7 @@ static int moves(const gaitslam_plan* plan) {
   return moving;
 }
 
-static void take_plan(estimator* self, const gaitslam_plan* plan, double dt) {
+static void add_plan(estimator* self, const gaitslam_plan* plan, double dt) {
   double v_W[3];
   int i;
   rotate(self->X_WC.rotation, plan->v_PC_C, v_W);
@@ -72,8 +70,6 @@ static void take_plan(estimator* self, const gaitslam_plan* plan, double dt) {
     self->v_W[i] = v_W[i];
   }
 }
-
-uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
 
 void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
                                 size_t error_bytes) {
@@ -98,11 +94,11 @@ int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation
   estimator* self = (estimator*)of;
   uint32_t i;
   (void)accelerometer, (void)image, (void)landmarks, (void)cause;
-  if (observation->t_ns >= self->t_ns) { /* else it is late: nothing is new */
+  if (observation->t_ns >= self->t_ns) { /* ignores late observations */
     if (observation->has_plan && moves(&observation->plan)) self->has_moved = 1;
-    for (i = 0; i < observation->gyro_count; ++i) take_reading(self, &gyro[i]);
+    for (i = 0; i < observation->gyro_count; ++i) add_reading(self, &gyro[i]);
     if (observation->has_plan)
-      take_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));
+      add_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));
     self->t_ns = observation->t_ns;
   }
   answer->t_ns = self->t_ns;

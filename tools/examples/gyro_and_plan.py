@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""An estimator without images as a program: gyro_and_plan.c in Python.
+"""An estimator without images: gyro_and_plan.c in Python, with numpy.
 
     tools/gaitslam replay RESULT 'estimator={program: [python3, tools/examples/gyro_and_plan.py], name: gyro}'
 
-It needs numpy. The layout of the messages is that of gaitslam_estimator.h."""
+gaitslam_estimator.h defines the messages."""
 import os
 import struct
 import sys
@@ -19,13 +19,13 @@ POSE, PLAN, READING = 96, 296, 40             # bytes
 
 
 def pose(data, at):
-    """Rotation matrix and position at a place in a message."""
+    """Rotation matrix and position at an offset of a message."""
     numbers = np.frombuffer(data, '<f8', 12, at)
     return numbers[:9].reshape(3, 3).copy(), numbers[9:].copy()
 
 
 def exponential(turn):
-    """The rotation matrix of a rotation vector, by the formula of Rodrigues."""
+    """The rotation matrix of a rotation vector, by Rodrigues' formula."""
     angle = np.linalg.norm(turn)
     a, b = (np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2) if angle > 1e-9 else (1, 0.5)
     x, y, z = turn
@@ -40,9 +40,9 @@ class Estimator:
         self.bias, self.at_rest_s = np.zeros(3), 0.0
         self.v_W, self.t_ns, self.has_moved = np.zeros(3), 0, False
 
-    def take(self, data):
+    def process(self, data):
         t_ns, _, _, gyro_count, _, has_plan, _ = OBSERVATION_HEAD.unpack_from(data)
-        if t_ns < self.t_ns:  # late: nothing is new
+        if t_ns < self.t_ns:  # late
             return
         if has_plan:
             velocities = np.frombuffer(data, '<f8', 6, OBSERVATION_HEAD.size + POSE)
@@ -50,18 +50,18 @@ class Estimator:
         for i in range(gyro_count):
             at = OBSERVATION_HEAD.size + PLAN + i * READING
             begin, end = struct.unpack_from('<qq', data, at)
-            self.take_reading(1e-9 * (end - begin), np.frombuffer(data, '<f8', 3, at + 16))
+            self.add_reading(1e-9 * (end - begin), np.frombuffer(data, '<f8', 3, at + 16))
         if has_plan:
-            self.take_plan(velocities[:3], 1e-9 * (t_ns - self.t_ns))
+            self.add_plan(velocities[:3], 1e-9 * (t_ns - self.t_ns))
         self.t_ns = t_ns
 
-    def take_reading(self, dt, rate_G):
+    def add_reading(self, dt, rate_G):
         if not self.has_moved and dt > 0:
             self.at_rest_s += dt
             self.bias += (rate_G - self.bias) * dt / self.at_rest_s
         self.R_WC = self.R_WC @ exponential(self.R_CG @ (rate_G - self.bias) * dt)
 
-    def take_plan(self, v_PC_C, dt):
+    def add_plan(self, v_PC_C, dt):
         v_W = self.R_WC @ v_PC_C
         self.p_W = self.p_W + (self.v_W + v_W) / 2 * dt
         self.v_W = v_W
@@ -75,12 +75,12 @@ class Estimator:
 def read_exactly(stream, size):
     data = stream.read(size)
     if len(data) != size:
-        sys.exit(0)  # the other side has gone
+        sys.exit(0)  # GaitSLAM has closed the pipe
     return data
 
 
 def main():
-    # Messages keep the standard output for themselves: what is printed goes to the standard error.
+    # Only messages go to the standard output; prints go to the standard error.
     out = os.fdopen(os.dup(1), 'wb')
     os.dup2(2, 1)
     estimator = None
@@ -92,7 +92,7 @@ def main():
             estimator = Estimator(data)
             kind, answer = READY, struct.pack('<II', VERSION, 0)
         elif kind == OBSERVATION:
-            estimator.take(data)
+            estimator.process(data)
             kind, answer = ANSWER, estimator.answer()
         else:
             return

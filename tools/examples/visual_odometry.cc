@@ -1,14 +1,14 @@
-// Visual odometry of OpenCV's own parts: corners, optical flow, triangulation, and the pose that fits the
-// points best. The walking plan sets the scale: until the first points have depths, the camera is where it is
-// planned to be; from then on images alone tell where it is, and the plan only where to begin to look.
+// Visual odometry with OpenCV: corners, optical flow, triangulation, and the pose with the least residuals.
+// The walking plan sets the scale: the camera follows it until the first points have depths, and it predicts
+// each pose.
 //
 // clang-format off
 //     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
 //     tools/gaitslam replay RESULT 'estimator={program: ./visual_odometry}'
 // clang-format on
 //
-// On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has no loop closure and no map to
-// return to: its errors add up, and it states no covariance.
+// On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has neither loop closure nor
+// covariance.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -28,11 +28,11 @@ namespace {
 using Pose = cv::Affine3d;
 
 constexpr int kMostTracks = 400, kFewestPoints = 12;
-constexpr double kAsPlanned_m = 0.5;  // the way on which the first depths are found
+constexpr double kAsPlanned_m = 0.5;  // path length until the first depths
 constexpr double kApart_px = 6;       // between corners
 constexpr double kForwardBackward_px = 0.5;
-constexpr double kResidual_px = 1;      // of a point that is where it was
-constexpr double kParallax_rad = 0.06;  // with which a depth is trusted
+constexpr double kResidual_px = 1;      // of a static point
+constexpr double kParallax_rad = 0.06;  // minimum for a depth
 
 Pose pose_of(const gaitslam_pose& X) {
   return Pose(cv::Matx33d(X.rotation), cv::Vec3d(X.translation_m[0], X.translation_m[1], X.translation_m[2]));
@@ -45,14 +45,14 @@ struct Track {
   cv::Point2d ray, first_ray;
   Pose first_X_WC;
   std::optional<cv::Point3d> p_W = {};
-  double parallax_rad = kParallax_rad / 2;  // with which p_W was found
+  double parallax_rad = kParallax_rad / 2;  // of p_W
 };
 
 class Camera {
  public:
   explicit Camera(const gaitslam_start& start)
       : start_(start),
-        K_(start.focal_px[0], 0, start.centre_px[0], 0, start.focal_px[1], start.centre_px[1], 0, 0, 1) {}
+        K_(start.focal_px[0], 0, start.center_px[0], 0, start.focal_px[1], start.center_px[1], 0, 0, 1) {}
 
   double focal_px() const { return start_.focal_px[0]; }
 
@@ -65,7 +65,7 @@ class Camera {
       cv::fisheye::undistortPoints(all, all, K_, k);
     } else {
       for (cv::Point2d& each : all) {  // u = u0 + uc / sqrt(1 + 2 k |uc|^2), solved for uc
-        const cv::Point2d bent(each.x - start_.centre_px[0], each.y - start_.centre_px[1]);
+        const cv::Point2d bent(each.x - start_.center_px[0], each.y - start_.center_px[1]);
         const double root = std::sqrt(std::max(1e-3, 1 - 2 * k[0] * bent.dot(bent)));
         each = {bent.x / root / start_.focal_px[0], bent.y / root / start_.focal_px[1]};
       }
@@ -82,8 +82,7 @@ cv::Vec3d direction(const Pose& X_WC, const cv::Point2d& ray) {
   return cv::normalize(X_WC.rotation() * cv::Vec3d(ray.x, ray.y, 1));
 }
 
-/// The distance between where the point is seen and where it should be, in the plane z = 1; infinite behind
-/// the camera.
+/// Returns the reprojection error in the plane z = 1; infinite behind the camera.
 double residual(const Pose& X_WC, const cv::Point3d& p_W, const cv::Point2d& ray) {
   const cv::Point3d p_C = X_WC.inv() * p_W;
   return p_C.z > 0.1 ? std::hypot(p_C.x / p_C.z - ray.x, p_C.y / p_C.z - ray.y) : HUGE_VAL;
@@ -94,7 +93,7 @@ cv::Matx34d projection(const Pose& X_WC) {
   return X_CW.get_minor<3, 4>(0, 0);
 }
 
-/// The point that two poses see, if it is in front of both and fits both.
+/// Returns the point that fits both views, if it is in front of both.
 std::optional<cv::Point3d> triangulated(const Track& track, const Pose& X_WC, double largest_residual) {
   cv::Mat homogeneous;
   cv::triangulatePoints(projection(track.first_X_WC), projection(X_WC), std::vector{track.first_ray},
@@ -114,21 +113,21 @@ class VisualOdometry {
     cv::setNumThreads(1);
   }
 
-  void take(const gaitslam_observation& observation, const uint8_t* pixels) {
-    if (observation.t_ns <= t_ns_) return;  // late or doubled: nothing is new
+  void process(const gaitslam_observation& observation, const uint8_t* pixels) {
+    if (observation.t_ns <= t_ns_) return;  // late or doubled
     t_ns_ = observation.t_ns;
     move_as_planned(observation);
     sees_ = pixels != nullptr;
-    if (!sees_) return begin_anew();
+    if (!sees_) return restart();
     const cv::Mat image =
         cv::Mat(static_cast<int>(observation.height_px), static_cast<int>(observation.width_px), CV_8UC1,
                 const_cast<uint8_t*>(pixels))
             .clone();
     follow(image);
     if (locate())
-      begun_ = true, lost_ = false, as_planned_m_ = 0;
-    else if (begun_)
-      begin_anew();
+      tracking_ = true, lost_ = false, as_planned_m_ = 0;
+    else if (tracking_)
+      restart();
     triangulate();
     add_corners(image);
     before_ = image;
@@ -148,10 +147,10 @@ class VisualOdometry {
   }
 
  private:
-  /// The camera moves as planned from where it was last, until there are points again.
-  void begin_anew() {
-    lost_ = lost_ || begun_;
-    begun_ = false;
+  /// The camera moves as planned until there are points again.
+  void restart() {
+    lost_ = lost_ || tracking_;
+    tracking_ = false;
     tracks_.clear();
   }
 
@@ -159,12 +158,12 @@ class VisualOdometry {
     if (!observation.has_plan) return;
     const Pose X_PC = pose_of(observation.plan.X_PC);
     const Pose step = X_PC_.inv() * X_PC;
-    if (!begun_) as_planned_m_ += cv::norm(step.translation());
+    if (!tracking_) as_planned_m_ += cv::norm(step.translation());
     X_WC_ = X_WC_ * step;
     X_PC_ = X_PC;
   }
 
-  /// Finds the corners in the new image: there and back again.
+  /// Tracks the corners into the new image, forward and backward.
   void follow(const cv::Mat& image) {
     if (tracks_.empty()) return;
     std::vector<cv::Point2f> from, to, back;
@@ -186,8 +185,7 @@ class VisualOdometry {
     tracks_ = std::move(kept);
   }
 
-  /// Finds where the camera is from the points whose depth is known; false where they are too few. Those that
-  /// move against the others are given up.
+  /// Estimates the pose from points with depth. Returns false if there are too few. Drops outliers.
   bool locate() {
     Pose X_WC = X_WC_;
     for (int round = 0; round < 4; ++round) {
@@ -224,7 +222,7 @@ class VisualOdometry {
     return *middle;
   }
 
-  /// Gives depths to corners that were seen from far enough apart, and better ones when it is twice as far.
+  /// Triangulates corners with enough parallax, and again when it doubles.
   void triangulate() {
     for (Track& track : tracks_) {
       const double cosine = direction(track.first_X_WC, track.first_ray).dot(direction(X_WC_, track.ray));
@@ -251,17 +249,16 @@ class VisualOdometry {
   Camera camera_;
   Pose X_WC_, X_PC_;
   int64_t t_ns_ = -1;
-  bool sees_ = false;        // an image
-  bool begun_ = false;       // points tell where the camera is
-  bool lost_ = false;        // they did before
-  double as_planned_m_ = 0;  // way without points
+  bool sees_ = false;      // an image
+  bool tracking_ = false;  // the pose comes from points
+  bool lost_ = false;
+  double as_planned_m_ = 0;  // path length without points
   cv::Mat before_;
   std::vector<Track> tracks_;
   uint32_t next_id_ = 0;
   std::vector<gaitslam_landmark> map_;
 };
 
-/// What the functions of the interface know each other by.
 struct Estimator {
   VisualOdometry odometry;
   std::string failure;
@@ -269,12 +266,10 @@ struct Estimator {
 
 }  // namespace
 
-uint32_t gaitslam_estimator_version(void) { return GAITSLAM_ESTIMATOR_VERSION; }
-
 void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
                                 size_t error_bytes) {
   if (!*options) return new Estimator{VisualOdometry(*start), ""};
-  std::snprintf(error, error_bytes, "it has no options, and was given: %s", options);
+  std::snprintf(error, error_bytes, "it has no options, but received: %s", options);
   return nullptr;
 }
 
@@ -284,7 +279,7 @@ int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* obse
                                const char** cause) {
   auto& [odometry, failure] = *static_cast<Estimator*>(estimator);
   try {
-    odometry.take(*observation, image);
+    odometry.process(*observation, image);
     odometry.write(*answer, landmarks, cause);
     return 0;
   } catch (const std::exception& e) {

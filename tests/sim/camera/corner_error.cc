@@ -102,13 +102,6 @@ CornerError summary(const std::vector<Vector2d>& errors) {
 
 }  // namespace
 
-score::Surface scored(const RoomPrimitive& surface) {
-  using Kind = RoomPrimitive::Kind;
-  Vector3d size = surface.size;
-  if (surface.kind == Kind::cylinder || surface.kind == Kind::capsule) size = {size.x(), size.z(), 0};
-  return {static_cast<score::Surface::Kind>(surface.kind), surface.X_WS, size};  // both list the shapes alike
-}
-
 void stand_on_circle(mjData& data, double yaw) {
   data.qpos[0] = 1 + 0.75 * std::sin(yaw), data.qpos[1] = 0.25 - 0.75 * std::cos(yaw),
   data.qpos[2] = walking::hrp2::kWaistHeight;
@@ -116,8 +109,7 @@ void stand_on_circle(mjData& data, double yaw) {
 }
 
 CornerError corner_error(HeadCamera& camera, int headings, double turn_rad) {
-  std::vector<score::Surface> room;
-  for (const RoomPrimitive& surface : room_primitives(camera.model())) room.push_back(scored(surface));
+  const std::vector<score::Surface> room = room_surfaces(camera.model());
   const physics::Data data(mj_makeData(&camera.model()));
   std::vector<Vector2d> errors;
   for (int step = 0; step < headings; ++step) {

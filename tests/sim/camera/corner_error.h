@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "sim/camera/head_camera.h"
-#include "sim/camera/surfaces.h"
 #include "sim/score/surfaces.h"
 
 namespace sim::camera {
@@ -20,9 +19,6 @@ struct CornerError {
 
 /// Puts the robot on the tangent circle (0.75 m about (1, 0.25)) after a turn by `yaw`.
 void stand_on_circle(mjData& data, double yaw);
-
-/// A surface as the score's ray caster takes it.
-score::Surface scored(const RoomPrimitive& surface);
 
 /// Strong corners of a frame are searched in another, a little further on the circle, by correlation of 11x11
 /// patches, refined by a parabola, and compared with where the room's true surface puts them through the

@@ -90,7 +90,7 @@ TEST(GeomMesh, APictureCoversAPlaneOnceOrAsOftenAsItsMaterialRepeatsIt) {
   EXPECT_EQ(uv_at("once", 2, -0.5f), Vector2f(1, 1));
   EXPECT_EQ(uv_at("often", 2, 0.5f) - uv_at("often", -2, 0.5f), Vector2f(3, 0));
   EXPECT_EQ(uv_at("often", 2, -0.5f) - uv_at("often", 2, 0.5f), Vector2f(0, 2));
-  EXPECT_EQ(uv_at("uniform", 2, -0.5f) - uv_at("uniform", -2, 0.5f), Vector2f(4, 1));  // 1 per metre
+  EXPECT_EQ(uv_at("uniform", 2, -0.5f) - uv_at("uniform", -2, 0.5f), Vector2f(4, 1));  // 1 per meter
 }
 
 TEST(GeomMesh, AMeshIsDrawnWithSharpEdgesAndAHeightFieldIsRefused) {

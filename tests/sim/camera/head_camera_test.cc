@@ -77,11 +77,11 @@ slam::Camera filter_camera(const CameraModel& camera) {
                        .lens = slam::OneParameterRadial{camera.k1_px2}});
 }
 
-bool hits(const Vector3d& direction, const Vector3d& centre, double radius) {
-  return direction.cross(centre).squaredNorm() < radius * radius * direction.squaredNorm();
+bool hits(const Vector3d& direction, const Vector3d& center, double radius) {
+  return direction.cross(center).squaredNorm() < radius * radius * direction.squaredNorm();
 }
 
-// Centre of gravity of the pixels in a window, each weighing what `brightness` says.
+// Center of gravity of the pixels in a window, each weighing what `brightness` says.
 template <typename Brightness>
 Vector2d centroid(const cv::Rect& window, Brightness brightness) {
   Vector2d sum(0, 0);
@@ -176,7 +176,7 @@ TEST(HeadCamera, EachFrameBelongsToThePoseItWasAskedFor) {
     const cv::Mat1b image = camera.render(*plant);
     const Vector2d seen = centroid(whole, [&](int u, int v) { return double(image(v, u)); });
     EXPECT_NEAR(seen.x(), camera.camera().project({y, 0, 3}).x(),
-                0.2);  // the ball's outline is not quite centred
+                0.2);  // the ball's outline is not quite centerd
   }
 }
 
@@ -240,9 +240,9 @@ TEST(HeadCamera, AFrameOfATurningCameraIsBlurredAlongTheTurnOrSlantedByTheReadou
   const auto wide = [](const cv::Mat1b& image) {  // pixels in the middle ball's row that are not dark
     return cv::countNonZero(image(cv::Rect(120, 127, 80, 1)) > 25);
   };
-  const cv::Rect upper(120, 60, 80, 40), centre(120, 107, 80, 40), lower(120, 154, 80, 40);
+  const cv::Rect upper(120, 60, 80, 40), center(120, 107, 80, 40), lower(120, 154, 80, 40);
   const cv::Mat1b sharp = seen(0, 0), blurred = seen(0.02, 0), rolling = seen(0, 0.02);
-  EXPECT_NEAR(middle(blurred, centre).x(), middle(sharp, centre).x(), 0.1);  // the stamp is mid-exposure
+  EXPECT_NEAR(middle(blurred, center).x(), middle(sharp, center).x(), 0.1);  // the stamp is mid-exposure
   EXPECT_NEAR(wide(blurred) - wide(sharp), 197 * kRate * 0.02, 2.5);         // 7.9 px further, cut at a tenth
   // Turning left moves the image right; a row 1/240 of the readout later sees it further right.
   const double rows = middle(sharp, lower).y() - middle(sharp, upper).y();

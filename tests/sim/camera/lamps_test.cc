@@ -46,7 +46,7 @@ TEST(Lamps, WhatIsNotTheSameFromEverywhereIsRefused) {
                std::invalid_argument);
 }
 
-TEST(Paint, IsOfTheMaterialUnlessTheGeomHasAColourOfItsOwn) {
+TEST(Paint, IsOfTheMaterialUnlessTheGeomHasAColorOfItsOwn) {
   const Model model = SmallModel(
                           "<asset><material name='red' rgba='1 0 0 1' emission='0.5'/></asset><worldbody>"
                           "<geom size='1' material='red'/><geom size='1' rgba='0 1 0 1'/></worldbody>")

@@ -34,7 +34,7 @@ const Pinhole& view_of(const LensWarp& lens, const CameraOptions& options, int u
 
 }  // namespace
 
-// Computed by hand to ten digits from the formula of Davison et al. 2007 with f = 195, centre (162, 125), K1
+// Computed by hand to ten digits from the formula of Davison et al. 2007 with f = 195, center (162, 125), K1
 // = 9e-6.
 TEST(CameraModel, ProjectsAsMonoSlamsCameraDoes) {
   const CameraModel camera{320, 240, 195, 195, 162, 125, 9e-6};
@@ -87,7 +87,7 @@ TEST(LensWarp, NoPixelSamplesOutsideItsView) {
 }
 
 // In a view's own columns; where two views meet, the step leads from one to the other.
-TEST(LensWarp, NeighbouringPixelsAreAtLeastAsFarApartInTheSourceAsTheDensitySays) {
+TEST(LensWarp, NeighboringPixelsAreAtLeastAsFarApartInTheSourceAsTheDensitySays) {
   for (const CameraOptions& options : all_cameras()) {
     const LensWarp lens(camera_model(options), 1.2);
     for (int v = 0; v + 1 < options.height_px; v += 3)

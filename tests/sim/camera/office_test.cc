@@ -6,7 +6,7 @@
 #include <set>
 
 #include "sim/camera/head_camera.h"
-#include "sim/camera/surfaces.h"
+#include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
 #include "sim/score/surfaces.h"
 #include "tests/sim/camera/corner_error.h"
@@ -17,16 +17,18 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-const std::filesystem::path kModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
+const std::filesystem::path kOfficeModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
 
 // Half the extents of a surface along W's axes.
-Vector3d half_box(const RoomPrimitive& surface) {
+Vector3d half_box(const score::Surface& surface) {
   Vector3d half = surface.size;
-  if (surface.kind == RoomPrimitive::Kind::capsule) half.z() += half.x();
+  using enum score::Surface::Kind;
+  if (surface.kind == cylinder || surface.kind == capsule)
+    half = {half.x(), half.x(), half.y() + (surface.kind == capsule ? half.x() : 0)};
   return surface.X_WS.linear().cwiseAbs() * half;
 }
 
-Model robot_in(const std::string& room) { return load_model("hrp2", room, kModels); }
+Model robot_in(const std::string& room) { return load_model("hrp2", room, kOfficeModels); }
 
 // A furnished room: its middle and size, and how much is free about the circles walked, m.
 struct Room {
@@ -37,18 +39,18 @@ struct Room {
 };
 const Room kOffice{"office", {0.9, 0.15}, {11, 7, 3}, 2}, kHall{"hall", {0.9, 3.65}, {25, 18, 3}, 4};
 
-bool is_shell(const RoomPrimitive& surface) {
-  return surface.kind == RoomPrimitive::Kind::plane && surface.size.prod() == 0 &&
+bool is_shell(const score::Surface& surface) {
+  return surface.kind == score::Surface::Kind::plane && surface.size.prod() == 0 &&
          surface.size.maxCoeff() > 3;
 }
 
 }  // namespace
 
 // The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
-TEST(Rooms, OfficeIsSevenByElevenByThreeMetresAndTheHallWithItsOpenOffice25By18) {
+TEST(Rooms, OfficeIsSevenByElevenByThreeMetersAndTheHallWithItsOpenOffice25By18) {
   for (const Room& room : {kOffice, kHall}) {
     Vector3d low = Vector3d::Constant(1e9), high = -low;
-    for (const RoomPrimitive& surface : room_primitives(*robot_in(room.name))) {
+    for (const score::Surface& surface : room_surfaces(*robot_in(room.name))) {
       if (!is_shell(surface)) continue;
       low = low.cwiseMin(surface.X_WS.translation() - half_box(surface));
       high = high.cwiseMax(surface.X_WS.translation() + half_box(surface));
@@ -59,28 +61,28 @@ TEST(Rooms, OfficeIsSevenByElevenByThreeMetresAndTheHallWithItsOpenOffice25By18)
   }
 }
 
-TEST(Rooms, EverythingStandsInsideAndMetresAroundTheWalkAreFree) {
+TEST(Rooms, EverythingStandsInsideAndMetersAroundTheWalkAreFree) {
   const Vector2d walked(0.9, 0.15);  // middle of the circles
   for (const Room& room : {kOffice, kHall})
-    for (const RoomPrimitive& surface : room_primitives(*robot_in(room.name))) {
+    for (const score::Surface& surface : room_surfaces(*robot_in(room.name))) {
       if (is_shell(surface)) continue;
-      const Vector3d centre = surface.X_WS.translation(), half = half_box(surface);
-      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().x() + half.x(), room.size.x() / 2 + 1e-3);
-      EXPECT_LT((centre.head<2>() - room.middle).cwiseAbs().y() + half.y(), room.size.y() / 2 + 1e-3);
-      EXPECT_LT(centre.z() + half.z(), 3.0 + 1e-9);
-      if (centre.z() - half.z() > 2) continue;      // hangs above the robot
-      if (centre.z() + half.z() < 0.002) continue;  // is part of the floor
-      const Vector2d away = ((centre.head<2>() - walked).cwiseAbs() - half.head<2>()).cwiseMax(0);
-      EXPECT_GT(away.norm(), room.free) << room.name << " " << centre.transpose();
+      const Vector3d center = surface.X_WS.translation(), half = half_box(surface);
+      EXPECT_LT((center.head<2>() - room.middle).cwiseAbs().x() + half.x(), room.size.x() / 2 + 1e-3);
+      EXPECT_LT((center.head<2>() - room.middle).cwiseAbs().y() + half.y(), room.size.y() / 2 + 1e-3);
+      EXPECT_LT(center.z() + half.z(), 3.0 + 1e-9);
+      if (center.z() - half.z() > 2) continue;      // hangs above the robot
+      if (center.z() + half.z() < 0.002) continue;  // is part of the floor
+      const Vector2d away = ((center.head<2>() - walked).cwiseAbs() - half.head<2>()).cwiseMax(0);
+      EXPECT_GT(away.norm(), room.free) << room.name << " " << center.transpose();
     }
 }
 
 TEST(Office, RobotIsNoPartOfTheRoom) {
-  const std::size_t with_robot = room_primitives(*robot_in("office")).size();
+  const std::size_t with_robot = room_surfaces(*robot_in("office")).size();
   const Model model = robot_in("office");
   EXPECT_GT(with_robot, 200u);
   EXPECT_LT(with_robot, static_cast<std::size_t>(model->ngeom));
-  for (const RoomPrimitive& surface : room_primitives(*model))
+  for (const score::Surface& surface : room_surfaces(*model))
     EXPECT_NEAR(surface.X_WS.linear().determinant(), 1, 1e-9);
 }
 
@@ -96,7 +98,7 @@ TEST(Rooms, EachTextureHasAPainter) {
 }
 
 // The highest plane below the circles walked: the floor, or a sharper piece of it just above.
-TEST(Rooms, FloorIsPaintedToTwoMillimetresPerTexelWhereTheRobotWalks) {
+TEST(Rooms, FloorIsPaintedToTwoMillimetersPerTexelWhereTheRobotWalks) {
   for (const Room& room : {kOffice, kHall}) {
     const Model model = robot_in(room.name);
     double height = -1, texel_m = 0;
@@ -132,14 +134,13 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
   }
 }
 
-// The score's own ray caster, independent of MuJoCo, on the result of room_primitives.
-TEST(RoomPrimitives, RaysMeetThemWhereMuJoCosDo) {
+// The score's own ray caster, independent of MuJoCo, on the result of room_surfaces.
+TEST(RoomSurfaces, RaysMeetThemWhereMuJoCosDo) {
   for (const Room& room_of : {kOffice, kHall}) {
     const Model model = robot_in(room_of.name);
     const Data data(mj_makeData(model.get()));
     mj_forward(model.get(), data.get());
-    std::vector<score::Surface> surfaces;
-    for (const RoomPrimitive& surface : room_primitives(*model)) surfaces.push_back(scored(surface));
+    const std::vector<score::Surface> surfaces = room_surfaces(*model);
     cv::RNG random(5);
     constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
     for (int i = 0; i < 3000; ++i) {
@@ -152,12 +153,12 @@ TEST(RoomPrimitives, RaysMeetThemWhereMuJoCosDo) {
       const std::optional<double> found = score::first_hit(surfaces, from, along);
       ASSERT_TRUE(found.has_value());
       ASSERT_NEAR(*found, expected, 1e-6)
-          << "geom " << geom;  // rounding of distances of some metres, grazing included
+          << "geom " << geom;  // rounding of distances of some meters, grazing included
     }
   }
 }
 
-TEST(RoomPrimitives, ShapesAreGivenByTheirHalfExtents) {
+TEST(RoomSurfaces, ShapesAreGivenByTheirHalfExtents) {
   const char* const xml =
       "<mujoco><worldbody><geom type='capsule' size='0.1 0.4' pos='1 2 3'/><geom type='plane' size='2 3 1'/>"
       "<body pos='0 0 1'><freejoint/><geom type='sphere' size='0.2'/></body></worldbody></mujoco>";
@@ -165,13 +166,13 @@ TEST(RoomPrimitives, ShapesAreGivenByTheirHalfExtents) {
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "a.xml") << xml;
   std::ofstream(folder / "b.xml") << "<mujoco><worldbody/></mujoco>";
-  const std::vector<RoomPrimitive> surfaces = room_primitives(*load_model("a", "b", folder));
+  const std::vector<score::Surface> surfaces = room_surfaces(*load_model("a", "b", folder));
   std::filesystem::remove_all(folder);
   ASSERT_EQ(surfaces.size(), 2u);
-  EXPECT_EQ(surfaces[0].kind, RoomPrimitive::Kind::capsule);
-  EXPECT_EQ(surfaces[0].size, Vector3d(0.1, 0.1, 0.4));
+  EXPECT_EQ(surfaces[0].kind, score::Surface::Kind::capsule);
+  EXPECT_EQ(surfaces[0].size, Vector3d(0.1, 0.4, 0));
   EXPECT_EQ(surfaces[0].X_WS.translation(), Vector3d(1, 2, 3));
-  EXPECT_EQ(surfaces[1].kind, RoomPrimitive::Kind::plane);
+  EXPECT_EQ(surfaces[1].kind, score::Surface::Kind::plane);
   EXPECT_EQ(surfaces[1].size, Vector3d(2, 3, 0));
 }
 

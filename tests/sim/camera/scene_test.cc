@@ -46,16 +46,16 @@ TEST(Scene, TheNearerSurfaceHidesTheFartherAndBacksAndTransparentThingsAreNotSee
 }
 
 // Two roundings of colours against one of their brightness, and eight bits of a texel's fraction for each.
-TEST(Scene, GreyIsTheBrightnessOfTheColoursWithinTwoLevels) {
+TEST(Scene, GreyIsTheBrightnessOfTheColorsWithinTwoLevels) {
   const Model model = load_model("hrp2", "office", std::string(GAITSLAM_SOURCE_DIR) + "/models");
   const Data data(mj_makeData(model.get()));
   stand_on_circle(*data, 0);
   mj_kinematics(model.get(), data.get());
-  Scene grey(*model, {kView}, 0, 1, Channels::grey), coloured(*model, {kView}, 0, 1, Channels::rgb);
+  Scene grey(*model, {kView}, 0, 1, Channels::grey), colored(*model, {kView}, 0, 1, Channels::rgb);
   for (const double yaw : {0.0, 1.5, 3.0, 4.5})
     for (const float light : {1.0f, 0.3f}) {
       cv::Mat expected;
-      cv::cvtColor(coloured.draw(*data, looking(yaw), light), expected, cv::COLOR_RGB2GRAY);
+      cv::cvtColor(colored.draw(*data, looking(yaw), light), expected, cv::COLOR_RGB2GRAY);
       const cv::Mat found = grey.draw(*data, looking(yaw), light);
       EXPECT_LE(cv::norm(found, expected, cv::NORM_INF), 2) << yaw << " " << light;
       EXPECT_GT(cv::norm(found, cv::Mat1b(found.size(), uchar(cv::mean(found)[0])), cv::NORM_L1) /

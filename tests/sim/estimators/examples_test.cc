@@ -1,4 +1,4 @@
-// The examples of estimators outside, on a walk through a synthetic room.
+// The example programs on a walk through a synthetic room.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ const slam::synthetic::Recording& walk() {
   return recording;
 }
 
-/// An observation with the planned velocity, which the room leaves at 0: that since the frame before.
+/// An observation with the planned velocity since the previous frame, which the synthetic room leaves at 0.
 slam::Observation observation(int frame) {
   slam::Observation o = walk().observation(frame);
   if (frame == 0) return o;
@@ -67,23 +67,21 @@ void expect_same(const Tracked& a, const Tracked& b) {
   }
 }
 
-TEST(Examples, TheFilterAsLibraryAndProgramGivesTheBitsOfTheFilterBuiltIn) {
+TEST(Examples, TheFilterAsAProgramGivesTheBitsOfTheBuiltInFilter) {
   const Tracked built_in = track("filter", {"slam.gyro.sigma_rad_s=0.02"});
   const std::string options = "options: {gyro: {sigma_rad_s: 0.02}}";
-  expect_same(built_in, track(fmt::format("{{library: \"{}\", {}}}", GAITSLAM_FILTER_LIBRARY, options)));
   expect_same(built_in, track(fmt::format("{{program: \"{}\", {}}}", GAITSLAM_FILTER_PROGRAM, options)));
   const Tracked other = track(fmt::format("{{program: \"{}\"}}", GAITSLAM_FILTER_PROGRAM));
   EXPECT_NE(other.estimates().back().X_WC.matrix(), built_in.estimates().back().X_WC.matrix());
 }
 
-TEST(Examples, GyroAndPlanFindTheirWayAsLibraryAndAsProgram) {
-  const Tracked library = track(fmt::format("{{library: \"{}\"}}", GAITSLAM_GYRO_LIBRARY)),
-                program = track(fmt::format("{{program: \"{}\"}}", GAITSLAM_GYRO_PROGRAM));
-  expect_same(library, program);
-  EXPECT_LT(distance_at_end(library), 0.05);  // of 1.2 m walked; the sway, which no plan has, is 0.03
-  EXPECT_FALSE(library.estimates().back().covariance);
+TEST(Examples, GyroAndPlanFollowTheWalk) {
+  const Tracked program = track(fmt::format("{{program: \"{}\"}}", GAITSLAM_GYRO_PROGRAM));
+  ASSERT_FALSE(program.failed) << *program.failed;
+  EXPECT_LT(distance_at_end(program), 0.05);  // of 1.2 m walked; the sway, which no plan has, is 0.03
+  EXPECT_FALSE(program.estimates().back().covariance);
   const Tracked wrong =
-      track(fmt::format("{{library: \"{}\", options: {{bais: 0}}}}", GAITSLAM_GYRO_LIBRARY));
+      track(fmt::format("{{program: \"{}\", options: {{bais: 0}}}}", GAITSLAM_GYRO_PROGRAM));
   ASSERT_TRUE(wrong.failed);
   EXPECT_NE(wrong.failed->find("unknown option, expected bias=0 or bias=1"), std::string::npos)
       << *wrong.failed;
@@ -97,17 +95,6 @@ TEST(Examples, GyroAndPlanInPythonIsTheSameEstimatorToRounding) {
   ASSERT_FALSE(python.failed) << *python.failed;
   ASSERT_EQ(python.estimates().size(), c.estimates().size());
   EXPECT_TRUE(python.estimates().back().X_WC.isApprox(c.estimates().back().X_WC, 1e-9));
-}
-
-TEST(Examples, ALibraryOfAnotherVersionIsRefused) {
-  try {
-    track(fmt::format("{{library: \"{}\"}}", GAITSLAM_OTHER_VERSION));
-    FAIL();
-  } catch (const std::invalid_argument& refused) {
-    EXPECT_NE(std::string(refused.what()).find("is of version 99 of gaitslam_estimator.h, expected 2"),
-              std::string::npos)
-        << refused.what();
-  }
 }
 
 }  // namespace

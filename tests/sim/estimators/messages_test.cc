@@ -83,7 +83,7 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
   EXPECT_EQ(payload.back(), 99);
 }
 
-TEST(Messages, WhatIsMissingTakesNoBytes) {
+TEST(Messages, MissingDataTakesNoBytes) {
   const std::string payload = observation_message({}).substr(16);
   EXPECT_EQ(payload, std::string(328, '\0'));
   EXPECT_EQ(end_message(), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
@@ -107,15 +107,16 @@ TEST(Messages, AnAnswerComesBackWithAllItsBits) {
   payload.append(reinterpret_cast<const char*>(landmarks), sizeof landmarks);
   const Answer answer = read_answer(payload + "d\nrk");
   EXPECT_EQ(answer.estimate.t.count(), 33);
-  EXPECT_EQ(answer.health, slam::Health::lost);
-  EXPECT_EQ(answer.cause, "d rk");
+  EXPECT_EQ(answer.report.health, slam::Health::lost);
+  EXPECT_EQ(answer.report.cause, "d rk");
   EXPECT_EQ(answer.estimate.X_WC.linear()(1, 2), 0.1 * 5);
   EXPECT_EQ(answer.estimate.X_WC.translation().z(), 1.0 / 3);
   EXPECT_EQ((*answer.estimate.covariance)(1, 0), 1e-3 * 6);
-  ASSERT_EQ(answer.map.size(), 2U);
-  EXPECT_EQ(answer.map[1].id, 9);
-  EXPECT_EQ(answer.map[1].covariance(1, 2), 0.25);
-  EXPECT_TRUE(answer.map[0].covariance.isZero());
+  ASSERT_TRUE(answer.map);
+  ASSERT_EQ(answer.map->size(), 2U);
+  EXPECT_EQ((*answer.map)[1].id, 9);
+  EXPECT_EQ((*answer.map)[1].covariance(1, 2), 0.25);
+  EXPECT_TRUE((*answer.map)[0].covariance.isZero());
 }
 
 EstimatorChoice choice_of(const std::string& value) {
@@ -132,19 +133,20 @@ TEST(EstimatorKey, NamesAProgramWithItsOptions) {
   EXPECT_EQ(options_text(choice), "a.b=1\na.c=yes\nd=e f\n");
   EXPECT_EQ(choice.answer_within_s, 2.5);
   EXPECT_EQ(choice.start_within_s, 60);
-  EXPECT_EQ(choice_of("{library: /tmp/libmine.so, name: mine}").name, "mine");
+  EXPECT_EQ(choice_of("{program: /tmp/my_slam, name: mine}").name, "mine");
   EXPECT_EQ(choice_of("filter").source, Source::built_in);
 }
 
-TEST(EstimatorKey, WhatIsWrongIsNamedAtItsPlace) {
+TEST(EstimatorKey, AnErrorNamesItsPlace) {
   for (const auto& [value, complaint] :
        {std::pair<const char*, const char*>{"{programm: [a]}",
                                             "estimator.programm: unknown, expected one of program"},
-        {"{}", "estimator: expected a program or a library"},
-        {"{options: {a: 1}}", "estimator: expected a program or a library"},
-        {"{program: [a], library: b}", "estimator.library: names two of program, library and command"},
+        {"{}", "estimator: expected a program"},
+        {"{options: {a: 1}}", "estimator: expected a program"},
+        {"{program: [a], command: b}", "estimator.command: names a program and a command"},
+        {"{library: b.so}", "estimator.library: was removed: compile the library as a program"},
         {"{program: []}", "estimator.program: expected the program and its arguments"},
-        {"{program: [a, [b]]}", "estimator.program: expected a word that is not empty"},
+        {"{program: [a, [b]]}", "estimator.program: expected a non-empty word"},
         {"{program: a, options: [b]}", "estimator.options: expected keys and values"},
         {"{program: a, options: {b: [1]}}",
          "estimator.options: 'b': expected a name without '=' and a value"},
@@ -154,8 +156,7 @@ TEST(EstimatorKey, WhatIsWrongIsNamedAtItsPlace) {
          "estimator.answer_within_s: is '0', expected a number from 0.001"},
         {"{program: a, name: filter}", "estimator.name: filter is a built-in estimator"},
         {"{program: a, name: a/b}", "estimator.name: is 'a/b', expected a name of letters"},
-        {"./a",
-         "is './a', expected a built-in estimator (filter, plan_alone), {program: ./a} or {library: ./a}"},
+        {"./a", "is './a', expected a built-in estimator (filter, plan_alone) or {program: ./a}"},
         {"[a]", "estimator: is a list, expected one of filter, plan_alone"}})
     EXPECT_THAT(scenario::complaint_of([&, text = value] { choice_of(text); }), HasSubstr(complaint))
         << value;

@@ -1,5 +1,6 @@
-/* An estimator that answers the start pose to every observation, until it misbehaves as its first argument
- * says at the message whose number is its second argument: 0 for the start, 1 for the first observation. */
+/* An estimator that answers the start pose until it misbehaves: argument 1 names how, argument 2 is the
+ * number of the message (0 for the start, 1 for the first observation). With argument 3, "header", it runs as
+ * a program made by gaitslam_estimator.h. */
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -7,11 +8,17 @@
 #include <string.h>
 #include <unistd.h>
 
+#define main header_main
 #include "sim/estimators/gaitslam_estimator.h"
+#undef main
 
-static const char* behaviour = "";
+static const char* behavior = "";
+static const char* planned_behavior = "";
+static int when = 0, message = -1;
+static gaitslam_start start;
 
-static int is(const char* name) { return strcmp(behaviour, name) == 0; }
+static int is(const char* name) { return strcmp(behavior, name) == 0; }
+static void next_message(void) { behavior = ++message == when ? planned_behavior : ""; }
 
 static void give(const void* bytes, size_t count) {
   if (count > 0 && fwrite(bytes, count, 1, stdout) != 1) exit(3);
@@ -27,8 +34,8 @@ static void give_header(uint32_t type, uint64_t bytes) {
   give(&header, sizeof header);
 }
 
-/* What needs no answer to go wrong. */
-static void misbehave_before(void) {
+/* Before the answer. */
+static void misbehave(void) {
   int i;
   if (is("crash")) abort();
   if (is("killed")) raise(SIGKILL);
@@ -36,17 +43,15 @@ static void misbehave_before(void) {
   if (is("end")) exit(0);
   if (is("hang")) pause();
   if (is("grandchild") && fork() >= 0) pause();
-  if (is("says_why")) fprintf(stderr, "first\nthe map is broken\n"), exit(1);
+  if (is("gives_cause")) fprintf(stderr, "first\nthe map is broken\n"), exit(1);
   if (is("prints")) printf("Loading the vocabulary, please wait ...\n"), fflush(stdout), pause();
   if (is("closes_output")) fclose(stdout), close(1), pause();
   if (is("floods_error"))
     for (i = 0; i < 30000; ++i)
-      fprintf(
-          stderr,
-          "%08d: a line of one hundred bytes or so, which nobody needs to read, but which is kept in part\n",
-          i);
+      fprintf(stderr, "%08d: a line of one hundred bytes, most of which the result does not keep %20d\n", i,
+              i);
   if (is("floods_output"))
-    for (;;) give(&behaviour, sizeof behaviour);
+    for (;;) give(&behavior, sizeof behavior);
 }
 
 static void give_answer(gaitslam_answer answer) {
@@ -87,21 +92,44 @@ static void give_ready(void) {
   give(error, strlen(error));
 }
 
+void* gaitslam_estimator_create(const gaitslam_start* given, const char* options, char* error,
+                                size_t error_bytes) {
+  (void)options, (void)error, (void)error_bytes;
+  next_message(), misbehave();
+  start = *given;
+  return &start;
+}
+
+int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
+                               const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
+                               const uint8_t* image, gaitslam_answer* answer,
+                               const gaitslam_landmark** landmarks, const char** cause) {
+  (void)estimator, (void)observation, (void)gyro, (void)accelerometer, (void)image, (void)landmarks;
+  next_message();
+  answer->X_WC = start.X_WC;
+  if (is("print")) printf("printed by the estimator\n");
+  if (is("huge_counts")) answer->landmark_count = 3000000000u;
+  if (is("no_landmarks")) answer->landmark_count = 3;
+  *cause = "the map is broken";
+  return is("fails");
+}
+
+void gaitslam_estimator_destroy(void* estimator) { (void)estimator; }
+
 int main(int argc, char** argv) {
   static char payload[1 << 22];
-  const int when = argc > 2 ? atoi(argv[2]) : 0;
   gaitslam_header header;
-  gaitslam_start start;
-  int count = -1;
-  memset(&start, 0, sizeof start);
+  if (argc > 1) planned_behavior = argv[1];
+  if (argc > 2) when = atoi(argv[2]);
+  if (argc > 3) return header_main();
   while (fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
     gaitslam_answer answer;
     if (header.bytes > sizeof payload || (header.bytes > 0 && fread(payload, header.bytes, 1, stdin) != 1))
       return 4;
-    if (++count == when) behaviour = argc > 1 ? argv[1] : "";
-    if (count == 0) memcpy(&start, payload, sizeof start);
-    misbehave_before();
-    if (count == 0) {
+    next_message();
+    if (message == 0) memcpy(&start, payload, sizeof start);
+    misbehave();
+    if (message == 0) {
       give_ready();
     } else {
       memset(&answer, 0, sizeof answer);
@@ -109,7 +137,6 @@ int main(int argc, char** argv) {
       answer.X_WC = start.X_WC;
       give_answer(answer);
     }
-    behaviour = "";
     fflush(stdout);
   }
   return 0;

@@ -1,4 +1,4 @@
-// Whatever a program outside does, it is an answer or a failure of the estimator with a clear cause.
+// Whatever an external program does is an answer or a failure of the estimator with a clear cause.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ scenario::Scenario scenario_with(const std::string& estimator) {
   return scenario::read_scenario_text(kText, "test.yaml", {{"estimator=" + estimator}, {}}).scenario;
 }
 
-std::string misbehaving(const std::string& behaviour, int message, const std::string& limits) {
-  return fmt::format("{{program: [\"{}\", {}, \"{}\"]{}}}", GAITSLAM_MISBEHAVING, behaviour, message, limits);
+std::string misbehaving(const std::string& behavior, const std::string& message, const std::string& limits) {
+  return fmt::format("{{program: [\"{}\", {}, {}]{}}}", GAITSLAM_MISBEHAVING, behavior, message, limits);
 }
 
 slam::Observation numbered(int k) {
@@ -49,11 +49,12 @@ Tracked track_program(Tracking tracking) {
   return tracking.finish();
 }
 
-/// What became of a program that behaves like that at the message of this number.
-Tracked track_program(const std::string& behaviour, int message = 3, const std::string& limits = "") {
+/// Tracks a program that misbehaves at the message of this number.
+Tracked track_program(const std::string& behavior, const std::string& message = "3",
+                      const std::string& limits = "") {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   X_WC.translation() << 1, 2, 3;
-  return track_program(Tracking(scenario_with(misbehaving(behaviour, message, limits)), {}, X_WC));
+  return track_program(Tracking(scenario_with(misbehaving(behavior, message, limits)), {}, X_WC));
 }
 
 TEST(Program, AnswersAreEstimates) {
@@ -64,28 +65,28 @@ TEST(Program, AnswersAreEstimates) {
   EXPECT_EQ(estimates[5].t, std::chrono::milliseconds(165));
   EXPECT_EQ(estimates[5].X_WC.translation(), Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(estimates[5].covariance);
-  EXPECT_TRUE(tracked.after_divergence.empty());
+  EXPECT_TRUE(tracked.untracked.empty());
 }
 
-TEST(Program, WhatItDoesWrongIsNamed) {
-  for (const auto& [behaviour, cause] :
+TEST(Program, AFailureNamesItsCause) {
+  for (const auto& [behavior, cause] :
        {std::pair<std::string, std::string>{"crash", "killed by signal 6"},
         {"killed", "killed by signal 9"},
         {"exit", "ended with exit code 5"},
         {"end", "ended with exit code 0"},
         {"cut_off", "ended with exit code 0"},
-        {"says_why", "its last lines: first | the map is broken"},
+        {"gives_cause", "its last lines: first | the map is broken"},
         {"closes_output", "closed its standard input or output"},
-        {"prints", "is no message: it begins with 'Loading the voca'"},
-        {"wrong_magic", "is no message: it begins with 'JUNK"},
+        {"prints", "is not a message: it starts with 'Loading the voca'"},
+        {"wrong_magic", "is not a message: it starts with 'JUNK"},
         {"wrong_type", "its message is of type 77, expected 4"},
-        {"huge_length", "18446744073709551615 bytes follow, expected at most"},
+        {"huge_length", "announces 18446744073709551615 bytes, expected at most"},
         {"huge_counts", "announces 4294967295 landmarks (at most 100000)"},
         {"huge_cause", "a cause of 4294967295 bytes (at most 4096)"},
         {"counts_that_overflow", "announces 2147483648 landmarks"},
         {"short", "its ANSWER has 100 bytes, expected at least 408"},
         {"nan", "its pose is not finite"},
-        {"no_rotation", "is no rotation matrix"},
+        {"no_rotation", "is not a rotation matrix"},
         {"nan_covariance", "the covariance of its pose is not finite"},
         {"not_symmetric", "the covariance of its pose is not symmetric"},
         {"nan_landmark", "its landmark 0 is not finite"},
@@ -93,45 +94,45 @@ TEST(Program, WhatItDoesWrongIsNamed) {
         {"wrong_status", "its status is 9, expected 0 (ok)"},
         {"future", "its pose has the stamp 66000001 ns, expected one from 33000000"},
         {"past", "its pose has the stamp -1 ns"}}) {
-    const Tracked tracked = track_program(behaviour);
-    ASSERT_TRUE(tracked.failed) << behaviour;
-    EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
-    EXPECT_EQ(tracked.frames.size(), 2U) << behaviour;            // those before are kept
-    EXPECT_EQ(tracked.after_divergence.size(), 4U) << behaviour;  // the one that failed counts as not tracked
-    EXPECT_FALSE(tracked.diverged()) << behaviour;
+    const Tracked tracked = track_program(behavior);
+    ASSERT_TRUE(tracked.failed) << behavior;
+    EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behavior;
+    EXPECT_EQ(tracked.failure()->ending, scenario::Ending::estimator_failed) << behavior;
+    EXPECT_EQ(tracked.frames.size(), 2U) << behavior;     // earlier ones are kept
+    EXPECT_EQ(tracked.untracked.size(), 4U) << behavior;  // includes the one that failed
   }
 }
 
-TEST(Program, WhatGoesWrongAtTheStartIsNamed) {
-  for (const auto& [behaviour, cause] :
+TEST(Program, AFailureAtTheStartNamesItsCause) {
+  for (const auto& [behavior, cause] :
        {std::pair<std::string, std::string>{"crash",
                                             "failed at its start (limit 60 s): it was killed by signal 6"},
         {"cannot_start", "it cannot start: no vocabulary"},
         {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 2"},
-        {"prints", "is no message: it begins with 'Loading"}}) {
-    const Tracked tracked = track_program(behaviour, 0);
-    ASSERT_TRUE(tracked.failed) << behaviour;
-    EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behaviour;
-    EXPECT_TRUE(tracked.frames.empty()) << behaviour;
-    EXPECT_TRUE(tracked.estimates().empty()) << behaviour;
+        {"prints", "is not a message: it starts with 'Loading"}}) {
+    const Tracked tracked = track_program(behavior, "0");
+    ASSERT_TRUE(tracked.failed) << behavior;
+    EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behavior;
+    EXPECT_TRUE(tracked.frames.empty()) << behavior;
+    EXPECT_TRUE(tracked.estimates().empty()) << behavior;
   }
 }
 
-TEST(Program, AHangEndsAtItsLimitWhateverElseItStarted) {
-  for (const char* behaviour : {"hang", "grandchild", "floods_output"}) {
-    const Tracked tracked = track_program(behaviour, 3, ", answer_within_s: 0.3");
-    ASSERT_TRUE(tracked.failed) << behaviour;
-    if (std::string(behaviour) != "floods_output") {
+TEST(Program, AHangEndsAtItsLimitWithAllChildren) {
+  for (const char* behavior : {"hang", "grandchild", "floods_output"}) {
+    const Tracked tracked = track_program(behavior, "3", ", answer_within_s: 0.3");
+    ASSERT_TRUE(tracked.failed) << behavior;
+    if (std::string(behavior) != "floods_output") {
       EXPECT_THAT(*tracked.failed,
                   HasSubstr("at t = 0.066 s (limit 0.3 s): no answer within its time limit"));
     }
   }
-  const Tracked tracked = track_program("hang", 0, ", start_within_s: 0.3");
+  const Tracked tracked = track_program("hang", "0", ", start_within_s: 0.3");
   ASSERT_TRUE(tracked.failed);
   EXPECT_THAT(*tracked.failed, HasSubstr("at its start (limit 0.3 s): no answer within its time limit"));
 }
 
-TEST(Program, ALongLogIsKeptInPartAndHoldsNothingUp) {
+TEST(Program, ALongLogIsTruncatedAndDoesNotBlock) {
   const Tracked tracked = track_program("floods_error");
   EXPECT_FALSE(tracked.failed);
   EXPECT_EQ(tracked.frames.size(), 6U);
@@ -140,30 +141,51 @@ TEST(Program, ALongLogIsKeptInPartAndHoldsNothingUp) {
   EXPECT_LT(tracked.log.size(), 1100000U);
 }
 
-TEST(Program, GivingUpIsADivergenceAndNoFailure) {
+TEST(Program, GivingUpIsADivergence) {
   const Tracked tracked = track_program("gives_up");
   EXPECT_FALSE(tracked.failed);
-  EXPECT_TRUE(tracked.diverged());
-  EXPECT_EQ(tracked.cause(), "no luck");
+  ASSERT_TRUE(tracked.failure());
+  EXPECT_EQ(tracked.failure()->ending, scenario::Ending::diverged);
+  EXPECT_EQ(tracked.failure()->cause, "no luck");
   EXPECT_EQ(tracked.frames.size(), 3U);
-  EXPECT_EQ(tracked.after_divergence.size(), 3U);
+  EXPECT_EQ(tracked.untracked.size(), 3U);
 }
 
-TEST(Program, TheMapThatItToldLastIsItsMap) {
+TEST(Program, OneMadeByTheHeaderFailsWithAClearCause) {
+  for (const auto& [behavior, cause] :
+       {std::pair<std::string, std::string>{"fails", "its last lines: the map is broken"},
+        {"huge_counts", "it announces 3000000000 landmarks, expected at most 100000"},
+        {"no_landmarks", "it announces 3 landmarks, expected at most 100000 and a pointer to them"}}) {
+    const Tracked tracked = track_program(behavior, "3, header");
+    ASSERT_TRUE(tracked.failed) << behavior;
+    EXPECT_THAT(*tracked.failed, HasSubstr("failed at t = 0.066 s (limit 10 s): it ended with exit code 1"));
+    EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behavior;
+    EXPECT_EQ(tracked.frames.size(), 2U) << behavior;
+  }
+}
+
+TEST(Program, OneMadeByTheHeaderPrintsToTheLog) {
+  const Tracked tracked = track_program("print", "3, header");
+  EXPECT_FALSE(tracked.failed) << *tracked.failed;
+  EXPECT_EQ(tracked.frames.size(), 6U);
+  EXPECT_EQ(tracked.log, "printed by the estimator\n");
+}
+
+TEST(Program, ItsLatestMapIsKept) {
   const Tracked tracked = track_program("maps");
   ASSERT_EQ(tracked.map.size(), 1U);
   EXPECT_EQ(tracked.map[0].id, 42);
   EXPECT_EQ(tracked.map[0].p_W.z(), 1.5);
 }
 
-TEST(Program, OneThatIsNotThereIsWrongInput) {
-  for (const char* estimator : {"{program: /nowhere/my_slam}", "{program: no-such-program-anywhere}",
-                                "{program: /tmp}", "{library: nowhere.so}"})
+TEST(Program, AMissingOneIsWrongInput) {
+  for (const char* estimator :
+       {"{program: /nowhere/my_slam}", "{program: no-such-program-anywhere}", "{program: /tmp}"})
     EXPECT_THROW(Tracking(scenario_with(estimator), {}, Eigen::Isometry3d::Identity()), std::invalid_argument)
         << estimator;
 }
 
-TEST(Program, AProgramAndItsArgumentsInOneWordAreAnsweredWithHowTheyAreWritten) {
+TEST(Program, ArgumentsInTheProgramsWordGetAHint) {
   try {
     Tracking(scenario_with("{program: './my_slam --stdio'}"), {}, Eigen::Isometry3d::Identity());
     FAIL();
@@ -172,22 +194,21 @@ TEST(Program, AProgramAndItsArgumentsInOneWordAreAnsweredWithHowTheyAreWritten) 
   }
 }
 
-TEST(Program, WhatABuiltInEstimatorThrowsIsItsFailure) {
-  int taken = 0;
+TEST(Program, ExceptionsOfABuiltInEstimatorAreItsFailure) {
+  int steps = 0;
   const auto tracked_with = [&](Step step) {
-    taken = 0;
-    return track_program(
-        Tracking(scenario_with("plan_alone"), {}, Eigen::Isometry3d::Identity(), Estimator{std::move(step)}));
+    steps = 0;
+    return track_program(Tracking(scenario_with("plan_alone"), estimator_from(std::move(step))));
   };
   const Tracked thrown = tracked_with([&](const slam::Observation& o) -> Answer {
-    if (++taken == 3) throw std::logic_error("no such landmark");
-    return {{o.t, Eigen::Isometry3d::Identity(), {}}, slam::Health::ok, "", {}, 0};
+    if (++steps == 3) throw std::logic_error("no such landmark");
+    return {{o.t, Eigen::Isometry3d::Identity(), {}}, {}};
   });
   EXPECT_EQ(thrown.failed, "no such landmark");
   EXPECT_EQ(thrown.frames.size(), 2U);
-  EXPECT_EQ(taken, 3);  // nothing is asked of it any more
+  EXPECT_EQ(steps, 3);  // no more calls
   const Tracked other = tracked_with([](const slam::Observation&) -> Answer { throw 7; });
-  EXPECT_EQ(other.failed, "it threw what is no exception of the standard library");
+  EXPECT_EQ(other.failed, "it threw an exception that is not a std::exception");
   const Tracked nan = tracked_with([](const slam::Observation& o) {
     Answer answer;
     answer.estimate.t = o.t;
@@ -197,7 +218,7 @@ TEST(Program, WhatABuiltInEstimatorThrowsIsItsFailure) {
   EXPECT_EQ(nan.failed, "its pose is not finite");
 }
 
-/// Whether the process is neither there nor waited for by nobody.
+/// Whether the process has ended.
 bool is_gone(pid_t process) {
   std::ifstream in(fmt::format("/proc/{}/stat", process));
   std::string id, name, state;
@@ -219,8 +240,7 @@ bool is_soon_gone(pid_t process) {
   return is_gone(process);
 }
 
-// A shell whose own programs the kernel does not end with it.
-TEST(Program, ItDiesWithTheProcessThatRunsItAndSoDoesAllThatItStarted) {
+TEST(Program, ItDiesWithTheBenchAndSoDoItsChildren) {
   const files::TemporaryFolder folder;
   const std::string its = (folder / "its").string(), theirs = (folder / "theirs").string();
   const pid_t bench = ::fork();

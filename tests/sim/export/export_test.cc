@@ -20,8 +20,8 @@
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
 #include "sim/recording/filter_input.h"
-#include "sim/score/trajectory_report.h"
 #include "sim/sensor_errors/random.h"
+#include "sim/trajectory_score/report.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
@@ -112,7 +112,7 @@ class Exported : public testing::Test {
     for (int k = 0; k < 12; ++k) {
       const slam::Observation ideal = observation(k, begin, random);
       writer.add(ideal);
-      for (const slam::Observation& input : errors.take(ideal)) expected.add(input);
+      for (const slam::Observation& input : errors.process(ideal)) expected.add(input);
       const recording::TruePoses truth{ideal.t, random_pose(random), random_pose(random),
                                        random_pose(random)};
       const recording::TrueMotion motion{ideal.t, random_pose(random), random_vector(random)};
@@ -173,7 +173,7 @@ class Exported : public testing::Test {
 
   fs::path made(const std::string& format) const {
     const fs::path out = folder_ / format;
-    export_run(run_, format, out, files::Existing::refuse);
+    export_run(run_, format, out, files::Existing::reject);
     return out;
   }
 
@@ -220,7 +220,6 @@ class Exported : public testing::Test {
 TEST_F(Exported, EurocIsReadBackByNumpy) { EXPECT_EQ(python(made("euroc")), "0\n"); }
 TEST_F(Exported, OrbSlam3IsReadBackByNumpy) { EXPECT_EQ(python(made("orbslam3")), "0\n"); }
 TEST_F(Exported, TumIsReadBackByNumpy) { EXPECT_EQ(python(made("tum")), "0\n"); }
-TEST_F(Exported, KittiIsReadBackByNumpy) { EXPECT_EQ(python(made("kitti")), "0\n"); }
 TEST_F(Exported, OpenVinsHasImagesForThoseWithoutRos) { EXPECT_EQ(python(made("openvins")), "0\n"); }
 
 TEST_F(Exported, EachFormatsTruthIsThatOfTheResultInItsFrameAndOnItsClock) {
@@ -228,24 +227,18 @@ TEST_F(Exported, EachFormatsTruthIsThatOfTheResultInItsFrameAndOnItsClock) {
   for (const files::TimedPose& pose : recording::read_truth(run_.result / "recording").camera)
     truth += files::tum_row(pose.t, pose.X);
   files::write_text(run_.result / "truth.tum", truth);
-  score::TrajectoryOptions options;
-  options.offset_s = -1e9;
+  trajectory_score::Options options;
+  options.pairing.offset_s = -1e9;
   for (const char* file : {"tum/groundtruth.txt", "orbslam3/groundtruth.tum", "openvins/groundtruth.tum"}) {
     const fs::path exported = folder_ / file;
     made(exported.parent_path().filename());
-    const auto report = score::report_trajectories(run_.result / "truth.tum", exported, options);
+    const auto report = trajectory_score::score_files(run_.result / "truth.tum", exported, options);
     EXPECT_EQ(report.matched, 12U) << file;
-    EXPECT_LT(report.rows.front().statistics->max, 1e-9) << file;
-    EXPECT_THAT([&] { score::report_trajectories(run_.result / "truth.tum", exported, {}); },
+    EXPECT_LT(std::get<trajectory_score::ErrorStatistics>(report.rows.front().statistics).max, 1e-9) << file;
+    EXPECT_THAT([&] { trajectory_score::score_files(run_.result / "truth.tum", exported, {}); },
                 ThrowsMessage<std::invalid_argument>(
                     HasSubstr("with --t-offset -1000000000 12 of its poses have a true one")));
   }
-  score::TrajectoryOptions kitti;
-  kitti.alignment = score::Alignment::origin;
-  const auto report =
-      score::report_trajectories(run_.result / "truth.tum", made("kitti") / "poses/00.txt", kitti);
-  EXPECT_GT(report.matched, 8U);
-  EXPECT_LT(report.rows.front().statistics->max, 1e-9);
 }
 
 TEST_F(Exported, WithoutTruthNoFileHasIt) {
@@ -380,8 +373,7 @@ TEST_F(Exported, EachReadmeStatesTheCommandAndTheLens) {
   for (const std::string& format : export_formats()) {
     const std::string text = files::read_text(made(format) / "README.md");
     EXPECT_THAT(text, HasSubstr("FOLDER")) << format;
-    const bool pinhole = format == "tum" || format == "kitti";
-    EXPECT_THAT(text, HasSubstr(pinhole ? "an ideal pinhole" : "px root mean square")) << format;
+    EXPECT_THAT(text, HasSubstr(format == "tum" ? "an ideal pinhole" : "px root mean square")) << format;
   }
 }
 
@@ -436,8 +428,7 @@ TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
   ASSERT_GT(back, 3);
   const std::vector<std::pair<std::string, std::vector<const char*>>> files{
       {"euroc", {"mav0/cam0/data.csv", "mav0/imu0/data.csv", "mav0/plan0/data.csv", "times.txt"}},
-      {"tum", {"rgb.txt", "accelerometer.txt", "plan.txt", "groundtruth.txt"}},
-      {"kitti", {"sequences/00/times.txt"}}};
+      {"tum", {"rgb.txt", "accelerometer.txt", "plan.txt", "groundtruth.txt"}}};
   for (const auto& [format, names] : files)
     for (const fs::path out = made(format); const char* name : names) {
       const std::vector<std::string> stamps = stamps_of(out / name);

@@ -52,13 +52,13 @@ TEST(Json, AnotherTypeIsNamedWithFileAndKey) {
   EXPECT_EQ(says([](const Json& j) { j.at("t").entries(); }), "a.json: t: expected an object, found string");
 }
 
-TEST(Json, WhatIsNoObjectIsRefused) {
+TEST(Json, OnlyObjectsAreAccepted) {
   for (const char* text : {"", "{", "[]", "1", "null", "{\"a\": 1e999}", "{} {}", "\xff"})
     EXPECT_THROW(Json("a.json", text), FileError) << text;
 }
 
-// Writing a deeper tree, as a report does, would exhaust the stack.
-TEST(Json, ADeepTreeIsRefused) {
+// Printing a deeper tree would exhaust the stack.
+TEST(Json, ADeepTreeIsRejected) {
   const auto nested = [](int depth) {
     return "{\"a\": " + std::string(static_cast<std::size_t>(depth), '[') +
            std::string(static_cast<std::size_t>(depth), ']') + "}";
@@ -67,7 +67,7 @@ TEST(Json, ADeepTreeIsRefused) {
   EXPECT_THAT(json_complaint(nested(1'000'000), [](const Json&) {}), StartsWith("a.json: is nested deeper"));
 }
 
-TEST(Json, TextThatIsNoUtf8IsWrittenWithReplacements) {
+TEST(Json, BytesThatAreNotUtf8AreReplaced) {
   EXPECT_EQ(json_text({{"file", "a\xff"}}), "{\"file\":\"a\xef\xbf\xbd\"}");
 }
 

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "sim/files/text.h"
+#include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::files {
@@ -11,6 +14,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 class TrajectoryFileTest : public testing::Test {
  protected:
@@ -18,7 +22,7 @@ class TrajectoryFileTest : public testing::Test {
     write_text(folder_ / name, text);
     return read_trajectory(folder_ / name);
   }
-  void expect_refused(const std::string& text, const std::string& why) const {
+  void expect_rejected(const std::string& text, const std::string& why) const {
     try {
       read(text);
       ADD_FAILURE() << text;
@@ -46,13 +50,13 @@ TEST_F(TrajectoryFileTest, TumInSecondsAndInNanosecondsAreTheSame) {
   }
 }
 
-TEST_F(TrajectoryFileTest, NanosecondsFromZeroOnAreToldByTheirSteps) {
+TEST_F(TrajectoryFileTest, NanosecondsFromZeroOnAreRecognizedByTheirSteps) {
   const TrajectoryFile file = read("0 1 2 3 0 0 0 1\n33000000 1 2 3 0 0 0 1\n67000000 1 2 3 0 0 0 1\n");
   EXPECT_EQ(file.stamps, "nanoseconds");
   EXPECT_EQ(file.rows[2].t, std::chrono::milliseconds(67));
 }
 
-TEST_F(TrajectoryFileTest, CovarianceIsReadWhereThereIsOne) {
+TEST_F(TrajectoryFileTest, CovarianceIsReadIfThereIsOne) {
   const TrajectoryFile file = read("0 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n1 0 0 0 0 0 0 1\n");
   EXPECT_EQ(file.format, "TUM with covariance");
   ASSERT_TRUE(file.rows[0].covariance);
@@ -90,7 +94,6 @@ TEST_F(TrajectoryFileTest, KittiHasTimesBesideItOrNone) {
   EXPECT_THROW(read(poses), FileError);
 }
 
-// As programs leave that lost their way at the end.
 TEST_F(TrajectoryFileTest, ARepeatedLastStampIsDroppedWithAWarningAndNoOther) {
   const std::string two = "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n";
   const TrajectoryFile dropped = read(two + "2 5 0 0 0 0 0 1\n");
@@ -100,22 +103,129 @@ TEST_F(TrajectoryFileTest, ARepeatedLastStampIsDroppedWithAWarningAndNoOther) {
   EXPECT_EQ(read(two).warning, "");
   EXPECT_EQ(
       read("1000000000,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n").rows.size(), 2u);
-  expect_refused(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
-  expect_refused(two + "1.5 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
+  expect_rejected(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
+  expect_rejected(two + "1.5 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
 }
 
-TEST_F(TrajectoryFileTest, WhatIsNoTrajectorySaysWhereAndWhy) {
-  expect_refused("", ": has no pose in it");
-  expect_refused("# nothing\n\n", ": has no pose in it");
-  expect_refused("1 2 3\n", ":1: has 3 numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)");
-  expect_refused("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n", ":2: expected 8 numbers, found 7");
-  expect_refused("0 0 0 x 0 0 0 1\n", ":1:7: expected a finite number, found \"x\"");
-  expect_refused("0 0 0 0 0 0 0 2\n", ":1:9: the quaternion is not of length 1");
-  expect_refused("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", ":2:1: the stamp is not after the one before");
-  expect_refused("2 0 0 4 0 1 0 5 0 0 1 6\n", ":1:1: the first three columns are no rotation");
-  expect_refused("1,2,3\n", ":1: expected at least 8 numbers, found 3");
+TEST_F(TrajectoryFileTest, ErrorsNamePlaceAndReason) {
+  expect_rejected("", ": has no pose in it");
+  expect_rejected("# nothing\n\n", ": has no pose in it");
+  expect_rejected("1 2 3\n", ":1: has 3 numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)");
+  expect_rejected("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n", ":2: expected 8 numbers, found 7");
+  expect_rejected("0 0 0 x 0 0 0 1\n", ":1:7: expected a finite number, found \"x\"");
+  expect_rejected("0 0 0 0 0 0 0 2\n", ":1:9: the quaternion is not of length 1");
+  expect_rejected("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", ":2:1: the stamp is not after the one before");
+  expect_rejected("2 0 0 4 0 1 0 5 0 0 1 6\n", ":1:1: the first three columns are no rotation");
+  expect_rejected("1,2,3\n", ":1: expected at least 8 numbers, found 3");
   EXPECT_THROW(read_trajectory(folder_ / "none.txt"), FileError);
   EXPECT_THROW(read_trajectory(folder_.path()), FileError);
+}
+
+Eigen::Isometry3d some_pose(sensor_errors::Random& random) {
+  Eigen::Quaterniond q(random.normal(), random.normal(), random.normal(), random.normal());
+  Eigen::Isometry3d X(q.normalized());
+  X.translation() = Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+  return X;
+}
+
+TEST(Tum, ARowIsAsTheFormatWantsIt) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Vector3d(1, -2.5, 0.125);
+  X.linear() = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_EQ(tum_row(nanoseconds(1'033'000'001), Eigen::Isometry3d::Identity()),
+            "1.033000001 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(tum_row(nanoseconds(-5), Eigen::Isometry3d::Identity()).substr(0, 13), "-0.000000005 ");
+  EXPECT_EQ(tum_row(nanoseconds(-1'500'000'000), Eigen::Isometry3d::Identity()).substr(0, 13),
+            "-1.500000000 ");
+  EXPECT_THAT(tum_row(nanoseconds(0), X), HasSubstr("0.000000000 1 -2.5 0.125 0 0 1 "));
+}
+
+TEST(Tum, RowsComeBackWithTheirStampsExactAndTheirPosesToRounding) {
+  const TemporaryFolder folder;
+  sensor_errors::Random random(1, "test");
+  std::vector<TimedPose> poses;
+  std::ofstream out(folder / "a.tum");
+  out << "# a comment\n\n";
+  for (int i = 0; i < 50; ++i) {
+    poses.push_back({nanoseconds(1'403'636'579'763'555'584 + 33'333'333 * i), some_pose(random)});
+    out << tum_row(poses.back().t, poses.back().X);
+  }
+  out.close();
+  const std::vector<TumRow> read = read_tum(folder / "a.tum");
+  ASSERT_EQ(read.size(), poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_EQ(read[i].t, poses[i].t);
+    EXPECT_EQ(read[i].X.translation(), poses[i].X.translation());
+    EXPECT_TRUE(read[i].X.linear().isApprox(poses[i].X.linear(), 1e-14));  // through a quaternion and back
+    EXPECT_FALSE(read[i].covariance);
+  }
+}
+
+TEST(Tum, TheTwentyColumnFormHoldsTheUpperTrianglesOrientationFirst) {
+  const TemporaryFolder folder;
+  Matrix6d P = Matrix6d::Zero();
+  for (int row = 0; row < 6; ++row)
+    for (int column = 0; column < 6; ++column)
+      P(row, column) = 10 * std::min(row, column) + std::max(row, column) + 11;
+  const std::string text = tum_row(nanoseconds(0), Eigen::Isometry3d::Identity(), P);
+  EXPECT_EQ(text, "0.000000000 0 0 0 0 0 0 1 11 12 13 22 23 33 44 45 46 55 56 66\n");
+  write_text(folder / "c.txt", kTumCovarianceHeader + text);
+  const std::vector<TumRow> read = read_tum(folder / "c.txt");
+  ASSERT_EQ(read.size(), 1u);
+  P.topRightCorner<3, 3>().setZero();
+  P.bottomLeftCorner<3, 3>().setZero();
+  EXPECT_EQ(read[0].covariance, P);
+}
+
+// Rotation vector of a rotation matrix, by Eigen.
+Eigen::Vector3d log_of(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd a(R);
+  return a.angle() * a.axis();
+}
+
+TEST(Tum, TheEvaluatorsOrientationErrorIsTheProjectsOwn) {
+  sensor_errors::Random random(2, "test");
+  const Eigen::Matrix3d R_WC_true = some_pose(random).linear();
+  const Eigen::Vector3d small(0.02, -0.01, 0.03);
+  const Eigen::Matrix3d R_WC_estimate =
+      R_WC_true * Eigen::AngleAxisd(small.norm(), small.normalized()).toRotationMatrix();
+  const Eigen::Matrix3d R_CW_true = R_WC_true.transpose(), R_CW_estimate = R_WC_estimate.transpose();
+  const Eigen::Vector3d theirs = -log_of(R_CW_true * R_CW_estimate.transpose());
+  EXPECT_TRUE(theirs.isApprox(log_of(R_WC_estimate.transpose() * R_WC_true), 1e-12));
+  EXPECT_TRUE(theirs.isApprox(-small, 1e-12));  // by construction
+}
+
+TEST(Tum, ErrorsNameFileLineAndColumn) {
+  const TemporaryFolder folder;
+  const auto reading = [&](const std::string& text) {
+    write_text(folder / "bad.tum", text);
+    return [&folder] { read_tum(folder / "bad.tum"); };
+  };
+  EXPECT_THAT([&] { read_tum(folder / "none.tum"); },
+              ThrowsMessage<FileError>(HasSubstr("none.tum: cannot be read: No such file")));
+  EXPECT_THAT(reading("0 0 0 0 0 0 1\n"),
+              ThrowsMessage<FileError>(HasSubstr("bad.tum:1: expected 8 or 20 numbers, found 7")));
+  EXPECT_THAT(reading("# c\n0 0 0 x 0 0 0 1\n"),
+              ThrowsMessage<FileError>(HasSubstr("bad.tum:2:7: expected a finite number, found \"x\"")));
+  EXPECT_THAT(reading("0 0 0 nan 0 0 0 1\n"),
+              ThrowsMessage<FileError>(HasSubstr(":1:7: expected a finite number")));
+  EXPECT_THAT(reading("0 0 0 0 0 0 0 0\n"),
+              ThrowsMessage<FileError>(HasSubstr("quaternion is not of length 1")));
+  EXPECT_THAT(reading("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n"),
+              ThrowsMessage<FileError>(HasSubstr(":2:1: the stamp is not after")));
+  EXPECT_THAT(reading("1403636579763555584 0 0 0 0 0 0 1\n"),
+              ThrowsMessage<FileError>(HasSubstr("nanoseconds?")));
+}
+
+TEST(Tum, StampsAreReadWithoutGoingThroughADouble) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "a.tum")
+      << "-0.5 0 0 0 0 0 0 1\n-0.25 0 0 0 0 0 0 1\n1e-3 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n"
+         "1403636579.763555584 0 0 0 0 0 0 1\n";
+  std::vector<std::int64_t> stamps;
+  for (const TumRow& row : read_tum(folder / "a.tum")) stamps.push_back(row.t.count());
+  EXPECT_THAT(stamps, testing::ElementsAre(-500'000'000, -250'000'000, 1'000'000, 2'000'000'000,
+                                           1403636579763555584));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::result::Outcome;
+using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -47,7 +48,7 @@ class CollisionTest : public testing::Test {
     return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, {}});
   }
   Outcome run(const std::string& name, const ReadScenario& read, const fs::path& models = kModels) const {
-    return sim::live::run(read, {folder_ / name, sim::files::Existing::refuse, models, "1", "test", {}},
+    return sim::live::run(read, {folder_ / name, sim::files::Existing::reject, models, "1", "test", {}},
                           [](double) {});
   }
 
@@ -78,9 +79,9 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItHoldsTheCommands) {
           StartsWith("<argument>:2:42: walk.commands[1]: straight: at ")));
 }
 
-TEST_F(CollisionTest, NineMetresAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
+TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
   const Outcome outcome = run("ahead", scenario(kAhead, {"limits.ending=[collided]"}));
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.cause,
               testing::MatchesRegex(
@@ -93,17 +94,17 @@ TEST_F(CollisionTest, NineMetresAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) 
 
 TEST_F(CollisionTest, TheRobotDoesNotLeaveTheBuilding) {
   const Outcome outcome = run("wall", scenario(kToTheWall, {"limits.ending=[collided]"}));
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched wall_left at ("));
 }
 
 // The plan is clear: what pushes do is not planned.
 TEST_F(CollisionTest, ARobotThatIsPushedIntoFurnitureCollides) {
   const ReadScenario standing = scenario(kStanding);
-  EXPECT_EQ(run("still", standing, folder_ / "models").ending, "completed");
+  EXPECT_EQ(run("still", standing, folder_ / "models").ending, Ending::completed);
   const ReadScenario pushed = scenario(kStanding, {"world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});
   const Outcome outcome = run("pushed", pushed, folder_ / "models");
-  EXPECT_EQ(outcome.ending, "collided");
+  EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched cupboard at (0.4"));
 }
@@ -113,13 +114,13 @@ TEST_F(CollisionTest, AFallStaysAFall) {
   const Outcome outcome = run(
       "fall", scenario(kStanding, {"world.room=floor", "world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"}),
       folder_ / "models");
-  EXPECT_EQ(outcome.ending, "fell");
+  EXPECT_EQ(outcome.ending, Ending::fell);
 }
 
 TEST_F(CollisionTest, AWalkThatTouchesNothingHasTheSameBitsInEveryRoom) {
   const char* const walk = "walk: {commands: [{straight: {forward_m: 0.3}}]}\n";
   for (const char* room : {"floor", "office", "hall"})
-    ASSERT_EQ(run(room, scenario(walk, {std::string("world.room=") + room})).ending, "completed");
+    ASSERT_EQ(run(room, scenario(walk, {std::string("world.room=") + room})).ending, Ending::completed);
   const auto bits = [&](const std::string& room) {
     auto files = tests::files(folder_ / room / "recording");
     for (const char* name : {"manifest.csv"}) files.erase(name);

@@ -13,6 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::result::Outcome;
+using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::IsEmpty;
 using testing::Not;
@@ -40,7 +41,7 @@ class RunTest : public testing::Test {
 
   sim::result::ResultPlace place(const std::string& name) const {
     return {folder_ / name,
-            sim::files::Existing::refuse,
+            sim::files::Existing::reject,
             fs::path(GAITSLAM_SOURCE_DIR) / "models",
             "1",
             "test",
@@ -63,7 +64,7 @@ class RunTest : public testing::Test {
   static void TearDownTestSuite() { fs::remove_all(shared_); }
 
   Outcome replay(const std::string& of, const std::string& name, const ReadScenario& read) const {
-    return sim::replay::replay(read, folder_ / of / "recording", {"completed", ""}, place(name),
+    return sim::replay::replay(read, folder_ / of / "recording", {{Ending::completed}}, place(name),
                                [](double) {});
   }
 
@@ -89,8 +90,8 @@ TEST_F(RunTest, SameSeedGivesTheSameBitsAndAnotherSeedOthers) {
 TEST_F(RunTest, FramesWithEveryImageEffectAreTheSameBitsAndPassTheSelfCheck) {
   const ReadScenario read = scenario({"camera.exposure_s=0.01", "camera.readout_s=0.02", "camera.subframes=3",
                                       "world.lights_off.from_s=1", "world.lights_off.duration_s=0.5"});
-  ASSERT_EQ(run("one", read).ending, "completed");
-  ASSERT_EQ(run("two", read, 2).ending, "completed");
+  ASSERT_EQ(run("one", read).ending, Ending::completed);
+  ASSERT_EQ(run("two", read, 2).ending, Ending::completed);
   EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
   const nlohmann::json check = tests::json_of(folder_ / "one/recording/self_check.json");
   EXPECT_GE(check["view_px"]["points"], 30) << check;  // fewer are not judged
@@ -99,8 +100,8 @@ TEST_F(RunTest, FramesWithEveryImageEffectAreTheSameBitsAndPassTheSelfCheck) {
 
 TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
   const ReadScenario read = scenario({"camera.width_px=640", "camera.height_px=480"});
-  ASSERT_EQ(run("live", read).ending, "completed");
-  ASSERT_EQ(replay("live", "replay", read).ending, "completed");
+  ASSERT_EQ(run("live", read).ending, Ending::completed);
+  ASSERT_EQ(replay("live", "replay", read).ending, Ending::completed);
   EXPECT_THAT(
       tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
       IsEmpty());
@@ -112,7 +113,7 @@ TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
 
 TEST_F(RunTest, ReplayGivesTheLiveResultBitForBit) {
   live("live");
-  ASSERT_EQ(replay("live", "replay", scenario()).ending, "completed");
+  ASSERT_EQ(replay("live", "replay", scenario()).ending, Ending::completed);
   EXPECT_THAT(
       tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
       IsEmpty());
@@ -120,12 +121,12 @@ TEST_F(RunTest, ReplayGivesTheLiveResultBitForBit) {
 
 TEST_F(RunTest, ByPlanAloneItIsAnotherResultThatIsReplayedBitForBitToo) {
   const ReadScenario by_plan = scenario({"slam.leg_odometry.enabled=false"});
-  ASSERT_EQ(run("live", by_plan).ending, "completed");
-  ASSERT_EQ(replay("live", "replay", by_plan).ending, "completed");
+  ASSERT_EQ(run("live", by_plan).ending, Ending::completed);
+  ASSERT_EQ(replay("live", "replay", by_plan).ending, Ending::completed);
   EXPECT_THAT(
       tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
       IsEmpty());
-  ASSERT_EQ(replay("live", "by legs", scenario()).ending, "completed");
+  ASSERT_EQ(replay("live", "by legs", scenario()).ending, Ending::completed);
   EXPECT_NE(tests::files(folder_ / "replay")["estimate.tum"],
             tests::files(folder_ / "by legs")["estimate.tum"]);
 }
@@ -141,8 +142,8 @@ TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
   live("live");
   for (const char* name :
        {"scenario.yaml", "about.json", "truth.tum", "plan.tum", "estimate.tum", "waist_truth.tum",
-        "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv", "timing.csv",
-        "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
+        "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv",
+        "timing.csv", "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
     EXPECT_TRUE(fs::exists(folder_ / "live" / name)) << name;
   const nlohmann::json timing = tests::json_of(folder_ / "live/timing.json");
   for (const char* key : {"frame_cpu_ms_median", "frame_cpu_ms_p99", "realtime_factor"})
@@ -160,7 +161,7 @@ TEST_F(RunTest, TheWalkDoesNotDependOnCameraAndFilter) {
 
 TEST_F(RunTest, AFallEndsTheRunWithACompleteFolderAndExitCodeThree) {
   const Outcome outcome = run("fall", scenario({"stabilizer.enabled=false", "world.floor_friction=0.05"}));
-  EXPECT_EQ(outcome.ending, "fell") << outcome.cause;
+  EXPECT_EQ(outcome.ending, Ending::fell) << outcome.cause;
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_EQ(tests::json_of(folder_ / "fall/score.json")["ending"], "fell");
   EXPECT_TRUE(fs::exists(folder_ / "fall/recording/manifest.csv"));
@@ -170,7 +171,7 @@ TEST_F(RunTest, AnEndingThatTheScenarioAllowsPasses) {
   const Outcome outcome =
       run("fall", scenario({"stabilizer.enabled=false", "world.floor_friction=0.05", "limits.ending=[fell]"},
                            {"camera", "slam"}));
-  EXPECT_EQ(outcome.ending, "fell") << outcome.cause;
+  EXPECT_EQ(outcome.ending, Ending::fell) << outcome.cause;
   EXPECT_EQ(outcome.exit_code, 0);
 }
 

@@ -8,7 +8,6 @@
 
 #include "sim/files/csv.h"
 #include "sim/live/run.h"
-#include "sim/result/score_input.h"
 #include "tests/sim/result/result_folder.h"
 
 namespace {
@@ -29,7 +28,7 @@ class SelfCheckTest : public testing::Test {
     const auto read = scenario::read_scenario_text(kWalk, "walk.yaml");
     live::run(
         read,
-        {folder() / "result", files::Existing::refuse, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
+        {folder() / "result", files::Existing::reject, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
         [](double) {});
   }
   static void TearDownTestSuite() { fs::remove_all(folder()); }
@@ -79,10 +78,7 @@ live::InertialCheck SelfCheckTest::inertial(std::size_t lag) {
 live::ViewCheck SelfCheckTest::view(std::size_t lag) {
   const recording::Truth truth = recording::read_truth(recording());
   recording::RecordingReader reader(recording());
-  std::vector<score::Surface> surfaces;
-  for (const recording::RecordedSurface& recorded : truth.surfaces)
-    surfaces.push_back(result::surface(recorded));
-  live::ViewCheck check(reader.setup().calibration.camera, surfaces);
+  live::ViewCheck check(reader.setup().calibration.camera, truth.surfaces);
   for (std::size_t k = 0; const auto o = reader.next(); ++k)
     if (k >= lag) check.add(o->image, o->t, truth.camera.at(k - lag).X);
   return check;
@@ -138,7 +134,7 @@ TEST_F(SelfCheckTest, AWalkThatAViolentPushEndsFellAndDidNotFail) {
                     impulse_ns),
         "walk.yaml");
     const fs::path result = folder() / fmt::format("pushed {}", impulse_ns);
-    live::run(read, {result, files::Existing::refuse, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
+    live::run(read, {result, files::Existing::reject, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}},
               [](double) {});
     const nlohmann::json about = tests::json_of(result / "about.json");
     EXPECT_EQ(about["ending"], "fell") << impulse_ns << ": " << about["cause"];
@@ -165,8 +161,7 @@ TEST_F(SelfCheckTest, ReadingsAreCheckedAgainAfterABlow) {
 TEST_F(SelfCheckTest, ARunThatFailedItIsNotScored) {
   const auto read = scenario::read_scenario_text(kWalk, "walk.yaml");
   const result::RunRecord record{read,
-                                 "failed",
-                                 "self-check: it is off",
+                                 {scenario::Ending::failed, "self-check: it is off"},
                                  recording::RecordingReader(recording()).setup(),
                                  recording::read_truth(recording()),
                                  std::nullopt,

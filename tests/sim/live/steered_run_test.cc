@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::result::Outcome;
+using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -50,7 +51,7 @@ class SteeredRunTest : public testing::Test {
   }
   sim::result::ResultPlace place(const std::string& name) const {
     return {folder_ / name,
-            sim::files::Existing::refuse,
+            sim::files::Existing::reject,
             fs::path(GAITSLAM_SOURCE_DIR) / "models",
             "1",
             "test",
@@ -72,8 +73,8 @@ class SteeredRunTest : public testing::Test {
 using LongSteeredRunTest = SteeredRunTest;
 
 TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
-  ASSERT_EQ(run("plan", scenario(kWalk)).ending, "completed");
-  ASSERT_EQ(run("truth", scenario(kWalk, {"walk.steering.by=truth"})).ending, "completed");
+  ASSERT_EQ(run("plan", scenario(kWalk)).ending, Ending::completed);
+  ASSERT_EQ(run("truth", scenario(kWalk, {"walk.steering.by=truth"})).ending, Ending::completed);
   EXPECT_GT(metric("plan", "navigation_end_position_error_m"), 0.03);
   EXPECT_LT(metric("truth", "navigation_end_position_error_m"), 0.01);
   EXPECT_LT(metric("truth", "navigation_end_yaw_error_deg"), 1);
@@ -85,8 +86,8 @@ TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
 }
 
 TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawn) {
-  ASSERT_EQ(run("one", scenario(kShortWalkInOffice)).ending, "completed");
-  ASSERT_EQ(run("two", scenario(kShortWalkInOffice), 2).ending, "completed");
+  ASSERT_EQ(run("one", scenario(kShortWalkInOffice)).ending, Ending::completed);
+  ASSERT_EQ(run("two", scenario(kShortWalkInOffice), 2).ending, Ending::completed);
   EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
   EXPECT_GT(metric("one", "steps_corrected"), 0);
 }
@@ -94,8 +95,8 @@ TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawn) {
 // What the filter is told to be the plan is the corrected one: a replay, which has the recording alone, gives
 // the estimate that steered.
 TEST_F(SteeredRunTest, AReplayOfASteeredWalkIsTheSameBits) {
-  ASSERT_EQ(run("live", scenario(kShortWalkInOffice)).ending, "completed");
-  sim::replay::replay(scenario(kShortWalkInOffice), folder_ / "live/recording", {"completed", ""},
+  ASSERT_EQ(run("live", scenario(kShortWalkInOffice)).ending, Ending::completed);
+  sim::replay::replay(scenario(kShortWalkInOffice), folder_ / "live/recording", {{Ending::completed}},
                       place("replay"), [](double) {});
   EXPECT_THAT(
       tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
@@ -108,7 +109,7 @@ TEST_F(SteeredRunTest, SteeringSeesTheEstimateAlone) {
   ASSERT_EQ(run("blind", scenario(kShortWalkInOffice, {"estimator=plan_alone", "world.floor_friction=0.08",
                                                        "walk.steering.dead_band_sigma=0"}))
                 .ending,
-            "completed");
+            Ending::completed);
   EXPECT_GT(metric("blind", "navigation_end_position_error_m"), 0.002);
   EXPECT_LT(metric("blind", "correction_largest_m"), 1e-9);  // rounding
   EXPECT_LT(metric("blind", "correction_largest_deg"), 1e-6);
@@ -119,14 +120,14 @@ TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
       scenario(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1", "limits.ending=[stopped]",
                        "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"});
   const Outcome outcome = run("stopped", read);
-  EXPECT_EQ(outcome.ending, "stopped");
+  EXPECT_EQ(outcome.ending, Ending::stopped);
   EXPECT_THAT(outcome.cause, HasSubstr("stopped on both feet"));
   EXPECT_EQ(outcome.exit_code, 0);
   ASSERT_EQ(run("on", scenario(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1",
                                        "walk.steering.on_lost=go_on",
                                        "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"}))
                 .ending,
-            "completed");
+            Ending::completed);
 }
 
 TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
@@ -136,7 +137,7 @@ TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
         run(name, scenario(kWalk, {"walk.steering.by=truth",
                                    "errors.faults=[{estimate_jump: {from_s: 4, duration_s: 100, " +
                                        std::string(jump) + "}}]"}));
-    EXPECT_EQ(outcome.ending, "completed") << outcome.cause;
+    EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     EXPECT_LE(metric(name, "correction_largest_m"), std::hypot(0.03, 0.02) + 1e-9);
   }
 }

@@ -33,10 +33,10 @@ TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
   const fs::path out = fs::temp_directory_path() / ("gaitslam walks " + std::to_string(getpid()));
   fs::create_directories(out);
   const scenario::ReadScenario read = without_filter(GetParam());
-  const result::ResultPlace place{out / "walk", files::Existing::refuse, physics::models(), "1", "test", {}};
+  const result::ResultPlace place{out / "walk", files::Existing::reject, physics::models(), "1", "test", {}};
   const result::Outcome outcome = run(read, place, [](double) {});
   const bool stops = read.scenario.limits.ending == std::vector<std::string>{"stopped"};
-  EXPECT_EQ(outcome.ending, stops ? "stopped" : "completed") << outcome.cause;
+  EXPECT_EQ(outcome.ending, stops ? scenario::Ending::stopped : scenario::Ending::completed) << outcome.cause;
   if (const auto& allowed = read.scenario.limits.ending; std::ranges::count(allowed, "completed") > 0) {
     EXPECT_EQ(outcome.exit_code, 0);
   }

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/pages/pages.h"
 #include "sim/pages/paper.h"
 #include "tests/sim/files/temporary_folder.h"

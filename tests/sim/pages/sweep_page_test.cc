@@ -4,7 +4,6 @@
 #include <regex>
 #include <string>
 
-#include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
 #include "tests/sim/files/temporary_folder.h"

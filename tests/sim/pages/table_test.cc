@@ -3,7 +3,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/pages/run_data.h"
 
 namespace {

@@ -16,7 +16,7 @@ inline World standing(const PlantVariation& draw = {},
                       const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity()) {
   WorldOptions options;
   options.room = "floor";
-  return World(options, draw, half_sitting(), X_WB, models());
+  return World(options, draw, half_sitting(), X_WB, {"hrp2", options.room, models()});
 }
 
 inline void run(World& world, int milliseconds) {

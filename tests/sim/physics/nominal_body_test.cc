@@ -30,7 +30,7 @@ walking::BodyPose moved(const walking::BodyMotion& motion, double dt) {
   return pose;
 }
 
-TEST(NominalBody, HasTheMassAndCentreOfMassOfHrp2InHalfSitting) {
+TEST(NominalBody, HasTheMassAndCenterOfMassOfHrp2InHalfSitting) {
   walking::BodyMotion still;
   still.pose.q = half_sitting();
   const walking::BodyMomentum momentum = nominal_body("hrp2", models())(still);
@@ -41,7 +41,7 @@ TEST(NominalBody, HasTheMassAndCentreOfMassOfHrp2InHalfSitting) {
   EXPECT_EQ(momentum.angular.norm(), 0);
 }
 
-TEST(NominalBody, MomentumIsMassTimesTheDerivativeOfTheCentreOfMass) {
+TEST(NominalBody, MomentumIsMassTimesTheDerivativeOfTheCenterOfMass) {
   const walking::WholeBody body = nominal_body("hrp2", models());
   const walking::BodyMotion motion = generic_motion();
   constexpr double h = 1e-5;
@@ -50,7 +50,7 @@ TEST(NominalBody, MomentumIsMassTimesTheDerivativeOfTheCentreOfMass) {
   EXPECT_LT((momentum.linear - momentum.mass * velocity).norm(), 1e-6);  // h² and rounding over h
 }
 
-/// Angular momentum about the centre of mass, link by link, from where each link is just before and after.
+/// Angular momentum about the center of mass, link by link, from where each link is just before and after.
 Eigen::Vector3d link_by_link(const walking::BodyMotion& motion) {
   const Model model = load_model("hrp2", "floor", models());
   const Data before(mj_makeData(model.get())), after(mj_makeData(model.get()));

@@ -14,7 +14,7 @@ namespace {
 
 struct Played {
   Eigen::Vector2d zmp_error = Eigen::Vector2d::Zero();  // largest, in the waist's axes, m
-  double yaw_moment = 0;                                // largest, about the centre of mass, N·m
+  double yaw_moment = 0;                                // largest, about the center of mass, N·m
 };
 
 Played played(bool second_preview, walking::ArmMotion arms) {

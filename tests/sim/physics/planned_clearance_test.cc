@@ -11,10 +11,10 @@ std::optional<PlannedCollision> collision(std::vector<walking::Command> commands
   walk.commands = std::move(commands);
   WorldOptions world;
   world.room = room;
-  return first_collision(walking::PatternGenerator(walk), world, models());
+  return first_collision(walking::PatternGenerator(walk), load_model("hrp2", world.room, models()));
 }
 
-TEST(PlannedClearance, NineMetresAheadAreTooLongForTheOfficeAndFreeInTheHall) {
+TEST(PlannedClearance, NineMetersAheadAreTooLongForTheOfficeAndFreeInTheHall) {
   const auto found = collision({walking::Stand{1}, walking::Straight{9, 0}}, "office");
   ASSERT_TRUE(found.has_value());
   EXPECT_EQ(found->command, 1);
@@ -26,7 +26,7 @@ TEST(PlannedClearance, NineMetresAheadAreTooLongForTheOfficeAndFreeInTheHall) {
   EXPECT_FALSE(collision({walking::Straight{9, 0}}, "floor").has_value());
 }
 
-TEST(PlannedClearance, FourteenMetresAheadAreTooLongForTheHall) {
+TEST(PlannedClearance, FourteenMetersAheadAreTooLongForTheHall) {
   const auto found = collision({walking::Straight{14, 0}}, "hall");
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->p_W.x(), 13.4, 0.3);

@@ -16,7 +16,8 @@ struct Walked {
 inline Walked walk(const walking::WalkOptions& options, const walking::StabilizerOptions& stabilizer,
                    const WorldOptions& world = {}, const PlantVariation& draw = {},
                    const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity()) {
-  WalkingRobot robot(walking::PatternGenerator(options), stabilizer, world, draw, models(), X_WP);
+  WalkingRobot robot(walking::PatternGenerator(options), stabilizer, world, draw,
+                     {"hrp2", world.room, models()}, X_WP);
   while (robot.walks()) robot.tick();
   return {robot.world().status(), X_WP.inverse() * robot.world().X_WB(), robot.reference().X_PB};
 }

@@ -1,8 +1,8 @@
 // A plan played through a model of the whole body, without physics.
 #pragma once
 
+#include "walking/kinematics.h"
 #include "walking/pattern_generator.h"
-#include "walking/whole_body.h"
 
 namespace walking {
 

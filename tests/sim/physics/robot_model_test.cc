@@ -2,8 +2,7 @@
 #include <mujoco/mujoco.h>
 
 #include "tests/sim/physics/half_sitting_world.h"
-#include "walking/forward_kinematics.h"
-#include "walking/leg_limits.h"
+#include "walking/kinematics.h"
 
 namespace sim::physics {
 namespace {
@@ -59,7 +58,7 @@ struct Link {
   Eigen::Vector3d com;  // in the joint's frame, of the left side
 };
 
-// HRP-2 No. 14: masses as published, centres of mass as its published CoM Jacobian has them.
+// HRP-2 No. 14: masses as published, centers of mass as its published CoM Jacobian has them.
 const std::vector<Link> kTrunk{{{"BODY"}, 15.0295, {-.01435, 0, .23285}},
                                {{"CHEST_LINK0"}, .786369, {-.01580, 0, 0}},
                                {{"CHEST_LINK1"}, 11.5246, {-.02905, .0075, .12076}},
@@ -104,7 +103,7 @@ TEST(RobotModel, HasTheLinksOfHrp2) {
 }
 
 // The constants that the plan is made with, against the model that is simulated.
-TEST(RobotModel, HasTheMassAndCentreOfMassOfThePlanInHalfSitting) {
+TEST(RobotModel, HasTheMassAndCenterOfMassOfThePlanInHalfSitting) {
   const World world = standing();
   const int waist = mj_name2id(world.model(), mjOBJ_BODY, "BODY");
   EXPECT_NEAR(world.model()->body_subtreemass[waist], walking::hrp2::kMass, 1e-6);
@@ -118,7 +117,7 @@ TEST(RobotModel, HasTheMassAndCentreOfMassOfThePlanInHalfSitting) {
 TEST(RobotModel, HasTheLegGeometryOfThePlan) {
   walking::JointVector q = half_sitting();
   q.head<12>() << 0.1, -0.05, -0.5, 0.9, -0.45, 0.08, -0.2, 0.15, -0.6, 1.1, -0.3, -0.1;
-  const World world({}, {}, q, Eigen::Isometry3d::Identity(), models());
+  const World world({}, {}, q, Eigen::Isometry3d::Identity(), {"hrp2", "office", models()});
   const Eigen::Isometry3d X_BW = world.X_WB().inverse();
   const auto right = walking::sole_in_waist(walking::Side::right, q.segment<6>(0));
   const auto left = walking::sole_in_waist(walking::Side::left, q.segment<6>(6));

@@ -12,7 +12,8 @@ using testing::StartsWith;
 /// The half-sitting robot at places of a room.
 class Stander {
  public:
-  explicit Stander(const std::string& room, double margin_m = 0) : room_("hrp2", room, models(), margin_m) {}
+  explicit Stander(const std::string& room, double margin_m = 0)
+      : room_(load_model("hrp2", room, models()), margin_m) {}
 
   Clearance at(double x, double y) {
     walking::BodyPose pose{Eigen::Isometry3d::Identity(), half_sitting()};

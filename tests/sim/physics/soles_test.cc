@@ -12,7 +12,7 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 World standing_on(const WorldOptions& options, const PlantVariation& draw = {},
                   const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity()) {
-  return World(options, draw, half_sitting(), X_WB, models());
+  return World(options, draw, half_sitting(), X_WB, {"hrp2", options.room, models()});
 }
 
 Vector2d horizontal(const Eigen::Isometry3d& X) { return X.translation().head<2>(); }

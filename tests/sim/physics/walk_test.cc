@@ -5,8 +5,8 @@
 
 #include "tests/sim/physics/planned_walk.h"
 #include "tests/walking/smooth_walk.h"
-#include "walking/forward_kinematics.h"
 #include "walking/hrp2.h"
+#include "walking/kinematics.h"
 #include "walking/leg_odometry.h"
 
 namespace sim::physics {
@@ -35,7 +35,7 @@ TEST(Walk, TurnsAlongAnArc) {
               0.03);  // drift of 0.1° (0.7°) over twice this turn, four sigma
 }
 
-TEST(Walk, GoesTheSameWayFiftyMetresFromTheOrigin) {
+TEST(Walk, GoesTheSameWayFiftyMetersFromTheOrigin) {
   const Walked here = walk(commanded(walking::TangentArc{0.75, 0.6}), {});
   const Walked there = walk(commanded(walking::TangentArc{0.75, 0.6}), {}, {}, {}, far_away());
   ASSERT_EQ(there.status.condition, Condition::ok) << there.status.cause;
@@ -48,7 +48,8 @@ TEST(Walk, BeginsAtTimeZeroWithThePushesStillToCome) {
   WorldOptions options;
   options.pushes = {{.time_s = 0, .impulse_ns = 5, .direction_rad = 0, .duration_s = 0.1}};
   const auto moved = [](const WorldOptions& world) {
-    WalkingRobot robot(walking::PatternGenerator(commanded(walking::Stand{1})), {}, world, {}, models());
+    WalkingRobot robot(walking::PatternGenerator(commanded(walking::Stand{1})), {}, world, {},
+                       {"hrp2", world.room, models()});
     EXPECT_EQ(robot.world().time().count(), 0);
     const Eigen::Vector3d before = robot.world().com();
     for (int tick = 0; tick < 20; ++tick) robot.tick();
@@ -71,7 +72,7 @@ struct SoleErrors {
 };
 
 SoleErrors sole_errors(const walking::WalkOptions& options) {
-  WalkingRobot robot(walking::PatternGenerator(options), {}, {}, {}, models());
+  WalkingRobot robot(walking::PatternGenerator(options), {}, {}, {}, {"hrp2", "office", models()});
   SoleErrors sum;
   double count = 0;
   while (robot.walks()) {

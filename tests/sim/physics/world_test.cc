@@ -52,7 +52,7 @@ TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
               2.0);  // the sole plates hang below the sensors
   EXPECT_NEAR(readings.accelerometer.norm(), walking::kGravity, 0.02);
   EXPECT_LT(readings.gyro.norm(), 0.01);
-  // Centre of pressure in x of the soles: under the centre of mass.
+  // Center of pressure in x of the soles: under the center of mass.
   const double pressure_x = -(readings.left.torque.y() + readings.right.torque.y()) / weight;
   EXPECT_NEAR(pressure_x, world.com().x() - world.X_WL().translation().x(), 0.002);
 }
@@ -113,10 +113,10 @@ TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {
 World in_office(double x, double y) {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.translation() << x, y, 0;
-  return World({}, {}, half_sitting(), X_WB, models());
+  return World({}, {}, half_sitting(), X_WB, {"hrp2", "office", models()});
 }
 
-// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs a third of a metre from the
+// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs a third of a meter from the
 // waist.
 TEST(World, AHandThatBrushesADeskIsACollision) {
   World world = in_office(3.9, 2.4);
@@ -168,7 +168,7 @@ TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
   WorldOptions options;
   options.room = "floor";
   World world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(),
-              folder);  // ten pads touch the floor
+              {"hrp2", "floor", folder});  // ten pads touch the floor
   world.step();
   EXPECT_EQ(world.status().condition, Condition::physics_failed);
   EXPECT_THAT(world.status().cause, HasSubstr("contact"));
@@ -177,7 +177,7 @@ TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
 TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
   WorldOptions options;
   const auto load = [&](const std::filesystem::path& folder) {
-    World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), folder);
+    World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), {options.robot, options.room, folder});
   };
   const auto folder =
       models_with_floor("broken_models", "<mujoco><worldbody><geom shape='cube'/></worldbody></mujoco>");

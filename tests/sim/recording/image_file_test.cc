@@ -5,7 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "tests/sim/files/damage.h"
 
 namespace sim::recording {

@@ -47,8 +47,7 @@ TEST(Manifest, ReadsOnlyWhatItLists) {
               ThrowsMessage<files::FileError>(HasSubstr("does not list ../a.txt")));
 }
 
-// A recording that others made must not open anything else, and no list of it leads to another place.
-TEST(Manifest, FilesOutsideTheFolderAreRefused) {
+TEST(Manifest, FilesOutsideTheFolderAreRejected) {
   const files::TemporaryFolder folder;
   const std::filesystem::path recording = folder / "recording";
   std::filesystem::create_directories(recording);
@@ -67,7 +66,7 @@ TEST(Manifest, FilesOutsideTheFolderAreRefused) {
   }
 }
 
-TEST(HashedFile, SaysWhenTheDiskIsFull) {
+TEST(HashedFile, AFullDiskIsAnError) {
   files::HashedFile full("/dev/full");
   EXPECT_THAT(
       [&] {

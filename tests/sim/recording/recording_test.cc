@@ -12,8 +12,9 @@
 #include <sstream>
 
 #include "sim/files/csv.h"
-#include "sim/files/hashed_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
+#include "sim/recording/sensor_yaml.h"
 #include "sim/sensor_errors/random.h"
 #include "tests/sim/files/damage.h"
 #include "tests/sim/files/temporary_folder.h"
@@ -127,7 +128,7 @@ struct Recorded {
       writer.add(bodies.back());
       writer.add(TrueMotion{o.t, random_pose(random), random_vector(random)});
     }
-    writer.add(surface = {"box", random_pose(random), {0.5, 1, 0.25}});
+    writer.add(surface = {score::Surface::Kind::box, random_pose(random), {0.5, 1, 0.25}});
     writer.finish();
   }
   fs::path folder;
@@ -135,7 +136,7 @@ struct Recorded {
   std::vector<slam::Observation> given;
   std::vector<TruePoses> poses;
   std::vector<BodyReading> bodies;
-  RecordedSurface surface;
+  score::Surface surface;
 };
 
 std::vector<slam::Observation> read_all(const fs::path& folder) {
@@ -173,17 +174,7 @@ TEST(Recording, CalibrationAndStartComeBackBitForBit) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   const RecordingReader reader(recorded.folder);
-  const slam::CameraIntrinsics &given = recorded.setup.calibration.camera,
-                               &read = reader.setup().calibration.camera;
-  EXPECT_EQ(read.width_px, given.width_px);
-  EXPECT_EQ(read.height_px, given.height_px);
-  EXPECT_EQ(read.fu_px, given.fu_px);
-  EXPECT_EQ(read.fv_px, given.fv_px);
-  EXPECT_EQ(read.u0_px, given.u0_px);
-  EXPECT_EQ(read.v0_px, given.v0_px);
-  EXPECT_EQ(std::get<slam::OneParameterRadial>(read.lens).k1_px2,
-            std::get<slam::OneParameterRadial>(given.lens).k1_px2);
-  EXPECT_TRUE(same_bits(reader.setup().calibration.X_CG.matrix(), recorded.setup.calibration.X_CG.matrix()));
+  EXPECT_EQ(camera_yaml(reader.setup()), camera_yaml(recorded.setup));  // numbers in it round-trip
   EXPECT_TRUE(same_bits(reader.setup().X_WC_start.matrix(), recorded.setup.X_WC_start.matrix()));
   EXPECT_EQ(reader.setup().camera_rate_hz, 30);
   EXPECT_EQ(reader.setup().imu_rate_hz, 200);
@@ -227,7 +218,7 @@ TEST(Recording, TruthComesBackBitForBit) {
     EXPECT_TRUE(same_bits(truth.waist_plan[i].X.matrix(), recorded.poses[i].X_PB.matrix()));
   }
   ASSERT_EQ(truth.surfaces.size(), 1u);
-  EXPECT_EQ(truth.surfaces[0].kind, "box");
+  EXPECT_EQ(truth.surfaces[0].kind, score::Surface::Kind::box);
   EXPECT_TRUE(same_bits(truth.surfaces[0].X_WS.matrix(), recorded.surface.X_WS.matrix()));
   EXPECT_EQ(truth.surfaces[0].size, recorded.surface.size);
 }
@@ -263,7 +254,7 @@ TEST(Recording, HasTheLayoutThatOtherReadersExpect) {
     EXPECT_EQ(static_cast<double>(sensor["T_BS"]["data"][i]), expected(i / 4, i % 4));
 }
 
-TEST(Recording, UnfinishedIsRefused) {
+TEST(Recording, AnUnfinishedOneIsRejected) {
   const files::TemporaryFolder folder;
   sensor_errors::Random random(1, "test");
   {
@@ -290,61 +281,51 @@ void read_everything(const fs::path& folder) {
   read_truth(folder);
 }
 
-TEST(Recording, AnyMissingFileIsNamed) {
+// Each file of a recording, after `spoil` changed it on the disk, is named with these words.
+void expect_named(const std::function<void(const fs::path& file, const std::string& bytes)>& spoil,
+                  const std::string& words, bool with_manifest = false) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
-  for (const fs::path& file : files_of(recorded.folder)) {
+  std::vector<fs::path> all = files_of(recorded.folder);
+  if (with_manifest) all.push_back(recorded.folder / "manifest.csv");
+  for (const fs::path& file : all) {
     const std::string bytes = files::read_text(file);
+    spoil(file, bytes);
+    EXPECT_THAT([&] { read_everything(recorded.folder); },
+                ThrowsMessage<files::FileError>(HasSubstr(file.string() + words)));
     fs::remove(file);
-    EXPECT_THAT([&] { RecordingReader reader(recorded.folder); },
-                ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": is missing")));
     files::write_text(file, bytes);
   }
   EXPECT_NO_THROW(read_everything(recorded.folder));
 }
 
+TEST(Recording, AnyMissingFileIsNamed) {
+  expect_named([](const fs::path& file, const std::string&) { fs::remove(file); }, ": is missing", true);
+}
+
 TEST(Recording, APipeInPlaceOfAnyFileIsNamed) {
-  const files::TemporaryFolder folder;
-  const Recorded recorded(folder / "r");
-  std::vector<fs::path> files = files_of(recorded.folder);
-  files.push_back(recorded.folder / "manifest.csv");
-  for (const fs::path& file : files) {
-    fs::rename(file, folder / "file");
+  const auto pipe = [](const fs::path& file, const std::string&) {
+    fs::remove(file);
     ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
-    EXPECT_THAT([&] { RecordingReader reader(recorded.folder); },
-                ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": is not a regular file")));
-    fs::rename(folder / "file", file);
-  }
+  };
+  expect_named(pipe, ": is not a regular file", true);
 }
 
 TEST(Recording, AnyTruncatedFileIsNamed) {
-  const files::TemporaryFolder folder;
-  const Recorded recorded(folder / "r");
   sensor_errors::Random random(9, "cut");
-  for (const fs::path& file : files_of(recorded.folder)) {
-    const std::string bytes = files::read_text(file);
+  const auto cut = [&](const fs::path& file, const std::string& bytes) {
     fs::resize_file(file, random.bits() % bytes.size());
-    EXPECT_THAT([&] { RecordingReader reader(recorded.folder); },
-                ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": truncated")));
-    files::write_text(file, bytes);
-  }
+  };
+  expect_named(cut, ": truncated");
 }
 
-TEST(Recording, AnyEditedFileIsNamedWhichHasTheSameSize) {
-  const files::TemporaryFolder folder;
-  const Recorded recorded(folder / "r");
+TEST(Recording, AnyEditedFileOfTheSameSizeIsNamed) {
   sensor_errors::Random random(9, "edit");
-  for (const fs::path& file : files_of(recorded.folder)) {
-    const std::string bytes = files::read_text(file);
-    for (int trial = 0; trial < 5; ++trial) {
-      std::string edited = bytes;
-      edited[random.bits() % bytes.size()] ^= static_cast<char>(1 << random.bits() % 8);
-      files::write_text(file, edited);
-      EXPECT_THAT([&] { read_everything(recorded.folder); },
-                  ThrowsMessage<files::FileError>(HasSubstr(file.string() + ": edited")));
-    }
+  const auto edit = [&](const fs::path& file, std::string bytes) {
+    bytes[random.bits() % bytes.size()] ^= static_cast<char>(1 << random.bits() % 8);
     files::write_text(file, bytes);
-  }
+  };
+  for (int trial = 0; trial < 5; ++trial) expect_named(edit, ": edited");
 }
 
 // Sparse files, whose sizes the manifest has.
@@ -396,7 +377,7 @@ std::string complaint(const fs::path& folder, const std::string& name, const std
   return "";
 }
 
-TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
+TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   const files::TemporaryFolder folder;
   const auto says = [&](const std::string& name, const std::string& from, const std::string& to) {
     return complaint(folder / "r", name, from, to);
@@ -447,13 +428,15 @@ TEST(Recording, WhatIsWrongInAFileIsSaidWithLineAndColumn) {
               testing::EndsWith("rad/s, expected from -10000000 to 10000000 rad/s"));
 }
 
-// The manifest has the hashes of the damaged files.
+// The manifest has the hashes of the damaged files, unless it is damaged itself.
 TEST(Recording, NoDamageToAnyTextFileCrashesTheReader) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   sensor_errors::Random random(11, "edit");
-  int refused = 0;
-  for (const fs::path& file : files_of(recorded.folder)) {
+  int rejected = 0;
+  std::vector<fs::path> all = files_of(recorded.folder);
+  all.push_back(recorded.folder / "manifest.csv");
+  for (const fs::path& file : all) {
     if (file.extension() == ".png") continue;
     const std::string bytes = files::read_text(file), name = fs::relative(file, recorded.folder).string();
     for (int trial = 0; trial < 25; ++trial) {
@@ -463,17 +446,17 @@ TEST(Recording, NoDamageToAnyTextFileCrashesTheReader) {
         read_everything(recorded.folder);
       } catch (const files::FileError& error) {
         EXPECT_THAT(error.what(), HasSubstr(recorded.folder.string()));
-        ++refused;
+        ++rejected;
       }
     }
     files::write_text(file, bytes);
     sign_again(recorded.folder, name);
   }
-  EXPECT_GT(refused, 100);
+  EXPECT_GT(rejected, 100);
   EXPECT_NO_THROW(read_everything(recorded.folder));
 }
 
-TEST(Recording, TheWriterRefusesWhatIdealSensorsCannotGive) {
+TEST(Recording, TheWriterRejectsWhatIdealSensorsCannotGive) {
   const files::TemporaryFolder folder;
   const auto writing = [&](const std::function<void(std::vector<slam::Observation>&)>& spoil) {
     return [&folder, spoil] {
@@ -524,7 +507,7 @@ TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   EXPECT_LT(late, early + 50'000);
 }
 
-TEST(Recording, TheWriterRefusesAFolderThatExists) {
+TEST(Recording, TheWriterRejectsAFolderThatExists) {
   const files::TemporaryFolder folder;
   sensor_errors::Random random(1, "test");
   EXPECT_THAT([&] { RecordingWriter writer(folder.path(), setup_of(random)); },

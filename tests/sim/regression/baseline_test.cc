@@ -15,8 +15,8 @@ Baseline example() {
   Baseline baseline;
   baseline.history = {{"abc", "a \"first\" one", "some processor"}, {"def", "better", "another"}};
   ScenarioResults walk{"walk", {{"walk.step_length_m", "0.1"}, {"walk.commands", "\n  - stand: {}"}}, {}};
-  walk.seeds.push_back({1, "completed", 0, {{"rmse_m", "m", 0.1}, {"loop_closed", "1", {}}}, "aa"});
-  walk.seeds.push_back({7, "fell", 3, {{"rmse_m", "m", 1.0 / 3}, {"loop_closed", "1", 1.0}}, "bb"});
+  walk.seeds.push_back({1, scenario::Ending::completed, 0, {{"rmse_m", "m", 0.1}, {"loop_closed", "1", {}}}, "aa"});
+  walk.seeds.push_back({7, scenario::Ending::fell, 3, {{"rmse_m", "m", 1.0 / 3}, {"loop_closed", "1", 1.0}}, "bb"});
   baseline.scenarios.push_back(walk);
   return baseline;
 }
@@ -50,7 +50,7 @@ TEST_F(BaselineTest, ReadsBackWhatWasWrittenToTheBit) {
   EXPECT_EQ(walk.config, example().scenarios[0].config);
   ASSERT_EQ(walk.seeds.size(), 2u);
   EXPECT_EQ(walk.seeds[1].seed, 7u);
-  EXPECT_EQ(walk.seeds[1].ending, "fell");
+  EXPECT_EQ(walk.seeds[1].ending, scenario::Ending::fell);
   EXPECT_EQ(walk.seeds[1].exit_code, 3);
   EXPECT_EQ(walk.seeds[1].recording, "bb");
   EXPECT_EQ(walk.seeds[1].metrics[0].value, 1.0 / 3);

@@ -19,7 +19,7 @@ ScenarioResults results(const std::vector<std::optional<double>>& values, const 
                         std::uint64_t first_seed = 1) {
   ScenarioResults all{"walk", {}, {}};
   for (const auto& value : values)
-    all.seeds.push_back({first_seed++, "completed", 0, {{metric, "m", value}}, "hash"});
+    all.seeds.push_back({first_seed++, scenario::Ending::completed, 0, {{metric, "m", value}}, "hash"});
   return all;
 }
 
@@ -198,7 +198,7 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
   EXPECT_FALSE(limits[2].passed);
   EXPECT_EQ(limits[2].observed, "1.1");
   EXPECT_EQ(exit_code({ScenarioVerdict{"", true, 3, 3, 0, {}, {}, limits}}), 1);
-  runs.seeds[1].ending = "fell";
+  runs.seeds[1].ending = scenario::Ending::fell;
   limits = judge_limits(scenario, runs.seeds);
   EXPECT_TRUE(limits[0].run_failed);
   EXPECT_EQ(limits[0].worst_seed, 2u);
@@ -242,7 +242,7 @@ TEST(Verdict, ChanceAloneRarelyFails) {
     ScenarioResults sides[2];
     for (ScenarioResults& side : sides)
       for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-        side.seeds.push_back({seed, "completed", 0, {}, ""});
+        side.seeds.push_back({seed, scenario::Ending::completed, 0, {}, ""});
         for (const std::string& name : names)
           side.seeds.back().metrics.push_back({name, "m", random.normal()});
       }

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/files/file_error.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -24,7 +23,8 @@ class AboutFile : public testing::Test {
 
 TEST_F(AboutFile, WhatIsLeftOutIsEmpty) {
   const About about = read(R"({"walk_ending": "fell", "seed": 3, "set_by": {"seed": "argument 1"}})");
-  EXPECT_EQ(about.walk_ending, "fell");
+  ASSERT_TRUE(about.walk);
+  EXPECT_EQ(about.walk->ending, scenario::Ending::fell);
   EXPECT_EQ(about.seed, 3u);
   EXPECT_EQ(about.set_by.at("seed"), "argument 1");
   EXPECT_EQ(about.program, "");

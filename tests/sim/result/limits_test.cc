@@ -20,7 +20,7 @@ scenario::Scenario scenario_with(std::vector<scenario::MetricLimit> limits, bool
 }
 
 int code(const scenario::Scenario& scenario, std::optional<double> value,
-         const std::string& ending = "completed") {
+         scenario::Ending ending = scenario::Ending::completed) {
   return exit_code(scenario, ending, judge_run(scenario, [&](const std::string&) { return value; }));
 }
 
@@ -29,8 +29,8 @@ TEST(Limits, AMissedLimitIsExitCodeOneAndAForbiddenEndingThree) {
   EXPECT_EQ(code(scenario_with({kError}), 0.2), 1);
   EXPECT_EQ(code(scenario_with({kLandmarks}), 3), 0);
   EXPECT_EQ(code(scenario_with({kLandmarks}), 2), 1);
-  EXPECT_EQ(code(scenario_with({kError}), 0.2, "diverged"), 1);
-  EXPECT_EQ(code(scenario_with({kError}), 0.1, "fell"), 3);
+  EXPECT_EQ(code(scenario_with({kError}), 0.2, scenario::Ending::diverged), 1);
+  EXPECT_EQ(code(scenario_with({kError}), 0.1, scenario::Ending::fell), 3);
 }
 
 TEST(Limits, OfARunAreThoseWithoutAnAggregate) { EXPECT_EQ(code(scenario_with({kMedian}), 0.2), 0); }

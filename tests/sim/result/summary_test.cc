@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {
@@ -27,7 +27,7 @@ class SummaryTest : public testing::Test {
 
 SeedScore seed(std::uint64_t number, std::optional<double> ate, std::optional<double> closed, int code = 0) {
   return {number,
-          "completed",
+          scenario::Ending::completed,
           code,
           {{"ate_se3_rmse_m", "m", ate}, {"loop_closed", "", closed}, {"drift", "m", -1.0}}};
 }
@@ -63,7 +63,8 @@ TEST_F(SummaryTest, WorstIsOnTheSideThatTheLimitForbids) {
 TEST_F(SummaryTest, WithoutALimitTheWorstIsThatOfTheMetricsDefinition) {
   const auto worst = [](const std::string& metric, const std::vector<double>& values) {
     std::vector<SeedScore> seeds;
-    for (const double value : values) seeds.push_back({1, "completed", 0, {{metric, "1", value}}});
+    for (const double value : values)
+      seeds.push_back({1, scenario::Ending::completed, 0, {{metric, "1", value}}});
     return summarize(scenario_limiting({}), seeds).metrics[0].over_seeds.worst;
   };
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
@@ -79,7 +80,7 @@ TEST_F(SummaryTest, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
       below{"nees_position_mean", "worst", scenario::Bound::at_least, 1};
   std::vector<SeedScore> seeds;
   for (const double value : {0.2, 6.0})
-    seeds.push_back({1, "completed", 0, {{"nees_position_mean", "1", value}}});
+    seeds.push_back({1, scenario::Ending::completed, 0, {{"nees_position_mean", "1", value}}});
   const Summary summary = summarize(scenario_limiting({above, below}), seeds);
   EXPECT_TRUE(summary.limits.at(0).missed());
   EXPECT_TRUE(summary.limits.at(1).missed());
@@ -95,8 +96,9 @@ TEST_F(SummaryTest, OneSeedHasNoStandardDeviation) {
   const std::string table = summary_table(one);
   EXPECT_NE(table.find("walk, 1 seed\n"), table.npos) << table;
   EXPECT_NE(table.find("0.1        0.1          -        0.1\n"), table.npos) << table;
-  EXPECT_NE(summary_table(summarize(scenario_limiting({}), {seed(1, 0.1, 1), seed(2, 0.1, 1)})).find("2 seeds\n"),
-            std::string::npos);
+  EXPECT_NE(
+      summary_table(summarize(scenario_limiting({}), {seed(1, 0.1, 1), seed(2, 0.1, 1)})).find("2 seeds\n"),
+      std::string::npos);
 }
 
 TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
@@ -110,10 +112,10 @@ TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
   EXPECT_NE(some.find("--all-metrics"), some.npos);
   EXPECT_LT(all.find("ate_se3_rmse_m"), all.find("poses_matched"));
   EXPECT_NE(all.find("poses_matched"), all.npos);
-  EXPECT_NE(
-      summary_table(summarize(scenario_limiting({{"poses_matched", "", scenario::Bound::at_least, 1}}), {one}))
-          .find("poses_matched"),
-      std::string::npos)
+  EXPECT_NE(summary_table(
+                summarize(scenario_limiting({{"poses_matched", "", scenario::Bound::at_least, 1}}), {one}))
+                .find("poses_matched"),
+            std::string::npos)
       << "there is a limit on it";
   EXPECT_NE(
       some.find("  passed          completed         seed 1\n  missed a limit  completed         seed 2\n"),
@@ -124,8 +126,8 @@ TEST_F(SummaryTest, TheTableShowsWhatMattersFirstAndAllOnRequest) {
 }
 
 TEST_F(SummaryTest, WithoutAnyScoreThereIsNoTableOfMetrics) {
-  const std::string table =
-      summary_table(summarize(scenario_limiting({}), {{1, "crashed", 3, {}}, {2, "crashed", 3, {}}}));
+  const std::string table = summary_table(summarize(
+      scenario_limiting({}), {{1, scenario::Ending::crashed, 3, {}}, {2, scenario::Ending::crashed, 3, {}}}));
   EXPECT_NE(table.find("no metrics: no seed has a score\n"), table.npos) << table;
   EXPECT_EQ(table.find("median"), table.npos) << table;
 }
@@ -144,7 +146,8 @@ TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {
 }
 
 TEST_F(SummaryTest, ALimitOnAMetricOfNoSeedIsMissedUnlessNoFilterWasToRun) {
-  scenario::Scenario scenario = scenario_limiting({{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 1}});
+  scenario::Scenario scenario =
+      scenario_limiting({{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 1}});
   EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 1);
   scenario.slam.reset();
   EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 0);
@@ -172,8 +175,8 @@ TEST_F(SummaryTest, ALimitOverSeedsIsMissedWhereOneOfThemHasNoValue) {
 }
 
 TEST_F(SummaryTest, TheExitCodeIsThatOfTheWorstSeed) {
-  EXPECT_EQ(exit_code(summarize(scenario_limiting({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})),
-            3);
+  EXPECT_EQ(
+      exit_code(summarize(scenario_limiting({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})), 3);
 }
 
 TEST_F(SummaryTest, ScoresAreReadFromTheSeedsFolders) {
@@ -181,15 +184,15 @@ TEST_F(SummaryTest, ScoresAreReadFromTheSeedsFolders) {
       7,
       R"({"ending":"fell","metrics":{"rmse_m":{"value":0.5,"unit":"m"},"x":{"value":null,"unit":"","reason":"r"}}})");
   const SeedScore score = read_seed_score(root_, 7, 3);
-  EXPECT_EQ(score.ending, "fell");
+  EXPECT_EQ(score.ending, scenario::Ending::fell);
   ASSERT_EQ(score.metrics.size(), 2u);
   EXPECT_EQ(score.metrics[0].value, 0.5);
   EXPECT_FALSE(score.metrics[1].value);
 }
 
 TEST_F(SummaryTest, AProcessThatLeftNoScoreHasCrashedOrNotBegun) {
-  EXPECT_EQ(read_seed_score(root_, 1, 3).ending, "crashed");
-  EXPECT_EQ(read_seed_score(root_, 1, 2).ending, "not begun");
+  EXPECT_EQ(read_seed_score(root_, 1, 3).ending, scenario::Ending::crashed);
+  EXPECT_EQ(read_seed_score(root_, 1, 2).ending, scenario::Ending::not_started);
   EXPECT_THROW(read_seed_score(root_, 1, 0), files::FileError);
 }
 

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/score/errors.h"
 #include "sim/score/statistics.h"
 #include "tests/sim/score/random_trajectory.h"
 
@@ -18,7 +17,7 @@ Similarity aligned(const std::vector<PosePair>& pairs, Alignment alignment) {
   return std::get<Similarity>(S);
 }
 
-std::string refusal(const std::vector<PosePair>& pairs, Alignment alignment) {
+std::string reason(const std::vector<PosePair>& pairs, Alignment alignment) {
   const auto S = align(pairs, alignment);
   return std::holds_alternative<Absent>(S) ? std::get<Absent>(S).reason : "";
 }
@@ -123,11 +122,11 @@ TEST(Alignment, AMirrorImageIsNotATurn) {
   EXPECT_GT(ate(pairs, Alignment::se3), 0.1);
 }
 
-TEST(Alignment, DegenerateCasesAreSaid) {
+TEST(Alignment, DegenerateCasesHaveAReason) {
   const std::vector<PosePair> none;
   for (const Alignment a :
        {Alignment::none, Alignment::origin, Alignment::yaw_position, Alignment::se3, Alignment::sim3})
-    EXPECT_THAT(refusal(none, a), HasSubstr("no pose"));
+    EXPECT_THAT(reason(none, a), HasSubstr("no pose"));
 
   std::vector<PosePair> point = noisy_pairs(10, 0), line = point, upright = point;
   for (std::size_t i = 0; i < point.size(); ++i) {
@@ -136,13 +135,13 @@ TEST(Alignment, DegenerateCasesAreSaid) {
     line[i].X_true.translation() = line[i].X_estimate.translation() = Eigen::Vector3d(s, 2 * s, 0.5 * s);
     upright[i].X_true.translation() = upright[i].X_estimate.translation() = Eigen::Vector3d(1, 2, s);
   }
-  EXPECT_THAT(refusal(point, Alignment::yaw_position), HasSubstr("do not spread"));
-  EXPECT_THAT(refusal(point, Alignment::se3), HasSubstr("one point"));
-  EXPECT_THAT(refusal(point, Alignment::sim3), HasSubstr("one point"));
-  EXPECT_THAT(refusal(line, Alignment::se3), HasSubstr("one line"));
-  EXPECT_THAT(refusal(line, Alignment::sim3), HasSubstr("one line"));
-  EXPECT_THAT(refusal({line[3]}, Alignment::se3), HasSubstr("one point"));
-  EXPECT_THAT(refusal(upright, Alignment::yaw_position), HasSubstr("do not spread"));
+  EXPECT_THAT(reason(point, Alignment::yaw_position), HasSubstr("do not spread"));
+  EXPECT_THAT(reason(point, Alignment::se3), HasSubstr("one point"));
+  EXPECT_THAT(reason(point, Alignment::sim3), HasSubstr("one point"));
+  EXPECT_THAT(reason(line, Alignment::se3), HasSubstr("one line"));
+  EXPECT_THAT(reason(line, Alignment::sim3), HasSubstr("one line"));
+  EXPECT_THAT(reason({line[3]}, Alignment::se3), HasSubstr("one point"));
+  EXPECT_THAT(reason(upright, Alignment::yaw_position), HasSubstr("do not spread"));
   EXPECT_NEAR(ate(line, Alignment::yaw_position), 0, 1e-12);  // a line is enough for a turn about z
   EXPECT_NEAR(ate({line[3]}, Alignment::origin), 0, 1e-12);
 }

@@ -48,7 +48,7 @@ inline Trajectory curve(int count) {
 /// Pairs of a curve with a scattered version of itself.
 inline std::vector<PosePair> noisy_pairs(int count, double size) {
   std::vector<PosePair> pairs;
-  for (const StampedPose& pose : curve(count)) {
+  for (const TimedPose& pose : curve(count)) {
     const Eigen::Isometry3d error = scattered_pose(static_cast<int>(pairs.size()) + 1, 1, size);
     pairs.push_back({pose.t, pose.X, pose.X * error});
   }

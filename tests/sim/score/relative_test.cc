@@ -1,9 +1,10 @@
+#include "sim/score/relative.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numbers>
 
-#include "sim/score/trajectory_score.h"
 #include "tests/sim/score/random_trajectory.h"
 
 namespace sim::score {
@@ -109,15 +110,15 @@ TEST(Relative, FootstepsAreSpansBetweenTheNearestPoses) {
   EXPECT_TRUE(spans_between({}, {milliseconds(90), milliseconds(700)}).empty());
 }
 
-TEST(Relative, ErrorIsTheDifferenceOfTheMotions) {
+TEST(Relative, TheDifferenceIsThatOfTheMotions) {
   std::vector<PosePair> pairs = straight(4);
   pairs[3].X_estimate.linear() = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  EXPECT_EQ(motion_errors(pairs, {{0, 3}}, Relation::trans_part),
-            std::vector<double>{3});  // 6 m instead of 3
-  EXPECT_NEAR(motion_errors(pairs, {{0, 3}}, Relation::angle_rad).at(0), 0.1, 1e-15);
+  const Eigen::Isometry3d E = relative_difference(pairs, {0, 3});
+  EXPECT_EQ(E.translation(), Eigen::Vector3d(3, 0, 0));  // 6 m instead of 3
+  EXPECT_NEAR(rotation_vector(E.linear()).norm(), 0.1, 1e-15);
 }
 
-TEST(Relative, ErrorsDoNotChangeWhenEitherTrajectoryIsMovedAsAWhole) {
+TEST(Relative, TheDifferenceDoesNotChangeWhenEitherTrajectoryIsMovedAsAWhole) {
   const std::vector<PosePair> pairs = noisy_pairs(30, 0.1);
   std::vector<PosePair> moved = pairs;
   for (PosePair& pair : moved) {
@@ -126,12 +127,11 @@ TEST(Relative, ErrorsDoNotChangeWhenEitherTrajectoryIsMovedAsAWhole) {
   }
   const std::vector<Span> over = spans(pairs, {Unit::frames, 4, true});
   ASSERT_EQ(over.size(), 26u);
-  for (const Relation relation : {Relation::trans_part, Relation::angle_rad}) {
-    const auto before = motion_errors(pairs, over, relation), after = motion_errors(moved, over, relation);
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      EXPECT_NEAR(after[i], before[i], 1e-12);
-      EXPECT_GT(before[i], 1e-3);
-    }
+  for (const Span& span : over) {
+    const Eigen::Isometry3d before = relative_difference(pairs, span),
+                            after = relative_difference(moved, span);
+    EXPECT_TRUE(after.isApprox(before, 1e-12));
+    EXPECT_FALSE(before.isApprox(Eigen::Isometry3d::Identity(), 1e-3));
   }
 }
 

@@ -1,7 +1,7 @@
 // A pinhole camera of 90° across and 320x240 for tests of the score, of the simplest kind.
 #pragma once
 
-#include "sim/score/loop_closure.h"
+#include "sim/score/landmarks.h"
 
 namespace sim::score {
 

@@ -30,7 +30,7 @@ std::vector<Observation> through(Stamp offset, int frames) {
   MotionClock clock(offset);
   std::vector<Observation> all;
   for (int k = 0; k < frames; ++k)
-    for (Observation& o : clock.take(observed(k))) all.push_back(std::move(o));
+    for (Observation& o : clock.process(observed(k))) all.push_back(std::move(o));
   for (Observation& o : clock.flush()) all.push_back(std::move(o));
   return all;
 }
@@ -84,7 +84,7 @@ TEST(MotionClock, GivesNoPlanWhereOneOfTheTwoThatSurroundItIsMissing) {
   for (int k = 0; k < 6; ++k) {
     Observation o = observed(k);
     if (k == 3) o.plan.reset();
-    for (Observation& assembled : clock.take(o)) all.push_back(std::move(assembled));
+    for (Observation& assembled : clock.process(o)) all.push_back(std::move(assembled));
   }
   EXPECT_TRUE(all[2].plan && !all[3].plan && !all[4].plan && all[5].plan);
 }

@@ -45,7 +45,7 @@ void expect_same(const slam::Observation& a, const slam::Observation& b) {
 
 // What arrives with an observation, where that is one.
 slam::Observation applied(SensorErrors&& errors, const slam::Observation& ideal) {
-  std::vector<slam::Observation> arrived = errors.take(ideal);
+  std::vector<slam::Observation> arrived = errors.process(ideal);
   EXPECT_EQ(arrived.size(), 1u);
   return arrived.at(0);
 }
@@ -228,7 +228,7 @@ std::vector<slam::Observation> arrived_with(std::vector<Fault> faults, int frame
     ideal.image.setTo(frame + 1);
     ideal.plan->X_PC.translation().x() = 0.01 * frame;
     ideal.plan->v_PC_C.z() = 0.3;
-    for (slam::Observation& o : errors.take(std::move(ideal))) all.push_back(std::move(o));
+    for (slam::Observation& o : errors.process(std::move(ideal))) all.push_back(std::move(o));
   }
   for (slam::Observation& o : errors.flush()) all.push_back(std::move(o));
   return all;

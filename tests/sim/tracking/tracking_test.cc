@@ -23,11 +23,11 @@ slam::Observation observation(int millisecond, double x_m) {
 
 Tracked track(const std::string& estimator, const std::vector<slam::Observation>& observations) {
   Tracking tracking(scenario({"estimator=" + estimator}), {}, Eigen::Isometry3d::Identity());
-  for (const slam::Observation& o : observations) tracking.take(o);
+  for (const slam::Observation& o : observations) tracking.process(o);
   return tracking.finish();
 }
 
-TEST(Tracking, AnotherEstimatorIsOneFunctionThatStandsInForTheFilter) {
+TEST(Tracking, AnotherEstimatorReplacesTheFilter) {
   const Tracked tracked = track("plan_alone", {observation(0, 0), observation(33, 0.5), observation(67, 2)});
   const auto estimates = tracked.estimates();
   ASSERT_EQ(estimates.size(), 3U);
@@ -35,10 +35,10 @@ TEST(Tracking, AnotherEstimatorIsOneFunctionThatStandsInForTheFilter) {
   EXPECT_EQ(estimates[2].X_WC.translation().x(), 2);  // no filter would believe 45 m/s
   EXPECT_EQ(estimates[2].t, std::chrono::milliseconds(67));
   EXPECT_TRUE(tracked.map.empty());
-  EXPECT_FALSE(tracked.diverged());
+  EXPECT_FALSE(tracked.failure());
 }
 
-/// The landmarks that the filter initialises in an image of random blocks.
+/// The landmarks that the filter initializes in an image of random blocks.
 std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
   slam::Observation o;
   o.image.create(240, 320, CV_8UC1);
@@ -50,28 +50,28 @@ std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
     }
   slam::Calibration calibration;
   Tracking tracking(scenario({override}), calibration, Eigen::Isometry3d::Identity());
-  tracking.take(o);
+  tracking.process(o);
   return tracking.finish().map;
 }
 
-TEST(Tracking, AFilterThatIsToldTheWrongLensSeesItsLandmarksElsewhere) {
-  const auto told_right = first_landmarks("errors.calibration.distortion_fraction=0"),
-             told_wrong = first_landmarks("errors.calibration.distortion_fraction=0.2");
-  ASSERT_FALSE(told_right.empty());
-  ASSERT_EQ(told_right.size(), told_wrong.size());
+TEST(Tracking, AWrongLensMovesTheLandmarks) {
+  const auto right = first_landmarks("errors.calibration.distortion_fraction=0"),
+             wrong = first_landmarks("errors.calibration.distortion_fraction=0.2");
+  ASSERT_FALSE(right.empty());
+  ASSERT_EQ(right.size(), wrong.size());
   double widest = 0;
-  for (std::size_t i = 0; i < told_right.size(); ++i)
-    widest = std::max(widest, (told_right[i].p_W.normalized() - told_wrong[i].p_W.normalized()).norm());
+  for (std::size_t i = 0; i < right.size(); ++i)
+    widest = std::max(widest, (right[i].p_W.normalized() - wrong[i].p_W.normalized()).norm());
   EXPECT_GT(widest, 0.01);  // rad
 }
 
-TEST(Tracking, EveryEstimatorCanBeNamedInAScenarioAndNoOther) {
-  for (const estimators::NamedEstimator& estimator : estimators::estimators())
-    EXPECT_EQ(scenario({"estimator=" + std::string(estimator.name)}).estimator.name, estimator.name);
+TEST(Tracking, AScenarioCanNameEveryBuiltInEstimatorAndNoOther) {
+  for (const std::string_view name : estimators::estimator_names())
+    EXPECT_EQ(scenario({"estimator=" + std::string(name)}).estimator.name, name);
   EXPECT_ANY_THROW(scenario({"estimator=plan_alnoe"}));
 }
 
-TEST(Tracking, ARefusedObservationMakesNoNewEstimate) {
+TEST(Tracking, ARejectedObservationGivesNoNewEstimate) {
   const Tracked tracked =
       track("filter", {observation(0, 0), observation(33, 0), observation(33, 0), observation(20, 0)});
   EXPECT_EQ(tracked.frames.size(), 4U);
@@ -93,11 +93,12 @@ TEST(Tracking, LossesHaveTheirTimesAndCauses) {
   EXPECT_EQ(losses[0].to, std::optional<slam::Stamp>(std::chrono::seconds(3)));
   EXPECT_EQ(losses[1].cause, "dark");
   EXPECT_FALSE(losses[1].to);
-  EXPECT_TRUE(tracked.diverged());  // a run that ends lost has not found its way
-  EXPECT_EQ(tracked.cause(), "dark; the map was not found again before the end");
+  ASSERT_TRUE(tracked.failure());  // it is lost at the end
+  EXPECT_EQ(tracked.failure()->ending, scenario::Ending::diverged);
+  EXPECT_EQ(tracked.failure()->cause, "dark; the map was not found again before the end");
 }
 
-TEST(Tracking, SuspicionsHaveTheirTimesAndTheLastOfTheirCauses) {
+TEST(Tracking, SuspicionsHaveTheirTimesAndLastCauses) {
   Tracked tracked;
   for (int k = 0; k < 6; ++k) {
     TrackedFrame frame;
@@ -112,7 +113,7 @@ TEST(Tracking, SuspicionsHaveTheirTimesAndTheLastOfTheirCauses) {
   EXPECT_EQ(suspicions[0].cause, "plan, 2");
   EXPECT_EQ(suspicions[1].cause, "plan, 5");
   EXPECT_FALSE(suspicions[1].to);
-  EXPECT_FALSE(tracked.diverged());  // it still tracks
+  EXPECT_FALSE(tracked.failure());  // it still tracks
 }
 
 TEST(Tracking, ASuspicionNamesEachSensorThatWasSuspectWithItsShare) {
@@ -139,10 +140,11 @@ TEST(Tracking, AFilterThatNeverSeesIsLostAfterTwoSecondsAndDivergesAfterTenMore)
   ASSERT_EQ(losses.size(), 1U);
   EXPECT_EQ(losses[0].from, std::chrono::milliseconds(2100));
   EXPECT_FALSE(losses[0].to);
-  EXPECT_EQ(tracked.cause(), "tracking lost: no image arrives; the map was not found again");
-  EXPECT_TRUE(tracked.diverged());
+  ASSERT_TRUE(tracked.failure());
+  EXPECT_EQ(tracked.failure()->ending, scenario::Ending::diverged);
+  EXPECT_EQ(tracked.failure()->cause, "tracking lost: no image arrives; the map was not found again");
   EXPECT_EQ(tracked.frames.back().report.t, std::chrono::milliseconds(12200));
-  EXPECT_EQ(tracked.after_divergence.size(), 150U - 123U);
+  EXPECT_EQ(tracked.untracked.size(), 150U - 123U);
 }
 
 }  // namespace

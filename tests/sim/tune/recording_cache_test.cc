@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/files/claim.h"
+#include "sim/files/output_manifest.h"
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -166,7 +166,7 @@ TEST_F(RecordingCacheTest, OneWhoseManifestIsAnotherIsDamagedToo) {
 }
 
 TEST_F(RecordingCacheTest, OneInWhichACommandListedMoreIsWhole) {
-  files::claim(get('a').folder, {"video.mp4"});
+  files::list_outputs(get('a').folder, {"video.mp4"});
   EXPECT_TRUE(cache_.find(key('a'), say()));
   EXPECT_THAT(said_, IsEmpty());
 }

@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "tests/sim/files/temporary_folder.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "sim/files/file_error.h"
+#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::tune {

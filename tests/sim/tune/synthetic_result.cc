@@ -10,8 +10,8 @@ namespace {
 namespace synthetic = slam::synthetic;
 
 // The room's walls, as the renderer of the synthetic room has them.
-sim::recording::RecordedSurface walls() {
-  sim::recording::RecordedSurface box{"box", Eigen::Isometry3d::Identity(), {3.5, 5.5, 1.5}};
+sim::score::Surface walls() {
+  sim::score::Surface box{sim::score::Surface::Kind::box, Eigen::Isometry3d::Identity(), {3.5, 5.5, 1.5}};
   box.X_WS.translation() << 0.1, 0.7, 1.5;
   return box;
 }

@@ -30,7 +30,7 @@ class Trials : public testing::Test {
   // score.json of a replay from the disk.
   static nlohmann::json replayed(const scenario::ReadScenario& scenario) {
     const result::ResultPlace place{folder_ / "replay", files::Existing::replace, {}, "1", "test", {}};
-    replay::replay(scenario, folder_ / "recording", {"completed", ""}, place, [](double) {});
+    replay::replay(scenario, folder_ / "recording", {{scenario::Ending::completed}}, place, [](double) {});
     return tests::json_of(folder_ / "replay" / "score.json");
   }
 
@@ -39,7 +39,7 @@ class Trials : public testing::Test {
 std::filesystem::path Trials::folder_;
 
 void expect_same(const Trial& trial, const nlohmann::json& score) {
-  EXPECT_EQ(trial.ending, score["ending"]);
+  EXPECT_EQ(name_of(trial.ended.ending), score["ending"].get<std::string>());
   ASSERT_EQ(trial.metrics.size(), score["metrics"].size());
   for (const auto& [name, metric] : trial.metrics) {
     const nlohmann::json& there = score["metrics"][name];
@@ -90,7 +90,7 @@ TEST_F(Trials, OfAFilterThatFailsHaveNoTermsButTellHowLongItLasted) {
   const auto failing = scenario({"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3",
                                  "slam.tracking.relocalise=false"});
   const Trial trial = run_trial(load(folder_), failing);
-  EXPECT_EQ(trial.ending, "diverged");
+  EXPECT_EQ(trial.ended.ending, scenario::Ending::diverged);
   EXPECT_FALSE(trial.terms);
   EXPECT_GT(trial.lasted_fraction, 0);
   EXPECT_LT(trial.lasted_fraction, 1);

@@ -28,7 +28,7 @@ class PlaybackTest : public testing::Test {
     const auto read = scenario::read_scenario(folder_ / "walk/scenario.yaml");
     result::ResultPlace place;
     place.folder = result_;
-    replay::replay(read, folder_ / "walk/recording", {"completed", ""}, place, [](double) {});
+    replay::replay(read, folder_ / "walk/recording", {{scenario::Ending::completed}}, place, [](double) {});
   }
 
   files::TemporaryFolder folder_;

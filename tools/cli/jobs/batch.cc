@@ -5,9 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/files/durable_file.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
-#include "sim/files/owned_folder.h"
+#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/earlier.h"
 #include "tools/cli/jobs/progress.h"
@@ -66,7 +66,7 @@ void take_origin(sim::scenario::ReadScenario& read, const fs::path& set_by) {
 }
 
 std::vector<SeedOutcome> run_batch(const sim::scenario::Scenario& scenario, const Batch& batch) {
-  for (const std::uint64_t seed : batch.seeds) sim::files::require_own(result_folder(batch, seed));
+  for (const std::uint64_t seed : batch.seeds) sim::files::require_replaceable(result_folder(batch, seed));
   SharedFolder shared(batch.backend);
   const fs::path frozen =
       shared / (scenario.name + ".yaml");  // so that later edits of the file change no queued seed

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <ostream>
 
-#include "sim/files/file_error.h"
-#include "sim/files/number.h"
+#include "sim/files/text.h"
 #include "tools/cli/jobs/terminal.h"
 
 namespace cli {

@@ -79,9 +79,7 @@ bool is_abandoned(const fs::path& folder) {
       !fs::is_directory(fs::symlink_status(folder, fault)))
     return false;
   try {
-    return FileLock::take(folder / kLock, FileLock::Mode::exclusive, FileLock::IfHeld::give_up,
-                          FileLock::IfAbsent::give_up)
-        .has_value();
+    return FileLock::take(folder / kLock, FileLock::How::try_existing).has_value();
   } catch (const sim::files::FileError&) {
     return false;
   }
@@ -111,7 +109,7 @@ TemporaryFolder::TemporaryFolder() {
   if (mkdtemp(pattern.data()) == nullptr)
     throw UsageError(fmt::format("{}: {}", pattern, std::strerror(errno)));
   path_ = pattern;
-  lock_ = FileLock::take(path_ / kLock, FileLock::Mode::exclusive, FileLock::IfHeld::wait);
+  lock_ = FileLock::take(path_ / kLock, FileLock::How::exclusive);
 }
 
 TemporaryFolder::~TemporaryFolder() {

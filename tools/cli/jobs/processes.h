@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/file_lock.h"
+#include "sim/files/atomic_file.h"
 
 namespace cli {
 

@@ -10,9 +10,8 @@
 #include <set>
 #include <sstream>
 
-#include "sim/files/durable_file.h"
-#include "sim/files/hashed_file.h"
-#include "sim/files/printed_text.h"
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/shell.h"
@@ -115,8 +114,8 @@ class Array {
     const auto most_elements = static_cast<std::size_t>(std::max(max_array_size() - 1, 1));
     each_ = std::max(least, (count_ + most_elements - 1) / most_elements);
     fs::create_directories(folder_ / "ended");
-    sim::files::write_durably(folder_ / "lines", shell_lines(lines));
-    sim::files::write_durably(folder_ / "element.sh", kElement);
+    sim::files::write_atomically(folder_ / "lines", shell_lines(lines));
+    sim::files::write_atomically(folder_ / "element.sh", kElement);
   }
 
   /// Whether the job is in the queue, that of an earlier command that was killed included. Says once why the
@@ -145,7 +144,7 @@ class Array {
                               sim::files::shell_word(folder_.string()), each_));
     if (printed.status != 0) throw UsageError("sbatch: " + printed.text.substr(0, printed.text.find('\n')));
     const std::string job = printed.text.substr(0, printed.text.find_first_of(";\n"));
-    sim::files::write_durably(folder_ / "job", job);
+    sim::files::write_atomically(folder_ / "job", job);
     std::cerr << fmt::format(
         "slurm job {}: array elements {} with {} command lines each. After an interruption the same command "
         "continues with it.\n",

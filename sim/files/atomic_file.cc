@@ -1,0 +1,294 @@
+#include "sim/files/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "sim/files/output_manifest.h"
+
+namespace sim::files {
+namespace {
+
+namespace fs = std::filesystem;
+using How = FileLock::How;
+
+constexpr int kAttempts = 150;
+constexpr useconds_t kPauseUs = 20'000;  // 3 s in all: enough for a killed process to end
+
+[[noreturn]] void fail_by_errno(const fs::path& file, const std::string& what) {
+  throw FileError(file, what + ": " + std::strerror(errno));
+}
+
+// Whether the open file still has that name: it may have been renamed or removed before it was locked.
+bool has_name(int fd, const fs::path& file) {
+  struct stat locked {
+  }, named{};
+  return ::fstat(fd, &locked) == 0 && ::lstat(file.c_str(), &named) == 0 && locked.st_dev == named.st_dev &&
+         locked.st_ino == named.st_ino;
+}
+
+// False, with errno, if it cannot be locked.
+bool lock_open(int fd, int operation) {
+  int result;
+  do result = ::flock(fd, operation);
+  while (result != 0 && errno == EINTR);
+  return result == 0;
+}
+
+// Opens a file to lock it: for reading if it cannot be written.
+int open_to_lock(const fs::path& file, int make) {
+  const int fd = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | make, 0666);
+  if (fd >= 0 || (errno != EACCES && errno != EROFS)) return fd;
+  const int fault = errno, read_only = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  errno = fault;
+  return read_only;
+}
+
+// Replaces the content of an open file.
+void write_whole(int fd, const fs::path& file, std::string_view bytes) {
+  if (::ftruncate(fd, 0) != 0) fail_by_errno(file, "cannot be written");
+  for (off_t at = 0; !bytes.empty();) {
+    const ssize_t n = ::pwrite(fd, bytes.data(), bytes.size(), at);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail_by_errno(file, "cannot be written");
+    at += n;
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+fs::path parent_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+fs::path partial_of(const fs::path& target) {
+  return parent_of(target) / fmt::format(".{}.partial", target.filename().string());
+}
+
+// Forces a folder, or its whole file system, to the disk.
+void sync_folder(const fs::path& folder, bool whole_file_system = false) {
+  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened.fd < 0) fail_by_errno(folder, "cannot be opened");
+  if ((whole_file_system ? ::syncfs(opened.fd) : ::fsync(opened.fd)) != 0)
+    fail_by_errno(folder, "cannot be forced to the disk");
+}
+
+void rename_file(const fs::path& from, const fs::path& to) {
+  if (::rename(from.c_str(), to.c_str()) != 0) fail_by_errno(to, "cannot be written");
+}
+
+void set_permissions(int fd, const fs::path& file, mode_t permissions) {
+  if (::fchmod(fd, permissions) != 0) fail_by_errno(file, "cannot be given its permissions");
+}
+
+bool is_there(const fs::path& path) {
+  std::error_code fault;
+  return fs::exists(fs::symlink_status(path, fault));
+}
+
+// A name beside the folder that is free.
+fs::path free_name(const fs::path& target) {
+  fs::path name = target.string() + ".replaced";
+  for (int i = 2; is_there(name); ++i) name = fmt::format("{}.replaced-{}", target.string(), i);
+  return name;
+}
+
+// Makes the folder, unless a killed process left it.
+void make_partial(const fs::path& partial, const fs::path& target) {
+  std::error_code error;
+  fs::create_directories(parent_of(target), error);
+  if (error) throw FileError(parent_of(target), "cannot be made: " + error.message());
+  fs::create_directory(partial, error);
+  if (error || !fs::is_directory(fs::symlink_status(partial)))
+    throw FileError(target, "cannot be made: " + (error ? error.message() : partial.string() + " exists"));
+  if (!is_there(partial / kMarker) && !fs::is_empty(partial))
+    throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
+}
+
+// Nothing if another process has the lock, or removes the folder as a leftover.
+std::optional<FileLock> try_lock(const fs::path& partial) {
+  try {
+    return FileLock::take(partial / kMarker, How::try_exclusive);
+  } catch (const FileError&) {
+    if (is_there(partial)) throw;
+    return std::nullopt;
+  }
+}
+
+// Removes what is in the folder except its marker; does not follow links.
+void empty_but_marker(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path() == folder / kMarker) continue;
+    std::error_code fault;
+    fs::remove_all(entry.path(), fault);
+    if (fault) throw FileError(entry.path(), "cannot be removed: " + fault.message());
+  }
+}
+
+FileLock begin_partial(const fs::path& partial, const fs::path& target) {
+  for (int attempt = 0;; ++attempt) {
+    make_partial(partial, target);
+    if (auto lock = try_lock(partial)) {
+      if (has_marker(partial)) require_replaceable(partial);  // an old result, exchanged but not removed
+      empty_but_marker(partial);
+      write_whole(lock->fd(), partial, "");
+      return std::move(*lock);
+    }
+    if (attempt == kAttempts)
+      throw FileError(target, "is being written by another process: wait for it, or name another folder");
+    ::usleep(kPauseUs);
+  }
+}
+
+// Removes a folder whose marker is locked by this process. What cannot be removed stays, with the marker.
+void remove_partial(const fs::path& partial) {
+  try {
+    empty_but_marker(partial);
+  } catch (const std::exception&) {
+    return;
+  }
+  std::error_code ignored;
+  fs::remove(partial / kMarker, ignored);
+  fs::remove(partial, ignored);  // fails if another process has made it again
+}
+
+fs::path checked_target(fs::path target, Existing existing) {
+  if (!target.has_filename()) target = target.parent_path();  // without a trailing slash
+  if (existing == Existing::reject && is_there(target)) throw FileError(target, "exists already");
+  require_replaceable(target);
+  return target;
+}
+
+}  // namespace
+
+std::optional<FileLock> FileLock::take(const fs::path& file, How how) {
+  const bool waits = how == How::shared || how == How::exclusive;
+  const int operation = (how == How::shared ? LOCK_SH : LOCK_EX) | (waits ? 0 : LOCK_NB);
+  for (;;) {
+    FileLock lock(open_to_lock(file, how == How::try_existing ? 0 : O_CREAT));
+    if (lock.fd() < 0 && errno == ENOENT && how == How::try_existing) return std::nullopt;
+    if (lock.fd() < 0) fail_by_errno(file, "cannot be opened");
+    if (!lock_open(lock.fd(), operation)) {
+      if (errno == EWOULDBLOCK) return std::nullopt;
+      fail_by_errno(file, "cannot be locked");
+    }
+    if (has_name(lock.fd(), file)) return lock;
+  }
+}
+
+std::optional<FileLock> FileLock::take_folder(const fs::path& folder) {
+  FileLock lock(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (lock.fd() < 0) fail_by_errno(folder, "cannot be opened");
+  if (!lock_open(lock.fd(), LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) return std::nullopt;
+  return lock;
+}
+
+void require_regular(const fs::path& file) {
+  std::error_code fault;
+  const fs::file_status status = fs::status(file, fault);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw FileError(file, "cannot be written: it is not a regular file");
+}
+
+void write_atomically(const fs::path& file, std::string_view bytes) {
+  require_regular(file);
+  struct stat replaced {};
+  const bool replaces = ::stat(file.c_str(), &replaced) == 0;
+  const mode_t permissions = replaced.st_mode & ACCESSPERMS;
+  const fs::path temporary = partial_of(file);
+  const auto lock = FileLock::take(temporary, How::exclusive);
+  try {
+    // Readable and writable until the rename, so that the next process can use what a killed one left.
+    if (replaces) set_permissions(lock->fd(), temporary, permissions | S_IRUSR | S_IWUSR);
+    write_whole(lock->fd(), temporary, bytes);
+    if (::fsync(lock->fd()) != 0) fail_by_errno(temporary, "cannot be forced to the disk");
+    rename_file(temporary, file);
+    if (replaces) set_permissions(lock->fd(), file, permissions);
+  } catch (...) {
+    ::unlink(temporary.c_str());
+    throw;
+  }
+  sync_folder(parent_of(file));
+}
+
+bool is_partial(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with('.') && (name.ends_with(".partial") || name.find(".partial-") != name.npos);
+}
+
+std::optional<FileLock> lock_leftover(const fs::path& path) {
+  std::error_code none;
+  const auto is_real = [&](const fs::path& p, fs::file_type type) {
+    return fs::symlink_status(p, none).type() == type;
+  };
+  if (!is_partial(path) || !is_real(path, fs::file_type::directory) ||
+      !is_real(path / kMarker, fs::file_type::regular))
+    return std::nullopt;
+  try {
+    return FileLock::take(path / kMarker, How::try_existing);
+  } catch (const FileError&) {  // of another user
+    return std::nullopt;
+  }
+}
+
+void remove_leftovers(const fs::path& folder) {
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    const auto lock = lock_leftover(entry.path());
+    if (lock && (!has_marker(entry.path()) || !unlisted_in(entry.path()))) remove_partial(entry.path());
+  }
+}
+
+AtomicFolder::AtomicFolder(fs::path target, Existing existing)
+    : target_(checked_target(std::move(target), existing)),
+      path_(partial_of(target_)),
+      existing_(existing),
+      lock_(begin_partial(path_, target_)) {}
+
+AtomicFolder::~AtomicFolder() {
+  if (!committed_) remove_partial(path_);
+}
+
+void AtomicFolder::commit() {
+  write_whole(lock_.fd(), path_ / kMarker, marker_of_all(path_));
+  sync_folder(path_, true);
+  if (::rename(path_.c_str(), target_.c_str()) != 0) {
+    if (existing_ == Existing::reject || (errno != ENOTEMPTY && errno != EEXIST))
+      fail_by_errno(target_, "cannot be made");
+    replace();
+  }
+  committed_ = true;
+  sync_folder(parent_of(target_));
+}
+
+// Exchanges the two in one step, or renames the old one first if the file system cannot. The old marker is
+// locked until the folder is gone, so that no process takes it for a leftover.
+void AtomicFolder::replace() {
+  const auto old = FileLock::take(target_ / kMarker, How::try_existing);
+  if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) != 0) {
+    const fs::path aside = free_name(target_);
+    rename_file(target_, aside);
+    rename_file(path_, target_);
+    rename_file(aside, path_);
+  }
+  discard_old();
+}
+
+// The old folder now has the name of the partial one.
+void AtomicFolder::discard_old() const {
+  if (!unlisted_in(path_)) return remove_partial(path_);
+  const fs::path kept = free_name(target_);
+  rename_file(path_, kept);
+  throw FileError(target_,
+                  fmt::format("was replaced; the one before is kept in {}, because files that were not "
+                              "made by gaitslam appeared in it meanwhile",
+                              kept.string()));
+}
+
+}  // namespace sim::files

@@ -1,0 +1,85 @@
+// Files and folders that appear complete or not at all, even if the process is killed or the power fails, and
+// advisory inter-process locks.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include "sim/files/text.h"
+
+namespace sim::files {
+
+/// A locked file (flock). The end of its life, or of the process, releases the lock; child programs do not
+/// inherit it.
+class FileLock {
+ public:
+  /// shared, exclusive: make the file if it is missing and wait for the lock. try_exclusive does not wait;
+  /// try_existing does not make the file either.
+  enum class How { shared, exclusive, try_exclusive, try_existing };
+
+  /// Locks the file that has this name now, also one that this process cannot write; does not follow a
+  /// symbolic link. Returns nothing if `how` gives up. Throws FileError.
+  static std::optional<FileLock> take(const std::filesystem::path& file, How how);
+  /// Locks a folder without a file in it; nothing if another process holds it. Always succeeds if the file
+  /// system cannot lock folders. Throws FileError.
+  static std::optional<FileLock> take_folder(const std::filesystem::path& folder);
+
+  int fd() const { return file_.fd; }
+
+ private:
+  explicit FileLock(int fd) : file_(fd) {}
+  Descriptor file_;
+};
+
+/// Throws a FileError if this name, or the target of a link of this name, exists and is not a regular file.
+void require_regular(const std::filesystem::path& file);
+
+/// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`,
+/// whose permissions are kept. Throws FileError, as require_regular() does too; then `file` is unchanged.
+void write_atomically(const std::filesystem::path& file, std::string_view bytes);
+
+/// Whether a path is named like the temporary siblings made here (".X.partial").
+bool is_partial(const std::filesystem::path& path);
+
+/// Locks a partial folder that a killed process left; nothing if the path is none, or is in use.
+std::optional<FileLock> lock_leftover(const std::filesystem::path& path);
+
+/// Removes the partial folders in `folder` that killed processes left, except those of other users.
+void remove_leftovers(const std::filesystem::path& folder);
+
+/// What happens to an existing folder of the same name. replace: if the program made everything in it.
+enum class Existing { reject, replace };
+
+/// A folder that is filled as a hidden sibling, .<target>.partial, and gets its name by commit(), with a
+/// marker that lists all files in it (output_manifest.h). Its marker is locked while this object lives, so
+/// that a second process is rejected and a leftover is recognized. Without commit() the folder is removed.
+class AtomicFolder {
+ public:
+  /// Makes the temporary folder and the parents it needs. Throws FileError if that fails, if another process
+  /// makes the same target, or if `target` exists and is to be rejected or contains anything that the program
+  /// did not make.
+  explicit AtomicFolder(std::filesystem::path target, Existing existing = Existing::reject);
+  ~AtomicFolder();
+  AtomicFolder(const AtomicFolder&) = delete;
+  AtomicFolder& operator=(const AtomicFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }  ///< where to write
+  const std::filesystem::path& target() const { return target_; }
+
+  /// Forces everything to the disk and renames the folder to `target` in one step. Throws FileError. If
+  /// unlisted files appeared in the replaced folder, it is kept under another name, which the FileError
+  /// states.
+  void commit();
+
+ private:
+  void replace();
+  void discard_old() const;
+
+  std::filesystem::path target_, path_;
+  Existing existing_;
+  FileLock lock_;
+  bool committed_ = false;
+};
+
+}  // namespace sim::files

@@ -1,0 +1,57 @@
+#include "sim/files/hash.h"
+
+#include <fmt/format.h>
+#include <sha2.h>
+#include <xxhash.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace sim::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+XXH3_state_t* xxh(void* state) { return static_cast<XXH3_state_t*>(state); }
+
+}  // namespace
+
+void Hash::Free::operator()(void* state) const { XXH3_freeState(xxh(state)); }
+
+Hash::Hash() : state_(XXH3_createState()) { XXH3_128bits_reset(xxh(state_.get())); }
+
+void Hash::add(std::string_view bytes) {
+  XXH3_128bits_update(xxh(state_.get()), bytes.data(), bytes.size());
+  bytes_ += bytes.size();
+}
+
+std::string Hash::hex() const {
+  const XXH128_hash_t hash = XXH3_128bits_digest(xxh(state_.get()));
+  return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
+HashedFile::HashedFile(const fs::path& file) : file_(file), out_(file, std::ios::binary) {
+  if (!out_) throw FileError(file_, std::string("cannot be made: ") + std::strerror(errno));
+}
+
+void HashedFile::write(std::string_view bytes) {
+  out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!out_) throw FileError(file_, std::string("cannot be written: ") + std::strerror(errno));
+  hash_.add(bytes);
+}
+
+void HashedFile::close() {
+  out_.close();
+  if (!out_) throw FileError(file_, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+std::string sha256(std::string_view bytes) {
+  SHA2_CTX context;
+  SHA256Init(&context);
+  SHA256Update(&context, reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  std::string digest(SHA256_DIGEST_LENGTH, '\0');
+  SHA256Final(reinterpret_cast<std::uint8_t*>(digest.data()), &context);
+  return digest;
+}
+
+}  // namespace sim::files

@@ -1,0 +1,47 @@
+// Hashes: XXH3 of bytes and of files while they are written, SHA-256.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "sim/files/text.h"
+
+namespace sim::files {
+
+/// XXH3 with 128 bits, fed piece by piece.
+class Hash {
+ public:
+  Hash();
+  void add(std::string_view bytes);
+  std::uint64_t bytes() const { return bytes_; }  ///< how many were added
+  std::string hex() const;  ///< 32 hexadecimal digits, as the program xxh128sum prints them
+ private:
+  struct Free {
+    void operator()(void* state) const;
+  };
+  std::unique_ptr<void, Free> state_;
+  std::uint64_t bytes_ = 0;
+};
+
+/// A file that is hashed while it is written. All members throw FileError.
+class HashedFile {
+ public:
+  explicit HashedFile(const std::filesystem::path& file);
+  void write(std::string_view bytes);
+  void close();
+  const Hash& hash() const { return hash_; }
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream out_;
+  Hash hash_;
+};
+
+/// SHA-256 (FIPS 180-4): 32 bytes. A page names the script that a browser may run by it.
+std::string sha256(std::string_view bytes);
+
+}  // namespace sim::files

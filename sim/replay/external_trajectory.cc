@@ -1,0 +1,136 @@
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "sim/recording/recording.h"
+#include "sim/replay/replay.h"
+#include "sim/score/trajectory.h"
+
+namespace sim::replay {
+namespace {
+
+constexpr slam::Stamp kSameFrame =
+    std::chrono::milliseconds(2);  // external stamps are rounded, some to 1e-3 s
+
+/// The frames of the recording: their stamps, and that of the first image.
+struct Frames {
+  std::vector<slam::Stamp> stamps;
+  slam::Stamp first_image{0};
+};
+
+Frames frames_of(recording::RecordingReader& reader) {
+  Frames frames;
+  bool seen = false;
+  while (const auto observation = reader.next()) {
+    if (!seen && !observation->image.empty()) frames.first_image = observation->t, seen = true;
+    frames.stamps.push_back(observation->t);
+  }
+  return frames;
+}
+
+/// Returns the offset from stamps of the file to those of the run.
+slam::Stamp shift_of(const files::TrajectoryFile& file, const Frames& frames) {
+  if (file.format == "KITTI") return frames.first_image;
+  const bool exported = file.rows.front().t > recording::kEpoch / 2;
+  return exported ? -recording::kEpoch : slam::Stamp(0);
+}
+
+/// The poses of the camera at the stamps of the frames, in the program's own world.
+score::Trajectory poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, PosedBody body,
+                                  const slam::Calibration& calibration) {
+  const slam::Stamp shift = shift_of(file, frames);
+  const Eigen::Isometry3d X_BodyC =
+      body == PosedBody::imu ? calibration.X_CG.inverse() : Eigen::Isometry3d::Identity();
+  score::Trajectory raw, poses;
+  for (const files::TumRow& row : file.rows) raw.push_back({row.t + shift, row.X * X_BodyC});
+  auto pose = raw.begin();
+  for (const slam::Stamp t : frames.stamps) {
+    while (pose != raw.end() && std::next(pose) != raw.end() &&
+           std::chrono::abs(std::next(pose)->t - t) <= std::chrono::abs(pose->t - t))
+      ++pose;
+    if (pose != raw.end() && std::chrono::abs(pose->t - t) <= kSameFrame) poses.push_back({t, pose->X});
+  }
+  return poses;
+}
+
+/// Moves the poses into W. Throws estimators::EstimatorFailed if they cannot be aligned with the truth.
+void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose>& truth,
+                    score::Alignment alignment) {
+  const auto found = score::align(score::pair_by_stamp(truth, poses), alignment);
+  if (const auto* const none = std::get_if<score::Absent>(&found))
+    throw estimators::EstimatorFailed("its trajectory cannot be aligned with the truth: " + none->reason);
+  for (score::TimedPose& pose : poses) pose.X = std::get<score::Similarity>(found) * pose.X;
+}
+
+/// Frames with a pose are tracked, the others are not.
+void add_poses(const score::Trajectory& poses, const Frames& frames, tracking::Tracked& tracked) {
+  auto pose = poses.begin();
+  for (const slam::Stamp t : frames.stamps) {
+    if (pose == poses.end() || pose->t != t) {
+      tracked.untracked.push_back(t);
+      continue;
+    }
+    slam::FrameReport report;
+    report.t = t;
+    tracked.frames.push_back({{t, pose->X, std::nullopt}, report});
+    ++pose;
+  }
+}
+
+void read_run(const ExternalRun& run, const Frames& frames, const result::RunRecord& record,
+              tracking::Tracked& tracked) {
+  const files::TrajectoryFile file = files::read_trajectory(run.trajectory);
+  if (file.stamps == "frame numbers")
+    throw estimators::EstimatorFailed(
+        "its trajectory has frame numbers for stamps: write times.txt beside it");
+  score::Trajectory poses = poses_at_frames(file, frames, run.body, record.setup.calibration);
+  if (poses.empty())
+    throw estimators::EstimatorFailed(
+        fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
+  place_in_world(poses, record.truth.camera, run.alignment);
+  add_poses(poses, frames, tracked);
+}
+
+std::optional<std::string> why_no_scale(score::Alignment alignment) {
+  if (alignment != score::Alignment::sim3 && alignment != score::Alignment::scale) return std::nullopt;
+  return "the estimate was scaled to the truth: see ate_sim3_rmse_m";
+}
+
+}  // namespace
+
+result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
+                               const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
+                               result::Timing timing) {
+  files::AtomicFolder folder(place.folder, place.existing);
+  recording::RecordingReader reader(recording);
+  const Frames frames = frames_of(reader);
+  result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
+                           std::nullopt, reader.hash()};
+  record.alignment = score::name_of(run.alignment);
+  record.no_scale = why_no_scale(run.alignment);
+  tracking::Tracked tracked;
+  tracked.log = run.log;
+  tracked.failed = run.failed;
+  try {
+    if (!run.failed) read_run(run, frames, record, tracked);
+  } catch (const files::FileError& unusable) {
+    tracked.failed = fmt::format("its trajectory cannot be used: {}", unusable.what());
+  } catch (const estimators::EstimatorFailed& unusable) {
+    tracked.failed = unusable.what();
+  }
+  if (tracked.failed) tracked.untracked = frames.stamps;
+  for (const slam::Stamp t : frames.stamps)
+    timing.frames.push_back({.t = t, .filter_ms = run.cpu_ms / static_cast<double>(frames.stamps.size())});
+  record.tracked = std::move(tracked);
+  const double end_s = frames.stamps.empty() ? 0 : slam::seconds(frames.stamps.back());
+  const result::Outcome outcome = result::write_result(folder.path(), record, place, timing, end_s);
+  folder.commit();
+  return outcome;
+}
+
+}  // namespace sim::replay

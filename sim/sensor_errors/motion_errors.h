@@ -1,0 +1,83 @@
+// Errors of the motion sensors on their way to the filter: gyro, accelerometer, leg odometry and walking
+// plan.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/sensor_errors/faults.h"
+#include "slam/observation.h"
+
+namespace sim::sensor_errors {
+
+/// The errors of one sensor, per axis, in its own unit (rad/s or m/s²).
+struct InertialErrorSizes {
+  double sigma = 0;            ///< white noise of a 200 Hz reading
+  double bias_sigma = 0;       ///< of the bias at the start, drawn once per run
+  double bias_walk_sigma = 0;  ///< growth of the bias's standard deviation in 1 s
+  double range = 0;            ///< readings beyond ±range are ±range; 0: none are
+  double resolution = 0;       ///< readings are whole multiples of it; 0: they are not rounded
+};
+
+/// One sensor. Draws are keyed by seed, the sensor's name and the reading's stamp.
+class InertialErrors {
+ public:
+  struct Spike {
+    Span span;
+    double size = 0;
+  };
+  InertialErrors(std::string sensor, const InertialErrorSizes& sizes, std::uint64_t seed,
+                 std::vector<Spike> spikes, std::vector<Span> silences);
+
+  /// Readings must come in order of time, also from call to call.
+  void apply(std::vector<slam::InertialSample>& readings);
+
+ private:
+  Eigen::Vector3d disturbed(const slam::InertialSample& reading);
+
+  std::string sensor_;
+  InertialErrorSizes sizes_;
+  std::uint64_t seed_;
+  std::vector<Spike> spikes_;
+  std::vector<Span> silences_;
+  Eigen::Vector3d bias_;
+};
+
+/// Errors of leg odometry, applied to one frame after another. sigma_m: white noise of each frame's position,
+/// per axis, drawn by seed and stamp. scale_fraction: relative error of the distances.
+class LegErrors {
+ public:
+  LegErrors(double sigma_m, double scale_fraction, std::uint64_t seed)
+      : sigma_m_(sigma_m), scale_fraction_(scale_fraction), seed_(seed) {}
+  void apply(slam::LegMotion& legs, slam::Stamp t);
+
+ private:
+  double sigma_m_, scale_fraction_;
+  std::uint64_t seed_;
+  std::optional<Eigen::Vector3d> first_p_OC_;
+};
+
+/// Errors of the planned motion, applied to one observation after another. velocity_sigma_m_s: white error of
+/// the planned velocity along x and y of P, drawn for each frame by seed and stamp, and integrated into the
+/// position.
+class PlanErrors {
+ public:
+  PlanErrors(double velocity_sigma_m_s, std::uint64_t seed, const std::vector<Fault>& faults);
+  std::optional<slam::PlannedMotion> apply(std::optional<slam::PlannedMotion> plan, slam::Stamp t);
+
+ private:
+  Eigen::Vector3d velocity_error(slam::Stamp t) const;
+
+  double velocity_sigma_m_s_;
+  std::uint64_t seed_;
+  std::optional<slam::Stamp> last_;
+  std::vector<PlanMissing> missing_;
+  std::vector<PlanScaled> scaled_;
+  std::optional<Eigen::Vector3d> last_p_PC_;                    // as planned
+  Eigen::Vector3d position_error_P_ = Eigen::Vector3d::Zero();  // accumulated so far
+};
+
+}  // namespace sim::sensor_errors

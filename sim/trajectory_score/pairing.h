@@ -1,0 +1,35 @@
+// Two trajectory files, read and paired by their stamps.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/files/trajectory_file.h"
+#include "sim/score/trajectory.h"
+
+namespace sim::trajectory_score {
+
+/// interpolate: pair each estimate with the truth interpolated at its stamp, instead of the nearest one at
+/// most most_apart_s away. offset_s: added to the stamps of the estimate.
+struct PairingOptions {
+  double most_apart_s = 0.01, offset_s = 0;
+  bool interpolate = false;
+};
+
+struct PairedFiles {
+  std::string truth, estimate;  ///< one line each about the file
+  std::vector<score::PosePair> pairs;
+  files::TrajectoryFile estimate_file;
+};
+
+/// Reads and pairs. need_motion: positions are compared. Throws FileError if a file is not a trajectory, if
+/// its stamps are not in the unit of the other's or if its positions do not move; std::invalid_argument if no
+/// or hardly any poses have a partner.
+PairedFiles pair_files(const std::filesystem::path& truth, const std::filesystem::path& estimate,
+                       const PairingOptions& options, bool need_motion);
+
+inline double seconds(score::Stamp t) { return std::chrono::duration<double>(t).count(); }
+score::Stamp stamp(double seconds);
+
+}  // namespace sim::trajectory_score

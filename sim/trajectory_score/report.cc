@@ -1,0 +1,215 @@
+#include "sim/trajectory_score/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "sim/files/json.h"
+#include "sim/score/consistency.h"
+
+namespace sim::trajectory_score {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+using score::Absent, score::Alignment, score::OrAbsent, score::PosePair, score::Similarity, score::Spans;
+
+bool is_of_orientation(const Options& options) {
+  const Relation relation = options.relation;
+  return !options.alignment && (relation == Relation::angle_deg || relation == Relation::angle_rad ||
+                                relation == Relation::rot_part);
+}
+
+Row row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
+        const std::string& why_none) {
+  if (errors.empty()) return {name, unit, Absent{why_none}};
+  if (!std::all_of(errors.begin(), errors.end(), [](double error) { return std::isfinite(error); }))
+    return {name, unit, Absent{"a value is not finite"}};
+  return {name, unit, describe(errors)};
+}
+
+// The alignment of the first poses_to_align pairs.
+OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment alignment,
+                                 const Options& options) {
+  const std::size_t count = options.poses_to_align;
+  if (count == 0 || count >= pairs.size()) return score::align(pairs, alignment);
+  return score::align({pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(count)}, alignment);
+}
+
+Row pose_row(const std::vector<PosePair>& pairs, Alignment alignment, const Options& options) {
+  const auto found = align_first(pairs, alignment, options);
+  const std::string name = "APE " + name_of(alignment), unit_name = unit(options.relation);
+  if (const auto* const absent = std::get_if<Absent>(&found)) return {name, unit_name, *absent};
+  const auto moved = transformed(std::get<Similarity>(found), pairs);
+  return row(name, unit_name, pose_errors(moved, options.relation), "");
+}
+
+Row motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation relation) {
+  static constexpr std::array<std::string_view, 6> kUnits{"frames", "m", "s", "rad", "deg", "footsteps"};
+  const std::string name =
+      fmt::format("RPE {} {}{}", which.delta, kUnits[static_cast<std::size_t>(which.unit)],
+                  which.all ? " (from each pose)" : "");
+  return row(name, unit(relation), motion_errors(pairs, score::spans(pairs, which), relation),
+             "the path has no such spans");
+}
+
+// NEES without alignment, if every matched estimate has a covariance.
+std::vector<Row> nees_rows(const std::vector<PosePair>& pairs, const files::TrajectoryFile& estimate,
+                           score::Stamp offset) {
+  std::vector<double> position, orientation;
+  for (const PosePair& pair : pairs) {
+    const auto at = std::lower_bound(estimate.rows.begin(), estimate.rows.end(), pair.t - offset,
+                                     [](const files::TumRow& r, score::Stamp t) { return r.t < t; });
+    if (at == estimate.rows.end() || !at->covariance) return {};
+    const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, *at->covariance);
+    if (!nees) return {{"NEES none", "1", Absent{"a covariance is not positive definite"}}};
+    position.push_back(nees->position);
+    orientation.push_back(nees->orientation);
+  }
+  return {row("NEES none, position", "1", position, ""), row("NEES none, orientation", "1", orientation, "")};
+}
+
+// The rows of a report without options: every alignment, and relative errors over the usual spans.
+void add_overview(Report& report, const std::vector<PosePair>& pairs, const Options& options) {
+  for (const Alignment alignment :
+       {Alignment::origin, Alignment::yaw_position, Alignment::se3, Alignment::sim3, Alignment::scale})
+    report.rows.push_back(pose_row(pairs, alignment, options));
+  Options turning = options;
+  turning.relation = Relation::angle_deg;
+  report.rows.push_back(pose_row(pairs, Alignment::none, turning));
+  std::vector<Spans> usual;
+  for (const double length : {0.25, 0.5, 1.0, 2.0, 4.0})
+    usual.push_back({Spans::Unit::metres, length, true, 0.1, true});
+  usual.push_back({Spans::Unit::seconds, 1, true});
+  for (const Spans& which : usual)
+    for (const Relation relation : {options.relation, Relation::angle_deg})
+      report.rows.push_back(motion_row(pairs, which, relation));
+}
+
+double path_length(const std::vector<PosePair>& pairs) {
+  double length = 0;
+  for (std::size_t i = 1; i < pairs.size(); ++i)
+    length += (pairs[i].X_true.translation() - pairs[i - 1].X_true.translation()).norm();
+  return length;
+}
+
+// The numbers of a row under the names that evo gives them.
+std::vector<std::pair<std::string, double>> numbers(const ErrorStatistics& s) {
+  return {{"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median}, {"std", s.std}, {"min", s.min},
+          {"max", s.max},   {"p95", s.p95},   {"p99", s.p99},       {"sse", s.sse}};
+}
+
+std::string line(const Row& row) {
+  const std::string name = fmt::format("{} [{}]", row.name, row.unit);
+  if (const auto* const absent = std::get_if<Absent>(&row.statistics))
+    return fmt::format("{:<33} {}\n", name, absent->reason);
+  const auto& s = std::get<ErrorStatistics>(row.statistics);
+  return fmt::format("{:<33} {:>5} {:>9.5g} {:>9.5g} {:>9.5g} {:>9.5g}\n", name, s.n, s.rmse, s.median, s.p95,
+                     s.max);
+}
+
+}  // namespace
+
+fs::path trajectory_in(const fs::path& path, bool truth) {
+  if (!fs::is_directory(path)) return path;
+  for (const char* name :
+       truth ? std::array{"truth.tum", ""} : std::array{"estimate_cov.txt", "estimate.tum"})
+    if (*name != '\0' && fs::exists(path / name)) return path / name;
+  throw files::FileError(path, truth ? "is not a result folder: it has no truth.tum"
+                                     : "is not a result folder with an estimate: it has no estimate.tum");
+}
+
+Report score_files(const fs::path& truth, const fs::path& estimate, const Options& options) {
+  const PairedFiles files = pair_files(truth, estimate, options.pairing, !is_of_orientation(options));
+  Report report;
+  report.truth = files.truth;
+  report.estimate = files.estimate;
+  report.matched = files.pairs.size();
+  report.poses = files.estimate_file.rows.size();
+  report.pairing = options.pairing.interpolate
+                       ? "truth interpolated at the estimate's stamps"
+                       : fmt::format("nearest stamp within {} s", options.pairing.most_apart_s);
+  const Alignment alignment = options.alignment.value_or(Alignment::none);
+  report.alignment = name_of(alignment);
+  const auto found = align_first(files.pairs, alignment, options);
+  if (const auto* const absent = std::get_if<Absent>(&found))
+    throw std::invalid_argument(fmt::format("--align {}: {}", report.alignment, absent->reason));
+  report.similarity = std::get<Similarity>(found);
+  const auto pairs = transformed(report.similarity, files.pairs);
+  report.path_m = path_length(pairs);
+  if (options.relative) {
+    report.rows = {motion_row(pairs, *options.relative, options.relation)};
+    if (const auto* const absent = std::get_if<Absent>(&report.rows.front().statistics);
+        absent && score::spans(pairs, *options.relative).empty())
+      throw std::invalid_argument(fmt::format("{}: {}", report.rows.front().name, absent->reason));
+  } else {
+    report.rows = {
+        row("APE " + report.alignment, unit(options.relation), pose_errors(pairs, options.relation), "")};
+    if (!options.alignment) add_overview(report, files.pairs, options);
+  }
+  for (const Row& nees : nees_rows(files.pairs, files.estimate_file, stamp(options.pairing.offset_s)))
+    report.rows.push_back(nees);
+  return report;
+}
+
+std::string table(const Report& r) {
+  std::string text =
+      fmt::format("truth     {}\nestimate  {}\nmatched   {} of {} poses ({}); {:.3f} m walked\n", r.truth,
+                  r.estimate, r.matched, r.poses, r.pairing, r.path_m);
+  text += fmt::format("alignment {}", r.alignment);
+  text += r.similarity.scale == 1 ? "\n\n" : fmt::format(", scale {:.6f}\n\n", r.similarity.scale);
+  text += fmt::format("{:<33} {:>5} {:>9} {:>9} {:>9} {:>9}\n", "error", "n", "rmse", "median", "p95", "max");
+  for (const Row& row : r.rows) text += line(row);
+  return text;
+}
+
+std::string json_text(const Report& r) {
+  ordered_json json{{"truth", r.truth},         {"estimate", r.estimate},     {"poses_matched", r.matched},
+                    {"poses", r.poses},         {"pairing", r.pairing},       {"path_length_m", r.path_m},
+                    {"alignment", r.alignment}, {"scale", r.similarity.scale}};
+  json["errors"] = ordered_json::array();
+  for (const Row& row : r.rows) {
+    ordered_json entry{{"error", row.name}, {"unit", row.unit}, {"n", 0}};
+    if (const auto* const s = std::get_if<ErrorStatistics>(&row.statistics)) {
+      entry["n"] = s->n;
+      for (const auto& [name, value] : numbers(*s)) entry[name] = value;
+    } else {
+      entry["reason"] = std::get<Absent>(row.statistics).reason;
+    }
+    json["errors"].push_back(entry);
+  }
+  return files::json_text(json, 2) + "\n";
+}
+
+std::string csv_text(const Report& r) {
+  std::string text = "error,unit,n,rmse,mean,median,std,min,max,p95,p99,sse\n";
+  for (const Row& row : r.rows) {
+    const auto* const s = std::get_if<ErrorStatistics>(&row.statistics);
+    text += fmt::format("\"{}\",{},{}", row.name, row.unit, s ? s->n : 0);
+    for (const auto& [name, value] : numbers(s ? *s : ErrorStatistics{}))
+      text += s ? fmt::format(",{}", value) : ",";
+    text += '\n';
+  }
+  return text;
+}
+
+std::string latex_text(const Report& r) {
+  std::string text =
+      "\\begin{tabular}{lrrrrrr}\n\\hline\nerror & $n$ & RMSE & mean & median & std & max \\\\\n\\hline\n";
+  for (const Row& row : r.rows) {
+    const auto* const s = std::get_if<ErrorStatistics>(&row.statistics);
+    if (!s) continue;
+    text +=
+        fmt::format("{} [{}] & {} & {:.4g} & {:.4g} & {:.4g} & {:.4g} & {:.4g} \\\\\n", row.name,
+                    row.unit == "%" ? "\\%" : row.unit, s->n, s->rmse, s->mean, s->median, s->std, s->max);
+  }
+  return text + "\\hline\n\\end{tabular}\n";
+}
+
+}  // namespace sim::trajectory_score

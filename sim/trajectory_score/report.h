@@ -1,0 +1,55 @@
+// The report of `gaitslam score`: an estimated trajectory against a true one from files, in the terms of evo.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/score/alignment.h"
+#include "sim/score/relative.h"
+#include "sim/trajectory_score/errors.h"
+#include "sim/trajectory_score/pairing.h"
+
+namespace sim::trajectory_score {
+
+/// relative: score the motion over these spans instead of poses.
+struct Options {
+  std::optional<score::Alignment> alignment;  ///< absent: no alignment, and the table shows all
+  std::size_t poses_to_align = 0;             ///< the number of first poses to align; 0: all
+  Relation relation = Relation::trans_part;
+  std::optional<score::Spans> relative;
+  PairingOptions pairing;
+};
+
+/// One line of the report: the pose errors under an alignment, or the motion errors over a kind of span.
+struct Row {
+  std::string name, unit;
+  score::OrAbsent<ErrorStatistics> statistics;
+};
+
+struct Report {
+  std::string truth, estimate;  ///< one line each about the file
+  std::size_t matched = 0, poses = 0;
+  std::string pairing;             ///< how poses were paired
+  double path_m = 0;               ///< of the truth's matched poses
+  score::Similarity similarity;    ///< of the alignment in use
+  std::string alignment = "none";  ///< its name
+  std::vector<Row> rows;           ///< the requested one first
+};
+
+/// The file of the truth or of the estimate in a result folder; `path` itself if it is a file. Throws
+/// FileError.
+std::filesystem::path trajectory_in(const std::filesystem::path& path, bool truth);
+
+/// Reads, pairs, aligns and scores. Throws as pair_files(), and std::invalid_argument with the reason in one
+/// line if the alignment is not determined or no span is as long as asked for.
+Report score_files(const std::filesystem::path& truth, const std::filesystem::path& estimate,
+                   const Options& options);
+
+std::string table(const Report& report);  ///< for the terminal
+std::string json_text(const Report& report);
+std::string csv_text(const Report& report);
+std::string latex_text(const Report& report);
+
+}  // namespace sim::trajectory_score

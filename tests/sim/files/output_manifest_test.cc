@@ -1,0 +1,192 @@
+#include "sim/files/output_manifest.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::files {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+class OutputManifest : public testing::Test {
+ protected:
+  // A folder as the program makes them: result/score.json and result/recording/frames.csv.
+  void make(const std::string& text = "made") const {
+    AtomicFolder result(folder_ / "result", Existing::replace);
+    write_text(result.path() / "score.json", text);
+    fs::create_directory(result.path() / "recording");
+    write_text(result.path() / "recording/frames.csv", text);
+    result.commit();
+  }
+  void write(const std::string& name, const std::string& text = "mine") const {
+    fs::create_directories((folder_ / name).parent_path());
+    write_text(folder_ / name, text);
+  }
+  // Making the folder again is refused with these words, and what is in it stays.
+  void expect_spared(const std::string& words) const {
+    EXPECT_THAT([&] { make("again"); },
+                ThrowsMessage<FileError>(AllOf(HasSubstr(words), HasSubstr("move it away"))));
+    if (fs::exists(folder_ / "result/score.json")) {
+      EXPECT_EQ(read_text(folder_ / "result/score.json"), "made");
+    }
+    EXPECT_FALSE(fs::exists(folder_ / ".result.partial"));
+  }
+  const TemporaryFolder folder_;
+};
+
+TEST_F(OutputManifest, WhatTheProgramMadeIsReplaced) {
+  make();
+  EXPECT_EQ(unlisted_in(folder_ / "result"), std::nullopt);
+  EXPECT_EQ(read_text(folder_ / "result" / kMarker),
+            "# Made by gaitslam, which replaces and removes only what is listed here.\n"
+            "recording/\nrecording/frames.csv\nscore.json\n");
+  make("again");
+  EXPECT_EQ(read_text(folder_ / "result/score.json"), "again");
+}
+
+TEST_F(OutputManifest, AFolderOfTheUsersIsNotReplaced) {
+  write("result/letter.txt");
+  expect_spared("result: would be replaced with letter.txt in it");
+  EXPECT_EQ(read_text(folder_ / "result/letter.txt"), "mine");
+}
+
+TEST_F(OutputManifest, AnEmptyFolderIsReplaced) {
+  fs::create_directory(folder_ / "result");
+  make();
+  EXPECT_TRUE(has_marker(folder_ / "result"));
+}
+
+TEST_F(OutputManifest, ANoteInIsSparedAndNamed) {
+  for (const std::string note : {"result/notes.txt", "result/recording/notes.txt", "result/mine/notes.txt"}) {
+    make();
+    write(note);
+    expect_spared((note.find("mine") == note.npos ? note : "result/mine") + ": was not made by gaitslam");
+    EXPECT_EQ(read_text(folder_ / note), "mine");
+    fs::remove_all(folder_ / "result");
+  }
+}
+
+TEST_F(OutputManifest, FoldersThatTheProgramAddedLaterAreItsOwn) {
+  make();
+  for (const char* later : {"result/replay", "result/export/euroc"}) {
+    AtomicFolder added(folder_ / later);
+    write_text(added.path() / "data.csv", "x");
+    added.commit();
+  }
+  add_to_marker(folder_ / "result", {"replay/", "export/", "export/euroc/"});
+  list_outputs(folder_ / "result", {"video.mp4"});
+  write("result/video.mp4");
+  write("result/.score.json.partial");
+  EXPECT_EQ(unlisted_in(folder_ / "result"), std::nullopt);
+  write("result/export/euroc/notes.txt");
+  EXPECT_EQ(unlisted_in(folder_ / "result"), folder_ / "result/export/euroc/notes.txt");
+}
+
+TEST_F(OutputManifest, AResultThatTheUserPutIntoItIsSpared) {
+  make();
+  fs::copy(folder_ / "result", folder_ / "copy", fs::copy_options::recursive);
+  fs::rename(folder_ / "copy", folder_ / "result/before");
+  expect_spared("result/before: was not made by gaitslam");
+  EXPECT_EQ(read_text(folder_ / "result/before/score.json"), "made");
+}
+
+TEST_F(OutputManifest, LinksAreNeitherFollowedNorRemoved) {
+  write("precious/letter.txt");
+  make();
+  fs::create_directory_symlink(folder_ / "precious", folder_ / "result/link");
+  expect_spared("result/link: was not made by gaitslam");
+  fs::remove(folder_ / "result/link");
+  fs::remove_all(folder_ / "result/recording");
+  fs::create_directory_symlink(folder_ / "precious", folder_ / "result/recording");
+  expect_spared("result/recording: was not made by gaitslam");
+  fs::remove_all(folder_ / "result");
+  fs::create_directory_symlink(folder_ / "precious", folder_ / "result");
+  EXPECT_THAT([&] { make(); }, ThrowsMessage<FileError>(HasSubstr("result: is a symbolic link")));
+  EXPECT_EQ(read_text(folder_ / "precious/letter.txt"), "mine");
+}
+
+TEST_F(OutputManifest, WhatAKilledClaimLeftIsTheProgramsOwn) {
+  make();
+  write("result/..gaitslam.partial", "half");
+  make("again");
+  EXPECT_EQ(read_text(folder_ / "result/score.json"), "again");
+  EXPECT_FALSE(fs::exists(folder_ / "result/..gaitslam.partial"));
+}
+
+TEST_F(OutputManifest, AMarkerThatIsALinkOrOfSomethingElseIsNone) {
+  make();
+  fs::rename(folder_ / "result" / kMarker, folder_ / "marker");
+  fs::create_symlink(folder_ / "marker", folder_ / "result" / kMarker);
+  EXPECT_FALSE(has_marker(folder_ / "result"));
+  fs::remove(folder_ / "result" / kMarker);
+  write("result/.gaitslam", "score.json\n");
+  expect_spared("result: would be replaced with ");
+}
+
+// While a result is being made the user puts a file into the one that it replaces.
+TEST_F(OutputManifest, WhatAppearsInTheOldOneMeanwhileIsKept) {
+  make();
+  AtomicFolder result(folder_ / "result", Existing::replace);
+  write_text(result.path() / "score.json", "again");
+  write("result/notes.txt");
+  EXPECT_THAT([&] { result.commit(); }, ThrowsMessage<FileError>(HasSubstr("is kept in ")));
+  EXPECT_EQ(read_text(folder_ / "result/score.json"), "again");
+  EXPECT_EQ(read_text(folder_ / "result.replaced/score.json"), "made");
+  EXPECT_EQ(read_text(folder_ / "result.replaced/notes.txt"), "mine");
+}
+
+TEST_F(OutputManifest, APartialFolderOfTheUsersIsSpared) {
+  write(".result.partial/letter.txt");
+  EXPECT_THAT([&] { make(); },
+              ThrowsMessage<FileError>(HasSubstr(".result.partial: was not made by gaitslam")));
+  EXPECT_EQ(read_text(folder_ / ".result.partial/letter.txt"), "mine");
+}
+
+TEST_F(OutputManifest, NamesAreClaimedUnlessSomebodyElseHasThem) {
+  const fs::path root = folder_ / "root";
+  list_outputs(root, {"summary.json", "parts/"});
+  write("root/summary.json", "ours");
+  list_outputs(root, {"summary.json", "index.html"});
+  write("root/report.html");
+  EXPECT_THAT(
+      [&] {
+        list_outputs(root, {"tune.json", "report.html"});
+      },
+      ThrowsMessage<FileError>(HasSubstr("report.html: was not made by this version of gaitslam")));
+  EXPECT_EQ(read_text(root / kMarker).find("tune.json"), std::string::npos) << "nothing was changed";
+  EXPECT_EQ(unlisted_in(root), root / "report.html");
+  fs::remove(root / "report.html");
+  EXPECT_EQ(unlisted_in(root), std::nullopt);
+}
+
+TEST_F(OutputManifest, AFileWhereTheProgramMadeAFolderIsSomebodyElses) {
+  const fs::path root = folder_ / "root";
+  list_outputs(root, {"parts/"});
+  write("root/parts");
+  EXPECT_THAT([&] { list_outputs(root, {"parts/"}); },
+              ThrowsMessage<FileError>(HasSubstr("parts: was not made")));
+}
+
+TEST_F(OutputManifest, NamesThatWereClaimedAndNotWrittenAreFreeAgain) {
+  const fs::path root = folder_ / "root";
+  list_outputs(root, {"summary.json", "best.yaml", "parts/"});
+  write("root/summary.json", "ours");
+  unlist_missing(root, {"summary.json", "best.yaml", "parts/"});
+  EXPECT_EQ(listed_in(root), OutputNames{"summary.json"});
+  write("root/best.yaml");
+  EXPECT_THAT([&] { list_outputs(root, {"best.yaml"}); },
+              ThrowsMessage<FileError>(HasSubstr("best.yaml: was not made")));
+  fs::remove(root / "summary.json");
+  unlist_missing(root, {"summary.json"});
+  EXPECT_FALSE(fs::exists(root / kMarker)) << "it lists nothing";
+}
+
+}  // namespace
+}  // namespace sim::files
