@@ -10,7 +10,7 @@
 namespace sim::pages {
 namespace {
 
-constexpr int kPictures = 4;
+constexpr int kHeadViews = 4;
 
 std::string table(const std::vector<PaperRow>& rows) {
   constexpr std::array kClasses{"soft", "good", "good", "bad"};
@@ -58,7 +58,7 @@ std::string head_views(const PaperRuns& runs) {
   const std::vector<RunData>& shown = runs_of(runs, "tangent_circle_paper");
   std::string html;
   if (!shown.empty())
-    for (const Picture& picture : pictures(shown.front(), kPictures))
+    for (const Picture& picture : pictures(shown.front(), kHeadViews))
       html += fmt::format("<figure>{}<span class='soft'>{} s</span></figure>\n", picture.svg, picture.t);
   if (html.empty()) return "";
   return section_html(
