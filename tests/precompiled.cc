@@ -1,1 +1,1 @@
-// Only so that CMake has a source to compile precompiled.h for.
+// The source that CMake needs to compile precompiled.h.

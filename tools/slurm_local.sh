@@ -1,10 +1,10 @@
 #!/bin/sh
-# A Slurm cluster of three nodes on this machine alone, for tests and for a first try:
-#   tools/slurm_local.sh start [DIR]     brings it up; prints what to set: eval "$(tools/slurm_local.sh start)"
-#   tools/slurm_local.sh stop [DIR]      takes it down
+# A local Slurm cluster of three nodes, for tests and first tries:
+#   tools/slurm_local.sh start [DIR]     starts it and prints the settings: eval "$(tools/slurm_local.sh start)"
+#   tools/slurm_local.sh stop [DIR]      stops it
 #   tools/slurm_local.sh status [DIR]
-#   tools/slurm_local.sh lose DIR NODE   as if the node's power went: all of its processes killed, the node down
-# DIR (default: $TMPDIR/gaitslam-slurm-UID) holds configuration, keys, logs and process ids; /etc is not touched. munge, slurmctld
+#   tools/slurm_local.sh lose DIR NODE   simulates a power failure: kills all processes of the node
+# DIR (default: $TMPDIR/gaitslam-slurm-UID) contains configuration, keys, logs and process ids; /etc is not touched. munge, slurmctld
 # and the slurmd listen on 127.0.0.1 only. Needs Debian's slurm-wlm and munge, and root. $GAITSLAM_SLURM_PORT: first of
 # five ports (default 26817).
 set -eu
@@ -126,7 +126,7 @@ stop() {
   rm -f "$dir"/run/*.pid
 }
 
-# Processes of the node's jobs, and the steps that began them.
+# Processes of the node's jobs and their parent steps.
 processes_of() {
   for process in $(grep -lzsx "SLURMD_NODENAME=$1" /proc/[0-9]*/environ | cut -d/ -f3); do
     echo "$process"
@@ -136,7 +136,7 @@ processes_of() {
 }
 
 lose() {
-  alive "$1" || fail "there is no node $1 running"
+  alive "$1" || fail "node $1 is not running"
   kill -KILL "$(cat "$dir/run/$1.pid")" $(processes_of "$1" | sort -u) 2>/dev/null || true
   SLURM_CONF=$dir/slurm.conf scontrol update NodeName="$1" State=DOWN Reason=lost
 }

@@ -30,7 +30,7 @@ inline const std::filesystem::path& folder() {
 
 /// Writes a file of that folder and returns its path.
 inline std::filesystem::path file(const std::string& name, std::string_view text) {
-  static std::set<std::string> made;  // names whose folder exists
+  static std::set<std::string> made;  // their folders exist
   const std::filesystem::path path = folder() / name;
   if (made.insert(name).second) std::filesystem::create_directories(path.parent_path());
   sim::files::write_text(path, text);
@@ -38,7 +38,7 @@ inline std::filesystem::path file(const std::string& name, std::string_view text
 }
 
 /// Calls `read`, which may throw FileError or ConfigError; any other exception ends the target.
-/// Returns the error's message, empty if there was none.
+/// Returns the error's message, empty on success.
 template <class Read>
 std::string read_or_reject(const Read& read) {
   try {
@@ -51,7 +51,7 @@ std::string read_or_reject(const Read& read) {
   }
 }
 
-/// Ends the target if a property of the input does not hold.
+/// Ends the target if a property is violated.
 inline void require(bool property) {
   if (!property) abort();
 }

@@ -77,7 +77,7 @@ async function finish() {
   }
   const imu = messages.filter((m) => m.topic === "/imu");
   assert(imu.length > 5 * images.length, `${imu.length} readings of the IMU`);
-  // Every 5 ms, except where the oldest frame in the queue of a slow client was dropped.
+  // Every 5 ms, except after the oldest frame in the queue of a slow client was dropped.
   const steps = imu.slice(1).map((m, i) => m.timestamp - imu[i].timestamp);
   steps.forEach((step) => assert(step > 0n && step % 5000000n === 0n, `${step} ns between readings of the IMU`));
   assert(steps.filter((step) => step === 5000000n).length > 0.8 * steps.length);

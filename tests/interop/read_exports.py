@@ -79,7 +79,7 @@ class Expected:
         return np.fromfile(self.folder / f"{stamp}.grey", np.uint8).reshape(48, 64)
 
     def check_images(self, folder, calibration):
-        """calibration: the YAML file with the lens that the images are said to have."""
+        """calibration: the YAML file with the lens of the images."""
         assert sorted(f.name for f in folder.iterdir()) == [f"{t}.png" for t in self.stamps]
         if self.pinhole:
             f = pinhole_focal(calibration)
@@ -132,7 +132,7 @@ def openvins(folder, expected):
 
 
 def undistorted(expected, stamp, f):
-    """What a pinhole with this focal length would have seen, worked out apart from the exporter."""
+    """The view of a pinhole with this focal length, computed independently of the exporter."""
     v, u = np.mgrid[0:48, 0:64].astype(float)
     a, b = 39.4 * (u - 31.4) / f, 39.0 * (v - 25.4) / f
     root = np.sqrt(1 + 2 * 7.37e-6 * 25 * (a * a + b * b))

@@ -94,7 +94,7 @@ function checkTransforms(messages) {
   }
 }
 
-// Of the test's robot: the first joint moves the thigh along x, the second one the shin along y.
+// The test's robot: the first joint moves the thigh along x, the second one the shin along y.
 function checkRobot(descriptions, messages) {
   assert.deepEqual(descriptions.map(({ data }) => data), ["<robot/>"]);
   const links = messages.flatMap(({ transforms }) => transforms).filter(({ header }) => header.frame_id === "waist");

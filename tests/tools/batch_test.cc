@@ -1,5 +1,4 @@
-// Several seeds through the program: the same files whatever the number of processes, and one crash stays one
-// crash.
+// Several seeds through the program: the number of processes changes no file, and a crash ends one seed only.
 #include <gmock/gmock.h>
 
 #include "tests/sim/result/result_folder.h"
@@ -18,31 +17,24 @@ const std::string kWalk =
 
 class BatchTest : public tests::CommandLine {
  protected:
-  BatchTest() { write("walk.yaml", kWalk); }
+  BatchTest() {
+    write("walk.yaml", kWalk);
+    write("stand.yaml", tests::kStand);
+  }
 };
-using LongBatchTest = BatchTest;
 
-TEST_F(BatchTest, TheNumberOfJobsChangesNoByte) {
-  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1..3 --jobs 1 --out one").exit_code, 0);
-  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1..3 --jobs 3 --out three").exit_code, 0);
-  EXPECT_THAT(differences(folder_ / "one", folder_ / "three"), IsEmpty());
-  EXPECT_GT(std::filesystem::file_size(folder_ / "one/summary.json"), 0u);
-}
-
-TEST_F(LongBatchTest, TheNumberOfJobsChangesNoByteOfFramesWithImageEffects) {
+// With image effects: several pictures a frame.
+TEST_F(BatchTest, TheNumberOfJobsChangesNoByteAndASeedOfABatchIsThatSeedRunAlone) {
   const std::string run =
-      "run walk.yaml --seeds 1,2 --without slam camera.exposure_s=0.01 camera.readout_s=0.02 "
-      "camera.subframes=2 world.lights_off.from_s=0.3 world.lights_off.duration_s=0.3 ";
-  ASSERT_EQ(gaitslam(run + "--jobs 1 --out one").exit_code, 0);
-  ASSERT_EQ(gaitslam(run + "--jobs 2 --out two").exit_code, 0);
+      "run walk.yaml camera.exposure_s=0.01 camera.readout_s=0.02 camera.subframes=2 "
+      "world.lights_off.from_s=0.3 world.lights_off.duration_s=0.3 ";
+  ASSERT_EQ(gaitslam(run + "--seeds 1..2 --jobs 1 --out one").exit_code, 0);
+  ASSERT_EQ(gaitslam(run + "--seeds 1..2 --jobs 2 --out two").exit_code, 0);
+  ASSERT_EQ(gaitslam(run + "seed=2 --out alone").exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(folder_ / "one/seed-1/recording/mav0/cam0/data"));
   EXPECT_THAT(differences(folder_ / "one", folder_ / "two"), IsEmpty());
-}
-
-TEST_F(BatchTest, ASeedOfABatchIsThatSeedRunAlone) {
-  ASSERT_EQ(gaitslam("run walk.yaml --seeds 2,5").exit_code, 0);
-  ASSERT_EQ(gaitslam("run walk.yaml seed=5 --out alone").exit_code, 0);
-  EXPECT_THAT(differences(folder_ / "results/walk/seed-5", folder_ / "alone/seed-5"), IsEmpty());
+  EXPECT_THAT(differences(folder_ / "one/seed-2", folder_ / "alone/seed-2"), IsEmpty());
+  EXPECT_GT(std::filesystem::file_size(folder_ / "one/summary.json"), 0u);
 }
 
 TEST_F(BatchTest, ReplayOfAResultGivesItsBytes) {
@@ -52,13 +44,6 @@ TEST_F(BatchTest, ReplayOfAResultGivesItsBytes) {
   EXPECT_THAT(differences(folder_ / "results/walk/seed-1", folder_ / "again", "recording/"), IsEmpty());
   EXPECT_EQ(gaitslam("replay results/walk/seed-1 --out again").exit_code, 2);
   EXPECT_EQ(gaitslam("replay results/walk/seed-1 --out again --force").exit_code, 0);
-}
-
-TEST_F(BatchTest, TheScoreIsWhatNumpyMakesOfTheResultsFiles) {
-  short_walks("results/walk");
-  const Ran ran = shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
-                        "/tests/tools/score_oracle.py' '" GAITSLAM_PROGRAM "' results/walk/seed-1");
-  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
 }
 
 TEST_F(BatchTest, ARecordingIsReplayedWithAnotherScenarioOfTheSameWalk) {
@@ -74,20 +59,8 @@ TEST_F(BatchTest, ARecordingIsReplayedWithAnotherScenarioOfTheSameWalk) {
   EXPECT_THAT(ran.err, HasSubstr("other.yaml: walk.commands is"));
 }
 
-TEST_F(BatchTest, ASuiteIsRunAndItsRecordingsReplayed) {
-  write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../walk.yaml}]\n");
-  const Ran made = gaitslam("baseline update suites/ci.yaml --reason first --out results --jobs 2");
-  ASSERT_EQ(made.exit_code, 0) << made.err;
-  const Ran again = gaitslam("regress suites/ci.yaml --recordings results --out again --jobs 2");
-  EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.out, HasSubstr("2 seeds paired"));
-  EXPECT_THAT(again.out, HasSubstr("rmse_m"));
-  EXPECT_THAT(again.out, testing::Not(HasSubstr("SAME")));
-  EXPECT_THAT(again.out, HasSubstr("IDENTICAL"));
-}
-
 TEST_F(BatchTest, ADefaultResultIsReplacedAndAnAskedForOneIsNot) {
-  const std::string run = "run walk.yaml --without camera,slam ";
+  const std::string run = "run stand.yaml --without camera,slam ";
   EXPECT_EQ(gaitslam(run).exit_code, 0);
   EXPECT_EQ(gaitslam(run).exit_code, 0);
   EXPECT_EQ(gaitslam(run + "--out here").exit_code, 0);
@@ -102,8 +75,8 @@ TEST_F(BatchTest, ALimitOverSeedsDecidesTheExitCode) {
   EXPECT_EQ(gaitslam(run + "limits.path_length_m.worst.at_least=100 --out missed").exit_code, 1);
 }
 
-// Later and later until it is done before it is killed, then about that moment; a whole result has the bytes
-// of one left alone.
+// Killed later and later until it finishes first, then around that moment. A whole result has the bytes of a
+// run that was not killed.
 TEST_F(BatchTest, ARunThatIsKilledAtAnyMomentLeavesAWholeRecordingOrNone) {
   const std::string run = "run walk.yaml --without camera,slam --out ";
   ASSERT_EQ(gaitslam(run + "alone").exit_code, 0);
@@ -138,12 +111,10 @@ TEST_F(BatchTest, AProcessThatIsKilledIsReportedAndStaysOne) {
 
 // In a container the program that starts a batch is often process 1.
 TEST_F(BatchTest, RunsWhereTheBatchIsTheFirstProcess) {
-  const std::string run = " run walk.yaml --without camera,slam --seeds 1,2 --out ";
   if (shell("unshare --user --pid --fork true").exit_code != 0) GTEST_SKIP() << "no namespaces here";
-  const Ran ran = shell("unshare --user --pid --fork " GAITSLAM_PROGRAM + run + "first");
+  const Ran ran = shell("unshare --user --pid --fork " GAITSLAM_PROGRAM
+                        " run stand.yaml --without camera,slam --seeds 1,2 --out first");
   EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
-  EXPECT_EQ(gaitslam(run + "plain").exit_code, 0);
-  EXPECT_THAT(differences(folder_ / "first", folder_ / "plain"), IsEmpty());
 }
 
 TEST_F(BatchTest, WhatSeveralSeedsSayAlikeIsSaidOnce) {

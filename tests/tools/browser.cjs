@@ -1,8 +1,8 @@
-// Headless Chromium, told what to do by scripts that use a page as somebody at a browser does. Only 127.0.0.1 is reached.
+// Headless Chromium for scripts that use a page as a reader does. Only 127.0.0.1 can be reached.
 const {spawn} = require('child_process');
 const fs = require('fs');
 
-// The browser is told what to do through a pipe: messages of JSON with a zero byte after each.
+// Commands go through a pipe: JSON messages, each with a zero byte at its end.
 class Browser {
   constructor(profile) {
     this.process = spawn('chromium', ['--headless', '--no-sandbox', `--user-data-dir=${profile}`, '--use-angle=swiftshader',
@@ -24,7 +24,7 @@ class Browser {
     if (id) this.waiting.get(id)?.(answer);
     if (method === 'Runtime.consoleAPICalled') this.said.push(`${params.type}: ${params.args.map((a) => a.value ?? a.description).join(' ')}`);
     if (method === 'Runtime.exceptionThrown') this.said.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
-    // What Chromium says of its own software renderer is not the page's.
+    // Warnings about Chromium's software renderer are not the page's.
     if (method === 'Log.entryAdded' && params.entry.level !== 'info' && !params.entry.text.includes('GPU stall')) this.said.push(params.entry.text);
   }
 

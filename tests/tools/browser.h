@@ -1,13 +1,12 @@
-// A page opened in headless Chromium, as a reader does.
+// A page opened in headless Chromium.
 #pragma once
 
 #include <string>
 
 namespace tests {
 
-/// The shell command that prints a page of this folder as it is after its script ran, and on standard error
-/// what the page said on the browser's console. Names are resolved nowhere: what is not in the file is not
-/// there.
+/// Returns the shell command that prints a page of this folder after its script ran and, on standard error,
+/// the browser's console. No host name resolves: the page cannot load other files.
 inline std::string browser_command(const std::string& page) {
   return "timeout 100 chromium --headless --no-sandbox --user-data-dir=profile --use-angle=swiftshader "
          "--enable-unsafe-swiftshader --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr "

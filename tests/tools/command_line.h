@@ -1,4 +1,4 @@
-// Runs the built program as a user does: through a shell, in a folder of the test's own.
+// Runs the built program through a shell, in a temporary folder of the test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,14 +15,16 @@
 
 namespace tests {
 
-inline const std::string kBlind = "run walk.yaml --without camera,slam ";
+inline const std::string kBlind = "run walk.yaml --without camera,slam ",
+                         kBlindStand = "run stand.yaml --without camera,slam ";
 
-/// What a command left: exit code (128 + signal when killed) and what it printed.
+/// Exit code (128 + signal if killed) and output of a command.
 struct Ran {
   int exit_code = -1;
   std::string out, err;
 
-  /// What it said besides the progress that it tells every 30 s where there is no terminal, as on a slow machine.
+  /// Standard error without the progress lines that appear every 30 s without a terminal, as on a slow
+  /// machine.
   std::string complaints() const {
     static const std::regex progress("gaitslam: [^\\n]* %,[^\\n]* left[^\\n]*\\n");
     return std::regex_replace(err, progress, "");
@@ -36,7 +38,11 @@ camera: {rate_hz: 10}
 slam: {}
 )";
 
-/// A test with a temporary folder of its own, in which its commands run.
+/// The cheapest scenario with camera and filter.
+inline constexpr const char* kStand =
+    "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: floor}\ncamera: {rate_hz: 10}\nslam: {}\n";
+
+/// A test with its own temporary folder, in which its commands run.
 class CommandLine : public testing::Test {
  protected:
   CommandLine() { std::filesystem::create_directories(folder_); }
@@ -51,8 +57,8 @@ class CommandLine : public testing::Test {
   }
   Ran gaitslam(const std::string& arguments) const { return shell(GAITSLAM_PROGRAM " " + arguments); }
 
-  /// Copies what `run walk.yaml --seeds 1..3` leaves of these seeds into a folder `to`, walk.yaml being
-  /// kShortWalk. They are walked once for all tests of a build.
+  /// Writes kShortWalk as walk.yaml and copies the results of `run walk.yaml --seeds 1..3` for these seeds
+  /// into `to`. The walks are made once for all tests of a build.
   void short_walks(const std::string& to, const std::string& seeds = "1") const {
     write("walk.yaml", kShortWalk);
     const Ran ran = shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +
@@ -75,7 +81,7 @@ class CommandLine : public testing::Test {
     std::ifstream in(folder_ / name);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  /// The complaint of a command that must be refused: exit code 2, one line, and nothing printed.
+  /// Standard error of a command that must be rejected: exit code 2, one line, no output.
   std::string refusal(const std::string& arguments) const {
     const Ran ran = gaitslam(arguments);
     EXPECT_EQ(ran.exit_code, 2) << arguments;
@@ -84,11 +90,11 @@ class CommandLine : public testing::Test {
     return ran.err;
   }
 
-  /// The command is refused with this complaint and leaves nothing behind.
+  /// The command is rejected with this message and leaves no file.
   void expect_refused(const std::string& arguments, const std::string& complaint) const {
     const std::size_t before = entries();
-    const std::string said = refusal(arguments);
-    EXPECT_NE(said.find(complaint), said.npos) << arguments << ": " << said;
+    const std::string error = refusal(arguments);
+    EXPECT_NE(error.find(complaint), error.npos) << arguments << ": " << error;
     EXPECT_EQ(entries(), before) << arguments;
   }
 
@@ -107,7 +113,7 @@ class CommandLine : public testing::Test {
        std::to_string(getpid()));
 };
 
-/// A test whose commands keep recordings in a cache of its own.
+/// A test whose commands use their own cache of recordings.
 class CommandLineWithCache : public CommandLine {
  protected:
   CommandLineWithCache() { ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1); }

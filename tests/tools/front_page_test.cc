@@ -1,4 +1,4 @@
-// The front page shows the figures that tools/figures/front_page.py measured last.
+// The front page shows the last measurements of tools/figures/front_page.py.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,12 +14,12 @@ std::string text_of(const std::string& file) {
   return text.str();
 }
 
-/// What stands between the page's markers of a part; "no such part" where there are none.
+/// The text between the markers of a part of the page, or "marker missing".
 std::string shown(const std::string& page, const std::string& part) {
   const std::string begin = "<!-- " + part + ": tools/figures/front_page.py -->\n",
                     end = "<!-- end of " + part + " -->\n";
   const std::size_t from = page.find(begin), to = page.find(end);
-  if (from == page.npos || to == page.npos) return "no such part";
+  if (from == page.npos || to == page.npos) return "marker missing";
   return page.substr(from + begin.size(), to - from - begin.size());
 }
 

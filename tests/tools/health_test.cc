@@ -1,4 +1,4 @@
-// A filter that cannot see says so, and says the same in every file, in the table and by the exit code.
+// A filter that cannot see reports it, consistently in every file, in the table and by the exit code.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -52,9 +52,11 @@ TEST_F(Health, AFilterThatSeesTracksAllTheTime) {
 
 TEST_F(Health, AFilterThatNeverSeesAnythingNewDivergesAndEveryFileSaysSo) {
   for (const auto& [change, cause] :
-       {std::pair<std::string, std::string>{"'errors.faults=[{frames_lost: {duration_s: 100}}]'", "no image arrives"},
+       {std::pair<std::string, std::string>{"'errors.faults=[{frames_lost: {duration_s: 100}}]'",
+                                            "no image arrives"},
         {"errors.image.gain=0", "the image is flat"},
-        {"'errors.faults=[{frames_frozen: {from_s: 0.4, duration_s: 100}}]'", "the image is the last one again"}}) {
+        {"'errors.faults=[{frames_frozen: {from_s: 0.4, duration_s: 100}}]'",
+         "the image is the last one again"}}) {
     const Ran ran = replay(change);
     const std::string whole = "tracking lost: " + cause + "; the map was not found again";
     EXPECT_EQ(ran.exit_code, 3) << change << ran.out << ran.err;
@@ -70,8 +72,9 @@ TEST_F(Health, AFilterThatNeverSeesAnythingNewDivergesAndEveryFileSaysSo) {
     ASSERT_FALSE(rows.empty());
     EXPECT_THAT(rows.back(), HasSubstr("diverged," + whole + ","));
     const std::string lost = "lost,tracking lost: " + cause + ",";
-    EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return row.starts_with(lost); }))
-        << cause;
+    EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const std::string& row) {
+      return row.starts_with(lost);
+    })) << cause;
   }
 }
 
@@ -89,8 +92,9 @@ TEST_F(Health, AFilterThatSeesAgainTracksAgainAndALimitOnTheShareOfTimeIsMissed)
 }
 
 TEST_F(Health, AsManyLandmarksAsTheKeysAllowAreHeldByTheBounds) {
-  const Ran ran = replay("slam.vision.visible_landmarks=1000 slam.vision.measured_landmarks=1000 "
-                         "slam.bounds.landmarks=20 slam.bounds.measured=10 slam.bounds.memory_mb=1");
+  const Ran ran = replay(
+      "slam.vision.visible_landmarks=1000 slam.vision.measured_landmarks=1000 "
+      "slam.bounds.landmarks=20 slam.bounds.measured=10 slam.bounds.memory_mb=1");
   EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
   const std::string map = text_of("out/map.csv");
   EXPECT_EQ(std::count(map.begin(), map.end(), '\n'), 21);  // and the head

@@ -1,5 +1,4 @@
-// Commands that are interrupted, and commands begun again: old results stay until new ones are whole, and the
-// same command goes on.
+// Interrupted and repeated commands: old results stay until new ones are complete, and a rerun resumes.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -16,13 +15,17 @@ using testing::IsEmpty;
 using testing::Not;
 using tests::differences;
 using tests::kBlind;
+using tests::kBlindStand;
 using tests::Ran;
 
 class Interruption : public tests::CommandLineWithCache {
  protected:
-  Interruption() { write("walk.yaml", tests::kShortWalk); }
+  Interruption() {
+    write("walk.yaml", tests::kShortWalk);
+    write("stand.yaml", std::string(tests::kStand) + "name: walk\n");
+  }
 
-  /// Runs a command in the background until a shell condition holds, and ends it by that signal.
+  /// Runs a command in the background until a shell condition is true, and sends it the signal.
   Ran ended_when(const std::string& condition, const std::string& signal,
                  const std::string& arguments) const {
     return shell("env --default-signal=INT " GAITSLAM_PROGRAM " " + arguments +
@@ -33,7 +36,7 @@ class Interruption : public tests::CommandLineWithCache {
     const Ran ran = gaitslam(arguments);
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
   }
-  /// All that a result lists is there.
+  /// Every file that a result lists exists.
   void expect_whole(const std::string& result) const {
     std::istringstream lines(text_of(result + "/.gaitslam"));
     int listed = 0;
@@ -62,8 +65,8 @@ TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
 }
 
 TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
-  ok(kBlind + "--seeds 1,2 --out h");
-  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " " + kBlind +
+  ok(kBlindStand + "--seeds 1,2 --out h");
+  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " " + kBlindStand +
                         "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force");
   EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-1, seed-2"));
@@ -74,8 +77,8 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
 }
 
 TEST_F(Interruption, FewerSeedsThanBeforeLeaveNoStaleOnes) {
-  ok(kBlind + "--seeds 1..3 --out h");
-  const Ran fewer = gaitslam(kBlind + "--seeds 1 --out h --force");
+  ok(kBlindStand + "--seeds 1..3 --out h");
+  const Ran fewer = gaitslam(kBlindStand + "--seeds 1 --out h --force");
   ASSERT_EQ(fewer.exit_code, 0) << fewer.err;
   EXPECT_THAT(fewer.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-2, seed-3\n"));
   EXPECT_THAT(fewer.out, HasSubstr("walk, 1 seed\n"));
@@ -83,7 +86,7 @@ TEST_F(Interruption, FewerSeedsThanBeforeLeaveNoStaleOnes) {
   ok("report h --out h.html");
   EXPECT_THAT(text_of("h.html"), Not(HasSubstr("seed 2")));
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-3/score.json"));
-  ok(kBlind + "--seeds 2 --out h --force");
+  ok(kBlindStand + "--seeds 2 --out h --force");
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-2/seed-1/score.json"));
 }
 
@@ -103,7 +106,7 @@ TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
   EXPECT_THAT(partial("killed"), IsEmpty());
 }
 
-// The estimator writes the file `ran`.
+// The estimator appends to the file `ran`.
 TEST_F(Interruption, OlderResultsAreNotTakenForThoseOfTheInterruptedCommand) {
   fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const std::string run =
@@ -177,10 +180,10 @@ TEST_F(Interruption, LeftoversInTheTemporaryFolderGoWithTheNextStart) {
 }
 
 TEST_F(Interruption, ResultsInTheTemporaryFolderAreNoLeftovers) {
-  ok(kBlind + "--seeds 1,2 --out tmp/gaitslam-result");
+  ok(kBlindStand + "--seeds 1,2 --out tmp/gaitslam-result");
   write("tmp/gaitslam-result/notes.txt", "mine");
   ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
-  ok(kBlind + "--seeds 1,2 --out again");
+  ok(kBlindStand + "--seeds 1,2 --out again");
   ::unsetenv("TMPDIR");
   EXPECT_TRUE(fs::exists(folder_ / "tmp/gaitslam-result/seed-1/score.json"));
   EXPECT_EQ(text_of("tmp/gaitslam-result/notes.txt"), "mine");
@@ -223,7 +226,7 @@ TEST_F(Interruption, ItIsSaidWhatIsKept) {
               HasSubstr("gaitslam: interrupted: nothing of this run is kept; earlier results in k are"));
   EXPECT_EQ(one.exit_code, 130);
   EXPECT_THAT(ended_when("[ -e s/trials.jsonl ]", "TERM",
-                         "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 50)' --out s")
+                         "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 50}' --out s")
                   .err,
               HasSubstr("finished results are kept in s; to resume"));
 }

@@ -1,5 +1,5 @@
-// Progress lines: the time left does not grow on a steady job, what is drawn fits the terminal, and without
-// one a line appears now and then.
+// Progress lines: the time left does not grow on a steady job, the line fits the terminal, and without a
+// terminal a line appears at intervals.
 #include "tools/cli/jobs/progress.h"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::Not;
 
-/// The times left that a job is said to have, every tenth of a second.
+/// The reported times left, every tenth of a second.
 std::vector<double> left_over(double seconds, const std::function<double(double)>& part) {
   cli::RemainingTime remaining;
   std::vector<double> all;
@@ -44,7 +44,7 @@ TEST(RemainingTime, DoesNotGrowWhenARateFluctuates) {
   expect_never_growing(left_over(60, [](double t) { return t / 60 + 0.005 * std::sin(t); }));
 }
 
-// Nine tenths were found done, as by a command that goes on: the rate is that of the last tenth.
+// Nine tenths were done by an earlier command: the rate is that of the last tenth.
 TEST(RemainingTime, WhatWasDoneBeforeIsNoRate) {
   const auto left = left_over(100, [](double t) { return t < 0.5 ? 0 : 0.9 + 0.001 * t; });
   EXPECT_NEAR(left.front(), 90, 15);
@@ -63,7 +63,7 @@ TEST(Progress, TextNamesPartTimeAndWhatIsBeingDone) {
 
 class ShownProgress : public testing::Test {
  protected:
-  /// What a line writes in a third of a second.
+  /// The output of a line in a third of a second.
   std::string shown(cli::ProgressPlace place, std::optional<double> part = 0.25) const {
     const auto file = folder_ / "shown";
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "w"), std::fclose);

@@ -20,7 +20,8 @@ class RecordingSources : public tests::CommandLine {
   RecordingSources() {
     shell("mkdir -p copy/sim && cd '" GAITSLAM_SOURCE_DIR "' && cp -r README.md walking slam '" +
           (folder_ / "copy").string() +
-          "' && cp -r sim/physics sim/camera sim/room sim/files sim/recording sim/sensor_errors sim/live sim/scenario "
+          "' && cp -r sim/physics sim/camera sim/room sim/files sim/recording sim/sensor_errors sim/live "
+          "sim/scenario "
           "sim/regression '" +
           (folder_ / "copy/sim").string() + "'");
   }
@@ -46,9 +47,9 @@ TEST_F(RecordingSources, HaveAHash) {
 }
 
 TEST_F(RecordingSources, AreThoseOfWalkWorldAndRecording) {
-  for (const char* file :
-       {"walking/footsteps.cc", "walking/stabilizer.h", "sim/physics/world.cc", "sim/camera/scene.cc", "sim/room/canvas.cc", "sim/live/run.cc",
-        "sim/recording/recording_writer.cc", "sim/sensor_errors/random.cc"})
+  for (const char* file : {"walking/footsteps.cc", "walking/stabilizer.h", "sim/physics/world.cc",
+                           "sim/camera/scene.cc", "sim/room/canvas.cc", "sim/live/run.cc",
+                           "sim/recording/recording_writer.cc", "sim/sensor_errors/random.cc"})
     EXPECT_TRUE(is_shaped_by(file)) << file;
   EXPECT_TRUE(is_shaped_by("walking/new.cc")) << "a new file";
 }
@@ -59,11 +60,11 @@ TEST_F(RecordingSources, AreNotThoseOfFilterScoresAndPages) {
     EXPECT_FALSE(is_shaped_by(file)) << file;
 }
 
-// What the run and the writer include shapes recordings, unless it is listed here.
+// Headers of the run and the writer shape recordings, except those listed here.
 TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) {
   const std::set<std::string> others{"sim/result/score_input.h",  "sim/result/result.h",
                                      "sim/scenario/scenario.h",   "sim/files/atomic_file.h",
-                                     "sim/files/text.h",    "sim/sensor_errors/motion_clock.h",
+                                     "sim/files/text.h",          "sim/sensor_errors/motion_clock.h",
                                      "sim/live/room_check.h",     "sim/result/timing.h",
                                      "sim/live/run_observer.h",  // sees the run and changes none of its bits
                                      "sim/sensor_errors/faults.h"};  // its keys are in the cache's key

@@ -1,4 +1,4 @@
-// Reports through the program, opened in a browser as a reader does.
+// Reports made by the program and opened in a browser.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ class ReportTest : public tests::CommandLine {
     ASSERT_TRUE(std::regex_search(ran.out, drawn, std::regex("data-drawn=\"(\\d+)\""))) << ran.err;
     EXPECT_EQ(figures[1], drawn[1]);
     EXPECT_GE(std::stoi(drawn[1]), at_least);
-    EXPECT_THAT(ran.err, Not(HasSubstr("CONSOLE"))) << "the page said something on the browser's console";
+    EXPECT_THAT(ran.err, Not(HasSubstr("CONSOLE"))) << "the browser's console is not empty";
   }
 };
 using LongReportTest = ReportTest;
@@ -53,7 +53,7 @@ TEST_F(ReportTest, SeveralRunsAreComparedOnOnePage) {
   EXPECT_THAT(text_of("two.html"), HasSubstr("in the 95 % band: position "));
 }
 
-// As a suite leaves them: a folder of scenarios that hold seeds.
+// A folder of scenarios with folders of seeds, as a suite writes it.
 TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
   short_walks("suite/walk", "1 2");
   for (const std::string seed : {"seed-1", "seed-2"})
@@ -98,8 +98,8 @@ TEST_F(ReportTest, AWalkWithoutFilterHasAReportToo) {
   expect_all_drawn("bare.html", 3);
 }
 
-// Every control is reached by the tab key in the order of the page, with its focus seen; Enter sorts, arrows
-// move the time and turn the map; what a dark screen prints is light, whole and without controls.
+// The tab key reaches every control in the order of the page, with a visible focus; Enter sorts, arrows move
+// the time and turn the map; a page printed from a dark screen is light, complete and without controls.
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   short_walks("many", "1 2 3");
   ASSERT_EQ(gaitslam("report many --out many.html").exit_code, 0);
@@ -155,7 +155,7 @@ TEST_F(ReportTest, StillPicturesAppearTogether) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "figures/error_x.png"));
 }
 
-// The grey of a picture that knows no colours has three equal parts.
+// A picture without colors has three equal parts.
 TEST_F(ReportTest, StillPicturesHaveColours) {
   short_walks("two");
   ASSERT_EQ(gaitslam("report two/seed-1 --plots png --out figures").exit_code, 0);
@@ -184,13 +184,8 @@ TEST_F(ReportTest, ThePageTellsWhoSetEachKeyAndWhatWasLookedFor) {
   EXPECT_EQ(text_of("again/about.json"), text_of("one/seed-1/about.json")) << "a replay knows it too";
 }
 
-TEST_F(ReportTest, SeedsOfABatchTellWhoSetTheirKeys) {
-  walk("slam.vision.sigma_px=1.5 --seeds 2 --out many");
-  EXPECT_THAT(text_of("many/seed-2/about.json"), HasSubstr(R"("slam.vision.sigma_px": "argument 1")"));
-}
-
-// What ends an element, an attribute or a script, each with what would mark the page as @ if it ran. The last
-// one hides what follows it.
+// Text that closes an element, an attribute or a script, and a script that would mark the page with @. The
+// last one hides the text after it.
 constexpr std::array kPayloads{
     R"(</title><script>document.documentElement.dataset.@='1'</script>)",
     R"(</script><script>document.documentElement.dataset.@='1'</script>)",
@@ -211,7 +206,7 @@ std::string payloads(std::size_t first, std::size_t end) {
   return all;
 }
 
-// A result that somebody else sent: every text in it that a page shows is a payload.
+// An untrusted result: every text of it that a page shows is a payload.
 TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   short_walks("one");
   auto score = nlohmann::json::parse(text_of("one/seed-1/score.json"));
@@ -237,7 +232,7 @@ TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   }
 }
 
-// Were a text once written as it is, the browser would still run no script but the page's own.
+// Even if a text were written unescaped, the browser would run no script but the page's.
 TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
   short_walks("one");
   ASSERT_EQ(gaitslam("report one/seed-1 --out one.html").exit_code, 0);

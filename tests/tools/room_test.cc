@@ -1,4 +1,4 @@
-// Walks that are not clear of their room, as users meet them.
+// Walks that collide with their room.
 #include <gmock/gmock.h>
 
 #include "tests/sim/scenario/scenario_files.h"

@@ -83,7 +83,7 @@ def horn(A, B):
 
 
 def similarity(kind, T, E):
-    """scale, R, t; None where it is not determined."""
+    """scale, R, t; None if not determined."""
     A, B = T[:, :3, 3], E[:, :3, 3]
     a, b = A.mean(0), B.mean(0)
     about = lambda s, R: (s, R, a - s * R @ b)
@@ -176,7 +176,7 @@ def pairs_turned(X, delta):
 
 
 def pairs_apart(X, delta):
-    """All whose orientations are delta apart, to 10 %."""
+    """All pairs with orientations delta apart, to 10 %."""
     return [(i, j) for i in range(len(X)) for j in range(i + 1, len(X)) if abs(turn(X, i, j) - delta) <= 0.1 * delta]
 
 
@@ -295,7 +295,7 @@ def check_degenerate(program, folder):
     tum(folder / "b", t + 100, T)
     code, out, err = run(program, str(folder / "a"), str(folder / "b"))
     check("no overlap code", code, 2)
-    check("no overlap says what would help", err.count("--t-offset -100 "), 1)
+    check("no overlap names an offset", err.count("--t-offset -100 "), 1)
     code, out, _ = run(program, str(folder / "a"), str(folder / "b"), "--t-offset", "-100", "--json")
     check("offset matches", json.loads(out)["poses_matched"], 30)
     # Half the estimates, 4 ms late: paired with the nearest; between them interpolation.
@@ -310,7 +310,7 @@ def check_degenerate(program, folder):
 
 
 def check_files(program, folder):
-    """The formats hold the same trajectory; the archive is one that zipfile and numpy read."""
+    """The formats contain the same trajectory; zipfile and numpy read the archive."""
     T, E = made_up("curve", 40, 5)
     t = 1e9 + np.arange(40) / 30
     tum(folder / "truth.tum", t, T)

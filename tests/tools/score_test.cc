@@ -1,4 +1,4 @@
-// Trajectories that cannot be scored are errors that say why, and where a line is to blame, which.
+// Trajectories that cannot be scored are errors with a reason and, if one is at fault, the line.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -19,7 +19,7 @@ class Score : public tests::CommandLine {
   static std::string line(const std::string& stamp, double x, double y) {
     return fmt::format("{} {} {} 1 0 0 0 1\n", stamp, x, y);
   }
-  /// Ten seconds of a curve, whose stamps are to be in units of `unit_s`.
+  /// Ten seconds of a curve with stamps in units of `unit_s`.
   static std::string curve(double rate_hz, bool counts_frames = false, double unit_s = 1) {
     std::string text;
     for (int i = 0; i < 10 * rate_hz; ++i) {
@@ -113,7 +113,7 @@ TEST_F(Score, ARelativeErrorOverSpansThatThereAreNotIsNoScore) {
   expect_refused("score truth.tum truth.tum -d 1000 --json", "RPE 1000 frames: the path has no such spans");
 }
 
-// Stamps of exports begin at 1e9 s, and a program that needs time to begin has no poses for the first
+// Stamps of exports start at 1e9 s, and a program that needs time to initialize has no poses for the first
 // seconds.
 TEST_F(Score, AnotherClockIsAnsweredWithTheOffsetByWhichMostStampsMeet) {
   std::string late, shifted;
@@ -127,13 +127,6 @@ TEST_F(Score, AnotherClockIsAnsweredWithTheOffsetByWhichMostStampsMeet) {
   for (int i = 0; i < 300; ++i) shifted += line(fmt::format("{:.9f}", 77.25 + i / 30.0), i / 30.0, 0);
   write("shifted.tum", shifted);
   expect_refused("score truth.tum shifted.tum", "with --t-offset -77.25 300 of its poses have a true one");
-}
-
-TEST_F(Score, ARepeatedLastStampIsAWarning) {
-  write("repeated.tum", curve(30) + line("9.966666667", 1, 1));
-  const Ran ran = gaitslam("score truth.tum repeated.tum");
-  EXPECT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("warning: its last pose has the stamp of the one before and is left out"));
 }
 
 TEST_F(Score, CoordinatesBeyondReasonAreNamedWithTheirLine) {

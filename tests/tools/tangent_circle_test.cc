@@ -1,4 +1,4 @@
-// The paper's first experiment as a user runs it: five seeds walked, seen, tracked and scored.
+// The paper's first experiment through the program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using testing::Each;
 using testing::IsEmpty;
 
-constexpr int kSeeds = 5;
+constexpr int kSeeds = 3;  // those of scenarios/suites/ci.yaml
 
 class TangentCircle : public testing::Test {
  protected:
@@ -28,7 +28,7 @@ class TangentCircle : public testing::Test {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     exit_code_ = gaitslam("run " + std::string(GAITSLAM_SOURCE_DIR) +
-                          "/scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --out two_jobs");
+                          "/scenarios/tangent_circle.yaml --seeds 1..3 --jobs 2 --out two_jobs");
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
@@ -39,7 +39,7 @@ class TangentCircle : public testing::Test {
   }
   static std::string seed(int n) { return "seed-" + std::to_string(n); }
 
-  // Replays all seeds, two at a time, into folders named by `out` and the seed; returns the exit codes.
+  // Replays all seeds, two at a time, into folders named `out` + seed; returns the exit codes.
   static std::vector<int> replay_all(const std::string& changes, const std::string& out) {
     std::vector<int> exit_codes(kSeeds);
     std::atomic<int> next = 1;
@@ -54,7 +54,7 @@ class TangentCircle : public testing::Test {
     return exit_codes;
   }
 
-  // Medians over the seeds of two metrics of the runs replayed with something set otherwise.
+  // Medians over the seeds of two metrics, replayed with changes.
   static std::map<std::string, double> medians(const std::string& changes) {
     std::map<std::string, std::vector<double>> values;
     replay_all(changes, "replayed ");
@@ -85,16 +85,6 @@ TEST_F(TangentCircle, IsWalkedWithoutAFallAndWithinItsLimitsByAllSeeds) {
   EXPECT_EQ(tests::json_of(folder_ / "two_jobs/summary.json")["metrics"]["ate_se3_rmse_m"]["n"], kSeeds);
 }
 
-TEST_F(TangentCircle, GivesTheSameBytesWithOneJobAsWithTwo) {
-  ASSERT_EQ(gaitslam("run " + std::string(GAITSLAM_SOURCE_DIR) +
-                     "/scenarios/tangent_circle.yaml --seeds 1,2 --jobs 1 --out one_job"),
-            0);
-  for (int n : {1, 2})
-    EXPECT_THAT(tests::differences(tests::files(folder_ / "one_job" / seed(n)),
-                                   tests::files(folder_ / "two_jobs" / seed(n))),
-                IsEmpty());
-}
-
 TEST_F(TangentCircle, IsReplayedBitForBit) {
   ASSERT_EQ(gaitslam("replay two_jobs/seed-1 --out same"), 0);
   EXPECT_THAT(tests::differences(tests::files(folder_ / "same"),
@@ -112,7 +102,8 @@ TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlan) {
 
 TEST_F(TangentCircle, APlanThatIsAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
   for (const auto& [factor, said] : {std::pair{"1.2", "too long"}, {"0.8", "too short"}}) {
-    const std::string fault = std::string("'errors.faults=[{plan_scaled: {duration_s: 100, factor: ") + factor + "}}]'";
+    const std::string fault =
+        std::string("'errors.faults=[{plan_scaled: {duration_s: 100, factor: ") + factor + "}}]'";
     EXPECT_THAT(replay_all(fault, "wrong "), Each(1));
     for (int n = 1; n <= kSeeds; ++n) {
       const fs::path wrong = folder_ / ("wrong " + seed(n));

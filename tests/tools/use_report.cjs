@@ -1,17 +1,17 @@
-// Uses a report's page as a reader with a keyboard and a printer does, in headless Chromium on a dark screen, and says what
-// was found as one JSON object. Usage: node use_report.cjs PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
+// Uses the page of a report with keyboard and printer, in headless Chromium on a dark screen, and prints the findings as one
+// JSON object. Usage: node use_report.cjs PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
 const path = require('path');
 const {say} = require('./browser.cjs');
 
 const kDrawn = `document.readyState === 'complete' && +document.documentElement.dataset.figures > 0
   && document.documentElement.dataset.figures === document.documentElement.dataset.drawn`;
 
-// What the keyboard must reach, in the order of the page.
+// The controls that the keyboard must reach, in the order of the page.
 const kReachable = `[...document.querySelectorAll('a[href], button, select, input, summary, [tabindex="0"]')]
   .filter((e) => e.offsetParent && !e.closest('details:not([open]) > :not(summary)'))`;
 const kName = `((e) => e.tagName.toLowerCase() + ' ' + (e.getAttribute('aria-label') ?? e.textContent).trim())`;
 
-// How far the Tab key comes, and where a focus cannot be seen.
+// The controls that the Tab key reaches, and those without a visible focus.
 async function walkThrough(browser) {
   const expected = await browser.value(`${kReachable}.map(${kName})`);
   const reached = [], unseen = [];

@@ -1,4 +1,4 @@
-// Uses the view as somebody at a browser does, in headless Chromium, and says what was found as one JSON object.
+// Uses the view in headless Chromium and prints the findings as one JSON object.
 // Usage: node use_view.cjs live|playback|watch|series|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
 const {say} = require('./browser.cjs');
 
@@ -38,7 +38,7 @@ async function useLive(browser, url) {
 const kPlaces = `({t: gaitslamPage.t, index: ${kPane}.index, head: ${kPane}.headIndex, truth: ${kFrame}.truth.slice(0, 3),
   frustum: ${kPane}.scene.frusta.truth.position.toArray(), slider: +gaitslamPage.slider.value})`;
 
-// How the 3D view through the camera correlates with the head image of its own instant, and with that of 5 s before. In the page.
+// Correlation of the 3D view through the camera with the head image of the same instant and with that of 5 s before.
 const agreement = async (seconds) => {
   const page = globalThis.gaitslamPage, [pane] = page.panes, columns = 40, rows = 30;
   const grey = (source, x, width, height) => {

@@ -1,4 +1,4 @@
-// The view through the program and a browser: live, of results, and as Foxglove's client hears it.
+// The view through the program: in a browser, live and of results, and through Foxglove's client.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -19,14 +19,14 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using tests::Ran;
 
-/// On the spot once around: the loop closes.
+/// A full turn on the spot: the loop closes.
 constexpr const char* kTurn = R"(
 walk: {commands: [{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}]}
 camera: {}
 slam: {}
 )";
 
-/// Long enough for a browser on a busy machine to slow it down before it ends.
+/// Long enough for a browser on a busy machine to slow it down.
 constexpr const char* kLong = R"(
 walk: {commands: [{straight: {forward_m: 0.6}}, {stand: {duration_s: 20}}]}
 camera: {}
@@ -37,12 +37,12 @@ class ViewTest : public tests::CommandLine {
  protected:
   ViewTest() { write("walk.yaml", tests::kShortWalk); }
 
-  /// Runs a command that prints a URL, and `user` with that URL in $url as soon as it has; what both left.
+  /// Runs a command that prints a URL and, with that URL in $url, `user`.
   Ran viewed(const std::string& command, const std::string& user, const std::string& end = "wait $!") const {
-    return shell("rm -f said; '" GAITSLAM_PROGRAM "' " + command +
-                 " >said 2>complaint & "
-                 "for i in $(seq 600); do grep -q token said && break; sleep 0.1; done; url=$(sed -n "
-                 "'s/^view at //p' said); " +
+    return shell("rm -f url; '" GAITSLAM_PROGRAM "' " + command +
+                 " >url 2>complaint & "
+                 "for i in $(seq 600); do grep -q token url && break; sleep 0.1; done; url=$(sed -n "
+                 "'s/^view at //p' url); " +
                  user + " || exit 9; " + end);
   }
   Ran browsed(const std::string& command, const std::string& how, const std::string& more = "",
@@ -76,7 +76,7 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   EXPECT_LE(found["stepped_frames"], 2);
   EXPECT_THAT(found["how"].get<std::string>(),
               HasSubstr("The run has ended: completed. gaitslam view live/seed-1"));
-  EXPECT_THAT(found["said"], IsEmpty()) << "the page said something on the browser's console";
+  EXPECT_THAT(found["said"], IsEmpty()) << "the browser's console is not empty";
 }
 
 TEST_F(LongViewTest, ThePageFollowsReproduceFromWalkToWalk) {
@@ -97,19 +97,20 @@ TEST_F(LongViewTest, ThePageFollowsReproduceFromWalkToWalk) {
   EXPECT_TRUE(labels.contains("tangent_circle, seed 3"));
   EXPECT_TRUE(labels.contains("vision_only, seed 3, replayed"));
   EXPECT_TRUE(fs::exists(folder_ / "out/index.html"));
-  const std::string said = text_of("said");
-  EXPECT_EQ(said.find("view at"), said.rfind("view at")) << "one URL for all";
+  const std::string printed = text_of("url");
+  EXPECT_EQ(printed.find("view at"), printed.rfind("view at")) << "one URL for all";
 }
 
 TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
   short_walks("walks");
   const Ran ran = shell(
       "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; "
-      "env --default-signal=INT '" GAITSLAM_PROGRAM "' view walks/seed-1 >said & "
+      "env --default-signal=INT '" GAITSLAM_PROGRAM
+      "' view walks/seed-1 >url & "
       "until ls -l /proc/$!/fd | grep -q waist_plan.tum; do kill -0 $! || exit 77; done; "
       "kill -INT $!; wait $!");
   EXPECT_EQ(ran.exit_code, 130);
-  EXPECT_EQ(text_of("said"), "");
+  EXPECT_EQ(text_of("url"), "");
 }
 
 TEST_F(ViewTest, ReproduceShowsOneWalkAtATime) {
@@ -212,7 +213,7 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   }
 }
 
-/// Empty where the client from npm is installed, otherwise why not.
+/// Empty if the npm client is installed, otherwise the reason.
 std::string client_missing() {
   const bool installed =
       fs::exists(fs::path(GAITSLAM_SOURCE_DIR) / "build/interop/node_modules/@foxglove/ws-protocol");
@@ -224,7 +225,7 @@ TEST_F(ViewTest, FoxglovesClientHearsTheRun) {
   if (const std::string why = client_missing(); !why.empty()) GTEST_SKIP() << why;
   write(
       "stand.yaml",
-      "walk: {commands: [{stand: {duration_s: 5}}, {straight: {forward_m: 0.15}}]}\ncamera: {}\nslam: {}\n");
+      "walk: {commands: [{stand: {duration_s: 2}}, {straight: {forward_m: 0.15}}]}\ncamera: {}\nslam: {}\n");
   for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
     const Ran ran =
         viewed("run stand.yaml --view --control --wait --force --out heard",

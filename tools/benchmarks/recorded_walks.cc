@@ -15,7 +15,7 @@ namespace {
 
 std::string quoted(const std::string& word) { return "'" + word + "'"; }
 
-/// What a shell command prints. Throws std::runtime_error if it fails.
+/// The output of a shell command. Throws std::runtime_error if it fails.
 std::string output_of(const std::string& command) {
   FILE* const pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) throw std::runtime_error("cannot run " + command);
@@ -84,7 +84,7 @@ Trial try_on(const RecordedWalk& walk, const std::filesystem::path& scenario,
   Trial trial;
   trial.tracked = tracking.finish();
   trial.filter_ms = spent_ms / static_cast<double>(walk.observations.size());
-  trial.run = result::score_input({read, "completed", "", walk.setup, walk.truth, trial.tracked, ""});
+  trial.run = result::score_input({read, {scenario::Ending::completed}, walk.setup, walk.truth, trial.tracked, ""});
   trial.metrics = score::evaluate(trial.run);
   return trial;
 }

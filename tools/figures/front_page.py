@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Remakes what the front page (README.md) shows as measured: its table, its first run and its animated picture.
+"""Updates the measured parts of the front page (README.md): its table, its first run and its animated picture.
 
     tools/figures/front_page.py [WORK_FOLDER]
 
-Walks ten seeds of each scenario (about 8 minutes on two idle cores; interrupted, the same command goes on), writes
+Walks ten seeds of each scenario (about 8 minutes on two idle cores; rerun the command to resume), writes
 tools/figures/front_page.md and tools/figures/walk.webp, and puts the former between README.md's markers.
 """
 import json

@@ -1,4 +1,4 @@
-# Read by cpack: without these, CPack writes a package that does not say what it depends on, and so does not run.
+# Read by cpack. Without these programs, CPack would write a package without dependencies.
 cmake_policy(VERSION 3.25)
 foreach(program dpkg-shlibdeps file)
   find_program(${program}_program ${program})
