@@ -68,7 +68,7 @@ std::optional<Vector3d> flat_patch(const CameraModel& lens, const View& view,
   return middle;
 }
 
-// Peak of a parabola through three neighbouring values, from the middle one.
+// Peak of a parabola through three neighboring values, from the middle one.
 double peak(double before, double at, double after) {
   const double bend = before - 2 * at + after;
   return bend < 0 ? 0.5 * (before - after) / bend : 0;
