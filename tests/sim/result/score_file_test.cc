@@ -103,6 +103,7 @@ TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
        {Fault{"\"walk\"", "1", "scenario: expected text, found number"},
         {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
         {"\"completed\"", "[]", "ending: expected text, found array"},
+        {"\"completed\"", "\"done\"", "ending: is 'done', expected one of completed, fell"},
         {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
         {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
         {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
