@@ -26,8 +26,8 @@ struct RunRecord {
   std::string recording_hash;
   std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, without a planned waist
   std::optional<std::string> counterfactual =
-      {};                                     ///< why the replayed filter would have steered another walk
-  std::optional<std::string> alignment = {};  ///< by which the truth placed an external trajectory in W
+      {};                                     ///< why the replayed estimator would have steered another walk
+  std::optional<std::string> alignment = {};  ///< of an external trajectory with the truth
   std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
 };
 
