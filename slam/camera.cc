@@ -4,20 +4,148 @@
 #include <limits>
 #include <stdexcept>
 
-#include "slam/lens.h"
-
 namespace slam {
 namespace {
 
+/// An image point in px from the principal point, and its derivative with respect to the point that it was
+/// computed from.
+struct Distorted {
+  Eigen::Vector2d point;
+  Eigen::Matrix2d J;
+};
+
+constexpr double kWidest = 1.5;  // rad; a ray (x, y, 1) cannot reach π/2
+constexpr int kUndistortIterations = 50;
+constexpr double kConverged = 1e-13;  // of rays and angles, which are of order 1
+
+// Brown's and the equidistant model map n = (x/z, y/z) to g(n), here with ∂g/∂n.
+
+Distorted distort_normalized(const RadialTangential& k, const Eigen::Vector2d& n) {
+  const double a = n.x(), b = n.y(), r2 = n.squaredNorm();
+  const double radial = 1 + r2 * (k.k1 + r2 * k.k2), slope = 2 * (k.k1 + 2 * k.k2 * r2);
+  Distorted distorted{radial * n, {}};
+  distorted.point +=
+      Eigen::Vector2d(2 * k.p1 * a * b + k.p2 * (r2 + 2 * a * a), k.p1 * (r2 + 2 * b * b) + 2 * k.p2 * a * b);
+  const double across = slope * a * b + 2 * k.p1 * a + 2 * k.p2 * b;
+  distorted.J << radial + slope * a * a + 2 * k.p1 * b + 6 * k.p2 * a, across, across,
+      radial + slope * b * b + 6 * k.p1 * b + 2 * k.p2 * a;
+  return distorted;
+}
+
+// θ + k₁θ³ + k₂θ⁵ + k₃θ⁷ + k₄θ⁹ and its derivative.
+double distorted_angle(const Equidistant& k, double a) {
+  const double a2 = a * a;
+  return a * (1 + a2 * (k.k1 + a2 * (k.k2 + a2 * (k.k3 + a2 * k.k4))));
+}
+double distorted_angle_slope(const Equidistant& k, double a) {
+  const double a2 = a * a;
+  return 1 + a2 * (3 * k.k1 + a2 * (5 * k.k2 + a2 * (7 * k.k3 + a2 * 9 * k.k4)));
+}
+
+Distorted distort_normalized(const Equidistant& k, const Eigen::Vector2d& n) {
+  const double r = n.norm();
+  if (r < 1e-8) return {n, Eigen::Matrix2d::Identity()};
+  const double angle = std::atan(r), scale = distorted_angle(k, angle) / r;
+  const double slope = (distorted_angle_slope(k, angle) / (1 + r * r) - scale) / r;
+  return {scale * n, scale * Eigen::Matrix2d::Identity() + slope / r * n * n.transpose()};
+}
+
+std::optional<Eigen::Vector2d> undistort_normalized(const RadialTangential& k, const Eigen::Vector2d& m) {
+  Eigen::Vector2d n = m;
+  for (int i = 0; i < kUndistortIterations; ++i) {
+    const Distorted distorted = distort_normalized(k, n);
+    const Eigen::Vector2d step = distorted.J.inverse() * (m - distorted.point);
+    n += step;
+    if (step.norm() < kConverged * (1 + n.norm())) return n;
+  }
+  return std::nullopt;
+}
+
+std::optional<Eigen::Vector2d> undistort_normalized(const Equidistant& k, const Eigen::Vector2d& m) {
+  const double distorted = m.norm();
+  if (distorted < 1e-8) return m;
+  double angle = distorted;
+  for (int i = 0; i < kUndistortIterations; ++i) {
+    const double step = (distorted - distorted_angle(k, angle)) / distorted_angle_slope(k, angle);
+    angle += step;
+    if (std::abs(step) < kConverged)
+      return angle > 0 && angle < kWidest ? std::optional<Eigen::Vector2d>(std::tan(angle) / distorted * m)
+                                          : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+template <typename Model>
+Distorted distort_px(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
+  const Distorted distorted = distort_normalized(k, u_c.cwiseQuotient(focal));
+  return {focal.cwiseProduct(distorted.point),
+          focal.asDiagonal() * distorted.J * focal.cwiseInverse().asDiagonal()};
+}
+
+template <typename Model>
+std::optional<Distorted> undistort_px(const Model& k, const Eigen::Vector2d& focal,
+                                      const Eigen::Vector2d& d) {
+  const auto n = undistort_normalized(k, d.cwiseQuotient(focal));
+  if (!n) return std::nullopt;
+  const Eigen::Vector2d u_c = focal.cwiseProduct(*n);
+  return Distorted{u_c, distort_px(k, focal, u_c).J.inverse()};
+}
+
+// u_d = u_c/√(1 + 2K₁|u_c|²), in px as K₁ refers to px.
+Distorted distort_px(const OneParameterRadial& k, const Eigen::Vector2d&, const Eigen::Vector2d& u) {
+  const double f = 1 + 2 * k.k1_px2 * u.squaredNorm();
+  const double root = std::sqrt(f);
+  return {u / root, Eigen::Matrix2d::Identity() / root - 2 * k.k1_px2 / (f * root) * u * u.transpose()};
+}
+
+std::optional<Distorted> undistort_px(const OneParameterRadial& k, const Eigen::Vector2d&,
+                                      const Eigen::Vector2d& d) {
+  const double g = 1 - 2 * k.k1_px2 * d.squaredNorm();
+  if (!(g > 1e-3)) return std::nullopt;
+  const double root = std::sqrt(g);
+  return Distorted{d / root,
+                   Eigen::Matrix2d::Identity() / root + 2 * k.k1_px2 / (g * root) * d * d.transpose()};
+}
+
+double radial_slope(const OneParameterRadial&, double) { return 1; }
+double radial_slope(const RadialTangential& k, double angle) {
+  const double r2 = std::tan(angle) * std::tan(angle);
+  return 1 + r2 * (3 * k.k1 + r2 * 5 * k.k2);
+}
+double radial_slope(const Equidistant& k, double angle) { return distorted_angle_slope(k, angle); }
+
 constexpr double kLeastForward = 1e-6;  // of h.z()/|h|; points in or behind the image plane are not projected
 constexpr double kNarrowest_rad = 0.1;
+
+/// The distorted image point of u_c = (fu x/z, fv y/z) in a pinhole camera with these focal lengths. Defined
+/// everywhere, but one-to-one only within widest_angle().
+Distorted distort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
+  return std::visit([&](const auto& k) { return distort_px(k, focal, u_c); }, lens);
+}
+
+/// The inverse of distort. Nothing if no ray is found for the point d; a result beyond widest_angle() is
+/// meaningless.
+std::optional<Distorted> undistort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {
+  return std::visit([&](const auto& k) { return undistort_px(k, focal, d); }, lens);
+}
+
+/// The angle from the axis, at most 1.5 rad, up to which the image radius increases with the angle. Beyond it
+/// the polynomials of the models fold back and are meaningless.
+double widest_angle(const Lens& lens) {
+  constexpr double kStep = 1e-3;
+  double angle = 0;
+  while (angle < kWidest &&
+         std::visit([&](const auto& k) { return radial_slope(k, angle + kStep); }, lens) > 0)
+    angle += kStep;
+  return angle;
+}
 
 }  // namespace
 
 Camera::Camera(const CameraIntrinsics& intrinsics)
     : intrinsics_(intrinsics),
       focal_(intrinsics.fu_px, intrinsics.fv_px),
-      centre_(intrinsics.u0_px, intrinsics.v0_px),
+      center_(intrinsics.u0_px, intrinsics.v0_px),
       widest_(std::numeric_limits<double>::infinity()) {
   if (!(focal_.minCoeff() > 0) || intrinsics.width_px < 32 || intrinsics.height_px < 32)
     throw std::invalid_argument("camera: focal lengths must be positive and the image at least 32 px a side");
@@ -37,11 +165,11 @@ std::optional<Projection> Camera::project(const Eigen::Vector3d& h) const {
   Matrix23d du_dh;
   du_dh << focal_.x() / h.z(), 0, -u.x() / h.z(), 0, focal_.y() / h.z(), -u.y() / h.z();
   const Distorted distorted = distort(intrinsics_.lens, focal_, u);
-  return Projection{centre_ + distorted.point, distorted.J * du_dh};
+  return Projection{center_ + distorted.point, distorted.J * du_dh};
 }
 
 std::optional<Ray> Camera::unproject(const Eigen::Vector2d& pixel) const {
-  const auto undistorted = undistort(intrinsics_.lens, focal_, pixel - centre_);
+  const auto undistorted = undistort(intrinsics_.lens, focal_, pixel - center_);
   if (!undistorted) return std::nullopt;
   Ray ray{Eigen::Vector3d::Ones(), Matrix32d::Zero()};
   ray.h.head<2>() = undistorted->point.cwiseQuotient(focal_);
@@ -57,7 +185,7 @@ bool Camera::inside(const Eigen::Vector2d& pixel, double margin_px) const {
 }
 
 double Camera::sigma(const Eigen::Vector2d& pixel, double sigma_px) const {
-  return sigma_px * (1 + (pixel - centre_).norm() / centre_.norm());
+  return sigma_px * (1 + (pixel - center_).norm() / center_.norm());
 }
 
 }  // namespace slam

@@ -30,20 +30,20 @@ class Camera {
   /// is negative, a coefficient is not finite, or the lens is usable to less than 0.1 rad from its axis.
   explicit Camera(const CameraIntrinsics& intrinsics);
 
-  /// Projects h, of any positive length. Nothing where it does not point forward or lies outside the field of
-  /// view in which the lens model is valid.
+  /// Projects h, of any positive length. Nothing if it does not point forward or lies outside the valid field
+  /// of view of the lens model.
   std::optional<Projection> project(const Eigen::Vector3d& h) const;
   /// The exact inverse of project. Nothing outside the image circle of the lens.
   std::optional<Ray> unproject(const Eigen::Vector2d& pixel) const;
 
-  /// By how much the lens moves a pixel from where a pinhole camera would have it, px.
+  /// The displacement of a pixel by the lens, relative to a pinhole camera, px.
   Eigen::Vector2d displacement(const Eigen::Vector3d& h, const Eigen::Vector2d& pixel) const {
-    return pixel - centre_ - focal_.cwiseProduct(h.head<2>()) / h.z();
+    return pixel - center_ - focal_.cwiseProduct(h.head<2>()) / h.z();
   }
 
   /// True if the pixel lies at least margin_px inside the image on every side.
   bool inside(const Eigen::Vector2d& pixel, double margin_px) const;
-  /// Standard deviation of a measured pixel, px: sigma_px at the centre, growing linearly to twice that at
+  /// Standard deviation of a measured pixel, px: sigma_px at the center, growing linearly to twice that at
   /// the corner.
   double sigma(const Eigen::Vector2d& pixel, double sigma_px) const;
 
@@ -51,8 +51,8 @@ class Camera {
 
  private:
   CameraIntrinsics intrinsics_;
-  Eigen::Vector2d focal_, centre_;
-  double widest_;  // largest |(x/z, y/z)| for which the lens model is valid
+  Eigen::Vector2d focal_, center_;
+  double widest_;  // largest valid |(x/z, y/z)| of the lens model
 };
 
 }  // namespace slam

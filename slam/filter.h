@@ -2,30 +2,24 @@
 // 2006.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "slam/camera.h"
 #include "slam/frame_report.h"
 #include "slam/internal_measurements.h"
 #include "slam/kalman.h"
-#include "slam/map.h"
 #include "slam/observation.h"
-#include "slam/observation_check.h"
 #include "slam/options.h"
-#include "slam/relocalisation.h"
-#include "slam/sensor_watch.h"
-#include "slam/tracking_watch.h"
-#include "slam/vision.h"
+#include "slam/sensor_monitor.h"
+#include "slam/tracking_monitor.h"
+#include "slam/vision/visual_tracking.h"
 
 namespace slam {
 
 /// An extended Kalman filter over the robot's state and the landmarks of its map. It reads no clock and draws
-/// random numbers from its own seeded generator only, so that equal observations give equal results.
+/// random numbers only from its own seeded generator, so that equal observations give equal results.
 class Filter {
  public:
   /// Starts with the camera at X_WC_start and the initial covariance of the options. Throws
@@ -33,46 +27,32 @@ class Filter {
   Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
          std::uint64_t seed);
 
-  /// Takes in one observation: prediction, internal measurements, active search, update and map management.
-  /// A malformed observation, or one whose time does not increase, is refused (FrameReport::refused) and
+  /// Processes one observation: prediction, internal measurements, active search, update and map management.
+  /// A malformed observation, or one that is not later than the last, is rejected (FrameReport::refused) and
   /// changes nothing. The report is valid until the next call.
   const FrameReport& step(const Observation& observation);
 
   const Estimate& estimate() const { return estimate_; }
-  std::vector<MapPoint> map() const { return map_.points(kalman_.state()); }
+  std::vector<MapPoint> map() const { return visual_.map(kalman_.state()); }
 
  private:
-  void clear_report(Stamp t);
   std::string objection(const Observation& observation) const;
-  void refuse_whole();
-  void refuse(const std::string& reason);
-  void predict_and_measure_internally(const Observation& observation,
-                                      const std::optional<PlannedVelocity>& planned);
-  void look(const Observation& observation, Stamp interval, const std::optional<PlannedVelocity>& planned);
-  std::string measure_visually(const Observation& observation, double dt_s);
-  void use_matches(const cv::Mat& image, const VisionResult& vision);
-  void report_vision(const VisionResult& vision);
-  void report_initialised(std::size_t first);
-  InitialisationCount manage_map(const Observation& observation, const VisionResult& vision, bool may_initialise);
-  void relocalise_in(const Observation& observation);
-  void judge_sensors(const Observation& observation, double dt);
-  void publish();
-  void report_health();
+  const FrameReport& refuse(Stamp t, const std::string& why);
+  const InternalResult& predict_and_update(const Observation& observation,
+                                           const std::optional<PlannedInterval>& planned);
+  Evidence monitor(const Observation& observation, Stamp interval, const VisualResult& visual);
+  void update_estimate(Stamp t);
+  void report(Stamp t, const InternalResult& internal, const VisualResult& visual, const Evidence& evidence);
 
   Options options_;
-  Camera camera_;
   Kalman kalman_;
   InternalMeasurements internal_;
-  ImageCheck image_check_;
-  Vision vision_;
-  Map map_;
-  TrackingWatch tracking_;
-  Recognition recognition_;
-  SensorWatch sensor_watch_;
-  std::optional<Stamp> now_;       // of the last observation taken in
-  Stamp interval_ = std::chrono::milliseconds(33);  // between the last two observations taken in
-  bool good_image_ = false;   // of this frame: not missing, flat or frozen, and the next one after the last
-  int frames_ = 0;            // estimates published
+  VisualTracking visual_;
+  TrackingMonitor tracking_;
+  SensorMonitor sensors_;
+  std::optional<Stamp> now_;                        // of the last accepted observation
+  Stamp interval_ = std::chrono::milliseconds(33);  // between the last two accepted observations
+  int frames_ = 0;                                  // estimates made
   FrameReport report_;
   Estimate estimate_;
 };

@@ -1,4 +1,4 @@
-// What the filter gives: the estimated pose, a report of each step, and the map.
+// The filter's output: the estimated pose, a report of each step, and the map.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "slam/depth_hypotheses.h"
 #include "slam/observation.h"
 #include "slam/state.h"
 
@@ -28,7 +27,7 @@ struct Sighting {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< (u, v), px
 };
 
-/// The normalised innovation squared (NIS) of one sensor in one frame, its degrees of freedom, and ln |S| of
+/// The normalized innovation squared (NIS) of one sensor in one frame, its degrees of freedom, and ln |S| of
 /// the innovation covariance S.
 struct Nis {
   double value = 0;
@@ -36,51 +35,75 @@ struct Nis {
   double log_determinant = 0;
 };
 
+/// The innovation of one sensor in one frame: "gyro", "plan_velocity" (also from leg odometry), "height", and
+/// "vision" with the noise of single matches.
+struct SensorInnovation {
+  std::string_view sensor;
+  Nis nis;
+};
+
+/// The NIS of a sensor; nothing if it is not among the innovations.
+inline std::optional<Nis> nis_of(const std::vector<SensorInnovation>& innovations, std::string_view sensor) {
+  for (const SensorInnovation& innovation : innovations)
+    if (innovation.sensor == sensor) return innovation.nis;
+  return std::nullopt;
+}
+
 /// By systematic error (kPlanScale, kLensDistortion, kLegScale).
 using Evidence = std::array<SystematicEvidence, kSystematicErrors>;
 
-/// Where a landmark was searched for.
+/// The search for one landmark.
 struct Search {
   int landmark = 0;
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< predicted, px
-  Eigen::Matrix2d S =
-      Eigen::Matrix2d::Zero();  ///< innovation covariance, px²; the 3-sigma ellipse is searched
-  bool used = false;            ///< its match entered the update
-  std::optional<Eigen::Vector2d> match = std::nullopt;  ///< where it was found, px; refused by the gates unless used
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();      ///< predicted, px
+  Eigen::Matrix2d S = Eigen::Matrix2d::Zero();          ///< innovation covariance, px²; 3-sigma ellipse
+  bool used = false;                                    ///< its match entered the update
+  std::optional<Eigen::Vector2d> match = std::nullopt;  ///< px; rejected by the gates unless used
 };
 
-/// The filter tracks (ok); its images no longer fit its map, which it tries to recognise (lost); or it is
-/// broken and refuses all further observations (diverged).
+/// One hypothesis of a landmark's distance along its line (Davison 2003; Stasse et al. 2006, Fig. 3).
+struct DepthParticle {
+  double depth_m, probability;
+};
+
+/// All hypotheses of one landmark that is still a line; their probabilities sum to 1.
+struct DepthHypotheses {
+  int landmark = 0;
+  std::vector<DepthParticle> particles;
+};
+
+/// ok: the filter tracks. lost: its images no longer fit its map, and it searches for the map.
+/// diverged: it failed and accepts no further observations.
 enum class Health { ok, lost, diverged };
 
-/// What one step did.
+/// The report of one step.
 struct FrameReport {
   Stamp t{0};
-  int landmarks = 0;                                       ///< in the map after the step
-  int predicted = 0;                                       ///< predicted to be visible
-  int measured = 0;                                        ///< searched for and found by correlation
-  int accepted = 0;                                        ///< passed the gates and entered the update
-  std::optional<Nis> vision, gyro, plan_velocity, height;  ///< absent where the sensor gave no measurement
+  int landmarks = 0;                          ///< in the map after the step
+  int predicted = 0;                          ///< predicted to be visible
+  int measured = 0;                           ///< searched for and found by correlation
+  int accepted = 0;                           ///< passed the gates and entered the update
+  std::vector<SensorInnovation> innovations;  ///< of the sensors that gave a measurement
   std::optional<Nis> update;          ///< of the accepted matches, with the noise that the update assumes
-  std::vector<Sighting> initialised;  ///< landmarks initialised in this frame, where they were first seen
+  std::vector<Sighting> initialized;  ///< landmarks initialized in this frame, at their first pixels
   std::vector<Sighting> matched;      ///< accepted matches of this frame
   std::vector<Search> searched;
   std::vector<DepthHypotheses> lines;  ///< landmarks that were lines before this frame, after its image
   std::vector<int> deleted;
-  Evidence evidence{};  ///< what this frame's innovations say of systematic errors
-  bool relocalised = false;  ///< the map was recognised in this frame
+  Evidence evidence{};       ///< of systematic errors in this frame's innovations
+  bool relocalized = false;  ///< the pose was reset from the map in this frame
   std::string refused;       ///< why the observation or parts of it were not used; empty if all was used
   Health health = Health::ok;
   std::string cause;  ///< why the health is not ok
-  /// The sensor whose measurements are not what the filter is told of it, and in what way: "inconsistent:
-  /// plan, ...", "inconsistent: leg odometry, ...", "inconsistent: gyro, ..." or "inconsistent: images, ...";
-  /// empty if there is none.
+  /// The sensor whose measurements contradict its model: "inconsistent: plan, ...", "inconsistent: leg
+  /// odometry,
+  /// ...", "inconsistent: gyro, ..." or "inconsistent: images, ..."; empty if there is none.
   std::string suspect;
 };
 
-/// Appends a reason to a list of reasons separated by "; ".
+/// Appends a reason, if there is one, to a list of reasons separated by "; ".
 inline void add_reason(std::string& reasons, std::string_view reason) {
-  if (!reasons.empty()) reasons += "; ";
+  if (!reasons.empty() && !reason.empty()) reasons += "; ";
   reasons += reason;
 }
 
@@ -90,8 +113,8 @@ struct MapPoint {
   std::string kind;                                      ///< "point", "inverse_depth" or "line"
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
-  Stamp initialised{0};
-  int attempts = 0, successes = 0;  ///< searches for it, and those whose match was accepted
+  Stamp initialized{0};
+  int attempts = 0, successes = 0;  ///< searches for it, and accepted matches
 };
 
 }  // namespace slam

@@ -1,15 +1,77 @@
 #include "slam/internal_measurements.h"
 
 #include <Eigen/Cholesky>
+#include <array>
 #include <utility>
-
-#include "slam/gyro.h"
 
 namespace slam {
 namespace {
 
 constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows
 constexpr double kGate1 = 10.83;  // chi-square, 99.9 %, 1 row
+
+/// The inputs of the sensors in one frame.
+struct Inputs {
+  const RobotVector& x;
+  const Observation& observation;
+  Stamp previous;
+  const std::optional<PlannedInterval>& planned;
+  bool at_rest;  // the plan has not moved yet
+  const Eigen::Isometry3d& X_CG;
+  const Options& options;
+};
+
+using OptionalMeasurement = std::optional<Measurement>;
+
+OptionalMeasurement gyro(const Inputs& in) {
+  if (!in.options.gyro.enabled) return std::nullopt;
+  const auto rate =
+      mean_rate(in.observation.gyro, in.previous, in.observation.t, in.X_CG.linear(), in.options);
+  return rate ? OptionalMeasurement(measure_rate(in.x, *rate)) : std::nullopt;
+}
+
+OptionalMeasurement rest(const Inputs& in) {
+  const double sigma = in.options.start.sigma_rest_rad_s;
+  if (!in.options.gyro.enabled || !(sigma > 0) || !in.planned || !in.at_rest) return std::nullopt;
+  return measure_rest(in.x, sigma);
+}
+
+OptionalMeasurement leg_velocity(const Inputs& in) {
+  if (!in.options.plan_velocity.enabled || !in.planned || !in.planned->legs) return std::nullopt;
+  return measure_velocity(in.x, *in.planned->legs, in.options.plan_velocity, kLegScale);
+}
+
+OptionalMeasurement plan_velocity(const Inputs& in) {
+  if (!in.options.plan_velocity.enabled || !in.planned || in.planned->legs) return std::nullopt;
+  return measure_velocity(in.x, in.planned->plan, in.options.plan_velocity);
+}
+
+OptionalMeasurement height(const Inputs& in) {
+  if (!in.options.height.enabled || !in.observation.plan) return std::nullopt;
+  return measure_height(in.x, in.observation.plan->X_PC.translation().z(), in.options.height);
+}
+
+/// A sensor's measurement, if there is one, its gate, and its names in reports and in reasons.
+struct Sensor {
+  OptionalMeasurement (*measure)(const Inputs&);
+  double gate;
+  std::string_view name;  // of its innovation; empty: not reported
+  const char* reason;
+};
+
+constexpr std::array kSensors{
+    Sensor{gyro, kGate3, "gyro", "gyro is beyond its gate"},
+    Sensor{rest, kGate3, "", "rest is beyond its gate"},
+    Sensor{leg_velocity, kGate3, "plan_velocity", "leg odometry is beyond its gate"},
+    Sensor{plan_velocity, kGate3, "plan_velocity", "planned velocity is beyond its gate"},
+    Sensor{height, kGate1, "height", "planned height is beyond its gate"}};
+
+bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const State& state) {
+  if (!m) return true;
+  const RobotMatrix P = prediction.F * state.marginal<kRobot>(0) * prediction.F.transpose() + prediction.Q;
+  const Eigen::Matrix3d S = m->H_robot * P * m->H_robot.transpose() + m->R;
+  return S.llt().matrixL().solve(m->innovation).squaredNorm() < kGate3;
+}
 
 }  // namespace
 
@@ -23,76 +85,55 @@ std::optional<VelocityIncrement> InternalMeasurements::integrate_accelerometer(c
   return velocity_increment(earlier_, later_, X_CG_, state.robot().segment<3>(kGyroBias), options_);
 }
 
-Measurement InternalMeasurements::measured_velocity(const RobotVector& x,
-                                                    const PlannedVelocity& planned) const {
-  return planned.legs ? measure_leg_velocity(x, planned, by_legs_.plan_velocity)
-                      : measure_velocity(x, planned, options_.plan_velocity);
+const InternalResult& InternalMeasurements::skip() {
+  result_.innovations.clear();
+  result_.rejected.clear();
+  result_.updated = true;
+  return result_;
 }
 
-bool InternalMeasurements::agrees_with_plan(const Prediction& prediction, const State& state,
-                                            const std::optional<PlannedVelocity>& planned) const {
-  if (!options_.plan_velocity.enabled || !planned) return true;
-  const Measurement m = measured_velocity(prediction.x, *planned);
-  const RobotMatrix P = prediction.F * state.marginal<kRobot>(0) * prediction.F.transpose() + prediction.Q;
-  const Eigen::Matrix3d S = m.H_robot * P * m.H_robot.transpose() + m.R;
-  return S.llt().matrixL().solve(m.innovation).squaredNorm() < kGate3;
-}
-
-GatedPrediction InternalMeasurements::predict(const Observation& o, Stamp previous,
-                                              const std::optional<PlannedVelocity>& planned,
-                                              const State& state) {
+Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
+                                         const std::optional<PlannedInterval>& planned, const State& state) {
+  skip();
   const double dt = seconds(o.t - previous);
   const RobotVector x = state.robot();
+  const Options& options = planned && planned->legs ? leg_options_ : options_;
   const auto increment = integrate_accelerometer(o, previous, state);
   if (increment) {
-    GatedPrediction gated{predict_motion(x, dt, increment, options(planned))};
-    const Eigen::Vector3d V = gated.prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
-    const double sigma = options_.motion.sigma_acceleration_m_s2 * dt;
-    if (V.squaredNorm() < kGate3 * sigma * sigma && agrees_with_plan(gated.prediction, state, planned))
-      return gated;
+    const Prediction prediction = predict_motion(x, dt, increment, options);
+    const Eigen::Vector3d V = prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
+    const double sigma = options.motion.sigma_acceleration_m_s2 * dt;
+    const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_};
+    const auto velocity = planned && planned->legs ? leg_velocity(in) : plan_velocity(in);
+    if (V.squaredNorm() < kGate3 * sigma * sigma && agrees(velocity, prediction, state)) return prediction;
+    add_reason(result_.rejected, "accelerometer is beyond its gate");
   }
-  return {predict_motion(x, dt, std::nullopt, options(planned)), increment.has_value()};
+  return predict_motion(x, dt, std::nullopt, options);
 }
 
-InternalResult InternalMeasurements::update(const Observation& o, Stamp previous,
-                                            const std::optional<PlannedVelocity>& planned, Kalman& kalman) {
-  InternalResult result;
-  const RobotVector x = kalman.state().robot();
+const InternalResult& InternalMeasurements::update(const Observation& o, Stamp previous,
+                                                   const std::optional<PlannedInterval>& planned,
+                                                   Kalman& kalman) {
   accepted_.clear();
-  const auto gate = [&](Measurement m, double bound, const char* name) {
-    kalman.constrain(m);
-    const Nis nis = normalised_innovation_squared(kalman.state(), m);
-    if (nis.value < bound)
-      accepted_.push_back(m);
+  if (options_.gyro.enabled && o.gyro.empty()) add_reason(result_.rejected, "the gyro is silent");
+  const RobotVector x = kalman.state().robot();
+  for (const Sensor& sensor : kSensors) {
+    auto m = sensor.measure({x, o, previous, planned, plan_.at_rest(), X_CG_, options_});
+    if (!m) continue;
+    kalman.constrain(*m);
+    const Nis nis = normalized_innovation_squared(kalman.state(), *m);
+    if (!sensor.name.empty()) result_.innovations.push_back({sensor.name, nis});
+    if (nis.value < sensor.gate)
+      accepted_.push_back(*m);
     else
-      add_reason(result.rejected, std::string(name) + " is beyond its gate");
-    return nis;
-  };
-  if (options_.gyro.enabled && o.gyro.empty()) add_reason(result.rejected, "the gyro is silent");
-  if (options_.gyro.enabled)
-    if (const auto rate = mean_rate(o.gyro, previous, o.t, X_CG_.linear(), options_))
-      result.gyro = gate(measure_rate(x, *rate), kGate3, "gyro");
-  if (options_.gyro.enabled && options_.start.sigma_rest_rad_s > 0 && planned && plan_.at_rest())
-    gate(measure_rest(x, options_.start.sigma_rest_rad_s), kGate3, "rest");
-  if (options_.plan_velocity.enabled && planned)
-    result.plan_velocity =
-        gate(measured_velocity(x, *planned), kGate3, planned->legs ? "leg odometry" : "planned velocity");
-  if (options_.plan_velocity.enabled && planned && planned->legs)
-    kalman.add_evidence(kPlanScale, planned->legs->plan_scale);
-  if (o.plan) {
-    const Eigen::Isometry3d& X_PC = o.plan->X_PC;
-    if (options_.height.enabled)
-      result.height =
-          gate(measure_height(x, X_PC.translation().z(), options_.height), kGate1, "planned height");
-    if (options_.plan_orientation.enabled)
-      gate(measure_orientation(x, X_PC.linear(), options_.plan_orientation), kGate3, "planned orientation");
-    if (options_.plan_position.enabled)
-      gate(measure_position(x, X_PC.translation(), options_.plan_position), kGate3, "planned position");
+      add_reason(result_.rejected, sensor.reason);
   }
-  if (accepted_.empty()) return result;
+  if (options_.plan_velocity.enabled && planned && planned->legs)
+    kalman.add_evidence(kPlanScale, planned->plan_scale);
+  if (accepted_.empty()) return result_;
   stack(kalman.state(), accepted_, stacked_);
-  result.updated = kalman.update(stacked_);
-  return result;
+  result_.updated = kalman.update(stacked_);
+  return result_;
 }
 
 }  // namespace slam

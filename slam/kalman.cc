@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSpareParameters = 96;
 
-/// The parameters for which there is storage once `size` are needed.
+/// The number of parameters in storage once `size` are needed.
 Eigen::Index room_for(int size, const State& state) {
   const Eigen::Index now = state.storage_x.size();
   return size <= now ? now : size + std::max(kSpareParameters, size / 2);
@@ -17,9 +17,19 @@ Eigen::Index room_for(int size, const State& state) {
 
 }  // namespace
 
-Kalman::Kalman(const RobotState& initial, bool observability_constrained, int match_errors)
+RobotVector robot_null_yaw(const RobotVector& x) {
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  RobotVector n = RobotVector::Zero();
+  n.segment<3>(kPosition) = up.cross(x.segment<3>(kPosition));
+  n.segment<4>(kOrientation) =
+      0.5 * quaternion_product(Eigen::Vector4d(0, 0, 0, 1), x.segment<4>(kOrientation));
+  n.segment<3>(kVelocity) = up.cross(x.segment<3>(kVelocity));
+  return n;
+}
+
+Kalman::Kalman(const RobotState& initial, bool observability_constrained, int match_biases)
     : observability_constrained_(observability_constrained) {
-  state_.size = kRobot + 2 * match_errors;
+  state_.size = kRobot + 2 * match_biases;
   for (auto* values : {&state_.storage_x, &state_.storage_null}) values->setZero(state_.size);
   state_.storage_sensitivity.setZero(state_.size, kSystematicErrors);
   state_.storage_P.setZero(state_.size, state_.size);
@@ -80,13 +90,14 @@ bool Kalman::update(const StackedMeasurement& stacked) {
   state_.storage_x.head(size).noalias() += W * whitening_.innovation();
   state_.storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>().rankUpdate(W, -1);
   update_sensitivity(stacked);
-  normalise_orientation();
+  normalize_orientation();
   return true;
 }
 
 /// The state's derivative with respect to the systematic errors is updated as the state is.
 void Kalman::update_sensitivity(const StackedMeasurement& stacked) {
-  if (stacked.rows > sensitivity_.rows()) sensitivity_.resize(stacked.storage_sensitivity.rows(), kSystematicErrors);
+  if (stacked.rows > sensitivity_.rows())
+    sensitivity_.resize(stacked.storage_sensitivity.rows(), kSystematicErrors);
   auto U = sensitivity_.topRows(stacked.rows);
   U = stacked.sensitivity();
   whitening_.L().triangularView<Eigen::Lower>().solveInPlace(U);
@@ -99,9 +110,9 @@ void Kalman::update_sensitivity(const StackedMeasurement& stacked) {
   }
 }
 
-void Kalman::normalise_orientation() {
+void Kalman::normalize_orientation() {
   const Eigen::Vector4d q = state_.orientation();
-  const Eigen::Matrix4d N = normalised_jacobian(q);  // symmetric
+  const Eigen::Matrix4d N = normalized_jacobian(q);  // symmetric
   auto& P = state_.storage_P;
   state_.storage_x.segment<4>(kOrientation) = q.normalized();
   auto& s = state_.storage_sensitivity;
@@ -127,7 +138,7 @@ void Kalman::reserve(int size) {
   robot_columns_.resize(room, kRobot);
 }
 
-int Kalman::append(const LandmarkInitialisation& landmark) {
+int Kalman::append(const LandmarkInitialization& landmark) {
   const int at = state_.size;
   reserve(at + 6);
   state_.size += 6;
@@ -163,11 +174,7 @@ void Kalman::replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>&
   erase(at + new_count, count - new_count);
 }
 
-void Kalman::reset_match_error(int at, double variance) {
-  predict_match_error(at, 0, variance);
-}
-
-void Kalman::predict_match_error(int at, double decay, double variance) {
+void Kalman::predict_match_bias(int at, double decay, double variance) {
   auto& P = state_.storage_P;
   for (int i = at; i < at + 2; ++i) {
     P.row(i).head(i) *= decay;

@@ -11,41 +11,44 @@ namespace slam {
 
 /// The parameters of a new landmark, y = g(robot, z): the mean y, ∂y/∂robot, and the covariance J R Jᵀ that
 /// the noise of the measurement z adds.
-struct LandmarkInitialisation {
+struct LandmarkInitialization {
   Vector6d y;
   Eigen::Matrix<double, 6, kRobot> J_robot;
   Matrix6d noise;
   Vector6d distortion = Vector6d::Zero();  ///< ∂y/∂δ, δ being the relative error of the lens distortion
 };
 
+/// The robot's part of State::null_yaw at the mean x.
+RobotVector robot_null_yaw(const RobotVector& x);
+
 class Kalman {
  public:
-  /// match_errors: the number of lasting errors of matches (match_errors.h) for which the state has room.
-  Kalman(const RobotState& initial, bool observability_constrained, int match_errors = 0);
+  /// match_biases: the number of places for match biases (MatchBiases) in the state.
+  Kalman(const RobotState& initial, bool observability_constrained, int match_biases = 0);
 
   const State& state() const { return state_; }
 
   /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks follow.
   void predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q);
 
-  /// Removes from H what would seem to observe the heading of the whole world, which is unobservable
+  /// Removes from H the part that observes the heading of the whole world, which is unobservable
   /// (Hesch et al. 2013: H' = H − HN(NᵀN)⁻¹Nᵀ). Does nothing when the constraint is switched off.
   void constrain(Measurement& measurement) const;
 
-  /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalised. Returns false, and changes
-  /// nothing, where S is not positive definite or the innovation is not finite.
+  /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalized. Returns false, and changes
+  /// nothing, if S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
 
-  /// Adds what a measurement that enters no update says of a systematic error.
+  /// Adds evidence of a systematic error from a measurement that enters no update.
   void add_evidence(int error, const SystematicEvidence& evidence) {
     SystematicEvidence& sum = evidence_[static_cast<std::size_t>(error)];
     sum.score += evidence.score, sum.information += evidence.information;
   }
-  /// What was added, and what the updates say of systematic errors, since the last call.
+  /// The evidence of systematic errors, added and from updates, since the last call.
   Evidence take_evidence() { return std::exchange(evidence_, {}); }
 
   /// Adds a landmark at the end of the state; returns the first index of its parameters.
-  int append(const LandmarkInitialisation& landmark);
+  int append(const LandmarkInitialization& landmark);
   /// Adds a point known with standard deviation sigma_m, uncorrelated with the robot; returns its first
   /// index.
   int append_point(const Eigen::Vector3d& p_W, double sigma_m);
@@ -56,10 +59,9 @@ class Kalman {
   /// Removes `count` parameters from the state.
   void erase(int at, int count);
 
-  /// Makes the two parameters from `at` on, a lasting error of a match, zero with this variance, independent of all others.
-  void reset_match_error(int at, double variance);
-  /// Predicts a lasting error of a match: e ← decay e, plus noise of this variance.
-  void predict_match_error(int at, double decay, double variance);
+  /// Predicts the match bias, two parameters from `at` on: e ← decay e, plus noise of this variance. With
+  /// decay 0 it becomes independent of all other parameters.
+  void predict_match_bias(int at, double decay, double variance);
 
   /// Adds Q to the covariance of the three parameters from `at` on.
   void inflate(int at, const Eigen::Matrix3d& Q);
@@ -76,14 +78,14 @@ class Kalman {
 
  private:
   void reserve(int size);
-  void normalise_orientation();
+  void normalize_orientation();
   void update_sensitivity(const StackedMeasurement& stacked);
 
   State state_;
   bool observability_constrained_;
   Whitening whitening_;
   Evidence evidence_{};
-  Sensitivity sensitivity_;  // work space: whitened
+  Sensitivity sensitivity_;                     // work space: whitened
   Eigen::MatrixXd W_, robot_columns_, scaled_;  // work space
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSpareRows = 32;
 
-/// Adds to PHᵀ the columns of P, of which only the lower triangle is read, times H of the landmark.
+/// Adds to PHᵀ the columns of P times H of the landmark. Only the lower triangle of P is read.
 void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
   const auto& P = state.storage_P;
   const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
@@ -26,30 +26,31 @@ void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eige
       PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
 }
 
-/// Adds to PHᵀ the columns of P that belong to the lasting error of a match.
-void add_error_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
-  if (m.error_at < 0) return;
+/// Adds to PHᵀ the columns of P that belong to the match bias.
+void add_bias_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
+  if (m.bias_at < 0) return;
   const auto& P = state.storage_P;
   for (int row = 0; row < m.rows; ++row) {
-    const int at = m.error_at + row, below = state.size - at;
-    PHt.col(row).head(at) += m.error_gain * P.block(at, 0, 1, at).transpose();
-    PHt.col(row).tail(below) += m.error_gain * P.col(at).segment(at, below);
+    const int at = m.bias_at + row, below = state.size - at;
+    PHt.col(row).head(at) += m.bias_gain * P.block(at, 0, 1, at).transpose();
+    PHt.col(row).tail(below) += m.bias_gain * P.col(at).segment(at, below);
   }
 }
 
-/// Adds to S what the lasting error of a match contributes.
-void add_error_part(const State& state, const Measurement& m, Measurement::Small<3, 3>& S) {
-  if (m.error_at < 0) return;
+/// Adds to S the contribution of the match bias.
+void add_bias_part(const State& state, const Measurement& m, Measurement::Small<3, 3>& S) {
+  if (m.bias_at < 0) return;
   const auto& P = state.storage_P;
-  Measurement::Small<3, 3> cross = m.H_robot.lazyProduct(P.block<2, kRobot>(m.error_at, 0).transpose());
+  Measurement::Small<3, 3> cross = m.H_robot.lazyProduct(P.block<2, kRobot>(m.bias_at, 0).transpose());
   const int count = static_cast<int>(m.H_landmark.cols());
-  if (count > 0) cross += m.H_landmark.lazyProduct(P.middleCols<2>(m.error_at).middleRows(m.landmark_at, count));
-  S += m.error_gain * (cross + cross.transpose());
-  S += m.error_gain * m.error_gain * state.marginal<2>(m.error_at);
+  if (count > 0)
+    cross += m.H_landmark.lazyProduct(P.middleCols<2>(m.bias_at).middleRows(m.landmark_at, count));
+  S += m.bias_gain * (cross + cross.transpose());
+  S += m.bias_gain * m.bias_gain * state.marginal<2>(m.bias_at);
 }
 
-/// The derivative of the innovation with respect to the systematic errors, which act on the measurement itself and through
-/// all earlier ones on the state.
+/// The derivative of the innovation with respect to the systematic errors, which act on the measurement and,
+/// through all earlier ones, on the state.
 Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors> innovation_sensitivity(
     const State& state, const Measurement& m) {
   const auto& s = state.storage_sensitivity;
@@ -57,7 +58,7 @@ Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors
   auto derivative = m.sensitivity;
   derivative -= m.H_robot.lazyProduct(s.topRows<kRobot>());
   if (count > 0) derivative -= m.H_landmark.lazyProduct(s.middleRows(m.landmark_at, count));
-  if (m.error_at >= 0) derivative -= m.error_gain * s.middleRows<2>(m.error_at);
+  if (m.bias_at >= 0) derivative -= m.bias_gain * s.middleRows<2>(m.bias_at);
   return derivative;
 }
 
@@ -69,7 +70,7 @@ Measurement::Small<3, 3> innovation_covariance(const State& state, const Measure
   const Measurement::Small<3, kRobot> HP_robot = m.H_robot * P_robot;
   Measurement::Small<3, 3> S = m.R;
   S.noalias() += HP_robot * m.H_robot.transpose();
-  add_error_part(state, m, S);
+  add_bias_part(state, m, S);
   const int count = static_cast<int>(m.H_landmark.cols());
   if (count == 0) return S;
   const Measurement::Small<3, 6> cross = m.H_robot * P.block(m.landmark_at, 0, count, kRobot).transpose();
@@ -81,7 +82,7 @@ Measurement::Small<3, 3> innovation_covariance(const State& state, const Measure
   return S;
 }
 
-Nis normalised_innovation_squared(const State& state, const Measurement& m) {
+Nis normalized_innovation_squared(const State& state, const Measurement& m) {
   const Measurement::Small<3, 3> S = innovation_covariance(state, m);
   const Eigen::LLT<Measurement::Small<3, 3>> llt(S);
   const double value = llt.info() == Eigen::Success ? llt.matrixL().solve(m.innovation).squaredNorm()
@@ -124,7 +125,7 @@ void stack(const State& state, const std::vector<Measurement>& measurements, Sta
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     auto columns = stacked.PHt().middleCols(stacked.first_row[i], measurements[i].rows);
     add_landmark_part(state, measurements[i], columns);
-    add_error_part(state, measurements[i], columns);
+    add_bias_part(state, measurements[i], columns);
   }
   stacked.S().noalias() = stacked.H_robot() * stacked.PHt().topRows<kRobot>();
   for (std::size_t i = 0; i < measurements.size(); ++i) {
@@ -132,7 +133,7 @@ void stack(const State& state, const std::vector<Measurement>& measurements, Sta
     const int count = static_cast<int>(m.H_landmark.cols());
     auto S_rows = stacked.S().middleRows(stacked.first_row[i], m.rows);
     if (count > 0) S_rows += m.H_landmark.lazyProduct(stacked.PHt().middleRows(m.landmark_at, count));
-    if (m.error_at >= 0) S_rows += m.error_gain * stacked.PHt().middleRows(m.error_at, m.rows);
+    if (m.bias_at >= 0) S_rows += m.bias_gain * stacked.PHt().middleRows(m.bias_at, m.rows);
     S_rows.middleCols(stacked.first_row[i], m.rows) += m.R;
   }
 }

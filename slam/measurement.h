@@ -1,4 +1,4 @@
-// Linearised measurements, alone and stacked: innovation covariance, whitening and normalised innovation
+// Linearized measurements, single and stacked: innovation covariance, whitening and normalized innovation
 // squared (NIS).
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace slam {
 
-/// A linearised measurement of at most 3 rows: the innovation z − h(x), the Jacobian ∂h/∂x with respect to
+/// A linearized measurement of at most 3 rows: the innovation z − h(x), the Jacobian ∂h/∂x with respect to
 /// the robot and to at most one landmark, and the noise covariance R. sensitivity is the derivative of the
 /// innovation with respect to the systematic errors at a given state.
 struct Measurement {
@@ -30,17 +30,17 @@ struct Measurement {
   Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors> sensitivity;
   Small<3, kRobot> H_robot;
   int landmark_at = 0;  ///< first index of the landmark's parameters in the state, if H_landmark has columns
-  Small<3, 6> H_landmark;  ///< has no columns when the measurement depends on the robot alone
-  int error_at = -1;       ///< first index of the lasting error of a match (match_errors.h); -1: it has none
-  double error_gain = 0;   ///< ∂h/∂(lasting error) is this times the unit matrix
+  Small<3, 6> H_landmark;  ///< has no columns if the measurement depends only on the robot
+  int bias_at = -1;        ///< first index of the match bias (MatchBiases); -1: none
+  double bias_gain = 0;    ///< ∂h/∂bias is this times the unit matrix
   Small<3, 3> R;
 };
 
 /// S = H P Hᵀ + R.
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& measurement);
 
-/// νᵀS⁻¹ν and ln |S|. Where S is not positive definite, the first is infinite and the second meaningless.
-Nis normalised_innovation_squared(const State& state, const Measurement& measurement);
+/// νᵀS⁻¹ν and ln |S|. If S is not positive definite, the first is infinite and the second meaningless.
+Nis normalized_innovation_squared(const State& state, const Measurement& measurement);
 
 /// Enlarges a work space to at least that many rows and columns, with room to spare so that it seldom grows.
 /// Its previous contents are lost when it grows.
@@ -82,11 +82,10 @@ void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& i
 /// The Cholesky factor L of S = LLᵀ and the whitened innovation L⁻¹ν of stacked measurements.
 class Whitening {
  public:
-  /// False where S is not positive definite or the innovation is not finite; the results are then
-  /// meaningless.
+  /// False if S is not positive definite or the innovation is not finite; the results are then meaningless.
   bool compute(const StackedMeasurement& stacked);
 
-  /// The lower triangle is L; what lies above it is undefined.
+  /// The lower triangle is L; the rest is undefined.
   auto L() const { return storage_L_.topLeftCorner(rows_, rows_); }
   auto innovation() const { return storage_innovation_.head(rows_); }
   Nis nis() const;

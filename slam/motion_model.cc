@@ -9,6 +9,9 @@ namespace slam {
 namespace {
 
 const Eigen::Vector3d kGravity_W(0, 0, -kGravity);  // m/s²
+constexpr double kStrideTime_s = 30;  // correlation time of the stride error, which lasts over many steps
+constexpr double kSwayTime_s = 1;     // correlation time of the amplitude and phase of the sway
+constexpr double kSwayUp = 0.15, kSwayAhead = 0.6;  // relative to the lateral sway
 
 double square(double a) { return a * a; }
 
@@ -28,7 +31,7 @@ RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V
 /// Unplanned swaying is a damped oscillation of the displacement d from the planned position, driven by
 /// noise: u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺. The standard deviation of u is σ, that of d about σ/ω.
 void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& prediction) {
-  const double decay = std::exp(-dt / options.sway_time_s);
+  const double decay = std::exp(-dt / kSwayTime_s);
   const double spring = square(2 * std::numbers::pi / options.sway_period_s) * dt;
   Eigen::Matrix2d F;  // of (u, d)
   F << decay, -spring, dt * decay, 1 - dt * spring;
@@ -44,16 +47,14 @@ void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& pr
   }
 }
 
-/// Predicts the slowly changing errors of gyro, accelerometer and plan.
+/// Predicts the biases of gyro and accelerometer and the stride error.
 void add_sensor_errors(double dt, const Options& options, Prediction& prediction) {
-  const auto gauss_markov = [&](int at, int count, double sigma, double time_s) {
-    const double decay = std::exp(-dt / time_s);
-    prediction.x.segment(at, count) *= decay;
-    prediction.F.block(at, at, count, count).diagonal().setConstant(decay);
-    prediction.Q.block(at, at, count, count).diagonal().setConstant(square(sigma) * (1 - decay * decay));
-  };
-  gauss_markov(kSlip, 3, options.plan_velocity.sigma_slip_m_s, options.plan_velocity.slip_time_s);
-  gauss_markov(kStrideError, 2, options.plan_velocity.sigma_stride, options.plan_velocity.stride_time_s);
+  const double decay = std::exp(-dt / kStrideTime_s);
+  prediction.x.segment<2>(kStrideError) *= decay;
+  prediction.F.block<2, 2>(kStrideError, kStrideError).diagonal().setConstant(decay);
+  prediction.Q.block<2, 2>(kStrideError, kStrideError)
+      .diagonal()
+      .setConstant(square(options.plan_velocity.sigma_stride) * (1 - decay * decay));
   const auto random_walk = [&](int at, double variance) {
     prediction.Q.block<3, 3>(at, at).diagonal().setConstant(variance);
   };
@@ -79,7 +80,7 @@ void add_increment(const RobotVector& x, const VelocityIncrement& increment, dou
 }  // namespace
 
 Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options) {
-  return options.sigma_sway_m_s * Eigen::Vector3d(1, options.sway_up, options.sway_ahead);
+  return options.sigma_sway_m_s * Eigen::Vector3d(1, kSwayUp, kSwayAhead);
 }
 
 Prediction predict_motion(const RobotVector& x, double dt, const std::optional<VelocityIncrement>& increment,
@@ -101,6 +102,33 @@ Prediction predict_motion(const RobotVector& x, double dt, const std::optional<V
   add_sensor_errors(dt, options, prediction);
   add_swaying(dt, options.plan_velocity, prediction);
   return prediction;
+}
+
+RobotVector initial_mean(const Eigen::Isometry3d& X_WC) {
+  RobotVector x = RobotVector::Zero();
+  const Eigen::Quaterniond q(X_WC.linear());
+  x.segment<3>(kPosition) = X_WC.translation();
+  x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
+  return x;
+}
+
+RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options) {
+  RobotState initial{initial_mean(X_WC), RobotMatrix::Zero()};
+  RobotMatrix& P = initial.P;
+  P.diagonal().segment<3>(kPosition).setConstant(square(options.start.sigma_position_m));
+  const Matrix43d dq = small_rotation_jacobian(initial.x.segment<4>(kOrientation));
+  P.block<4, 4>(kOrientation, kOrientation) =
+      square(options.start.sigma_orientation_rad) * dq * dq.transpose();
+  P.diagonal().segment<3>(kVelocity).setConstant(square(options.start.sigma_velocity_m_s));
+  P.diagonal().segment<3>(kRate).setConstant(square(options.start.sigma_rate_rad_s));
+  P.diagonal().segment<3>(kGyroBias).setConstant(square(options.gyro.sigma_bias_rad_s));
+  P.diagonal().segment<3>(kAccelerometerBias).setConstant(square(options.accelerometer.sigma_bias_m_s2));
+  P.diagonal().segment<2>(kStrideError).setConstant(square(options.plan_velocity.sigma_stride));
+  const Eigen::Vector3d sway = sway_sigma(options.plan_velocity);
+  P.diagonal().segment<3>(kSwayVelocity) = sway.cwiseAbs2();
+  P.diagonal().segment<3>(kSwayPosition) =
+      (sway * options.plan_velocity.sway_period_s / (2 * std::numbers::pi)).cwiseAbs2();
+  return initial;
 }
 
 }  // namespace slam

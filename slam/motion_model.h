@@ -1,13 +1,22 @@
-// The motion model: MonoSLAM's constant velocity model, driven by unknown or measured accelerations.
+// The motion model: the state at the start, and MonoSLAM's constant velocity model, driven by unknown or
+// measured accelerations.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 
-#include "slam/accelerometer.h"
+#include "slam/inertial.h"
 #include "slam/options.h"
 #include "slam/state.h"
 
 namespace slam {
+
+/// The mean of a robot at rest with its camera at X_WC; all other parameters are 0.
+RobotVector initial_mean(const Eigen::Isometry3d& X_WC);
+
+/// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal but for the
+/// orientation: the quaternion varies only by small rotations.
+RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options);
 
 /// The predicted mean f(x), F = ∂f/∂x and the process noise covariance Q.
 struct Prediction {
@@ -21,7 +30,7 @@ Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options);
 /// r⁺ = r + (v+V)Δt, q⁺ = q × q((ω+Ω)Δt), v⁺ = v+V, ω⁺ = ω+Ω with zero-mean impulses V = aΔt, Ω = αΔt
 /// (Davison et al. 2007, eq. (1)-(5)), so that v⁺ and ω⁺ are exactly the mean velocity and rate over the
 /// interval. With the accelerometer's velocity increment, V = R(q)(increment − bias·duration) + g·duration
-/// plus a far smaller noise. Biases are random walks, slip and stride error are Gauss-Markov processes, and
+/// plus a far smaller noise. Biases are random walks, the stride error is a Gauss-Markov process, and
 /// swaying is a damped oscillation driven by noise. dt_s > 0.
 Prediction predict_motion(const RobotVector& x, double dt_s,
                           const std::optional<VelocityIncrement>& increment, const Options& options);

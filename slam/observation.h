@@ -1,4 +1,4 @@
-// What the filter is given: one struct used by live runs, replay, sensor errors, recordings and tests.
+// The filter's input: one struct used by live runs, replay, sensor errors, recordings and tests.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,14 +15,14 @@ using Stamp = std::chrono::nanoseconds;
 /// A stamp, or the difference of two, in s.
 inline double seconds(Stamp t) { return std::chrono::duration<double>(t).count(); }
 
-/// Gravity as the filter takes it, m/s².
+/// Gravity in the filter, m/s².
 inline constexpr double kGravity = 9.81;
 
-/// The period of the readings to which standard deviations of gyro and accelerometer refer, s.
+/// Standard deviations of gyro and accelerometer refer to readings of this period, s.
 inline constexpr double kReadingPeriod_s = 0.005;
 
 /// One inertial reading: the mean over (begin, end], so that successive readings adjoin and a gap is visible.
-/// A 200 Hz reading is split where a camera frame falls inside it. Axes: G, the chest IMU.
+/// A 200 Hz reading is split by a camera frame inside it. Axes: G, the chest IMU.
 struct InertialSample {
   Stamp begin{0};
   Stamp end{0};
@@ -33,12 +33,12 @@ struct InertialSample {
 /// Which feet are on the ground according to the walking plan.
 enum class Support { both, left, right };
 
-/// Where leg odometry has the camera at the time of a frame, by the joints' encoders from the sole that
-/// carries the robot, which is taken to stand still. O is the odometry's own world: W at the start, it drifts
-/// from it as the soles slip and tilt.
+/// The camera pose by leg odometry at the time of a frame, from the joints' encoders and the loaded sole,
+/// which is assumed to be stationary. O is the odometry's world: W at the start, it drifts as the soles slip
+/// and tilt.
 struct LegMotion {
   Eigen::Isometry3d X_OC = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d p_CS = Eigen::Vector3d::Zero();  ///< the sole that carries the robot, m in C
+  Eigen::Vector3d p_CS = Eigen::Vector3d::Zero();  ///< the loaded sole, m in C
 };
 
 /// The camera's motion at the time of the frame as the pattern generator plans it, in the plan's own world P,
@@ -52,14 +52,14 @@ struct PlannedMotion {
   /// C.
   Eigen::Vector3d p_CF = Eigen::Vector3d::Zero();
   Support support = Support::both;
-  std::optional<LegMotion> legs = {};  ///< what the legs made of the plan, where the robot measures it
+  std::optional<LegMotion> legs = {};  ///< absent if the robot does not measure it
 };
 
-/// One camera frame and all that was measured since the previous one. What is missing is absent: an empty
-/// image, an empty vector, no plan.
+/// One camera frame and all measurements since the previous one. A missing one is absent: an empty image, an
+/// empty vector, no plan.
 struct Observation {
   Stamp t{0};
-  cv::Mat image;  ///< 8-bit grey (CV_8UC1) of the camera's size; empty if the frame is lost
+  cv::Mat image;  ///< 8-bit gray (CV_8UC1) of the camera's size; empty if the frame is lost
   std::vector<InertialSample> gyro;           ///< readings since the previous frame, in order of time
   std::vector<InertialSample> accelerometer;  ///< readings since the previous frame, in order of time
   std::optional<PlannedMotion> plan;

@@ -6,10 +6,10 @@ namespace slam {
 namespace {
 
 constexpr double kStanding = 1e-3;  // m/s and rad/s
-constexpr double kTwoSteps_s = 1.6;
-// Of the difference between plan and leg odometry after two steps: the robot sways, and lands earlier or
-// later than planned.
+// Difference between plan and leg odometry after two steps: the robot sways, and lands earlier or later than
+// planned.
 constexpr double kTwoStepsSigma_m = 0.005;
+constexpr double kLandingFactor = 6, kLanding_s = 0.2;  // while a foot settles, tuned on the training walks
 
 /// Adds the horizontal motion of the camera by unplanned rotation about the support foot:
 /// R(q)ᵀ D R(q) (p_CF × (ω − ω_plan)).
@@ -40,17 +40,17 @@ Eigen::Vector3d mean_rate(const Eigen::Isometry3d& before, const Eigen::Isometry
   return turn.angle() / dt_s * turn.axis();
 }
 
-/// True where a foot has been set down since the frame in which `before` carried.
+/// True if a foot has been set down since the frame with the support `before`.
 bool lands(Support before, Support now) { return now != before && before != Support::both; }
 
-/// The horizontal way from one pose to another of the camera, along the heading that it had and to its left.
-Eigen::Vector2d horizontal_way(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
+/// The horizontal motion of the camera between two poses, along its heading at the first and to its left.
+Eigen::Vector2d horizontal_motion(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
   const Eigen::Vector2d ahead = from.linear().col(2).head<2>().normalized();
-  const Eigen::Vector2d way = (to.translation() - from.translation()).head<2>();
-  return {ahead.dot(way), ahead.x() * way.y() - ahead.y() * way.x()};
+  const Eigen::Vector2d motion = (to.translation() - from.translation()).head<2>();
+  return {ahead.dot(motion), ahead.x() * motion.y() - ahead.y() * motion.x()};
 }
 
-LegVelocity leg_velocity(const LegMotion& before, const LegMotion& now, double dt_s) {
+PlannedVelocity leg_velocity(const LegMotion& before, const LegMotion& now, double dt_s) {
   const Eigen::Vector3d v_O = (now.X_OC.translation() - before.X_OC.translation()) / dt_s;
   return {now.X_OC.linear().transpose() * v_O, mean_rate(before.X_OC, now.X_OC, dt_s),
           (before.p_CS + now.p_CS) / 2};
@@ -67,134 +67,89 @@ PlannedVelocity planned_velocity(const PlannedMotion& before, const PlannedMotio
 }
 
 Gait planned_gait(const PlannedMotion& before, const PlannedMotion& now, const PlannedVelocity& planned,
-                  const Gait& previous, double dt_s) {
+                  const Gait& previous, double dt_s, double two_steps_s) {
   Gait gait;
-  gait.turning_rad_s = planned.rate.norm();
-  gait.standing = planned.velocity.norm() < kStanding && gait.turning_rad_s < kStanding;
-  gait.double_support = now.support == Support::both;
-  gait.steady_C = planned.steady_C + std::exp(-dt_s / kTwoSteps_s) * (previous.steady_C - planned.steady_C);
+  gait.standing = planned.velocity.norm() < kStanding && planned.rate.norm() < kStanding;
+  gait.steady_C = planned.steady_C + std::exp(-dt_s / two_steps_s) * (previous.steady_C - planned.steady_C);
   gait.since_landing_s = lands(before.support, now.support) ? 0 : previous.since_landing_s + dt_s;
   return gait;
 }
 
-double velocity_sigma(const Gait& gait, const Options::PlanVelocity& options) {
-  double sigma = options.sigma_m_s;
-  if (gait.standing) return sigma * options.standing_factor;
-  if (gait.double_support) sigma *= options.double_support_factor;
-  if (gait.since_landing_s < options.landing_s) sigma *= options.landing_factor;
-  return std::hypot(sigma, options.sigma_per_turn_m * gait.turning_rad_s);
+double leg_velocity_sigma(const Gait& gait, const Options::LegOdometry& options) {
+  const bool landing = !gait.standing && gait.since_landing_s < kLanding_s;
+  return landing ? options.sigma_m_s * kLandingFactor : options.sigma_m_s;
 }
 
-Options::PlanVelocity noises_by_legs(const Options& options) {
-  Options::PlanVelocity noises = options.plan_velocity;
-  noises.sigma_m_s = options.leg_odometry.sigma_m_s;
-  noises.landing_factor = options.leg_odometry.landing_factor;
-  noises.landing_s = options.leg_odometry.landing_s;
-  noises.sigma_stride = options.leg_odometry.sigma_stride;
-  noises.sigma_sway_m_s = options.leg_odometry.sigma_sway_m_s;
+Options with_leg_noises(const Options& options) {
+  Options noises = options;
+  noises.plan_velocity.sigma_stride = options.leg_odometry.sigma_stride;
+  noises.plan_velocity.sigma_sway_m_s = options.leg_odometry.sigma_sway_m_s;
   return noises;
 }
 
-SystematicEvidence TwoSteps::take(const PlannedMotion& before, const PlannedMotion& now, bool standing) {
-  if (!now.legs || standing) begin_.reset();
+SystematicEvidence TwoSteps::add(const PlannedMotion& before, const PlannedMotion& now, bool standing) {
+  if (!now.legs || standing) start_.reset();
   if (!now.legs || standing || !lands(before.support, now.support)) return {};
-  if (begin_ && ++landings_ < 2) return {};
+  if (start_ && ++landings_ < 2) return {};
   SystematicEvidence evidence;
-  if (begin_) {
-    const Eigen::Vector2d by_legs = horizontal_way(begin_->legs->X_OC, now.legs->X_OC);
-    const Eigen::Vector2d too_far = horizontal_way(begin_->X_PC, now.X_PC) - by_legs;
+  if (start_) {
+    const Eigen::Vector2d by_legs = horizontal_motion(start_->legs->X_OC, now.legs->X_OC);
+    const Eigen::Vector2d too_far = horizontal_motion(start_->X_PC, now.X_PC) - by_legs;
     const double weight = 1 / (kTwoStepsSigma_m * kTwoStepsSigma_m);
     evidence = {weight * by_legs.dot(too_far), weight * by_legs.squaredNorm()};
   }
-  begin_ = now;
+  start_ = now;
   landings_ = 0;
   return evidence;
 }
 
-std::optional<PlannedVelocity> PlanHistory::advance(const std::optional<PlannedMotion>& plan, double dt_s,
+std::optional<PlannedInterval> PlanHistory::advance(const std::optional<PlannedMotion>& plan, double dt_s,
                                                     const Options& options) {
-  std::optional<PlannedVelocity> planned;
+  std::optional<PlannedInterval> interval;
   if (previous_ && plan) {
-    planned = planned_velocity(*previous_, *plan, dt_s, options.plan_velocity.axes);
-    gait_ = planned_gait(*previous_, *plan, *planned, gait_, dt_s);
-    planned->steady_C = gait_.steady_C;
+    PlannedVelocity planned = planned_velocity(*previous_, *plan, dt_s, options.plan_velocity.axes);
+    gait_ = planned_gait(*previous_, *plan, planned, gait_, dt_s, options.plan_velocity.sway_period_s);
+    planned.steady_C = gait_.steady_C;
+    planned.sigma_m_s = options.plan_velocity.sigma_m_s;
     moved_ = moved_ || !gait_.standing;
-    const SystematicEvidence plan_scale = two_steps_.take(*previous_, *plan, gait_.standing);
-    planned->sigma_m_s = velocity_sigma(gait_, options.plan_velocity);
+    interval = {planned, std::nullopt, two_steps_.add(*previous_, *plan, gait_.standing)};
     const bool by_legs = options.leg_odometry.enabled && options.plan_velocity.axes == VelocityAxes::robot;
     if (by_legs && previous_->legs && plan->legs) {
-      planned->legs = leg_velocity(*previous_->legs, *plan->legs, dt_s);
-      planned->legs->sigma_m_s = velocity_sigma(gait_, noises_by_legs(options));
-      planned->legs->plan_scale = plan_scale;
+      interval->legs = leg_velocity(*previous_->legs, *plan->legs, dt_s);
+      interval->legs->steady_C = gait_.steady_C;
+      interval->legs->sigma_m_s = leg_velocity_sigma(gait_, options.leg_odometry);
     }
   }
   if (!plan) two_steps_ = {};
   previous_ = plan;
-  return planned;
-}
-
-Measurement measure_leg_velocity(const RobotVector& x, const PlannedVelocity& planned,
-                                 const Options::PlanVelocity& options) {
-  PlannedVelocity measured = planned;
-  measured.velocity = planned.legs->velocity;
-  measured.rate = planned.legs->rate;
-  measured.p_CF = planned.legs->p_CS;
-  measured.sigma_m_s = planned.legs->sigma_m_s;
-  Measurement m = measure_velocity(x, measured, options);
-  m.sensitivity.col(kLegScale).swap(m.sensitivity.col(kPlanScale));
-  return m;
+  return interval;
 }
 
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
-                             const Options::PlanVelocity& options) {
+                             const Options::PlanVelocity& options, int scale) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
   const Eigen::Vector3d v = x.segment<3>(kVelocity);
   const Eigen::Matrix<double, 3, 2> J_stride = stride_error_jacobian(planned.steady_C);
-  const Eigen::Vector3d error =
-      x.segment<3>(kSlip) + x.segment<3>(kSwayVelocity) + J_stride * x.segment<2>(kStrideError);
+  const Eigen::Vector3d error = x.segment<3>(kSwayVelocity) + J_stride * x.segment<2>(kStrideError);
   Measurement m(3);
   if (options.axes == VelocityAxes::robot) {
     m.innovation.head<3>() = planned.velocity - R_WC.transpose() * v - error;
     m.H_robot.middleCols(kOrientation, 4) = rotated_back_jacobian(q, v);
     m.H_robot.middleCols(kVelocity, 3) = R_WC.transpose();
-    m.H_robot.middleCols(kSlip, 3).setIdentity();
     m.H_robot.middleCols(kSwayVelocity, 3).setIdentity();
     m.H_robot.middleCols(kStrideError, 2) = J_stride;
-    m.sensitivity.col(kPlanScale).head<3>() = planned.steady_C;
+    m.sensitivity.col(scale).head<3>() = planned.steady_C;
     if (options.pivots_on_foot) add_pivoting(x, planned, m);
   } else {
     m.innovation.head<3>() = planned.velocity - v - R_WC * error;
     m.H_robot.middleCols(kOrientation, 4) = rotated_jacobian(q, error);
     m.H_robot.middleCols(kVelocity, 3).setIdentity();
-    m.H_robot.middleCols(kSlip, 3) = R_WC;
     m.H_robot.middleCols(kSwayVelocity, 3) = R_WC;
     m.H_robot.middleCols(kStrideError, 2) = R_WC * J_stride;
-    m.sensitivity.col(kPlanScale).head<3>() = R_WC * planned.steady_C;
+    m.sensitivity.col(scale).head<3>() = R_WC * planned.steady_C;
   }
   m.R.diagonal().setConstant(planned.sigma_m_s * planned.sigma_m_s);
-  return m;
-}
-
-Measurement measure_orientation(const RobotVector& x, const Eigen::Matrix3d& R_PC,
-                                const Options::PlanOrientation& options) {
-  const Eigen::Quaterniond planned(R_PC);
-  const Eigen::Vector4d inverse(planned.w(), -planned.x(), -planned.y(), -planned.z());
-  const Eigen::Vector4d rotation = quaternion_product(inverse, x.segment<4>(kOrientation));
-  const double sign = rotation(0) < 0 ? -1 : 1;  // q and −q are the same orientation
-  Measurement m(3);
-  m.innovation.head<3>() = -2 * sign * rotation.tail<3>();
-  m.H_robot.middleCols(kOrientation, 4) = 2 * sign * left_matrix(inverse).bottomRows<3>();
-  m.R.diagonal().setConstant(options.sigma_rad * options.sigma_rad);
-  return m;
-}
-
-Measurement measure_position(const RobotVector& x, const Eigen::Vector3d& p_PC,
-                             const Options::PlanPosition& options) {
-  Measurement m(3);
-  m.innovation.head<3>() = p_PC - x.segment<3>(kPosition);
-  m.H_robot.middleCols(kPosition, 3).setIdentity();
-  m.R.diagonal().setConstant(options.sigma_m * options.sigma_m);
   return m;
 }
 

@@ -92,7 +92,9 @@ Matrix34d rotated_back_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d&
   return J;
 }
 
-Eigen::Matrix4d normalised_jacobian(const Eigen::Vector4d& q) {
+Matrix43d small_rotation_jacobian(const Eigen::Vector4d& q) { return left_matrix(q).rightCols<3>() / 2; }
+
+Eigen::Matrix4d normalized_jacobian(const Eigen::Vector4d& q) {
   const double norm = q.norm();
   const Eigen::Vector4d unit = q / norm;
   return (Eigen::Matrix4d::Identity() - unit * unit.transpose()) / norm;

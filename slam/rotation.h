@@ -30,8 +30,11 @@ Matrix34d rotated_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d& a);
 /// ∂(R(q)ᵀ a)/∂q.
 Matrix34d rotated_back_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d& a);
 
+/// ∂(q × Exp(θ))/∂θ at θ = 0, for a small rotation about the axes of C.
+Matrix43d small_rotation_jacobian(const Eigen::Vector4d& q);
+
 /// ∂(q/|q|)/∂q = (I − q̂q̂ᵀ)/|q|.
-Eigen::Matrix4d normalised_jacobian(const Eigen::Vector4d& q);
+Eigen::Matrix4d normalized_jacobian(const Eigen::Vector4d& q);
 
 /// The matrix [a]ₓ with [a]ₓ b = a × b.
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& a);

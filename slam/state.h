@@ -8,22 +8,22 @@
 namespace slam {
 
 // The first index of each part of the robot's state; the landmarks' parameters follow from kRobot on.
-inline constexpr int kPosition = 0;            ///< r = p_WC, m
-inline constexpr int kOrientation = 3;         ///< q_WC as (w, x, y, z)
-inline constexpr int kVelocity = 7;            ///< mean velocity over the last frame interval, m/s in W
-inline constexpr int kRate = 10;               ///< mean w_WC_C over the last frame interval, rad/s
-inline constexpr int kCamera = 13;             ///< size of MonoSLAM's camera state, which ends here
-inline constexpr int kGyroBias = 13;           ///< rad/s, axes C
-inline constexpr int kSlip = 16;               ///< planned minus true velocity, m/s, axes C
+inline constexpr int kPosition = 0;     ///< r = p_WC, m
+inline constexpr int kOrientation = 3;  ///< q_WC as (w, x, y, z)
+inline constexpr int kVelocity = 7;     ///< mean velocity over the last frame interval, m/s in W
+inline constexpr int kRate = 10;        ///< mean w_WC_C over the last frame interval, rad/s
+inline constexpr int kCamera = 13;      ///< size of MonoSLAM's camera state, which ends here
+inline constexpr int kGyroBias = 13;    ///< rad/s, axes C
+inline constexpr int kReserved = 16;    ///< three parameters, always 0: they keep the layout of results
 inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
 inline constexpr int kSwayVelocity = 22;  ///< velocity of unplanned swaying, planned minus true, m/s in C
 inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying, m in C
 inline constexpr int kStrideError = 28;   ///< relative error of the strides' length, and their angle, rad
 inline constexpr int kRobot = 30;
 
-// Systematic errors of which the innovations tell (sensor_watch.h), all relative.
+// Systematic errors that the innovations reveal (sensor_monitor.h), all relative.
 inline constexpr int kPlanScale = 0;       ///< of the planned distances
-inline constexpr int kLensDistortion = 1;  ///< of the lens distortion that the filter is told
+inline constexpr int kLensDistortion = 1;  ///< of the lens distortion in the calibration
 inline constexpr int kLegScale = 2;        ///< of the distances by leg odometry
 inline constexpr int kSystematicErrors = 3;
 
@@ -40,24 +40,23 @@ using ParameterJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 /// The derivative of values with respect to the systematic errors, a row for each value.
 using Sensitivity = Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors>;
 
-/// What innovations say of a systematic error δ: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and of uᵀS⁻¹u. Where the
-/// filter is right the first has mean 0 and the second as its variance; where there is an error of δ, the
-/// first has mean δ times the second.
+/// Evidence of a systematic error δ in innovations ν: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and of uᵀS⁻¹u. The
+/// first has mean δ times the second, and the second as its variance.
 struct SystematicEvidence {
   double score = 0, information = 0;
 };
 
-/// Mean and covariance of the robot alone.
+/// Mean and covariance of the robot.
 struct RobotState {
   RobotVector x;
   RobotMatrix P;
 };
 
 /// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
-/// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; what the
-/// storage holds above the diagonal is undefined. null_yaw is the direction of the state in which the whole
-/// world turns about the vertical, which no measurement can observe. sensitivity is the derivative of the mean
-/// with respect to the systematic errors, a column for each.
+/// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; the rest
+/// is undefined. null_yaw is the change of the state when the whole world turns about the vertical, which no
+/// measurement can observe. sensitivity is the derivative of the mean with respect to the systematic errors,
+/// a column for each.
 struct State {
   int size = kRobot;
   Eigen::VectorXd storage_x = Eigen::VectorXd::Zero(kRobot), storage_null = Eigen::VectorXd::Zero(kRobot);
@@ -78,13 +77,12 @@ struct State {
   Eigen::Vector3d position() const { return storage_x.segment<3>(kPosition); }
   Eigen::Vector4d orientation() const { return storage_x.segment<4>(kOrientation); }
   Eigen::Vector3d velocity() const { return storage_x.segment<3>(kVelocity); }
-  Eigen::Isometry3d X_WC() const;
+  Eigen::Isometry3d X_WC() const {
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.linear() = rotation_matrix(orientation());
+    X.translation() = position();
+    return X;
+  }
 };
-
-/// The robot's part of null_yaw at the mean x.
-RobotVector robot_null_yaw(const RobotVector& x);
-
-/// ∂(q × Exp(θ))/∂θ at θ = 0: how the quaternion changes with a small rotation about the axes of C.
-Matrix43d small_rotation_jacobian(const Eigen::Vector4d& q);
 
 }  // namespace slam

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -15,6 +16,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <deque>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -271,18 +274,13 @@ std::string ChildProgram::log() const {
 }
 
 std::string ChildProgram::last_lines() const {
-  std::string_view rest = log_;
-  while (rest.ends_with('\n')) rest.remove_suffix(1);
-  std::vector<std::string> lines;
-  while (!rest.empty() && lines.size() < kLastLines) {
-    const std::size_t feed = rest.rfind('\n');
-    const std::string_view line = feed == rest.npos ? rest : rest.substr(feed + 1);
-    lines.push_back(printable(line.substr(0, kLongestLine)));
-    rest = feed == rest.npos ? std::string_view() : rest.substr(0, feed);
+  std::istringstream in(log_);
+  std::deque<std::string> lines;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.empty()) lines.push_back(printable(std::string_view(line).substr(0, kLongestLine)));
+    if (lines.size() > kLastLines) lines.pop_front();
   }
-  std::string text;
-  for (auto line = lines.rbegin(); line != lines.rend(); ++line) text += (text.empty() ? "" : " | ") + *line;
-  return text;
+  return fmt::format("{}", fmt::join(lines, " | "));
 }
 
 double ChildProgram::cpu_ms() const {

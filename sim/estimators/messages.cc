@@ -149,29 +149,6 @@ gaitslam_start start_of(const Start& start, std::size_t options_bytes) {
   return words;
 }
 
-// An observation with its lists; image is contiguous.
-struct ObservationParts {
-  gaitslam_observation observation{};
-  std::vector<gaitslam_reading> gyro, accelerometer;
-  cv::Mat image;
-};
-
-ObservationParts parts_of(const slam::Observation& observation) {
-  ObservationParts parts;
-  parts.gyro = readings_of(observation.gyro);
-  parts.accelerometer = readings_of(observation.accelerometer);
-  parts.image = observation.image.isContinuous() ? observation.image : observation.image.clone();
-  gaitslam_observation& words = parts.observation;
-  words.t_ns = observation.t.count();
-  words.width_px = static_cast<std::uint32_t>(parts.image.cols);
-  words.height_px = static_cast<std::uint32_t>(parts.image.rows);
-  words.gyro_count = static_cast<std::uint32_t>(parts.gyro.size());
-  words.accelerometer_count = static_cast<std::uint32_t>(parts.accelerometer.size());
-  words.has_plan = observation.plan ? 1 : 0;
-  if (observation.plan) words.plan = plan_of(*observation.plan);
-  return parts;
-}
-
 Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark> landmarks,
                  std::string_view cause) {
   if (words.status > GAITSLAM_DIVERGED)
@@ -203,10 +180,20 @@ std::string start_message(const EstimatorChoice& choice, const Start& start) {
 }
 
 std::string observation_message(const slam::Observation& observation) {
-  const ObservationParts parts = parts_of(observation);
-  const std::string_view image(reinterpret_cast<const char*>(parts.image.data), parts.image.total());
-  return message(GAITSLAM_MESSAGE_OBSERVATION,
-                 {bytes_of(parts.observation), bytes_of(parts.gyro), bytes_of(parts.accelerometer), image});
+  const auto gyro = readings_of(observation.gyro), accelerometer = readings_of(observation.accelerometer);
+  const cv::Mat image = observation.image.isContinuous() ? observation.image : observation.image.clone();
+  gaitslam_observation words{};
+  words.t_ns = observation.t.count();
+  words.width_px = static_cast<std::uint32_t>(image.cols);
+  words.height_px = static_cast<std::uint32_t>(image.rows);
+  words.gyro_count = static_cast<std::uint32_t>(gyro.size());
+  words.accelerometer_count = static_cast<std::uint32_t>(accelerometer.size());
+  words.has_plan = observation.plan ? 1 : 0;
+  if (observation.plan) words.plan = plan_of(*observation.plan);
+  return message(GAITSLAM_MESSAGE_OBSERVATION, {bytes_of(words),
+                                                bytes_of(gyro),
+                                                bytes_of(accelerometer),
+                                                {reinterpret_cast<const char*>(image.data), image.total()}});
 }
 
 std::string end_message() { return message(GAITSLAM_MESSAGE_END, {}); }

@@ -12,7 +12,7 @@
 #include "sim/export/export_context.h"
 #include "sim/export/mcap.h"
 #include "sim/export/ros_messages.h"
-#include "sim/recording/stamped_rows.h"
+#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 

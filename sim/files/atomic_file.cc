@@ -26,7 +26,7 @@ constexpr useconds_t kPauseUs = 20'000;  // 3 s in all: enough for a killed proc
   throw FileError(file, what + ": " + std::strerror(errno));
 }
 
-// Whether the open file still has that name: it may have been renamed or removed before it was locked.
+// Returns true if the open file still has that name: it may have been renamed or removed before the lock.
 bool has_name(int fd, const fs::path& file) {
   struct stat locked {
   }, named{};
@@ -146,7 +146,7 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
   }
 }
 
-// Removes a folder whose marker is locked by this process. What cannot be removed stays, with the marker.
+// Removes a folder that this process has locked. What cannot be removed stays, with the marker.
 void remove_partial(const fs::path& partial) {
   try {
     empty_but_marker(partial);

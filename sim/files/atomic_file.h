@@ -21,8 +21,8 @@ class FileLock {
   /// Locks the file that has this name now, also one that this process cannot write; does not follow a
   /// symbolic link. Returns nothing if `how` gives up. Throws FileError.
   static std::optional<FileLock> take(const std::filesystem::path& file, How how);
-  /// Locks a folder without a file in it; nothing if another process holds it. Always succeeds if the file
-  /// system cannot lock folders. Throws FileError.
+  /// Locks a folder without a file in it; nothing if another process has the lock. Always succeeds if the
+  /// file system cannot lock folders. Throws FileError.
   static std::optional<FileLock> take_folder(const std::filesystem::path& folder);
 
   int fd() const { return file_.fd; }
@@ -35,20 +35,21 @@ class FileLock {
 /// Throws a FileError if this name, or the target of a link of this name, exists and is not a regular file.
 void require_regular(const std::filesystem::path& file);
 
-/// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`,
-/// whose permissions are kept. Throws FileError, as require_regular() does too; then `file` is unchanged.
+/// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`;
+/// permissions of an existing file are kept. Throws FileError, as require_regular() does too; then `file` is
+/// unchanged.
 void write_atomically(const std::filesystem::path& file, std::string_view bytes);
 
-/// Whether a path is named like the temporary siblings made here (".X.partial").
+/// True for names of temporary siblings made here (".X.partial").
 bool is_partial(const std::filesystem::path& path);
 
-/// Locks a partial folder that a killed process left; nothing if the path is none, or is in use.
+/// Locks a partial folder that a killed process left. Returns nothing for other paths and folders in use.
 std::optional<FileLock> lock_leftover(const std::filesystem::path& path);
 
 /// Removes the partial folders in `folder` that killed processes left, except those of other users.
 void remove_leftovers(const std::filesystem::path& folder);
 
-/// What happens to an existing folder of the same name. replace: if the program made everything in it.
+/// Treatment of an existing folder of the same name. replace: if the program made everything in it.
 enum class Existing { reject, replace };
 
 /// A folder that is filled as a hidden sibling, .<target>.partial, and gets its name by commit(), with a

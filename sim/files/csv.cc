@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::size_t kLongestRow = 1 << 20;
 
-// Whether a line ends within a quoted field. quoted: it begins within one.
+// Returns true if a line ends within a quoted field. quoted: it starts within one.
 bool ends_in_quotes(std::string_view line, bool quoted) {
   if (line.find('"') == line.npos) return quoted;
-  bool may_open = true;  // a quote is part of a field that does not begin with one
+  bool may_open = true;  // a quote within an unquoted field is part of it
   for (const char c : line) {
     if (c == '"' && (quoted || may_open))
       quoted = !quoted, may_open = true;
@@ -46,7 +46,7 @@ CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::s
 
 CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields)
     : CsvReader(file, Writer::other) {
-  if (!line_.starts_with('#')) throw FileError(file_, 1, "expected a header that begins with #");
+  if (!line_.starts_with('#')) throw FileError(file_, 1, "expected a header that starts with #");
   if (titles_.size() < least_fields)
     throw FileError(
         file_, 1,

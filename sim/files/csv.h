@@ -12,22 +12,20 @@
 
 namespace sim::files {
 
-/// Reads a file whose first row is its header. Each row must have as many fields as the header. A field that
-/// begins with a quote is one of RFC 4180: it ends with a quote, quotes in it are doubled, and commas and
-/// line feeds are part of it. Complaints name the line in which the row begins. Memory: one row. All members
-/// throw FileError.
+/// Reads a file row by row; the first row is its header, and each row must have as many fields. A quoted
+/// field is as in RFC 4180: quotes in it are doubled, commas and line feeds are part of it. Errors name the
+/// first line of a row. All members throw FileError.
 class CsvReader {
  public:
-  /// A file of the program's own: the first line must be one of `headers`, and each line ends with a line
+  /// A file that the program wrote: the first line must be one of `headers`, and each line ends with a line
   /// feed (a last line without one was cut off).
   CsvReader(const std::filesystem::path& file, const std::vector<std::string>& headers);
 
-  /// A file that another program may have written, with any header. Blanks around a field and empty lines do
-  /// not count, and the last line feed may be missing.
+  /// An external file with any header. Blanks around a field, empty lines and a missing last line feed are
+  /// ignored.
   explicit CsvReader(const std::filesystem::path& file) : CsvReader(file, Writer::other) {}
 
-  /// A file that another program may have written, whose header begins with # and has at least so many
-  /// columns.
+  /// An external file with a header that starts with # and has at least so many columns.
   CsvReader(const std::filesystem::path& file, std::size_t least_fields);
 
   std::size_t header() const { return header_; }  ///< which of the headers the file has
@@ -53,7 +51,7 @@ class CsvReader {
   bool read_line(std::string& line);
   bool read_row();
   void split();
-  std::size_t split_quoted(std::size_t begin);  // where the field ends
+  std::size_t split_quoted(std::size_t begin);  // returns the end of the field
   void trim();
 
   std::filesystem::path file_;
@@ -61,15 +59,15 @@ class CsvReader {
   std::string_view piece_;  // what is left of the piece at hand
   bool strict_;
   std::uintmax_t read_ = 0;                               // bytes
-  std::size_t header_ = 0, line_number_ = 1, lines_ = 0;  // the line in which the row begins; of the row
+  std::size_t header_ = 0, line_number_ = 1, lines_ = 0;  // first line of the row; number of its lines
   std::vector<std::string> titles_;
   std::string line_;
   std::vector<std::string_view> fields_;
 };
 
-/// A text as a field: quoted as RFC 4180 wants it where it has to be, so that any text is read back.
+/// A text as a field, quoted as in RFC 4180 if needed: any text is read back.
 std::string csv_field(std::string_view text);
-/// Shortest decimals that read back to the same bits, separated by commas.
+/// Fewest digits that round-trip, separated by commas.
 std::string csv_fields(const Eigen::Vector3d& v);
 /// Position, then rotation by rows: the twelve fields that CsvReader::pose reads.
 std::string csv_fields(const Eigen::Isometry3d& X);

@@ -25,7 +25,7 @@ class Json {
 
   /// The value of a key of this object.
   Json at(std::string_view key) const;
-  /// The same; nothing where the key is missing or its value is null.
+  /// The same; nothing if the key is missing or its value is null.
   std::optional<Json> find(std::string_view key) const;
 
   std::string text() const;  ///< without what a terminal obeys (sanitize)
@@ -54,7 +54,7 @@ class Json {
 /// The JSON object in a file.
 Json read_json(const std::filesystem::path& file);
 
-/// JSON as text. Bytes that are no UTF-8, such as those of a file's name, become replacement characters.
+/// JSON as text. Bytes that are not UTF-8 become replacement characters.
 std::string json_text(const nlohmann::ordered_json& json, int indent = -1);
 
 }  // namespace sim::files

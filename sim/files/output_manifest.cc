@@ -41,7 +41,7 @@ std::vector<fs::path> sorted_entries(const fs::path& folder) {
   return all;
 }
 
-// Whether the file is the marker, listed, or the temporary sibling of such a file.
+// True for the marker, a listed file, or the temporary sibling of such a file.
 bool is_listed_file(const fs::path& path, const fs::path& folder, const OutputNames& made) {
   if (!is_real_file(path)) return false;
   const std::string name = path.filename().string();

@@ -26,8 +26,8 @@ bool has_marker(const std::filesystem::path& folder);
 std::string marker_of_all(const std::filesystem::path& folder);
 
 /// Returns the first entry of the folder, by name, that is neither listed nor the leftover of a killed
-/// process. A listed folder with a marker of its own is checked against that one. Symbolic links are never
-/// the program's.
+/// process. A listed folder that has a marker is checked against that one. Symbolic links are never the
+/// program's.
 std::optional<std::filesystem::path> unlisted_in(const std::filesystem::path& folder);
 
 /// Throws a FileError that names the first unlisted entry of the folder, or the folder if it is a file or a
@@ -41,8 +41,8 @@ void list_outputs(const std::filesystem::path& folder, const std::vector<std::st
 /// Removes those of these names from the marker that do not exist, and the marker if it then lists nothing.
 void unlist_missing(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
-/// Lists these names in the marker, if the folder has one, whatever exists. For folders in a result that have
-/// markers of their own.
+/// Lists these names in the marker, if the folder has one, without a check. For folders in a result that have
+/// markers themselves.
 void add_to_marker(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 }  // namespace sim::files

@@ -34,7 +34,7 @@ double TextLine::number(std::size_t field) const {
   return *value;
 }
 
-// Decimals to nanoseconds without going through a double, which holds today's date to 100 ns only.
+// Decimals to nanoseconds without a double, which resolves today's date to 100 ns only.
 nanoseconds TextLine::stamp(std::size_t field, Unit unit) const {
   const std::string_view text = fields_.at(field).text;
   const std::int64_t scale = unit == Unit::seconds ? 1'000'000'000 : 1;

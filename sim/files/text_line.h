@@ -11,21 +11,21 @@
 
 namespace sim::files {
 
-/// One line, whose fields are separated by blanks, tabs or commas. All members throw FileError.
+/// One line; blanks, tabs or commas separate its fields. All members throw FileError.
 class TextLine {
  public:
   /// number: of the line, from 1. The text must outlive the line.
   TextLine(const std::filesystem::path& file, std::size_t number, std::string_view text);
 
   std::size_t size() const { return fields_.size(); }
-  /// The line is blank or begins with #.
+  /// The line is blank or starts with #.
   bool is_comment() const { return fields_.empty() || fields_[0].text.front() == '#'; }
   bool has_commas() const { return has_commas_; }
   std::string_view text(std::size_t field) const { return fields_.at(field).text; }
   double number(std::size_t field) const;  ///< the whole field, finite
 
   enum class Unit { seconds, nanoseconds };
-  /// Exact to the nanosecond, also where a double would not be.
+  /// Exact to the nanosecond, unlike a double.
   std::chrono::nanoseconds stamp(std::size_t field, Unit unit) const;
 
   [[noreturn]] void fail(std::size_t field, const std::string& why) const;

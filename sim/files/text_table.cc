@@ -13,7 +13,7 @@ using Rows = std::vector<std::vector<std::string>>;
 
 constexpr std::size_t kGap = 2;
 
-/// The title in lines of at most `width`, broken after '_' and '.'; a longer part has a line of its own.
+/// Returns the title in lines of at most `width`, broken after '_' and '.'; longer parts stay whole.
 std::vector<std::string> broken(const std::string& title, std::size_t width) {
   std::vector<std::string> lines{""};
   for (std::size_t from = 0; from < title.size();) {

@@ -17,10 +17,9 @@ struct TableShape {
   std::size_t width = kTerminalWidth;
 };
 
-/// Rows of cells, all of the same length; the first row has the titles. Columns are as wide as they need to
-/// be; an empty line stands where the first cell changes. Where the table is too wide, long titles are broken
-/// after '_' and '.'; where that is not enough, the columns that do not fit follow in further tables, each
-/// beginning with the naming columns.
+/// Prints rows of cells, all of the same length; the first row has the titles. An empty line separates rows
+/// with different first cells. If the table is too wide, long titles are broken after '_' and '.', then
+/// remaining columns follow in further tables that repeat the naming columns.
 std::string text_table(const std::vector<std::vector<std::string>>& rows, const TableShape& shape);
 
 }  // namespace sim::files

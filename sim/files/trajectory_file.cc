@@ -80,7 +80,7 @@ Eigen::Isometry3d kitti_pose(const TextLine& line) {
   for (int i = 0; i < 12; ++i) M(i / 4, i % 4) = line.number(static_cast<std::size_t>(i));
   const Eigen::Matrix3d R = M.leftCols<3>();
   if (!(R.transpose() * R).isIdentity(1e-2) || R.determinant() < 0)
-    line.fail(0, "the first three columns are no rotation");
+    line.fail(0, "the first three columns are not a rotation");
   Eigen::Isometry3d X(Eigen::Quaterniond(R).normalized());
   X.translation() = Eigen::Vector3d(coordinate(line, 3), coordinate(line, 7), coordinate(line, 11));
   return X;
@@ -93,8 +93,7 @@ Unit unit_of(const std::vector<TextLine>& lines) {
                                                                               : Unit::seconds;
 }
 
-// Drops a last pose that has the stamp of the one before. Throws FileError where stamps do not rise
-// otherwise.
+// Drops a last pose that repeats the stamp before. Throws FileError if stamps do not rise otherwise.
 void settle_stamps(TrajectoryFile& read, const std::vector<TextLine>& lines) {
   const std::size_t n = read.rows.size();
   if (n > 2 && read.rows[n - 1].t == read.rows[n - 2].t) {
@@ -119,7 +118,7 @@ TrajectoryFile read_tum_like(const std::vector<TextLine>& lines) {
   return read;
 }
 
-// Whole numbers that rise by less than 1000 from pose to pose are no nanoseconds.
+// Whole numbers that rise by less than 1000 from pose to pose are not nanoseconds.
 bool are_frame_numbers(const std::vector<TextLine>& lines) {
   return lines.back().number(0) - lines.front().number(0) < 1000 * static_cast<double>(lines.size() - 1);
 }

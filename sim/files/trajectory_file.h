@@ -15,21 +15,20 @@ namespace sim::files {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// A pose at a time; the variable that holds it names the frames.
+/// A pose at a time; the variable names the frames.
 struct TimedPose {
   std::chrono::nanoseconds t{0};
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
 };
 
-/// A line of a TUM file. The quaternion is made unit on reading. covariance: of the error (orientation,
-/// position) as slam::Estimate defines it, the blocks between the two zero (the file does not hold them).
+/// A line of a TUM file. The quaternion is normalized. covariance: of the error (orientation, position) as
+/// slam::Estimate defines it; the file has no blocks between the two, they are zero.
 struct TumRow : TimedPose {
   std::optional<Matrix6d> covariance;
 };
 
 /// "t tx ty tz qx qy qz qw" and a line feed: t in s with nine decimals (exact to the nanosecond), position in
-/// m, the quaternion with qw >= 0; all other numbers with the digits that bring the same bits back. No
-/// trailing blank.
+/// m, the quaternion with qw >= 0; other numbers with the fewest digits that round-trip.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X);
 
 /// The first line of a file of the 20-column form.
@@ -41,7 +40,7 @@ extern const char* const kTumCovarianceHeader;
 /// project's own, and the position's in W.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& covariance);
 
-/// Reads 8- and 20-column lines; lines beginning with # and blank lines are skipped. Stamps must rise. Throws
+/// Reads 8- and 20-column lines; comments (#) and blank lines are skipped. Stamps must rise. Throws
 /// FileError.
 std::vector<TumRow> read_tum(const std::filesystem::path& file);
 
@@ -52,13 +51,11 @@ struct TrajectoryFile {
   std::string warning = {};  ///< what was left out, and why; empty if nothing was
 };
 
-/// TUM: 8 numbers a line, or 20 where a pose has a covariance (tum.h), stamps in s, or in ns where they are
-/// beyond 9e9 or more than a day apart.
-/// KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one a second.
-/// EuRoC: t, position, quaternion (w first) and whatever follows, with commas; stamps in ns where they are
-/// whole numbers, or frame numbers where these rise by less than 1000 from pose to pose, else in s. Lines
-/// beginning with # and blank ones are skipped; stamps must rise, but a last pose
-/// with the stamp of the one before, as a program leaves that was lost, is left out with a warning. Throws
+/// TUM: 8 numbers a line, or 20 with covariance; stamps in s, or in ns if they are beyond 9e9 or more than a
+/// day apart. KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one
+/// a second. EuRoC: t, position, quaternion (w first) and anything else, with commas; whole stamps are ns, or
+/// frame numbers if they rise by less than 1000 from pose to pose, others are s. Comments (#) and blank lines
+/// are skipped. Stamps must rise; a last pose that repeats the stamp before is dropped with a warning. Throws
 /// FileError.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "sim/physics/model.h"
-#include "sim/scenario/reader.h"
+#include "sim/scenario/scenario.h"
 #include "walking/pattern_generator.h"
 
 namespace sim::live {

@@ -11,7 +11,7 @@
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/recording.h"
 #include "sim/score/consistency.h"
 #include "sim/score/trajectory.h"
@@ -102,7 +102,7 @@ void write_report(Text& out, const slam::FrameReport& report) {
   out.key("searches").objects(report.searched, [&](const slam::Search& search) {
     write_search(out, search);
   });
-  out.key("new").objects(report.initialised, [&](const slam::Sighting& first) { out.list(first.pixel, 2); });
+  out.key("new").objects(report.initialized, [&](const slam::Sighting& first) { out.list(first.pixel, 2); });
 }
 
 void write_foot(Text& out, const FootPlace& foot) {
@@ -141,7 +141,7 @@ std::string state_in_words(const slam::FrameReport& report) {
   std::string words = kHealth[static_cast<std::size_t>(report.health)];
   if (!report.cause.empty()) words += ": " + report.cause;
   if (report.health == slam::Health::ok && report.searched.empty()) words += ", no landmark searched for";
-  if (report.relocalised) words += "; recognized its map";
+  if (report.relocalized) words += "; recognized its map";
   if (!report.suspect.empty()) words += "; " + report.suspect;
   if (!report.refused.empty()) words += "; rejected: " + report.refused;
   return words;

@@ -5,7 +5,7 @@
 
 #include "sim/files/text.h"
 #include "sim/pages/paper.h"
-#include "sim/score/significance.h"
+#include "sim/score/statistics.h"
 #include "sim/score/statistics.h"
 
 namespace sim::pages {

@@ -197,7 +197,7 @@ void add_new_landmarks(Timeline& frames, const fs::path& file) {
   const Column u = table.numbers("u"), v = table.numbers("v");
   for (std::size_t i = 0; i < table.rows(); ++i)
     if (Frame* const frame = frames.at(t[i], file); frame && frame->report && std::isfinite(u[i] + v[i]))
-      frame->report->initialised.push_back({0, {u[i], v[i]}});
+      frame->report->initialized.push_back({0, {u[i], v[i]}});
 }
 
 // Rows of map_over_time.csv by their stamps, or of map.csv, which has none, in the last frame.

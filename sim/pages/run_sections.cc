@@ -11,7 +11,7 @@
 #include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/run_figures.h"
-#include "sim/recording/image_size.h"
+#include "sim/recording/image_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"

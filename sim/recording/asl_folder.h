@@ -1,5 +1,5 @@
 // A recording of another program in the EuRoC/ASL layout: one camera and a gyro; accelerometer, walking plan
-// and truth where they are present.
+// and truth if present.
 //
 //   mav0/cam0/{sensor.yaml,data.csv,data/*}       pinhole with radial-tangential or equidistant lens, T_BS
 //   mav0/imu0/{sensor.yaml,data.csv}              readings at instants; T_BS; noise densities
@@ -19,11 +19,11 @@
 
 namespace sim::recording {
 
-/// The sensors of a recording made elsewhere. Without a plan the world of setup.X_WC_start has its origin at
-/// the first camera and, where there is an accelerometer, its z axis upwards by the first readings.
+/// The sensors of an external recording. Without a plan the world of setup.X_WC_start has its origin at the
+/// first camera; its z axis is up according to the first accelerometer readings, if any.
 struct AslSensors {
   RecordingSetup setup;
-  ImuNoise noise;  ///< zero where it is not stated
+  ImuNoise noise;  ///< zero if not stated
   Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();
   bool has_plan = false;
 };
@@ -36,9 +36,9 @@ class AslFolder {
   ~AslFolder();
 
   const AslSensors& sensors() const;
-  /// The next image with the readings since the one before, a reading standing for the time until halfway to
-  /// its neighbours; nothing after the last. Throws FileError at the end if there was no reading of the gyro:
-  /// then its clock is not that of the camera.
+  /// Returns the next image with the readings since the one before, or nothing after the last. A reading
+  /// applies until halfway to its neighbors. Throws FileError at the end if no gyro reading came: then the
+  /// clocks differ.
   std::optional<slam::Observation> next();
   /// The part of the images that next() has given, 0 to 1.
   double part() const;
@@ -48,12 +48,12 @@ class AslFolder {
   std::unique_ptr<Files> files_;
 };
 
-/// Whether the folder is of this layout.
+/// True for a folder of this layout.
 bool is_asl_folder(const std::filesystem::path& folder);
 
-/// True poses X_WC of the camera at those of the rising times that lie between true poses less than 0.1 s
-/// apart, interpolated linearly. The world is that of AslSensors::setup.X_WC_start, on which the first pose
-/// is aligned. Empty without truth. Throws FileError, also where the truth has a pose at none of the times.
+/// Returns true poses X_WC of the camera at those of the rising times that lie between true poses less than
+/// 0.1 s apart, interpolated linearly. The first pose is aligned with AslSensors::setup.X_WC_start. Empty
+/// without truth. Throws FileError, also if no true pose is near any of the times.
 std::vector<files::TimedPose> read_asl_truth(const std::filesystem::path& folder, const AslSensors& sensors,
                                              const std::vector<slam::Stamp>& times);
 

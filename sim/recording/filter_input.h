@@ -1,4 +1,4 @@
-// What the filter is given of a recorded run: its observations with the sensor errors of the scenario.
+// Input of the filter from a recorded run: its observations with the sensor errors of the scenario.
 #pragma once
 
 #include <deque>
@@ -10,7 +10,7 @@
 
 namespace sim::recording {
 
-/// Gives what a live run or a replay gave the filter, in the same order and with the same bits. Throws as
+/// Returns the same observations as a live run or a replay gives the filter, bit for bit. Throws as
 /// RecordingReader and SensorErrors do.
 class FilterInput {
  public:
@@ -21,7 +21,7 @@ class FilterInput {
   const RecordingSetup& setup() const { return reader_.setup(); }
   /// The next observation in the order of arrival; nothing after the last.
   std::optional<slam::Observation> next();
-  /// next() without the observations that the filter refuses, those whose stamp is not after the one before.
+  /// next() without the observations that the filter rejects because their stamps do not rise.
   std::optional<slam::Observation> next_in_order();
   /// The part of the recording that was read, 0 to 1.
   double part() const { return reader_.part(); }

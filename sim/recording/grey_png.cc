@@ -70,7 +70,7 @@ void add(const Byte* coded, const Byte* above, Byte* row, int n, const Predicted
   }
 }
 
-/// Reverses the filter of one row (ISO/IEC 15948, section 9). False where there is no such filter.
+/// Reverses the filter of one row (ISO/IEC 15948, section 9). False for an unknown filter.
 bool unfilter(Byte filter, const Byte* coded, const Byte* above, Byte* row, int n) {
   switch (filter) {
     case 0:

@@ -9,9 +9,8 @@
 
 namespace sim::recording {
 
-/// Decodes an 8-bit grey PNG image that is not interlaced, with the same pixels as cv::imdecode. Nothing
-/// where the bytes are anything else or damaged. Only the checksum of the pixels is compared, not those of
-/// the chunks.
+/// Decodes an 8-bit grey PNG image that is not interlaced, to the same pixels as cv::imdecode. Returns
+/// nothing for other or damaged bytes; checks only the checksum of the pixels, not those of the chunks.
 std::optional<cv::Mat> decode_grey_png(std::string_view png);
 
 /// An 8-bit grey image as a PNG file. All rows have the filter "up", which is undone faster than the others.

@@ -73,18 +73,17 @@ std::optional<ImageSize> pnm_size(std::string_view bytes) {
                                            height, size.width, size.height));
 }
 
-// cv::imdecode, which is loaded for the first image that is no grey PNG: OpenCV's codecs come with 120
-// libraries, GDAL among them, which would cost each process 70 ms at its start.
+// cv::imdecode, loaded for the first image that is not a grey PNG: OpenCV's codecs come with 120 libraries,
+// which would cost each process 70 ms at its start.
 auto opencv_decoder(const std::filesystem::path& file) {
   constexpr char kImdecode[] = "_ZN2cv8imdecodeERKNS_11_InputArrayEi";
   static void* const library = dlopen(GAITSLAM_IMGCODECS, RTLD_NOW | RTLD_LOCAL);
   static void* const function = library ? dlsym(library, kImdecode) : nullptr;
-  if (!function)
-    throw files::FileError(file, "cannot be read: there is no " GAITSLAM_IMGCODECS " to decode it");
+  if (!function) throw files::FileError(file, "cannot be decoded: " GAITSLAM_IMGCODECS " is missing");
   return reinterpret_cast<cv::Mat (*)(cv::InputArray, int)>(function);
 }
 
-// Empty where OpenCV cannot decode it.
+// Empty if OpenCV cannot decode it.
 cv::Mat decoded_by_opencv(const std::filesystem::path& file, std::string_view bytes, int flags) {
   const auto imdecode = opencv_decoder(file);
   const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));

@@ -1,4 +1,4 @@
-// Decodes the images of recordings, which others may have made: none that is larger than its camera says.
+// Decodes the images of recordings, which may be external: only those of the camera's size.
 #pragma once
 
 #include <filesystem>
@@ -13,15 +13,15 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-/// Of a PNG, a JPEG or a binary PGM or PPM. Nothing where the bytes are no such file, or its header is
-/// damaged or gives more than 2^30 pixels a side.
+/// Returns width and height from the header of a PNG, a JPEG or a binary PGM or PPM; nothing for other bytes,
+/// damaged headers, and more than 2^30 pixels a side.
 std::optional<ImageSize> image_size(std::string_view bytes);
 
 /// Throws files::FileError unless the header of a PNG, JPEG, PGM or PPM gives this size; decodes nothing.
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size);
 
-/// The image in these bytes, of the size that was asked for; flags: as of cv::imdecode. Throws
-/// files::FileError, before anything is decoded where the header gives another size.
+/// Decodes an image of this size; flags: as of cv::imdecode. Throws files::FileError, before decoding if the
+/// header has another size.
 cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size,
                      int flags);
 

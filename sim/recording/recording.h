@@ -10,7 +10,7 @@
 //   mav0/plan0/{sensor.yaml,data.csv}                        planned motion of the camera at each frame
 //   mav0/state_groundtruth_estimate0/{sensor.yaml,data.csv}  true motion of the chest IMU, 17 columns
 //   frames.csv                                               stamps of all observations, with or without an image
-//   truth/{camera,waist,waist_plan,feet,surfaces}.csv        for the score alone
+//   truth/{camera,waist,waist_plan,feet,surfaces}.csv        only for the score
 //   manifest.csv                                             sizes and hashes; written last
 // clang-format on
 //
@@ -37,7 +37,7 @@ inline constexpr slam::Stamp kEpoch{1'000'000'000'000'000'000};
 /// The stamp in files, ns.
 constexpr std::int64_t file_stamp(slam::Stamp t) { return (kEpoch + t).count(); }
 
-/// The sensors: what the filter is told before the first observation, and what other readers need.
+/// The sensors: what the filter knows before the first observation, and what other readers need.
 struct RecordingSetup {
   slam::Calibration calibration;
   Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< planned camera pose at t = 0
@@ -85,9 +85,9 @@ struct BodyReading {
   Wrench left, right;  ///< of the ground on each foot, axes of the sole
 };
 
-/// Writes a recording as the run goes on; memory does not grow with its length. Throws FileError when a file
-/// cannot be written, std::logic_error when the sensors given are not ideal ones (inertial readings that do
-/// not chain, gyro and accelerometer over different intervals, stamps that do not rise, a joint too many).
+/// Writes a recording during a run; memory does not grow with its length. Throws FileError if a file cannot
+/// be written, std::logic_error for readings that ideal sensors cannot give (inertial readings that do not
+/// chain, gyro and accelerometer over different intervals, stamps that do not rise, a joint too many).
 class RecordingWriter {
  public:
   /// `folder` is made; it must not exist.
@@ -138,7 +138,7 @@ class RecordingReader {
   std::unique_ptr<Files> files_;
 };
 
-/// What the score needs to know of a run.
+/// Ground truth of a run, for the score.
 struct Truth {
   std::vector<files::TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
   std::vector<TrueFeet> feet;                               ///< empty in a recording that has none
@@ -146,7 +146,7 @@ struct Truth {
   std::vector<score::StepCorrection> corrected_steps;  ///< empty unless the walk was steered
 };
 
-/// Opens a recording's truth, which is done only once the filter has finished. Throws FileError as
+/// Reads the truth of a recording; called only after the filter has finished. Throws FileError as
 /// RecordingReader does.
 Truth read_truth(const std::filesystem::path& folder);
 

@@ -18,7 +18,7 @@ constexpr double kLargestReading = 1e7;  // rad/s, m/s^2: ten times the largest 
 
 constexpr std::size_t kFirstOfLegs = 23;  // field
 
-/// Another program may have columns of its own after the plan's.
+/// External files may have further columns after the plan.
 bool has_legs(const files::CsvReader& row) {
   return row.titles().size() >= kFirstOfLegs + 15 && row.titles()[kFirstOfLegs].starts_with("p_OC_x");
 }

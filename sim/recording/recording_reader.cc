@@ -22,7 +22,7 @@ StampedRows rows_of(const Manifest& manifest, const std::string& name,
   return StampedRows(files::CsvReader(manifest.check(name), headers), kEpoch);
 }
 
-// What the filter is not given, but is checked with the rest of the recording.
+// Files not used here but checked with the rest of the recording.
 std::vector<std::string> files_for_other_readers() {
   std::vector<std::string> names{kBody};
   for (const BodySensor& sensor : body_sensors()) {
@@ -41,7 +41,7 @@ std::vector<files::TimedPose> read_poses(const Manifest& manifest, const std::st
   return poses;
 }
 
-// The foot whose fields begin with that one.
+// Reads the foot from this field on.
 TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
   const std::int64_t down = row.integer(first + 6);
   if (down != 0 && down != 1) row.fail(first + 6, "expected 0 or 1");
@@ -120,14 +120,14 @@ struct RecordingReader::Files {
     for (; imu.stamp() && *imu.stamp() <= observation.t; imu.advance()) {
       const slam::Stamp begin = imu_end;
       imu_end = *imu.stamp();
-      if (imu_end <= begin) imu.row().fail(0, "the interval ends before it begins");
+      if (imu_end <= begin) imu.row().fail(0, "the interval ends before its start");
       observation.gyro.push_back({begin, imu_end, angular_rate(imu.row())});
       if (imu.row().header() == 0)
         observation.accelerometer.push_back({begin, imu_end, acceleration(imu.row())});
     }
   }
 
-  /// Throws where a row is of before t, which is no stamp of frames.csv.
+  /// Throws if a row's stamp is before t: then it is not in frames.csv.
   void refuse_rows_before(slam::Stamp t, const std::initializer_list<const StampedRows*>& files) const {
     for (const StampedRows* rows : files)
       if (rows->stamp() && *rows->stamp() < t) rows->row().fail(0, "no frame of frames.csv has this stamp");

@@ -149,8 +149,7 @@ class Yaml {
     const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
     if (residual.norm() > tolerance || X.linear().determinant() < 0 ||
         X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-      fail(node.Mark(),
-           "not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+      fail(node.Mark(), "not a pose: expected a rotation and a translation above the row 0 0 0 1");
     return X;
   }
 
@@ -170,7 +169,7 @@ slam::Lens read_lens(const Yaml& yaml) {
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
 }
 
-// Throws FileError where the filter refuses the camera.
+// Throws FileError if the filter rejects the camera.
 void require_usable(const std::filesystem::path& file, const slam::CameraIntrinsics& camera) try {
   slam::Camera{camera};
 } catch (const std::invalid_argument& error) {

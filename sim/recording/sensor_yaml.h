@@ -22,8 +22,8 @@ struct ImuNoise {
 /// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
 /// 1999), radial-tangential or equidistant.
 std::string camera_yaml(const RecordingSetup& setup);
-/// imu0 of ideal readings, whose noise densities are zero. begin: of the interval of the first reading, if
-/// there is a reading.
+/// imu0 of ideal readings, with zero noise. begin: start of the first reading's interval, if there is a
+/// reading.
 std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
 /// imu0 of noisy readings, each of an instant.
 std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise);
@@ -32,12 +32,12 @@ std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();
 std::string body_yaml();
 
-/// The readers take the text of a file and its name, and throw FileError. T_SB is missing in cameras of other
-/// programs: then T_BS is taken, whose rotation matrix must be orthonormal to 1e-4 only.
+/// The readers get the text of a file and its name, and throw FileError. External cameras have T_BS instead
+/// of T_SB, with a rotation orthonormal to 1e-4 only.
 void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
 std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
                                          RecordingSetup& setup);
-/// The mounting of an IMU on the body and its stated noise, zero where nothing is stated.
+/// Mounting of an IMU on the body and its stated noise, zero if not stated.
 struct MountedImu {
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   ImuNoise noise;

@@ -4,7 +4,6 @@
 #include <map>
 
 #include "sim/result/desired_path.h"
-#include "sim/result/sensor_innovations.h"
 #include "slam/camera.h"
 #include "walking/hrp2.h"
 #include "walking/timeline.h"
@@ -24,7 +23,7 @@ std::vector<score::LandmarkHistory> landmarks(const tracking::Tracked& tracked) 
   std::map<int, score::LandmarkHistory> histories;
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::Stamp t = frame.report.t;
-    for (const slam::Sighting& s : frame.report.initialised)
+    for (const slam::Sighting& s : frame.report.initialized)
       histories[s.landmark] = {s.landmark, {t, s.pixel}, {}};
     for (const slam::Sighting& s : frame.report.matched)
       histories.at(s.landmark).accepted.push_back({t, s.pixel});
@@ -38,8 +37,8 @@ auto innovations(const tracking::Tracked& tracked) {
   decltype(score::Run::innovations) all;
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
-    for (std::size_t i = 0; i < kSensorInnovations.size(); ++i)
-      if (const auto& nis = r.*kSensorInnovations[i]) all[i].push_back({r.t, {nis->value, nis->dof}});
+    for (std::size_t i = 0; i < score::kSensors.size(); ++i)
+      if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i])) all[i].push_back({r.t, {nis->value, nis->dof}});
   }
   return all;
 }
@@ -117,7 +116,7 @@ score::Run score_input(const RunRecord& record) {
   score::Run run;
   run.truth_camera = record.truth.camera;
   run.plan_camera = planned_camera(record);
-  if (!record.no_scale.empty()) run.no_scale = record.no_scale;
+  run.no_scale = record.no_scale;
   run.truth_waist = record.truth.waist;
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);

@@ -7,7 +7,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
-#include "sim/result/sensor_innovations.h"
+#include "sim/score/run.h"
 
 namespace sim::result {
 namespace {
@@ -33,8 +33,8 @@ void write_frames(const fs::path& folder, const tracking::Tracked& tracked) {
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
     text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
-                        r.initialised.size(), r.deleted.size());
-    for (const auto nis : kSensorInnovations) text += nis_fields(r.*nis);
+                        r.initialized.size(), r.deleted.size());
+    for (const std::string_view sensor : score::kSensors) text += nis_fields(slam::nis_of(r.innovations, sensor));
     text += fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
                         files::csv_field(r.refused), files::csv_field(r.suspect));
   }
@@ -47,7 +47,7 @@ void write_map(const fs::path& folder, const tracking::Tracked& tracked) {
     const Eigen::Matrix3d& P = point.covariance;
     text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
                         point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
-                        point.initialised.count(), point.attempts, point.successes);
+                        point.initialized.count(), point.attempts, point.successes);
   }
   files::write_text(folder / "map.csv", text);
 }
@@ -55,7 +55,7 @@ void write_map(const fs::path& folder, const tracking::Tracked& tracked) {
 void write_landmarks(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string text = "#landmark,begun [ns],u [px],v [px]\n";
   for (const tracking::TrackedFrame& frame : tracked.frames)
-    for (const slam::Sighting& first : frame.report.initialised)
+    for (const slam::Sighting& first : frame.report.initialized)
       text += fmt::format("{},{},{},{}\n", first.landmark, frame.report.t.count(), first.pixel.x(),
                           first.pixel.y());
   files::write_text(folder / "landmarks.csv", text);

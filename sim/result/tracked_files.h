@@ -11,7 +11,7 @@ namespace sim::result {
 /// landmark was first seen), map_over_time.csv (the map each second),
 /// searches.csv (each ellipse in which a landmark was searched for, where it was found, and where a
 /// match was refused) and, if landmarks
-/// were initialised as lines, depths.csv (every hypothesis of their depths). Throws FileError.
+/// were initialized as lines, depths.csv (every hypothesis of their depths). Throws FileError.
 void write_tracked(const std::filesystem::path& folder, const tracking::Tracked& tracked);
 
 }  // namespace sim::result

@@ -1,5 +1,3 @@
-#include "sim/scenario/estimator_key.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "sim/estimators/estimator.h"
+#include "sim/scenario/value.h"
 
 namespace sim::scenario {
 namespace {

@@ -55,8 +55,7 @@ constexpr std::pair<std::string_view, std::string_view> kGone[]{
      "rpe_50cm_deg rpe_50cm_m rpe_step_deg rpe_step_m slip_drift_x_m slip_drift_y_m "
      "slip_drift_yaw_deg slip_landing_deg slip_landing_m slip_lift_off_deg slip_lift_off_m "
      "slip_support_deg slip_support_m walk_completion yaw_rmse_deg "},
-    {"compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give estimator.program "
-     "(sim/scenario/estimator_key.cc has the message)",
+    {"compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give estimator.program",
      "estimator.library "},
     {"the capture-point law is the only one",
      "stabilizer.tracking.law stabilizer.tracking.delayed_zmp.lag_s "
@@ -90,6 +89,13 @@ std::string former_name(std::string_view name) {
       return former.now.empty() ? fmt::format("is gone: {}", former.reason)
                                 : fmt::format("was renamed to {}", former.now);
   return "";
+}
+
+std::string unknown_key(std::string_view name) {
+  if (const std::string former = former_name(name); !former.empty()) return former;
+  std::vector<std::string_view> names;
+  for (const Key& key : scenario_keys()) names.push_back(key.name);
+  return "unknown key" + did_you_mean(name, names);
 }
 
 }  // namespace sim::scenario

@@ -4,7 +4,6 @@
 #include <array>
 #include <utility>
 
-#include "sim/scenario/estimator_key.h"
 #include "sim/scenario/lists.h"
 
 namespace sim::scenario {
@@ -59,8 +58,8 @@ bool shapes_recording(const Scenario& scenario, std::string_view key) {
 }
 
 std::string_view unit_of(std::string_view key) {
-  using Ending = std::pair<std::string_view, std::string_view>;
-  static constexpr Ending kUnits[]{{"_per_s2", "1/s²"},
+  using Suffix = std::pair<std::string_view, std::string_view>;
+  static constexpr Suffix kUnits[]{{"_per_s2", "1/s²"},
                                    {"_per_s", "1/s"},
                                    {"_n_m", "N/m"},
                                    {"_m_s_per_n", "m/(N·s)"},

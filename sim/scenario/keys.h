@@ -144,21 +144,25 @@ std::vector<FormerName> former_names();
 /// Returns "was renamed to NAME" or "is gone: REASON" for a former name, "" for any other.
 std::string former_name(std::string_view name);
 
+/// Returns the error for a name that is not a key: its present name if it is a former one, else the nearest
+/// key.
+std::string unknown_key(std::string_view name);
+
 /// The default scenario with every optional section present: where defaults are read from.
 const Scenario& default_scenario();
 
 /// True when the scenario has the section ("camera") that the key belongs to.
 bool has_section(const Scenario& scenario, std::string_view key);
 
-/// True for a key below walk, stabilizer, world or camera: what ideal sensors record depends on it. Sensor
-/// errors, filter, limits and the name shape no recording; the seed does.
+/// True for a key that shapes what ideal sensors record: below walk, stabilizer, world or camera. The seed
+/// does, too.
 bool shapes_recording(std::string_view key);
 
-/// True for a key on which what a filter estimates depends: below errors or slam, and `estimator`.
+/// True for a key that shapes the estimates of a filter: below errors or slam, and `estimator`.
 bool shapes_estimate(std::string_view key);
 
-/// True for a key on which the recording of that scenario depends: shapes_recording(key), and in a walk that
-/// is steered by its estimate also what shapes the estimate.
+/// True for a key that shapes the recording of that scenario: shapes_recording(key), and if the estimate
+/// steers the walk also shapes_estimate(key).
 bool shapes_recording(const Scenario& scenario, std::string_view key);
 
 /// The unit that a key's name ends in: "walk.step_length_m" -> "m", "gyro.sigma_rad_s" -> "rad/s"; "" for

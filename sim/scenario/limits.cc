@@ -39,15 +39,18 @@ std::size_t choose(const Yaml& at, const std::string& key, std::string_view name
 }
 
 void check_metric(const Yaml& at, const std::string& key, std::string_view name) {
-  if (score::find_metric(name) != nullptr) return;
-  if (const std::string former = former_name(name); !former.empty())
-    fail(at, key, fmt::format("metric {} {}", name, former));
-  std::vector<std::string_view> names;
-  for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
-  fail(at, key, fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names)));
+  if (score::find_metric(name) == nullptr) fail(at, key, unknown_metric(name));
 }
 
 }  // namespace
+
+std::string unknown_metric(std::string_view name) {
+  if (const std::string former = former_name(name); !former.empty())
+    return fmt::format("metric {} {}", name, former);
+  std::vector<std::string_view> names;
+  for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
+  return fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names));
+}
 
 void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
                 std::vector<MetricLimit>& limits) {

@@ -10,8 +10,12 @@
 
 namespace sim::scenario {
 
+/// Returns the error for a name that is not a metric: its present name if it is a former one, else the
+/// nearest metric.
+std::string unknown_metric(std::string_view name);
+
 /// Reads limits.<metric>[.<aggregate>].<bound>, replacing an earlier limit of the same name. key: that whole
-/// name; named_at: where it stands. Throws ConfigError.
+/// name; named_at: its place. Throws ConfigError.
 void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
                 std::vector<MetricLimit>& limits);
 

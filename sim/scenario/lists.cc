@@ -15,7 +15,7 @@ inline constexpr ListAccess kListAccess{
     [](const void* list, std::size_t i) -> const void* { return &(*static_cast<const List*>(list))[i]; },
     [](void* list) -> void* { return &static_cast<List*>(list)->emplace_back(); }};
 
-/// What of a kind has fields: itself; or, if its value in the file is a list, an entry of that.
+/// The owner of a kind's fields: itself; or, if its value in the file is a list, an entry of it.
 template <class Kind>
 struct Entry {
   using Type = Kind;

@@ -32,7 +32,7 @@ struct ItemKind {
 };
 
 /// How a list of items is written. A kind has kName and keys, and may have problem(), which returns what is
-/// wrong with an item as a whole. A kind whose value is a list has `list`.
+/// wrong with an item as a whole. If its value is a list, it has `list`.
 class KindList {
  public:
   /// noun: what an item is called in messages; example: a whole item as YAML, without the dash; least: how

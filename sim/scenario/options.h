@@ -36,9 +36,7 @@ struct Limits {
   std::vector<std::string> ending{"completed"};  ///< names of Endings
   std::vector<MetricLimit> metrics;
 
-  static void keys(auto&& key) {
-    choice<&Limits::ending>(key, kResultEndings, "endings with which a run can pass");
-  }
+  static void keys(auto&& key) { choice<&Limits::ending>(key, kResultEndings, "endings of a run that pass"); }
 };
 
 /// All that shapes a run, and nothing else does. Without camera there are no frames; without slam no filter

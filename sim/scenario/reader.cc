@@ -1,14 +1,15 @@
-#include "sim/scenario/reader.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 #include <span>
 
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/limits.h"
+#include "sim/scenario/scenario.h"
 
 namespace sim::scenario {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 constexpr const char* kArgument = "<argument>";
 constexpr int kMostBases = 100;  // a few files that name each other often would be read without end
 constexpr const char* kCommands = "walk.commands";
-constexpr const char* kBase = "base";  // no key of the table: it sets nothing by itself
+constexpr const char* kBase = "base";  // not in the table of keys
 
 /// The parts that can follow `section` ("" for the top): "walk" -> {"single_support_s", ...}.
 std::vector<std::string_view> parts_below(std::string_view section) {
@@ -35,7 +36,7 @@ std::vector<std::string_view> parts_below(std::string_view section) {
 
 bool is_section(std::string_view path) { return !parts_below(path).empty(); }
 
-/// All full names whose last part is near: the key may exist, but in another section.
+/// Suggests the key of another section that has this last part.
 std::string suggest_elsewhere(std::string_view part) {
   for (const auto& key : scenario_keys()) {
     if (std::string_view(key.name).substr(key.name.rfind('.') + 1) == part) {
@@ -68,6 +69,51 @@ std::string suggest_elsewhere(std::string_view part) {
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
   std::error_code fault;
   return a == b || std::filesystem::equivalent(a, b, fault);
+}
+
+/// Fills a scenario from the trees of files and from overrides; what is read later replaces what was read
+/// before. All members throw ConfigError.
+class ScenarioReader {
+ public:
+  ReadScenario result;
+
+  /// All keys of a file, after those of the files that its key `base` names. root.origin.file: its path.
+  void read_file(const Yaml& root);
+
+  /// Names the scenario after the file, unless it has a key `name`; the name of a base is not inherited.
+  void read_name_of_file(const Yaml& root, const std::string& file_name);
+
+  /// "key=value", the n-th of the command line (from 1).
+  void read_override(const std::string& argument, int n);
+
+ private:
+  void read_bases(const Yaml& root);
+  void read_base(const Yaml& node);
+  void read_map(const Yaml& map, const std::string& section);
+  void read_entry(const Yaml& at, const std::string& path, const Yaml& value);
+  void read_value(const Yaml& at, const std::string& path, const Yaml& value, const std::string& origin);
+  void note_commands(const Yaml& commands);
+  void note_once(const Yaml& at, const std::string& path);
+  void begin_section(std::string_view path);
+  void require_section(const Yaml& at, const std::string& path);
+
+  std::vector<std::filesystem::path> open_files_;  // each but the first is a base of the one before
+  int bases_read_ = 0;
+  std::map<std::string, std::string> given_;  // keys of the file at hand, and where
+};
+
+void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
+  static constexpr std::string_view kSections[]{"camera", "slam"};
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    if (without[i] == "camera") {
+      scenario.camera.reset();
+    } else if (without[i] == "slam") {
+      scenario.slam.reset();
+    } else {
+      throw ConfigError(fmt::format("--without {}: expected camera or slam{}", without[i],
+                                    did_you_mean(without[i], kSections)));
+    }
+  }
 }
 
 }  // namespace
@@ -201,13 +247,31 @@ void ScenarioReader::begin_section(std::string_view path) {
   if (path == "slam" && !result.scenario.slam) result.scenario.slam.emplace();
 }
 
-// In a file `slam.gyro.enabled: true` begins the section as `slam:` would; an argument does not.
+// In a file `slam.gyro.enabled: true` starts the section as `slam:` would; an argument does not.
 void ScenarioReader::require_section(const Yaml& at, const std::string& path) {
   const std::string section = path.substr(0, path.find('.'));
   if (at.origin.file != kArgument) begin_section(section);
   if (!has_section(result.scenario, path)) {
     fail(at, path, fmt::format("this scenario has no section '{}'", section));
   }
+}
+
+ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes) {
+  return read_scenario_text(file_text(file), file.string(), changes);
+}
+
+ReadScenario read_scenario_text(std::string_view text, const std::string& file_name, const Changes& changes) {
+  const Yaml root = parse_yaml(text, {file_name});
+  if (root.kind != Yaml::Kind::map) fail(root, "", "expected a scenario: keys and values, as in seed: 1");
+  ScenarioReader reader;
+  reader.read_file(root);
+  reader.read_name_of_file(root, file_name);
+  for (const std::string& overlay : changes.with) reader.read_file(parse_yaml(file_text(overlay), {overlay}));
+  int n = 0;
+  for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
+  leave_out(reader.result.scenario, changes.without);
+  check_whole(reader.result, root);
+  return reader.result;
 }
 
 }  // namespace sim::scenario

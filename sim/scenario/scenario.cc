@@ -4,45 +4,11 @@
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/limits.h"
-#include "sim/scenario/reader.h"
 #include "sim/scenario/yaml.h"
 #include "walking/timeline.h"
 
 namespace sim::scenario {
 namespace {
-
-void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
-  static constexpr std::string_view kSections[]{"camera", "slam"};
-  for (std::size_t i = 0; i < without.size(); ++i) {
-    if (without[i] == "camera") {
-      scenario.camera.reset();
-    } else if (without[i] == "slam") {
-      scenario.slam.reset();
-    } else {
-      throw ConfigError(fmt::format("--without {}: expected camera or slam{}", without[i],
-                                    did_you_mean(without[i], kSections)));
-    }
-  }
-}
-
-/// What no single key can know.
-void check_whole(const Scenario& scenario, const Yaml& at) {
-  if (scenario.walk.commands.empty()) {
-    fail(at, "walk.commands", "missing, expected a list of commands, as in [{stand: {duration_s: 1}}]");
-  }
-  if (scenario.slam && !scenario.camera) {
-    fail(at, "slam",
-         "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
-  }
-  using enum walking::SteeredBy;
-  const walking::SteeredBy steered_by = scenario.walk.steering.by;
-  if (steered_by == estimate && !scenario.slam)
-    fail(at, "walk.steering.by", "is estimate, which needs the sections 'camera' and 'slam'");
-  for (const sensor_errors::Fault& fault : scenario.errors.faults)
-    if (steered_by == plan && sensor_errors::is_of_steering(fault))
-      fail(at, "errors.faults",
-           "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
-}
 
 /// Throws ConfigError at the command that makes the walk too long to be planned in a reasonable time.
 void check_length(const ReadScenario& read, const Yaml& root) {
@@ -53,7 +19,7 @@ void check_length(const ReadScenario& read, const Yaml& root) {
     Yaml at = root;
     if (command < read.command_origins.size()) at.origin = read.command_origins[command];
     fail(at, "", e.what());
-  } catch (const std::invalid_argument&) {  // told where the walk is planned
+  } catch (const std::invalid_argument&) {  // reported when the walk is planned
   }
 }
 
@@ -85,23 +51,24 @@ class YamlWriter {
 
 }  // namespace
 
-ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes) {
-  return read_scenario_text(file_text(file), file.string(), changes);
-}
-
-ReadScenario read_scenario_text(std::string_view text, const std::string& file_name, const Changes& changes) {
-  const Yaml root = parse_yaml(text, {file_name});
-  if (root.kind != Yaml::Kind::map) fail(root, "", "expected a scenario: keys and values, as in seed: 1");
-  ScenarioReader reader;
-  reader.read_file(root);
-  reader.read_name_of_file(root, file_name);
-  for (const std::string& overlay : changes.with) reader.read_file(parse_yaml(file_text(overlay), {overlay}));
-  int n = 0;
-  for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
-  leave_out(reader.result.scenario, changes.without);
-  check_whole(reader.result.scenario, root);
-  check_length(reader.result, root);
-  return reader.result;
+void check_whole(const ReadScenario& read, const Yaml& at) {
+  const Scenario& scenario = read.scenario;
+  if (scenario.walk.commands.empty()) {
+    fail(at, "walk.commands", "missing, expected a list of commands, as in [{stand: {duration_s: 1}}]");
+  }
+  if (scenario.slam && !scenario.camera) {
+    fail(at, "slam",
+         "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
+  }
+  using enum walking::SteeredBy;
+  const walking::SteeredBy steered_by = scenario.walk.steering.by;
+  if (steered_by == estimate && !scenario.slam)
+    fail(at, "walk.steering.by", "is estimate, which needs the sections 'camera' and 'slam'");
+  for (const sensor_errors::Fault& fault : scenario.errors.faults)
+    if (steered_by == plan && sensor_errors::is_of_steering(fault))
+      fail(at, "errors.faults",
+           "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
+  check_length(read, at);
 }
 
 std::string to_yaml(const Scenario& scenario) {

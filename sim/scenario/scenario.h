@@ -2,16 +2,28 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "sim/scenario/reader.h"
+#include "sim/scenario/options.h"
+#include "sim/scenario/yaml.h"
 
 namespace sim::scenario {
 
-/// What is to be read besides the file: overlays in the order typed, which set some keys anew (as the
-/// best.yaml of a tuning does), then overrides "key=value", then sections to leave out.
+/// A scenario and the origin of each key that was set ("file:line" or "argument 2").
+struct ReadScenario {
+  Scenario scenario;
+  std::map<std::string, std::string, std::less<>> origin;
+  std::vector<Origin> command_origins = {};  ///< of each of walk.commands
+};
+
+/// Returns the text of a scenario file. Throws ConfigError if it cannot be read or is larger than 1 MiB.
+std::string file_text(const std::filesystem::path& file);
+
+/// Changes to a scenario file: overlays in the order typed, which replace keys (as the best.yaml of a tuning
+/// does), then overrides "key=value", then sections to remove.
 struct Changes {
   std::vector<std::string> overrides;
   std::vector<std::string> without;  ///< of "camera", "slam"
@@ -26,6 +38,10 @@ ReadScenario read_scenario(const std::filesystem::path& file, const Changes& cha
 /// The same from text; file_name is what messages call it, its stem names the scenario.
 ReadScenario read_scenario_text(std::string_view text, const std::string& file_name,
                                 const Changes& changes = {});
+
+/// Throws ConfigError if keys contradict each other, or the walk takes too long to plan. root: for the
+/// position of the error.
+void check_whole(const ReadScenario& read, const Yaml& root);
 
 /// The whole scenario as YAML, without a base; reading it again gives the same scenario bit for bit.
 std::string to_yaml(const Scenario& scenario);

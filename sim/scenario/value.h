@@ -11,11 +11,12 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/estimators/estimator_choice.h"
 #include "sim/scenario/yaml.h"
 
 namespace sim::scenario {
 
-/// What a value may be: a number within [lowest, highest], or one of the choices.
+/// Valid values: a number within [lowest, highest], or one of the choices.
 struct Domain {
   double lowest = 0, highest = 0;
   std::span<const std::string_view> choices{};
@@ -51,6 +52,11 @@ std::string print(const Domain& domain, const std::vector<std::string>& value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
 std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
 
+/// A built-in estimator or an external one (estimator_key.cc).
+std::string expected(const Domain& domain, const estimators::EstimatorChoice&);
+void read(const Yaml& node, std::string_view key, const Domain& domain, estimators::EstimatorChoice& choice);
+std::string print(const Domain& domain, const estimators::EstimatorChoice& choice);
+
 /// The place of a word among the domain's choices. Throws ConfigError.
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain);
 /// "one of a, b"
@@ -72,7 +78,7 @@ std::string print(const Domain& domain, E value) {
   return std::string(domain.choices[static_cast<std::size_t>(value)]);
 }
 
-/// What keys do with values of one type.
+/// Operations on values of one type.
 struct ValueType {
   std::string (*expected)(const Domain&);
   void (*read)(const Yaml&, std::string_view key, const Domain&, void* value);
@@ -88,8 +94,7 @@ inline constexpr ValueType kValueType{
 /// An angle: degrees in the file, radians in the member.
 extern const ValueType kDegrees;
 
-/// Degrees as written to radians as used, and back to degrees that give exactly these radians (where such
-/// exist).
+/// Converts degrees to radians, and back to degrees that give exactly these radians (if such exist).
 double to_radians(double degrees);
 double to_degrees(double radians);
 

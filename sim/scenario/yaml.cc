@@ -95,7 +95,7 @@ class TreeBuilder : public YAML::EventHandler {
   std::vector<Yaml> open_;
 };
 
-/// Edit distance in which a swap of neighbours counts as one edit.
+/// Edit distance; swapping neighbors counts as one edit.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
@@ -110,7 +110,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
-/// Whether `word` stands in the text between its begin, its end, '_' and '.'.
+/// True if the text contains `word` between '_', '.' or its ends.
 bool has_word(std::string_view text, std::string_view word) {
   const auto apart = [&](std::size_t i) { return i >= text.size() || text[i] == '_' || text[i] == '.'; };
   for (std::size_t at = text.find(word); at != text.npos; at = text.find(word, at + 1))

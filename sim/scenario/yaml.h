@@ -9,13 +9,13 @@
 
 namespace sim::scenario {
 
-/// What the user wrote cannot be used. what() is "file:line:column: key: what is wrong, what was expected".
+/// The user's input is invalid. what() is "file:line:column: key: what is wrong, expected ...".
 class ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Where text comes from: a file's name, and the line and column (from 1) at which it begins there.
+/// Origin of a text: the file's name, and the line and column (from 1) of its start.
 struct Origin {
   std::string file;
   int line = 1, column = 1;

@@ -24,8 +24,8 @@ struct EstimatedPose {
   std::optional<Matrix6d> covariance = Matrix6d::Identity();
 };
 
-/// The sensors of Run::innovations, in its order. A new one is named here and in sim/result's
-/// kSensorInnovations; the metrics nis_<sensor>_... and the columns of frames.csv follow.
+/// The sensors whose innovations are scored, in the order of Run::innovations. They are named as in
+/// slam::SensorInnovation; the metrics nis_<sensor>_... and the columns of frames.csv follow.
 inline constexpr std::array kSensors{std::string_view("vision"), std::string_view("gyro"),
                                      std::string_view("plan_velocity"), std::string_view("height")};
 

@@ -1,4 +1,4 @@
-// What goes wrong with the sensors for a while: the items of the scenario's list errors.faults.
+// Temporary faults of the sensors: the items of the scenario's list errors.faults.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ struct Span {
   double from_s = 0, duration_s = 1;
 
   static void keys(auto&& key) {
-    number<&Span::from_s>(key, 0, 1e6, "time at which the fault begins, on the run's clock");
+    number<&Span::from_s>(key, 0, 1e6, "start of the fault, on the run's clock");
     number<&Span::duration_s>(key, 0, 1e6, "duration of the fault");
   }
 
@@ -35,7 +35,7 @@ struct FramesLost : Span {  ///< no picture arrives
 
   static void keys(auto&& key) {
     Span::keys(key);
-    number<&FramesLost::fraction>(key, 0, 1, "part of the frames during the fault whose picture is lost");
+    number<&FramesLost::fraction>(key, 0, 1, "fraction of the frames during the fault that lose their image");
   }
 };
 struct FramesFrozen : Span {  ///< the last picture before arrives again and again, with new stamps
@@ -118,7 +118,7 @@ struct PlanScaled : Span {  ///< the planned way and velocity are longer by the 
   }
 };
 
-// Of the estimate that steers a walk (walk.steering); the filter itself goes on undisturbed.
+// Faults of the estimate that steers a walk (walk.steering), not of the filter.
 struct EstimateJump : Span {  ///< the estimate is displaced and turned, as when a wrong loop closes
   static constexpr const char* kName = "estimate_jump";
   double x_m = 0.3, y_m = 0, yaw_rad = 0;
@@ -133,7 +133,7 @@ struct EstimateJump : Span {  ///< the estimate is displaced and turned, as when
 struct EstimateFrozen : Span {  ///< the pose stays what it was, with new stamps
   static constexpr const char* kName = "estimate_frozen";
 };
-struct EstimateLost : Span {  ///< there is none
+struct EstimateLost : Span {  ///< no estimate
   static constexpr const char* kName = "estimate_lost";
 };
 
@@ -141,7 +141,7 @@ using Fault = std::variant<FramesLost, FramesFrozen, FramesDimmed, FramesCovered
                            FramesReordered, GyroSilent, GyroSpike, AccelerometerSilent, AccelerometerSpike,
                            PlanMissing, PlanScaled, EstimateJump, EstimateFrozen, EstimateLost>;
 
-/// Whether a fault is one of the estimate that steers a walk.
+/// True for faults of the estimate that steers a walk.
 inline bool is_of_steering(const Fault& fault) {
   return std::holds_alternative<EstimateJump>(fault) || std::holds_alternative<EstimateFrozen>(fault) ||
          std::holds_alternative<EstimateLost>(fault);

@@ -59,7 +59,7 @@ cv::Mat noisy(const cv::Mat& image, Random random, const ResponseAt& response_at
   return out;
 }
 
-// Squares of random grey, whose corners are features that stay where they are in the image.
+// Squares of random grey with corner features that are fixed in the image.
 cv::Mat occlusion_texture(cv::Size size, int square, std::uint64_t seed) {
   Random random(seed, "poster");
   cv::Mat texture(size, CV_8UC1);

@@ -37,7 +37,7 @@ struct ImageOptions {
     number<&ImageOptions::exposure_sigma_fraction>(
         key, 0, 10, "standard deviation of the exposure about its mean, relative");
     number<&ImageOptions::exposure_time_s>(key, 1e-3, 1e6, "correlation time of the exposure's variation");
-    number<&ImageOptions::loss_fraction>(key, 0, 1, "part of the frames whose image is lost");
+    number<&ImageOptions::loss_fraction>(key, 0, 1, "fraction of the frames that lose their image");
     number<&ImageOptions::latency_s>(
         key, 0, 10, "least age of the picture that a frame brings; it brings the newest one that old");
   }

@@ -70,7 +70,7 @@ Observation MotionClock::assembled() {
   return frame;
 }
 
-// Frames come in order of time: what lies before the plans on both sides of this one is no longer needed.
+// Frames come in order of time: earlier plans are not needed again.
 std::optional<PlannedMotion> MotionClock::plan_at(Stamp t) {
   while (plans_.size() > 1 && plans_[1].t <= t) plans_.pop_front();
   if (plans_.empty() || plans_[0].t > t) return std::nullopt;

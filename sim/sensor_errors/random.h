@@ -7,14 +7,13 @@
 
 namespace sim::sensor_errors {
 
-/// Numbers of one named stream of one seed. The same seed and name give the same numbers on every machine:
-/// only integer arithmetic and IEEE operations are used, no function of the C library whose last bit may
-/// differ.
+/// Numbers of one named stream of one seed. They are the same on every machine: computed with integer
+/// arithmetic and IEEE operations only, without functions of the C library.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view stream);
-  /// The sub-stream of one item, named for example by the stamp of a frame: its numbers do not depend on the
-  /// order in which items are drawn.
+  /// The sub-stream of one item, named for example by the stamp of a frame: independent of the order of
+  /// draws.
   Random(std::uint64_t seed, std::string_view stream, std::uint64_t item);
   std::uint64_t bits();  ///< 64 uniform bits
   double uniform();      ///< [0, 1)

@@ -30,7 +30,7 @@ struct ErrorOptions {
                                       "standard deviation of the gyro's bias at the start over seeds");
       number<&Gyro::bias_walk_sigma_rad_s2>(
           key, 0, 1e3, "random walk of the gyro's bias: growth of its standard deviation in 1 s");
-      number<&Gyro::range_rad_s>(key, 0, 1e3, "limit at which gyro readings saturate; 0: they do not");
+      number<&Gyro::range_rad_s>(key, 0, 1e3, "saturation limit of gyro readings; 0: none");
       number<&Gyro::resolution_rad_s>(key, 0, 1e3,
                                       "quantization step of gyro readings; 0: they are not rounded");
     }
@@ -48,8 +48,7 @@ struct ErrorOptions {
           key, 0, 1e3, "standard deviation of the accelerometer's bias at the start over seeds");
       number<&Accelerometer::bias_walk_sigma_m_s3>(
           key, 0, 1e3, "random walk of the accelerometer's bias: growth of its standard deviation in 1 s");
-      number<&Accelerometer::range_m_s2>(key, 0, 1e3,
-                                         "limit at which accelerometer readings saturate; 0: they do not");
+      number<&Accelerometer::range_m_s2>(key, 0, 1e3, "saturation limit of accelerometer readings; 0: none");
       number<&Accelerometer::resolution_m_s2>(
           key, 0, 1e3, "quantization step of accelerometer readings; 0: they are not rounded");
     }
@@ -60,7 +59,7 @@ struct ErrorOptions {
     double velocity_sigma_m_s = 0.0;
 
     static void keys(auto&& key) {
-      number<&Plan::loss_fraction>(key, 0, 1, "part of the frames whose planned motion is lost");
+      number<&Plan::loss_fraction>(key, 0, 1, "fraction of the frames that lose their planned motion");
       number<&Plan::velocity_sigma_m_s>(
           key, 0, 1e3, "white noise of each frame's planned velocity, along x and y of the plan's world");
     }
@@ -82,7 +81,7 @@ struct ErrorOptions {
     static void keys(auto&& key) {
       number<&Motion::time_offset_s>(
           key, -1, 1,
-          "time by which the motion computer's clock, which stamps readings and plan, is ahead of the "
+          "time offset of the motion computer's clock, which stamps readings and plan, ahead of the "
           "camera's");
     }
   } motion;
@@ -108,7 +107,7 @@ struct ErrorOptions {
   }
 };
 
-/// The order in which observations arrive: some twice, some after the next one, drawn by seed and stamp.
+/// Arrival order of observations: some twice, some after the next one, drawn by seed and stamp.
 class ArrivalOrder {
  public:
   ArrivalOrder(std::uint64_t seed, const std::vector<Fault>& faults);

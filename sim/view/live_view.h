@@ -8,7 +8,7 @@
 #include <string>
 
 #include "sim/recording/recording.h"
-#include "sim/tracking/tracking_observer.h"
+#include "sim/tracking/tracking.h"
 #include "sim/view/foxglove.h"
 #include "sim/view/pace.h"
 #include "sim/view/server.h"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "sim/scenario/scenario.h"
-#include "sim/tracking/tracking_observer.h"
+#include "sim/tracking/tracking.h"
 
 namespace sim::live {
 struct RunObserver;

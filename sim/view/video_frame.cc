@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "slam/patch.h"
+#include "slam/vision/patch.h"
 
 namespace sim::view {
 namespace {
@@ -75,10 +75,10 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
   Overlay overlay(picture, scale);
   for (const slam::Search& search : report.searched) overlay.ellipse(search);
   for (const slam::Sighting& match : report.matched) overlay.patch(match.pixel, kUsed);
-  for (const slam::Sighting& first : report.initialised) overlay.patch(first.pixel, kNew);
+  for (const slam::Sighting& first : report.initialized) overlay.patch(first.pixel, kNew);
   cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);
   below *= 0.3;
-  write(picture, "squares: matched, blue: initialised; ellipses: searched, yellow: not found",
+  write(picture, "squares: matched, blue: initialized; ellipses: searched, yellow: not found",
         {8, kPanelHeight - 30}, kPaper, kDark);
   write(picture,
         fmt::format("{:.2f} s   {} landmarks, {} searched for, {} matched", slam::seconds(report.t),

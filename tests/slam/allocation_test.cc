@@ -61,7 +61,7 @@ TEST(Allocation, AStepInTheSteadyStateTakesNone) {
   walk.turns = 0.1;
   const synthetic::Recording recording(walk, synthetic::render(synthetic::Room(), walk));
   Filter filter(Options{}, synthetic::calibration(), walk.X_WC(0), 1);
-  int initialised = 0, accepted = 0;
+  int initialized = 0, accepted = 0;
   for (int k = 0; k < walk.frames(); ++k) {
     const Observation o = recording.observation(k);
     counting = k >= 45;  // both feet have been set down; the map has landmarks
@@ -70,10 +70,10 @@ TEST(Allocation, AStepInTheSteadyStateTakesNone) {
     counting = false;
     EXPECT_EQ(asked, 0) << "frame " << k << ' ' << report.refused;
     if (k < 45) continue;
-    initialised += static_cast<int>(report.initialised.size());
+    initialized += static_cast<int>(report.initialized.size());
     accepted += report.accepted;
   }
-  EXPECT_GE(initialised, 1);  // else detection was not looked at
+  EXPECT_GE(initialized, 1);  // else detection was not looked at
   EXPECT_GE(accepted, 300);
 }
 

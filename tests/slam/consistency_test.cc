@@ -1,14 +1,14 @@
-// The filter's models and algebra where truth and noise are drawn as the filter believes them to be: errors
-// and innovations are then as large as it says, and the covariance stays one for ten minutes.
+// The filter's models and algebra with truth and noise drawn from its own models: errors and innovations then
+// match their covariances, and the covariance stays valid for ten minutes.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "slam/active_search.h"
-#include "slam/gyro.h"
+#include "slam/inertial.h"
 #include "slam/motion_model.h"
 #include "slam/plan.h"
+#include "slam/vision/active_search.h"
 #include "tests/slam/synthetic_room.h"
 #include "tests/slam/test_scenes.h"
 
@@ -48,9 +48,11 @@ RobotMatrix start_covariance(const RobotVector& x) {
   Eigen::Matrix<double, 12, 1> variance;
   variance << Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4),
       Eigen::Vector3d::Constant(25e-4), Eigen::Vector3d::Constant(25e-4);
-  const auto J = small_errors(x.segment<4>(kOrientation));
   RobotMatrix P = RobotMatrix::Zero();
-  const Eigen::Matrix<double, kCamera, 12> back = J.completeOrthogonalDecomposition().pseudoInverse();
+  Eigen::Matrix<double, kCamera, 12> back = Eigen::Matrix<double, kCamera, 12>::Zero();  // small_errors⁺
+  back.block<3, 3>(kPosition, 0).setIdentity();
+  back.block<4, 3>(kOrientation, 3) = small_rotation_jacobian(x.segment<4>(kOrientation));
+  back.block<6, 6>(kVelocity, 6).setIdentity();
   P.topLeftCorner<kCamera, kCamera>() = back * variance.asDiagonal() * back.transpose();
   return P;
 }
@@ -96,14 +98,14 @@ struct World {
     const Eigen::Matrix3d R = rotation_matrix(truth.segment<4>(kOrientation));
     const MeanRate rate{truth.segment<3>(kRate) + vector(normal, 0.01), 0.01};
     const Eigen::Vector3d v_C = R.transpose() * truth.segment<3>(kVelocity) + vector(normal, 0.05);
-    take({measure_rate(now, rate)}, gyro_nis);
-    take({measure_velocity(kalman.state().robot(), {v_C, {0, 0, 0}, {0, 0, 0}, v_C, 0.05},
-                           options.plan_velocity)},
-         velocity_nis);
+    update({measure_rate(now, rate)}, gyro_nis);
+    update({measure_velocity(kalman.state().robot(), {v_C, {0, 0, 0}, {0, 0, 0}, v_C, 0.05},
+                             options.plan_velocity)},
+           velocity_nis);
     see();
   }
 
-  /// Measures at most 12 of the landmarks in view, as pixels with the noise that the camera is said to have.
+  /// Measures at most 12 of the landmarks in view, as pixels with the assumed noise of the camera.
   void see() {
     std::vector<Measurement> found;
     auto view = predict_view(kalman, map, camera, options.vision.sigma_px);
@@ -119,10 +121,10 @@ struct World {
       candidate.measurement.innovation = seen->pixel + sigma * Eigen::Vector2d(u, v) - candidate.pixel;
       found.push_back(candidate.measurement);
     }
-    if (!found.empty()) take(found, vision_nis);
+    if (!found.empty()) update(found, vision_nis);
   }
 
-  void take(const std::vector<Measurement>& measurements, std::vector<double>& nis) {
+  void update(const std::vector<Measurement>& measurements, std::vector<double>& nis) {
     StackedMeasurement stacked;
     stack(kalman.state(), measurements, stacked);
     nis.push_back(stacked.innovation().dot(Eigen::MatrixXd(stacked.S()).llt().solve(stacked.innovation())));
@@ -153,7 +155,7 @@ struct World {
   Normal normal;
   std::vector<double> gyro_nis, velocity_nis, vision_nis;
   int rows = 0;
-  double pixel_noise = 1;  // as a part of what the filter believes
+  double pixel_noise = 1;  // relative to the assumed noise
 };
 
 double mean(const std::vector<double>& values) {
@@ -162,14 +164,14 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n). linearisation: the part of dof by which
-/// they may be off besides, because the measurement is linearised.
-void expect_chi_square(const std::vector<double>& values, double dof, double linearisation = 0) {
-  const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size())) + linearisation * dof;
+/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n). linearization: the part of dof
+/// by which they may be off besides, because the measurement is linearized.
+void expect_chi_square(const std::vector<double>& values, double dof, double linearization = 0) {
+  const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size())) + linearization * dof;
   EXPECT_NEAR(mean(values), dof, spread);
 }
 
-TEST(Consistency, OverTwoHundredRunsErrorsAndInnovationsAreAsLargeAsTheFilterSays) {
+TEST(Consistency, OverTwoHundredRunsErrorsAndInnovationsMatchTheirCovariances) {
   std::vector<double> nees, gyro, velocity, vision;
   double rows = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
@@ -218,7 +220,7 @@ TEST(Consistency, NoUpdateAddsUncertaintyAndTheCovarianceStaysValidForTenMinutes
     const Eigen::VectorXd before = world.kalman.state().storage_P.diagonal().head(size);
     world.see();
     const Eigen::VectorXd after = world.kalman.state().storage_P.diagonal().head(size);
-    EXPECT_LE((after - before).maxCoeff(), 1e-14) << k;  // the quaternion's normalisation rounds
+    EXPECT_LE((after - before).maxCoeff(), 1e-14) << k;  // the quaternion's normalization rounds
   }
   EXPECT_TRUE(world.kalman.is_valid(world.kalman.state().size));
   EXPECT_LT((world.kalman.state().position() - world.truth.segment<3>(kPosition)).norm(), 0.05);

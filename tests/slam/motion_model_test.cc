@@ -21,16 +21,15 @@ RobotVector reference_state() {
 
 RobotVector generic_state() {
   RobotVector x = reference_state();
-  x.tail<kRobot - kCamera>() << .01, -.02, .03, .04, .05, -.06, .1, -.2, .15, .02, -.03, .04, .005, -.004,
-      .003, .02, -.01;
+  x.tail<kRobot - kCamera>() << .01, -.02, .03, 0, 0, 0, .1, -.2, .15, .02, -.03, .04, .005, -.004, .003, .02,
+      -.01;
   return x;
 }
 
 Options paper() {
   Options options;
   options.motion = {4, 6};
-  options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_sway_m_s = 0;
-  options.plan_velocity.sigma_stride = 0;
+  options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;
   options.accelerometer.sigma_bias_walk_m_s3 = 0;
   return options;
 }
@@ -51,20 +50,6 @@ TEST(MotionModel, AddsTheReferenceNoise) {
   EXPECT_LT(((Q.diagonal().head<13>() - expected).cwiseQuotient(expected)).cwiseAbs().maxCoeff(),
             3e-5);                               // five digits of the reference
   EXPECT_LT((Q - Q.transpose()).norm(), 1e-18);  // products in another order round differently
-}
-
-TEST(MotionModel, JacobianIsTheDerivativeWithAndWithoutTheAccelerometerAtAnyRate) {
-  const VelocityIncrement measured{{0.02, -0.33, 0.05}, kFrame, 0.001};
-  for (const auto& increment : {std::optional<VelocityIncrement>{}, std::optional{measured}})
-    for (const double turning : {1.0, 1e-6, 0.0}) {
-      RobotVector x = generic_state();
-      x.segment<3>(kRate) *= turning;
-      const auto f = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
-        return predict_motion(at, kFrame, increment, paper()).x;
-      };
-      const RobotMatrix F = predict_motion(x, kFrame, increment, paper()).F;
-      EXPECT_LT((F - tests::numerical_jacobian(f, x)).norm(), 1e-8);  // central differences of 1e-6
-    }
 }
 
 TEST(MotionModel, StaysFiniteWhenTheCameraDoesNotTurnAtAll) {
@@ -149,27 +134,16 @@ TEST(MotionModel, SwayingIsStationaryWithTheStandardDeviationOfTheOptions) {
   EXPECT_NEAR(std::sqrt(P(1, 1)), 0.03 / omega, 0.15 * 0.03 / omega);
   const Eigen::Matrix2d later = F * P * F.transpose() + Q;
   EXPECT_LT((later - P).norm(), 1e-9 * P.norm());  // no part of it grows with time
+  EXPECT_LT((sway_sigma(options.plan_velocity) - Eigen::Vector3d(0.03, 0.0045, 0.018)).norm(),
+            1e-17);  // up, ahead
 }
 
-TEST(MotionModel, UnplannedSwayingIsSmallerAheadAndUp) {
-  Options options = paper();
-  options.plan_velocity.sigma_sway_m_s = 0.03;
-  options.plan_velocity.sway_ahead = 0.5;
-  options.plan_velocity.sway_up = 0.1;
-  EXPECT_LT((sway_sigma(options.plan_velocity) - Eigen::Vector3d(0.03, 0.003, 0.015)).norm(), 1e-17);
-  const Eigen::Vector3d Q =
-      predict_motion(generic_state(), kFrame, std::nullopt, options).Q.diagonal().segment<3>(kSwayVelocity);
-  EXPECT_NEAR(Q(1) / Q(0), 0.01, 1e-12);
-  EXPECT_NEAR(Q(2) / Q(0), 0.25, 1e-12);
-}
-
-TEST(MotionModel, SlipAndStrideErrorDecayToTheVarianceOfTheOptions) {
+TEST(MotionModel, TheStrideErrorDecaysToTheVarianceOfTheOptions) {
   Options options;
-  options.plan_velocity.sigma_slip_m_s = options.plan_velocity.sigma_stride = 0.05;
-  options.plan_velocity.slip_time_s = options.plan_velocity.stride_time_s = 2;
+  options.plan_velocity.sigma_stride = 0.05;
   const Prediction p = predict_motion(generic_state(), kFrame, std::nullopt, options);
-  for (const int at : {kSlip, kStrideError + 1}) {
-    EXPECT_NEAR(p.x(at), generic_state()(at) * std::exp(-kFrame / 2), 1e-15);
+  for (const int at : {kStrideError, kStrideError + 1}) {
+    EXPECT_NEAR(p.x(at), generic_state()(at) * std::exp(-kFrame / 30), 1e-15);
     const double variance = 0.05 * 0.05;  // a fixed point of variance <- decay² variance + noise
     EXPECT_NEAR(p.F(at, at) * p.F(at, at) * variance + p.Q(at, at), variance, 1e-17);
   }
@@ -184,6 +158,49 @@ TEST(MotionModel, BiasesWalkAtTheRateGivenWhateverTheStep) {
     EXPECT_NEAR(Q(kGyroBias + 1, kGyroBias + 1) / dt, 0.003 * 0.003, 1e-17);
     EXPECT_NEAR(Q(kAccelerometerBias, kAccelerometerBias) / dt, 0.02 * 0.02, 1e-17);
   }
+}
+
+Eigen::Isometry3d pose() {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 2) / 3).matrix();
+  X.translation() = Eigen::Vector3d(1, 2, 3);
+  return X;
+}
+
+TEST(InitialState, IsAtRestAtTheGivenPose) {
+  const RobotVector x = initial_state(pose(), Options{}).x;
+  EXPECT_EQ(x.head<3>(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_LT((rotation_matrix(x.segment<4>(kOrientation)) - pose().linear()).norm(), 1e-15);
+  EXPECT_EQ(x.tail<kRobot - kVelocity>().norm(), 0);
+}
+
+TEST(InitialState, HasTheStandardDeviationsOfTheOptions) {
+  Options options;
+  options.start = {0.1, 0.2, 0.3, 0.4};
+  options.gyro.sigma_bias_rad_s = 0.5;
+  options.accelerometer.sigma_bias_m_s2 = 0.6;
+  options.plan_velocity.sigma_stride = 0.8;
+  const RobotVector sigma = initial_state(pose(), options).P.diagonal().cwiseSqrt();
+  for (const auto& [at, expected] : {std::pair{kPosition, 0.1},
+                                     {kVelocity, 0.3},
+                                     {kRate, 0.4},
+                                     {kGyroBias, 0.5},
+                                     {kAccelerometerBias, 0.6},
+                                     {kStrideError, 0.8},
+                                     {kSwayVelocity, options.plan_velocity.sigma_sway_m_s}})
+    EXPECT_NEAR(sigma(at), expected, 1e-15) << at;
+  const double omega = 2 * 3.14159265358979 / options.plan_velocity.sway_period_s;
+  EXPECT_NEAR(sigma(kSwayPosition), options.plan_velocity.sigma_sway_m_s / omega, 1e-15);
+}
+
+TEST(InitialState, TheOrientationVariesByRotationsOnly) {
+  Options options;
+  options.start.sigma_orientation_rad = 0.2;
+  const RobotState initial = initial_state(pose(), options);
+  const Eigen::Vector4d q = initial.x.segment<4>(kOrientation);
+  const Eigen::Matrix4d P = initial.P.block<4, 4>(kOrientation, kOrientation);
+  EXPECT_LT((P * q).norm(), 1e-16);
+  EXPECT_NEAR(P.trace(), 3 * 0.2 * 0.2 / 4, 1e-15);  // |∂q/∂θ| = 1/2 about each axis
 }
 
 }  // namespace

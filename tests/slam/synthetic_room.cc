@@ -24,11 +24,11 @@ cv::Mat print(int rows, int columns, std::mt19937_64& random) {
   }
   for (int i = 0; i < rows * columns / 1800; ++i) {
     const cv::Point at(below(columns), below(rows));
-    const cv::Scalar grey(30 + below(196));
+    const cv::Scalar gray(30 + below(196));
     if (below(3) == 0)
-      cv::circle(image, at, 3 + below(12), grey, cv::FILLED, cv::LINE_8);
+      cv::circle(image, at, 3 + below(12), gray, cv::FILLED, cv::LINE_8);
     else
-      cv::rectangle(image, at, at + cv::Point(4 + below(36), 4 + below(36)), grey, cv::FILLED, cv::LINE_8);
+      cv::rectangle(image, at, at + cv::Point(4 + below(36), 4 + below(36)), gray, cv::FILLED, cv::LINE_8);
   }
   cv::Mat bytes;
   image.convertTo(bytes, CV_8U);
@@ -121,7 +121,7 @@ Room::Surface Room::nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f
   return best;
 }
 
-float Room::grey(const Surface& surface, const Eigen::Vector3f& point, float footprint) const {
+float Room::gray(const Surface& surface, const Eigen::Vector3f& point, float footprint) const {
   const auto owner = static_cast<std::size_t>(surface.texture / 6);
   const Eigen::Vector3f low = owner == 0 ? walls_.low : furniture_[owner - 1].low;
   const Eigen::Vector3f at = (point - low) / static_cast<float>(kTexel);
@@ -152,7 +152,7 @@ cv::Mat Room::render(const Camera& camera, const Eigen::Isometry3d& X_WC, int si
         const Eigen::Vector3f h = R * camera.unproject(at)->h.cast<float>().normalized();
         const Surface surface = nearest(origin, h);
         const float oblique = std::sqrt(std::max(0.05F, std::abs(h(surface.axis))));
-        sum += grey(surface, origin + surface.distance * h, surface.distance * pixel / oblique);
+        sum += gray(surface, origin + surface.distance * h, surface.distance * pixel / oblique);
       }
       image.ptr<uchar>(row)[column] = static_cast<uchar>(std::lround(sum / static_cast<float>(side * side)));
     }
@@ -176,10 +176,10 @@ Eigen::Isometry3d Walk::X_WC(double t) const {
   const double angle = 2 * std::numbers::pi * turns * phase / (end - step_s / 2);
   const double wave = std::numbers::pi * walked / step_s;
   const Eigen::Matrix3d R_WB = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const Eigen::Vector3d centre(0, radius_m, 0);
+  const Eigen::Vector3d center(0, radius_m, 0);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() = heading(angle);
-  X.translation() = centre - R_WB * centre + Eigen::Vector3d(0, 0, 1.4) +
+  X.translation() = center - R_WB * center + Eigen::Vector3d(0, 0, 1.4) +
                     R_WB * Eigen::Vector3d(0, ease * sway_m * std::sin(wave), 0) +
                     Eigen::Vector3d(0, 0, ease * bounce_m * std::sin(2 * wave));
   return X;
@@ -273,8 +273,8 @@ Observation Recording::observation(int frame) const {
     for (int k = 0; k < 4; ++k) {
       const std::uint64_t b = (bits >> (16 * k)) & 0xffff, m = (more >> (16 * k)) & 0xffff;
       const auto sum = static_cast<double>((b & 0xff) + (b >> 8) + (m & 0xff) + (m >> 8)) - 510;
-      uchar& grey = o.image.ptr<uchar>()[p + k];
-      grey = cv::saturate_cast<uchar>(grey + walk_.image_sigma / 147.8 * sum);
+      uchar& gray = o.image.ptr<uchar>()[p + k];
+      gray = cv::saturate_cast<uchar>(gray + walk_.image_sigma / 147.8 * sum);
     }
   }
   return o;

@@ -26,7 +26,7 @@ class Normal {
 class Room {
  public:
   Room();
-  /// What a camera at X_WC sees, 8-bit grey, side x side rays a pixel.
+  /// What a camera at X_WC sees, 8-bit gray, side x side rays a pixel.
   cv::Mat render(const Camera& camera, const Eigen::Isometry3d& X_WC, int side) const;
   /// Where the ray from `origin` along `direction` meets the first surface.
   Eigen::Vector3d hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
@@ -37,7 +37,7 @@ class Room {
     int texture, axis;
   };
   Surface nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const;
-  float grey(const Surface& surface, const Eigen::Vector3f& point, float footprint) const;
+  float gray(const Surface& surface, const Eigen::Vector3f& point, float footprint) const;
 
   struct Box {
     Eigen::Vector3f low, high;

@@ -47,7 +47,7 @@ TEST_F(Cli, VersionNamesRevisionAndLibraries) {
   EXPECT_THAT(ran.out, HasSubstr("OpenCV 4."));
 }
 
-// tools/gaitslam names the commands for which it builds the runner alone.
+// The commands named in tools/gaitslam are those of the runner.
 TEST_F(Cli, TheRunnerHasTheCommandsForWhichTheLauncherBuildsIt) {
   const std::string launcher = sim::files::read_text(std::string(GAITSLAM_SOURCE_DIR) + "/tools/gaitslam");
   const size_t begin = launcher.find("  check |");

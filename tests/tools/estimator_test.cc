@@ -41,7 +41,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
     EXPECT_EQ(replay("filter").exit_code, 0);
     return names("out");
   }();
-  for (const int message : {0, 1, 5, 10, 15, 20, 25, 30, 35, 40, 45}) {
+  for (const int message : {0, 1, 20, 45}) {
     const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
     EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));
@@ -220,7 +220,7 @@ TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreL
   write("go", "");
   const Ran ran = shell(evaluate);
   ASSERT_EQ(ran.exit_code, 0) << ran.out << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("e/walk/seed-1 finished before\n"));
+  EXPECT_THAT(ran.out, HasSubstr("1 result finished before\n"));
   EXPECT_EQ(fs::last_write_time(folder_ / "e/walk/seed-1/score.json"), made);
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-2/score.json"));
   EXPECT_EQ(text_of("runs"), "run\nrun\nrun\n");

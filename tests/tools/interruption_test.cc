@@ -226,7 +226,7 @@ TEST_F(Interruption, ItIsSaidWhatIsKept) {
               HasSubstr("gaitslam: interrupted: nothing of this run is kept; earlier results in k are"));
   EXPECT_EQ(one.exit_code, 130);
   EXPECT_THAT(ended_when("[ -e s/trials.jsonl ]", "TERM",
-                         "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 50)' --out s")
+                         "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 50}' --out s")
                   .err,
               HasSubstr("finished results are kept in s; to resume"));
 }

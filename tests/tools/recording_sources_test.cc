@@ -64,7 +64,7 @@ TEST_F(RecordingSources, AreNotThoseOfFilterScoresAndPages) {
 TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) {
   const std::set<std::string> others{"sim/result/score_input.h",  "sim/result/result.h",
                                      "sim/scenario/scenario.h",   "sim/files/atomic_file.h",
-                                     "sim/files/text.h",    "sim/sensor_errors/motion_clock.h",
+                                     "sim/files/text.h",          "sim/sensor_errors/motion_clock.h",
                                      "sim/live/room_check.h",     "sim/result/timing.h",
                                      "sim/live/run_observer.h",  // sees the run and changes none of its bits
                                      "sim/sensor_errors/faults.h"};  // its keys are in the cache's key

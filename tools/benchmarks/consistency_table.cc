@@ -13,7 +13,7 @@
 #include "sim/score/consistency.h"
 #include "sim/score/landmarks.h"
 #include "sim/score/statistics.h"
-#include "slam/patch.h"
+#include "slam/vision/patch.h"
 #include "tools/benchmarks/recorded_walks.h"
 
 namespace {

@@ -8,9 +8,9 @@
 #include <ctime>
 #include <map>
 
-#include "slam/active_search.h"
-#include "slam/corner_detector.h"
-#include "slam/ellipse_search.h"
+#include "slam/vision/active_search.h"
+#include "slam/vision/corner_detector.h"
+#include "slam/vision/patch.h"
 #include "slam/filter.h"
 #include "slam/motion_model.h"
 #include "tests/slam/synthetic_room.h"
@@ -96,7 +96,7 @@ struct Scene {
       landmark.patch = cut_patch(image, {100 + i % 100, 100});
       const Eigen::Vector2d undisplaced = Eigen::Vector2d::Zero();
       landmark.at = kalman.append(
-          initialise_inverse_depth(x, *camera.unproject(pixel), 1, undisplaced, Options{}.depth));
+          initialize_inverse_depth(x, *camera.unproject(pixel), 1, undisplaced, Options{}.depth));
       const Vector6d y = kalman.state().storage_x.segment<6>(landmark.at);
       kalman.replace(landmark.at, 6, inverse_depth_position(y), inverse_depth_position_jacobian(y));
       landmark.kind = Point{};

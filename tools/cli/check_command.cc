@@ -45,7 +45,7 @@ bool is_valid(const std::string& file, const sim::scenario::Changes& changes) {
   return false;
 }
 
-/// Whether an argument is a change, as in world.seed=7, and no file.
+/// True for a change, as in world.seed=7; false for a file.
 bool is_change(const std::string& argument) {
   const std::size_t equals = argument.find('=');
   return equals != std::string::npos &&

@@ -6,13 +6,13 @@
 #include <set>
 
 #include "sim/files/text.h"
-#include "sim/regression/result_set.h"
-#include "sim/regression/verdict_reports.h"
+#include "sim/regression/report.h"
+#include "sim/regression/results.h"
+#include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
-#include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/suite_run.h"
+#include "tools/cli/jobs/suite.h"
 #include "tools/cli/usage_error.h"
 #include "tools/cli/verdict_files.h"
 
@@ -99,8 +99,8 @@ void require_same_scenario(const regression::ResultSet& before, const regression
   if (before.results.name != now.results.name)
     throw UsageError(fmt::format("{} is of the scenario {}, {} of {}; {}", before.folder.string(),
                                  before.results.name, now.folder.string(), now.results.name, kInsist));
-  auto other = sim::tune::first_difference(before.scenario, now.scenario);
-  if (!other) other = sim::tune::first_difference(now.scenario, before.scenario);
+  auto other = sim::scenario::first_difference(before.scenario, now.scenario);
+  if (!other) other = sim::scenario::first_difference(now.scenario, before.scenario);
   if (other)
     throw UsageError(fmt::format("{} and {}: {} differs, so that the walks are different scenarios; {}",
                                  before.folder.string(), now.folder.string(), other->key, kInsist));

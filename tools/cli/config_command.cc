@@ -97,8 +97,7 @@ void config(const ConfigRequest& request) {
 
 void add_config(CLI::App& app, int&) {
   auto request = std::make_shared<ConfigRequest>();
-  CLI::App* command =
-      app.add_subcommand("config", "Print the value of every key of a scenario and where it comes from");
+  CLI::App* command = app.add_subcommand("config", "Print the value and origin of every key of a scenario");
   add_scenario(*command, request->scenario, request->changes);
   command->add_flag("--keys", request->keys, "list all keys with range, default and meaning");
   command->add_flag("--yaml", request->yaml, "print the whole scenario as YAML");

@@ -1,4 +1,4 @@
-// What a command prints when the user interrupts it.
+// Message of an interrupted command.
 #pragma once
 
 #include <string>

@@ -37,7 +37,7 @@ int fail_with(const std::string& message, int exit_code) {
   return exit_code;
 }
 
-/// Throws UsageError when the first word is no command; the message names the nearest one.
+/// Throws UsageError if the first word is not a command; the message suggests the nearest one.
 void check_command_name(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> names;
@@ -91,7 +91,7 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10,
                           8 << 20);  // blocking, and with it rounding, the same on every machine
-  cv::setNumThreads(1);              // --jobs alone says how many cores are used
+  cv::setNumThreads(1);              // --jobs sets the number of cores
   try {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/tune/seeds.h"
+#include "sim/scenario/yaml_map.h"
 
 namespace cli {
 
@@ -22,8 +22,8 @@ void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const
 void add_with(CLI::App& command, sim::scenario::Changes& changes) {
   command
       .add_option("--with", changes.with,
-                  "YAML file whose keys replace those of the scenario, such as the best.yaml of a tuning; "
-                  "of several files the later one wins")
+                  "YAML file with keys to replace in the scenario, such as the best.yaml of a tuning; "
+                  "later files win")
       ->option_text("FILE")
       ->allow_extra_args(false);
 }
@@ -73,7 +73,7 @@ void add_batch_member(CLI::App& command, BatchMember& member) {
 
 std::vector<std::uint64_t> parse_seeds(const std::string& text) {
   try {
-    return sim::tune::parse_seeds(text);
+    return sim::scenario::parse_seeds(text);
   } catch (const std::invalid_argument& e) {
     throw UsageError(fmt::format("--seeds {}: {}", text, e.what()));
   }

@@ -17,7 +17,7 @@ namespace cli {
 
 /// The file argument `scenario`, key=value arguments, --with and --without.
 CLI::Option* add_scenario(CLI::App& command, std::string& file, sim::scenario::Changes& changes);
-/// The arguments key=value; `which` says which keys may be changed.
+/// The arguments key=value; `which`: the keys that may be changed.
 void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which);
 /// --with, which reads overlays into `changes`.
 void add_with(CLI::App& command, sim::scenario::Changes& changes);
@@ -35,7 +35,7 @@ void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& te
 /// Hidden options of a process that was started for one seed of a batch.
 struct BatchMember {
   std::optional<pid_t> parent;                  ///< it ends when that process ends
-  std::optional<std::filesystem::path> set_by;  ///< file that says who set which key
+  std::optional<std::filesystem::path> set_by;  ///< file with the origin of each key
 };
 /// --all-metrics, for tables on the terminal.
 void add_all_metrics(CLI::App& command, bool& all);

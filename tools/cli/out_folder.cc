@@ -36,7 +36,7 @@ fs::path nearest_existing(const fs::path& folder) {
   return nearest;
 }
 
-/// Whether the folder is the other path or above it.
+/// True if the folder is the other path or above it.
 bool contains(const fs::path& folder, const fs::path& path) {
   const fs::path above = fs::weakly_canonical(folder), below = fs::weakly_canonical(path);
   return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();
@@ -49,7 +49,7 @@ void require_folder(const fs::path& path) {
     throw UsageError(fmt::format("{}: is a file, expected a folder for results", path.string()));
 }
 
-/// Whether the folder contains only what a command writes before its first result, or leaves when it is
+/// True if the folder contains only what a command writes before its first result, or leaves when it is
 /// killed.
 bool has_no_results(const fs::path& folder) {
   std::error_code fault;
@@ -73,7 +73,7 @@ int why_not_writable(const fs::path& folder) {
   return access(folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
 }
 
-/// What the same command finished before it was interrupted; nothing if it was not.
+/// Returns what the same command finished before it was interrupted; nothing if it was not.
 std::optional<std::set<std::string>> made_before(const fs::path& folder, const std::string& identity) {
   const fs::path file = folder / kUnfinished;
   std::error_code fault;

@@ -27,11 +27,11 @@ struct OutRequest {
 };
 void add_out(CLI::App& command, OutRequest& request);
 
-/// What a command does with its folder.
+/// How a command uses its folder.
 struct OutUse {
   /// Replaces the folder as a whole; else adds results to it.
   bool replaces = false;
-  /// What it writes into the folder under fixed names; those of folders end in "/".
+  /// Fixed names that it writes into the folder; those of folders end in "/".
   std::vector<std::string> names{};
   /// Folders in it that are replaced one by one, as paths within it.
   std::vector<std::string> results{};
@@ -60,7 +60,7 @@ class OutFolder {
   OutFolder& operator=(const OutFolder&) = delete;
 
   const fs::path& path() const { return path_; }
-  /// Whether the interrupted command has noted this as finished.
+  /// True if the interrupted command has noted this as finished.
   bool has_made(const std::string& name) const { return made_.contains(name); }
   /// Notes a finished result, a path within the folder, for the case of an interruption.
   void note_made(const std::string& name) const;

@@ -8,13 +8,12 @@
 #include "sim/replay/replay.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
-#include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/run_all.h"
+#include "tools/cli/jobs/recordings.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/live.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
-#include "tools/cli/recordings.h"
 
 namespace cli {
 namespace {
@@ -45,7 +44,7 @@ struct RecordRequest {
 };
 
 /// Prints how the walk ended; returns the exit code.
-int report_walk(std::uint64_t seed, const sim::tune::CachedRecording& recording) {
+int report_walk(std::uint64_t seed, const sim::recording::CachedRecording& recording) {
   const replay::WalkEnd walk = replay::read_walk_end(recording.folder);
   std::cout << fmt::format("seed {}: {}, {}: {}\n", seed, recording.made ? "recorded" : "was in the cache",
                            sim::scenario::name_of(walk.ended.ending), recording.folder.string());
@@ -90,10 +89,9 @@ int record(const RecordRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   const Recordings recordings(request.models);
-  if (request.seeds) require_clear_walk(read, request.models);  // once, and by the name of the user's file
-  const OnInterrupt on_interrupt(
-      fmt::format("finished recordings are kept in {}; the same command makes the others",
-                  recordings.place().folder.string()));
+  if (request.seeds) require_clear_walk(read, request.models);  // once, with the file's name
+  const OnInterrupt on_interrupt(fmt::format("finished recordings are kept in {}; to make the others",
+                                             recordings.place().folder.string()));
   return request.seeds ? record_seeds(read, request, recordings) : record_one(read, recordings);
 }
 

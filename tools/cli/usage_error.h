@@ -4,7 +4,7 @@
 
 namespace cli {
 
-/// What a command line asks for cannot be done. main prints it and ends with exit code 2.
+/// The command line is invalid. main prints the message and exits with code 2.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "sim/regression/verdict_reports.h"
+#include "sim/regression/report.h"
 
 namespace cli {
 

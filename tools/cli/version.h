@@ -1,4 +1,4 @@
-// What this program was built from.
+// Sources and libraries of this program.
 #pragma once
 
 #include <map>
@@ -21,11 +21,11 @@ std::map<std::string, std::string> libraries();
 /// The model name of the processor.
 std::string processor();
 
-/// Identifies programs that record the same bits from a scenario whose walk its estimate does not steer: the
-/// sources of walk, world and recording, how they were built, the libraries, and the vendor of the processor.
+/// Identifies programs that record the same bits from a scenario with a walk that its estimate does not
+/// steer: by the sources of walk, world and recording, the build, the libraries and the processor's vendor.
 std::string recording_identity();
 
-/// Identifies programs that score a recording alike: by the revision, or by a hash of the program where files
+/// Identifies programs that score a recording alike: by the revision, or by a hash of the program if files
 /// differ from the revision or it is unknown.
 std::string program_identity();
 

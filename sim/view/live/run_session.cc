@@ -6,7 +6,7 @@
 
 #include "sim/camera/drawn_model.h"
 #include "sim/camera/urdf.h"
-#include "sim/export/robot_description.h"
+#include "sim/export/export.h"
 #include "sim/live/recorded.h"
 #include "sim/live/run_observer.h"
 #include "sim/view/live_view.h"

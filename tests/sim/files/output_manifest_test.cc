@@ -29,7 +29,7 @@ class OutputManifest : public testing::Test {
     fs::create_directories((folder_ / name).parent_path());
     write_text(folder_ / name, text);
   }
-  // Making the folder again is refused with these words, and what is in it stays.
+  // Making the folder again fails with these words, and its content stays.
   void expect_spared(const std::string& words) const {
     EXPECT_THAT([&] { make("again"); },
                 ThrowsMessage<FileError>(AllOf(HasSubstr(words), HasSubstr("move it away"))));
@@ -128,6 +128,7 @@ TEST_F(OutputManifest, AMarkerThatIsALinkOrOfSomethingElseIsNone) {
   fs::remove(folder_ / "result" / kMarker);
   write("result/.gaitslam", "score.json\n");
   expect_spared("result: would be replaced with ");
+  expect_spared("(older versions wrote none): move it away");
 }
 
 // While a result is being made the user puts a file into the one that it replaces.

@@ -33,7 +33,7 @@ TEST(TextTable, NoLineIsWiderThanAskedFor) {
     EXPECT_LE(line.size(), kTerminalWidth) << line;
     named += line.starts_with("tangent_circle");
   }
-  EXPECT_EQ(named, 2) << "each of the tables says what its rows are of";
+  EXPECT_EQ(named, 2) << "each table repeats the naming column";
   for (int i = 0; i < 12; ++i) EXPECT_THAT(text, HasSubstr("m" + std::to_string(i)));
 }
 

@@ -79,7 +79,7 @@ TEST(InputFile, ByALinkIsRead) {
   EXPECT_EQ(read_text(folder / "link"), "content");
 }
 
-// What a shell passes for <(...).
+// As a shell passes for <(...).
 TEST(InputFile, MayBeAPipeOfThisProcess) {
   int ends[2] = {};
   ASSERT_EQ(::pipe(ends), 0);

@@ -84,7 +84,7 @@ class RecordedElsewhere : public testing::Test {
     ASSERT_NE(text.find(from), text.npos) << from;
     write(name, text.replace(text.find(from), from.size(), to));
   }
-  /// What is said of the folder when it is read to its end.
+  /// Returns the error of reading the whole folder.
   std::string complaint() const {
     try {
       AslFolder reader(folder_.path());
@@ -185,7 +185,7 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
        "cam0/data.csv:3:1: the stamp is not after"},
       {"cam0/data.csv", "second.png", "third.png", "cam0/data.csv:3:22: no such image: "},
       {"cam0/data.csv", ", second.png", "", "cam0/data.csv:3: expected 2 fields, found 1"},
-      {"cam0/data.csv", "#timestamp", "timestamp", "cam0/data.csv:1: expected a header that begins with #"},
+      {"cam0/data.csv", "#timestamp", "timestamp", "cam0/data.csv:1: expected a header that starts with #"},
       {"imu0/data.csv", "3,0,0", "3,nan,0", "imu0/data.csv:4:23: expected a finite number, found \"nan\""},
       {"cam0/sensor.yaml", "radial-tangential", "omni", "cam0/sensor.yaml:16:19: expected radial-tangential"},
       {"cam0/sensor.yaml", "camera_model: pinhole", "camera_model: mei",

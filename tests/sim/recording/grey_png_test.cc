@@ -16,8 +16,7 @@ std::string png_of(const cv::Mat& image, const std::vector<int>& how = {cv::IMWR
   return {bytes.begin(), bytes.end()};
 }
 
-// Five bands, each of which another PNG filter compresses best: noise, horizontal, vertical and diagonal
-// slopes, plain grey.
+// Five bands for five PNG filters: noise, horizontal, vertical and diagonal slopes, plain grey.
 cv::Mat picture(int width, int height) {
   sensor_errors::Random random(1, "picture");
   cv::Mat image(height, width, CV_8UC1);

@@ -16,7 +16,6 @@
 #include "sim/files/text.h"
 #include "sim/recording/sensor_yaml.h"
 #include "sim/sensor_errors/random.h"
-#include "tests/sim/files/damage.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
@@ -77,36 +76,34 @@ bool same_bits(const Eigen1& a, const Eigen2& b) {
          std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
 }
 
-void expect_same(const std::vector<slam::InertialSample>& a, const std::vector<slam::InertialSample>& b) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].begin, b[i].begin);
-    EXPECT_EQ(a[i].end, b[i].end);
-    EXPECT_TRUE(same_bits(a[i].value, b[i].value));
-  }
+void append(std::vector<double>& all, const auto& values) {
+  all.insert(all.end(), values.data(), values.data() + values.size());
+}
+
+// All that an observation has besides its image.
+std::vector<double> numbers_of(const slam::Observation& o) {
+  const auto ns = [](Stamp t) { return static_cast<double>(t.count()); };
+  std::vector<double> all{ns(o.t), static_cast<double>(o.gyro.size()), o.plan ? 1.0 : 0.0};
+  for (const auto* readings : {&o.gyro, &o.accelerometer})
+    for (const slam::InertialSample& reading : *readings) {
+      all.insert(all.end(), {ns(reading.begin), ns(reading.end)});
+      append(all, reading.value);
+    }
+  if (!o.plan) return all;
+  append(all, o.plan->X_PC.matrix());
+  for (const auto& v : {o.plan->v_PC_C, o.plan->w_PC_C, o.plan->p_CF}) append(all, v);
+  all.push_back(static_cast<double>(o.plan->support));
+  if (!o.plan->legs) return all;
+  append(all, o.plan->legs->X_OC.matrix());
+  append(all, o.plan->legs->p_CS);
+  return all;
 }
 
 void expect_same(const slam::Observation& a, const slam::Observation& b) {
-  EXPECT_EQ(a.t, b.t);
-  expect_same(a.gyro, b.gyro);
-  expect_same(a.accelerometer, b.accelerometer);
-  ASSERT_EQ(a.image.empty(), b.image.empty());
-  if (!a.image.empty()) {
-    ASSERT_EQ(a.image.size(), b.image.size());
-    ASSERT_EQ(a.image.type(), b.image.type());
-    EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0);
-  }
-  ASSERT_EQ(a.plan.has_value(), b.plan.has_value());
-  if (!a.plan) return;
-  EXPECT_TRUE(same_bits(a.plan->X_PC.matrix(), b.plan->X_PC.matrix()));
-  EXPECT_TRUE(same_bits(a.plan->v_PC_C, b.plan->v_PC_C));
-  EXPECT_TRUE(same_bits(a.plan->w_PC_C, b.plan->w_PC_C));
-  EXPECT_TRUE(same_bits(a.plan->p_CF, b.plan->p_CF));
-  EXPECT_EQ(a.plan->support, b.plan->support);
-  ASSERT_EQ(a.plan->legs.has_value(), b.plan->legs.has_value());
-  if (!a.plan->legs) return;
-  EXPECT_TRUE(same_bits(a.plan->legs->X_OC.matrix(), b.plan->legs->X_OC.matrix()));
-  EXPECT_TRUE(same_bits(a.plan->legs->p_CS, b.plan->legs->p_CS));
+  EXPECT_TRUE(same_bits(numbers_of(a), numbers_of(b)));
+  ASSERT_EQ(a.image.size(), b.image.size());
+  ASSERT_EQ(a.image.type(), b.image.type());
+  EXPECT_TRUE(a.image.empty() || cv::norm(a.image, b.image, cv::NORM_INF) == 0);
 }
 
 // A finished recording of a few frames with truth and one surface.
@@ -328,7 +325,7 @@ TEST(Recording, AnyEditedFileOfTheSameSizeIsNamed) {
   for (int trial = 0; trial < 5; ++trial) expect_named(edit, ": edited");
 }
 
-// Sparse files, whose sizes the manifest has.
+// Sparse files, listed with their sizes.
 TEST(Recording, ASettingsFileOrAnImageThatIsTooLargeIsNamedBeforeItIsRead) {
   const files::TemporaryFolder folder;
   for (const std::string name : {"mav0/cam0/sensor.yaml", "mav0/cam0/data/1000000000033000000.png"}) {
@@ -358,8 +355,8 @@ void sign_again(const fs::path& folder, const std::string& name) {
   files::write_text(manifest, signed_again);
 }
 
-// The error of reading a recording whose file `name` has `to` for the first `from`, with the hash brought up
-// to date.
+// Returns the error of reading a recording after replacing the first `from` in file `name` by `to`, with an
+// updated manifest.
 std::string complaint(const fs::path& folder, const std::string& name, const std::string& from,
                       const std::string& to) {
   fs::remove_all(folder);
@@ -409,9 +406,8 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   EXPECT_EQ(says("mav0/cam0/sensor.yaml", "intrinsics: [", "intrinsics: [1, "), ":21:13: expected 4 numbers");
   EXPECT_EQ(says("mav0/cam0/sensor.yaml", "rate_hz", "rate"), ": has no key rate_hz");
   EXPECT_THAT(says("mav0/cam0/sensor.yaml", "resolution: [", "resolution: {"), HasSubstr(":19:"));
-  EXPECT_EQ(
-      says("mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]"),
-      ":6:3: not a pose: its first three rows and columns are no rotation, or its last row is not 0 0 0 1");
+  EXPECT_EQ(says("mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]"),
+            ":6:3: not a pose: expected a rotation and a translation above the row 0 0 0 1");
   EXPECT_EQ(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_began: "),
             ": has no key first_interval_begins_ns");
   EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_begins_ns: 9"),
@@ -426,34 +422,6 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
             ":4:1: comment: given twice, first in line 3, expected once");
   EXPECT_THAT(says("mav0/imu0/data.csv", "1000000000005000000,-0.", "1000000000005000000,-90000000."),
               testing::EndsWith("rad/s, expected from -10000000 to 10000000 rad/s"));
-}
-
-// The manifest has the hashes of the damaged files, unless it is damaged itself.
-TEST(Recording, NoDamageToAnyTextFileCrashesTheReader) {
-  const files::TemporaryFolder folder;
-  const Recorded recorded(folder / "r");
-  sensor_errors::Random random(11, "edit");
-  int rejected = 0;
-  std::vector<fs::path> all = files_of(recorded.folder);
-  all.push_back(recorded.folder / "manifest.csv");
-  for (const fs::path& file : all) {
-    if (file.extension() == ".png") continue;
-    const std::string bytes = files::read_text(file), name = fs::relative(file, recorded.folder).string();
-    for (int trial = 0; trial < 25; ++trial) {
-      files::write_text(file, tests::damaged(bytes, random));
-      sign_again(recorded.folder, name);
-      try {
-        read_everything(recorded.folder);
-      } catch (const files::FileError& error) {
-        EXPECT_THAT(error.what(), HasSubstr(recorded.folder.string()));
-        ++rejected;
-      }
-    }
-    files::write_text(file, bytes);
-    sign_again(recorded.folder, name);
-  }
-  EXPECT_GT(rejected, 100);
-  EXPECT_NO_THROW(read_everything(recorded.folder));
 }
 
 TEST(Recording, TheWriterRejectsWhatIdealSensorsCannotGive) {
@@ -487,7 +455,7 @@ TEST(Recording, TheWriterRejectsWhatIdealSensorsCannotGive) {
               ThrowsMessage<std::logic_error>(HasSubstr("of its frame")));
 }
 
-// Names, sizes and hashes of 2000 pictures alone would be 200 kB.
+// Names, sizes and hashes of 2000 images need 200 kB.
 TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   const files::TemporaryFolder folder;
   sensor_errors::Random random(1, "test");

@@ -1,5 +1,6 @@
 #include "sim/regression/suite.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,6 +37,11 @@ class SuiteTest : public testing::Test {
   }
   const files::TemporaryFolder folder_;
 };
+
+TEST_F(SuiteTest, TheShippedSuitesAreValid) {
+  for (const char* const name : {"ci", "faults", "filter_training", "filter_test"})
+    EXPECT_FALSE(read_suite(fmt::format(GAITSLAM_SOURCE_DIR "/scenarios/suites/{}.yaml", name)).entries.empty());
+}
 
 TEST_F(SuiteTest, HasScenariosWithChangesAndGates) {
   const Suite suite = read(R"(

@@ -1,4 +1,4 @@
-// What is wrong in the same way for every key is asked of every key.
+// Errors that every key has to report, for every key.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,13 +14,13 @@ using testing::StartsWith;
 
 constexpr const char* kRest = "walk.commands: [{stand: {}}]\ncamera: {}\nslam: {}\n";
 
-/// What the reader says of a scenario that begins with this line.
+/// Returns the error of a scenario that starts with this line.
 std::string complaint_about(const std::string& line) {
   const bool commands = line.starts_with("walk.commands");
   return complaint(line + "\n" + (commands ? "camera: {}\nslam: {}\n" : kRest));
 }
 
-/// The keys whose values are of a kind: "a number", "a whole number", "true or false", "one of", ...
+/// The keys with values of one kind: "a number", "a whole number", "true or false", "one of", ...
 std::vector<const Key*> keys_of(const std::string& kind) {
   std::vector<const Key*> keys;
   for (const auto& key : scenario_keys()) {
@@ -30,14 +30,15 @@ std::vector<const Key*> keys_of(const std::string& kind) {
   return keys;
 }
 
-/// Each key of the kind refuses each value at its place, naming the key and what it expects.
-void expect_refused(const std::string& kind, const std::vector<std::string>& values) {
+/// Each key of the kind rejects each value at its place, naming the key and the expected values.
+void expect_rejected(const std::string& kind, const std::vector<std::string>& values) {
   for (const auto* key : keys_of(kind)) {
     for (const std::string& value : values) {
-      const std::string said = complaint_about(key->name + ": " + value);
-      EXPECT_THAT(said, StartsWith(fmt::format("test.yaml:1:{}: {}: is ", key->name.size() + 3, key->name)))
+      const std::string message = complaint_about(key->name + ": " + value);
+      EXPECT_THAT(message,
+                  StartsWith(fmt::format("test.yaml:1:{}: {}: is ", key->name.size() + 3, key->name)))
           << value;
-      EXPECT_THAT(said, HasSubstr("expected " + key->expected)) << value;
+      EXPECT_THAT(message, HasSubstr("expected " + key->expected)) << value;
     }
   }
 }
@@ -46,9 +47,9 @@ TEST(BadValues, NumbersAreWrittenOneWay) {
   const std::vector<std::string> values{
       ".nan", "nan", ".inf",  "-inf", "1e999", "0x10",   "0o7",  "010", "-007", "1_0", "0,5", "1 m", "1m",
       "one",  "'1'", "\"1\"", "true", "[1]",   "{a: 1}", "1..2", "--1", "+1",   "1e",  "½",   "1/2"};
-  expect_refused("a number", values);
-  expect_refused("a whole number", values);
-  expect_refused("a whole number", {"1.5", "1.0", "1e3", "99999999999999999999"});
+  expect_rejected("a number", values);
+  expect_rejected("a whole number", values);
+  expect_rejected("a whole number", {"1.5", "1.0", "1e3", "99999999999999999999"});
 }
 
 TEST(BadValues, NumbersKeepTheirRange) {
@@ -66,30 +67,30 @@ TEST(BadValues, NumbersKeepTheirRange) {
 }
 
 TEST(BadValues, SwitchesAreTrueOrFalse) {
-  expect_refused("true or false",
-                 {"yes", "no", "on", "off", "True", "FALSE", "1", "0", "t", "'true'", "[true]", "{a: 1}"});
+  expect_rejected("true or false",
+                  {"yes", "no", "on", "off", "True", "FALSE", "1", "0", "t", "'true'", "[true]", "{a: 1}"});
 }
 
 TEST(BadValues, ChoicesAreTheirWords) {
-  expect_refused("one of", {"neither", "1", "true", "[wide]", "{a: 1}", "''"});
+  expect_rejected("one of", {"neither", "1", "true", "[wide]", "{a: 1}", "''"});
 }
 
 TEST(BadValues, NamesDoNotLeaveTheirFolder) {
-  expect_refused("a name", {"../up", "/etc/passwd", "a/b", ".hidden", "..", "'a b'", "'a;b'", "[a]", "{a: 1}",
-                            "''", "$HOME", std::string(101, 'a')});
+  expect_rejected("a name", {"../up", "/etc/passwd", "a/b", ".hidden", "..", "'a b'", "'a;b'", "[a]",
+                             "{a: 1}", "''", "$HOME", std::string(101, 'a')});
 }
 
-TEST(BadValues, NothingIsNoValue) {
+TEST(BadValues, AnEmptyValueIsRejected) {
   for (const auto& key : scenario_keys()) {
     for (const std::string nothing : {"", "~", "null"}) {
-      const std::string said = complaint_about(key.name + ": " + nothing);
-      EXPECT_THAT(said, StartsWith("test.yaml:1:1: " + key.name + ": ")) << nothing;
-      EXPECT_THAT(said, HasSubstr("expected ")) << nothing;
+      const std::string message = complaint_about(key.name + ": " + nothing);
+      EXPECT_THAT(message, StartsWith("test.yaml:1:1: " + key.name + ": ")) << nothing;
+      EXPECT_THAT(message, HasSubstr("expected ")) << nothing;
     }
   }
 }
 
-TEST(BadKeys, ASlipOfTheFingerIsAnsweredWithTheKey) {
+TEST(BadKeys, ATypoGetsTheNameOfTheKey) {
   for (const auto& key : scenario_keys()) {
     if (key.name.size() < 5) continue;
     std::string doubled = key.name, dropped = key.name, swapped = key.name;
@@ -98,8 +99,8 @@ TEST(BadKeys, ASlipOfTheFingerIsAnsweredWithTheKey) {
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
     for (const std::string& slip : {doubled, dropped, swapped}) {
       if (slip == key.name || find_key(slip) != nullptr) continue;
-      const std::string said = complaint_about(slip + ": 1");
-      EXPECT_THAT(said, StartsWith("test.yaml:1:1: " + slip + ": unknown key; did you mean '")) << slip;
+      const std::string message = complaint_about(slip + ": 1");
+      EXPECT_THAT(message, StartsWith("test.yaml:1:1: " + slip + ": unknown key; did you mean '")) << slip;
     }
     EXPECT_THAT(complaint_about(dropped + ": 1"), HasSubstr("did you mean '" + key.name + "'?"));
   }

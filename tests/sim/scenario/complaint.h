@@ -1,4 +1,4 @@
-// What the reader of scenarios says of a text, for tests.
+// Errors of the reader of scenarios, for tests.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ inline ReadScenario read_text(const std::string& text, const Changes& changes = 
   return read_scenario_text(text, "test.yaml", changes);
 }
 
-/// The message of the ConfigError that `read` throws, or "" when it throws none.
+/// Returns the message of the ConfigError that `read` throws, or "".
 template <class Read>
 std::string complaint_of(const Read& read) {
   try {

@@ -1,4 +1,4 @@
-// Every scenario shipped in scenarios/ and its folders, for tests that hold of each of them.
+// Every scenario in scenarios/ and its folders.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ inline std::filesystem::path scenario_folder() {
   return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
 }
 
-/// Files in scenarios/suites and scenarios/tuning are none, those in scenarios/bases are parts of others.
+/// Files in scenarios/suites and scenarios/tuning are not scenarios, those in scenarios/bases are parts.
 inline bool is_scenario(const std::filesystem::path& file) {
   const std::string folder = file.parent_path().filename();
   return file.extension() == ".yaml" && folder != "suites" && folder != "tuning" && folder != "bases";
@@ -28,7 +28,7 @@ inline std::vector<std::filesystem::path> scenario_files() {
   return files;
 }
 
-/// "faults/stamps.yaml" is "faults_stamps".
+/// Returns the file's stem.
 inline std::string test_name(const testing::TestParamInfo<std::filesystem::path>& test) {
   std::string name = test.param.lexically_relative(scenario_folder()).replace_extension().string();
   std::replace(name.begin(), name.end(), '/', '_');

@@ -44,7 +44,7 @@ TEST(Scenario, TangentCircleIsThePapersFirstExperiment) {
   EXPECT_TRUE(s.camera && s.slam);
 }
 
-// Cases that begin with the line "# expect: " and the message, which "..." cuts off before names of keys.
+// Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
 TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ", all = file_text(kSource / "tests/sim/scenario/bad_scenarios.txt");
   int count = 0;
@@ -213,12 +213,26 @@ TEST(Scenario, AWalkOfMoreThanTwoHoursIsRejectedAtTheCommandThatMakesItTooLong) 
             "<argument>:1:16: walk.commands[0]: tangent_arc: makes the walk longer than 7200 s");
 }
 
-TEST(Scenario, DeepNestingIsRejected) {
-  EXPECT_NE(complaint(std::string(100000, '[')), "");
-  EXPECT_NE(complaint(std::string(100000, '{')), "");
-  std::string nested = "walk:\n";
+std::string repeated(const std::string& piece, int times) {
+  std::string text;
+  for (int i = 0; i < times; ++i) text += piece;
+  return text;
+}
+
+// 1 MiB is the largest file that is read.
+TEST(Scenario, RepeatedCharactersAndDeepNestingAreRejected) {
+  std::string many_keys, nested = "walk:\n";
+  for (int i = 0; many_keys.size() < (1 << 20) - 20; ++i) many_keys += "k" + std::to_string(i) + ": 1\n";
   for (int i = 1; i < 700; ++i) nested += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
-  EXPECT_NE(complaint(nested), "");
+  const int n = 1 << 20;
+  for (const std::string& text :
+       {repeated("[", n), repeated("{", n), repeated("- ", n / 2), repeated("a: ", n / 3),
+        repeated("[{a: ", n / 5), repeated("? ", n / 2), repeated("\n", n), repeated("#", n),
+        repeated("'", n), repeated("&a ", n / 3), repeated("\xff", n), repeated("---\n", n / 4),
+        repeated("\"\\x", n / 3), std::string(n, 'a'), "seed: " + std::string(n - 8, '9'),
+        "name: " + std::string(n - 8, 'a'), "a: [" + repeated("1,", n / 2 - 4) + "]", many_keys, nested})
+    EXPECT_THAT(complaint(text), testing::MatchesRegex("test.yaml:[0-9]+:[0-9]+: [^\n]+"))
+        << text.substr(0, 60);
 }
 
 TEST(Scenario, PushesAndFloorPatchesAreReadAndPrintedAlike) {

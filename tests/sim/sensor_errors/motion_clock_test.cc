@@ -45,7 +45,7 @@ void expect_stamped_late_by(double offset_ms, const Observation& o) {
       EXPECT_EQ(o.gyro[i].begin, o.gyro[i - 1].end);
     }
     const double middle_ms = 1e3 * slam::seconds(o.gyro[i].begin + o.gyro[i].end) / 2;
-    EXPECT_NEAR(o.gyro[i].value.x(), middle_ms - offset_ms, 2.5);  // half a reading, where it was split
+    EXPECT_NEAR(o.gyro[i].value.x(), middle_ms - offset_ms, 2.5);  // half a reading, if it was split
   }
   EXPECT_EQ(o.accelerometer.size(), o.gyro.size());
 }

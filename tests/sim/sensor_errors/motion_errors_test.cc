@@ -51,7 +51,7 @@ TEST(LegErrors, OfZeroChangeNoBit) {
   for (int k = 0; k < 3; ++k) EXPECT_EQ(position(none, k), Eigen::Vector3d(5 + 0.01 * k, 0, 0));
 }
 
-// What the plan's position says of the velocity, for a robot that stands.
+// Velocities from the planned positions of a standing robot.
 std::vector<Eigen::Vector3d> velocities(PlanErrors errors, int frames) {
   std::vector<Eigen::Vector3d> all;
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
@@ -75,7 +75,7 @@ TEST(PlanVelocityError, IsWhiteAndOfThatSizeAlongXAndY) {
     EXPECT_NEAR(square(axis), 0.0025, 4 * 0.0025 * std::sqrt(2 / 4000.0));
     EXPECT_NEAR(neighbours(axis), 0, 4 * 0.0025 / std::sqrt(4000.0));
   }
-  EXPECT_EQ(square.z(), 0);  // what the plan says of the height stays
+  EXPECT_EQ(square.z(), 0);  // the planned height stays
 }
 
 TEST(PlanVelocityError, OfZeroChangesNoBit) {

@@ -43,7 +43,7 @@ void expect_same(const slam::Observation& a, const slam::Observation& b) {
   EXPECT_EQ(a.plan.has_value(), b.plan.has_value());
 }
 
-// What arrives with an observation, where that is one.
+// Returns the single observation that arrives.
 slam::Observation applied(SensorErrors&& errors, const slam::Observation& ideal) {
   std::vector<slam::Observation> arrived = errors.process(ideal);
   EXPECT_EQ(arrived.size(), 1u);
@@ -217,7 +217,7 @@ TEST(SensorErrors, ReadingsAreCutAtTheirRangeAndRoundedToTheirResolution) {
   EXPECT_EQ(out.accelerometer[2].value, reading(0, 1).value);
 }
 
-// What arrives of a number of frames at 33 ms, the faults being all that is wrong.
+// Returns the observations that arrive of some frames at 33 ms, with only these faults.
 std::vector<slam::Observation> arrived_with(std::vector<Fault> faults, int frames) {
   ErrorOptions options = none();
   options.faults = std::move(faults);
@@ -249,7 +249,7 @@ std::string order(const std::vector<slam::Observation>& arrived) {
   return frames;
 }
 
-// The grey of each picture, '-' where there is none.
+// The grey level of each image, '-' without one.
 std::string pictures(const std::vector<slam::Observation>& arrived) {
   std::string greys;
   for (const slam::Observation& o : arrived)

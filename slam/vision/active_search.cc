@@ -1,0 +1,142 @@
+#include "slam/vision/active_search.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace slam {
+namespace {
+
+constexpr double kBorder = kPatchHalf + 2;  // px
+constexpr double kSearchSigmas = 3;
+constexpr double kRefinementGain = 0.15;  // correlation that the sub-pixel refinement may still add
+
+bool more_informative(const Candidate& a, const Candidate& b) {
+  const double trace_a = a.S.trace(), trace_b = b.S.trace();
+  return trace_a > trace_b || (trace_a == trace_b && a.index < b.index);
+}
+
+double likelihood(const Measurement& m, const Eigen::Matrix2d& S) {
+  const Eigen::LLT<Eigen::Matrix2d> llt(S);
+  const double distance = llt.matrixL().solve(m.innovation).squaredNorm();
+  return std::exp(-distance / 2) / llt.matrixL().determinant();
+}
+
+constexpr double kStep = 0.1;          // tangent of an angle
+constexpr double kLargest = 1.8;       // tangent of an angle
+constexpr double kLeastGain = 0.0005;  // of the correlation by a step
+constexpr double kPrior = 0.005;       // penalty at a tilt of 45°: most surfaces face the camera
+
+}  // namespace
+
+std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& landmark,
+                                          const LandmarkKind& kind, const Camera& camera, double sigma_px) {
+  const State& state = kalman.state();
+  const Parameters y = landmark.parameters(state);
+  const Direction d = direction(kind, y, state.position(), state.orientation());
+  const auto projection = camera.project(d.h_C);
+  if (!projection || !camera.inside(projection->pixel, kBorder)) return std::nullopt;
+  const Eigen::Vector3d p_W = position(kind, y);
+  const auto change = view_change(camera, landmark.X_WC_first, state.X_WC(), p_W,
+                                  surface_normal(landmark.X_WC_first, p_W, landmark.tilt), projection->pixel);
+  if (!change || !(change->determinant() > 0.25 && change->determinant() < 4)) return std::nullopt;
+
+  Measurement m(2);
+  m.H_robot.middleCols(kPosition, 3) = projection->J * d.J_r;
+  m.H_robot.middleCols(kOrientation, 4) = projection->J * d.J_q;
+  m.H_landmark = projection->J * d.J_y;
+  m.landmark_at = landmark.at;
+  m.sensitivity.col(kLensDistortion).head<2>() = -camera.displacement(d.h_C, projection->pixel);
+  const double sigma = camera.sigma(projection->pixel, sigma_px);
+  m.R.diagonal().setConstant(sigma * sigma);
+  kalman.constrain(m);
+  return Candidate{0, projection->pixel, m, innovation_covariance(state, m), *change};
+}
+
+void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, const Camera& camera,
+                  double sigma_px, std::vector<Candidate>& candidates) {
+  candidates.clear();
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    if (std::holds_alternative<SemiInfiniteLine>(landmarks[i].kind)) continue;
+    auto candidate = predict_landmark(kalman, landmarks[i], landmarks[i].kind, camera, sigma_px);
+    if (!candidate) continue;
+    candidate->index = i;
+    candidates.push_back(*candidate);
+  }
+}
+
+void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count) {
+  if (candidates.size() <= count) return;
+  std::sort(candidates.begin(), candidates.end(), more_informative);
+  candidates.resize(count, candidates.front());
+}
+
+void keep_affordable(std::vector<Candidate>& candidates, int most_px) {
+  std::int64_t left = most_px;
+  for (const Candidate& candidate : candidates) left -= searched_pixels(candidate.S, kSearchSigmas);
+  if (left >= 0) return;
+  std::sort(candidates.begin(), candidates.end(), more_informative);
+  left = most_px;
+  const auto too_much = [&](const Candidate& candidate) {
+    const int pixels = searched_pixels(candidate.S, kSearchSigmas);
+    if (pixels > left) return true;
+    left -= pixels;
+    return false;
+  };
+  candidates.erase(std::remove_if(candidates.begin(), candidates.end(), too_much), candidates.end());
+}
+
+std::optional<Measurement> search_candidate(const cv::Mat& image, const Landmark& landmark,
+                                            const Candidate& candidate, const Options::Vision& options) {
+  const auto patch =
+      warp(landmark.patch,
+           options.warped_patches ? candidate.view_change : Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
+  if (!patch) return std::nullopt;
+  auto match = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSearchSigmas);
+  if (!match || match->correlation < options.minimum_correlation - (options.sub_pixel ? kRefinementGain : 0))
+    return std::nullopt;
+  if (options.sub_pixel) match = refine(image, *patch, match->pixel);
+  if (!match || match->correlation < options.minimum_correlation) return std::nullopt;
+  Measurement m = candidate.measurement;
+  m.innovation = match->pixel - candidate.pixel;
+  return m;
+}
+
+void search_line(const cv::Mat& image, const Kalman& kalman, const Camera& camera,
+                 const Options::Vision& options, Landmark& landmark) {
+  auto& line = std::get<SemiInfiniteLine>(landmark.kind);
+  std::vector<double> likelihoods;
+  for (const DepthParticle& particle : line.particles) {
+    const SemiInfiniteLine at_this_depth{{{particle.depth_m, 1}}};
+    const auto candidate = predict_landmark(kalman, landmark, at_this_depth, camera, options.sigma_px);
+    const auto match = candidate ? search_candidate(image, landmark, *candidate, options) : std::nullopt;
+    likelihoods.push_back(match ? likelihood(*match, candidate->S) : 0);
+  }
+  reweight(line.particles, likelihoods);
+  ++line.attempts;
+}
+
+Eigen::Vector2d refined_tilt(const cv::Mat& image, const Landmark& landmark, const Eigen::Vector2d& pixel,
+                             const Camera& camera, const State& state) {
+  const Eigen::Vector3d p_W = position(landmark.kind, landmark.parameters(state));
+  const Eigen::Isometry3d X_WC = state.X_WC();
+  const auto correlation = [&](const Eigen::Vector2d& tilt) {
+    const Eigen::Vector3d normal_W = surface_normal(landmark.X_WC_first, p_W, tilt);
+    const auto change = view_change(camera, landmark.X_WC_first, X_WC, p_W, normal_W, pixel);
+    const auto patch = change ? warp(landmark.patch, *change) : std::nullopt;
+    const auto match = patch ? refine(image, *patch, pixel) : std::nullopt;
+    return (match ? match->correlation : 0) - kPrior * tilt.squaredNorm();
+  };
+  Eigen::Vector2d best = landmark.tilt;
+  double best_correlation = correlation(landmark.tilt) + kLeastGain;
+  for (const Eigen::Vector2d& step : {Eigen::Vector2d(-kStep, 0), Eigen::Vector2d(kStep, 0),
+                                      Eigen::Vector2d(0, -kStep), Eigen::Vector2d(0, kStep)}) {
+    const Eigen::Vector2d tilt = landmark.tilt + step;
+    if (tilt.norm() > kLargest) continue;
+    if (const double c = correlation(tilt); c > best_correlation) best_correlation = c, best = tilt;
+  }
+  return best;
+}
+
+}  // namespace slam

@@ -1,0 +1,182 @@
+#include "slam/vision/landmark.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace slam {
+namespace {
+
+constexpr double kLeastInverseDepth = 0.01;  // 1/m, of positions
+
+/// ∂(θ, φ)/∂h of θ = atan2(h_y, h_x), φ = atan2(h_z, √(h_x² + h_y²)).
+Matrix23d angles_jacobian(const Eigen::Vector3d& h) {
+  const double level2 = h.head<2>().squaredNorm(), level = std::sqrt(level2), all2 = h.squaredNorm();
+  Matrix23d J;
+  J << -h.y() / level2, h.x() / level2, 0, -h.x() * h.z() / (level * all2), -h.y() * h.z() / (level * all2),
+      level / all2;
+  return J;
+}
+
+constexpr double kNegligible = 0.05;  // as a fraction of the mean probability
+
+void normalize(std::vector<DepthParticle>& particles) {
+  double sum = 0;
+  for (const DepthParticle& p : particles) sum += p.probability;
+  for (DepthParticle& p : particles) p.probability /= sum;
+}
+
+}  // namespace
+
+Eigen::Vector3d bearing(double theta, double phi) {
+  return {std::cos(phi) * std::cos(theta), std::cos(phi) * std::sin(theta), std::sin(phi)};
+}
+
+Matrix32d bearing_jacobian(double theta, double phi) {
+  Matrix32d J;
+  J << -std::cos(phi) * std::sin(theta), -std::sin(phi) * std::cos(theta),  //
+      std::cos(phi) * std::cos(theta), -std::sin(phi) * std::sin(theta),    //
+      0, std::cos(phi);
+  return J;
+}
+
+LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
+                                                const Eigen::Vector2d& displacement,
+                                                const Options::Depth& options) {
+  const Eigen::Vector4d q = x.segment<4>(kOrientation);
+  const Eigen::Matrix3d R_WC = rotation_matrix(q);
+  const Eigen::Vector3d h_W = R_WC * ray.h;
+  const Matrix23d J_angles = angles_jacobian(h_W);
+  LandmarkInitialization landmark{Vector6d::Zero(), Eigen::Matrix<double, 6, kRobot>::Zero(),
+                                  Matrix6d::Zero()};
+  landmark.y << x.segment<3>(kPosition), std::atan2(h_W.y(), h_W.x()),
+      std::atan2(h_W.z(), h_W.head<2>().norm()), options.inverse_1_m;
+  landmark.J_robot.block<3, 3>(0, kPosition).setIdentity();
+  landmark.J_robot.block<2, 4>(3, kOrientation) = J_angles * rotated_jacobian(q, ray.h);
+  const Eigen::Matrix2d J_pixel = J_angles * R_WC * ray.J;
+  landmark.noise.block<2, 2>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
+  landmark.distortion.segment<2>(3) = -J_pixel * displacement;
+  landmark.noise(5, 5) = options.sigma_inverse_1_m * options.sigma_inverse_1_m;
+  return landmark;
+}
+
+Eigen::Vector3d inverse_depth_position(const Vector6d& y) {
+  return y.head<3>() + bearing(y(3), y(4)) / std::max(y(5), kLeastInverseDepth);
+}
+
+Matrix36d inverse_depth_position_jacobian(const Vector6d& y) {
+  const double rho = std::max(y(5), kLeastInverseDepth);
+  Matrix36d J;
+  J << Eigen::Matrix3d::Identity(), bearing_jacobian(y(3), y(4)) / rho, -bearing(y(3), y(4)) / (rho * rho);
+  return J;
+}
+
+double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r) {
+  if (y(5) <= kLeastInverseDepth) return std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d p = inverse_depth_position(y);
+  const Eigen::Vector3d from_now = p - r, from_anchor = p - y.head<3>();
+  const double d1 = from_now.norm();
+  const double cosine = from_now.dot(from_anchor) / (d1 * from_anchor.norm());
+  return 4 * sigma_rho / (y(5) * y(5)) * std::abs(cosine) / d1;
+}
+
+std::vector<DepthParticle> uniform_prior(const Options::Depth::Particles& options) {
+  std::vector<DepthParticle> particles;
+  const double step = (options.furthest_m - options.nearest_m) / options.count;
+  for (int i = 0; i < options.count; ++i)
+    particles.push_back({options.nearest_m + (i + 0.5) * step, 1.0 / options.count});
+  return particles;
+}
+
+DepthMoments depth_moments(const std::vector<DepthParticle>& particles) {
+  double mean = 0, variance = 0;
+  for (const DepthParticle& p : particles) mean += p.probability * p.depth_m;
+  for (const DepthParticle& p : particles)
+    variance += p.probability * (p.depth_m - mean) * (p.depth_m - mean);
+  return {mean, std::sqrt(variance)};
+}
+
+void reweight(std::vector<DepthParticle>& particles, const std::vector<double>& likelihoods) {
+  for (std::size_t i = 0; i < particles.size(); ++i) particles[i].probability *= likelihoods[i];
+  std::erase_if(particles, [](const DepthParticle& p) { return !(p.probability > 0); });
+  if (particles.empty()) return;
+  normalize(particles);
+  const double least = kNegligible / static_cast<double>(particles.size());
+  std::erase_if(particles, [least](const DepthParticle& p) { return p.probability < least; });
+  normalize(particles);
+}
+
+LandmarkInitialization initialize_line(const RobotVector& x, const Ray& ray, double sigma_px) {
+  const Eigen::Vector4d q = x.segment<4>(kOrientation);
+  const Eigen::Matrix3d R_WC = rotation_matrix(q);
+  const double length = ray.h.norm();
+  const Eigen::Vector3d h_C = ray.h / length;
+  const Eigen::Matrix3d J_unit = (Eigen::Matrix3d::Identity() - h_C * h_C.transpose()) / length;
+  const Matrix32d J_pixel = R_WC * J_unit * ray.J;
+  LandmarkInitialization line{Vector6d::Zero(), Eigen::Matrix<double, 6, kRobot>::Zero(), Matrix6d::Zero()};
+  line.y << x.segment<3>(kPosition), R_WC * h_C;
+  line.J_robot.block<3, 3>(0, kPosition).setIdentity();
+  line.J_robot.block<3, 4>(3, kOrientation) = rotated_jacobian(q, h_C);
+  line.noise.block<3, 3>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
+  return line;
+}
+
+bool converged(const SemiInfiniteLine& line, const Options::Depth::Particles& options) {
+  const DepthMoments depth = depth_moments(line.particles);
+  return depth.sigma_m < options.converged * depth.mean_m;
+}
+
+bool has_failed(const SemiInfiniteLine& line, const Options::Depth::Particles& options) {
+  return static_cast<int>(line.particles.size()) < options.fewest || line.attempts > options.attempts;
+}
+
+Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::Vector3d& r,
+                    const Eigen::Vector4d& q) {
+  const Eigen::Matrix3d R_CW = rotation_matrix(q).transpose();
+  Eigen::Vector3d h_W = y.head<3>() - r;
+  double weight = 1;
+  Direction d;
+  if (std::holds_alternative<Point>(kind)) {
+    d.J_y = R_CW;
+  } else if (const auto* line = std::get_if<SemiInfiniteLine>(&kind)) {
+    const double depth = depth_moments(line->particles).mean_m;
+    d.J_y.resize(3, 6);
+    d.J_y << R_CW, depth * R_CW;
+    h_W += depth * y.segment<3>(3);
+  } else {
+    weight = y(5);
+    d.J_y.resize(3, 6);
+    d.J_y << weight * R_CW, R_CW * bearing_jacobian(y(3), y(4)), R_CW * h_W;
+    h_W = weight * h_W + bearing(y(3), y(4));
+  }
+  d.h_C = R_CW * h_W;
+  d.J_r = -weight * R_CW;
+  d.J_q = rotated_back_jacobian(q, h_W);
+  return d;
+}
+
+Eigen::Vector3d position(const LandmarkKind& kind, const Parameters& y) {
+  if (std::holds_alternative<Point>(kind)) return y;
+  if (const auto* line = std::get_if<SemiInfiniteLine>(&kind))
+    return y.head<3>() + depth_moments(line->particles).mean_m * y.segment<3>(3);
+  return inverse_depth_position(y);
+}
+
+Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> position_jacobian(const LandmarkKind& kind,
+                                                                    const Parameters& y) {
+  if (std::holds_alternative<Point>(kind)) return Eigen::Matrix3d::Identity();
+  if (const auto* line = std::get_if<SemiInfiniteLine>(&kind)) {
+    Matrix36d J;
+    J << Eigen::Matrix3d::Identity(), depth_moments(line->particles).mean_m * Eigen::Matrix3d::Identity();
+    return J;
+  }
+  return inverse_depth_position_jacobian(y);
+}
+
+Eigen::Matrix3d position_covariance(const State& state, const Landmark& landmark) {
+  const int at = landmark.at, size = landmark.size();
+  const auto J = position_jacobian(landmark.kind, landmark.parameters(state));
+  return J * state.storage_P.block(at, at, size, size).selfadjointView<Eigen::Lower>() * J.transpose();
+}
+
+}  // namespace slam

@@ -1,0 +1,257 @@
+#include "slam/vision/map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "slam/vision/active_search.h"
+#include "slam/vision/corner_detector.h"
+
+namespace slam {
+namespace {
+
+Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
+  Landmark landmark;
+  landmark.X_WC_first = X_WC;
+  landmark.p_WC_inflated = X_WC.translation();
+  landmark.initialized = landmark.last_visible = t;
+  return landmark;
+}
+
+constexpr std::size_t kRoom = 256;         // landmarks before the list takes memory anew
+constexpr int kProposals = 5;              // corners tried for each landmark wanted
+constexpr int kInitializedPerFrame = 3;    // landmarks, once the map is not empty
+constexpr Stamp kYoung{10'000'000'000};    // between a landmark's first and last view
+constexpr double kLeastViewChange = 0.02;  // motion over distance; swaying moves less, and comes back
+
+const char* kind_name(const LandmarkKind& kind) {
+  constexpr std::array kNames{"point", "inverse_depth", "line"};
+  return kNames[kind.index()];
+}
+
+bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
+
+double inverse_depth_sigma(const State& state, const Landmark& landmark) {
+  return std::sqrt(std::max(0.0, state.storage_P(landmark.at + 5, landmark.at + 5)));
+}
+
+/// True if the landmark lies behind the camera that first saw it, by 3 sigma of its inverse depth.
+bool surely_behind(const State& state, const Landmark& landmark) {
+  return std::holds_alternative<InverseDepth>(landmark.kind) &&
+         state.storage_x(landmark.at + 5) + 3 * inverse_depth_sigma(state, landmark) < 0;
+}
+
+}  // namespace
+
+std::optional<Landmark> initialize_landmark(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel,
+                                            const Camera& camera, const Options& options, Kalman& kalman) {
+  const auto ray = camera.unproject(pixel.cast<double>());
+  if (!ray) return std::nullopt;
+  Landmark landmark = landmark_seen_from(kalman.state().X_WC(), t);
+  landmark.patch = cut_patch(image, pixel);
+  landmark.pixel_first = pixel.cast<double>();
+  const double sigma_px = camera.sigma(landmark.pixel_first, options.vision.sigma_first_px);
+  const RobotVector x = kalman.state().robot();
+  if (options.depth.first_sight == FirstSight::particles) {
+    landmark.kind = SemiInfiniteLine{uniform_prior(options.depth.particles)};
+    landmark.at = kalman.append(initialize_line(x, *ray, sigma_px));
+  } else {
+    landmark.at = kalman.append(initialize_inverse_depth(
+        x, *ray, sigma_px, camera.displacement(ray->h, landmark.pixel_first), options.depth));
+  }
+  return landmark;
+}
+
+std::optional<Landmark> initialize_known_landmark(const cv::Mat& image, Stamp t, const Eigen::Vector3d& p_W,
+                                                  const Camera& camera, const Options& options,
+                                                  Kalman& kalman) {
+  Landmark landmark = landmark_seen_from(kalman.state().X_WC(), t);
+  landmark.kind = Point{};
+  landmark.at = kalman.append_point(p_W, options.known_landmarks.sigma_m);
+  const auto predicted = predict_landmark(kalman, landmark, landmark.kind, camera, options.vision.sigma_px);
+  const auto pixel = predicted ? corner_near(image, predicted->pixel, predicted->S) : std::nullopt;
+  if (!pixel || !camera.inside(*pixel, kSourceHalf + 1)) {
+    kalman.erase(landmark.at, Point::kSize);
+    return std::nullopt;
+  }
+  landmark.patch = cut_patch_between(image, *pixel);
+  landmark.pixel_first = *pixel;
+  return landmark;
+}
+
+Map::Map(const Options& options, const Camera& camera, std::uint64_t seed)
+    : options_(options), camera_(camera), random_(seed) {
+  landmarks_.reserve(kRoom);
+}
+
+std::vector<MapPoint> Map::points(const State& state) const {
+  std::vector<MapPoint> points;
+  for (const Landmark& landmark : landmarks_)
+    points.push_back(
+        {landmark.id, kind_name(landmark.kind), position(landmark.kind, landmark.parameters(state)),
+         position_covariance(state, landmark), landmark.initialized, landmark.attempts, landmark.successes});
+  return points;
+}
+
+void Map::add(Landmark landmark) {
+  landmark.id = next_id_++;
+  landmarks_.push_back(std::move(landmark));
+}
+
+/// How many landmarks to initialize in this frame.
+int Map::number_wanted(std::size_t visible, const State& state) const {
+  const int missing = options_.vision.visible_landmarks - static_cast<int>(visible);
+  const Options::Depth::Particles& particles = options_.depth.particles;
+  if (options_.depth.first_sight == FirstSight::inverse_depth)
+    return landmarks_.empty() ? missing : std::min(missing, kInitializedPerFrame);
+  if (state.velocity().norm() < particles.minimum_speed_m_s) return 0;
+  const auto lines = std::count_if(landmarks_.begin(), landmarks_.end(), is_line);
+  return std::min(missing, particles.at_once - static_cast<int>(lines));
+}
+
+bool Map::is_full(const Kalman& kalman) const {
+  return landmarks_.size() >= static_cast<std::size_t>(options_.bounds.landmarks) ||
+         kalman.covariance_bytes_with(InverseDepth::kSize) > 1e6 * options_.bounds.memory_mb;
+}
+
+/// Makes room for one landmark; false if all are in view at t.
+bool Map::make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted) {
+  while (is_full(kalman)) {
+    auto worst = landmarks_.end();
+    for (auto it = landmarks_.begin(); it != landmarks_.end(); ++it)
+      if (it->last_visible < t && !is_line(*it) &&
+          (worst == landmarks_.end() || it->successes < worst->successes))
+        worst = it;
+    if (worst == landmarks_.end()) return false;
+    deleted.push_back(worst->id);
+    erase(static_cast<std::size_t>(worst - landmarks_.begin()), kalman);
+  }
+  return true;
+}
+
+InitializationCount Map::initialize(const cv::Mat& image, Stamp t,
+                                    const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
+                                    std::vector<int>& deleted) {
+  const State& state = kalman.state();
+  const int wanted = number_wanted(visible.size(), state);
+  occupied_ = visible;
+  for (const Landmark& landmark : landmarks_) {
+    if (!is_line(landmark)) continue;
+    const Parameters y = landmark.parameters(state);
+    const Direction d = direction(landmark.kind, y, state.position(), state.orientation());
+    if (const auto mean = camera_.project(d.h_C)) occupied_.push_back(mean->pixel);
+  }
+  int added = 0;
+  for (int proposals = 0; added < wanted && proposals < kProposals * wanted; ++proposals) {
+    const auto corner = propose_corner(image, occupied_, options_.vision, random_);
+    if (!corner) continue;
+    occupied_.push_back(corner->cast<double>());
+    if (!make_room(t, kalman, deleted)) return {0, added};
+    auto landmark = initialize_landmark(image, t, *corner, camera_, options_, kalman);
+    if (!landmark) continue;
+    add(std::move(*landmark));
+    ++added;
+  }
+  return {wanted, added};
+}
+
+bool Map::initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman) {
+  bool all_seen = true;
+  if (std::exchange(known_initialized_, true)) return all_seen;
+  for (const Eigen::Vector3d& p_W : options_.known_landmarks.at_m) {
+    auto landmark = initialize_known_landmark(image, t, p_W, camera_, options_, kalman);
+    all_seen = all_seen && landmark;
+    if (landmark) add(std::move(*landmark));
+  }
+  return all_seen;
+}
+
+void Map::record_search(std::size_t index, bool success) {
+  ++landmarks_[index].attempts;
+  if (success) ++landmarks_[index].successes;
+}
+
+void Map::inflate_for_view_change(std::size_t index, Kalman& kalman) {
+  Landmark& landmark = landmarks_[index];
+  const State& state = kalman.state();
+  const double distance = (position(landmark.kind, landmark.parameters(state)) - state.position()).norm();
+  const double change = (state.position() - landmark.p_WC_inflated).norm() / distance;
+  if (change < kLeastViewChange) return;
+  landmark.p_WC_inflated = state.position();
+  const double angle = options_.vision.viewpoint_sigma_px / camera_.intrinsics().fu_px * std::sqrt(change);
+  if (std::holds_alternative<Point>(landmark.kind))
+    kalman.inflate(landmark.at, angle * angle * distance * distance * Eigen::Matrix3d::Identity());
+  else  // azimuth and elevation of the ray
+    kalman.inflate(landmark.at + 3, angle * angle * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
+}
+
+void Map::refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
+                         const State& state) {
+  if (!options_.vision.warped_patches || !options_.vision.estimate_normals) return;
+  landmarks_[index].tilt = refined_tilt(image, landmarks_[index], pixel, camera_, state);
+}
+
+void Map::convert_to_points(Kalman& kalman) {
+  if (!(options_.depth.linearity > 0)) return;
+  for (Landmark& landmark : landmarks_) {
+    const State& state = kalman.state();
+    if (!std::holds_alternative<InverseDepth>(landmark.kind)) continue;
+    const Vector6d y = state.storage_x.segment<6>(landmark.at);
+    const double index = linearity_index(y, inverse_depth_sigma(state, landmark), state.position());
+    if (!(index < options_.depth.linearity)) continue;
+    make_point(landmark, inverse_depth_position(y), inverse_depth_position_jacobian(y), kalman);
+  }
+}
+
+void Map::make_point(Landmark& landmark, const Eigen::Vector3d& p_W,
+                     const Eigen::Ref<const Eigen::MatrixXd>& J, Kalman& kalman) {
+  const int size = landmark.size();
+  kalman.replace(landmark.at, size, p_W, J);
+  landmark.kind = Point{};
+  for (Landmark& later : landmarks_)
+    if (later.at > landmark.at) later.at -= size - Point::kSize;
+}
+
+void Map::search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& deleted,
+                       std::vector<DepthHypotheses>& lines) {
+  for (std::size_t i = landmarks_.size(); i-- > 0;) {
+    Landmark& landmark = landmarks_[i];
+    if (!is_line(landmark)) continue;
+    search_line(image, kalman, camera_, options_.vision, landmark);
+    const auto line = std::get<SemiInfiniteLine>(landmark.kind);
+    lines.push_back({landmark.id, line.particles});
+    if (has_failed(line, options_.depth.particles)) {
+      deleted.push_back(landmark.id);
+      erase(i, kalman);
+    } else if (converged(line, options_.depth.particles)) {
+      const Parameters y = landmark.parameters(kalman.state());
+      const double sigma = depth_moments(line.particles).sigma_m;
+      make_point(landmark, position(line, y), position_jacobian(line, y), kalman);
+      kalman.inflate(landmark.at, sigma * sigma * y.segment<3>(3) * y.segment<3>(3).transpose());
+    }
+  }
+}
+
+std::size_t Map::prune(Kalman& kalman, std::vector<int>& deleted) {
+  std::size_t young = 0;
+  for (std::size_t i = landmarks_.size(); i-- > 0;) {
+    const Landmark& landmark = landmarks_[i];
+    const bool unreliable = landmark.attempts >= 10 && 2 * landmark.successes < landmark.attempts;
+    if (!unreliable && !surely_behind(kalman.state(), landmark)) continue;
+    deleted.push_back(landmark.id);
+    if (landmark.last_visible - landmark.initialized < kYoung) ++young;
+    erase(i, kalman);
+  }
+  return young;
+}
+
+void Map::erase(std::size_t index, Kalman& kalman) {
+  const int at = landmarks_[index].at, size = landmarks_[index].size();
+  kalman.erase(at, size);
+  landmarks_.erase(landmarks_.begin() + static_cast<std::ptrdiff_t>(index));
+  for (Landmark& later : landmarks_)
+    if (later.at > at) later.at -= size;
+}
+
+}  // namespace slam

@@ -1,0 +1,251 @@
+#include "slam/vision/vision.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "slam/vision/relocalization.h"
+
+namespace slam {
+namespace {
+
+double mahalanobis_squared(const Eigen::Vector2d& nu, const Eigen::Matrix2d& S) {
+  return S.llt().matrixL().solve(nu).squaredNorm();
+}
+
+/// νᵀS⁻¹ν of match j conditional on match i.
+double distance_given(const StackedMeasurement& matches, int i, int j) {
+  const Eigen::Matrix2d S_i = matches.S().block<2, 2>(2 * i, 2 * i),
+                        S_ji = matches.S().block<2, 2>(2 * j, 2 * i);
+  const Eigen::Matrix2d gain = S_i.llt().solve(S_ji.transpose()).transpose();
+  const Eigen::Vector2d nu =
+      matches.innovation().segment<2>(2 * j) - gain * matches.innovation().segment<2>(2 * i);
+  const Eigen::Matrix2d S = matches.S().block<2, 2>(2 * j, 2 * j) - gain * S_ji.transpose();
+  return mahalanobis_squared(nu, S);
+}
+
+/// Finds the matches that pass the gate when match i is the hypothesis; returns the sum of their νᵀS⁻¹ν.
+double find_supporters(const StackedMeasurement& matches, int i, double gate,
+                       std::vector<std::size_t>& supporters) {
+  supporters.clear();
+  double sum = 0;
+  for (int j = 0; j < static_cast<int>(matches.count()); ++j) {
+    const double d = i == j ? mahalanobis_squared(matches.innovation().segment<2>(2 * i),
+                                                  matches.S().block<2, 2>(2 * i, 2 * i))
+                            : distance_given(matches, i, j);
+    if (!(d < gate)) continue;
+    supporters.push_back(static_cast<std::size_t>(j));
+    sum += d;
+  }
+  return sum;
+}
+
+constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
+constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
+constexpr double kLeastShareRecognized = 0.5;  // of those searched for
+
+/// The area of the bounding box of the predicted pixels, as a fraction of the image's.
+double image_coverage(const std::vector<SearchedLandmark>& searched, const CameraIntrinsics& camera) {
+  Eigen::AlignedBox2d box;
+  for (const SearchedLandmark& landmark : searched) box.extend(landmark.predicted);
+  return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
+}
+
+/// Adds the match bias to a candidate. at: its index in the state; < 0: not in the state.
+void predict_bias(int at, const State& state, double gain, double variance, Candidate& candidate) {
+  Measurement& m = candidate.measurement;
+  m.bias_at = at;
+  m.bias_gain = gain;
+  if (at < 0)
+    m.R.diagonal().array() += gain * gain * variance;
+  else
+    candidate.pixel += gain * state.storage_x.segment<2>(at);
+  candidate.S = innovation_covariance(state, m);
+}
+
+constexpr int kSparePlaces = 6;  // of landmarks in view that are not measured in this frame
+constexpr int kMostPlaces = 40;
+constexpr int kFree = -1;
+
+int index_of_place(std::size_t place) { return kRobot + 2 * static_cast<int>(place); }
+
+}  // namespace
+
+/// Adds to best_ the matches that pass the gate conditional on all of best_.
+void Consensus::rescue(const StackedMeasurement& matches, double gate) {
+  select(matches, best_, inliers_);
+  whitening_.compute(inliers_);
+  reserve_workspace(cross_, inliers_.rows, 2);
+  auto cross = cross_.leftCols<2>().topRows(inliers_.rows);
+  rescued_.clear();
+  for (std::size_t j = 0; j < matches.count(); ++j) {
+    if (std::binary_search(best_.begin(), best_.end(), j)) {
+      rescued_.push_back(j);
+      continue;
+    }
+    const int row = matches.first_row[j];
+    for (std::size_t k = 0; k < best_.size(); ++k)
+      cross.middleRows<2>(2 * static_cast<int>(k)) =
+          matches.S().block<2, 2>(matches.first_row[best_[k]], row);
+    whitening_.L().triangularView<Eigen::Lower>().solveInPlace(cross);
+    const Eigen::Vector2d nu =
+        matches.innovation().segment<2>(row) - cross.transpose() * whitening_.innovation();
+    const Eigen::Matrix2d S = matches.S().block<2, 2>(row, row) - cross.transpose() * cross;
+    if (mahalanobis_squared(nu, S) < gate) rescued_.push_back(j);
+  }
+  best_.swap(rescued_);
+}
+
+const std::vector<std::size_t>& Consensus::largest(const StackedMeasurement& matches, double gate) {
+  best_.clear();
+  double least = 0;
+  for (int i = 0; i < static_cast<int>(matches.count()); ++i) {
+    const double sum = find_supporters(matches, i, gate, supporters_);
+    const bool more = supporters_.size() > best_.size();
+    const bool closer = supporters_.size() == best_.size() && sum < least;
+    if (!more && !closer) continue;
+    best_.swap(supporters_);
+    least = sum;
+  }
+  if (!best_.empty()) rescue(matches, gate);
+  return best_;
+}
+
+int MatchBiases::places(const Options::Vision& options, const Options::Bounds& bounds) {
+  if (!options.enabled || !(options.match_bias_sigma_px > 0)) return 0;
+  return std::min(std::min(options.measured_landmarks, bounds.measured) + kSparePlaces, kMostPlaces);
+}
+
+MatchBiases::MatchBiases(const Options::Vision& options, const Options::Bounds& bounds)
+    : options_(options), landmark_of_(static_cast<std::size_t>(places(options, bounds)), kFree) {}
+
+void MatchBiases::predict(double dt_s, Kalman& kalman) const {
+  const double decay = std::exp(-dt_s / options_.match_bias_s);
+  for (std::size_t place = 0; place < landmark_of_.size(); ++place)
+    if (landmark_of_[place] != kFree)
+      kalman.predict_match_bias(index_of_place(place), decay, variance() * (1 - decay * decay));
+}
+
+void MatchBiases::keep_visible(const std::vector<std::size_t>& visible,
+                               const std::vector<Landmark>& landmarks, Kalman& kalman) {
+  for (std::size_t place = 0; place < landmark_of_.size(); ++place) {
+    if (landmark_of_[place] == kFree) continue;
+    const bool seen = std::any_of(visible.begin(), visible.end(),
+                                  [&](std::size_t i) { return landmarks[i].id == landmark_of_[place]; });
+    if (seen) continue;
+    kalman.predict_match_bias(index_of_place(place), 0, 0);
+    landmark_of_[place] = kFree;
+  }
+}
+
+int MatchBiases::at(int landmark) const {
+  const auto found = std::find(landmark_of_.begin(), landmark_of_.end(), landmark);
+  return found == landmark_of_.end() ? -1
+                                     : index_of_place(static_cast<std::size_t>(found - landmark_of_.begin()));
+}
+
+int MatchBiases::add(int landmark, bool first_sight, Kalman& kalman) {
+  const auto free = std::find(landmark_of_.begin(), landmark_of_.end(), kFree);
+  if (free == landmark_of_.end()) return -1;
+  *free = landmark;
+  const int index = index_of_place(static_cast<std::size_t>(free - landmark_of_.begin()));
+  kalman.predict_match_bias(index, 0, first_sight ? 0 : variance());
+  return index;
+}
+
+void MatchBiases::clear(Kalman& kalman) {
+  for (std::size_t place = 0; place < landmark_of_.size(); ++place)
+    kalman.predict_match_bias(index_of_place(place), 0, 0);
+  std::fill(landmark_of_.begin(), landmark_of_.end(), kFree);
+}
+
+/// Makes the bias of a match, so far part of its noise, a state of the filter if a place is free.
+void Vision::add_bias(int landmark, Measurement& m, Kalman& kalman) {
+  if (m.bias_at >= 0 || !(options_.match_bias_sigma_px > 0)) return;
+  m.bias_at = biases_.add(landmark, false, kalman);
+  if (m.bias_at >= 0) m.R.diagonal().array() -= m.bias_gain * m.bias_gain * biases_.variance();
+}
+
+/// before: only landmarks that were initialized before this time are searched for.
+void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
+                    Kalman& kalman) {
+  predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
+  if (options_.match_bias_sigma_px > 0)
+    for (Candidate& candidate : candidates_)
+      predict_bias(biases_.at(landmarks[candidate.index].id), kalman.state(),
+                   camera_.sigma(candidate.pixel, 1), biases_.variance(), candidate);
+  result_.visible.clear();
+  result_.visible_indices.clear();
+  for (const Candidate& candidate : candidates_) {
+    result_.visible.push_back(candidate.pixel);
+    result_.visible_indices.push_back(candidate.index);
+  }
+  biases_.keep_visible(result_.visible_indices, landmarks, kalman);
+  if (before)
+    std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= *before; });
+  keep_most_informative(candidates_, static_cast<std::size_t>(most_measured_));
+  keep_affordable(candidates_, kMostSearched_px);
+  result_.searched.clear();
+  matches_.measurements.clear();
+  matches_.searched.clear();
+  for (const Candidate& candidate : candidates_) {
+    SearchedLandmark searched{candidate.index, candidate.pixel, candidate.S};
+    if (const auto m = search_candidate(image, landmarks[candidate.index], candidate, options_)) {
+      searched.match = candidate.pixel + m->innovation;
+      matches_.searched.push_back(result_.searched.size());
+      matches_.measurements.push_back(*m);
+      add_bias(landmarks[candidate.index].id, matches_.measurements.back(), kalman);
+    }
+    result_.searched.push_back(searched);
+  }
+  result_.matches = static_cast<int>(matches_.measurements.size());
+  result_.coverage = image_coverage(result_.searched, camera_.intrinsics());
+}
+
+void Vision::find_inliers(const State& state) {
+  inliers_.resize(matches_.measurements.size());
+  std::iota(inliers_.begin(), inliers_.end(), std::size_t{0});
+  if (matches_.measurements.empty()) return;
+  stack(state, matches_.measurements, stacked_);
+  gated_ = stacked_;
+  if (!options_.consensus) return;
+  scale_noise(gated_, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
+  inliers_ = consensus_.largest(gated_, kGate);
+}
+
+bool Vision::recognizes(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before,
+                        Kalman& kalman) {
+  search(image, landmarks, before, kalman);
+  find_inliers(kalman.state());
+  return inliers_.size() >= kLeastRecognized &&
+         static_cast<double>(inliers_.size()) >
+             kLeastShareRecognized * static_cast<double>(result_.searched.size());
+}
+
+const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landmark>& landmarks,
+                                   Kalman& kalman) {
+  search(image, landmarks, std::nullopt, kalman);
+  find_inliers(kalman.state());
+  result_.inliers.clear();
+  result_.nis.reset();
+  result_.update_nis.reset();
+  result_.updated = false;
+  if (inliers_.empty()) return result_;
+  for (const std::size_t match : inliers_) {
+    result_.inliers.push_back(matches_.searched[match]);
+    result_.searched[matches_.searched[match]].inlier = true;
+  }
+  const auto nis_of_selected = [&] {
+    whitening_.compute(selected_);
+    return whitening_.nis();
+  };
+  select(gated_, inliers_, selected_);
+  result_.nis = nis_of_selected();
+  select(stacked_, inliers_, selected_);
+  result_.update_nis = nis_of_selected();
+  result_.updated = kalman.update(selected_);
+  return result_;
+}
+
+}  // namespace slam

@@ -1,0 +1,137 @@
+// Vision: the visible landmarks are predicted, searched for and gated, and the inliers update the state
+// (Stasse et al. 2006, section III-A).
+#pragma once
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "slam/camera.h"
+#include "slam/kalman.h"
+#include "slam/options.h"
+#include "slam/vision/active_search.h"
+#include "slam/vision/landmark.h"
+
+namespace slam {
+
+class Consensus {
+ public:
+  /// The inliers among the stacked matches (2 rows each) by the 1-point RANSAC of Civera et al. 2010. Each
+  /// match serves once as the hypothesis, and the others are gated by their chi-square conditional on it, so
+  /// that prior correlations count as in joint compatibility (Neira & Tardós 2001). Then those are rescued
+  /// that pass the gate conditional on all the inliers. Returns rising indices, valid until the next call.
+  /// gate: chi-square bound for a match of 2 rows.
+  const std::vector<std::size_t>& largest(const StackedMeasurement& matches, double gate);
+
+ private:
+  void rescue(const StackedMeasurement& matches, double gate);
+
+  std::vector<std::size_t> best_, supporters_, rescued_;
+  StackedMeasurement inliers_;
+  Whitening whitening_;
+  Eigen::MatrixXd cross_;
+};
+
+/// From another place the camera sees the landmark slightly differently from its template, so that the match
+/// has an error that hardly changes from frame to frame. As white noise, it would count as new information in
+/// each frame. It is a Gauss-Markov process in the state, two parameters for each landmark in view in units
+/// of Camera::sigma(pixel, 1), and zero by definition at the first sight. Landmarks in view share a fixed
+/// number of places in the state.
+class MatchBiases {
+ public:
+  MatchBiases(const Options::Vision& options, const Options::Bounds& bounds);
+
+  /// The number of places that the state must have: 0 if the options have no match bias.
+  static int places(const Options::Vision& options, const Options::Bounds& bounds);
+
+  /// Predicts the biases over a frame interval.
+  void predict(double dt_s, Kalman& kalman) const;
+
+  /// Frees the places of landmarks that are not `visible` (indices of the list of landmarks).
+  void keep_visible(const std::vector<std::size_t>& visible, const std::vector<Landmark>& landmarks,
+                    Kalman& kalman);
+
+  /// The index in the state of a landmark's bias; -1 if it has no place.
+  int at(int landmark) const;
+
+  /// Gives a free place to a landmark, with a bias of 0 at its first sight, else with the stationary
+  /// variance. Returns at().
+  int add(int landmark, bool first_sight, Kalman& kalman);
+
+  /// Forgets all biases, after a reset of the pose.
+  void clear(Kalman& kalman);
+
+  double variance() const { return options_.match_bias_sigma_px * options_.match_bias_sigma_px; }
+
+ private:
+  Options::Vision options_;
+  std::vector<int> landmark_of_;  // by place; -1: free
+};
+
+/// A landmark that was searched for, and its match if there is one.
+struct SearchedLandmark {
+  std::size_t index;                                    ///< in the list of landmarks
+  Eigen::Vector2d predicted;                            ///< px
+  Eigen::Matrix2d S;                                    ///< innovation covariance, px²
+  std::optional<Eigen::Vector2d> match = std::nullopt;  ///< px
+  bool inlier = false;                                  ///< its match entered the update
+};
+
+struct VisionResult {
+  std::vector<Eigen::Vector2d> visible;      ///< predicted pixels of all landmarks that should be visible
+  std::vector<std::size_t> visible_indices;  ///< their indices in the list of landmarks
+  std::vector<SearchedLandmark> searched;
+  std::vector<std::size_t> inliers;  ///< rising indices of `searched`
+  int matches = 0;                   ///< how many of those searched for were found
+  double coverage = 0;            ///< bounding box of those searched for, as a fraction of the image's area
+  std::optional<Nis> nis;         ///< of the inliers, with the noise of single matches (gate_sigma_px)
+  std::optional<Nis> update_nis;  ///< of the inliers, with the noise that the update assumes (sigma_px)
+  bool updated = false;           ///< false without inliers, or if S is not positive definite
+};
+
+class Vision {
+ public:
+  Vision(const Options::Vision& options, const Options::Bounds& bounds, const Camera& camera)
+      : options_(options),
+        camera_(camera),
+        most_measured_(std::min(options.measured_landmarks, bounds.measured)),
+        biases_(options, bounds) {}
+
+  /// Searches the image for the landmarks and updates the state with the inliers. The result is valid until
+  /// the next call.
+  const VisionResult& update(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
+
+  /// The match biases. The caller predicts them with the state and adds the landmarks initialized after the
+  /// update.
+  MatchBiases& biases() { return biases_; }
+  const MatchBiases& biases() const { return biases_; }
+
+  /// True if landmarks that were in the map before a time are found at their predicted pixels: at least
+  /// kLeastRecognized of them, and most of those searched for. Does not update the estimate.
+  bool recognizes(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before, Kalman& kalman);
+
+ private:
+  void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
+              Kalman& kalman);
+  void add_bias(int landmark, Measurement& match, Kalman& kalman);
+  void find_inliers(const State& state);
+
+  Options::Vision options_;
+  Camera camera_;
+  int most_measured_;
+  MatchBiases biases_;
+  Consensus consensus_;
+  VisionResult result_;
+  // Work space, kept so that a step in the steady state takes no heap memory.
+  struct Matches {
+    std::vector<Measurement> measurements;
+    std::vector<std::size_t> searched;  // of each match: its index in VisionResult::searched
+  } matches_;
+  std::vector<Candidate> candidates_;
+  std::vector<std::size_t> inliers_;               // of the matches
+  StackedMeasurement stacked_, gated_, selected_;  // gated_: with the noise of single matches
+  Whitening whitening_;
+};
+
+}  // namespace slam

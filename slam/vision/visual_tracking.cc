@@ -1,0 +1,175 @@
+#include "slam/vision/visual_tracking.h"
+
+namespace slam {
+namespace {
+
+constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer one, frames are missing
+constexpr double kLargestTurn_rad = 0.1;    // 1σ; beyond it an update is too far from linear
+constexpr Stamp kDoubtful{3'000'000'000};   // before a loss, when landmarks may have been initialized wrongly
+
+std::optional<double> per_degree_of_freedom(const std::optional<Nis>& nis) {
+  return nis ? std::optional(nis->value / nis->dof) : std::nullopt;
+}
+
+/// True if landmarks can be searched for at their predicted pixels, and their matches correct the pose.
+bool is_oriented(const State& state, Stamp t) {
+  return pose_estimate(state, t).covariance.diagonal().head<3>().maxCoeff() <
+         kLargestTurn_rad * kLargestTurn_rad;
+}
+
+}  // namespace
+
+Estimate pose_estimate(const State& state, Stamp t) {
+  Eigen::Vector4d inverse = state.orientation();
+  inverse.tail<3>() *= -1;
+  Eigen::Matrix<double, 6, 7> J = Eigen::Matrix<double, 6, 7>::Zero();  // of (orientation, position) errors
+  J.block<3, 4>(0, kOrientation) = 2 * left_matrix(inverse).bottomRows<3>();
+  J.block<3, 3>(3, kPosition).setIdentity();
+  const Matrix6d covariance = J * state.marginal<7>(0) * J.transpose();
+  return {t, state.X_WC(), (covariance + covariance.transpose()) / 2};
+}
+
+VisualTracking::VisualTracking(const Options& options, const Camera& camera, std::uint64_t seed)
+    : enabled_(options.vision.enabled),
+      sigma_px_(options.vision.sigma_px),
+      camera_(camera),
+      vision_(options.vision, options.bounds, camera),
+      map_(options, camera, seed) {}
+
+const VisualResult& VisualTracking::skip() {
+  result_.good_image = result_.relocalized = false;
+  result_.rejected.clear();
+  result_.vision = nullptr;
+  result_.statistics.reset();
+  result_.searched.clear();
+  result_.matched.clear();
+  result_.initialized.clear();
+  result_.lines.clear();
+  result_.deleted.clear();
+  result_.deleted_young = 0;
+  return result_;
+}
+
+const VisualResult& VisualTracking::step(const VisualInput& in, const std::optional<Nis>& height_nis,
+                                         Kalman& kalman, TrackingMonitor& tracking) {
+  skip();
+  if (!enabled_) return result_;
+  if (in.image.empty()) {
+    tracking.blind(in.interval, "no image arrives");
+    return result_;
+  }
+  const ImageDefect defect = image_check_.defect(in.image, in.stands_still);
+  result_.rejected = defect.reason;
+  if (defect.blinds) tracking.blind(in.interval, defect.reason);
+  if (defect.reason.empty()) track(in, height_nis, kalman, tracking);
+  return result_;
+}
+
+/// Measures the landmarks of the map in a usable image, and searches for the map if the filter is lost.
+void VisualTracking::track(const VisualInput& in, const std::optional<Nis>& height_nis, Kalman& kalman,
+                           TrackingMonitor& tracking) {
+  result_.good_image = !(seconds(in.interval) > kLongestInterval_s);
+  const bool was_lost = tracking.health() == Health::lost, was_blind = tracking.is_blind();
+  if (!result_.good_image) tracking.blind(in.interval, "no frame arrives");
+  if (tracking.health() == Health::lost && !is_oriented(kalman.state(), in.t)) {
+    if (was_lost) relocalize(in, kalman, tracking);  // a loss is reported once at least
+    return;
+  }
+  if (tracking.health() == Health::lost && !tracking.is_blind()) {
+    const Stamp before = in.t - in.interval - tracking.lost_for() - kDoubtful;
+    if (!vision_.recognizes(in.image, map_.landmarks(), before, kalman))
+      return relocalize(in, kalman, tracking);
+    confirmer_.clear();
+    tracking.relocalized();
+  }
+  const std::string unseen = measure(in, height_nis, kalman, tracking);
+  if (unseen.empty()) {
+    if (was_blind || !tracking.is_blind()) tracking.sees();
+  } else {
+    tracking.blind(in.interval, unseen);
+    if (was_blind) relocalize(in, kalman, tracking);
+  }
+}
+
+/// Returns the reason if no landmark was seen; else an empty string.
+std::string VisualTracking::measure(const VisualInput& in, const std::optional<Nis>& height_nis,
+                                    Kalman& kalman, TrackingMonitor& tracking) {
+  const std::size_t before = map_.landmarks().size();
+  if (!map_.initialize_known(in.image, in.t, kalman))
+    add_reason(result_.rejected, "a known landmark is not seen in the first image");
+  report_initialized(before);
+  const VisionResult& vision = vision_.update(in.image, map_.landmarks(), kalman);
+  result_.vision = &vision;
+  if (!vision.inliers.empty()) {
+    if (!vision.updated) tracking.diverge("the vision innovation covariance is not positive definite");
+    refine_landmarks(in, vision, kalman);
+  }
+  report_searches(vision);
+  const TrackingStatistics statistics{seconds(in.interval),
+                                      vision.searched.size(),
+                                      vision.inliers.size(),
+                                      vision.coverage,
+                                      per_degree_of_freedom(vision.nis),
+                                      per_degree_of_freedom(height_nis)};
+  result_.statistics = statistics;
+  const bool failed = matching_failed(statistics);
+  if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
+    for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);
+  for (const std::size_t index : vision.visible_indices) map_.record_visible(index, in.t);
+  result_.deleted_young = map_.prune(kalman, result_.deleted);
+  const InitializationCount initialized = manage_map(in, vision, !failed && !tracking.in_doubt(), kalman);
+  tracking.judge(statistics);
+  if (failed) return "almost no landmark found";
+  if (!vision.inliers.empty() || !result_.lines.empty()) return "";
+  if (!vision.searched.empty()) return "no landmark found";
+  return initialized.wanted > 0 && initialized.added == 0 ? "the image has no corner for a landmark" : "";
+}
+
+/// Improves the surface normal of one matched landmark, which bounds the cost, and adds the change of view to
+/// the uncertainty of all.
+void VisualTracking::refine_landmarks(const VisualInput& in, const VisionResult& vision, Kalman& kalman) {
+  const SearchedLandmark& chosen =
+      vision.searched[vision.inliers[static_cast<std::size_t>(in.frame) % vision.inliers.size()]];
+  map_.refine_surface(chosen.index, in.image, *chosen.match, kalman.state());
+  for (const std::size_t i : vision.inliers) map_.inflate_for_view_change(vision.searched[i].index, kalman);
+}
+
+InitializationCount VisualTracking::manage_map(const VisualInput& in, const VisionResult& vision,
+                                               bool may_initialize, Kalman& kalman) {
+  map_.convert_to_points(kalman);
+  map_.search_lines(in.image, kalman, result_.deleted, result_.lines);
+  InitializationCount initialized;
+  if (may_initialize) initialized = map_.initialize(in.image, in.t, vision.visible, kalman, result_.deleted);
+  const std::size_t first = map_.landmarks().size() - static_cast<std::size_t>(initialized.added);
+  for (std::size_t i = first; i < map_.landmarks().size(); ++i)
+    vision_.biases().add(map_.landmarks()[i].id, true, kalman);
+  report_initialized(first);
+  return initialized;
+}
+
+void VisualTracking::report_searches(const VisionResult& vision) {
+  for (const SearchedLandmark& s : vision.searched) {
+    const int id = map_.landmarks()[s.index].id;
+    result_.searched.push_back({id, s.predicted, s.S, s.inlier, s.match});
+    if (s.inlier) result_.matched.push_back({id, *s.match});
+  }
+}
+
+/// Reports the landmarks from index `first` on as initialized in this frame.
+void VisualTracking::report_initialized(std::size_t first) {
+  for (std::size_t i = first; i < map_.landmarks().size(); ++i)
+    result_.initialized.push_back({map_.landmarks()[i].id, map_.landmarks()[i].pixel_first});
+}
+
+void VisualTracking::relocalize(const VisualInput& in, Kalman& kalman, TrackingMonitor& tracking) {
+  if (!confirmer_.is_due(in.t)) return;
+  const auto found = slam::relocalize(in.image, map_.landmarks(), kalman.state(), camera_, sigma_px_);
+  if (!found || !confirmer_.confirms(in.t, *found, pose_estimate(kalman.state(), in.t), in.has_plan)) return;
+  confirmer_.clear();
+  kalman.reset_robot(relocalized_state(*found, kalman.state()));
+  vision_.biases().clear(kalman);
+  tracking.relocalized();
+  result_.relocalized = true;
+}
+
+}  // namespace slam

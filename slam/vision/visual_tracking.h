@@ -1,0 +1,87 @@
+// The visual part of a step (Stasse et al. 2006, section III-A): from an image to measured landmarks, a
+// managed map, and a recovered pose after a loss.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slam/camera.h"
+#include "slam/frame_report.h"
+#include "slam/tracking_monitor.h"
+#include "slam/vision/map.h"
+#include "slam/vision/relocalization.h"
+#include "slam/vision/vision.h"
+
+namespace slam {
+
+/// One image and its circumstances.
+struct VisualInput {
+  const cv::Mat& image;
+  Stamp t, interval;  ///< interval: since the previous accepted observation; 0 at the first
+  bool stands_still;  ///< the camera is known to stand still
+  bool has_plan;
+  int frame;  ///< number of the estimates before
+};
+
+/// The result of the visual part of one step.
+struct VisualResult {
+  bool good_image = false;               ///< not missing, flat or frozen, and without a gap before it
+  std::string rejected;                  ///< what was not used, and why
+  const VisionResult* vision = nullptr;  ///< absent without a measurement
+  std::optional<TrackingStatistics> statistics;
+  std::vector<Search> searched;
+  std::vector<Sighting> matched;  ///< accepted matches
+  std::vector<Sighting> initialized;
+  std::vector<DepthHypotheses> lines;
+  std::vector<int> deleted;
+  std::size_t deleted_young = 0;  ///< unreliable landmarks that were deleted soon after their first sight
+  bool relocalized = false;
+};
+
+/// The pose part of the state; its covariance is symmetric to the last bit.
+Estimate pose_estimate(const State& state, Stamp t);
+
+class VisualTracking {
+ public:
+  VisualTracking(const Options& options, const Camera& camera, std::uint64_t seed);
+
+  const CameraIntrinsics& intrinsics() const { return camera_.intrinsics(); }
+  std::vector<MapPoint> map(const State& state) const { return map_.points(state); }
+  const std::vector<Landmark>& landmarks() const { return map_.landmarks(); }
+
+  /// Predicts the match biases over a frame interval.
+  void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
+
+  /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
+  /// Reports to `tracking` what was seen. Does nothing if vision is not enabled. height_nis: of this frame.
+  /// The result is valid until the next call.
+  const VisualResult& step(const VisualInput& input, const std::optional<Nis>& height_nis, Kalman& kalman,
+                           TrackingMonitor& tracking);
+  /// An empty result.
+  const VisualResult& skip();
+
+ private:
+  void track(const VisualInput& input, const std::optional<Nis>& height_nis, Kalman& kalman,
+             TrackingMonitor& tracking);
+  std::string measure(const VisualInput& input, const std::optional<Nis>& height_nis, Kalman& kalman,
+                      TrackingMonitor& tracking);
+  void refine_landmarks(const VisualInput& input, const VisionResult& vision, Kalman& kalman);
+  InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize,
+                                 Kalman& kalman);
+  void report_searches(const VisionResult& vision);
+  void report_initialized(std::size_t first);
+  void relocalize(const VisualInput& input, Kalman& kalman, TrackingMonitor& tracking);
+
+  bool enabled_;
+  double sigma_px_;
+  Camera camera_;
+  ImageCheck image_check_;
+  Vision vision_;
+  Map map_;
+  RelocalizationConfirmer confirmer_;
+  VisualResult result_;
+};
+
+}  // namespace slam

@@ -1,0 +1,377 @@
+#include "slam/vision/map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "slam/vision/active_search.h"
+#include "tests/slam/test_scenes.h"
+
+namespace slam {
+namespace {
+
+const Eigen::Vector2i kPixel(200, 90);
+
+/// A camera that looks along +x.
+struct Scene {
+  std::optional<Landmark> initialize(const Eigen::Vector2i& pixel) {
+    return initialize_landmark(image, Stamp(7), pixel, camera, options, kalman);
+  }
+  /// The point 4 m ahead of the camera that it sees at a pixel.
+  Eigen::Vector3d seen_at(const Eigen::Vector2d& pixel) const {
+    return kalman.state().X_WC() * (4 * camera.unproject(pixel)->h);
+  }
+  Options options;
+  Camera camera{CameraIntrinsics{}};
+  cv::Mat image = random_blocks(320, 8, 5);
+  Kalman kalman{{looking_ahead(), 1e-6 * RobotMatrix::Identity()}, false};
+};
+
+TEST(LandmarkInitialization, ANewLandmarkIsPredictedWhereItWasSeenInBothKinds) {
+  for (const FirstSight kind : {FirstSight::inverse_depth, FirstSight::particles}) {
+    Scene scene;
+    scene.options.depth.first_sight = kind;
+    const auto landmark = scene.initialize(kPixel);
+    ASSERT_TRUE(landmark);
+    const State& state = scene.kalman.state();
+    EXPECT_EQ(state.size, kRobot + 6);
+    EXPECT_EQ(std::holds_alternative<SemiInfiniteLine>(landmark->kind), kind == FirstSight::particles);
+    EXPECT_EQ(landmark->initialized, Stamp(7));
+    EXPECT_EQ(landmark->X_WC_first.matrix(), state.X_WC().matrix());
+    EXPECT_EQ(landmark->patch.gray, cut_patch(scene.image, kPixel).gray);
+    const Direction d =
+        direction(landmark->kind, landmark->parameters(state), state.position(), state.orientation());
+    EXPECT_LT((scene.camera.project(d.h_C)->pixel - kPixel.cast<double>()).norm(), 1e-9);
+  }
+}
+
+TEST(LandmarkInitialization, TheBearingOfANewLandmarkIsAsCertainAsItsPixel) {
+  Scene exact, rough;
+  exact.options.vision.sigma_first_px = 0;
+  rough.options.vision.sigma_first_px = 1;
+  const int at = exact.initialize(kPixel)->at + 4;
+  rough.initialize(kPixel);
+  const double more = rough.kalman.state().P()(at, at) - exact.kalman.state().P()(at, at);
+  const double sigma = rough.camera.sigma(kPixel.cast<double>(), 1) / rough.camera.intrinsics().fu_px;
+  EXPECT_GT(more, 0.2 * sigma * sigma);  // a pixel spans a smaller angle away from the center
+  EXPECT_LT(more, 1.5 * sigma * sigma);
+}
+
+TEST(LandmarkInitialization, APixelWithoutRayGivesNothingAndLeavesTheState) {
+  Scene scene;
+  CameraIntrinsics narrow;
+  narrow.lens = OneParameterRadial{1e-4};  // its image circle has a radius of 71 px
+  scene.camera = Camera(narrow);
+  EXPECT_FALSE(scene.initialize({300, 120}));
+  EXPECT_EQ(scene.kalman.state().size, kRobot);
+}
+
+TEST(LandmarkInitialization, AKnownLandmarkIsAPointWhoseCornerIsSeen) {
+  Scene scene;
+  scene.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(60));
+  scene.image(cv::Rect(160, 120, 160, 120)).setTo(cv::Scalar(200));  // its corner is at (159.5, 119.5)
+  const auto landmark = initialize_known_landmark(scene.image, Stamp(7), scene.seen_at({160, 120}),
+                                                  scene.camera, scene.options, scene.kalman);
+  ASSERT_TRUE(landmark);
+  EXPECT_TRUE(std::holds_alternative<Point>(landmark->kind));
+  EXPECT_LT((landmark->pixel_first - Eigen::Vector2d(159.5, 119.5)).norm(), 0.1);
+  EXPECT_EQ(scene.kalman.state().size, kRobot + 3);
+  EXPECT_FALSE(initialize_known_landmark(scene.image, Stamp(7), scene.seen_at({60, 60}), scene.camera,
+                                         scene.options, scene.kalman));  // a flat part of the image
+  EXPECT_EQ(scene.kalman.state().size, kRobot + 3);
+}
+
+using namespace std::chrono_literals;
+
+Options options_for(int landmarks) {
+  Options options;
+  options.vision.visible_landmarks = landmarks;
+  options.vision.viewpoint_sigma_px = 0.5;
+  return options;
+}
+
+/// A map of `count` new landmarks.
+struct Initialized {
+  explicit Initialized(int count, std::uint64_t seed = 1) : Initialized(options_for(count), seed) {}
+  explicit Initialized(const Options& options, std::uint64_t seed = 1)
+      : camera(CameraIntrinsics{}), map(options, camera, seed) {
+    map.initialize(image, Stamp(7), {}, kalman, removed);
+  }
+  std::vector<int> pruned() {
+    std::vector<int> deleted;
+    map.prune(kalman, deleted);
+    return deleted;
+  }
+  cv::Mat image = random_blocks(320, 8, 5);
+  std::vector<int> removed;
+  Camera camera;
+  Kalman kalman{{looking_ahead({0.3, -0.2, 1.4}), 1e-4 * RobotMatrix::Identity()}, true};
+  Map map;
+
+  std::size_t size() const { return map.landmarks().size(); }
+  Vector6d parameters(std::size_t i) const {
+    return kalman.state().storage_x.segment<6>(map.landmarks()[i].at);
+  }
+  Eigen::MatrixXd covariance(std::size_t i) const {
+    const Landmark& landmark = map.landmarks()[i];
+    return kalman.state().P().block(landmark.at, landmark.at, landmark.size(), landmark.size());
+  }
+  double distance(std::size_t i) const {
+    const Landmark& landmark = map.landmarks()[i];
+    return (position(landmark.kind, landmark.parameters(kalman.state())) - kalman.state().position()).norm();
+  }
+  Eigen::Vector2d pixel(std::size_t i) const {
+    const State& s = kalman.state();
+    const Landmark& landmark = map.landmarks()[i];
+    const Direction d = direction(landmark.kind, landmark.parameters(s), s.position(), s.orientation());
+    return camera.project(d.h_C)->pixel;
+  }
+  std::vector<Eigen::Vector2d> pixels() const {
+    std::vector<Eigen::Vector2d> all;
+    for (std::size_t i = 0; i < size(); ++i) all.push_back(pixel(i));
+    return all;
+  }
+  /// Makes the inverse depth of a landmark well known, as many views from many places would.
+  void know_depth(std::size_t i, double value) {
+    Measurement m(1);
+    m.H_landmark = Eigen::RowVectorXd::Unit(6, 5);
+    m.landmark_at = map.landmarks()[i].at;
+    m.R(0, 0) = 1e-8;
+    m.innovation(0) = value - parameters(i)(5);
+    StackedMeasurement stacked;
+    stack(kalman.state(), {m}, stacked);
+    ASSERT_TRUE(kalman.update(stacked));
+  }
+  /// Moves the camera; nothing else changes.
+  void move(const Eigen::Vector3d& by) {
+    RobotVector x = kalman.state().robot();
+    x.segment<3>(kPosition) += by;
+    kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
+  }
+};
+
+TEST(Map, InitializesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleOnes) {
+  Initialized b(8);
+  ASSERT_EQ(b.size(), 8u);
+  ASSERT_EQ(b.kalman.state().size, kRobot + 48);
+  b.map.initialize(b.image, Stamp(8), b.pixels(), b.kalman, b.removed);
+  EXPECT_EQ(b.size(), 8u);  // none is missing
+  const std::vector<Eigen::Vector2d> two{b.pixel(0), b.pixel(1)};
+  b.map.initialize(b.image, Stamp(8), two, b.kalman, b.removed);
+  EXPECT_EQ(b.size(), 11u);  // three a frame
+  const std::vector<Eigen::Vector2d> all = b.pixels();
+  const auto expect_apart = [&](std::size_t i, std::size_t j) {
+    EXPECT_GE((all[i] - all[j]).norm(), 20 - 1e-9) << i << ' ' << j;
+  };
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t j = 0; j < i; ++j) expect_apart(i, j);
+  for (std::size_t i = 8; i < 11; ++i)
+    for (const std::size_t j : {0, 1}) expect_apart(i, j);
+}
+
+TEST(Map, InitializesNothingInAnImageWithoutCorners) {
+  Initialized b(0);
+  Map map(Options{}, b.camera, 1);
+  const InitializationCount count =
+      map.initialize(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), Stamp(1), {}, b.kalman, b.removed);
+  EXPECT_EQ(count.wanted, Options{}.vision.visible_landmarks);
+  EXPECT_EQ(count.added, 0);
+  EXPECT_TRUE(map.landmarks().empty());
+  EXPECT_EQ(b.kalman.state().size, kRobot);
+}
+
+TEST(Map, LinesAreInitializedOneAtATimeAndOnlyWhileTheCameraMoves) {
+  Options options;
+  options.depth.first_sight = FirstSight::particles;
+  Initialized b(options);
+  EXPECT_EQ(b.size(), 0u);
+  RobotVector x = b.kalman.state().robot();
+  x(kVelocity) = 0.2;
+  b.kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
+  for (int k = 0; k < 2; ++k) b.map.initialize(b.image, Stamp(8), {}, b.kalman, b.removed);
+  EXPECT_EQ(b.size(), 1u);
+}
+
+TEST(Map, ALineWithoutMatchesIsDeletedAndItsDepthsAreReported) {
+  Options options;
+  options.depth.first_sight = FirstSight::particles;
+  options.depth.particles.minimum_speed_m_s = -1;
+  Initialized b(options);
+  ASSERT_EQ(b.size(), 1u);
+  std::vector<int> deleted;
+  std::vector<DepthHypotheses> lines;
+  b.map.search_lines(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)), b.kalman, deleted, lines);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_TRUE(lines[0].particles.empty());
+  EXPECT_EQ(deleted, std::vector<int>{0});
+  EXPECT_EQ(b.kalman.state().size, kRobot);
+}
+
+TEST(Map, KnownLandmarksAreInitializedOnceAndOneThatIsNotSeenIsReported) {
+  Options options = options_for(0);
+  options.known_landmarks.at_m = {{-5, 0, 1.4}};  // behind the camera
+  Initialized b(options);
+  EXPECT_FALSE(b.map.initialize_known(b.image, Stamp(7), b.kalman));
+  EXPECT_TRUE(b.map.initialize_known(b.image, Stamp(8), b.kalman));
+  EXPECT_EQ(b.size(), 0u);
+}
+
+TEST(Map, ItsPointsAreTheLandmarksWithPositionCovarianceAndCounts) {
+  Initialized b(2);
+  b.know_depth(1, 0.25);
+  b.map.record_search(1, true);
+  b.map.record_search(1, false);
+  const std::vector<MapPoint> points = b.map.points(b.kalman.state());
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[1].id, 1);
+  EXPECT_EQ(points[1].kind, "inverse_depth");
+  EXPECT_NEAR((points[1].p_W - b.kalman.state().position()).norm(), 4, 1e-3);
+  EXPECT_EQ(points[1].covariance, position_covariance(b.kalman.state(), b.map.landmarks()[1]));
+  EXPECT_EQ(points[1].initialized, Stamp(7));
+  EXPECT_EQ(points[1].attempts, 2);
+  EXPECT_EQ(points[1].successes, 1);
+}
+
+TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeRoom) {
+  Options options = options_for(8);
+  options.bounds.landmarks = 5;
+  Initialized b(options);
+  ASSERT_EQ(b.size(), 5u);
+  b.map.initialize(b.image, Stamp(7), {}, b.kalman, b.removed);
+  EXPECT_TRUE(b.removed.empty());  // all are in view
+  for (const std::size_t i : {0, 1, 4}) b.map.record_search(i, true);
+  b.map.record_search(0, true);
+  for (const std::size_t i : {1, 2}) b.map.record_visible(i, Stamp(9));
+  b.map.initialize(b.image, Stamp(9), {}, b.kalman, b.removed);
+  EXPECT_EQ(b.removed, (std::vector<int>{3, 4, 0}));  // 1 and 2 are in view
+  EXPECT_EQ(b.size(), 5u);
+  EXPECT_EQ(b.kalman.state().size, kRobot + 5 * InverseDepth::kSize);
+}
+
+TEST(Map, ItsCovarianceIsHeldToTheBoundOfMemory) {
+  Options options = options_for(200);
+  options.bounds.memory_mb = 1;  // 353 parameters
+  const Initialized b(options);
+  EXPECT_GT(b.size(), 20u);
+  EXPECT_LT(8 * std::pow(b.kalman.state().storage_x.size(), 2), 1e6);
+}
+
+TEST(Map, IsTheSameFromTheSameSeedAndAnotherFromAnother) {
+  const Initialized a(6, 1), same(6, 1), other(6, 2);
+  EXPECT_EQ(a.kalman.state().x(), same.kalman.state().x());
+  EXPECT_EQ(a.kalman.state().P(), same.kalman.state().P());
+  EXPECT_NE(a.parameters(0), other.parameters(0));
+}
+
+TEST(Map, DeletesWhatWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse) {
+  Initialized b(4);
+  const auto search = [&](std::size_t i, int attempts, int successes) {
+    for (int k = 0; k < attempts; ++k) b.map.record_search(i, k < successes);
+  };
+  search(0, 9, 0);   // not yet searched for often enough
+  search(1, 10, 5);  // just good enough
+  search(2, 10, 4);  // not
+  search(3, 40, 19);
+  const int two = b.map.landmarks()[2].id, three = b.map.landmarks()[3].id;
+  const std::vector<int> deleted = b.pruned();
+  EXPECT_EQ(std::set<int>(deleted.begin(), deleted.end()), (std::set<int>{two, three}));
+  EXPECT_EQ(b.map.landmarks().size(), 2u);
+}
+
+TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
+  Initialized b(4);
+  const auto last_seen = [&](std::size_t i, std::chrono::seconds age) {
+    b.map.record_visible(i, b.map.landmarks()[i].initialized + age);
+    for (int k = 0; k < 10; ++k) b.map.record_search(i, false);
+  };
+  last_seen(0, 1s);
+  last_seen(1, 9s);
+  last_seen(2, 10s);
+  std::vector<int> deleted;
+  EXPECT_EQ(b.map.prune(b.kalman, deleted), 2u);
+  EXPECT_EQ(deleted.size(), 3u);
+}
+
+TEST(Map, DeletesALandmarkThatIsSurelyBehindItsFirstSight) {
+  Initialized b(3);
+  b.know_depth(1, -0.01);
+  const int behind = b.map.landmarks()[1].id;
+  EXPECT_EQ(b.pruned(), std::vector<int>{behind});
+}
+
+TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
+  Initialized b(5);
+  for (const std::size_t i : {1u, 3u}) b.know_depth(i, 0.25);
+  std::vector<Eigen::Vector2d> before;
+  for (std::size_t i = 0; i < 5; ++i) before.push_back(b.pixel(i));
+  b.map.convert_to_points(b.kalman);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(std::holds_alternative<Point>(b.map.landmarks()[i].kind), i == 1 || i == 3) << i;
+    EXPECT_LT((b.pixel(i) - before[i]).norm(), 1e-9) << i;
+  }
+  for (int k = 0; k < 10; ++k) b.map.record_search(1, false);
+  ASSERT_EQ(b.pruned().size(), 1u);
+  EXPECT_EQ(b.kalman.state().size, kRobot + 6 + 6 + 3 + 6);
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_LT((b.pixel(i) - before[i + 1]).norm(), 1e-9) << i;
+}
+
+TEST(Map, AnUncertainDepthIsNotConverted) {
+  Initialized b(3);
+  b.map.convert_to_points(b.kalman);
+  for (const Landmark& landmark : b.map.landmarks())
+    EXPECT_TRUE(std::holds_alternative<InverseDepth>(landmark.kind));
+}
+
+TEST(Map, AConvertedLandmarkIsPredictedAtTheSamePixelWithTheSameCovariance) {
+  Initialized b(3);
+  for (std::size_t i = 0; i < 3; ++i) b.know_depth(i, 0.25);
+  const auto before = predict_view(b.kalman, b.map.landmarks(), b.camera, 1);
+  b.map.convert_to_points(b.kalman);
+  const auto after = predict_view(b.kalman, b.map.landmarks(), b.camera, 1);
+  ASSERT_EQ(before.size(), 3u);
+  ASSERT_EQ(after.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_TRUE(std::holds_alternative<Point>(b.map.landmarks()[i].kind));
+    EXPECT_LT((after[i].pixel - before[i].pixel).norm(), 1e-9);
+    EXPECT_LT((after[i].S - before[i].S).norm(), 1e-3 * before[i].S.norm());  // heading constrained anew
+  }
+}
+
+TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedAndNotAfterSwaying) {
+  Initialized b(1);
+  const Eigen::MatrixXd before = b.covariance(0);
+  const double distance = b.distance(0);
+  const Eigen::Vector3d aside(0, 0.01 * distance, 0);
+  b.move(aside);
+  b.map.inflate_for_view_change(0, b.kalman);
+  b.move(-aside);
+  b.map.inflate_for_view_change(0, b.kalman);
+  EXPECT_EQ(b.covariance(0), before);
+  b.move(Eigen::Vector3d(0, 0.04 * distance, 0));
+  b.map.inflate_for_view_change(0, b.kalman);
+  b.map.inflate_for_view_change(0, b.kalman);  // once for the same view
+  Eigen::MatrixXd more = b.covariance(0) - before;
+  const double angle = 0.5 / b.camera.intrinsics().fu_px;
+  EXPECT_NEAR(more(3, 3), 0.04 * angle * angle, 0.002 * angle * angle);  // the distance has changed as well
+  EXPECT_NEAR(more(4, 4), more(3, 3), 1e-15);
+  more(3, 3) = more(4, 4) = 0;
+  EXPECT_LT(more.norm(), 1e-15);
+}
+
+TEST(Map, APointIsInflatedIsotropically) {
+  Initialized b(1);
+  b.know_depth(0, 0.5);
+  b.map.convert_to_points(b.kalman);
+  ASSERT_EQ(b.map.landmarks()[0].size(), Point::kSize);
+  const Eigen::MatrixXd before = b.covariance(0);
+  b.move(Eigen::Vector3d(0.2, 0, 0));
+  b.map.inflate_for_view_change(0, b.kalman);
+  const Eigen::MatrixXd more = b.covariance(0) - before;
+  EXPECT_LT((more - more(0, 0) * Eigen::Matrix3d::Identity()).norm(), 1e-12 * more(0, 0) + 1e-18);
+  const double sigma = 0.5 / b.camera.intrinsics().fu_px * b.distance(0);
+  EXPECT_NEAR(more(0, 0), sigma * sigma * 0.2 / b.distance(0), 1e-3 * more(0, 0));
+}
+
+}  // namespace
+}  // namespace slam

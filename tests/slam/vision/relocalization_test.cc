@@ -1,0 +1,228 @@
+#include "slam/vision/relocalization.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+#include <tuple>
+
+#include "slam/filter.h"
+#include "tests/slam/synthetic_room.h"
+
+namespace slam {
+namespace {
+
+Eigen::Isometry3d pose(double yaw, double tilt, const Eigen::Vector3d& at) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+               Eigen::AngleAxisd(tilt, Eigen::Vector3d(0.6, -0.8, 0)).matrix();
+  X.translation() = at;
+  return X;
+}
+
+BearingObservation seen(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W) {
+  return {p_W, (X_WC.inverse() * p_W).normalized()};
+}
+
+TEST(PosesFromTwo, ContainTheTruePoseWhateverTheHeadingOfTheGuess) {
+  const Eigen::Isometry3d X_WC = pose(2.2, 0.3, {0.4, -0.7, 1.4});
+  const BearingObservation a = seen(X_WC, {3, 1, 2}), b = seen(X_WC, {-1, 4, 0.5});
+  for (const double guess : {-2.0, 0.0, 0.3, 3.0}) {
+    const auto poses =
+        poses_from_two(a, b, Eigen::Matrix3d(pose(guess, 0.3, Eigen::Vector3d::Zero()).linear()));
+    double nearest = 1e9;
+    for (const Eigen::Isometry3d& found : poses)
+      nearest = std::min(nearest, (found.matrix() - X_WC.matrix()).norm());
+    EXPECT_LT(nearest, 1e-9) << guess;
+  }
+}
+
+TEST(PosesFromTwo, DoNotExistIfTheRaysCannotMeet) {
+  const BearingObservation a{{0, 0, 5}, {1, 0, 0}},
+      b{{0, 0, -5}, {0, 1, 0}};  // level lines, 10 m apart in height
+  EXPECT_TRUE(poses_from_two(a, b, Eigen::Matrix3d::Identity()).empty());
+}
+
+TEST(Relocalization, TheRobotsStateHasThePoseFoundTheVelocitiesOfAWalkAndItsOldBiases) {
+  State before;
+  before.storage_x = RobotVector::LinSpaced(0.1, 3.0);
+  before.storage_P = RobotMatrix::Identity() * 0.5;
+  const Relocation found{pose(0.4, 0.2, {1, 2, 3}), 0.01 * Matrix6d::Identity()};
+  const RobotState after = relocalized_state(found, before);
+  EXPECT_EQ(after.x.head<3>(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_LT((rotation_matrix(after.x.segment<4>(kOrientation)) - found.X_WC.linear()).norm(), 1e-15);
+  EXPECT_EQ(after.x.segment<6>(kVelocity).norm(), 0);
+  EXPECT_EQ(after.x.tail<kRobot - kCamera>(), before.robot().tail<kRobot - kCamera>());
+  EXPECT_NEAR(after.P(0, 0), 0.01, 1e-16);
+  EXPECT_NEAR((after.P.block<4, 4>(kOrientation, kOrientation).trace()), 3 * 0.01 / 4, 1e-16);
+  EXPECT_NEAR(after.P(kVelocity, kVelocity), 0.3 * 0.3, 1e-16);
+  EXPECT_EQ((after.P.bottomRightCorner<kRobot - kCamera, kRobot - kCamera>()),
+            (before.storage_P.bottomRightCorner<kRobot - kCamera, kRobot - kCamera>()));
+  EXPECT_EQ((after.P.bottomLeftCorner<kRobot - kCamera, kCamera>().norm()), 0);
+}
+
+Eigen::Isometry3d moved(double x, double yaw) { return pose(yaw, 0, {x, 0, 0}); }
+
+Relocation found_at(const Eigen::Isometry3d& X_WC) { return {X_WC, 1e-6 * Matrix6d::Identity()}; }
+
+Estimate predicted_at(const Eigen::Isometry3d& X_WC, double sigma = 0.001) {
+  return {.X_WC = X_WC, .covariance = sigma * sigma * Matrix6d::Identity()};
+}
+
+Stamp at_s(double t) { return Stamp(static_cast<Stamp::rep>(1e9 * t)); }
+
+TEST(RelocalizationConfirmer, ConfirmsAtOnceAPoseThatAgreesWithThePrediction) {
+  RelocalizationConfirmer confirmer;
+  EXPECT_TRUE(confirmer.confirms(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.002, 0.2)), true));
+  EXPECT_FALSE(confirmer.confirms(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.1, 0.2)), true));
+  EXPECT_TRUE(confirmer.confirms(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.1, 0.2), 0.1), true));
+}
+
+TEST(RelocalizationConfirmer, ConfirmsAnotherPoseThatMovesAsPredictedForASecond) {
+  RelocalizationConfirmer confirmer;
+  for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8})
+    EXPECT_FALSE(confirmer.confirms(at_s(t), found_at(moved(2 + 0.2 * t, 0.3 * t)),
+                                    predicted_at(moved(0.2 * t, 0.2 * t)), true))
+        << t;
+  EXPECT_TRUE(confirmer.confirms(at_s(1), found_at(moved(2.2, 0.3)), predicted_at(moved(0.2, 0.2)), true));
+}
+
+TEST(RelocalizationConfirmer, DoesNotConfirmAPoseFromLandmarksThatMoveWithTheCamera) {
+  for (const auto& [speed, rate, plan] : {std::tuple{0.2, 0.0, true}, {0.0, 0.2, true}, {0.0, 0.2, false}}) {
+    RelocalizationConfirmer confirmer;
+    for (double t = 0; t < 10; t += 0.2)
+      EXPECT_FALSE(
+          confirmer.confirms(at_s(t), found_at(moved(-2, 0)), predicted_at(moved(speed * t, rate * t)), plan))
+          << t;
+  }
+}
+
+TEST(RelocalizationConfirmer, ComparesNoDistancesWithoutAPlan) {
+  RelocalizationConfirmer confirmer;
+  confirmer.confirms(at_s(0), found_at(moved(2, 0)), predicted_at(moved(0, 0)), false);
+  EXPECT_TRUE(confirmer.confirms(at_s(1), found_at(moved(2, 0.2)), predicted_at(moved(1, 0.2)), false));
+}
+
+TEST(RelocalizationConfirmer, SearchesFiveTimesASecond) {
+  RelocalizationConfirmer confirmer;
+  int searches = 0;
+  for (int k = 0; k < 60; ++k) searches += confirmer.is_due(at_s(k / 30.0)) ? 1 : 0;
+  EXPECT_EQ(searches, 10);
+}
+
+const synthetic::Recording& walk() {
+  static const synthetic::Recording recording = [] {
+    synthetic::Walk walk;
+    walk.rate_hz = 15;
+    walk.duration_s = 5;
+    walk.turns = 0.12;
+    return synthetic::Recording(walk, synthetic::render(synthetic::Room(), walk));
+  }();
+  return recording;
+}
+
+/// A filter that walks until a frame, then sees another place for 1 s and has only its gyro.
+Filter lost_filter(int until, const Options::Tracking& tracking) {
+  Options options;
+  options.tracking = tracking;
+  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
+  for (int k = 0; k < until + 15; ++k) {
+    Observation o = walk().observation(k);
+    if (k >= until) {
+      cv::flip(o.image, o.image, -1);
+      o.accelerometer.clear(), o.plan.reset();
+    }
+    filter.step(o);
+  }
+  return filter;
+}
+
+/// Distance of the estimate from the true position at a frame, m.
+double error_m(const Filter& filter, int frame) {
+  return (filter.estimate().X_WC.translation() -
+          walk().walk().X_WC(seconds(walk().walk().stamp(frame))).translation())
+      .norm();
+}
+
+TEST(Relocalization, AFilterThatWasCarriedAwayFindsItsTruePose) {
+  Options::Tracking tracking;
+  tracking.lost_after_s = 0.5;
+  Filter filter = lost_filter(45, tracking);
+  const Stamp lost_at = walk().walk().stamp(59);
+  bool found = false;
+  int after = 0;
+  for (int k = 20; k < 55; ++k) {  // put down where it was at frame 20, by now 0.2 m away and turned
+    Observation o = walk().observation(k);
+    const Stamp later = lost_at + walk().walk().stamp(k - 19) - o.t;
+    o.t += later;
+    for (InertialSample& sample : o.gyro) sample.begin += later, sample.end += later;
+    o.accelerometer.clear(), o.plan.reset();
+    const FrameReport& report = filter.step(o);
+    ASSERT_NE(report.health, Health::diverged) << report.cause;
+    found = found || report.relocalized;
+    if (!found) continue;
+    EXPECT_EQ(report.health, Health::ok) << k;
+    // the map is right within 2 cm, and matches of relocalization are on the raw pixel grid
+    if (++after > 3) {
+      EXPECT_LT(error_m(filter, k), 0.05) << k;
+    }
+  }
+  EXPECT_TRUE(found);
+  EXPECT_GT(after, 5);
+}
+
+/// Something textured that covers the view and moves with the camera, as a noisy camera sees it.
+cv::Mat cover(int frame) {
+  cv::RNG random(7);
+  cv::Mat picture(240, 320, CV_8UC1), noise(240, 320, CV_8UC1);
+  random.fill(picture, cv::RNG::UNIFORM, 0, 200);
+  cv::RNG(static_cast<std::uint64_t>(100 + frame)).fill(noise, cv::RNG::UNIFORM, 0, 5);
+  return picture + noise;
+}
+
+TEST(Relocalization, AFilterWithACoveredViewContinuesAtItsPrediction) {
+  Options options;
+  options.tracking.lost_after_s = 0.5;
+  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
+  bool lost = false;
+  for (int k = 0; k < 75; ++k) {
+    Observation o = walk().observation(k);
+    const bool covered = k >= 40 && k < 60;
+    if (covered) o.image = cover(k);
+    const FrameReport& report = filter.step(o);
+    lost = lost || report.health == Health::lost;
+    EXPECT_TRUE(k < 63 || report.health == Health::ok) << k << report.cause;
+    EXPECT_FALSE(report.relocalized) << "gyro, accelerometer and plan tracked it";
+    EXPECT_LT(error_m(filter, k), 0.05) << k;
+  }
+  EXPECT_TRUE(lost);
+}
+
+TEST(Relocalization, WithoutImagesAndGyroNoMatchNearThePredictionIsTrusted) {
+  Options options;
+  options.tracking.lost_after_s = 0.5;
+  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
+  bool lost = false, found = false;
+  for (int k = 0; k < 75; ++k) {
+    Observation o = walk().observation(k);
+    if (k >= 30 && k < 50) o.image = cv::Mat(), o.gyro.clear(), o.accelerometer.clear(), o.plan.reset();
+    const FrameReport& report = filter.step(o);
+    lost = lost || report.health == Health::lost;
+    found = found || report.relocalized;
+    if (!lost || report.health == Health::lost) continue;
+    EXPECT_TRUE(found) << k;
+    EXPECT_LT(error_m(filter, k), 0.05) << k;
+  }
+  EXPECT_TRUE(found);
+}
+
+TEST(Relocalization, AFilterThatDoesNotRecognizeItsMapDiverges) {
+  Options::Tracking tracking;
+  tracking.lost_after_s = tracking.give_up_s = 0.3;
+  Filter filter = lost_filter(40, tracking);
+  const Observation o = walk().observation(60);
+  EXPECT_EQ(filter.step(o).health, Health::diverged);
+  EXPECT_NE(filter.step(o).cause.find("tracking lost"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace slam

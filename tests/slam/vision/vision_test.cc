@@ -1,0 +1,202 @@
+#include "slam/vision/vision.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "slam/vision/corner_detector.h"
+#include "slam/vision/map.h"
+#include "tests/slam/test_scenes.h"
+
+namespace slam {
+namespace {
+
+/// A camera that looks along +x, and landmarks initialized at corners of its image.
+struct Scene {
+  Scene() {
+    std::mt19937_64 random(1);
+    std::vector<Eigen::Vector2d> occupied;
+    while (landmarks.size() < 8) {
+      const auto corner = propose_corner(image, occupied, options.vision, random);
+      if (!corner) continue;
+      occupied.push_back(corner->cast<double>());
+      landmarks.push_back(*initialize_landmark(image, Stamp(0), *corner, camera, options, kalman));
+    }
+    // since then the camera has rotated by an unknown angle of 0.01 rad (1 sigma)
+    RobotMatrix Q = RobotMatrix::Zero();
+    const Matrix43d dq = small_rotation_jacobian(kalman.state().orientation());
+    Q.block<4, 4>(kOrientation, kOrientation) = 1e-4 * dq * dq.transpose();
+    kalman.predict(kalman.state().robot(), RobotMatrix::Identity(), Q);
+  }
+  const VisionResult& update(const cv::Mat& now) { return vision.update(now, landmarks, kalman); }
+
+  Options options;
+  Camera camera{CameraIntrinsics{}};
+  cv::Mat image = random_blocks(320, 8, 5);
+  Kalman kalman{{looking_ahead(), 1e-8 * RobotMatrix::Identity()},
+                false,
+                MatchBiases::places(options.vision, options.bounds)};
+  std::vector<Landmark> landmarks;
+  Vision vision{options.vision, options.bounds, camera};
+};
+
+TEST(Vision, FindsTheLandmarksOfAnUnchangedViewAndReducesTheUncertainty) {
+  Scene scene;
+  const double before = scene.kalman.state().marginal<4>(kOrientation).trace();
+  const VisionResult& result = scene.update(scene.image);
+  EXPECT_EQ(result.visible.size(), 8u);
+  ASSERT_EQ(result.searched.size(), 8u);
+  EXPECT_EQ(result.matches, 8);
+  EXPECT_EQ(result.inliers.size(), 8u);
+  EXPECT_TRUE(result.updated);
+  Eigen::AlignedBox2d box;
+  for (const Landmark& landmark : scene.landmarks) box.extend(landmark.pixel_first);
+  EXPECT_NEAR(result.coverage, box.volume() / (320 * 240), 0.001);
+  ASSERT_TRUE(result.nis && result.update_nis);
+  EXPECT_EQ(result.nis->dof, 16);
+  EXPECT_GT(result.nis->value, result.update_nis->value);  // the gate assumes less noise than the update
+  for (const SearchedLandmark& s : result.searched) {
+    ASSERT_TRUE(s.match && s.inlier);
+    EXPECT_LT((*s.match - scene.landmarks[s.index].pixel_first).norm(), 0.05);
+  }
+  EXPECT_LT(scene.kalman.state().marginal<4>(kOrientation).trace(), 0.1 * before);
+}
+
+TEST(Vision, AMatchThatContradictsTheOthersIsNoInlier) {
+  Scene scene;
+  const Eigen::Vector2i at = scene.landmarks[3].pixel_first.cast<int>();
+  const auto around = [&](int shift) { return cv::Rect(at.x() - 9 + shift, at.y() - 9, 18, 18); };
+  cv::Mat changed = scene.image.clone();
+  scene.image(around(0)).copyTo(changed(around(4)));
+  const VisionResult& result = scene.update(changed);
+  for (const SearchedLandmark& s : result.searched) EXPECT_EQ(s.inlier, s.index != 3) << s.index;
+  EXPECT_EQ(result.matches, 8);
+  EXPECT_EQ(result.inliers.size(), 7u);
+}
+
+TEST(Vision, MeasuresAtMostAsManyLandmarksAsTheOptionsSay) {
+  Scene scene;
+  scene.options.vision.measured_landmarks = 3;
+  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
+  const VisionResult& result = vision.update(scene.image, scene.landmarks, scene.kalman);
+  EXPECT_EQ(result.visible.size(), 8u);
+  EXPECT_EQ(result.searched.size(), 3u);
+}
+
+TEST(Vision, MeasuresNoMoreLandmarksThanTheBoundHoweverManyTheOptionsWant) {
+  Scene scene;
+  scene.options.vision.measured_landmarks = 1000;
+  scene.options.bounds.measured = 5;
+  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
+  EXPECT_EQ(vision.update(scene.image, scene.landmarks, scene.kalman).searched.size(), 5u);
+}
+
+TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {
+  Scene scene;
+  const Eigen::MatrixXd P = scene.kalman.state().P();
+  const VisionResult& result = scene.update(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
+  EXPECT_EQ(result.searched.size(), 8u);
+  EXPECT_EQ(result.matches, 0);
+  EXPECT_FALSE(result.updated || result.nis || result.update_nis);
+  EXPECT_EQ(scene.kalman.state().P(), P);
+}
+
+/// `good` matches that a common shift of the robot explains, then `bad` ones elsewhere.
+StackedMeasurement matches(int good, int bad) {
+  std::mt19937_64 random(7);
+  const auto number = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
+  const auto noise = [&] {
+    const double y = number(),
+                 x = number();  // one after the other: compilers differ in the order of arguments
+    return Eigen::Vector2d(x, y);
+  };
+  const int count = good + bad;
+  StackedMeasurement stacked;
+  stacked.resize(kRobot, 2 * count);
+  stacked.PHt().setZero();
+  for (int i = 0; i <= count; ++i) stacked.first_row.push_back(2 * i);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) stacked.S().block<2, 2>(2 * i, 2 * j) = 25 * Eigen::Matrix2d::Identity();
+    stacked.S().block<2, 2>(2 * i, 2 * i) += 0.04 * Eigen::Matrix2d::Identity();
+    stacked.innovation().segment<2>(2 * i) = Eigen::Vector2d(6, -4) + 0.1 * noise();
+    if (i >= good) stacked.innovation().segment<2>(2 * i) = 8 * noise();
+  }
+  return stacked;
+}
+
+TEST(Consensus, KeepsTheMatchesThatOneMotionExplainsAndDropsTheRest) {
+  Consensus consensus;
+  const auto kept = consensus.largest(matches(8, 5), 9.21);
+  EXPECT_EQ(kept, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+TEST(Consensus, OfNoMatchesIsEmpty) { EXPECT_TRUE(Consensus().largest(matches(0, 0), 9.21).empty()); }
+
+Options::Vision with_bias(double sigma_px) {
+  Options::Vision options;
+  options.match_bias_sigma_px = sigma_px;
+  options.measured_landmarks = 2;
+  return options;
+}
+
+struct ErrorScene {
+  ErrorScene() {
+    for (int id = 0; id < 9; ++id) {
+      landmarks.emplace_back();
+      landmarks.back().id = 10 + id;
+    }
+  }
+  double variance(int at) const { return kalman.state().storage_P(at, at); }
+
+  Options::Vision options = with_bias(0.2);
+  Kalman kalman{{RobotVector::Zero(), RobotMatrix::Identity()}, false, MatchBiases::places(options, {})};
+  MatchBiases biases{options, {}};
+  std::vector<Landmark> landmarks;
+};
+
+TEST(MatchBiases, HaveNoPlaceInTheStateWhereTheOptionsHaveNone) {
+  EXPECT_EQ(MatchBiases::places(with_bias(0), {}), 0);
+  EXPECT_GT(MatchBiases::places(with_bias(0.1), {}), 2);
+  Options::Vision blind = with_bias(0.1);
+  blind.enabled = false;
+  EXPECT_EQ(MatchBiases::places(blind, {}), 0);
+}
+
+TEST(MatchBiases, AreZeroAtFirstSightAndAsLargeAsTheyGetAfterALoss) {
+  ErrorScene scene;
+  const int fresh = scene.biases.add(10, true, scene.kalman),
+            again = scene.biases.add(11, false, scene.kalman);
+  EXPECT_EQ(scene.biases.at(10), fresh);
+  EXPECT_EQ(scene.biases.at(11), again);
+  EXPECT_EQ(scene.biases.at(12), -1);
+  EXPECT_EQ(scene.variance(fresh), 0);
+  EXPECT_NEAR(scene.variance(again), 0.04, 1e-15);
+}
+
+TEST(MatchBiases, GrowToTheVarianceOfTheOptionsAndNoFurther) {
+  ErrorScene scene;
+  const int at = scene.biases.add(10, true, scene.kalman);
+  scene.biases.predict(scene.options.match_bias_s, scene.kalman);
+  EXPECT_NEAR(scene.variance(at), 0.04 * (1 - std::exp(-2)), 1e-12);
+  for (int k = 0; k < 20; ++k) scene.biases.predict(1, scene.kalman);
+  EXPECT_NEAR(scene.variance(at), 0.04, 1e-6);
+}
+
+TEST(MatchBiases, LandmarksOutOfViewGiveTheirPlacesFree) {
+  ErrorScene scene;
+  const int count = MatchBiases::places(scene.options, {});
+  for (int id = 10; id < 10 + count; ++id) EXPECT_GE(scene.biases.add(id, false, scene.kalman), kRobot);
+  EXPECT_EQ(scene.biases.add(99, false, scene.kalman), -1);
+  scene.biases.keep_visible({0, 2}, scene.landmarks, scene.kalman);
+  EXPECT_GE(scene.biases.at(10), kRobot);
+  EXPECT_EQ(scene.biases.at(11), -1);
+  EXPECT_EQ(scene.variance(kRobot + 2), 0);
+  EXPECT_GE(scene.biases.add(99, false, scene.kalman), kRobot);
+  scene.biases.clear(scene.kalman);
+  EXPECT_EQ(scene.biases.at(10), -1);
+  EXPECT_EQ(scene.variance(kRobot), 0);
+}
+
+}  // namespace
+}  // namespace slam
