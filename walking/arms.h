@@ -8,9 +8,9 @@
 
 namespace walking {
 
-/// The arm while the foot on its side is `foot_ahead_m` ahead of where it stands in half-sitting: the hand
-/// goes the other way by 0.2267747 of that, at its height in half-sitting (Stasse et al. 2006, section II:
-/// "arm motion heuristic"; gain and geometry of the JRL pattern generator). Half-sitting for 0.
+/// Returns the arm for a foot on its side that is `foot_ahead_m` ahead of half-sitting: the hand goes the
+/// other way by 0.2267747 of that, at its height in half-sitting (Stasse et al. 2006, section II: "arm motion
+/// heuristic"; gain and geometry of the JRL pattern generator). Half-sitting for 0.
 ArmAngles arm_swing(double foot_ahead_m);
 
 /// Both arms for the feet of `reference`.
@@ -25,7 +25,7 @@ class ArmMomentum {
  public:
   explicit ArmMomentum(WholeBody model) : model_(std::move(model)) {}
 
-  /// The arms at the next tick of the plan, whose feet and waist `reference` gives.
+  /// The arms at the next tick of the plan. `reference`: its feet and waist.
   Arms operator()(const Reference& reference);
 
  private:

@@ -19,7 +19,7 @@ constexpr double kNegligible = 1e-9;  // of a step: a rest shorter than this is 
 
 Eigen::Vector2d rotated(double yaw, const Eigen::Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
 
-/// The foot of `side` where it belongs in a stance around `center`.
+/// The foot of `side` in a stance around `center`.
 Footstep footstep_at(const FootPose& center, Side side) { return {side, feet_together(center).of(side)}; }
 
 /// Distances along the way after each step: whole steps, then the rest.
@@ -131,7 +131,7 @@ bool same(const FootPose& one, const FootPose& two) {
 }
 
 std::vector<Footstep> steps_of(const Steps& steps, double) {
-  require(!steps.list.empty(), "steps: there is none");
+  require(!steps.list.empty(), "steps: the list is empty");
   Stance stance = feet_together({});
   std::vector<Footstep> landings;
   for (const Step& step : steps.list) {
@@ -235,7 +235,7 @@ std::array<Vector2d, 4> corners(const FootPose& foot) {
   return all;
 }
 
-/// The gap between two soles along an axis; negative where they overlap.
+/// The gap between two soles along an axis; negative if they overlap.
 double gap(const std::array<Vector2d, 4>& one, const std::array<Vector2d, 4>& two, const Vector2d& axis) {
   const auto range = [&](const std::array<Vector2d, 4>& sole) {
     std::array<double, 4> s{};

@@ -34,7 +34,7 @@ struct Footstep {
   FootPose pose;
 };
 
-/// Where both feet stand.
+/// Poses of both standing feet.
 struct Stance {
   FootPose left, right;
 
@@ -50,7 +50,7 @@ FootPose inverse(const FootPose& pose);
 
 Side other(Side side);
 
-/// Feet together (hrp2::kFootSpacing apart) around the point `center`, both heading where it heads.
+/// Feet together (hrp2::kFootSpacing apart) around `center`, with its heading.
 Stance feet_together(const FootPose& center);
 
 /// Half way between feet that are together.
@@ -58,11 +58,10 @@ FootPose center_of(const Stance& stance);
 
 /// The landings that carry `command` out, the first foot to move first, from feet together around `start` to
 /// feet together at the command's end; none for Stand. `step_length_m` is what the stance's center advances
-/// with a step (with a pair of steps where the feet go sideways): floor(distance / step length) whole steps,
+/// with a step (with a pair of steps if the feet go sideways): floor(distance / step length) whole steps,
 /// one for the rest, and the closing one (Stasse et al. 2006, section II; the step stack of the JRL pattern
-/// generator). go_to alone depends on where P is: it turns to its goal, walks straight to it and turns to the
-/// heading there. repeat has none of its own. Throws std::invalid_argument naming what is wrong with the
-/// command.
+/// generator). Only go_to depends on P: it turns to its goal, walks straight to it and turns to the heading
+/// there. repeat has no landings. Throws std::invalid_argument naming what is wrong with the command.
 std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m);
 
 /// How far a landing is outside the places where steps are known to work, m; 0 inside. The area, seen from

@@ -31,8 +31,7 @@ inline constexpr double kComHeight = 0.808291;  ///< m, center of mass above the
 
 /// Center of mass in the waist's axes in half-sitting, m. The real one is 1.55 mm to the left: the plan is
 /// symmetric, so that left and right walks mirror each other, and leaves that offset to the stabilizer. (Not
-/// inline: clang 14 takes an inline vector for zero where it computes another constant from it at compile
-/// time.)
+/// inline: clang 14 treats an inline vector as zero in constants computed from it at compile time.)
 const Eigen::Vector3d kComInWaist{0.013695, 0.0, 0.159589};
 
 /// The corners of a sole about the sole point (below the ankle), x ahead and y left, m.

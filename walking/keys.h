@@ -23,7 +23,7 @@ constexpr std::string_view member_name() {
   return text.substr(text.rfind(':') + 1);
 }
 
-/// Base of the visitors of `keys`, by which the functions below are found without their namespace. A visitor
+/// Base of the visitors of `keys`; argument-dependent lookup finds the functions below through it. A visitor
 /// has the same functions with the name and the member in front: `number("sigma_rad_s", &Gyro::sigma_rad_s,
 /// ...)`.
 struct KeyVisitor {};
@@ -50,7 +50,7 @@ template <auto Member>
 void value(auto& visitor, const char* doc) {
   visitor.value(member_name<Member>(), Member, doc);
 }
-/// Options with `keys` of their own.
+/// Nested options.
 template <auto Member>
 void part(auto& visitor) {
   visitor.part(member_name<Member>(), Member);

@@ -17,8 +17,7 @@ Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q)
 /// A leg's joint angles, rad: hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll.
 struct LegSolution {
   Eigen::Matrix<double, 6, 1> q;
-  /// False if the ankle is too far or too close or the hip is below the sole; the leg then goes as far as it
-  /// can.
+  /// False if the ankle is too far or too close or the hip is below the sole; the leg is then at its limit.
   bool reached = true;
 };
 
@@ -38,14 +37,14 @@ struct LegLimits {
   Eigen::Matrix<double, 6, 1> lowest, highest;
 };
 
-/// Of the stack-of-tasks model of HRP-2; the left leg mirrors the right one.
+/// Limits of the stack-of-tasks model of HRP-2; the left leg mirrors the right one.
 LegLimits leg_limits(Side side);
 
 /// Why the legs cannot take this posture, in words ("the left foot is out of the leg's reach"); nothing if
 /// they can.
 std::optional<std::string> leg_obstacle(const BodySolution& body);
 
-/// Where every link is.
+/// The pose of every link.
 struct BodyPose {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();
   JointVector q = JointVector::Zero();

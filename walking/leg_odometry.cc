@@ -9,7 +9,7 @@ namespace walking {
 namespace {
 
 constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
-constexpr double kSettling_s = 0.1;    // time constant with which a sole that lands comes to lie flat
+constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
 
 /// The sole's pose on the floor: its place and heading.
 Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {

@@ -8,17 +8,17 @@
 
 namespace walking {
 
-/// Where the sole is in the waist, by a leg's six encoders (rad) and the deflection of the ankle's rubber
-/// bush under the wrench that the ground exerts on the foot. The bush is a spring: what moves it quickly is
-/// neglected.
+/// Returns the sole in the waist's axes from a leg's six encoders (rad) and the deflection of the ankle's
+/// rubber bush under the wrench that the ground exerts on the foot. The bush is a spring: what moves it
+/// quickly is neglected.
 Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q,
                                          const Wrench& wrench);
 
-/// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0.
-/// The sole that carries more is taken to lie still, so that O drifts from the true world as soles slip. It
-/// begins to carry where the other sole says it is, so that the waist never jumps, and settles on the floor
-/// within tenths of a second. The robot's tilt where a sole tilts on its pads is not seen: a gyro has to tell
-/// it.
+/// Follows the waist over the sequence of carrying soles in the odometry's own world O, whose floor is z = 0.
+/// The sole that carries more is assumed to be at rest, so that O drifts from the true world as soles slip.
+/// When the load changes, the new sole is placed relative to the other one, so that the waist never jumps; it
+/// settles on the floor within tenths of a second. Tilt of a sole on its pads is not observed: that needs a
+/// gyro.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.

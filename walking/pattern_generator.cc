@@ -20,10 +20,10 @@
 namespace walking {
 namespace {
 
-/// Feet together under the half-sitting robot whose waist is above P's origin.
+/// Feet together under the half-sitting robot, with the waist above P's origin.
 const FootPose kStart{{hrp2::kAnkleX, 0}, 0};
 
-/// The ZMP is put where the center of mass of the half-sitting robot is, 4 mm ahead of the ankle. (The
+/// The ZMP is under the center of mass of the half-sitting robot, 4 mm ahead of the ankle. (The
 /// original's default is the ankle itself; this way the walk starts and ends in half-sitting exactly.)
 const Eigen::Vector2d kZmpInFoot{hrp2::kComInWaist.x() - hrp2::kAnkleX, 0};
 
@@ -35,7 +35,7 @@ Reference at_rest(Reference reference) {
   return reference;
 }
 
-/// Where the legs cannot follow a plan.
+/// First instant of a plan that the legs cannot follow.
 struct LegFault {
   int command = 0;
   double t_s = 0;
@@ -138,7 +138,7 @@ Reference FirstStage::next() {
   return reference;
 }
 
-/// Both feet where they stand, the swinging one on its way.
+/// Standing and swinging foot.
 void FirstStage::place_feet(const Phase& phase, double elapsed, Reference& reference) const {
   const auto place = [&](Side side, bool swinging) {
     if (!swinging) return sole(phase.from.of(side));

@@ -30,23 +30,23 @@ class PatternGenerator {
   /// The next tick's reference; after the last tick, the last reference with zero velocities.
   Reference next();
 
-  /// The steps of the walk, each with the foot it sets down, where (in P) and at which tick.
+  /// The steps of the walk: each with its foot, landing (in P) and tick of touch-down.
   std::size_t steps() const;
   Footstep landing(std::size_t step) const;
   std::size_t touch_down(std::size_t step) const;
-  /// Both feet when a step begins, in P.
+  /// Both feet at the start of a step, in P.
   const Stance& stance_before(std::size_t step) const;
 
-  /// The first step whose landing can still be changed; steps() when there is none. A landing can be changed
+  /// The first step with a landing that can still be changed; steps() if none can. A landing can be changed
   /// until its foot lifts off or the ZMP under it, once it carries, comes into the preview. With the second
   /// preview stage both are a preview earlier.
   std::size_t free_step() const;
-  /// Whether that step can be changed now for the last time before next().
+  /// Returns whether this is the last tick at which that step can be changed.
   bool is_due() const;
   /// Plans all steps from `first` >= free_step() on anew, as Timeline::replan; feet, ZMP and center of mass
   /// stay continuous, since no part of the preview that was used changes. Throws std::logic_error otherwise.
   void replan(std::size_t first, const std::vector<Footstep>& landings);
-  /// Whether the legs can follow, until the step after `first` has landed, if it were planned so.
+  /// Returns whether the legs could follow these landings until the step after `first` has landed.
   bool can_follow(std::size_t first, const std::vector<Footstep>& landings) const;
 
  private:

@@ -1,4 +1,4 @@
-// What the plan is made of: footsteps and commands in, one Reference every 5 ms out.
+// Types of the plan: footsteps and commands in, one Reference every 5 ms out.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,8 +13,8 @@
 
 namespace walking {
 
-/// Who says where the robot is: nobody (the plan is walked as it is), the truth (what steering alone can do),
-/// or the estimate.
+/// Source of the pose that corrects the footsteps: none (the plan is not corrected), the truth (the limit of
+/// steering), or the estimate.
 enum class SteeredBy { plan, truth, estimate };
 inline constexpr std::array<std::string_view, 3> kSteeredBy{"plan", "truth", "estimate"};
 
@@ -36,8 +36,8 @@ struct SteeringOptions {
   int final_steps = 8;
 
   static void keys(auto&& key) {
-    choice<&SteeringOptions::by>(key, kSteeredBy,
-                                 "who corrects the footsteps: plan (nobody), truth or estimate");
+    choice<&SteeringOptions::by>(
+        key, kSteeredBy, "source of the pose that corrects the footsteps: plan (none), truth or estimate");
     number<&SteeringOptions::latency_s>(key, 0, 10, "age of the newest estimate that may correct a footstep");
     number<&SteeringOptions::gain>(key, 0, 1, "part of an error that one footstep corrects");
     number<&SteeringOptions::dead_band_sigma>(
@@ -49,13 +49,13 @@ struct SteeringOptions {
     choice<&SteeringOptions::on_lost>(
         key, kOnLost,
         "what happens when the estimate stays lost: go_on (by the plan) or stop (on both feet)");
-    number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
+    number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate until it counts as lost");
     number<&SteeringOptions::tolerance_m>(
-        key, 0, 10, "distance from the end of the path at which no more steps are added");
+        key, 0, 10, "distance from the end of the path within which no steps are added");
     degrees<&SteeringOptions::tolerance_rad>(
-        key, 0, 180, "difference from the heading at the end of the path at which no more steps are added");
-    number<&SteeringOptions::final_steps>(
-        key, 0, 1000, "most steps that are added at the end of the path to come within the tolerance");
+        key, 0, 180, "heading error at the end of the path within which no steps are added");
+    number<&SteeringOptions::final_steps>(key, 0, 1000,
+                                          "most steps added at the end of the path to reach the tolerance");
   }
 };
 
@@ -66,9 +66,8 @@ inline constexpr double kGravity = 9.81;  ///< m/s², the value the published ga
 
 enum class Side { right, left };
 
-// What a user can set has, beside it, `keys`: it tells a visitor the name, the range and the meaning of each
-// value, once for all who read, check, print or explain it. A visitor has number, degrees, choice, value and
-// part, as RangeCheck (keys.h) has. kName: what a command is called in a scenario file.
+// Options have a function `keys` that passes name, range and meaning of each value to a visitor (keys.h), the
+// one source for reading, checking, printing and help. kName: the name of a command in a scenario file.
 
 /// The longest walk, s: two commands of an hour each.
 inline constexpr int kLongestWalk_s = 7200;
@@ -97,7 +96,7 @@ struct TangentArc {
   double radius_m = 0.75;
   double angle_rad = std::numbers::pi / 2;
 
-  /// The inner foot needs a circle of its own: the radius is more than the spacing of the feet.
+  /// The inner foot walks a circle, too: the radius is more than the spacing of the feet.
   static void keys(auto&& key) {
     number<&TangentArc::radius_m>(key, 0.2, 1000, "radius of the circle");
     degrees<&TangentArc::angle_rad>(key, -36000, 36000,
@@ -128,9 +127,8 @@ struct Step {
     number<&Step::left_m>(
         key, -1, 1,
         "distance of the landing to the left of the standing foot; positive: the left foot moves");
-    degrees<&Step::turn_rad>(
-        key, -36000, 36000,
-        "angle by which the frame of the standing foot is turned before the landing is set down in it");
+    degrees<&Step::turn_rad>(key, -36000, 36000,
+                             "turn of the standing foot's frame before the landing is placed in it");
   }
 };
 /// Walk step by step; feet that the last step leaves apart are brought together.
@@ -149,8 +147,8 @@ struct Turn {
     degrees<&Turn::step_rad>(key, 1, 15, "largest turn in one step");
   }
 };
-/// Go to a place of the world W, whose origin is under the waist at the start: turn towards it, walk
-/// straight, turn to the heading.
+/// Go to a place in the world W (origin under the waist at the start): turn towards it, walk straight, turn
+/// to the heading.
 struct GoTo {
   static constexpr const char* kName = "go_to";
   double x_m = 1.0;
@@ -158,10 +156,10 @@ struct GoTo {
   double heading_rad = 0.0;
 
   static void keys(auto&& key) {
-    number<&GoTo::x_m>(key, -1000, 1000, "place of the waist, ahead of where the walk began");
-    number<&GoTo::y_m>(key, -1000, 1000, "place of the waist, to the left of where the walk began");
-    degrees<&GoTo::heading_rad>(
-        key, -36000, 36000, "heading at the end, against that at the walk's begin; positive: to the left");
+    number<&GoTo::x_m>(key, -1000, 1000, "place of the waist, ahead of the start of the walk");
+    number<&GoTo::y_m>(key, -1000, 1000, "place of the waist, to the left of the start of the walk");
+    degrees<&GoTo::heading_rad>(key, -36000, 36000,
+                                "heading at the end, relative to the initial heading; positive: to the left");
   }
 };
 /// Carry out the last commands again; each time is a lap, the time before the repetition the first one.
@@ -180,12 +178,12 @@ using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Step
 enum class SwingPolynomial { quintic, cubic };
 inline constexpr std::array<std::string_view, 2> kSwingPolynomials{"quintic", "cubic"};
 
-/// What the arms do: keep half-sitting, swing against the legs by a heuristic, or take up the yaw momentum of
-/// the rest of the body (resolved momentum control).
+/// Motion of the arms: keep half-sitting, swing against the legs by a heuristic, or take up the yaw momentum
+/// of the rest of the body (resolved momentum control).
 enum class ArmMotion { still, swing, momentum };
 inline constexpr std::array<std::string_view, 3> kArmMotions{"still", "swing", "momentum"};
 
-/// Sagittal angles of an arm, rad; half-sitting unless said otherwise.
+/// Sagittal angles of an arm, rad; half-sitting by default.
 struct ArmAngles {
   double shoulder_pitch = hrp2::kShoulderPitch_deg * std::numbers::pi / 180,
          elbow = hrp2::kElbow_deg * std::numbers::pi / 180;
@@ -211,7 +209,7 @@ struct WalkOptions {
   static void keys(auto&& key) {
     number<&WalkOptions::single_support_s>(key, 0.1, 5, "time on one foot in each step");
     number<&WalkOptions::double_support_s>(key, kPeriod, 5, "time on both feet between steps");
-    number<&WalkOptions::step_height_m>(key, 0.005, 0.2, "height to which the swing foot is lifted");
+    number<&WalkOptions::step_height_m>(key, 0.005, 0.2, "height of the swing foot's path");
     number<&WalkOptions::step_length_m>(key, 0.01, 0.4, "longest advance of the body in one step");
     number<&WalkOptions::preview_s>(key, 0.1, 10, "horizon of the preview control of the ZMP");
     number<&WalkOptions::com_height_m>(key, 0.3, 1.5, "height of the center of mass in the cart-table model");
@@ -235,7 +233,7 @@ enum class Support { both, left, right };
 
 /// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z
 /// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead and
-/// 0.808 m above ground (the cart-table's com_height_m sets the dynamics alone).
+/// 0.808 m above ground (com_height_m only sets the dynamics of the cart-table).
 struct Reference {
   double t_s = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero(), com_velocity = Eigen::Vector3d::Zero(),

@@ -47,7 +47,7 @@ class Exchanger : public KeyVisitor {
 
  private:
   void exchange(std::string_view, int Part::*, double) const {
-  }  // of repeat, whose commands were possible before
+  }  // of repeat: its commands were feasible before
   void exchange(std::string_view key, double Part::*member, double unit) const {
     Exchange one{prefix_ + std::string(key), 0, unit * other_.*member, options_};
     double& value = part_(one.changed).*member;
@@ -72,7 +72,7 @@ void exchange_numbers(const WalkOptions& options, const std::string& prefix, con
 
 std::string name_of(int command) { return "walk.commands[" + std::to_string(command) + "]."; }
 
-/// The fewest steps of the command with which the legs fail; nothing where they can take all of them.
+/// Returns the index of the first step that the legs cannot take, or nullopt.
 std::optional<std::size_t> failing_step(WalkOptions options, const IsFeasible& is_feasible) {
   const std::vector<Step> all = std::get<Steps>(options.commands.back()).list;
   for (std::size_t n = 1; n <= all.size(); ++n) {

@@ -1,5 +1,4 @@
-// The cart-table model, and preview control: the jerk with which its ZMP follows a reference known some time
-// ahead.
+// The cart-table model, and preview control: the jerk that makes its ZMP follow a reference known in advance.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,7 +34,7 @@ struct PreviewGains {
 /// the error-and-increments system (Katayama et al. 1985; Kajita et al. 2003).
 PreviewGains preview_gains(const CartTable& cart, int horizon, const PreviewWeights& weights = {});
 
-/// The reference of this tick and of the `horizon` ticks that follow, kept up as time goes on.
+/// The reference of this tick and of the next `horizon` ticks.
 class PreviewWindow {
  public:
   explicit PreviewWindow(int horizon) : values_(horizon + 1, 2) {}
@@ -62,7 +61,7 @@ class PreviewControl {
   const State& state() const { return x_; }
   Eigen::Vector2d zmp() const { return (cart_.C * x_).transpose(); }
 
-  /// One tick. The window is full, as long as the gains' preview, and begins with this tick's reference.
+  /// One tick. The window is full, as long as the gains' preview, and starts with this tick's reference.
   void advance(const PreviewWindow& reference);
 
  private:

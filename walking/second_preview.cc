@@ -23,7 +23,7 @@ void SecondPreview::push(const Reference& planned) {
   planned_.push_back(planned);
 }
 
-/// The constant error of standing, by which the model's center of mass is off the plan's, is faded in over a
+/// The constant error of standing (the model's center of mass differs from the plan's) is faded in over a
 /// preview, so that the walk starts in half-sitting.
 void SecondPreview::push_error(const Eigen::Vector2d& error) {
   const double share = quintic_blend(std::min(1.0, static_cast<double>(errors_pushed_++) / horizon_));

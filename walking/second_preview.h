@@ -18,7 +18,7 @@ class SecondPreview {
   /// The first stage's plan, tick by tick.
   void push(const Reference& planned);
 
-  /// Whether so much has been pushed that the correction of the next tick is known: preview + 2 ticks.
+  /// Returns whether enough ticks have been pushed to correct the next one: preview + 2.
   bool ready() const { return errors_.full(); }
 
   /// The next tick's reference, corrected.

@@ -37,7 +37,7 @@ constexpr double kWeight = hrp2::kMass * kGravity;  // N
 constexpr double kContactForce = 30.0;              // N: a foot that is loaded less is in the air
 constexpr double kSoleMargin = 0.01;                // m, of the desired center of pressure from the edge
 
-// Time constants, s, with which corrections decay: slower than a step while they act, faster than the swing
+// Time constants of the decay of corrections, s: slower than a step while they act, faster than the swing
 // of a foot in the air, which has to land flat and at its planned height.
 constexpr double kAnkleLeak = 1.5, kAnkleLeakInAir = 0.1, kForceLeak = 1.5, kForceLeakInSwing = 0.08,
                  kTrunkLeak = 10;
@@ -118,7 +118,7 @@ void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& 
   const Vector2d right = error_over(reference.X_PR, sole_in_waist(Side::right, readings.q.segment<6>(0)));
   const double share = left_share(reference, readings);
   if (started_) {
-    // Each foot's own difference: the change of support from one foot to the other is no velocity.
+    // Differences per foot: a change of the supporting foot must not count as a velocity.
     const Vector2d rate = (share * (left - left_error_) + (1 - share) * (right - right_error_)) / kPeriod;
     const double keep = std::exp(-2 * std::numbers::pi * options_.tracking.velocity_cutoff_hz * kPeriod);
     state_.com_velocity_error = keep * state_.com_velocity_error + (1 - keep) * rate;
@@ -163,7 +163,7 @@ void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadin
   if (!o.enabled) return;
   const Vector2d left = reference.X_PL.translation().head<2>(),
                  right = reference.X_PR.translation().head<2>();
-  // What the loads alone leave to the desired ZMP is the same shift of pressure in both soles.
+  // The part of the desired ZMP that the loads do not produce is the same shift of pressure in both soles.
   const Vector2d shift = state_.zmp_desired - (loads.left * left + loads.right * right) / kWeight;
   const auto update = [&](Vector2d& ankle, const Eigen::Isometry3d& X_PS, const Wrench& wrench, double load) {
     const bool in_the_air = load == 0 && wrench.force.z() < kContactForce;
@@ -205,7 +205,7 @@ void Stabilizer::control_trunk_attitude() {
 Posture Stabilizer::corrected(const Reference& reference) const {
   Posture posture = posture_of(reference);
   posture.X_PB.linear() = reference.X_PB.linear() * turned(trunk_);
-  // The turn leaves the center of mass where it is.
+  // The turn does not move the center of mass.
   posture.X_PB.translation() += (reference.X_PB.linear() - posture.X_PB.linear()) * hrp2::kComInWaist;
   posture.X_PL.linear() = reference.X_PL.linear() * turned(left_ankle_);
   posture.X_PR.linear() = reference.X_PR.linear() * turned(right_ankle_);

@@ -21,16 +21,16 @@ struct AttitudeOptions {
         "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise it counts "
         "as upright");
     number<&AttitudeOptions::accelerometer_gain_per_s>(
-        key, 0, 1e6, "rate at which the estimated vertical is corrected towards the accelerometer's");
-    number<&AttitudeOptions::bias_gain_per_s2>(
-        key, 0, 1e6, "gain with which the attitude filter estimates the gyro's bias");
+        key, 0, 1e6, "rate of correction of the estimated vertical towards the accelerometer's");
+    number<&AttitudeOptions::bias_gain_per_s2>(key, 0, 1e6,
+                                               "gain of the attitude filter's estimate of the gyro bias");
   }
 };
 
 /// Tracks the vertical in the axes of the IMU. The heading is not observable.
 class Attitude {
  public:
-  /// Begins with `up`, the vertical in the IMU's axes (need not be unit).
+  /// up: the initial vertical in the IMU's axes (need not be unit).
   explicit Attitude(const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(),
                     const AttitudeOptions& options = {});
 
@@ -41,7 +41,7 @@ class Attitude {
               const Eigen::Vector3d& motion, double dt);
 
   const Eigen::Vector3d& up() const { return up_; }  ///< unit vector, IMU axes
-  /// Of the gyro, rad/s; its vertical part is not observable.
+  /// Bias of the gyro, rad/s; its vertical part is not observable.
   const Eigen::Vector3d& bias() const { return bias_; }
 
  private:
@@ -82,7 +82,7 @@ struct StabilizerOptions {
 
     static void keys(auto&& key) {
       value<&Tracking::enabled>(key, "whether errors of the center of mass are fed back");
-      number<&Tracking::gain_per_s>(key, 0, 1e6, "rate at which the error of the capture point decays");
+      number<&Tracking::gain_per_s>(key, 0, 1e6, "decay rate of the capture point error");
       number<&Tracking::velocity_cutoff_hz>(
           key, 0.01, 100,
           "cut-off frequency of the low-pass filter on the velocity error of the center of mass");
@@ -146,7 +146,7 @@ struct StabilizerOptions {
 
     static void keys(auto&& key) {
       value<&BodyAttitude::enabled>(key, "whether the waist is turned against its estimated tilt");
-      number<&BodyAttitude::gain_per_s>(key, 0, 1e6, "rate at which the tilt of the waist is corrected");
+      number<&BodyAttitude::gain_per_s>(key, 0, 1e6, "correction rate of the tilt of the waist");
     }
   } body_attitude;
 
@@ -171,7 +171,7 @@ struct StabilizerOptions {
 /// for the effect of a faulty sensor.
 inline constexpr double kLargestAnkle_rad = 0.17, kLargestFootDifference_m = 0.025, kLargestTrunk_rad = 0.1;
 
-/// Frequency of the pendulum whose length is the height of the center of mass in half-sitting, 1/s.
+/// Frequency of a pendulum as long as the height of the center of mass in half-sitting, 1/s.
 double pendulum_frequency();
 
 /// Estimates and set points of the stabilizer, for logs and tests.

@@ -52,7 +52,7 @@ void Steering::take(const PlaceEstimate& newest) {
   newest_ = newest;
 }
 
-/// Where a pose of the path is wanted, seen from where it is planned.
+/// The desired pose in the frame of the planned pose.
 FootPose Steering::error_of(const FootPose& desired) const {
   return inverse(X_PW_plan_ * desired) * (inverse(X_WP_) * desired);
 }
@@ -107,7 +107,7 @@ void Steering::correct(PatternGenerator& plan, double now_s) {
   corrections_.push_back(made);
 }
 
-/// The step that is due, whose support is already planned, brings the feet together.
+/// The due step brings the feet together; its support is already planned.
 void Steering::stop(PatternGenerator& plan, double now_s) {
   const std::size_t step = plan.free_step();
   const Side side = desired_[step].side;

@@ -1,4 +1,4 @@
-// Corrects the footsteps of a walk by estimates of where the robot is.
+// Corrects the footsteps of a walk by estimates of the robot's place.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +12,8 @@
 
 namespace walking {
 
-/// Where the robot is believed to be at a time: the place of its support sole as planned, in the plan's world
-/// P, and as estimated, in W. Yaw: of any axis of the robot, the same one in both.
+/// An estimate of the robot's place: its support sole as planned, in the plan's world P, and as estimated, in
+/// W. Yaw: of any axis of the robot, the same one in both.
 struct PlaceEstimate {
   double t_s = 0;
   FootPose planned, estimated;
@@ -25,29 +25,29 @@ struct StepCorrection {
   std::size_t step = 0;
   double decided_s = 0;  ///< time of the decision
   Footstep desired;      ///< of the path, in W
-  FootPose expected;     ///< where the foot would land uncorrected by the estimate, in W
+  FootPose expected;     ///< landing without the correction, as estimated, in W
   FootPose error;        ///< of the expected landing: the desired one seen from it (ahead, aside; turn)
   FootPose correction;   ///< the landing seen from the uncorrected one (ahead, aside; turn)
 };
 
 /// The desired path is that of the scenario's commands with the plan's world P laid on W; the plan lives in
-/// P, which stays continuous, and an estimate says where P has drifted to in W. Each landing, at the last
-/// moment at which it can be changed, is moved towards where the path wants it. How far is limited for each
-/// step, so that an estimate that jumps (a loop closes, a place is recognized) does not make the walk jump.
+/// P, which stays continuous, and an estimate gives the drift of P in W. Each landing is moved towards the
+/// path as late as it can be changed. The correction of a step is limited, so that an estimate that jumps
+/// (loop closure, relocalization) does not make the walk jump.
 class Steering {
  public:
   /// plan: from its first tick on, as yet uncorrected.
   Steering(const SteeringOptions& options, const PatternGenerator& plan);
 
-  /// Whether decide() is to be called at this tick of the walk, before plan.next().
+  /// Returns whether decide() must be called at this tick, before plan.next().
   bool is_due(const PatternGenerator& plan, std::size_t tick) const;
 
   /// Corrects the step that is due; after the last one adds steps while the robot is not within the tolerance
-  /// of the end of the path. newest: the newest estimate that may be used, nothing if there is none.
+  /// of the end of the path. newest: the newest usable estimate, if any.
   void decide(PatternGenerator& plan, std::size_t tick, const std::optional<PlaceEstimate>& newest);
 
   const std::vector<StepCorrection>& corrections() const { return corrections_; }
-  /// When the walk was ended early for want of an estimate, s; nothing if it was not.
+  /// Time at which the walk was stopped because the estimate was lost, s.
   std::optional<double> stopped_s() const { return stopped_s_; }
 
  private:
@@ -62,8 +62,8 @@ class Steering {
 
   SteeringOptions options_;
   std::vector<Footstep> desired_;  // in W
-  FootPose X_PW_plan_;             // moves the path to where it is planned: the corrections so far
-  FootPose X_WP_;                  // the newest estimate of where the plan's world is
+  FootPose X_PW_plan_;             // from the path to its plan: the corrections so far
+  FootPose X_WP_;                  // the newest estimate of the plan's world
   std::optional<PlaceEstimate> newest_;
   int final_steps_ = 0;  // added
   std::vector<StepCorrection> corrections_;

@@ -17,7 +17,7 @@ constexpr double cubic_blend_rate(double s) { return 6 * s * (1 - s); }
 /// 10s³ - 15s⁴ + 6s⁵ for s in [0, 1]: velocity and acceleration zero at both ends.
 constexpr double quintic_blend(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
 
-/// Where the swinging sole is `elapsed` of single support (0 ... 1) after lift-off, in P. Horizontally it
+/// Returns the swinging sole at `elapsed` (0 ... 1) of single support, in P. Horizontally it
 /// moves from `from` to `to` during the middle 90 % (vertical take-off and landing), along `polynomial`;
 /// height is 16 h s² (1-s)²; the heading follows a cubic (Stasse et al. 2006, section II, and the JRL pattern
 /// generator).
@@ -32,8 +32,8 @@ struct WaistYaw {
   double rate = 0;  ///< rad/s
 };
 
-/// Cubic from the heading at the phase's begin to that at its end, `elapsed` in 0 ... 1 of the phase (Stasse
-/// et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
+/// Cubic from the heading at the start of the phase to that at its end, `elapsed` in 0 ... 1 of the phase
+/// (Stasse et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
 WaistYaw waist_yaw(const Phase& phase, double elapsed);
 
 }  // namespace walking

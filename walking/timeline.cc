@@ -17,7 +17,7 @@ int ticks_of(double seconds) { return static_cast<int>(std::lround(seconds / kPe
 
 void check(const WalkOptions& options) {
   check_ranges(options, "walk");
-  if (options.commands.empty()) throw std::invalid_argument("walk.commands: there is none");
+  if (options.commands.empty()) throw std::invalid_argument("walk.commands: the list is empty");
 }
 
 int ticks_of(const Stand& stand) {
@@ -76,7 +76,7 @@ void Timeline::repeat(int command, const WalkOptions& options) {
   for (int i = first; i < command; ++i)
     if (std::holds_alternative<Repeat>(options.commands[i]))
       throw std::invalid_argument("repeat.last: " + std::to_string(again.last) +
-                                  " commands, of which one is a repeat itself");
+                                  " commands, but one is a repeat itself");
   laps_.push_back({command_begins_[first], ticks()});
   for (int lap = 0; lap < again.times; ++lap) {
     for (int i = first; i < command; ++i) carry_out(i, options, 0);
@@ -97,7 +97,7 @@ void Timeline::append(Phase phase) {
   phases_.push_back(std::move(phase));
 }
 
-/// Where the walk is so far, to be continued for so many ticks.
+/// Returns a phase of so many ticks that continues the walk.
 Phase Timeline::next_phase(int command, Support support, int ticks) const {
   return {.command = command,
           .support = support,
@@ -118,7 +118,7 @@ void Timeline::stand(int command, int ticks) {
   append(std::move(phase));
 }
 
-/// Double support, in which the ZMP goes to the foot that stays, then single support on it.
+/// Double support, while the ZMP moves to the foot that stays, then single support on it.
 void Timeline::step(int command, const Footstep& step) {
   const Side carrying = other(step.side);
   Phase shift = next_phase(command, Support::both, double_support_ticks_);
@@ -158,7 +158,7 @@ void Timeline::replan(std::size_t first, const std::vector<Footstep>& landings, 
   truncate(kept);
   auto landing = landings.begin();
   for (std::size_t i = 0; i + 1 < replaced.size() && landing != landings.end(); ++i) {
-    // A step is two phases, of which the first is made anew with the second.
+    // A step is two phases; the first is replanned with the second.
     const bool shifts = replaced[i].support == Support::both && replaced[i + 1].support != Support::both;
     if (replaced[i].support != Support::both)
       step(replaced[i].command, *landing++);

@@ -11,8 +11,8 @@
 
 namespace walking {
 
-/// Width of the window that smooths the ZMP reference (zmp_reference.h), 50 ms. The walk begins with as much
-/// standing as the preview and this window take together.
+/// Width of the window that smooths the ZMP reference, 50 ms. The walk starts with standing as long as the
+/// preview and this window together.
 inline constexpr int kSmoothingTicks = 10;
 
 /// A part of the walk with the same support.
@@ -24,7 +24,7 @@ struct Phase {
   double waist_yaw_from = 0, waist_yaw_to = 0;
   Eigen::Vector2d zmp_from = Eigen::Vector2d::Zero(), zmp_to = Eigen::Vector2d::Zero();
   int zmp_ramp_ticks = 1;  ///< ZMP goes from zmp_from to zmp_to in this many ticks, then stays
-  int zmp_ramp_start = 0;  ///< 1 where the phase's first sample is already on its way
+  int zmp_ramp_start = 0;  ///< 1: the first sample of the phase has already moved
 
   Eigen::Vector2d zmp(int tick) const;  ///< the unsmoothed reference at a tick of the phase
 };
@@ -35,7 +35,7 @@ class Timeline {
  public:
   /// Feet together around `start`, in P. `zmp_in_foot`: the place of the ZMP under a support sole, in
   /// its axes, m. Throws std::invalid_argument naming the option when the commands cannot be carried out,
-  /// TooLong where they would take more than kLongestWalk_s.
+  /// TooLong if they take more than kLongestWalk_s.
   Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot);
 
   std::size_t ticks() const { return begins_.back(); }
@@ -56,20 +56,20 @@ class Timeline {
   /// `free`.
   void replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free);
 
-  /// From the begin of a lap to its end, in ticks.
+  /// Start and end of a lap, in ticks.
   struct Lap {
     std::size_t begin, end;
   };
   /// The laps of each repeat, in order; none in a walk without repeat.
   const std::vector<Lap>& laps() const { return laps_; }
-  /// Both feet when a step begins.
+  /// Both feet at the start of a step.
   const Stance& stance_before(std::size_t step) const { return phases_[swings_[step]].from; }
 
   struct Moment {
     const Phase& phase;
     int tick;  ///< within the phase
   };
-  /// Where in the walk `tick` is; before the first tick the first, after the last one the last.
+  /// Returns the phase of a tick; ticks outside the walk are clamped.
   Moment at(std::ptrdiff_t tick) const;
 
  private:
@@ -83,7 +83,7 @@ class Timeline {
   Eigen::Vector2d zmp_under(const FootPose& foot) const;
 
   Eigen::Vector2d zmp_in_foot_;
-  Stance stance_;  // where the phases so far end
+  Stance stance_;  // at the end of the phases so far
   double waist_yaw_ = 0;
   Eigen::Vector2d zmp_ = Eigen::Vector2d::Zero();
   int double_support_ticks_ = 1, single_support_ticks_ = 1, stop_ramp_ticks_ = 1;

@@ -97,7 +97,7 @@ FrameBuffer::Buffers FrameBuffer::make(int samples) const {
   attach(made.color, channels_ == Channels::grey ? GL_R8 : GL_RGBA8, GL_COLOR_ATTACHMENT0);
   attach(made.depth, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
   if (gl().glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw std::runtime_error("off-screen OpenGL: there is no off-screen buffer");
+    throw std::runtime_error("off-screen OpenGL: the off-screen buffer is incomplete");
   return made;
 }
 

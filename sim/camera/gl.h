@@ -74,11 +74,11 @@ struct Gl {
   static void* function(const char* name);
 };
 
-/// Throws std::runtime_error when there is no OSMesa.
+/// Throws std::runtime_error if OSMesa is missing.
 const Gl& gl();
 
 /// An OSMesa context, current on the thread that made it. One core draws (LP_NUM_THREADS=0), so frames and
-/// their cost do not depend on the machine's load. Throws std::runtime_error when there is no usable OpenGL.
+/// their cost do not depend on the machine's load. Throws std::runtime_error without a usable OpenGL.
 class GlContext {
  public:
   GlContext();
@@ -96,8 +96,8 @@ class GlContext {
   std::unique_ptr<osmesa_context, Destroy> context_;
 };
 
-/// What of a picture's light is drawn: its brightness alone, which is what the head camera sees and costs
-/// less, or its colours, for pictures that people look at.
+/// Channels of a picture: only brightness, as the head camera sees it, which costs less, or colors, for
+/// people.
 enum class Channels { grey = 1, rgb = 3 };
 
 /// A picture with its depth in the current OpenGL context, cleared and read as a whole. Row 0 is the one that
@@ -125,7 +125,7 @@ class FrameBuffer {
 
   int width_px_, height_px_;
   Channels channels_;
-  Buffers drawn_, resolved_;  // resolved_ is none without multisampling
+  Buffers drawn_, resolved_;  // resolved_: only with multisampling
 };
 
 }  // namespace sim::camera

@@ -25,23 +25,23 @@ Eigen::Isometry3d camera_pose(const mjModel& model, const mjData& data, const st
 
 /// Renders what the camera "head_camera" of a model sees. The same positions give the same bytes.
 /// The model is the robot in its furnished room, and the camera's own: the physics that moves the robot knows
-/// the floor alone, as every visible geom would cost it time at each step. Owns the OpenGL context of the
+/// only the floor, as each visible geom would slow every step. Owns the OpenGL context of the
 /// thread that made it; draw from that thread only.
 class HeadCamera {
  public:
-  /// Throws std::runtime_error when there is no OpenGL, std::invalid_argument when the model has no
+  /// Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no
   /// head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1);
 
   const CameraModel& camera() const { return camera_; }
   const mjModel& model() const { return *model_; }
-  /// Grey frame (CV_8UC1, height x width of the options) of a robot whose joint positions are those of
+  /// Grey frame (CV_8UC1, height x width of the options) of a robot with the joint positions of
   /// `plant`.
   cv::Mat render(const mjData& plant);
 
   /// Time from a frame's stamp to the end of its exposure: 0 for a shutter that takes no time.
   std::chrono::milliseconds lead() const { return shutter_.lead(); }
-  /// Frame stamped t, through the shutter: of a robot that moved as `motion` says from t - lead() to t +
+  /// Frame stamped t, through the shutter: of a robot with this `motion` from t - lead() to t +
   /// lead(), while the room's lamps were on or off.
   cv::Mat render(const RecentMotion& motion, std::chrono::nanoseconds t,
                  const physics::WorldOptions::LightsOff& lights_off);

@@ -166,7 +166,7 @@ CameraModel camera_model(const CameraOptions& options) {
 }
 
 // Without multisampling a slightly denser picture, smoothed, takes its place: corners are then found again
-// within 0.161 px (rms) in the office, with it within 0.150 px (tests/sim/camera/corner_error.h).
+// within 0.161 px (rms) in the office, with it within 0.150 px (tests/sim/camera/corner_error_test.cc).
 double source_density(const CameraOptions& options) { return options.samples > 1 ? 1.0 : 1.2; }
 
 LensWarp::LensWarp(const CameraModel& camera, double density)

@@ -29,7 +29,7 @@ struct CameraModel {
 /// pinhole of 90° across.
 CameraModel camera_model(const CameraOptions& options);
 
-/// A pinhole picture with square pixels, or a part of one that holds several side by side. Its frame is the
+/// A pinhole picture with square pixels, or one of several side by side. Its frame is the
 /// camera's, turned by `yaw` about y (down), positive to the right: column c, row r (from the top) look along
 /// x/z = left + (c + 0.5) / focal_px, y/z = top + (r + 0.5) / focal_px of that frame.
 struct Pinhole {
@@ -41,12 +41,12 @@ struct Pinhole {
   std::vector<cv::Rect> unsampled{};  ///< parts of this one that no pixel of the image samples
 };
 
-/// Pixels of the renderer's picture per pixel of the image: more than 1 where it does not multisample.
+/// Pixels of the renderer's picture per pixel of the image: more than 1 without multisampling.
 double source_density(const CameraOptions& options);
 
 /// Warps the renderer's pinhole pictures through the camera's lens. A wide lens that compresses the outer
-/// parts of its image is covered by two pinholes turned apart, each for half of the columns: one alone would
-/// draw these parts in more pixels than they are sampled by.
+/// parts of its image is covered by two pinholes turned apart, each for half of the columns: a single one
+/// would draw these parts with more pixels than are sampled.
 class LensWarp {
  public:
   /// `density`: pixels of the pinhole pictures per pixel of the image, at least, in any direction. Above 1
@@ -55,7 +55,8 @@ class LensWarp {
 
   /// One or two, whichever has fewer pixels.
   const std::vector<Pinhole>& views() const { return views_; }
-  /// Where pixel (u, v) samples the picture of the views side by side, in its pixel centers.
+  /// Returns the position in the picture of the views side by side that pixel (u, v) samples (pixel centers
+  /// are whole).
   Eigen::Vector2d source_pixel(int u, int v) const;
   /// The image of a picture of the views side by side, first row on top.
   cv::Mat warp(const cv::Mat& views) const;

@@ -30,7 +30,7 @@ class Rasterizer {
   Rasterizer& operator=(const Rasterizer&) = delete;
 
   void set_vertices(std::size_t first, std::span<const Vertex> vertices);
-  /// Where in the frame buffer the next triangles go, and OpenGL's clip coordinates of their points.
+  /// Sets the viewport of the next triangles, and the transformation of their points to clip coordinates.
   void set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_from_points);
   /// Three indices for each triangle; texture 0: none.
   void draw(std::span<const std::uint32_t> indices, unsigned texture);

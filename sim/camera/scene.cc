@@ -172,7 +172,7 @@ std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isomet
   return seen;
 }
 
-// Plain surfaces in one call; they are most of what is near, and cost little where they are hidden.
+// Plain surfaces in one call; most near surfaces are plain, and hidden ones cost little.
 void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen) {
   const Pinhole& pinhole = views_[view];
   const cv::Rect viewport(pinhole.first_column, 0, pinhole.width_px, pinhole.height_px);

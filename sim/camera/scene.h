@@ -25,7 +25,7 @@ namespace sim::camera {
 class Scene {
  public:
   /// Pictures are as `views` say, side by side in one; `samples`: multisamples. Throws std::runtime_error
-  /// when there is no OpenGL, std::invalid_argument for a model that cannot be drawn.
+  /// without OpenGL, std::invalid_argument for a model that cannot be drawn.
   Scene(const mjModel& model, std::vector<Pinhole> views, int samples, std::uint64_t texture_seed,
         Channels channels, Robot robot = Robot::without_head);
   ~Scene();
@@ -33,8 +33,8 @@ class Scene {
   Scene& operator=(const Scene&) = delete;
 
   /// The views of `data` (positions computed) from X_WC (x right, y down, z forward): CV_8UC1 or RGB.
-  /// `light`: share of the room's light that is on; what shines by itself is as bright as ever, but for the
-  /// ceiling, which holds the lamps.
+  /// `light`: share of the room's light that is on; what emits light stays as bright, except the ceiling with
+  /// the lamps.
   cv::Mat draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light = 1);
 
  private:
@@ -45,7 +45,7 @@ class Scene {
     Paint paint;
     GeomMesh mesh;  // its indices count from the buffer's first vertex
     std::size_t first_vertex;
-    Eigen::Vector3f half;  // of a box about the geom's center that holds it
+    Eigen::Vector3f half;  // of a box around the geom, about its center
     Eigen::Isometry3f X_WG;
   };
   struct Seen {

@@ -88,7 +88,7 @@ void add_capsule(GeomMesh& mesh, float radius, float half) {
   add_revolution(mesh, rings);
 }
 
-// Vertex normals, but where they lean from the triangle's by more than 37 degrees: there is an edge.
+// Vertex normals, except those more than 37 degrees from the triangle's normal, at an edge.
 void add_triangles(GeomMesh& mesh, const mjModel& model, int id) {
   const float* const points = model.mesh_vert + 3 * model.mesh_vertadr[id];
   const float* const normals = model.mesh_normal + 3 * model.mesh_vertadr[id];
@@ -158,7 +158,7 @@ namespace {
 
 Eigen::Vector3f rgb(const float* values) { return Eigen::Map<const Eigen::Vector3f>(values); }
 
-// MuJoCo's rule: the color of a geom counts where it has no material, or differs from the default.
+// MuJoCo's rule: the color of a geom applies if it has no material or differs from the default.
 bool own_color(const mjModel& model, int geom) {
   const float* color = model.geom_rgba + 4 * geom;
   return model.geom_matid[geom] < 0 || color[0] != 0.5f || color[1] != 0.5f || color[2] != 0.5f ||
@@ -219,7 +219,7 @@ score::Surface::Kind kind_of(int type) {
       return Kind::capsule;
     default:
       throw std::invalid_argument(
-          "a room may hold planes and other primitives only, no mesh or height field");
+          "a room may only contain planes and other primitives, not meshes or height fields");
   }
 }
 

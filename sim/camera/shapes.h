@@ -21,19 +21,19 @@ struct GeomMesh {
   std::vector<std::uint32_t> indices;  ///< three for each triangle
 };
 
-/// Planes have a front alone; round shapes are 20-sided. A picture covers a shape's extent along its x and y
+/// Planes only have a front; round shapes are 20-sided. A picture covers a shape's extent along its x and y
 /// once, or as the material's texrepeat and texuniform say, upper left at (-x, +y): well mapped on planes and
 /// on two faces of a box. Throws std::invalid_argument for height fields.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
-/// What of a robot is drawn: its head camera sees no part of the head it sits in.
+/// Parts of a robot to draw: the head camera does not see the head around it.
 enum class Robot { without_head, whole };
 
-/// Whether a geom is drawn: groups 0 and 1, and group 2 (the head) of a whole robot, unless fully
+/// Returns whether a geom is drawn: groups 0 and 1, and group 2 (the head) of a whole robot, unless fully
 /// transparent.
 bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
 
-/// What a surface looks like in full white light, and what it shines with by itself, as a share of that.
+/// Color of a surface in full white light, and its emission relative to that.
 struct Paint {
   Eigen::Vector3f rgb;  ///< 0-1
   float emission = 0;
@@ -43,8 +43,8 @@ struct Paint {
 Paint paint_of(const mjModel& model, int geom);
 
 /// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. What
-/// moves with the head lights nothing, so that the brightness of a surface does not depend on the view; there
-/// are no highlights and no cast shadows.
+/// moves with the head lights nothing, so that the brightness of a surface does not depend on the view;
+/// highlights and cast shadows are omitted.
 class Lamps {
  public:
   /// `data`: positions computed (mj_kinematics and mj_camlight). Throws std::invalid_argument for a lamp that

@@ -15,8 +15,8 @@
 namespace sim::camera {
 namespace {
 
-// Area-averaged mipmaps: each level from the one above, down to one texel. The nearest level alone is
-// sampled: blending two costs 6 % of a frame and finds corners no better.
+// Area-averaged mipmaps: each level from the one above, down to one texel. Only the nearest level is sampled:
+// blending two costs 6 % of a frame and finds corners no better.
 void load(unsigned texture, cv::Mat picture) {
   const bool grey = picture.channels() == 1;
   gl().glBindTexture(GL_TEXTURE_2D, texture);

@@ -13,7 +13,7 @@ inline constexpr const char* kUrdfRoot = "waist";
 /// The bodies below the one with a free joint, which becomes kUrdfRoot: their hinges with axes and limits (m,
 /// rad), and the shapes that are drawn. The ankles' bushes are at rest. URDF has no capsules, drawn as
 /// cylinders with two spheres, and no ellipsoids, drawn as spheres of the same volume. Throws
-/// std::invalid_argument where no body has a free joint.
+/// std::invalid_argument if no body has a free joint.
 std::string urdf(const mjModel_& model);
 
 }  // namespace sim::camera

@@ -1,22 +1,57 @@
-// Frames from their stamps until their images are drawn, and the camera that takes them.
+// Frames from their stamps until their images are drawn, and the worker that draws them.
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <deque>
+#include <functional>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "sim/camera/head_camera.h"
 #include "sim/camera/shutter.h"
-#include "sim/live/ordered_worker.h"
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
 #include "slam/observation.h"
 
 namespace sim::live {
+
+/// Calls functions one after another, in the order of do_next(), all on one thread: its own, or the caller's
+/// within do_next(). Objects that belong to one thread, as OpenGL's contexts do, are made, used and destroyed
+/// by such functions. Functions that have not started when the worker is destroyed are dropped.
+class OrderedWorker {
+ public:
+  explicit OrderedWorker(bool own_thread);
+  ~OrderedWorker();
+  OrderedWorker(const OrderedWorker&) = delete;
+  OrderedWorker& operator=(const OrderedWorker&) = delete;
+
+  /// The future has the function's result or exception.
+  template <typename Function>
+  auto do_next(Function function) {
+    // Shared, since std::function copies.
+    auto task = std::make_shared<std::packaged_task<std::invoke_result_t<Function>()>>(std::move(function));
+    auto result = task->get_future();
+    add([task] { (*task)(); });
+    return result;
+  }
+
+ private:
+  void add(std::function<void()> task);
+  void work();
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> waiting_;
+  bool stopping_ = false;
+  std::thread thread_;  // last: it uses the members above
+};
 
 /// A frame and the true pose of the camera at its stamp.
 struct Frame {
@@ -28,11 +63,10 @@ struct Frame {
 
 /// Frame k is stamped at the millisecond of the physics nearest to k / rate; its image is complete when the
 /// shutter has closed, which may be later. Without a camera in the scenario images stay empty. Images do not
-/// change the walk, so that they can be drawn beside it: they are the same, and come in the same order, as
-/// when each is drawn before the walk goes on.
+/// change the walk, so they can be drawn beside it, with the same bits and in the same order.
 class FramePipeline {
  public:
-  /// beside: images are drawn on a thread of their own, a few frames behind the walk.
+  /// beside: images are drawn on a separate thread, a few frames behind the walk.
   FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
 
   /// The surfaces that the camera can see.
@@ -46,11 +80,11 @@ class FramePipeline {
   std::chrono::nanoseconds next_event() const;
   void push(Frame frame);
 
-  /// Has the images drawn whose shutters have closed at this time.
+  /// Draws the images with shutters closed at this time.
   void draw_complete(std::chrono::nanoseconds t);
-  /// Has all images drawn: no more time will pass.
+  /// Draws all remaining images at the end of the walk.
   void draw_all();
-  /// Whether so many images are being drawn that the oldest frame is to be taken now.
+  /// Returns whether the oldest frame must be popped because enough images are in flight.
   bool is_full() const { return drawn_.size() > in_flight_; }
   bool empty() const { return drawn_.empty(); }
   /// The stamp of the frame that pop() gives next; there must be one.

@@ -1,10 +1,124 @@
 #include "sim/live/recorded.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <string_view>
 
+#include "sim/sensor_errors/random.h"
 #include "walking/kinematics.h"
+#include "walking/plan.h"
 
 namespace sim::live {
+namespace {
+
+constexpr int kFloorWaves = 8;
+constexpr double kShortestWave = 1.0, kLongestWave = 4.0;  // m
+
+Eigen::VectorXd normals(std::uint64_t seed, std::string_view stream, double sigma, int count) {
+  sensor_errors::Random random(seed, stream);
+  Eigen::VectorXd values(count);
+  for (double& value : values) value = sigma * random.normal();
+  return values;
+}
+
+/// Factors around 1, never near 0.
+Eigen::VectorXd scales(std::uint64_t seed, std::string_view stream, double sigma, int count) {
+  return (normals(seed, stream, sigma, count).array() + 1).max(0.1);
+}
+
+/// Waves of every direction and length, of the same size each.
+std::vector<physics::FloorWave> floor(std::uint64_t seed, double sigma) {
+  std::vector<physics::FloorWave> waves;
+  if (sigma == 0) return waves;
+  sensor_errors::Random random(seed, "floor height");
+  for (int i = 0; i < kFloorWaves; ++i) {
+    const double length = kShortestWave * std::pow(kLongestWave / kShortestWave, random.uniform());
+    const double direction = 2 * std::numbers::pi * random.uniform();
+    const double k = 2 * std::numbers::pi / length, phase = 2 * std::numbers::pi * random.uniform();
+    waves.push_back(
+        {sigma * std::sqrt(2.0 / kFloorWaves), {k * std::cos(direction), k * std::sin(direction)}, phase});
+  }
+  return waves;
+}
+
+}  // namespace
+
+physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world) {
+  constexpr int kJoints = walking::kJoints, kLinks = kJoints + 1;
+  const physics::WorldOptions::Variation& spread = world.variation;
+  physics::PlantVariation drawn;
+  drawn.floor_friction =
+      std::max(0.01, world.floor_friction + normals(seed, "floor friction", spread.friction, 1)[0]);
+  drawn.joint_offset_rad = normals(seed, "joint zeros", spread.joint_offset_rad, kJoints);
+  drawn.mass_scale = scales(seed, "link masses", spread.mass_fraction, kLinks);
+  drawn.com_offset_m = normals(seed, "centers of mass", spread.com_m, 3 * kLinks).reshaped(3, kLinks);
+  drawn.posture_rad = normals(seed, "posture at the start", spread.posture_rad, kJoints);
+  drawn.servo_scale = scales(seed, "servo gains", spread.servo_fraction, kJoints);
+  drawn.floor = floor(seed, spread.floor_height_m);
+  return drawn;
+}
+
+namespace {
+
+slam::Support support(walking::Support s) {
+  switch (s) {
+    case walking::Support::left:
+      return slam::Support::left;
+    case walking::Support::right:
+      return slam::Support::right;
+    case walking::Support::both:
+      break;
+  }
+  return slam::Support::both;
+}
+
+Eigen::Vector3d support_sole(const walking::Reference& reference) {
+  const Eigen::Vector3d left = reference.X_PL.translation(), right = reference.X_PR.translation();
+  switch (reference.support) {
+    case walking::Support::left:
+      return left;
+    case walking::Support::right:
+      return right;
+    case walking::Support::both:
+      break;
+  }
+  return (left + right) / 2;
+}
+
+}  // namespace
+
+Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s) {
+  const double part = (t_s - from.t_s) / walking::kPeriod;
+  Eigen::Isometry3d X_PB;
+  X_PB.linear() =
+      Eigen::Quaterniond(from.X_PB.linear()).slerp(part, Eigen::Quaterniond(to.X_PB.linear())).matrix();
+  X_PB.translation() = (1 - part) * from.X_PB.translation() + part * to.X_PB.translation();
+  X_PB.makeAffine();
+  return X_PB;
+}
+
+slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
+                                   const Eigen::Isometry3d& X_BC) {
+  slam::PlannedMotion motion;
+  motion.X_PC = planned_waist(from, to, t_s) * X_BC;
+  const Eigen::Matrix3d R_CP = motion.X_PC.linear().transpose();
+  const Eigen::Vector3d w_PB_P = from.waist_yaw_rate * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d p_BC_P = from.X_PB.linear() * X_BC.translation();
+  motion.v_PC_C = R_CP * (from.waist_velocity + w_PB_P.cross(p_BC_P));
+  motion.w_PC_C = R_CP * w_PB_P;
+  motion.support = support(from.support);
+  motion.p_CF = motion.X_PC.inverse() * support_sole(from);
+  return motion;
+}
+
+slam::LegMotion leg_motion(const walking::LegOdometry& legs, const walking::JointVector& q,
+                           const Eigen::Isometry3d& X_BC) {
+  const auto [X_OB, p_OS] = legs.motion(q);
+  const Eigen::Isometry3d X_OC = X_OB * X_BC;
+  return {X_OC, X_OC.inverse() * p_OS};
+}
+
 namespace {
 
 Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {

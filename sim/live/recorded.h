@@ -1,19 +1,40 @@
-// The simulated world in the terms of a recording.
+// Conversion between scenario, simulator, plan and recording.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "sim/camera/lens.h"
+#include "sim/physics/options.h"
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
+#include "slam/observation.h"
+#include "walking/leg_odometry.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
 #include "walking/steering.h"
 
 namespace sim::live {
+
+/// Each is drawn from its named stream, so that setting one spread to 0 does not change the others.
+physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
+
+/// Waist pose X_PB at time t (s), from.t_s <= t <= to.t_s: position and yaw linear between the two references
+/// (one control period apart; the plan's acceleration of at most a few m/s² makes that wrong by less than 20
+/// µm).
+Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s);
+
+/// The planned motion of a camera fixed to the waist at X_BC. Velocities: those of the tick before t.
+slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
+                                   const Eigen::Isometry3d& X_BC);
+
+/// Pose by leg odometry of a camera fixed to the waist at X_BC, by the encoders at this moment.
+slam::LegMotion leg_motion(const walking::LegOdometry& legs, const walking::JointVector& q,
+                           const Eigen::Isometry3d& X_BC);
 
 /// The mounting of head camera and chest IMU on the robot in its planned posture, by the nominal model.
 struct Mounting {
@@ -22,7 +43,7 @@ struct Mounting {
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const physics::Models& models);
 
-/// The simulated camera as estimators are told of it.
+/// Intrinsics of the simulated camera for estimators.
 slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens);
 
 /// X_PB: the planned waist at the start.

@@ -12,7 +12,7 @@
 namespace sim::live {
 namespace {
 
-/// Where the command was written; scenarios that were not read from text only have a name.
+/// Origin of the command; scenarios that were not read from text only have a name.
 scenario::Yaml place_of(const scenario::ReadScenario& read, std::size_t command) {
   scenario::Yaml at;
   at.origin.file = read.scenario.name;

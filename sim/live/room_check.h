@@ -9,8 +9,8 @@
 
 namespace sim::live {
 
-/// Plans the walk. Throws std::invalid_argument if it cannot be planned, and ConfigError at the walk command
-/// whose planned posture comes too near to a wall or to furniture, unless the scenario allows a run to end as
+/// Plans the walk. Throws std::invalid_argument if it cannot be planned, and ConfigError at a walk command
+/// with a planned posture too near to a wall or to furniture, unless the scenario allows a run to end as
 /// "collided".
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
 

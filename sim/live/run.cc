@@ -6,12 +6,10 @@
 #include <optional>
 #include <utility>
 
-#include "sim/live/checked_recording.h"
 #include "sim/live/frame_pipeline.h"
-#include "sim/live/planned_camera.h"
-#include "sim/live/plant_variation.h"
 #include "sim/live/recorded.h"
 #include "sim/live/room_check.h"
+#include "sim/live/self_check.h"
 #include "sim/live/steering_pose_buffer.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/sensor_errors/random.h"
@@ -193,7 +191,7 @@ void Run::stamp_frame() {
       recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
 }
 
-// At the end of each tick, and where a frame is stamped within it.
+// At the end of each tick, and at each frame's stamp within it.
 void Run::read_imu() {
   const physics::ImuReading reading = robot_->world().imu_since_last();
   if (reading.begin == reading.end) return;
@@ -228,7 +226,7 @@ void Run::track(slam::Observation observation) {
   timing_.frame.landmarks = tracking_->landmarks();
 }
 
-// The estimate after a frame; where the truth is to steer, the truth as if it were one.
+// The estimate after a frame, or the truth if the truth steers.
 void Run::add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true) {
   if (read_.scenario.walk.steering.by == walking::SteeredBy::truth) {
     steering_->poses.add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
@@ -239,8 +237,8 @@ void Run::add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_tru
   }
 }
 
-// Where a footstep is due, with all frames that it may depend on and no others: whether images are drawn
-// beside the walk makes no difference.
+// Decides a due footstep with exactly the frames that it may depend on, so that drawing images beside the
+// walk makes no difference.
 void Run::steer() {
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
   if (!steering_ || !robot_->is_ok() || !steering_->steering.is_due(robot_->plan(), tick)) return;

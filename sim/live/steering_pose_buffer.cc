@@ -8,11 +8,11 @@
 namespace sim::live {
 namespace {
 
-/// Of the rotation about z that is nearest to R.
+/// Angle of the rotation about z that is nearest to R.
 double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)); }
 
-/// Of the sole's place (axes W) and heading: the error of the camera's attitude, Log(R_estimateᵀ R_true) in
-/// axes C, moves the sole by R_WC (error x p_CF).
+/// Covariance of the sole's place (axes W) and heading: the error of the camera's attitude, Log(R_estimateᵀ
+/// R_true) in axes C, moves the sole by R_WC (error x p_CF).
 Eigen::Matrix3d covariance_of_sole(const slam::Estimate& estimate, const Eigen::Vector3d& p_CF) {
   const Eigen::Matrix3d& R_WC = estimate.X_WC.linear();
   const Eigen::Vector3d p_CF_W = R_WC * p_CF;

@@ -1,4 +1,4 @@
-// What steering is told: the newest estimate of the robot's place that is old enough to be used.
+// Input of steering: the newest estimate of the robot's place that is old enough.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,8 +16,8 @@ namespace sim::live {
 /// planned sole are taken as one rigid body, so that a body that tilts about its foot does not move the foot.
 walking::PlaceEstimate place_estimate(const slam::Estimate& estimate, const slam::PlannedMotion& planned);
 
-/// Estimates from the frame on which they were made until one may be used that is newer. Faults of the
-/// estimate (errors.faults: estimate_...) are applied on the way.
+/// Buffers estimates until they are old enough for steering. Faults of the estimate (errors.faults:
+/// estimate_...) are applied on the way.
 class SteeringPoseBuffer {
  public:
   SteeringPoseBuffer(const walking::SteeringOptions& options, const std::vector<sensor_errors::Fault>& faults,
@@ -25,11 +25,11 @@ class SteeringPoseBuffer {
 
   /// The motion that was really planned at a frame's stamp.
   void add(slam::Stamp t, const slam::PlannedMotion& planned);
-  /// What was estimated once the frame of that stamp, and no later one, was taken. tracks: neither lost nor
-  /// diverged.
+  /// The estimate after the frame of that stamp. tracks: neither lost nor diverged.
   void add(slam::Stamp frame, slam::Estimate estimate, bool tracks);
 
-  /// The last frame whose estimate may be used now: it is as old as the latency, and its image complete.
+  /// Stamp of the last frame with an estimate that may be used now: as old as the latency, its image
+  /// complete.
   slam::Stamp usable_until(slam::Stamp now) const { return now - delay_; }
   /// The newest estimate of a frame up to that stamp; nothing before the first.
   std::optional<walking::PlaceEstimate> newest(slam::Stamp until);

@@ -6,7 +6,6 @@
 #include "sim/files/text.h"
 #include "sim/pages/paper.h"
 #include "sim/score/statistics.h"
-#include "sim/score/statistics.h"
 
 namespace sim::pages {
 namespace {
@@ -47,7 +46,7 @@ struct Links {
   }
 };
 
-// Times at which feet touched the ground (s, rising).
+// Times of foot impacts (s, rising).
 Column impacts_of(const RunData& run) {
   Column all;
   if (!run.feet) return all;

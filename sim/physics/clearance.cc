@@ -100,7 +100,7 @@ Eigen::AlignedBox3d RoomClearance::robot_box() const {
   return box;
 }
 
-// Lets MuJoCo look at the solids within range alone. Returns a lower bound of the others' distance.
+// Enables only the solids within range. Returns a lower bound of the others' distance.
 double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
   double others = std::numeric_limits<double>::infinity();
   for (const Solid& solid : solids_) {
@@ -112,8 +112,8 @@ double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
   return others;
 }
 
-// Whether there is a contact within the margin MuJoCo knows exactly; the distance of what is apart it
-// overrates or underrates, by centimeters for ellipsoids and cylinders: it only chooses what is named.
+// MuJoCo is exact about contacts within the margin, but its distances are off by centimeters for ellipsoids
+// and cylinders: they only select the shape that is named.
 Clearance RoomClearance::at(const double* positions) {
   std::copy_n(positions, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());

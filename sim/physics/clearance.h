@@ -1,5 +1,5 @@
 // How near the robot is to the walls and the furniture of its room.
-// Whether a plan leads the robot past the walls and the furniture of its room.
+// Checks of a plan against walls and furniture.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,7 +11,7 @@
 #include "walking/pattern_generator.h"
 
 namespace sim::physics {
-/// Nothing of the robot moves faster, m/s: what falls over from a man's height reaches half of it. While the
+/// No part of the robot moves faster, m/s: a fall from a man's height reaches half of it. While the
 /// room is d away, nothing can touch it within d / kFastest_m_s.
 inline constexpr double kFastest_m_s = 10;
 
@@ -23,8 +23,7 @@ struct Collision {
 };
 
 struct Clearance {
-  double distance_m =
-      0;  ///< nothing of the robot is nearer to anything of the room: a lower bound, of boxes around both
+  double distance_m = 0;  ///< lower bound of the distance between robot and room, from boxes around both
   std::optional<Collision> collision;
 };
 
@@ -68,8 +67,8 @@ struct PlannedCollision : Collision {
   int command = 0;  ///< index into WalkOptions::commands
 };
 
-/// The first time at which the planned posture, the plan's world being W, is nearer than kPlannedMargin_m to
-/// the room.
+/// The first time when the planned posture is nearer than kPlannedMargin_m to the room, with the plan's world
+/// at W.
 std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, Model in_room);
 
 }  // namespace sim::physics

@@ -13,17 +13,16 @@ struct ImuState {
   Eigen::Vector3d v_WG = Eigen::Vector3d::Zero();  ///< m/s in W
 };
 
-/// Means over (begin, end], in the axes G has in the middle: half-way of the turn from begin to end.
+/// Means over (begin, end], in the axes G at half of the turn.
 struct ImuReading {
   std::chrono::nanoseconds begin{0}, end{0};
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();            ///< rad/s
   Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();  ///< m/s², +g up at rest
 };
 
-/// The reading whose integration leads exactly from one state to the next, as of an IMU that compensates
-/// within itself for turning while it is being accelerated: gyro = Log(R_0ᵀ R_1)/dt, specific force =
-/// R_½ᵀ ((v_1 − v_0)/dt − g), R_½ = R_0 Exp(½ Log(R_0ᵀ R_1)). Empty interval: the reading is zero.
-/// gravity: m/s² in W.
+/// The reading that integrates exactly from one state to the next, like an IMU with internal sculling
+/// compensation: gyro = Log(R_0ᵀ R_1)/dt, specific force = R_½ᵀ ((v_1 − v_0)/dt − g), R_½ = R_0 Exp(½
+/// Log(R_0ᵀ R_1)). Empty interval: the reading is zero. gravity: m/s² in W.
 ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen::Vector3d& gravity);
 
 }  // namespace sim::physics

@@ -30,7 +30,7 @@ void set_handlers() {
   mju_user_warning = keep_warning;
 }
 
-// A main file that exists in memory alone, "in" the models folder so that relative paths start there.
+// A main file that only exists in memory, "in" the models folder so that relative paths start there.
 std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, const std::string& text) {
   std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
     mj_deleteVFS(vfs);

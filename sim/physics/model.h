@@ -37,7 +37,7 @@ Model load_model(const std::string& robot, const std::string& room, const std::f
 /// An independent copy, which opens no file.
 Model copy_of(const Model& model);
 
-/// The models of a run: each file is opened once, whoever needs a model of its own copies these.
+/// The models of a run: each file is opened once; users copy these.
 struct Models {
   /// Throws std::runtime_error if a model does not load.
   Models(const std::string& robot, const std::string& room, const std::filesystem::path& folder);
@@ -46,7 +46,7 @@ struct Models {
   Model in_room;   ///< robot and furnished room, all shapes
 };
 
-/// The last warning of MuJoCo since this was called before; empty if there was none.
+/// Returns MuJoCo's last warning since the previous call; empty without one.
 std::string take_warning();
 
 }  // namespace sim::physics

@@ -12,9 +12,9 @@
 struct mjModel_;
 
 namespace sim::physics {
-/// models/<robot>.xml, loaded for the plan alone: it is free of the variations and disturbances of a run, and
-/// the ankles' bushes are at rest. Copies share one state: not for use from several threads. Throws
-/// std::runtime_error when the model does not load.
+/// models/<robot>.xml, used only by the plan: without the variations and disturbances of a run, the ankles'
+/// bushes at rest. Copies share one state: not for use from several threads. Throws std::runtime_error when
+/// the model does not load.
 walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models);
 walking::WholeBody nominal_body(Model on_floor);
 

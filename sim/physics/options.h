@@ -22,7 +22,7 @@ struct Push {
   double duration_s = 0.1;
 
   static void keys(auto&& key) {
-    number<&Push::time_s>(key, 0, 1e6, "time at which the push begins");
+    number<&Push::time_s>(key, 0, 1e6, "start of the push");
     number<&Push::impulse_ns>(key, -1e4, 1e4, "impulse of the constant horizontal force on the waist");
     degrees<&Push::direction_rad>(
         key, -36000, 36000, "direction of the force, by the waist's heading: 0 is ahead, 90 to the left");
@@ -30,7 +30,7 @@ struct Push {
   }
 };
 
-/// A rectangle of the floor, in W, with a friction of its own.
+/// A rectangle of the floor, in W, with another friction.
 struct FloorPatch {
   static constexpr const char* kName = "patch";
   double x_min_m = 0, x_max_m = 0, y_min_m = 0, y_max_m = 0;
@@ -44,7 +44,7 @@ struct FloorPatch {
     number<&FloorPatch::friction>(key, 0.01, 5, "sliding friction of sole on floor in the rectangle");
   }
 
-  /// What no single key can know; empty when nothing is wrong.
+  /// A problem that involves several keys; empty if there is not any.
   std::string_view problem() const {
     if (x_min_m >= x_max_m) return "is empty, expected x_min_m below x_max_m";
     if (y_min_m >= y_max_m) return "is empty, expected y_min_m below y_max_m";
@@ -67,9 +67,8 @@ struct WorldOptions {
     double left_fraction = 0.15;
 
     static void keys(auto&& key) {
-      number<&LightsOff::from_s>(key, 0, 1e6, "time at which the room's lamps are switched off");
-      number<&LightsOff::duration_s>(key, 0, 1e6,
-                                     "time for which the room's lamps stay off; 0: they stay on");
+      number<&LightsOff::from_s>(key, 0, 1e6, "start of the darkness");
+      number<&LightsOff::duration_s>(key, 0, 1e6, "duration of the darkness; 0: the lamps stay on");
       number<&LightsOff::left_fraction>(
           key, 0, 1,
           "part of their light that surfaces still get while the lamps are off; windows and screens "
@@ -108,7 +107,7 @@ struct WorldOptions {
         key, "model of the room, models/<room>.xml: what the head camera sees and the robot must not touch");
     value<&WorldOptions::seed>(key, "seed of the patterns painted on the room's surfaces");
     number<&WorldOptions::floor_friction>(key, 0.01, 5, "sliding friction of sole on floor");
-    value<&WorldOptions::floor_patches>(key, "rectangles of the floor with a friction of their own");
+    value<&WorldOptions::floor_patches>(key, "rectangles of the floor with another friction");
     value<&WorldOptions::pushes>(key, "pushes against the waist");
     part<&WorldOptions::lights_off>(key);
     part<&WorldOptions::variation>(key);

@@ -15,7 +15,7 @@ constexpr std::array kSoleBodies{"LLEG_SOLE", "RLEG_SOLE"};
 
 Eigen::Vector2d horizontal(const mjtNum* p) { return {p[0], p[1]}; }
 
-// Friction force on a pad in W, and the velocity that MuJoCo's friction constraint has when it holds steadily
+// Friction force on a pad in W, and the velocity that MuJoCo's friction constraint has in steady state
 // against it: with no acceleration the constraint's law, a + B v = -R f, leaves v = -R f / B.
 struct Friction {
   Eigen::Vector2d place, creep_velocity;

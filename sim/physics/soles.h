@@ -1,5 +1,4 @@
-// The pads under the soles, which alone are in contact with the floor: its friction, its height, load and
-// creep.
+// The pads under the soles, the only contacts with the floor: friction, height, load and creep.
 // The floor: its friction and its height at each point.
 #pragma once
 
@@ -25,7 +24,7 @@ struct SoleContact {
 class Soles {
  public:
   /// Finds the pads: the geoms of the bodies RLEG_SOLE and LLEG_SOLE that collide with the floor. Throws
-  /// std::runtime_error when there is none.
+  /// std::runtime_error if there are no pads.
   Soles(mjModel_& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves);
 
   /// Gives each pad the friction and the height of the floor below it: the floor of the simulator is a plane,

@@ -9,7 +9,7 @@ namespace sim::physics {
 namespace {
 
 // At rest: gravity and the chest's specific force have differed by less than kRestForce, and its gyro has
-// read less than kRestRate, for kRest. A robot that does not come to rest starts as it is.
+// read less than kRestRate, for kRest. A robot that keeps moving starts as it is.
 constexpr double kRestForce = 0.05;  // m/s²; standing robots stay within 0.01
 constexpr double kRestRate = 0.01;   // rad/s
 constexpr std::chrono::milliseconds kRest{200}, kLongestSettling{3000};

@@ -10,13 +10,13 @@ namespace sim::physics {
 /// Per tick of 5 ms: command(), the steps of world() until the tick has passed, advance().
 class WalkingRobot {
  public:
-  /// Stands in the plan's first posture, the plan's world P being at X_WP, and has come to rest there: loaded
-  /// pads, bushes and servos give way by some mm, which is over before t = 0.
+  /// Starts in the plan's first posture, with the plan's world P at X_WP, and at rest: loaded pads, bushes
+  /// and servos yield by some mm before t = 0.
   WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
                const WorldOptions& options, const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());
 
-  /// Whether the plan goes on and the robot has neither fallen nor ended otherwise.
+  /// Returns whether the plan continues and the robot is ok.
   bool walks() const { return tick_ < plan_.ticks() && is_ok(); }
   bool is_ok() const { return world_.status().condition == Condition::ok; }
   /// The part of the plan that has been carried out, 0 ... 1.
@@ -24,7 +24,7 @@ class WalkingRobot {
 
   /// Plan -> stabilizer -> inverse kinematics -> servos.
   void command(const walking::SensorReadings& readings);
-  /// Goes on to the next tick of the plan.
+  /// Advances to the next tick of the plan.
   void advance();
   /// A whole tick.
   void tick();

@@ -140,7 +140,7 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   for (int joint = 0; joint < walking::kJoints; ++joint) {
     data_->qpos[ids_.position[joint]] = q[joint] + offset_[joint];
   }
-  for (int pass = 0; pass < 2; ++pass) {  // where the pads are decides how long they are
+  for (int pass = 0; pass < 2; ++pass) {  // the place of a pad determines its length
     mj_kinematics(model_.get(), data_.get());
     soles_.apply_floor(*model_, *data_);
   }
@@ -173,13 +173,13 @@ const Status& World::step() {
   return status_;
 }
 
-// The forces at the ankles, which take 3 % of a step, are read at the end of a tick alone.
+// Ankle forces take 3 % of a step; they are only computed at the end of a tick.
 void World::read_forces_at(std::chrono::nanoseconds end) {
   int& disabled = model_->opt.disableflags;
   disabled = end % walking::kTick == end.zero() ? disabled & ~mjDSBL_SENSOR : disabled | mjDSBL_SENSOR;
 }
 
-// What is far away cannot be touched soon: most steps need no look.
+// Distant shapes cannot be touched soon: most steps need no check.
 void World::look_around() {
   const Clearance clearance = room_->at(data_->qpos);
   next_look_ = time_ + std::chrono::nanoseconds(
@@ -221,7 +221,7 @@ Status World::check() const {
   if (std::any_of(data_->warning, data_->warning + mjNWARNING, raised)) {
     return {Condition::physics_failed, "a warning of MuJoCo"};
   }
-  // On a state that is not finite MuJoCo restarts the robot and its clock and goes on.
+  // On a state that is not finite MuJoCo restarts the robot and its clock and continues.
   if (!(std::abs(lag) < 1e-6)) {
     return {Condition::physics_failed, "the physics has restarted itself"};
   }

@@ -1,4 +1,4 @@
-// The physics: the robot in its room, moved by its joint servos alone, its sensor readings and its true pose.
+// The physics: the robot in its room, moved only by its joint servos, its sensor readings and its true pose.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,10 +17,10 @@
 
 namespace sim::physics {
 
-/// Of the 30 joints, in the order of walking::JointVector.
+/// Names of the 30 joints, in the order of walking::JointVector.
 std::vector<std::string> joint_names();
 
-/// What has become of the robot. All but `ok` are final: the physics then stands still. `collided`: a foot
+/// Condition of the robot. All but `ok` are final: the physics then stops. `collided`: a foot
 /// touched the other one, or the robot touched something of the room but its floor.
 enum class Condition { ok, fell, collided, physics_failed };
 struct Status {
@@ -39,7 +39,7 @@ class World {
   World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
         const Eigen::Isometry3d& X_WB, const Models& models);
 
-  /// What the servos are to follow until the next command: joint angles (rad) and their velocities (rad/s).
+  /// Sets the reference of the servos until the next command: joint angles (rad) and velocities (rad/s).
   void command(const walking::JointVector& q, const walking::JointVector& dq);
 
   /// Advances the physics by 1 ms. Positions and sensors then belong to the new time.
@@ -63,7 +63,7 @@ class World {
   /// Load and creep of the left and the right sole since the last call (or the start).
   std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
 
-  /// True poses in W. Ground truth: for the score alone, never for filter, stabilizer or plan.
+  /// True poses in W. Ground truth: only for the score, never for filter, stabilizer or plan.
   Eigen::Isometry3d X_WB() const;  ///< waist
   Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
   Eigen::Isometry3d X_WG() const;  ///< chest IMU

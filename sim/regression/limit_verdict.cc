@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "sim/regression/verdict.h"
-#include "sim/result/summary.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/limits.h"
 
 namespace sim::regression {

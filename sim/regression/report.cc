@@ -8,7 +8,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/json.h"
-#include "sim/result/table_style.h"
+#include "sim/result/score_table.h"
 #include "sim/score/metrics.h"
 
 namespace sim::regression {

@@ -8,10 +8,10 @@
 
 namespace sim::result {
 
-/// The headline metrics and those with limits, or all, from a result folder's score.json, timing.json and,
-/// where it is there, about.json. A reason that several metrics share stands once, below them. failed: the
-/// run ended in a way that its scenario does not allow, and whoever shows the table says why; the table says
-/// it of another ending than completed. Throws FileError.
+/// A table of the headline metrics and those with limits, or all, from a result folder's score.json,
+/// timing.json and, if it exists, about.json. A reason that several metrics share is printed once, below
+/// them. The table has the cause of an ending other than completed, unless `failed`: then the caller prints
+/// it. Throws FileError.
 std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style = {},
                         bool failed = false);
 

@@ -41,7 +41,7 @@ class Canvas {
   void disc(cv::Point2d center, double radius, const Color& color);
   void ring(cv::Point2d center, double radius, double thickness, const Color& color);
   void polygon(const std::vector<cv::Point2d>& corners, const Color& color);
-  /// Text whose capitals are `height` tall; `at` is the left end of its baseline.
+  /// Text with capitals `height` tall; `at` is the left end of its baseline.
   void text(const std::string& words, cv::Point2d at, double height, double thickness, const Color& color);
   /// Color from `top` to `bottom` down the box.
   void gradient(const Box& box, const Color& top, const Color& bottom);

@@ -11,7 +11,7 @@ Color tone(const Color& color, cv::RNG& random, double spread) {
   return shade(color, 1 + random.uniform(-spread, spread));
 }
 
-// Tiles of a floor whose joints lie at (x, y) and every 0.6 m from there.
+// Floor tiles with joints at (x, y) and every 0.6 m from there.
 void lay_tiles(Canvas& floor, double x, double y, cv::RNG& random) {
   const Color color(168, 170, 164);
   for (double top = y - kTile; top < floor.height(); top += kTile)
@@ -30,7 +30,7 @@ void scuff(Canvas& floor, cv::RNG& random) {
              tone({148, 149, 144}, random, 0.06));
 }
 
-// Tape that marks where the robot starts (0, 0 of the world) and the corners of its ground.
+// Tape marks at the robot's start (0, 0 of the world) and the corners of its ground.
 void mark_start(Canvas& floor, cv::Point2d start) {
   const Color tape(206, 196, 120);
   floor.fill({start.x - 0.2, start.y - 0.02, 0.4, 0.04}, tape);
@@ -58,7 +58,7 @@ void paint_locker(Canvas& row, const Box& door, int number, cv::RNG& random) {
 }  // namespace
 
 Canvas paint_vinyl(PaintRequest& request) {
-  const bool near = request.number == 2;  // where the robot walks: sharper
+  const bool near = request.number == 2;  // under the walk: sharper
   Canvas floor = near ? Canvas(6.0, 4.8, 0.002, {}) : Canvas(25, 11, 0.007, {});
   near ? lay_tiles(floor, 0, 0, request.random) : lay_tiles(floor, 0.5, 0.1, request.random);
   for (int scuffs = near ? 60 : 400; scuffs > 0; --scuffs) scuff(floor, request.random);

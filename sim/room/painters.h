@@ -28,15 +28,15 @@ Canvas paint_hall_ceiling(PaintRequest& request);  ///< a module of 2.4 x 3.6 m 
 Canvas paint_lockers(PaintRequest& request);       ///< 1.2 x 1.8 m
 Canvas paint_shutter(PaintRequest& request);       ///< 3.0 x 2.6 m
 
-// What stands and hangs in it: paint_furnishing.cc, paint_paper.cc
-Canvas paint_books(PaintRequest& request);       ///< 1.0 x 2.0 m, five shelves
-Canvas paint_desk(PaintRequest& request);        ///< 1.6 x 0.8 m, seen from above, the user's side below
-Canvas paint_screen(PaintRequest& request);      ///< 0.54 x 0.32 m
-Canvas paint_drawers(PaintRequest& request);     ///< 0.42 x 0.58 m
-Canvas paint_cabinet(PaintRequest& request);     ///< 1.2 x 0.8 m
-Canvas paint_fabric(PaintRequest& request);      ///< 1.6 x 1.4 m
-Canvas paint_carton(PaintRequest& request);      ///< 0.5 x 0.4 m
-Canvas paint_poster(PaintRequest& request);      ///< 0.7 x 1.0 m
+// Furnishing: paint_furnishing.cc, paint_paper.cc
+Canvas paint_books(PaintRequest& request);    ///< 1.0 x 2.0 m, five shelves
+Canvas paint_desk(PaintRequest& request);     ///< 1.6 x 0.8 m, seen from above, the side of the chair below
+Canvas paint_screen(PaintRequest& request);   ///< 0.54 x 0.32 m
+Canvas paint_drawers(PaintRequest& request);  ///< 0.42 x 0.58 m
+Canvas paint_cabinet(PaintRequest& request);  ///< 1.2 x 0.8 m
+Canvas paint_fabric(PaintRequest& request);   ///< 1.6 x 1.4 m
+Canvas paint_carton(PaintRequest& request);   ///< 0.5 x 0.4 m
+Canvas paint_poster(PaintRequest& request);   ///< 0.7 x 1.0 m
 Canvas paint_whiteboard(PaintRequest& request);  ///< 2.4 x 1.2 m
 Canvas paint_notices(PaintRequest& request);     ///< 1.5 x 1.0 m
 

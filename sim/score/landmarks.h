@@ -12,7 +12,7 @@
 
 namespace sim::score {
 
-/// The pixel of a landmark in the image of a time.
+/// The pixel of a landmark in one image.
 struct StampedPixel {
   Stamp t{0};
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
@@ -41,7 +41,7 @@ const TimedPose* pose_at(const Trajectory& trajectory, Stamp t);
 std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
                                              const std::vector<Surface>& surfaces, const TrueCamera& camera);
 
-/// The times at which the planned waist has turned a quarter and three quarters of the plan's total turn.
+/// The times after a quarter and after three quarters of the plan's total turn.
 struct TurnMarks {
   Stamp quarter{0}, three_quarters{0};
 };
@@ -50,16 +50,10 @@ struct TurnMarks {
 /// turns counted.
 std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 
-/// The conditions for a landmark to count as found again.
-struct LoopRule {
-  Stamp out_of_view = std::chrono::seconds(5);
-  double tolerance_px = 3;
-};
-
 /// An early landmark that was found again.
 struct LoopLandmark {
   int id = 0;
-  Stamp found{0};       ///< its first match that counts, wherever on the path
+  Stamp found{0};       ///< its first match that counts, anywhere on the path
   bool closes = false;  ///< also matched after three quarters of the turn
 };
 
@@ -69,8 +63,7 @@ struct LoopLandmark {
 /// true projection. truth_X_WC: at the frames.
 std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
                                          const TurnMarks& marks, const Trajectory& truth_X_WC,
-                                         const std::vector<Surface>& surfaces, const TrueCamera& camera,
-                                         const LoopRule& rule = {});
+                                         const std::vector<Surface>& surfaces, const TrueCamera& camera);
 
 /// A landmark of the filter's final map.
 struct MappedPoint {

@@ -21,7 +21,7 @@ double turn(const PosePair& from, const PosePair& to, const Spans& which) {
   return rotation_vector(R).norm() * (which.unit == Unit::degrees ? 180 / std::numbers::pi : 1);
 }
 
-// The place of each pose along the path: frames, metres, radians or degrees turned, or seconds.
+// The place of each pose along the path: frames, meters, radians or degrees turned, or seconds.
 std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
   std::vector<double> all;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -30,7 +30,7 @@ std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& whic
     if (which.unit == Unit::frames) all.push_back(static_cast<double>(i));
     if (which.unit == Unit::seconds)
       all.push_back(static_cast<double>((pairs[i].t - pairs[0].t).count()) * 1e-9);
-    if (which.unit == Unit::metres)
+    if (which.unit == Unit::meters)
       all.push_back(i == 0 ? 0 : all.back() + (position(i) - position(i - 1)).norm());
   }
   return all;
@@ -41,7 +41,7 @@ double rounding(const Spans& which) { return which.unit == Unit::seconds ? 0.5e-
 
 std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
   std::vector<Span> spans;
-  bool begun = which.unit != Unit::metres;
+  bool begun = which.unit != Unit::meters;
   const double enough = which.delta - rounding(which);
   std::size_t from = 0;
   for (std::size_t i = 1; i < place.size(); ++i) {
@@ -91,9 +91,11 @@ std::vector<Span> all_turns(const std::vector<PosePair>& pairs, const Spans& whi
 std::vector<Span> between_footsteps(const std::vector<PosePair>& pairs, const Spans& which) {
   const auto steps = static_cast<std::size_t>(which.delta);
   std::vector<Span> spans;
-  for (std::size_t i = 0; i + steps < which.footsteps.size(); i += which.all ? 1 : steps)
-    for (const Span& span : spans_between(pairs, {which.footsteps[i], which.footsteps[i + steps]}))
-      spans.push_back(span);
+  if (pairs.empty()) return spans;
+  for (std::size_t i = 0; i + steps < which.footsteps.size(); i += which.all ? 1 : steps) {
+    const Span span{nearest_pose(pairs, which.footsteps[i]), nearest_pose(pairs, which.footsteps[i + steps])};
+    if (span.from < span.to) spans.push_back(span);
+  }
   return spans;
 }
 
@@ -104,16 +106,6 @@ std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which) 
   if (turning(which) && which.all) return all_turns(pairs, which);
   const std::vector<double> place = places(pairs, which);
   return which.all ? from_each(place, which) : consecutive(place, which);
-}
-
-std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::vector<Stamp>& times) {
-  std::vector<Span> spans;
-  if (pairs.empty()) return spans;
-  for (std::size_t i = 1; i < times.size(); ++i) {
-    const Span span{nearest_pose(pairs, times[i - 1]), nearest_pose(pairs, times[i])};
-    if (span.from < span.to) spans.push_back(span);
-  }
-  return spans;
 }
 
 Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span) {

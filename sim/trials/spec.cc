@@ -120,7 +120,6 @@ Spec read_root(const Yaml& root, const fs::path& folder) {
             value("polish", {0, 1e6}, spec.polish),
             value("population", {5, 1000}, spec.population),
             value("profiles", {}, spec.profiles),
-            value("restarts", {0, 100}, spec.restarts),
             value("seed", {}, spec.seed)});
   return spec;
 }

@@ -44,7 +44,6 @@ struct Spec {
   int polish = 40;       ///< of them by the Nelder-Mead search, which starts at the best
   int population = 10;   ///< of a generation of CMA-ES
   bool profiles = true;  ///< whether the objective is profiled along each parameter
-  int restarts = 2;      ///< most further polishes, each from a better setting that a profile found
   std::uint64_t seed = 1;
 };
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "sim/recording/manifest.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/result/score_input.h"
 #include "sim/scenario/keys.h"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -153,31 +152,6 @@ struct Found {
   std::string history;
 };
 
-/// Whether the profiles lowered the loss by more than its uncertainty.
-bool found_better(double before, double after, const std::vector<Profile>& profiles) {
-  constexpr double kPart = 0.1;  // of the smallest rise at the end of a 95 % interval
-  double least = std::numeric_limits<double>::infinity();
-  for (const Profile& profile : profiles) least = std::min(least, profile.threshold);
-  return before - after > kPart * least;
-}
-
-/// The profiles about the best setting. If they find a better one, polishes from there and profiles again.
-std::vector<Profile> profiles_of_the_best(Study& study, Progress& progress) {
-  const Spec& spec = study.spec();
-  const auto begin = [&](const char* stage, int settings) {
-    progress = {stage, progress.tried, progress.tried + settings, progress.best};
-  };
-  for (int restart = 0;; ++restart) {
-    begin("profiles", 8 * static_cast<int>(spec.parameters.size()));
-    const double before = study.best().loss;
-    std::vector<Profile> found = profiles(study);
-    if (restart == spec.restarts || spec.polish == 0 || !found_better(before, study.best().loss, found))
-      return found;
-    begin("polish", spec.polish);
-    polish(study, spec.polish);
-  }
-}
-
 Found find(const Spec& spec, TrialLog& log, const Execution& execution,
            const std::function<void(const Progress&)>& on_progress) {
   const Runs runs(spec.training, execution);
@@ -190,7 +164,11 @@ Found find(const Spec& spec, TrialLog& log, const Execution& execution,
   search(study);
   Found found;
   found.start = study.candidates().front().point;
-  if (spec.profiles) found.profiles = profiles_of_the_best(study, progress);
+  if (spec.profiles) {
+    progress = {"profiles", progress.tried, progress.tried + 8 * static_cast<int>(spec.parameters.size()),
+                progress.best};
+    found.profiles = profiles(study);
+  }
   found.best = study.best().point;
   found.training = compare(runs, spec, found.start, found.best, log);
   found.history = history(study);

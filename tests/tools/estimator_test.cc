@@ -228,26 +228,6 @@ TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreL
   EXPECT_EQ(text_of("runs"), "run\nrun\nrun\nrun\nrun\n") << "it was finished: all is done again";
 }
 
-// The old results look younger than the command, as after the clock was set back.
-TEST_F(ExternalEstimator, ResultsOfAnEarlierEvaluationAreNotTakenForThoseOfTheInterruptedOne) {
-  short_walks("r", "2");
-  write("plan.sh",
-        "echo run >> runs\n"
-        "[ -e go ] || sleep 1000\n"
-        "grep -v '^#' \"$1/plan.txt\" > \"$2\"\n");
-  const std::string evaluate = GAITSLAM_PROGRAM
-      " evaluate r/seed-1 r/seed-2 --format tum --out e --force --command 'sh plan.sh {folder} {trajectory}'";
-  write("go", "");
-  ASSERT_EQ(shell(evaluate).exit_code, 0);
-  shell("touch -d '+1 hour' e/walk/seed-*/score.json; rm go runs; " + evaluate +
-        " & command=$!; until [ -e runs ]; do sleep 0.02; done; kill -9 $command; wait $command");
-  write("go", "");
-  const Ran ran = shell(evaluate);
-  EXPECT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_THAT(ran.out, testing::Not(HasSubstr("finished before")));
-  EXPECT_EQ(text_of("runs"), "run\nrun\nrun\n");
-}
-
 TEST_F(ExternalEstimator, EvaluateReplacesNothingThatItReads) {
   short_walks("results/walk", "1 2");
   short_walks("e/walk/seed-1/kept", "1");

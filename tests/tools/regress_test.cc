@@ -81,7 +81,7 @@ TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
   for (const char* const command : {"compare one two", "compare two one --across", "compare two two"}) {
     const Ran ran = gaitslam(command);
     EXPECT_EQ(ran.exit_code, 2) << ran.out;
-    EXPECT_THAT(ran.err, HasSubstr("two/a and two/b hold the same scenario, walk; compare one of them"));
+    EXPECT_THAT(ran.err, HasSubstr("two/a and two/b contain the same scenario, walk; compare one of them"));
   }
   EXPECT_EQ(gaitslam("compare two/a two/b").exit_code, 0);
   const Ran table = gaitslam("leaderboard two two/a --metric rmse_m");
@@ -230,8 +230,7 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
   expect_refused("compare a longer", "a/walk and longer/walk: walk.commands differs");
   expect_refused("compare a dark", "camera.");
   expect_refused("compare dark a", "camera.");
-  expect_refused("compare a/walk/seed-1 longer/walk/seed-2",
-                 "--across compares different scenarios all the same");
+  expect_refused("compare a/walk/seed-1 longer/walk/seed-2", "--across compares different scenarios");
   expect_refused("compare a named", "a/walk is of the scenario walk, named/walk of other; --across");
   EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
   for (const char* other : {"longer", "named"}) {

@@ -12,7 +12,7 @@
 namespace walking {
 namespace {
 
-constexpr double kExact = 1e-12;     // rounding of a few rotations
+constexpr double kExact = 1e-12;         // rounding of a few rotations
 constexpr double kSixDecimals = 1.1e-6;  // reference values have six decimals and four of the degrees
 
 void expect_foot(const Footstep& step, Side side, double x, double y, double degrees) {
@@ -76,7 +76,7 @@ TEST(TangentArc, FourQuartersReturnToTheStart) {
 
 TEST(PerpendicularArc, FullCircleIsTheReferenceStepStack) {
   const auto steps = footsteps(PerpendicularArc{0.75, 360 * kDegree}, {}, 0.10);
-  ASSERT_EQ(steps.size(), 96u);  // 97 entries of the stack, the first of which only names the first support
+  ASSERT_EQ(steps.size(), 96u);  // 97 entries of the stack; the first only names the first support
   expect_relative({{0, .095}, 0}, steps[0].pose, -.019286, -.288861, 7.639437);
   expect_relative(steps[0].pose, steps[1].pose, 0, .19, 0);
   expect_relative(steps[93].pose, steps[94].pose, -.001672, -.202375, .946448);
@@ -222,7 +222,7 @@ TEST(Turn, FeetGoRoundOnTheSpotAndEndTogether) {
   }
 }
 
-/// Of a robot whose waist is there, feet together.
+/// Feet together below that waist.
 FootPose feet_below(double x, double y, double degrees) {
   return FootPose{{x, y}, degrees * kDegree} * FootPose{{hrp2::kAnkleX, 0}, 0};
 }

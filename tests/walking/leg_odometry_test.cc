@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Isometry3d, Eigen::Vector3d;
 
-/// The readings of a robot that does as planned; its ankles are loaded so little that they do not give way.
+/// The readings of a robot that does as planned; its ankles are loaded too little to yield.
 SensorReadings readings_of(const Reference& reference) {
   SensorReadings readings;
   readings.q = inverse_kinematics(posture_of(reference)).q;

@@ -76,7 +76,7 @@ TEST(PreviewGains, FirstPreviewGainCancelsTheIntegralOne) {
   }
 }
 
-/// What the reference is far ahead and what the state is now weigh the same: standing still anywhere needs no
+/// The reference far ahead and the present state have the same weight: standing still anywhere needs no
 /// jerk.
 TEST(PreviewGains, LongPreviewSumsToThePositionGain) {
   for (const double height : {0.6, 0.814, 1.1}) {

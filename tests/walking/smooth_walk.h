@@ -1,4 +1,5 @@
-// What every planned walk keeps: ZMP, center of mass, waist and feet are continuous, as are their velocities.
+// Properties of every planned walk: ZMP, center of mass, waist and feet are continuous, as are their
+// velocities.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -26,7 +26,7 @@ SteeringOptions eager() {
   return options;
 }
 
-/// Where the plan's world is in W at a time.
+/// The plan's world in W at a time.
 using Drift = std::function<FootPose(double t_s)>;
 
 /// A walk that is steered by an estimate that knows the drift, with a latency of 0.1 s.

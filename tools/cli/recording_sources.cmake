@@ -5,15 +5,15 @@ file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/sim/physics/*.cc ${SOURCE}/sim/physics/*.h ${SOURCE}/sim/camera/*.cc ${SOURCE}/sim/camera/*.h
   ${SOURCE}/sim/room/*.cc ${SOURCE}/sim/room/*.h)
 list(APPEND RECORDING_SOURCES
-  sim/recording/recording.h sim/recording/recording_writer.cc)
+  sim/recording/recording.h sim/recording/recording_writer.cc sim/score/types.h)
 foreach(PART files/csv files/hash recording/grey_png recording/manifest recording/recording_format recording/sensor_yaml sensor_errors/random
-    live/checked_recording live/plant_variation live/ordered_worker live/frame_pipeline live/steering_pose_buffer live/planned_camera live/recorded live/run live/self_check scenario/lists)
+    live/frame_pipeline live/steering_pose_buffer live/recorded live/run live/self_check scenario/lists score/surfaces)
   list(APPEND RECORDING_SOURCES sim/${PART}.cc sim/${PART}.h)
 endforeach()
 list(SORT RECORDING_SOURCES)
 set(TEXT "")
 foreach(FILE ${RECORDING_SOURCES})
-  file(SHA256 ${SOURCE}/${FILE} HASH)  # an error where there is no such file: this list is to be mended then
+  file(SHA256 ${SOURCE}/${FILE} HASH)  # an error if a file is missing: update this list
   string(APPEND TEXT "${HASH} ${FILE}\n")
 endforeach()
 string(SHA256 RECORDING_SOURCES_HASH "${TEXT}")

@@ -8,7 +8,7 @@
 #include "sim/files/text.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/replay/replay.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"

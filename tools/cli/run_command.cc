@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "sim/replay/replay.h"
-#include "sim/result/summary.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
@@ -135,7 +135,7 @@ int run(const RunRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   if (request.batch.set_by) take_origin(read, *request.batch.set_by);
   require_models(read, request.models);
-  if (request.seeds) require_clear_walk(read, request.models);  // once, with the name of the user's file
+  if (request.seeds) require_clear_walk(read, request.models);  // once, with the name of the given file
   if (request.seeds) return run_seeds(read, request);
   const OutFolder out(request, standard_folder(read),
                       {.results = {fmt::format("seed-{}", read.scenario.seed)}});

@@ -39,7 +39,7 @@ A file:
   parameters:                                         # as in the file of a tuning
     slam.vision.sigma_px: [1, 1.5, 2]
     slam.gyro.sigma_rad_s: {from: 0.003, to: 0.03, points: 5}
-    slam.height.sigma_m: {from: 0, to: 0.1, scale: linear, also: [slam.vision.gate_sigma_px]}
+    slam.motion.sigma_acceleration_m_s2: {from: 0.1, to: 10}
   samples: 32
 Every combination is tried on every scenario and seed. A range with points is a grid of even factors (scale: linear:
 of even distances); ranges without points are sampled together (Sobol). `also` gives further keys the same value.

@@ -1,5 +1,5 @@
-// The hidden command that runs the tasks of a file for sweeps and tunings. A trial that crashes is tried once
-// more, then logged as crashed, and the other trials continue.
+// The hidden command that runs the tasks of a file for sweeps and tunings. A trial that crashes is logged,
+// and the others continue.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,7 +8,6 @@
 #include <cstring>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "sim/files/text.h"
 #include "sim/trials/task.h"
@@ -31,22 +30,9 @@ struct TrialsRequest {
   std::optional<pid_t> parent;
 };
 
-/// The task that is running and how often it was started; written to a file that survives a crash.
-struct Running {
-  std::string key;
-  int attempt = 0;
-  bool operator==(const Running&) const = default;
-};
-
 fs::path log_file(const fs::path& tasks) { return fs::path(tasks).replace_extension(".log"); }
+/// The file with the key of the running task, which survives a crash.
 fs::path running_file(const fs::path& tasks) { return fs::path(tasks).replace_extension(".under_way"); }
-
-Running read_running(const fs::path& tasks) {
-  Running running;
-  if (fs::exists(running_file(tasks)))
-    std::istringstream(sim::files::read_text(running_file(tasks))) >> running.key >> running.attempt;
-  return running;
-}
 
 void run_tasks(const TrialsRequest& request) {
   const trials::TaskFile file = trials::read_tasks(request.tasks);
@@ -59,30 +45,29 @@ void run_tasks(const TrialsRequest& request) {
                             }});
   for (const trials::Task& task : file.tasks) {
     if (log.find(task.key)) continue;
-    const Running before = read_running(request.tasks);
-    sim::files::write_text(running_file(request.tasks),
-                           fmt::format("{} {}\n", task.key, before.key == task.key ? before.attempt + 1 : 1));
+    sim::files::write_text(running_file(request.tasks), task.key);
     log.add(runner.run(task));
   }
 }
 
-/// Logs the second crash of the same trial as its result.
-void log_crash(const TrialsRequest& request, const Running& running, int signal) {
-  if (running.attempt < 2) return;
+/// Logs the crash of the running task. Throws UsageError if none was running.
+void log_crash(const TrialsRequest& request, int signal) {
   const trials::TaskFile file = trials::read_tasks(request.tasks);
+  const std::string running =
+      fs::exists(running_file(request.tasks)) ? sim::files::read_text(running_file(request.tasks)) : "";
+  trials::TrialLog log(log_file(request.tasks), file.purpose);
   for (const trials::Task& task : file.tasks)
-    if (task.key == running.key)
-      trials::TrialLog(log_file(request.tasks), file.purpose)
-          .add({task.key,
-                scenario::read_scenario_text(task.scenario, "task.yaml").scenario.seed,
-                "crashed",
-                fmt::format("killed by signal {} ({}), twice", signal, strsignal(signal)),
-                {}});
+    if (task.key == running && !log.find(task.key))
+      return log.add({task.key,
+                      scenario::read_scenario_text(task.scenario, "task.yaml").scenario.seed,
+                      "crashed",
+                      fmt::format("killed by signal {} ({})", signal, strsignal(signal)),
+                      {}});
+  throw UsageError(fmt::format("{}: killed by signal {} before any trial", request.tasks.string(), signal));
 }
 
 int run_trials(const TrialsRequest& request) {
   if (request.parent) die_with(*request.parent);
-  Running before = read_running(request.tasks);
   for (const pid_t supervisor = getpid();;) {
     const pid_t child = fork();
     if (child < 0) throw UsageError(std::string("no process for the trials: ") + std::strerror(errno));
@@ -95,12 +80,7 @@ int run_trials(const TrialsRequest& request) {
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
     if (WIFEXITED(status)) return WEXITSTATUS(status);
-    const Running running = read_running(request.tasks);
-    if (running == before)
-      throw UsageError(
-          fmt::format("{}: killed by signal {} before any trial", request.tasks.string(), WTERMSIG(status)));
-    log_crash(request, running, WTERMSIG(status));
-    before = running;
+    log_crash(request, WTERMSIG(status));
   }
 }
 

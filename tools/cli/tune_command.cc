@@ -44,7 +44,7 @@ struct TuneRequest {
   Backend backend;
 };
 
-/// The number of settings unless a profile finds a better one: the search, and eight for each profile.
+/// About the number of settings: the search, and eight for each profile.
 int planned_settings(const trials::Spec& spec) {
   return spec.trials + (spec.profiles ? 8 * static_cast<int>(spec.parameters.size()) : 0);
 }

@@ -8,7 +8,7 @@
 #include "sim/camera/urdf.h"
 #include "sim/export/export.h"
 #include "sim/live/recorded.h"
-#include "sim/live/run_observer.h"
+#include "sim/live/run.h"
 #include "sim/view/live_view.h"
 #include "sim/view/playback.h"
 #include "sim/view/session.h"

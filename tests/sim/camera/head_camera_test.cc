@@ -81,7 +81,7 @@ bool hits(const Vector3d& direction, const Vector3d& center, double radius) {
   return direction.cross(center).squaredNorm() < radius * radius * direction.squaredNorm();
 }
 
-// Center of gravity of the pixels in a window, each weighing what `brightness` says.
+// Center of gravity of the pixels in a window, each weighted by `brightness`.
 template <typename Brightness>
 Vector2d centroid(const cv::Rect& window, Brightness brightness) {
   Vector2d sum(0, 0);

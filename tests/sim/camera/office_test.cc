@@ -9,7 +9,7 @@
 #include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
 #include "sim/score/surfaces.h"
-#include "tests/sim/camera/corner_error.h"
+#include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
 using namespace physics;

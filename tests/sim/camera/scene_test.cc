@@ -6,8 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tests/sim/physics/small_model.h"
-#include "tests/sim/camera/corner_error.h"
+#include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
 using namespace physics;

@@ -1,11 +1,8 @@
-// Runs in which the robot meets walls and furniture, without camera and filter.
-#include <gmock/gmock.h>
-
+// Runs with collisions with walls and furniture, without camera and filter.
 #include <fstream>
 
 #include "sim/live/room_check.h"
-#include "sim/live/run.h"
-#include "tests/sim/result/result_folder.h"
+#include "tests/sim/live/run_folder.h"
 
 namespace {
 
@@ -34,45 +31,31 @@ constexpr const char* kNarrow =
     "<body name='cupboard' pos='0.9 0 1'><geom type='box' size='0.5 1 1' contype='0' conaffinity='0'/></body>"
     "</worldbody></mujoco>";
 
-class CollisionTest : public testing::Test {
+class CollisionTest : public tests::RunFolder {
  protected:
-  CollisionTest() {
-    fs::create_directories(folder_ / "models");
+  Outcome run_in_narrow_room(const std::string& name, const ReadScenario& scenario) const {
+    const fs::path models = folder_ / "models";
+    fs::create_directories(models);
     for (const char* model : {"hrp2.xml", "floor.xml"})
-      fs::copy_file(kModels / model, folder_ / "models" / model);
-    std::ofstream(folder_ / "models/narrow.xml") << kNarrow;
+      fs::copy_file(kModels / model, models / model, fs::copy_options::overwrite_existing);
+    std::ofstream(models / "narrow.xml") << kNarrow;
+    return sim::live::run(scenario, place(name, models), [](double) {});
   }
-  ~CollisionTest() override { fs::remove_all(folder_); }
-
-  static ReadScenario scenario(const char* text, const std::vector<std::string>& overrides = {}) {
-    return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, {}});
-  }
-  Outcome run(const std::string& name, const ReadScenario& read, const fs::path& models = kModels) const {
-    return sim::live::run(read, {folder_ / name, sim::files::Existing::reject, models, "1", "test", {}},
-                          [](double) {});
-  }
-
-  inline static const fs::path kModels = fs::path(GAITSLAM_SOURCE_DIR) / "models";
-  const fs::path folder_ =
-      fs::temp_directory_path() /
-      ("gaitslam collision " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) +
-       " " + std::to_string(getpid()));
 };
 
-TEST_F(CollisionTest, APlanThroughTheFurnitureIsRefusedAtItsCommandAndLeavesNothing) {
+TEST_F(CollisionTest, APlanThroughTheFurnitureIsRejectedAtItsCommandAndLeavesNothing) {
   const std::string place = "walk.yaml:5:7: walk.commands[1]: straight: at ";
-  EXPECT_THAT([&] { run("ahead", scenario(kAhead)); },
+  EXPECT_THAT([&] { run("ahead", read(kAhead)); },
               testing::ThrowsMessage<sim::scenario::ConfigError>(
                   AllOf(StartsWith(place), HasSubstr("is within 0.05 m of chair_2, at (2.9"))));
   EXPECT_FALSE(fs::exists(folder_ / "ahead"));
 }
 
-TEST_F(CollisionTest, AnArgumentIsNamedWhenItHoldsTheCommands) {
+TEST_F(CollisionTest, AnArgumentIsNamedWhenItContainsTheCommands) {
   EXPECT_THAT(
       [&] {
         sim::live::require_clear_walk(
-            scenario(kAhead,
-                     {"seed=2", "walk.commands=[{stand: {duration_s: 1}}, {straight: {forward_m: 5}}]"}),
+            read(kAhead, {"seed=2", "walk.commands=[{stand: {duration_s: 1}}, {straight: {forward_m: 5}}]"}),
             kModels);
       },
       testing::ThrowsMessage<sim::scenario::ConfigError>(
@@ -80,54 +63,45 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItHoldsTheCommands) {
 }
 
 TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
-  const Outcome outcome = run("ahead", scenario(kAhead, {"limits.ending=[collided]"}));
+  const Outcome outcome = run("ahead", read(kAhead, {"limits.ending=[collided]"}));
   EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.cause,
               testing::MatchesRegex(
                   "[A-Z]+_[A-Z]+[0-9]* touched chair_2 at \\([23].*, .*, .*\\) m in the room after 1.* s"));
-  const nlohmann::json about = tests::json_of(folder_ / "ahead/about.json");
+  const nlohmann::json about = json("ahead", "about.json");
   EXPECT_EQ(about["walk_ending"], "collided");
   EXPECT_EQ(about["walk_cause"], outcome.cause);
-  EXPECT_EQ(tests::json_of(folder_ / "ahead/score.json")["ending"], "collided");
+  EXPECT_EQ(json("ahead", "score.json")["ending"], "collided");
 }
 
 TEST_F(CollisionTest, TheRobotDoesNotLeaveTheBuilding) {
-  const Outcome outcome = run("wall", scenario(kToTheWall, {"limits.ending=[collided]"}));
+  const Outcome outcome = run("wall", read(kToTheWall, {"limits.ending=[collided]"}));
   EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched wall_left at ("));
 }
 
 // The plan is clear: what pushes do is not planned.
 TEST_F(CollisionTest, ARobotThatIsPushedIntoFurnitureCollides) {
-  const ReadScenario standing = scenario(kStanding);
-  EXPECT_EQ(run("still", standing, folder_ / "models").ending, Ending::completed);
-  const ReadScenario pushed = scenario(kStanding, {"world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});
-  const Outcome outcome = run("pushed", pushed, folder_ / "models");
+  const ReadScenario standing = read(kStanding);
+  EXPECT_EQ(run_in_narrow_room("still", standing).ending, Ending::completed);
+  const ReadScenario pushed = read(kStanding, {"world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});
+  const Outcome outcome = run_in_narrow_room("pushed", pushed);
   EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.cause, HasSubstr(" touched cupboard at (0.4"));
-}
-
-// Without the cupboard the same push ends as a fall.
-TEST_F(CollisionTest, AFallStaysAFall) {
-  const Outcome outcome = run(
-      "fall", scenario(kStanding, {"world.room=floor", "world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"}),
-      folder_ / "models");
-  EXPECT_EQ(outcome.ending, Ending::fell);
+  const ReadScenario elsewhere =
+      read(kStanding, {"world.room=floor", "world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});
+  EXPECT_EQ(run("fall", elsewhere).ending, Ending::fell) << "without the cupboard the same push";
 }
 
 TEST_F(CollisionTest, AWalkThatTouchesNothingHasTheSameBitsInEveryRoom) {
   const char* const walk = "walk: {commands: [{straight: {forward_m: 0.3}}]}\n";
   for (const char* room : {"floor", "office", "hall"})
-    ASSERT_EQ(run(room, scenario(walk, {std::string("world.room=") + room})).ending, Ending::completed);
-  const auto bits = [&](const std::string& room) {
-    auto files = tests::files(folder_ / room / "recording");
-    for (const char* name : {"manifest.csv"}) files.erase(name);
-    return files;
-  };
-  EXPECT_THAT(tests::differences(bits("floor"), bits("office")), IsEmpty());
-  EXPECT_THAT(tests::differences(bits("floor"), bits("hall")), IsEmpty());
+    ASSERT_EQ(run(room, read(walk, {std::string("world.room=") + room})).ending, Ending::completed);
+  for (const char* room : {"office", "hall"})
+    EXPECT_THAT(tests::differences(folder_ / "floor/recording", folder_ / room / "recording", "manifest.csv"),
+                IsEmpty());
 }
 
 }  // namespace

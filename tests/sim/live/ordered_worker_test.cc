@@ -1,4 +1,4 @@
-#include "sim/live/ordered_worker.h"
+#include "sim/live/frame_pipeline.h"
 
 #include <gmock/gmock.h>
 

@@ -1,11 +1,10 @@
 #include "sim/live/run.h"
 
-#include <gmock/gmock.h>
-
 #include <fstream>
 
-#include "sim/replay/replay.h"
-#include "tests/sim/result/result_folder.h"
+#include "sim/recording/recording.h"
+#include "slam/observation.h"
+#include "tests/sim/live/run_folder.h"
 #include "walking/hrp2.h"
 #include "walking/plan.h"
 
@@ -14,46 +13,30 @@ namespace {
 namespace fs = std::filesystem;
 using sim::result::Outcome;
 using sim::scenario::Ending;
-using sim::scenario::ReadScenario;
 using testing::IsEmpty;
-using testing::Not;
 
-// A few steps of the real walk, in the real office: long enough for every part of a run to have its say.
+// A few steps of the real walk in the real office: long enough for every part of a run. Motion blur, rolling
+// shutter and half a second in the dark; each frame is drawn from three pictures.
 constexpr const char* kShortWalk = R"(
 walk:
   commands:
     - stand: {duration_s: 0.5}
     - tangent_arc: {radius_m: 0.75, angle_deg: 25}
-camera: {}
+camera: {exposure_s: 0.01, readout_s: 0.02, subframes: 3}
+world.lights_off: {from_s: 1, duration_s: 0.5}
 slam: {}
 limits: {ending: [completed]}
 )";
+const std::vector<std::string> kBlind{"camera", "slam"};
 
-class RunTest : public testing::Test {
+class RunTest : public tests::RunFolder {
  protected:
-  RunTest() { fs::create_directories(folder_); }
-  ~RunTest() override { fs::remove_all(folder_); }
-
-  static ReadScenario scenario(const std::vector<std::string>& overrides = {},
-                               const std::vector<std::string>& without = {}) {
-    return sim::scenario::read_scenario_text(kShortWalk, "short_walk.yaml", {overrides, without});
+  static auto scenario(const std::vector<std::string>& overrides = {},
+                       const std::vector<std::string>& without = {}) {
+    return read(kShortWalk, overrides, without);
   }
 
-  sim::result::ResultPlace place(const std::string& name) const {
-    return {folder_ / name,
-            sim::files::Existing::reject,
-            fs::path(GAITSLAM_SOURCE_DIR) / "models",
-            "1",
-            "test",
-            {}};
-  }
-
-  Outcome run(const std::string& name, const ReadScenario& read, int threads = 1) const {
-    return sim::live::run(
-        read, place(name), [](double) {}, threads);
-  }
-
-  /// Leaves what run(name, scenario()) leaves; the tests of a process share the walk.
+  /// Leaves the result of run(name, scenario()); the tests of a process share the walk.
   void live(const std::string& name) const {
     if (!fs::exists(shared_)) {
       EXPECT_EQ(run(name, scenario()).exit_code, 0);
@@ -63,79 +46,43 @@ class RunTest : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(shared_); }
 
-  Outcome replay(const std::string& of, const std::string& name, const ReadScenario& read) const {
-    return sim::replay::replay(read, folder_ / of / "recording", {{Ending::completed}}, place(name),
-                               [](double) {});
-  }
-
-  const fs::path folder_ =
-      fs::temp_directory_path() /
-      ("gaitslam run " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + " " +
-       std::to_string(getpid()));
   static inline const fs::path shared_ =
       fs::temp_directory_path() / ("gaitslam run " + std::to_string(getpid()));
 };
 
-TEST_F(RunTest, SameSeedGivesTheSameBitsAndAnotherSeedOthers) {
+TEST_F(RunTest, SameSeedGivesTheSameBitsHoweverImagesAreDrawnAndPassesTheSelfCheck) {
   live("one");
   ASSERT_EQ(run("two", scenario(), 2).exit_code, 0) << "images drawn beside the walk";
-  ASSERT_EQ(run("other", scenario({"seed=2"})).exit_code, 0);
-  EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
-  EXPECT_NE(tests::files(folder_ / "one")["truth.tum"], tests::files(folder_ / "other")["truth.tum"]);
-  EXPECT_NE(tests::files(folder_ / "one")["estimate.tum"], tests::files(folder_ / "other")["estimate.tum"]);
-}
-
-// Motion blur, rolling shutter and a dark half of a second, each frame drawn from three pictures; whatever
-// the picture, it must pass the run's self check, which is given the true pose at the stamp alone.
-TEST_F(RunTest, FramesWithEveryImageEffectAreTheSameBitsAndPassTheSelfCheck) {
-  const ReadScenario read = scenario({"camera.exposure_s=0.01", "camera.readout_s=0.02", "camera.subframes=3",
-                                      "world.lights_off.from_s=1", "world.lights_off.duration_s=0.5"});
-  ASSERT_EQ(run("one", read).ending, Ending::completed);
-  ASSERT_EQ(run("two", read, 2).ending, Ending::completed);
-  EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
-  const nlohmann::json check = tests::json_of(folder_ / "one/recording/self_check.json");
+  EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
+  const nlohmann::json check = json("one", "recording/self_check.json");
   EXPECT_GE(check["view_px"]["points"], 30) << check;  // fewer are not judged
   EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
 }
 
-TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
-  const ReadScenario read = scenario({"camera.width_px=640", "camera.height_px=480"});
-  ASSERT_EQ(run("live", read).ending, Ending::completed);
-  ASSERT_EQ(replay("live", "replay", read).ending, Ending::completed);
-  EXPECT_THAT(
-      tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
-      IsEmpty());
-  const nlohmann::json check = tests::json_of(folder_ / "live/recording/self_check.json");
-  EXPECT_GE(check["view_px"]["points"], 30) << check;
-  EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
-  EXPECT_GT(tests::json_of(folder_ / "live/score.json")["metrics"]["track_completion"]["value"], 0.9);
-}
-
-TEST_F(RunTest, ReplayGivesTheLiveResultBitForBit) {
+TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitAndAnotherGyroAnotherOne) {
   live("live");
   ASSERT_EQ(replay("live", "replay", scenario()).ending, Ending::completed);
-  EXPECT_THAT(
-      tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
-      IsEmpty());
+  EXPECT_THAT(changed_by_replay("live", "replay"), IsEmpty());
+  replay("live", "noisy", scenario({"errors.gyro.sigma_rad_s=0.05"}));
+  EXPECT_NE(file("live", "estimate.tum"), file("noisy", "estimate.tum"));
+  EXPECT_EQ(file("live", "truth.tum"), file("noisy", "truth.tum"));
 }
 
-TEST_F(RunTest, ByPlanAloneItIsAnotherResultThatIsReplayedBitForBitToo) {
-  const ReadScenario by_plan = scenario({"slam.leg_odometry.enabled=false"});
+// By its plan without leg odometry, too.
+TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
+  constexpr const char* kLarge =
+      "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 25}}]}\n"
+      "camera: {width_px: 640, height_px: 480}\nslam: {}\n";
+  const auto by_plan = read(kLarge, {"slam.leg_odometry.enabled=false"});
   ASSERT_EQ(run("live", by_plan).ending, Ending::completed);
   ASSERT_EQ(replay("live", "replay", by_plan).ending, Ending::completed);
-  EXPECT_THAT(
-      tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
-      IsEmpty());
-  ASSERT_EQ(replay("live", "by legs", scenario()).ending, Ending::completed);
-  EXPECT_NE(tests::files(folder_ / "replay")["estimate.tum"],
-            tests::files(folder_ / "by legs")["estimate.tum"]);
-}
-
-TEST_F(RunTest, ReplayWithAnotherGyroIsAnotherResult) {
-  live("live");
-  replay("live", "replay", scenario({"errors.gyro.sigma_rad_s=0.05"}));
-  EXPECT_NE(tests::files(folder_ / "live")["estimate.tum"], tests::files(folder_ / "replay")["estimate.tum"]);
-  EXPECT_EQ(tests::files(folder_ / "live")["truth.tum"], tests::files(folder_ / "replay")["truth.tum"]);
+  EXPECT_THAT(changed_by_replay("live", "replay"), IsEmpty());
+  const nlohmann::json check = json("live", "recording/self_check.json");
+  EXPECT_GE(check["view_px"]["points"], 30) << check;
+  EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
+  EXPECT_GT(score("live", "track_completion"), 0.9);
+  ASSERT_EQ(replay("live", "by legs", read(kLarge)).ending, Ending::completed);
+  EXPECT_NE(file("replay", "estimate.tum"), file("by legs", "estimate.tum"));
 }
 
 TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
@@ -145,41 +92,42 @@ TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
         "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv",
         "timing.csv", "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
     EXPECT_TRUE(fs::exists(folder_ / "live" / name)) << name;
-  const nlohmann::json timing = tests::json_of(folder_ / "live/timing.json");
   for (const char* key : {"frame_cpu_ms_median", "frame_cpu_ms_p99", "realtime_factor"})
-    EXPECT_GT(timing[key].get<double>(), 0) << key;
+    EXPECT_GT(json("live", "timing.json")[key].get<double>(), 0) << key;
 }
 
-TEST_F(RunTest, TheWalkDoesNotDependOnCameraAndFilter) {
+TEST_F(RunTest, TheWalkDependsOnSeedAndArmsButNotOnCameraAndFilter) {
   live("watched");
-  const Outcome outcome = run("alone", scenario({}, {"camera", "slam"}));
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(tests::files(folder_ / "watched")["truth.tum"], tests::files(folder_ / "alone")["truth.tum"]);
-  EXPECT_FALSE(fs::exists(folder_ / "alone/estimate.tum"));
-  EXPECT_TRUE(tests::json_of(folder_ / "alone/score.json")["metrics"]["ate_se3_rmse_m"]["value"].is_null());
+  EXPECT_EQ(run("blind", scenario({"limits.path_length_m.at_least=1000"}, kBlind)).exit_code, 1)
+      << "a missed limit";
+  EXPECT_EQ(file("watched", "truth.tum"), file("blind", "truth.tum"));
+  EXPECT_FALSE(fs::exists(folder_ / "blind/estimate.tum"));
+  EXPECT_TRUE(json("blind", "score.json")["metrics"]["ate_se3_rmse_m"]["value"].is_null());
+  run("swing", scenario({"walk.arm_motion=swing"}, kBlind));
+  EXPECT_NE(file("watched", "truth.tum"), file("swing", "truth.tum"));
+  EXPECT_EQ(file("watched", "plan.tum"), file("swing", "plan.tum"));
+  run("seed", scenario({"seed=2"}, kBlind));
+  EXPECT_NE(file("watched", "truth.tum"), file("seed", "truth.tum"));
 }
 
-TEST_F(RunTest, AFallEndsTheRunWithACompleteFolderAndExitCodeThree) {
+TEST_F(RunTest, AFallEndsTheRunWithACompleteFolderAndExitCodeThreeUnlessItIsAllowed) {
   const Outcome outcome = run("fall", scenario({"stabilizer.enabled=false", "world.floor_friction=0.05"}));
   EXPECT_EQ(outcome.ending, Ending::fell) << outcome.cause;
   EXPECT_EQ(outcome.exit_code, 3);
-  EXPECT_EQ(tests::json_of(folder_ / "fall/score.json")["ending"], "fell");
+  EXPECT_EQ(json("fall", "score.json")["ending"], "fell");
   EXPECT_TRUE(fs::exists(folder_ / "fall/recording/manifest.csv"));
-}
-
-TEST_F(RunTest, AnEndingThatTheScenarioAllowsPasses) {
-  const Outcome outcome =
-      run("fall", scenario({"stabilizer.enabled=false", "world.floor_friction=0.05", "limits.ending=[fell]"},
-                           {"camera", "slam"}));
-  EXPECT_EQ(outcome.ending, Ending::fell) << outcome.cause;
-  EXPECT_EQ(outcome.exit_code, 0);
+  const Outcome allowed = run(
+      "allowed",
+      scenario({"stabilizer.enabled=false", "world.floor_friction=0.05", "limits.ending=[fell]"}, kBlind));
+  EXPECT_EQ(allowed.ending, Ending::fell) << allowed.cause;
+  EXPECT_EQ(allowed.exit_code, 0);
 }
 
 // A robot that is put on the floor sinks into its pads and bushes, shaking at up to 10 m/s²: that is over
-// before t = 0. Standing sways by less than 0.05 m/s²; the first step begins later.
-TEST_F(RunTest, TheRecordingBeginsAtRest) {
+// before t = 0. Standing sways by less than 0.05 m/s².
+TEST_F(RunTest, TheRecordingStartsAtRest) {
   for (const char* seed : {"seed=1", "seed=2", "seed=3"}) {
-    run(seed, scenario({seed}, {"camera", "slam"}));
+    run(seed, scenario({seed, "walk.commands=[{stand: {duration_s: 0.5}}]"}, kBlind));
     sim::recording::RecordingReader reader(folder_ / seed / "recording");
     int readings = 0;
     for (auto o = reader.next(); o && o->t < std::chrono::milliseconds(500); o = reader.next())
@@ -195,28 +143,24 @@ TEST_F(RunTest, TheRecordingBeginsAtRest) {
   }
 }
 
-TEST_F(RunTest, SwingingArmsAreAnotherWalk) {
-  run("still", scenario({}, {"camera", "slam"}));
-  run("swing", scenario({"walk.arm_motion=swing"}, {"camera", "slam"}));
-  EXPECT_NE(tests::files(folder_ / "still")["truth.tum"], tests::files(folder_ / "swing")["truth.tum"]);
-  EXPECT_EQ(tests::files(folder_ / "still")["plan.tum"], tests::files(folder_ / "swing")["plan.tum"]);
-}
-
-TEST_F(RunTest, AMissedLimitIsExitCodeOne) {
-  EXPECT_EQ(run("live", scenario({"limits.path_length_m.at_least=1000"}, {"camera", "slam"})).exit_code, 1);
-}
-
-TEST_F(RunTest, WhatCannotBeBegunLeavesNothingBehind) {
+TEST_F(RunTest, ARunThatCannotStartLeavesNothingBehind) {
   EXPECT_ANY_THROW(run("no", scenario({"world.room=cellar"})));
   EXPECT_ANY_THROW(run("no", scenario({"world.robot=nobody"})));
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-TEST_F(RunTest, ADamagedRecordingIsRefusedAndLeavesNothingBehind) {
+TEST_F(RunTest, ADamagedRecordingIsRejectedAndLeavesNothingBehind) {
   live("live");
   std::ofstream(folder_ / "live/recording/mav0/imu0/data.csv", std::ios::app) << "1,2\n";
   EXPECT_THROW(replay("live", "replay", scenario()), sim::files::FileError);
   EXPECT_FALSE(fs::exists(folder_ / "replay"));
+}
+
+TEST(Constants, OfPartsThatDoNotSeeEachOtherAgree) {
+  EXPECT_EQ(walking::kGravity, slam::kGravity);
+  EXPECT_EQ(walking::kPeriod, 0.005);
+  EXPECT_EQ(slam::kReadingPeriod_s, walking::kPeriod) << "a reading of the IMU lasts a tick of the plan";
+  EXPECT_EQ(sim::recording::RecordingSetup{}.imu_rate_hz * walking::kPeriod, 1);
 }
 
 }  // namespace

@@ -1,15 +1,10 @@
-// Runs whose footsteps are corrected: by the truth without a camera, by the estimate in the real office.
-#include <gmock/gmock.h>
-#include <unistd.h>
-
+// Steered runs: by the truth without a camera, by the estimate in the real office.
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "sim/live/run.h"
-#include "sim/replay/replay.h"
 #include "sim/scenario/yaml.h"
-#include "tests/sim/result/result_folder.h"
+#include "tests/sim/live/run_folder.h"
 
 namespace {
 
@@ -41,91 +36,56 @@ camera: {}
 slam: {}
 )";
 
-class SteeredRunTest : public testing::Test {
- protected:
-  SteeredRunTest() { fs::create_directories(folder_); }
-  ~SteeredRunTest() override { fs::remove_all(folder_); }
-
-  static ReadScenario scenario(const char* text, const std::vector<std::string>& overrides = {}) {
-    return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, {}});
-  }
-  sim::result::ResultPlace place(const std::string& name) const {
-    return {folder_ / name,
-            sim::files::Existing::reject,
-            fs::path(GAITSLAM_SOURCE_DIR) / "models",
-            "1",
-            "test",
-            {}};
-  }
-  Outcome run(const std::string& name, const ReadScenario& read, int threads = 1) const {
-    return sim::live::run(
-        read, place(name), [](double) {}, threads);
-  }
-  double metric(const std::string& name, const std::string& metric) const {
-    return tests::json_of(folder_ / name / "score.json")["metrics"][metric]["value"].get<double>();
-  }
-
-  const fs::path folder_ =
-      fs::temp_directory_path() /
-      ("gaitslam steered " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) +
-       " " + std::to_string(getpid()));
-};
-using LongSteeredRunTest = SteeredRunTest;
+using SteeredRunTest = tests::RunFolder;
+using LongSteeredRunTest = tests::RunFolder;
 
 TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
-  ASSERT_EQ(run("plan", scenario(kWalk)).ending, Ending::completed);
-  ASSERT_EQ(run("truth", scenario(kWalk, {"walk.steering.by=truth"})).ending, Ending::completed);
-  EXPECT_GT(metric("plan", "navigation_end_position_error_m"), 0.03);
-  EXPECT_LT(metric("truth", "navigation_end_position_error_m"), 0.01);
-  EXPECT_LT(metric("truth", "navigation_end_yaw_error_deg"), 1);
-  EXPECT_LT(metric("truth", "navigation_rmse_m"), metric("plan", "navigation_rmse_m"));
-  EXPECT_GT(metric("truth", "steps_corrected"), 5);
-  EXPECT_LE(metric("truth", "correction_largest_deg"), 3 + 1e-9);
+  ASSERT_EQ(run("plan", read(kWalk)).ending, Ending::completed);
+  ASSERT_EQ(run("truth", read(kWalk, {"walk.steering.by=truth"})).ending, Ending::completed);
+  EXPECT_GT(score("plan", "navigation_end_position_error_m"), 0.03);
+  EXPECT_LT(score("truth", "navigation_end_position_error_m"), 0.01);
+  EXPECT_LT(score("truth", "navigation_end_yaw_error_deg"), 1);
+  EXPECT_LT(score("truth", "navigation_rmse_m"), score("plan", "navigation_rmse_m"));
+  EXPECT_GT(score("truth", "steps_corrected"), 5);
+  EXPECT_LE(score("truth", "correction_largest_deg"), 3 + 1e-9);
   EXPECT_FALSE(fs::exists(folder_ / "plan/corrected_steps.csv"));
   EXPECT_TRUE(fs::exists(folder_ / "truth/recording/truth/corrected_steps.csv"));
 }
 
-TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawn) {
-  ASSERT_EQ(run("one", scenario(kShortWalkInOffice)).ending, Ending::completed);
-  ASSERT_EQ(run("two", scenario(kShortWalkInOffice), 2).ending, Ending::completed);
-  EXPECT_THAT(tests::differences(tests::files(folder_ / "one"), tests::files(folder_ / "two")), IsEmpty());
-  EXPECT_GT(metric("one", "steps_corrected"), 0);
-}
-
-// What the filter is told to be the plan is the corrected one: a replay, which has the recording alone, gives
-// the estimate that steered.
-TEST_F(SteeredRunTest, AReplayOfASteeredWalkIsTheSameBits) {
-  ASSERT_EQ(run("live", scenario(kShortWalkInOffice)).ending, Ending::completed);
-  sim::replay::replay(scenario(kShortWalkInOffice), folder_ / "live/recording", {{Ending::completed}},
-                      place("replay"), [](double) {});
-  EXPECT_THAT(
-      tests::differences(tests::files(folder_ / "live", "recording/"), tests::files(folder_ / "replay")),
-      IsEmpty());
+// The filter receives the corrected plan: a replay, which has only the recording, gives the estimate that
+// steered.
+TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawnAndInAReplay) {
+  ASSERT_EQ(run("one", read(kShortWalkInOffice)).ending, Ending::completed);
+  ASSERT_EQ(run("two", read(kShortWalkInOffice), 2).ending, Ending::completed);
+  EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
+  EXPECT_GT(score("one", "steps_corrected"), 0);
+  replay("one", "replay", read(kShortWalkInOffice));
+  EXPECT_THAT(changed_by_replay("one", "replay"), IsEmpty());
 }
 
 // plan_alone estimates what was planned: without a difference nothing is corrected, however the true robot
 // drifts. A steering that saw the truth would correct.
-TEST_F(SteeredRunTest, SteeringSeesTheEstimateAlone) {
-  ASSERT_EQ(run("blind", scenario(kShortWalkInOffice, {"estimator=plan_alone", "world.floor_friction=0.08",
-                                                       "walk.steering.dead_band_sigma=0"}))
+TEST_F(SteeredRunTest, SteeringSeesOnlyTheEstimate) {
+  ASSERT_EQ(run("blind", read(kShortWalkInOffice, {"estimator=plan_alone", "world.floor_friction=0.08",
+                                                   "walk.steering.dead_band_sigma=0"}))
                 .ending,
             Ending::completed);
-  EXPECT_GT(metric("blind", "navigation_end_position_error_m"), 0.002);
-  EXPECT_LT(metric("blind", "correction_largest_m"), 1e-9);  // rounding
-  EXPECT_LT(metric("blind", "correction_largest_deg"), 1e-6);
+  EXPECT_GT(score("blind", "navigation_end_position_error_m"), 0.002);
+  EXPECT_LT(score("blind", "correction_largest_m"), 1e-9);  // rounding
+  EXPECT_LT(score("blind", "correction_largest_deg"), 1e-6);
 }
 
 TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
-  const ReadScenario read =
-      scenario(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1", "limits.ending=[stopped]",
-                       "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"});
-  const Outcome outcome = run("stopped", read);
+  const ReadScenario lost =
+      read(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1", "limits.ending=[stopped]",
+                   "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"});
+  const Outcome outcome = run("stopped", lost);
   EXPECT_EQ(outcome.ending, Ending::stopped);
   EXPECT_THAT(outcome.cause, HasSubstr("stopped on both feet"));
   EXPECT_EQ(outcome.exit_code, 0);
-  ASSERT_EQ(run("on", scenario(kWalk, {"walk.steering.by=truth", "walk.steering.lost_s=1",
-                                       "walk.steering.on_lost=go_on",
-                                       "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"}))
+  ASSERT_EQ(run("on", read(kWalk,
+                           {"walk.steering.by=truth", "walk.steering.lost_s=1", "walk.steering.on_lost=go_on",
+                            "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"}))
                 .ending,
             Ending::completed);
 }
@@ -133,16 +93,16 @@ TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
 TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
   for (const char* jump : {"x_m: 0.3", "x_m: 0, y_m: -0.3", "x_m: 0, yaw_deg: 10"}) {
     const std::string name = "jump " + std::string(jump);
-    const Outcome outcome =
-        run(name, scenario(kWalk, {"walk.steering.by=truth",
-                                   "errors.faults=[{estimate_jump: {from_s: 4, duration_s: 100, " +
-                                       std::string(jump) + "}}]"}));
+    const Outcome outcome = run(
+        name, read(kWalk,
+                   {"walk.steering.by=truth", "errors.faults=[{estimate_jump: {from_s: 4, duration_s: 100, " +
+                                                  std::string(jump) + "}}]"}));
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
-    EXPECT_LE(metric(name, "correction_largest_m"), std::hypot(0.03, 0.02) + 1e-9);
+    EXPECT_LE(score(name, "correction_largest_m"), std::hypot(0.03, 0.02) + 1e-9);
   }
 }
 
-TEST(SteeredScenario, WithoutAnEstimatorIsRefused) {
+TEST(SteeredScenario, WithoutAnEstimatorIsRejected) {
   const auto complaint = [](const std::vector<std::string>& overrides) {
     try {
       sim::scenario::read_scenario_text(kWalk, "walk.yaml", {overrides, {}});

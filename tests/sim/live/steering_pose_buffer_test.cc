@@ -17,7 +17,7 @@ Eigen::Isometry3d pose(double x, double y, double z, double yaw, double pitch = 
          Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY());
 }
 
-/// A camera 1.3 m above the ground whose support sole is 0.1 m behind and to the left of it.
+/// A camera 1.3 m above the ground; its support sole is 0.1 m behind and to the left of it.
 slam::PlannedMotion planned(double yaw = 0.4) {
   slam::PlannedMotion motion;
   motion.X_PC = pose(1, 2, 1.3, yaw);
@@ -55,7 +55,7 @@ TEST(PlaceEstimate, ABodyThatTiltsAboutItsFootDoesNotMoveTheFoot) {
   EXPECT_NEAR(place.estimated.yaw, 0, 1e-3);
 }
 
-/// Against central differences: the covariance of a place that depends on one part of the pose error alone.
+/// Against central differences: the covariance of a place that depends on only one part of the pose error.
 TEST(PlaceEstimate, CovarianceIsThatOfThePoseError) {
   const slam::Estimate believed = estimate(1s, pose(0.3, 0.1, 1.3, 0.7, 0.2));
   constexpr double kStep = 1e-6;

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/live/plant_variation.h"
+#include "sim/live/recorded.h"
 #include "sim/live/run.h"
-#include "tests/sim/physics/planned_walk.h"
+#include "tests/sim/physics/test_worlds.h"
 #include "tests/sim/scenario/scenario_files.h"
 
 namespace sim::live {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "tests/sim/physics/half_sitting_world.h"
+#include "tests/sim/physics/test_worlds.h"
 #include "walking/kinematics.h"
 
 namespace sim::physics {

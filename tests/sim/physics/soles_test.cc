@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "tests/sim/physics/half_sitting_world.h"
+#include "tests/sim/physics/test_worlds.h"
 
 namespace sim::physics {
 namespace {
@@ -30,7 +30,7 @@ TEST(Soles, PressEvenlyEnoughToResistYawAsAFlatSoleDoes) {
     moment += d->efc_force[c->efc_address] * (place - middle).norm();
   }
   EXPECT_GT(load, 200);
-  // Mean distance of the points of 0.230 x 0.138 m from their middle; four corners alone: 0.134.
+  // Mean distance of the points of 0.230 x 0.138 m from their middle; only four corners: 0.134.
   EXPECT_NEAR(moment / load, 0.0717, 0.002);
 }
 
@@ -71,7 +71,7 @@ TEST(Soles, StandOnTheFloorsHeight) {
   run(world, 1000);
   const double height = height_at(horizontal(world.X_WL()), draw.floor);
   EXPECT_GT(height, 0.0035);
-  EXPECT_NEAR(world.X_WL().translation().z(), height, 0.001);  // the pads give way
+  EXPECT_NEAR(world.X_WL().translation().z(), height, 0.001);  // the pads yield
 }
 
 TEST(Ground, OfSeveralPatchesTheLastOneCounts) {

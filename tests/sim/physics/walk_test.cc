@@ -1,9 +1,9 @@
-// Short walks: where they end.
+// The ends of short walks.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tests/sim/physics/planned_walk.h"
+#include "tests/sim/physics/test_worlds.h"
 #include "tests/walking/smooth_walk.h"
 #include "walking/hrp2.h"
 #include "walking/kinematics.h"
@@ -23,7 +23,7 @@ TEST(Walk, GoesWhereThePlanGoesButForWhatItsFeetSlip) {
   ASSERT_EQ(walked.status.condition, Condition::ok) << walked.status.cause;
   const Eigen::Vector3d drift = walked.X_PB.translation() - walked.planned.translation();
   EXPECT_LT(drift.norm(), 0.03);  // HRP-2's own order of drift on 1 m: a centimetre or two
-  EXPECT_GT(drift.norm(), 1e-5);  // the robot is moved by its feet alone
+  EXPECT_GT(drift.norm(), 1e-5);  // only its feet move the robot
 }
 
 TEST(Walk, TurnsAlongAnArc) {
@@ -43,7 +43,7 @@ TEST(Walk, GoesTheSameWayFiftyMetersFromTheOrigin) {
   EXPECT_LT((here.X_PB.translation() - there.X_PB.translation()).norm(), 0.001);
 }
 
-// The clock starts when the robot has come to rest.
+// The clock starts when the robot is at rest.
 TEST(Walk, BeginsAtTimeZeroWithThePushesStillToCome) {
   WorldOptions options;
   options.pushes = {{.time_s = 0, .impulse_ns = 5, .direction_rad = 0, .duration_s = 0.1}};

@@ -152,28 +152,6 @@ TEST_F(Tunings, AbortHopelessSettingsAfterTheFirstRunsAndTakeNoneOfThemForTheBes
   EXPECT_LT(best, best_aborted);
 }
 
-// A search of seven settings is far from the best: the profiles pass better ones.
-TEST_F(Tunings, BeginAnotherPolishWhereAProfilePassedABetterPlace) {
-  Spec s = spec();
-  s.trials = 7, s.polish = 1;
-  const auto origins = [&](int restarts, const std::string& out) {
-    s.restarts = restarts;
-    tuned(s, out, 2);
-    std::ifstream in(folder_ / out / "history.csv");
-    std::vector<std::string> all;
-    for (std::string line; std::getline(in, line);) {
-      const std::string rest = line.substr(line.find(',') + 1), origin = rest.substr(0, rest.find(','));
-      if (all.empty() || all.back() != origin) all.push_back(origin);
-    }
-    return all;
-  };
-  const std::vector<std::string> once{"origin", "start", "global", "polish", "profile"};
-  EXPECT_EQ(origins(0, "no restart"), once);
-  std::vector<std::string> twice = once;
-  twice.insert(twice.end(), {"polish", "profile"});
-  EXPECT_EQ(origins(1, "a restart"), twice);
-}
-
 TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {
   const TuningResult result = tuned(spec(), "better", 2);
   ASSERT_TRUE(result.accepted);  // the start's gyro sigma is ten times too large

@@ -8,16 +8,16 @@
 
 namespace cli {
 
-/// Runs argv[0], found by PATH, without input and with our standard error. Throws std::runtime_error if it
-/// cannot be started or does not end with exit code 0.
+/// Runs argv[0], searched in PATH, without input and with our standard error. Throws std::runtime_error if it
+/// cannot be started or its exit code is not 0.
 void run_child(const std::vector<std::string>& argv);
 
-/// A program whose standard input we write; otherwise as run_child, but the exception has the first line of
-/// its standard error.
+/// A program with input from us; otherwise like run_child(), but the exception has the first line of its
+/// standard error.
 class FedChild {
  public:
   explicit FedChild(const std::vector<std::string>& argv);
-  /// Ends its input and waits for its end, unless finish() did.
+  /// Closes its input and waits for its exit, unless finish() did.
   ~FedChild();
   FedChild(const FedChild&) = delete;
   FedChild& operator=(const FedChild&) = delete;

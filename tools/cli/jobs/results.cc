@@ -16,7 +16,7 @@
 #include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/terminal.h"

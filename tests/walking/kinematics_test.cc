@@ -1,3 +1,5 @@
+#include "walking/kinematics.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -5,7 +7,6 @@
 
 #include "tests/walking/standing.h"
 #include "walking/hrp2.h"
-#include "walking/kinematics.h"
 
 namespace walking {
 namespace {
@@ -141,4 +142,5 @@ TEST(LegLimits, FootOutOfReachIsNamed) {
 }
 
 }  // namespace
+
 }  // namespace walking

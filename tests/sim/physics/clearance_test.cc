@@ -1,8 +1,9 @@
+#include "sim/physics/clearance.h"
+
 #include <gmock/gmock.h>
 
-#include "sim/physics/clearance.h"
 #include "sim/physics/nominal_body.h"
-#include "tests/sim/physics/half_sitting_world.h"
+#include "tests/sim/physics/test_worlds.h"
 
 namespace sim::physics {
 namespace {
@@ -43,7 +44,8 @@ TEST(RoomClearance, ABareFloorIsEndlesslyFree) {
   EXPECT_EQ(Stander("floor").at(1e4, 0).distance_m, std::numeric_limits<double>::infinity());
 }
 
-// A robot whose waist is on a wall's plane stands through that wall, wherever along it: no gap leads out.
+// A robot with its waist on a wall's plane stands through that wall, everywhere along it: the walls have no
+// gap.
 TEST(RoomClearance, WallsAreSolidAllAround) {
   struct Extent {
     const char* room;
@@ -95,7 +97,7 @@ TEST(RoomClearance, AMarginIsADistance) {
   EXPECT_NEAR(first(0.05) - first(0), 0.05, 0.002);
 }
 
-// What World's sparse looks rely on.
+// World's sparse checks rely on this.
 TEST(RoomClearance, TheDistanceIsNeverMoreThanTheWayToTheFirstTouch) {
   Stander robot("office");
   double touched_x = 0;
@@ -104,5 +106,40 @@ TEST(RoomClearance, TheDistanceIsNeverMoreThanTheWayToTheFirstTouch) {
   for (double x = 0; x < touched_x; x += 0.05) EXPECT_LE(robot.at(x, 0).distance_m, touched_x - x) << x;
 }
 
+std::optional<PlannedCollision> collision(std::vector<walking::Command> commands, const std::string& room) {
+  walking::WalkOptions walk;
+  walk.commands = std::move(commands);
+  WorldOptions world;
+  world.room = room;
+  return first_collision(walking::PatternGenerator(walk), load_model("hrp2", world.room, models()));
+}
+
+TEST(PlannedClearance, NineMetersAheadAreTooLongForTheOfficeAndFreeInTheHall) {
+  const auto found = collision({walking::Stand{1}, walking::Straight{9, 0}}, "office");
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->command, 1);
+  EXPECT_GT(found->t_s, 10);  // 2.5 m at 0.15 m in 0.8 s
+  EXPECT_LT(found->t_s, 30);
+  EXPECT_GT(found->p_W.x(), 2);
+  EXPECT_LT(found->p_W.x(), 4);
+  EXPECT_FALSE(collision({walking::Straight{9, 0}}, "hall").has_value());
+  EXPECT_FALSE(collision({walking::Straight{9, 0}}, "floor").has_value());
+}
+
+TEST(PlannedClearance, FourteenMetersAheadAreTooLongForTheHall) {
+  const auto found = collision({walking::Straight{14, 0}}, "hall");
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(found->p_W.x(), 13.4, 0.3);
+}
+
+TEST(PlannedClearance, AWalkIntoTheLeftWallEndsThere) {
+  const auto found = collision({walking::Straight{-0.9, 0}, walking::Straight{0, 4}}, "office");
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->command, 1);
+  EXPECT_EQ(found->object, "wall_left");
+  EXPECT_THAT(found->link, testing::StartsWith("LARM_LINK"));
+}
+
 }  // namespace
+
 }  // namespace sim::physics
