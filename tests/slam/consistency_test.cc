@@ -164,8 +164,8 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n). linearization: the part of dof
-/// by which they may be off besides, because the measurement is linearized.
+/// 99.9 % of the means of n chi-square numbers are within dof ± 3.29 √(2 dof / n). linearization: additional
+/// tolerance, relative to dof, because the measurement is linearized.
 void expect_chi_square(const std::vector<double>& values, double dof, double linearization = 0) {
   const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size())) + linearization * dof;
   EXPECT_NEAR(mean(values), dof, spread);

@@ -34,7 +34,7 @@ Filter filter_at_start(const Options& options, std::uint64_t seed = 1) {
 
 struct Errors {
   double rms_m = 0, sigma_end_m = 0, nees_position = 0;
-  int accepted = 0, refused = 0, lost = 0;  // lost: frames in which the health is not ok
+  int accepted = 0, refused = 0, lost = 0;  // lost: frames with a health that is not ok
   bool valid = true;                        // the covariance is finite and symmetric
   bool sound() const { return valid && lost == 0; }
 };
@@ -82,7 +82,7 @@ Options vision_only() {
 TEST(Filter, FollowsAShortWalkWithinItsOwnUncertainty) {
   const Errors& e = default_walk();
   EXPECT_TRUE(e.sound());
-  EXPECT_LT(e.rms_m, 0.02);  // the plan alone is off by 3 % of 0.7 m of path and by its excess turn
+  EXPECT_LT(e.rms_m, 0.02);  // the plan is off by 3 % of 0.7 m of path and by its excess turn
   EXPECT_LT(e.nees_position,
             8);  // 3 expected; one walk's errors are correlated, 99 % of chi-square(3) is 11.3
   EXPECT_GT(e.accepted, 5 * short_walk().walk().frames());
@@ -366,7 +366,7 @@ TEST(Filter, LandmarksAreMappedWhereTheyWereSeenWithinTheirUncertainty) {
   }
   EXPECT_GE(measured, 5);
   EXPECT_GE(within,
-            0.7 * measured);  // depths begin far from Gaussian; some corners lie on edges of furniture
+            0.7 * measured);  // depths are far from Gaussian at first; some corners lie on edges of furniture
 }
 
 /// Position NEES after standing still, from a start with an error drawn from the options.
