@@ -9,8 +9,8 @@
 
 namespace sim::exports {
 
-/// A reading stamped in the middle of the interval whose mean it is. It differs from the value at that
-/// instant by terms of second order in the length of the interval.
+/// The mean of an interval, stamped in its middle. It differs from the value at that instant by terms of
+/// second order in the length of the interval.
 struct ImuReading {
   slam::Stamp t{0};
   Eigen::Vector3d gyro;                          ///< rad/s

@@ -22,9 +22,7 @@ enum class Op : std::uint8_t {
   message_index,
   chunk_index,
   statistics = 0x0b,
-  metadata,
-  metadata_index,
-  summary_offset,
+  summary_offset = 0x0e,
   data_end
 };
 
@@ -108,14 +106,6 @@ std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageTyp
   return id;
 }
 
-void McapWriter::add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
-  const std::string bytes = record(Op::metadata, Fields{}.text(name).map(entries).bytes);
-  metadata_indexes_.push_back(
-      record(Op::metadata_index,
-             Fields{}.number(at_).number(static_cast<std::uint64_t>(bytes.size())).text(name).bytes));
-  put(bytes);
-}
-
 void McapWriter::add_message(std::uint16_t channel, std::int64_t t_ns, std::string_view cdr) {
   const auto t = static_cast<std::uint64_t>(t_ns);
   const auto sequence = static_cast<std::uint32_t>(++counts_.at(channel - 1u));
@@ -172,7 +162,7 @@ std::string McapWriter::statistics() const {
   for (std::uint16_t channel = 1; channel <= counts_.size(); ++channel) counts[channel] = messages(channel);
   Fields fields;
   fields.number(messages()).number(static_cast<std::uint16_t>(n(schemas_))).number(n(channels_));
-  fields.number(std::uint32_t{0}).number(n(metadata_indexes_)).number(n(chunks_));
+  fields.number(std::uint32_t{0}).number(std::uint32_t{0}).number(n(chunks_));
   fields.number(messages() ? begin_ : 0).number(end_).pairs(counts);
   return record(Op::statistics, fields.bytes);
 }
@@ -196,7 +186,6 @@ void McapWriter::write_summary() {
   group(Op::channel, channels_);
   group(Op::statistics, {statistics()});
   group(Op::chunk_index, indexes);
-  group(Op::metadata_index, metadata_indexes_);
   const std::uint64_t summary_offsets = at_;
   put(offsets);
   std::string footer = record(Op::footer, Fields{}.number(summary).number(summary_offsets).number(0u).bytes);

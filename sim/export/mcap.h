@@ -24,7 +24,6 @@ class McapWriter {
 
   /// Before the first message. Returns the channel's number.
   std::uint16_t add_channel(const std::string& topic, const MessageType& type);
-  void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
   void add_message(std::uint16_t channel, std::int64_t t_ns, std::string_view cdr);
   /// Writes the indexes and closes the file, which is not a valid MCAP file before.
   void finish();
@@ -52,7 +51,6 @@ class McapWriter {
   std::uint64_t at_ = 0;
   std::vector<std::string> schemas_, channels_;  // their records
   std::vector<std::uint64_t> counts_;            // of each channel
-  std::vector<std::string> metadata_indexes_;
   std::vector<Chunk> chunks_;
   std::string chunk_;
   std::map<std::uint16_t, Moments> moments_;

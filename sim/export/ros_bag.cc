@@ -40,7 +40,6 @@ BagWriter::BagWriter(const ExportContext& out, const BagLayout& layout)
       plan_(bag_.add_topic("/plan/pose", ros::kPoseStamped)) {
   if (!estimate_.empty()) slam_.emplace(bag_.add_topic("/slam/pose", ros::kPoseWithCovarianceStamped));
   if (layout.for_viewers) viewer_.emplace(out, bag_);
-  bag_.add_metadata("gaitslam", {{"scenario", out.run.name}, {"seed", std::to_string(out.run.seed)}});
 }
 
 void BagWriter::add_image(const slam::Observation& o) {

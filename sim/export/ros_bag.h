@@ -25,9 +25,6 @@ class Bag {
 
   /// To be called before the first message.
   Topic add_topic(const std::string& name, const MessageType& type);
-  void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
-    mcap_.add_metadata(name, entries);
-  }
   /// cdr: a message with the stamp t.
   void add(Topic topic, slam::Stamp t, const std::string& cdr);
   /// Closes the file. Returns the text of metadata.yaml.

@@ -25,6 +25,11 @@ void Hash::add(std::string_view bytes) {
   bytes_ += bytes.size();
 }
 
+void Hash::add_part(std::string_view bytes) {
+  add(fmt::format("{}:", bytes.size()));
+  add(bytes);
+}
+
 std::string Hash::hex() const {
   const XXH128_hash_t hash = XXH3_128bits_digest(xxh(state_.get()));
   return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);

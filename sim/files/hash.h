@@ -17,6 +17,8 @@ class Hash {
  public:
   Hash();
   void add(std::string_view bytes);
+  /// Adds the number of bytes first, so that ("ab", "c") and ("a", "bc") differ.
+  void add_part(std::string_view bytes);
   std::uint64_t bytes() const { return bytes_; }  ///< how many were added
   std::string hex() const;  ///< 32 hexadecimal digits, as the program xxh128sum prints them
  private:

@@ -19,7 +19,7 @@ namespace {
 using Runs = std::vector<const RunData*>;
 using OverTime = std::map<double, Column>;  // by time, a value of each run
 
-/// The runs by a member, in the order in which its values first appear.
+/// The runs by a member, in the order of its first appearances.
 std::vector<std::pair<std::string, Runs>> grouped(const Runs& runs, std::string RunData::*member) {
   std::vector<std::pair<std::string, Runs>> groups;
   for (const RunData* run : runs) {

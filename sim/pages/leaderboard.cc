@@ -8,9 +8,9 @@
 #include <tuple>
 #include <utility>
 
+#include "sim/files/atomic_file.h"
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
-#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/files/text_table.h"
 #include "sim/pages/html.h"

@@ -22,10 +22,9 @@ struct LeaderboardRow {
 /// The metrics that are shown unless others are asked for; the first one orders.
 std::vector<std::string> leaderboard_metrics();
 
-/// All results below the folders, each once, those of whole recordings and of earlier seeds left out. Within
-/// a scenario the row whose runs were completed most comes first, then the one with the best median of the
-/// first metric. Rows of different scenarios are never compared. Throws FileError where a result cannot be
-/// read, or there is none.
+/// All results below the folders, each once, without recordings and earlier seeds. Orders the rows of a
+/// scenario by completed runs, then by the median of the first metric; never compares scenarios. Throws
+/// FileError if a result cannot be read or a folder contains none.
 std::vector<LeaderboardRow> leaderboard(const std::vector<std::filesystem::path>& folders,
                                         const std::vector<std::string>& metrics);
 

@@ -49,8 +49,8 @@ std::vector<Figure> paper_figures(const PaperRuns& runs);
 /// Without lines if there is none.
 Figure depths_figure(const std::filesystem::path& depths_csv);
 
-/// Compares the change of the estimated height in the 0.1 s after foot impacts with the rest of each step; the
-/// paper leaves open whether they differ. p: signed rank test over steps. ratio: of both changes.
+/// Compares the change of the estimated height in the 0.1 s after foot impacts with the rest of each step;
+/// the paper leaves open whether they differ. p: signed rank test over steps. ratio: of both changes.
 struct ImpactLink {
   double p = 1, ratio = 1;
 };

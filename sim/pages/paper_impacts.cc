@@ -47,7 +47,7 @@ struct Links {
   }
 };
 
-// Times at which feet touched the ground (s, rising).
+// Times of foot impacts (s, rising).
 Column impacts_of(const RunData& run) {
   Column all;
   if (!run.feet) return all;

@@ -10,7 +10,7 @@
 namespace sim::pages {
 namespace {
 
-constexpr int kPictures = 4;
+constexpr int kHeadViews = 4;
 
 std::string table(const std::vector<PaperRow>& rows) {
   constexpr std::array kClasses{"soft", "good", "good", "bad"};
@@ -58,7 +58,7 @@ std::string head_views(const PaperRuns& runs) {
   const std::vector<RunData>& shown = runs_of(runs, "tangent_circle_paper");
   std::string html;
   if (!shown.empty())
-    for (const Picture& picture : pictures(shown.front(), kPictures))
+    for (const Picture& picture : pictures(shown.front(), kHeadViews))
       html += fmt::format("<figure>{}<span class='soft'>{} s</span></figure>\n", picture.svg, picture.t);
   if (html.empty()) return "";
   return section_html(
@@ -81,7 +81,7 @@ std::string paper_page(const PaperRuns& runs, const std::string& revision) {
       "Generator Information, IROS 2006. GaitSLAM, revision " +
           escaped(revision),
       summary(runs, rows) + section_html("rows", "Paper and bench", table(rows) + kHowToRead) +
-          section_html("differences", "Where they differ", differences(rows)) +
+          section_html("differences", "Differences", differences(rows)) +
           section_html("figures", "The figures of the paper reproduced", figures_html(figures)) +
           head_views(runs));
 }

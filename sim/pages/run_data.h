@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "sim/pages/frame.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 
 namespace sim::pages {
 
@@ -68,7 +68,7 @@ struct RunLimit {
   std::optional<double> at_most, at_least, value;
   std::optional<bool> passed;
 };
-/// An interval in which tracking was lost or a sensor contradicted the filter's model.
+/// An interval of lost tracking, or of a sensor that contradicts the filter's model.
 struct TrackingFault {
   std::string kind, cause;
   double from_s = 0;

@@ -15,12 +15,13 @@ Figure waist_from_above(const RunData& run);
 /// Planned, true and estimated height of the camera.
 Figure camera_height(const RunData& run);
 
-/// All figures for which the run left data.
+/// All figures that the run has data for.
 std::vector<Figure> run_figures(const RunData& run);
 
-/// Figures for one scenario and estimator: paths of all runs, position error over time (median, minimum and maximum),
-/// and mean NEES with its band. Otherwise for each scenario with several runs: paths, error over time, and,
-/// of several seeds, ATE and CPU time as boxes and dots of each estimator. Empty for fewer than two runs.
+/// Figures for one scenario and estimator: paths of all runs, position error over time (median, minimum and
+/// maximum), and mean NEES with its band. Otherwise for each scenario with several runs: paths, error over
+/// time, and, of several seeds, ATE and CPU time as boxes and dots of each estimator. Empty for fewer than
+/// two runs.
 std::vector<Figure> comparison_figures(const std::vector<RunData>& runs);
 
 }  // namespace sim::pages

@@ -1,11 +1,11 @@
-#include "sim/regression/limit_verdict.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
 
+#include "sim/regression/verdict.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/limits.h"
 
 namespace sim::regression {
@@ -31,7 +31,7 @@ std::string text_of(const scenario::MetricLimit& limit) {
                      limit.bound == scenario::Bound::at_most ? "<=" : ">=", limit.value);
 }
 
-// The seed whose value is the worst; a missing value is worse than any.
+// The seed with the worst value; a missing value is worse than any.
 std::uint64_t worst_seed(const scenario::MetricLimit& limit, const std::vector<result::SeedScore>& seeds) {
   const auto loss = [&](const result::SeedScore& seed) {
     const auto value = seed.value(limit.metric);

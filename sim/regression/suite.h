@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/regression/verdict.h"
+#include "sim/scenario/yaml.h"
 
 namespace sim::regression {
 
@@ -24,11 +25,7 @@ struct Suite {
 };
 
 /// Reads a suite strictly; scenario files are relative to the suite's folder. Throws ConfigError at the first
-/// error (also if there is no scenario, or two have the same name), FileError if the file cannot be read.
+/// error (also without a scenario, or if two have the same name).
 Suite read_suite(const std::filesystem::path& file);
-
-/// The configuration that determines the runs of a scenario, key to value: the keys that its file and changes
-/// set, except limits, name and seed; and the sections that it has.
-std::map<std::string, std::string> config_of(const scenario::ReadScenario& read);
 
 }  // namespace sim::regression

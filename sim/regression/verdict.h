@@ -1,13 +1,71 @@
 // Results of a scenario compared with a baseline: a verdict on each gated metric and each limit.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "sim/regression/limit_verdict.h"
-#include "sim/regression/metric_verdict.h"
+#include "sim/regression/results.h"
 
 namespace sim::regression {
+
+/// A metric to compare and its tolerance for the worse: the larger of `percent` of the
+/// baseline's median and `absolute`, in the metric's unit. For metrics with an expected value see
+/// tolerated_factor().
+struct Gate {
+  std::string metric;
+  double percent = 0, absolute = 0;
+  bool operator==(const Gate&) const = default;
+};
+
+/// The factor by which the ratio of a metric to its expected value (score::Direction) may grow or shrink: 1 +
+/// the larger of `percent` and of `absolute` in percent of the expected value. Returns nullopt for other
+/// metrics.
+std::optional<double> tolerated_factor(const Gate& gate);
+
+/// The largest number of gates of a scenario: the p-values are adjusted for their number (Holm 1979), and
+/// with 8 seeds the least p-value, 2/2^8, stays below 0.05 after that.
+inline constexpr std::size_t kMostGates = 6;
+inline constexpr std::size_t kSeedsForTest = 8;
+
+/// The gates of a scenario that names none.
+const std::vector<Gate>& default_gates();
+
+/// identical: the same bits on every seed · same: changed by at most the tolerance · better, fail: changed by
+/// more than the tolerance, and significantly · noisy: changed by more than the tolerance, but not
+/// significantly · added: missing in the baseline · missing: only in the baseline.
+enum class Verdict { identical, same, better, fail, noisy, added, missing };
+/// "IDENTICAL", ..., "NEW", "MISSING".
+std::string_view word(Verdict verdict);
+/// True for fail and missing.
+bool fails(Verdict verdict);
+
+/// One metric of one scenario: the baseline compared with the results now.
+struct MetricVerdict {
+  Gate gate{};
+  std::size_t n = 0;                        ///< seeds compared; of unpaired sets the smaller number
+  std::optional<double> baseline{}, now{};  ///< medians over them
+  std::optional<double> change{};           ///< median of the seeds' changes; unpaired: of the medians
+  /// Confidence interval of at least 95 % of the median change.
+  std::optional<std::pair<double, double>> band{};
+  std::optional<double> p{};  ///< after Holm; absent without a test
+  Verdict verdict = Verdict::same;
+  std::string remark{};          ///< the reason in words; may be empty
+  std::uint64_t worst_seed = 0;  ///< the seed that changed most for the worse
+};
+
+/// A limit of the scenario on each seed, or on a value over all seeds.
+struct LimitVerdict {
+  std::string what;      ///< "ate_se3_rmse_m <= 0.1", "loop_closed.mean >= 1", "ending completed"
+  std::string observed;  ///< "9/10": seeds that meet it; or the value over seeds
+  bool passed = true;
+  bool run_failed = false;  ///< a run ended in a way that is not allowed
+  std::uint64_t worst_seed = 0;
+};
+/// "ok", "MISSED" or "RUN FAILED".
+std::string_view word(const LimitVerdict& verdict);
 
 struct ScenarioVerdict {
   std::string name;
@@ -19,14 +77,20 @@ struct ScenarioVerdict {
   std::vector<LimitVerdict> limits;
 };
 
-/// Compares the gated metrics. The seeds in common are paired (signed rank test); without any in common the
-/// sets are compared as they are (rank sum test). Limits are left to judge_limits.
+/// Judges each gate by the metric's loss (score::loss): on the seeds in common by the signed rank test, or
+/// without any on all seeds by the rank sum test. p-values are adjusted for the number of gates. Limits are
+/// left to judge_limits.
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates);
 
 /// The verdict on a scenario that only one side has. verdict: added or missing.
 ScenarioVerdict without_counterpart(const ScenarioResults& there, const std::vector<Gate>& gates,
                                     Verdict verdict);
+
+/// First the allowed endings, then the limits on each seed, then those over seeds. They do not depend on
+/// the baseline. Leaves out a limit without a value on any seed if no filter was to run.
+std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
+                                       const std::vector<result::SeedScore>& seeds);
 
 /// 0 passed, 1 a metric or limit fails, 3 a run ended in a way that its scenario does not allow.
 int exit_code(const std::vector<ScenarioVerdict>& verdicts);

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "sim/recording/asl_folder.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 
 namespace sim::replay {
 namespace {

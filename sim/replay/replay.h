@@ -25,7 +25,7 @@ struct WalkEnd {
 /// Reads the about.json of a result folder. Throws FileError.
 WalkEnd read_walk_end(const std::filesystem::path& result_folder);
 
-/// Whether a replay copies the recording into its result.
+/// Selects whether a replay copies the recording into its result.
 enum class Recorded { left_out, copied };
 
 /// Replays `recording` and writes a complete result folder: the same bytes as a run of the scenario, except
@@ -47,7 +47,7 @@ scenario::ReadScenario external_scenario(const std::filesystem::path& folder,
 result::Outcome replay_external(const scenario::ReadScenario& scenario, const std::filesystem::path& folder,
                                 const result::ResultPlace& place, const result::Progress& progress);
 
-/// The body whose poses a trajectory has.
+/// The body of a trajectory.
 enum class PosedBody { camera, imu };
 
 /// Output of an external program on the export of a recording.
@@ -57,7 +57,7 @@ struct ExternalRun {
   score::Alignment alignment = score::Alignment::none;  ///< of its world with W, by the truth
   std::string log = {};                                 ///< what it printed
   double cpu_ms = 0;                                    ///< of the whole run
-  std::optional<std::string> failed = {};               ///< why there is no trajectory
+  std::optional<std::string> failed = {};               ///< why the trajectory is missing
 };
 
 /// Writes a complete result folder. Stamps start at 0 s (as in the run), at 1e9 s (as in its exports) or, in

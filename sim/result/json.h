@@ -1,4 +1,4 @@
-// What several JSON files of a result have in common when they are written; files::Json reads them.
+// Helpers for writing the JSON files of a result; files::Json reads them.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace sim::result {
 
-/// null for what is absent.
+/// null for an absent value.
 template <typename T>
 nlohmann::ordered_json or_null(const std::optional<T>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);

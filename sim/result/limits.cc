@@ -1,12 +1,132 @@
 #include "sim/result/limits.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
 #include "sim/result/json.h"
-#include "sim/result/table_style.h"
 #include "sim/scenario/limits.h"
+#include "sim/score/metrics.h"
 
 namespace sim::result {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+score::Direction direction_of(const std::string& metric, const scenario::Scenario& scenario) {
+  const score::Direction own = score::direction_of(metric);
+  if (own.worst == score::Worst::farthest_from_expected) return own;
+  for (const scenario::MetricLimit& limit : scenario.limits.metrics)
+    if (limit.metric == metric) return worst_side(limit);
+  return own;
+}
+
+bool is_limited(const std::string& metric, const scenario::Scenario& scenario) {
+  return std::any_of(scenario.limits.metrics.begin(), scenario.limits.metrics.end(),
+                     [&](const scenario::MetricLimit& limit) { return limit.metric == metric; });
+}
+
+std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
+  std::vector<double> values;
+  for (const SeedScore& seed : seeds)
+    if (const auto value = seed.value(metric)) values.push_back(*value);
+  return values;
+}
+
+// A limit on a value over seeds; absent if a seed has no value. The worst is the one nearest to missing this
+// limit.
+JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
+                             const std::vector<SeedScore>& seeds) {
+  const std::vector<double> values = values_of(limit.metric, seeds);
+  const std::size_t without = seeds.size() - values.size();
+  if (values.empty() || without > 0) {
+    JudgedLimit judged = judge(scenario, limit, std::nullopt);
+    if (!values.empty()) judged.passed = false;
+    if (judged.missed()) judged.reason = fmt::format("no value of {} of {} seeds", without, seeds.size());
+    return judged;
+  }
+  const score::Summary over_seeds = score::summarize(values, worst_side(limit));
+  return judge(scenario, limit,
+               limit.aggregate == "median" ? over_seeds.median
+               : limit.aggregate == "mean" ? over_seeds.mean
+                                           : over_seeds.worst);
+}
+
+ordered_json json_of(const MetricSummary& metric) {
+  const score::Summary& s = metric.over_seeds;
+  if (s.n == 0)
+    return {{"unit", metric.unit}, {"n", 0},        {"median", nullptr},
+            {"mean", nullptr},     {"sd", nullptr}, {"worst", nullptr}};
+  return {{"unit", metric.unit},
+          {"n", s.n},
+          {"median", s.median},
+          {"mean", s.mean},
+          {"sd", or_null(s.standard_deviation)},
+          {"worst", s.worst}};
+}
+
+std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
+
+std::string row(const MetricSummary& metric) {
+  const score::Summary& s = metric.over_seeds;
+  if (s.n == 0) return fmt::format("{:<26} {:<5} {:>3}\n", metric.name, metric.unit, 0);
+  return fmt::format("{:<26} {:<5} {:>3} {:>10.4g} {:>10.4g} {:>10} {:>10.4g}\n", metric.name, metric.unit,
+                     s.n, s.median, s.mean, number(s.standard_deviation), s.worst);
+}
+
+// "1..5, 7"
+std::string ranges(std::vector<std::uint64_t> seeds) {
+  std::sort(seeds.begin(), seeds.end());
+  std::string text;
+  for (std::size_t first = 0, last = 0; first < seeds.size(); first = last + 1) {
+    for (last = first; last + 1 < seeds.size() && seeds[last + 1] == seeds[last] + 1;) ++last;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", seeds[first]);
+    if (last > first) text += fmt::format("{}{}", last == first + 1 ? ", " : "..", seeds[last]);
+  }
+  return text;
+}
+
+const char* exit_text(int exit_code) {
+  constexpr const char* kTexts[]{"passed", "missed a limit", "not started", "failed"};
+  return kTexts[std::clamp(exit_code, 0, 3)];
+}
+
+// A line for all seeds with the same ending, the passed ones first.
+std::string endings(const Summary& summary, const TableStyle& style) {
+  std::map<std::pair<int, scenario::Ending>, std::vector<std::uint64_t>> alike;
+  for (const SeedScore& seed : summary.seeds) alike[{seed.exit_code, seed.ending}].push_back(seed.seed);
+  std::string text;
+  for (const auto& [how, seeds] : alike) {
+    const std::string passed = fmt::format("{:<14}", exit_text(how.first));
+    text += fmt::format("  {}  {:<16}  {} {}\n",
+                        painted(passed, how.first == 0 ? Paint::good : Paint::bad, style.colors),
+                        name_of(how.second), seeds.size() == 1 ? "seed" : "seeds", ranges(seeds));
+  }
+  return text;
+}
+
+bool is_headline(const MetricSummary& metric) {
+  const score::MetricDefinition* defined = score::find_metric(metric.name);
+  return metric.limited || (defined && defined->headline);
+}
+
+// Headline metrics first; then, on request, the others.
+std::string metrics(const Summary& summary, const TableStyle& style) {
+  if (summary.metrics.empty()) return "no metrics: no seed has a score\n";
+  std::string head = fmt::format("{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", "metric", "unit", "n",
+                                 "median", "mean", "sd", "worst"),
+              others;
+  for (const MetricSummary& m : summary.metrics) (is_headline(m) ? head : others) += row(m);
+  if (style.all_metrics) return head + (others.empty() ? "" : "\n") + others;
+  return head + (others.empty() ? "" : "--all-metrics shows all metrics, as summary.json has them\n");
+}
+
+}  // namespace
 
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value) {
@@ -42,9 +162,9 @@ std::string_view verdict_word(std::optional<bool> passed) {
   return !passed ? "not judged" : *passed ? "ok" : "MISSED";
 }
 
-std::string verdict_text(std::optional<bool> passed, bool colours) {
+std::string verdict_text(std::optional<bool> passed, bool colors) {
   const Paint paint = !passed ? Paint::none : *passed ? Paint::good : Paint::bad;
-  return painted(std::string(verdict_word(passed)), paint, colours);
+  return painted(std::string(verdict_word(passed)), paint, colors);
 }
 
 nlohmann::ordered_json to_json(const JudgedLimit& judged) {
@@ -54,6 +174,63 @@ nlohmann::ordered_json to_json(const JudgedLimit& judged) {
                               {"passed", or_null(judged.passed)}};
   if (!judged.reason.empty()) json["reason"] = judged.reason;
   return json;
+}
+
+Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScore>& seeds) {
+  Summary summary{scenario.name, seeds, {}, {}};
+  const auto fullest = std::max_element(
+      seeds.begin(), seeds.end(),
+      [](const SeedScore& a, const SeedScore& b) { return a.metrics.size() < b.metrics.size(); });
+  if (fullest != seeds.end()) {
+    for (const SeedMetric& metric : fullest->metrics) {
+      summary.metrics.push_back(
+          {metric.name, metric.unit,
+           score::summarize(values_of(metric.name, seeds), direction_of(metric.name, scenario)),
+           is_limited(metric.name, scenario)});
+    }
+  }
+  for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
+    if (!limit.aggregate.empty()) summary.limits.push_back(judge_over_seeds(scenario, limit, seeds));
+  }
+  return summary;
+}
+
+int exit_code(const Summary& summary) {
+  int worst = 0;
+  for (const SeedScore& seed : summary.seeds) worst = std::max(worst, seed.exit_code);
+  for (const JudgedLimit& limit : summary.limits) worst = std::max(worst, limit.missed() ? 1 : 0);
+  return worst;
+}
+
+ordered_json to_json(const Summary& summary) {
+  ordered_json json{{"format_version", 1}, {"scenario", summary.scenario}};
+  json["seeds"] = ordered_json::array();
+  for (const SeedScore& seed : summary.seeds) {
+    json["seeds"].push_back(
+        {{"seed", seed.seed}, {"ending", scenario::name_of(seed.ending)}, {"exit_code", seed.exit_code}});
+  }
+  json["metrics"] = ordered_json::object();
+  for (const MetricSummary& m : summary.metrics) {
+    json["metrics"][m.name] = json_of(m);
+  }
+  json["limits"] = ordered_json::array();
+  for (const JudgedLimit& limit : summary.limits) json["limits"].push_back(to_json(limit));
+  return json;
+}
+
+void write_summary(const fs::path& file, const Summary& summary) {
+  files::write_atomically(file, to_json(summary).dump(2) + "\n");
+}
+
+std::string summary_table(const Summary& summary, const TableStyle& style) {
+  std::string text = fmt::format("{}, {}\n", summary.scenario, files::counted(summary.seeds.size(), "seed"));
+  text += endings(summary, style) + "\n" + metrics(summary, style);
+  for (const JudgedLimit& limit : summary.limits) {
+    text += fmt::format("limit {} {} {}: {}  {}{}{}\n", subject(limit.limit), word(limit.limit.bound),
+                        limit.limit.value, number(limit.value), verdict_text(limit.passed, style.colors),
+                        limit.reason.empty() ? "" : ": ", limit.reason);
+  }
+  return text;
 }
 
 }  // namespace sim::result

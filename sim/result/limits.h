@@ -1,7 +1,7 @@
-// The limits of a scenario, judged: on the metrics of one run, on their aggregates over seeds, and on the
-// ways in which a run may end.
+// The limits of a scenario, judged on one run and over seeds, and the statistics of each metric over seeds.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -9,14 +9,16 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/result/score_file.h"
+#include "sim/result/score_table.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/statistics.h"
 
 namespace sim::result {
 
-/// A limit on a metric or on an aggregate of it over seeds. A limit whose value is absent is missed, unless
-/// no filter was to run: then it is not judged and `passed` is absent too. reason: why the value is
-/// absent, of a limit over seeds; else empty.
+/// A limit on a metric or on an aggregate of it over seeds. Without a value the limit is missed; without a
+/// filter in the scenario it is not judged, and `passed` is absent too. reason: why a value over seeds is
+/// absent.
 struct JudgedLimit {
   scenario::MetricLimit limit;
   std::optional<double> value;
@@ -29,26 +31,56 @@ struct JudgedLimit {
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value);
 
-/// The limits on each run (those without an aggregate) for one run. value_of: of a metric by its name.
+/// Judges the limits on single runs (those without an aggregate). value_of: of a metric by its name.
 std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
                                    const std::function<std::optional<double>(const std::string&)>& value_of);
 
-/// Whether the scenario allows a run to end like that.
+/// Returns whether the scenario allows this ending.
 bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending);
 
-/// Of a run: 3 if it ended in a way that the scenario does not allow, 1 if it missed a limit, else 0.
+/// Returns the exit code of a run: 3 if the scenario does not allow its ending, 1 if it missed a limit, else
+/// 0.
 int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits);
 
-/// Which of several values is nearest to missing the limit.
+/// The worst of several values: the one nearest to missing the limit.
 score::Worst worst_side(const scenario::MetricLimit& limit);
 
 /// "ok", "MISSED" or "not judged", for tables.
 std::string_view verdict_word(std::optional<bool> passed);
-/// The same in green or red, where colours are wanted.
-std::string verdict_text(std::optional<bool> passed, bool colours);
+/// The same in green or red, if colors are wanted.
+std::string verdict_text(std::optional<bool> passed, bool colors);
 
 /// {"metric": "ate_se3_rmse_m.median", "at_most": 0.1, "value": 0.2, "passed": false}
 nlohmann::ordered_json to_json(const JudgedLimit& judged);
+
+/// One metric over the seeds that have a value. The worst value is the one nearest to missing the metric's
+/// limit; without a limit, and for a metric with an expected value, it is the worst by the metric's
+/// definition.
+struct MetricSummary {
+  std::string name, unit;
+  score::Summary over_seeds;
+  bool limited = false;  ///< it or an aggregate of it has a limit
+};
+
+struct Summary {
+  std::string scenario;
+  std::vector<SeedScore> seeds;
+  std::vector<MetricSummary> metrics;
+  std::vector<JudgedLimit> limits;  ///< those on aggregates
+};
+
+/// Depends only on the seeds' scores, in the given order.
+Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScore>& seeds);
+
+/// Returns the largest of the seeds' exit codes, and at least 1 if a limit over seeds is missed.
+int exit_code(const Summary& summary);
+
+nlohmann::ordered_json to_json(const Summary& summary);
+/// Writes summary.json completely or not at all. Throws FileError.
+void write_summary(const std::filesystem::path& file, const Summary& summary);
+
+/// A table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
+std::string summary_table(const Summary& summary, const TableStyle& style = {});
 
 }  // namespace sim::result

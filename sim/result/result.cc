@@ -2,20 +2,22 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 #include "sim/files/csv.h"
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
-#include "sim/result/score_file.h"
 #include "sim/result/score_input.h"
-#include "sim/result/tracked_files.h"
 #include "sim/score/metrics.h"
 
 namespace sim::result {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
 std::string tum(const std::vector<files::TimedPose>& poses) {
   std::string text;
@@ -23,7 +25,7 @@ std::string tum(const std::vector<files::TimedPose>& poses) {
   return text;
 }
 
-// Poses for which the estimator states no covariance have eight columns in both files.
+// A pose without covariance has eight columns in both files.
 void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string poses, with_covariance = files::kTumCovarianceHeader;
   for (const estimators::PoseEstimate& e : tracked.estimates()) {
@@ -72,7 +74,7 @@ void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
   files::write_text(file, text);
 }
 
-// The metrics of a run that failed: each without a value.
+// The metrics of a run that failed: none has a value.
 score::Metrics unscored(const std::string& cause) {
   const std::string reason = "not scored: " + (cause.empty() ? "the run failed" : cause);
   score::Metrics metrics;
@@ -81,25 +83,80 @@ score::Metrics unscored(const std::string& cause) {
   return metrics;
 }
 
+ordered_json metrics_json(const score::Metrics& metrics) {
+  ordered_json json;
+  for (const score::MetricDefinition& defined : score::metric_definitions()) {
+    const score::Metric& metric = metrics.find(defined.name)->second;
+    ordered_json& entry = json[defined.name];
+    entry["value"] = or_null(metric.value);
+    entry["unit"] = metric.unit;
+    if (!metric.value) entry["reason"] = metric.reason;
+  }
+  return json;
+}
+
+ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
+  ordered_json json = ordered_json::array();
+  for (const tracking::TrackingFault& fault : faults)
+    json.push_back({{"from_s", slam::seconds(fault.from)},
+                    {"to_s", fault.to ? ordered_json(slam::seconds(*fault.to)) : ordered_json(nullptr)},
+                    {"cause", fault.cause}});
+  return json;
+}
+
+// The times and causes of lost tracking and of suspect sensors, and the number of observations that were
+// rejected, wholly or in part.
+ordered_json tracking_json(const tracking::Tracked& tracked) {
+  const auto refused =
+      std::count_if(tracked.frames.begin(), tracked.frames.end(),
+                    [](const tracking::TrackedFrame& frame) { return !frame.report.refused.empty(); });
+  return {{"observations_refused", refused},
+          {"lost", faults_json(tracked.losses())},
+          {"suspect", faults_json(tracked.suspicions())}};
+}
+
+ordered_json limits_json(const std::vector<JudgedLimit>& limits) {
+  ordered_json json = ordered_json::array();
+  for (const JudgedLimit& judged : limits) {
+    json.push_back(to_json(judged));
+    if (!judged.passed) json.back()["reason"] = "no filter was to run";
+  }
+  return json;
+}
+
+void write_score(const fs::path& file, const scenario::Scenario& scenario, scenario::Ending ending,
+                 const score::Metrics& metrics, const tracking::Tracked* tracked,
+                 const std::vector<JudgedLimit>& limits) {
+  ordered_json json{{"format_version", 1},
+                    {"scenario", scenario.name},
+                    {"estimator", scenario.estimator.name},
+                    {"seed", scenario.seed},
+                    {"ending", scenario::name_of(ending)}};
+  json["metrics"] = metrics_json(metrics);
+  if (tracked) json["tracking"] = tracking_json(*tracked);
+  json["limits"] = limits_json(limits);
+  write_json(file, json);
+}
+
 void write_about(const fs::path& file, const RunRecord& record, const ResultPlace& place,
                  const scenario::Ended& ended) {
   const scenario::Scenario& scenario = record.scenario.scenario;
   auto set_by = record.scenario.origin;
-  set_by.erase("seed");  // a seed's result must not depend on whether it was run alone or in a batch
-  nlohmann::ordered_json json{{"format_version", 1},
-                              {"program", "gaitslam"},
-                              {"version", place.version},
-                              {"revision", place.revision},
-                              {"libraries", place.libraries},
-                              {"scenario", scenario.name},
-                              {"estimator", scenario.estimator.name},
-                              {"seed", scenario.seed},
-                              {"ending", scenario::name_of(ended.ending)},
-                              {"cause", ended.cause},
-                              {"walk_ending", scenario::name_of(record.walk.ending)},
-                              {"walk_cause", record.walk.cause},
-                              {"recording_xxh3_128", record.recording_hash},
-                              {"set_by", set_by}};
+  set_by.erase("seed");  // a seed's result must not depend on the batch
+  ordered_json json{{"format_version", 1},
+                    {"program", "gaitslam"},
+                    {"version", place.version},
+                    {"revision", place.revision},
+                    {"libraries", place.libraries},
+                    {"scenario", scenario.name},
+                    {"estimator", scenario.estimator.name},
+                    {"seed", scenario.seed},
+                    {"ending", scenario::name_of(ended.ending)},
+                    {"cause", ended.cause},
+                    {"walk_ending", scenario::name_of(record.walk.ending)},
+                    {"walk_cause", record.walk.cause},
+                    {"recording_xxh3_128", record.recording_hash},
+                    {"set_by", set_by}};
   if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
   if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
   if (record.alignment) json["alignment"] = *record.alignment;
@@ -107,6 +164,18 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
 }
 
 }  // namespace
+
+void write_json(const fs::path& file, const ordered_json& json) {
+  files::write_text(file, files::json_text(json, 2) + "\n");
+}
+
+scenario::Ended ending_of(const RunRecord& record) {
+  using enum scenario::Ending;
+  const auto failure = record.tracked ? record.tracked->failure() : std::nullopt;
+  // A robot stops if the estimator that steers it fails.
+  const bool explains_stop = record.walk.ending == stopped && failure && failure->ending == estimator_failed;
+  return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
+}
 
 Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s) {

@@ -1,31 +1,53 @@
-// The result folder of a run or a replay: trajectories, map, frames, score; complete or not there at all.
+// The result folder of a run or a replay: trajectories, map, frames, score; written completely or not at all.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/files/atomic_file.h"
-#include "sim/result/run_record.h"
+#include "sim/recording/recording.h"
 #include "sim/result/timing.h"
+#include "sim/scenario/scenario.h"
+#include "sim/tracking/tracking.h"
 
 namespace sim::result {
 
-/// Called as simulated time advances, with the fraction done (0 to 1).
+/// The record of a finished run: its truth, the tracking, and its ending.
+struct RunRecord {
+  const scenario::ReadScenario& scenario;
+  scenario::Ended walk;
+  recording::RecordingSetup setup;
+  recording::Truth truth;
+  std::optional<tracking::Tracked> tracked;  ///< absent without slam
+  std::string recording_hash;
+  std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, without a planned waist
+  std::optional<std::string> counterfactual =
+      {};                                     ///< why the replayed filter would have steered another walk
+  std::optional<std::string> alignment = {};  ///< by which the truth placed an external trajectory in W
+  std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
+};
+
+/// Returns the ending of the walk, or of the estimate on a completed walk.
+scenario::Ended ending_of(const RunRecord& record);
+
+/// Called as simulated time advances, with the completed fraction (0 to 1).
 using Progress = std::function<void(double)>;
 
-/// Where a result goes, and the versions that it names.
+/// The folder of a result, and the versions that it states.
 struct ResultPlace {
   std::filesystem::path folder;
   files::Existing existing = files::Existing::reject;
   std::filesystem::path models;                  ///< for a live run
   std::string version, revision;                 ///< of the program
   std::map<std::string, std::string> libraries;  ///< name and version
-  std::string models_hash{};  ///< of the models that the walk was simulated with; empty: unknown
+  std::string models_hash{};                     ///< of the models of the walk; empty: unknown
 };
 
-/// How a run ended, and the exit code that follows, see limits.h.
+/// The ending of a run and its exit code, see limits.h.
 struct Outcome : scenario::Ended {
   int exit_code = 0;
 };
@@ -33,5 +55,9 @@ struct Outcome : scenario::Ended {
 /// Scores the run and writes all files of the result but recording/ into `folder`. Throws FileError.
 Outcome write_result(const std::filesystem::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s);
+
+/// Writes the tracked frames and the map: frames.csv, map.csv, landmarks.csv, map_over_time.csv, searches.csv
+/// and, for landmarks that start as lines, depths.csv (README.md describes them). Throws FileError.
+void write_tracked(const std::filesystem::path& folder, const tracking::Tracked& tracked);
 
 }  // namespace sim::result

@@ -4,59 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-
-#include "sim/files/json.h"
-#include "sim/result/json.h"
-#include "sim/score/metrics.h"
+#include <string_view>
 
 namespace sim::result {
 namespace {
 
-using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-ordered_json metrics_json(const score::Metrics& metrics) {
-  ordered_json json;
-  for (const score::MetricDefinition& defined : score::metric_definitions()) {
-    const score::Metric& metric = metrics.find(defined.name)->second;
-    ordered_json& entry = json[defined.name];
-    entry["value"] = or_null(metric.value);
-    entry["unit"] = metric.unit;
-    if (!metric.value) entry["reason"] = metric.reason;
-  }
-  return json;
-}
-
-ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
-  ordered_json json = ordered_json::array();
-  for (const tracking::TrackingFault& fault : faults)
-    json.push_back({{"from_s", slam::seconds(fault.from)},
-                    {"to_s", fault.to ? ordered_json(slam::seconds(*fault.to)) : ordered_json(nullptr)},
-                    {"cause", fault.cause}});
-  return json;
-}
-
-// When tracking was lost and why, when a sensor was suspect, and how many observations were refused, wholly
-// or in part.
-ordered_json tracking_json(const tracking::Tracked& tracked) {
-  const auto refused =
-      std::count_if(tracked.frames.begin(), tracked.frames.end(),
-                    [](const tracking::TrackedFrame& frame) { return !frame.report.refused.empty(); });
-  return {{"observations_refused", refused},
-          {"lost", faults_json(tracked.losses())},
-          {"suspect", faults_json(tracked.suspicions())}};
-}
-
-ordered_json limits_json(const std::vector<JudgedLimit>& limits) {
-  ordered_json json = ordered_json::array();
-  for (const JudgedLimit& judged : limits) {
-    json.push_back(to_json(judged));
-    if (!judged.passed) json.back()["reason"] = "no filter was to run";
-  }
-  return json;
-}
-
-// A limit as to_json(JudgedLimit) writes it.
+// Throws FileError unless it is a limit as to_json(JudgedLimit) writes it.
 void check_limit(const files::Json& limit) {
   limit.at("metric").text();
   limit.at("value").number_or_null();
@@ -64,21 +19,32 @@ void check_limit(const files::Json& limit) {
   if (const files::Json passed = limit.at("passed"); !passed.is_null()) passed.flag();
 }
 
-}  // namespace
-
-void write_score(const fs::path& file, const scenario::Scenario& scenario, scenario::Ending ending,
-                 const score::Metrics& metrics, const tracking::Tracked* tracked,
-                 const std::vector<JudgedLimit>& limits) {
-  ordered_json json{{"format_version", 1},
-                    {"scenario", scenario.name},
-                    {"estimator", scenario.estimator.name},
-                    {"seed", scenario.seed},
-                    {"ending", scenario::name_of(ending)}};
-  json["metrics"] = metrics_json(metrics);
-  if (tracked) json["tracking"] = tracking_json(*tracked);
-  json["limits"] = limits_json(limits);
-  write_json(file, json);
+std::string text_or_empty(const files::Json& json, std::string_view key) {
+  const auto value = json.find(key);
+  return value ? value->text() : "";
 }
+
+About about_of(const files::Json& json) {
+  About about;
+  about.program = text_or_empty(json, "program");
+  about.version = text_or_empty(json, "version");
+  about.revision = text_or_empty(json, "revision");
+  about.scenario = text_or_empty(json, "scenario");
+  about.estimator = text_or_empty(json, "estimator");
+  if (const auto seed = json.find("seed")) about.seed = seed->whole();
+  about.cause = text_or_empty(json, "cause");
+  if (const auto ending = json.find("walk_ending"))
+    about.walk = {read_ending(*ending), text_or_empty(json, "walk_cause")};
+  about.counterfactual = text_or_empty(json, "counterfactual");
+  about.alignment = text_or_empty(json, "alignment");
+  about.recording = text_or_empty(json, "recording_xxh3_128");
+  about.models = text_or_empty(json, "models_xxh3_128");
+  if (const auto set_by = json.find("set_by"))
+    for (const auto& [key, origin] : set_by->entries()) about.set_by[key] = origin.text();
+  return about;
+}
+
+}  // namespace
 
 std::optional<double> SeedScore::value(const std::string& metric) const {
   const auto found =
@@ -129,6 +95,14 @@ SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_cod
   score.seed = seed;
   score.exit_code = exit_code;
   return score;
+}
+
+About read_about(const std::filesystem::path& file) { return about_of(files::read_json(file)); }
+
+About read_about_of_walk(const std::filesystem::path& file) {
+  const files::Json json = files::read_json(file);
+  json.at("walk_ending").text();
+  return about_of(json);
 }
 
 }  // namespace sim::result

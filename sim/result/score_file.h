@@ -1,41 +1,35 @@
-// score.json: the metrics of one run, the times in which tracking was lost, and the limits judged.
+// score.json and about.json, as read from a result.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/files/json.h"
-#include "sim/result/limits.h"
-#include "sim/scenario/scenario.h"
-#include "sim/score/metrics.h"
-#include "sim/tracking/tracking.h"
+#include "sim/scenario/ending.h"
 
 namespace sim::result {
 
-/// Writes score.json. tracked: may be null. Throws FileError.
-void write_score(const std::filesystem::path& file, const scenario::Scenario& scenario,
-                 scenario::Ending ending, const score::Metrics& metrics, const tracking::Tracked* tracked,
-                 const std::vector<JudgedLimit>& limits);
-
-/// One metric of one seed, as score.json has it.
+/// One metric of one seed, as in score.json.
 struct SeedMetric {
   std::string name, unit;
   std::optional<double> value;
 };
 
-/// What one seed left behind.
+/// The score of one seed.
 struct SeedScore {
   std::uint64_t seed = 0;
   scenario::Ending ending =
       scenario::Ending::not_started;  ///< not_started or crashed if its process left no score
   int exit_code = 0;
   std::vector<SeedMetric> metrics;
-  std::string recording{};  ///< its hash; empty where it is not known
+  std::string recording{};  ///< its hash; empty if unknown
 
-  /// Of a metric; absent also where the score does not name it.
+  /// Returns the value of a metric; nothing also if the score does not contain it.
   std::optional<double> value(const std::string& metric) const;
 };
 
@@ -45,11 +39,31 @@ scenario::Ending read_ending(const files::Json& json);
 /// Reads a score.json; the exit code is not in it. Throws FileError.
 SeedScore read_score(const std::filesystem::path& file);
 
-/// The whole of a score.json with every value of the type that this program writes. Throws FileError.
+/// Reads a whole score.json and checks the type of every value. Throws FileError.
 files::Json read_whole_score(const std::filesystem::path& file);
 
 /// Reads root/seed-<n>/score.json. If the exit code shows that the run did not start or crashed, a
 /// missing file is that ending. Throws FileError otherwise, and for a damaged file.
 SeedScore read_seed_score(const std::filesystem::path& root, std::uint64_t seed, int exit_code);
+
+/// about.json. Missing entries are empty.
+struct About {
+  std::string program, version, revision;
+  std::string scenario, estimator;
+  std::uint64_t seed = 0;
+  std::string cause;  ///< of the run's ending
+  std::optional<scenario::Ended> walk;
+  std::string counterfactual;  ///< of a replay: why its estimator would have steered another walk
+  std::string alignment;       ///< by which the truth placed an external trajectory in W
+  std::string recording;       ///< the hash of its manifest
+  std::string models;          ///< the hash of the models of the walk
+  std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
+};
+
+/// Reads an about.json. Throws FileError "file: key: ..." if it cannot be read or a value has another type.
+About read_about(const std::filesystem::path& file);
+
+/// The same for a result that will be replayed: throws FileError also if the walk's ending is missing.
+About read_about_of_walk(const std::filesystem::path& file);
 
 }  // namespace sim::result

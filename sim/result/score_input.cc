@@ -1,11 +1,13 @@
 #include "sim/result/score_input.h"
 
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <utility>
 
-#include "sim/result/desired_path.h"
 #include "slam/camera.h"
 #include "walking/hrp2.h"
+#include "walking/pattern_generator.h"
 #include "walking/timeline.h"
 
 namespace sim::result {
@@ -38,7 +40,8 @@ auto innovations(const tracking::Tracked& tracked) {
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
-      if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i])) all[i].push_back({r.t, {nis->value, nis->dof}});
+      if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i]))
+        all[i].push_back({r.t, {nis->value, nis->dof}});
   }
   return all;
 }
@@ -91,6 +94,43 @@ std::vector<score::FootRow> feet(const recording::Truth& truth) {
                                 score::pose2(truth.waist_plan.back().X));
 }
 
+/// Feet together below a waist at the origin.
+const walking::FootPose kFeet{{walking::hrp2::kAnkleX, 0}, 0};
+
+Eigen::Isometry3d waist_above(const walking::FootPose& feet) {
+  const walking::FootPose waist = feet * walking::inverse(kFeet);
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(waist.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  X.translation() << waist.position, walking::hrp2::kWaistHeight;
+  return X;
+}
+
+Eigen::Isometry3d between(const walking::Reference& from, const walking::Reference& to, double part) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::Quaterniond(from.X_PB.linear())
+                   .slerp(part, Eigen::Quaterniond(to.X_PB.linear()))
+                   .toRotationMatrix();
+  X.translation() = (1 - part) * from.X_PB.translation() + part * to.X_PB.translation();
+  return X;
+}
+
+/// The uncorrected plan at the stamps of the corrected one.
+score::Trajectory uncorrected(walking::WalkOptions walk, const std::vector<files::TimedPose>& waist_plan) {
+  walk.arm_motion = walking::ArmMotion::still;  // arms and second stage need a model of the whole body
+  walk.second_preview = false;
+  walking::PatternGenerator plan(walk);
+  walking::Reference from = plan.next(), to = plan.next();
+  std::size_t tick = 0;
+  score::Trajectory path;
+  for (const files::TimedPose& pose : waist_plan) {
+    const auto due = static_cast<std::size_t>(pose.t / walking::kTick);
+    for (; tick < due; ++tick) from = std::exchange(to, plan.next());
+    const std::chrono::duration<double> after = pose.t - static_cast<std::int64_t>(tick) * walking::kTick;
+    path.push_back({pose.t, between(from, to, after.count() / walking::kPeriod)});
+  }
+  return path;
+}
+
 }  // namespace
 
 score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
@@ -137,6 +177,21 @@ score::Run score_input(const RunRecord& record) {
   const auto failure = record.tracked->failure();
   if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;
   return run;
+}
+
+score::DesiredPath desired_path(const walking::WalkOptions& walk,
+                                const std::vector<files::TimedPose>& waist_plan) {
+  const walking::Timeline timeline(walk, kFeet, Eigen::Vector2d::Zero());
+  score::DesiredPath path;
+  path.end = waist_above(walking::center_of(timeline.phases().back().to));
+  for (const walking::Timeline::Lap& lap : timeline.laps())
+    path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
+                           static_cast<std::int64_t>(lap.end) * walking::kTick);
+  if (walk.steering.by == walking::SteeredBy::plan)
+    path.waist = waist_plan;
+  else
+    path.waist = uncorrected(walk, waist_plan);
+  return path;
 }
 
 }  // namespace sim::result

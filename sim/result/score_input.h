@@ -3,19 +3,26 @@
 
 #include <vector>
 
-#include "sim/result/run_record.h"
+#include "sim/result/result.h"
 #include "sim/score/run.h"
+#include "walking/plan.h"
 
 namespace sim::result {
 
-/// When the plan's feet come down and when it ends.
+/// Returns the landings and the end of a plan.
 score::PlannedTimes planned_times(const walking::WalkOptions& walk);
 
-/// X_PC at the frames: from the planned waist and the camera's place in the planned posture.
+/// Returns X_PC at the frames, from the planned waist and the camera in the planned posture.
 std::vector<files::TimedPose> planned_camera(const RunRecord& record);
 
-/// All that the score needs. The filter's camera model projects true points too: a separate test shows that
-/// the renderer's lens agrees with it.
+/// Returns the input of the score. The filter's camera model also projects true points: a test shows that the
+/// renderer's lens agrees with it.
 score::Run score_input(const RunRecord& record);
+
+/// Returns the commanded path, laid into the world at the start. waist_plan: the planned waist at the frames,
+/// with all corrections. The path of a steered walk is the cart-table plan of its commands, at the same
+/// stamps.
+score::DesiredPath desired_path(const walking::WalkOptions& walk,
+                                const std::vector<files::TimedPose>& waist_plan);
 
 }  // namespace sim::result

@@ -8,7 +8,6 @@
 #include <optional>
 #include <vector>
 
-#include "sim/result/about_file.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
 #include "sim/score/metrics.h"
@@ -39,7 +38,7 @@ std::string verdicts(const std::vector<Json>& limits, const std::string& metric,
     const double bound = (at_most ? *at_most : limit.at("at_least")).number();
     const auto passed = found ? std::optional(found->flag()) : std::nullopt;
     text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=", shown(bound),
-                        verdict_text(passed, style.colours));
+                        verdict_text(passed, style.colors));
   }
   return text;
 }
@@ -49,7 +48,7 @@ std::optional<double> value_of(const Json& metrics, const char* name) {
   return metric ? metric->at("value").number_or_null() : std::nullopt;
 }
 
-// A line for each time in which tracking was lost or a sensor was suspect.
+// A line for each period of lost tracking or of a suspect sensor.
 std::string tracking_faults(const Json& scored) {
   std::string text;
   const auto tracking = scored.find("tracking");
@@ -66,17 +65,17 @@ std::string tracking_faults(const Json& scored) {
   return text;
 }
 
-// Where the scale is not known, the error up to scale is shown instead of ate_se3_rmse_m.
+// Without a known scale the error up to scale replaces ate_se3_rmse_m.
 bool is_substitute(const Json& metrics, const std::string& name) {
   return name == "ate_sim3_rmse_m" && value_of(metrics, "ate_sim3_rmse_m") &&
          !value_of(metrics, "ate_se3_rmse_m");
 }
 
-// Why metrics have no value: what is said of one stands beside it, what is said of several once, below.
+// Reasons of missing values: beside the metric, or once below if several metrics share them.
 class Reasons {
  public:
   void count(const std::string& reason) { ++times_[reason]; }
-  /// What stands beside the metric.
+  /// The remark beside the metric.
   std::string remark(const std::string& reason) {
     if (times_[reason] < 2) return reason;
     auto found = std::find(notes_.begin(), notes_.end(), reason);
@@ -138,7 +137,7 @@ std::string cause_of(const std::string& ending, const std::filesystem::path& abo
   return cause.empty() ? "" : ": " + cause;
 }
 
-// How the errors were worked out.
+// The alignment of the errors.
 std::string alignment_text(const std::filesystem::path& about) {
   const std::string by = std::filesystem::exists(about) ? read_about(about).alignment : "";
   return by.empty() || by == "none" ? "without alignment except ate_se3"
@@ -152,13 +151,13 @@ std::string score_table(const std::filesystem::path& result_folder, const TableS
              timing = files::read_json(result_folder / "timing.json");
   std::string text =
       fmt::format("{}  seed {}  {}{}\n", scored.at("scenario").text(), scored.at("seed").whole(),
-                  painted(scored.at("ending").text(), failed ? Paint::bad : Paint::none, style.colours),
+                  painted(scored.at("ending").text(), failed ? Paint::bad : Paint::none, style.colors),
                   failed ? "" : cause_of(scored.at("ending").text(), result_folder / "about.json"));
   text += tracking_faults(scored) + metric_lines(scored, style);
   if (const auto poses = value_of(scored.at("metrics"), "poses_matched"))
     text +=
         fmt::format("  errors over {} poses, {}; {}\n", *poses, alignment_text(result_folder / "about.json"),
-                    style.all_metrics ? "report says what each metric is" : "score.json has all metrics");
+                    style.all_metrics ? "report explains each metric" : "score.json has all metrics");
   const double median = timing.at("frame_cpu_ms_median").number(),
                p99 = timing.at("frame_cpu_ms_p99").number();
   text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f}), {:.2f} x real time\n", median,

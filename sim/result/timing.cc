@@ -32,20 +32,6 @@ double total_s(const std::vector<double>& values_ms) {
   return 1e-3 * std::accumulate(values_ms.begin(), values_ms.end(), 0.0);
 }
 
-// The filter's CPU time of a frame by the size of its map.
-nlohmann::ordered_json by_landmarks(const std::vector<FrameTiming>& frames) {
-  std::map<int, std::vector<double>> tens;
-  for (const FrameTiming& frame : frames) tens[frame.landmarks / 10 * 10].push_back(frame.filter_ms);
-  auto json = nlohmann::ordered_json::array();
-  for (const auto& [from, filter] : tens)
-    json.push_back({{"landmarks_from", from},
-                    {"landmarks_to", from + 9},
-                    {"frames", filter.size()},
-                    {"median", quantile(filter, 0.5)},
-                    {"p99", quantile(filter, 0.99)}});
-  return json;
-}
-
 }  // namespace
 
 double process_cpu_ms() { return clock_ms(CLOCK_PROCESS_CPUTIME_ID); }
@@ -64,7 +50,6 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
   nlohmann::ordered_json json;
   json["frame_cpu_ms_median"] = quantile(filter, 0.5);
   json["frame_cpu_ms_p99"] = quantile(filter, 0.99);
-  json["frame_cpu_ms_by_landmarks"] = by_landmarks(frames);
   json["realtime_factor"] = simulated_s / wall_s;
   json["simulated_s"] = simulated_s;
   json["wall_s"] = wall_s;

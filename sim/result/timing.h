@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -23,7 +22,7 @@ struct FrameTiming {
   int landmarks = 0;  ///< in the filter's map after the frame
 };
 
-/// Adds the CPU time of this thread between its construction and its end to a stage.
+/// Adds the CPU time of this thread during its lifetime to a stage.
 class StageClock {
  public:
   explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(thread_cpu_ms()) {}
@@ -41,9 +40,9 @@ class Timing {
  public:
   std::vector<FrameTiming> frames;
 
-  /// Throws FileError. Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_median and _p99 of
-  /// the filter's step, the same by size of the map in tens of landmarks, realtime_factor (simulated seconds
-  /// per wall second of the whole run) and the total of each stage.
+  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_median and _p99 of the filter's
+  /// step, realtime_factor (simulated seconds per wall second of the whole run) and the total of each stage.
+  /// Throws FileError.
   void write(const std::filesystem::path& folder, double simulated_s) const;
 
  private:

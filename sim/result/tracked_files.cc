@@ -1,5 +1,3 @@
-#include "sim/result/tracked_files.h"
-
 #include <fmt/core.h>
 
 #include <array>
@@ -7,6 +5,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
+#include "sim/result/result.h"
 #include "sim/score/run.h"
 
 namespace sim::result {
@@ -34,7 +33,8 @@ void write_frames(const fs::path& folder, const tracking::Tracked& tracked) {
     const slam::FrameReport& r = frame.report;
     text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
                         r.initialized.size(), r.deleted.size());
-    for (const std::string_view sensor : score::kSensors) text += nis_fields(slam::nis_of(r.innovations, sensor));
+    for (const std::string_view sensor : score::kSensors)
+      text += nis_fields(slam::nis_of(r.innovations, sensor));
     text += fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
                         files::csv_field(r.refused), files::csv_field(r.suspect));
   }

@@ -11,6 +11,9 @@
 namespace sim::score {
 namespace {
 
+constexpr Stamp kOutOfView = std::chrono::seconds(5);
+constexpr double kTolerance_px = 3;
+
 // Angles of turn since the first pose, without jumps of whole turns.
 std::vector<double> turns(const Trajectory& trajectory) {
   std::vector<double> all;
@@ -22,7 +25,7 @@ std::vector<double> turns(const Trajectory& trajectory) {
 
 // The end of the first stretch after `start` with the point out of view for long enough.
 std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp start, const Trajectory& truth_X_WC,
-                                    const TrueCamera& camera, Stamp long_enough) {
+                                    const TrueCamera& camera) {
   std::optional<Stamp> out_since;
   for (const TimedPose& pose : truth_X_WC) {
     if (pose.t < start) continue;
@@ -31,16 +34,16 @@ std::optional<Stamp> lost_from_view(const Eigen::Vector3d& p_W, Stamp start, con
       continue;
     }
     if (!out_since) out_since = pose.t;
-    if (pose.t - *out_since >= long_enough) return pose.t;
+    if (pose.t - *out_since >= kOutOfView) return pose.t;
   }
   return std::nullopt;
 }
 
 bool matches_truth(const StampedPixel& match, const Eigen::Vector3d& p_W, const Trajectory& truth_X_WC,
-                   const TrueCamera& camera, double tolerance_px) {
+                   const TrueCamera& camera) {
   const TimedPose* pose = pose_at(truth_X_WC, match.t);
   const auto pixel = pose ? camera.project(pose->X, p_W) : std::nullopt;
-  return pixel && (*pixel - match.pixel).norm() <= tolerance_px;
+  return pixel && (*pixel - match.pixel).norm() <= kTolerance_px;
 }
 
 /// Points of the ray through `seen`, one for each surface that the template shows: at the distance of the
@@ -97,18 +100,16 @@ std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist) {
 
 std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
                                          const TurnMarks& marks, const Trajectory& truth_X_WC,
-                                         const std::vector<Surface>& surfaces, const TrueCamera& camera,
-                                         const LoopRule& rule) {
+                                         const std::vector<Surface>& surfaces, const TrueCamera& camera) {
   const auto found_again = [&](const LandmarkHistory& landmark) -> std::optional<LoopLandmark> {
     if (landmark.first_seen.t >= marks.quarter) return std::nullopt;
     const auto p_W = surface_point(landmark.first_seen, truth_X_WC, surfaces, camera);
     if (!p_W) return std::nullopt;
-    const auto lost = lost_from_view(*p_W, landmark.first_seen.t, truth_X_WC, camera, rule.out_of_view);
+    const auto lost = lost_from_view(*p_W, landmark.first_seen.t, truth_X_WC, camera);
     if (!lost) return std::nullopt;
     const auto match_from = [&](Stamp t) {
       return std::find_if(landmark.accepted.begin(), landmark.accepted.end(), [&](const StampedPixel& match) {
-        return match.t > *lost && match.t >= t &&
-               matches_truth(match, *p_W, truth_X_WC, camera, rule.tolerance_px);
+        return match.t > *lost && match.t >= t && matches_truth(match, *p_W, truth_X_WC, camera);
       });
     };
     const auto first = match_from(*lost);

@@ -50,12 +50,6 @@ struct TurnMarks {
 /// turns counted.
 std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 
-/// The conditions for a landmark to count as found again.
-struct LoopRule {
-  Stamp out_of_view = std::chrono::seconds(5);
-  double tolerance_px = 3;
-};
-
 /// An early landmark that was found again.
 struct LoopLandmark {
   int id = 0;
@@ -69,8 +63,7 @@ struct LoopLandmark {
 /// true projection. truth_X_WC: at the frames.
 std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
                                          const TurnMarks& marks, const Trajectory& truth_X_WC,
-                                         const std::vector<Surface>& surfaces, const TrueCamera& camera,
-                                         const LoopRule& rule = {});
+                                         const std::vector<Surface>& surfaces, const TrueCamera& camera);
 
 /// A landmark of the filter's final map.
 struct MappedPoint {

@@ -91,9 +91,11 @@ std::vector<Span> all_turns(const std::vector<PosePair>& pairs, const Spans& whi
 std::vector<Span> between_footsteps(const std::vector<PosePair>& pairs, const Spans& which) {
   const auto steps = static_cast<std::size_t>(which.delta);
   std::vector<Span> spans;
-  for (std::size_t i = 0; i + steps < which.footsteps.size(); i += which.all ? 1 : steps)
-    for (const Span& span : spans_between(pairs, {which.footsteps[i], which.footsteps[i + steps]}))
-      spans.push_back(span);
+  if (pairs.empty()) return spans;
+  for (std::size_t i = 0; i + steps < which.footsteps.size(); i += which.all ? 1 : steps) {
+    const Span span{nearest_pose(pairs, which.footsteps[i]), nearest_pose(pairs, which.footsteps[i + steps])};
+    if (span.from < span.to) spans.push_back(span);
+  }
   return spans;
 }
 
@@ -104,16 +106,6 @@ std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which) 
   if (turning(which) && which.all) return all_turns(pairs, which);
   const std::vector<double> place = places(pairs, which);
   return which.all ? from_each(place, which) : consecutive(place, which);
-}
-
-std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::vector<Stamp>& times) {
-  std::vector<Span> spans;
-  if (pairs.empty()) return spans;
-  for (std::size_t i = 1; i < times.size(); ++i) {
-    const Span span{nearest_pose(pairs, times[i - 1]), nearest_pose(pairs, times[i])};
-    if (span.from < span.to) spans.push_back(span);
-  }
-  return spans;
 }
 
 Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span) {

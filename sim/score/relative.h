@@ -31,8 +31,6 @@ struct Span {
 
 /// delta > 0 (frames, footsteps: a whole number). Empty if the trajectory is too short.
 std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
-/// The spans between successive times (the footsteps of a walk), each at the nearest pose.
-std::vector<Span> spans_between(const std::vector<PosePair>& pairs, const std::vector<Stamp>& times);
 
 /// The difference of the motions over one span, E = (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹
 /// X_estimate_to).

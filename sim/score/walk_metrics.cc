@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "sim/score/metrics.h"
 #include "sim/score/score_context.h"
@@ -113,24 +114,17 @@ Value lap_end(C c, bool first) {
   });
 }
 
-// of(each correction): their lengths, turns, or anything else.
-template <typename F>
-OrAbsent<std::vector<double>> of_corrections(C c, F of) {
-  if (!c.run.steered) return Absent{"the walk was not steered"};
-  if (c.run.corrections.empty()) return Absent{"no footstep could be corrected"};
-  std::vector<double> all;
-  for (const StepCorrection& correction : c.run.corrections) all.push_back(of(correction));
-  return all;
-}
-
+// sum(of(each correction))
 template <typename F>
 MetricDefinition correction_metric(const std::string& name, const std::string& unit,
                                    const std::string& definition, double (*of)(const StepCorrection&),
                                    F sum) {
   const auto compute = [of, sum](C c) -> Value {
-    const auto all = of_corrections(c, of);
-    if (const auto* absent = std::get_if<Absent>(&all)) return *absent;
-    return sum(std::get<std::vector<double>>(all));
+    if (!c.run.steered) return Absent{"the walk was not steered"};
+    if (c.run.corrections.empty()) return Absent{"no footstep could be corrected"};
+    std::vector<double> all;
+    for (const StepCorrection& correction : c.run.corrections) all.push_back(of(correction));
+    return sum(all);
   };
   return {name, unit, definition, Needs::walk, compute, largest};
 }
@@ -138,12 +132,7 @@ MetricDefinition correction_metric(const std::string& name, const std::string& u
 double length(const StepCorrection& s) { return std::hypot(s.ahead, s.aside); }
 double turn_deg(const StepCorrection& s) { return std::abs(s.turn) / kDegree; }
 double is_corrected(const StepCorrection& s) { return s.ahead != 0 || s.aside != 0 || s.turn != 0 ? 1 : 0; }
-
-double sum_of(const std::vector<double>& all) {
-  double sum = 0;
-  for (const double value : all) sum += value;
-  return sum;
-}
+double sum_of(const std::vector<double>& all) { return std::accumulate(all.begin(), all.end(), 0.0); }
 double greatest_of(const std::vector<double>& all) { return *std::max_element(all.begin(), all.end()); }
 
 }  // namespace
@@ -190,8 +179,7 @@ MetricDefinitions navigation_metrics() {
       correction_metric("steps_corrected", "1", "Number of footsteps that steering corrected.", is_corrected,
                         sum_of),
       correction_metric("correction_mean_m", "m",
-                        "Mean correction of the footsteps that steering could correct.", length,
-                        [](const auto& all) { return sum_of(all) / static_cast<double>(all.size()); }),
+                        "Mean correction of the footsteps that steering could correct.", length, mean),
       correction_metric("correction_largest_m", "m", "Largest correction of a footstep by steering.", length,
                         greatest_of),
       correction_metric("correction_largest_deg", "deg", "Largest turn of a footstep by steering.", turn_deg,

@@ -37,7 +37,7 @@ struct TimedMap {
 
 /// Output of an estimator in a run.
 struct Tracked {
-  std::vector<TrackedFrame> frames;        ///< up to and including the one in which it diverged, if it did
+  std::vector<TrackedFrame> frames;        ///< up to and including a divergence
   std::vector<slam::MapPoint> map;         ///< at the end
   std::vector<TimedMap> maps;              ///< one each second
   std::vector<slam::Stamp> untracked;      ///< observations after it diverged, or from its failure on
@@ -75,7 +75,7 @@ class Tracking {
   /// The newest frame; nullptr before the first.
   const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
 
-  /// Whether the estimator has failed; its newest frame is its last answer.
+  /// Returns whether the estimator has failed; its newest frame is its last answer.
   bool failed() const { return tracked_.failed.has_value(); }
 
   /// Returns the CPU time (ms) of answers in another process since the last call.

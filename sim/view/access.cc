@@ -103,14 +103,14 @@ std::string url(const Access& access) {
   return fmt::format("http://{}/?token={}", authority(access), access.token);
 }
 
-std::optional<Refusal> refusal(const RequestHead& request, const Access& access) {
+std::optional<Rejection> rejection(const RequestHead& request, const Access& access) {
   const std::string host = authority(access);
-  if (request.host != host) return Refusal{421, "the Host is not this server's"};
+  if (request.host != host) return Rejection{421, "the Host is not this server's"};
   if (request.origin && is_page(*request.origin) && *request.origin != "http://" + host)
-    return Refusal{403, "the Origin is not this server's"};
+    return Rejection{403, "the Origin is not this server's"};
   if (!equal_in_constant_time(token_in(request.target), access.token))
-    return Refusal{403, "missing or wrong token"};
-  if (request.method != "GET") return Refusal{405, "expected GET"};
+    return Rejection{403, "missing or wrong token"};
+  if (request.method != "GET") return Rejection{405, "expected GET"};
   return std::nullopt;
 }
 

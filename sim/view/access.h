@@ -38,14 +38,14 @@ struct RequestHead {
 };
 
 /// An HTTP status with its reason.
-struct Refusal {
+struct Rejection {
   unsigned status;
   std::string_view why;
 };
 
 /// The rules, in this order: Host is exactly the server's authority (prevents DNS rebinding); a page's Origin
 /// is exactly the server's (apps send their own or none); the token of the query is correct; GET only.
-std::optional<Refusal> refusal(const RequestHead& request, const Access& access);
+std::optional<Rejection> rejection(const RequestHead& request, const Access& access);
 
 /// The target without its query.
 std::string_view path_of(std::string_view target);

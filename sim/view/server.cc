@@ -230,8 +230,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return answer(400, "this is not HTTP", false);
     if (error) return;
     const Request request = parser_->release();
-    if (const auto refused = refusal(head_of(request), shared_->access))
-      return answer(refused->status, refused->why, false);
+    if (const auto rejected = rejection(head_of(request), shared_->access))
+      return answer(rejected->status, rejected->why, false);
     stranger_ = false;
     if (websocket::is_upgrade(request)) return upgrade(request);
     serve(path_of(plain(request.target())), request.keep_alive());

@@ -12,7 +12,7 @@ namespace sim::view {
 namespace {
 
 const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kNew(255, 150, 40), kPath(60, 60, 230),
-    kTruth(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250), kDark(30, 30, 30);
+    kTruePath(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250), kDark(30, 30, 30);
 constexpr double kAround_m = 5;  // of room shown around the path
 
 cv::Point2d point(const Eigen::Vector2d& p) { return {p.x(), p.y()}; }
@@ -113,7 +113,7 @@ cv::Mat3b MapView::draw(const slam::Estimate& estimate, const std::vector<slam::
   for (const files::TimedPose& pose : truth_)
     if (pose.t <= estimate.t) truth.push_back(pixel(pose.X.translation()));
   walked_.push_back(pixel(estimate.X_WC.translation()));
-  cv::polylines(picture, truth, false, kTruth, 3, cv::LINE_AA);
+  cv::polylines(picture, truth, false, kTruePath, 3, cv::LINE_AA);
   cv::polylines(picture, walked_, false, kPath, 1, cv::LINE_AA);
   for (const double side : {-0.4, 0.4})  // the field of view
     cv::line(picture, walked_.back(), pixel(estimate.X_WC * Eigen::Vector3d(side, 0, 0.4)), kPath, 1,

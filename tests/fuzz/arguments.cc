@@ -2,8 +2,8 @@
 #include <stdexcept>
 
 #include "sim/scenario/scenario.h"
-#include "sim/tune/seeds.h"
-#include "sim/tune/sweep_spec.h"
+#include "sim/scenario/yaml_map.h"
+#include "sim/trials/sweep.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -13,9 +13,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t end = text.find('\n');
   const std::string first = text.substr(0, end), second = end == text.npos ? "" : text.substr(end + 1);
   fuzz::read_or_reject([&] { sim::scenario::read_scenario(walk, {{first, second}, {}, {}}); });
-  fuzz::read_or_reject([&] { sim::tune::read_sweep(walk, {first, second}, {}); });
+  fuzz::read_or_reject([&] { sim::trials::read_sweep(walk, {first, second}); });
   try {
-    sim::tune::parse_seeds(first);
+    sim::scenario::parse_seeds(first);
   } catch (const std::invalid_argument&) {
   }
   return 0;

@@ -1,7 +1,7 @@
 // The YAML of suites, sweeps and tunings; the first byte of an input selects the reader.
 #include "sim/regression/suite.h"
-#include "sim/tune/spec.h"
-#include "sim/tune/sweep_plan.h"
+#include "sim/trials/spec.h"
+#include "sim/trials/sweep.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -11,8 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto spec = fuzz::file("spec.yaml", fuzz::text_of(data + 1, size - 1));
   fuzz::read_or_reject([&] {
     if (data[0] % 3 == 0) sim::regression::read_suite(spec);
-    if (data[0] % 3 == 1) sim::tune::read_sweep(spec, {}, {});
-    if (data[0] % 3 == 2) sim::tune::read_spec(spec);
+    if (data[0] % 3 == 1) sim::trials::read_sweep(spec, {});
+    if (data[0] % 3 == 2) sim::trials::read_spec(spec);
   });
   return 0;
 }

@@ -68,7 +68,7 @@ TEST_F(Exchange, FootstepsAreKnownOfAResult) {
   EXPECT_THAT(ran.out, HasSubstr("RPE 1 footsteps"));
   const tests::Ran nowhere = gaitslam("score e/nothing.tum e/nothing.tum -u step");
   EXPECT_EQ(nowhere.exit_code, 2);
-  EXPECT_THAT(nowhere.err, HasSubstr("footsteps are known of a result folder"));
+  EXPECT_THAT(nowhere.err, HasSubstr("-u step: needs a result folder"));
 }
 
 TEST_F(Exchange, AFolderWithoutAPlanRunsOnVisionAndGyroAndIsScoredUpToScale) {

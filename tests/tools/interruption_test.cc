@@ -54,7 +54,6 @@ class Interruption : public tests::CommandLineWithCache {
     return all;
   }
 };
-using LongInterruption = Interruption;
 
 TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
   ok(kBlind + "--seeds 1..3 --out h");
@@ -152,20 +151,6 @@ TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
   }
 }
 
-TEST_F(LongInterruption, ASuiteGoesOnByTheSameCommand) {
-  write("suites/ci.yaml", "seeds: 1..3\nscenarios: [{scenario: ../walk.yaml}]\n");
-  ok("baseline update suites/ci.yaml --reason first --out first");
-  ended_when("[ -e killed/walk/seed-1 ]", "KILL", "regress suites/ci.yaml --out killed");
-  const Ran last = gaitslam("regress suites/ci.yaml --out killed");
-  EXPECT_EQ(last.exit_code, 0) << last.err;
-  EXPECT_THAT(last.out, HasSubstr("IDENTICAL"));
-  EXPECT_THAT(differences(folder_ / "first", folder_ / "killed"), IsEmpty());
-  const auto made = fs::last_write_time(folder_ / "killed/walk/seed-1/score.json");
-  ended_when("[ -e killed/.unfinished ]", "KILL", "regress suites/ci.yaml --out killed --force");
-  ok("regress suites/ci.yaml --out killed --force");
-  EXPECT_NE(fs::last_write_time(folder_ / "killed/walk/seed-1/score.json"), made) << "it was older";
-}
-
 TEST_F(Interruption, LeftoversInTheTemporaryFolderGoWithTheNextStart) {
   fs::create_directories(folder_ / "tmp/gaitslam-letter");
   write("tmp/gaitslam-letter/dear.txt", "mine");
@@ -226,7 +211,7 @@ TEST_F(Interruption, ItIsSaidWhatIsKept) {
               HasSubstr("gaitslam: interrupted: nothing of this run is kept; earlier results in k are"));
   EXPECT_EQ(one.exit_code, 130);
   EXPECT_THAT(ended_when("[ -e s/trials.jsonl ]", "TERM",
-                         "sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 50)' --out s")
+                         "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 50}' --out s")
                   .err,
               HasSubstr("finished results are kept in s; to resume"));
 }

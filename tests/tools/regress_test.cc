@@ -81,7 +81,7 @@ TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
   for (const char* const command : {"compare one two", "compare two one --across", "compare two two"}) {
     const Ran ran = gaitslam(command);
     EXPECT_EQ(ran.exit_code, 2) << ran.out;
-    EXPECT_THAT(ran.err, HasSubstr("two/a and two/b hold the same scenario, walk; compare one of them"));
+    EXPECT_THAT(ran.err, HasSubstr("two/a and two/b contain the same scenario, walk; compare one of them"));
   }
   EXPECT_EQ(gaitslam("compare two/a two/b").exit_code, 0);
   const Ran table = gaitslam("leaderboard two two/a --metric rmse_m");
@@ -157,7 +157,7 @@ TEST_F(Regress, ALimitAndAFallFailWhateverTheBaseline) {
 }
 
 TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
-  expect_refused("regress suites/ci.yaml --results old", "baselines/ci.json: there is no such baseline");
+  expect_refused("regress suites/ci.yaml --results old", "baselines/ci.json: does not exist");
   make_baseline();
   expect_refused("regress none.yaml", "none.yaml: cannot be read");
   expect_refused("regress suites/ci.yaml --results none", "there is no result of seed 1");
@@ -166,14 +166,13 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
                  "seed=3: a suite has its own names and seeds");
   expect_refused("regress suites/ci.yaml --results old slam.vision.sigma_px=3",
                  "was made with another configuration");
-  expect_refused("regress suites/ci.yaml --recordings old", "there is no recording of seed 1");
   expect_refused("baseline update suites/ci.yaml --results old --reason ' '", "--reason: is empty");
   write("suites/empty.yaml", "seeds: 1\nscenarios: []\n");
   expect_refused("regress suites/empty.yaml", "the suite is empty");
   std::string changed = text_of("baselines/ci.json");
   changed[changed.find("0.1,")] = '9';
   write("baselines/ci.json", changed);
-  expect_refused("regress suites/ci.yaml --results old", "its bytes are not those that were written");
+  expect_refused("regress suites/ci.yaml --results old", "was edited after it was written");
 }
 
 TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated) {
@@ -231,8 +230,7 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
   expect_refused("compare a longer", "a/walk and longer/walk: walk.commands differs");
   expect_refused("compare a dark", "camera.");
   expect_refused("compare dark a", "camera.");
-  expect_refused("compare a/walk/seed-1 longer/walk/seed-2",
-                 "--across compares different scenarios all the same");
+  expect_refused("compare a/walk/seed-1 longer/walk/seed-2", "--across compares different scenarios");
   expect_refused("compare a named", "a/walk is of the scenario walk, named/walk of other; --across");
   EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
   for (const char* other : {"longer", "named"}) {
@@ -247,27 +245,9 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
   EXPECT_THAT(gaitslam("compare both both").out, HasSubstr("IDENTICAL"));
 }
 
-TEST_F(Regress, AnUnderConfidentFilterIsNotBetter) {
-  for (int seed = 1; seed <= 3; ++seed)
-    for (const auto& [set, nees] : {std::pair("right", 2.69), std::pair("cautious", 0.96)}) {
-      write_result(set, seed, 0.1);
-      write(fmt::format("{}/walk/seed-{}/score.json", set, seed),
-            fmt::format(R"({{"seed": {}, "ending": "completed", "metrics": {{"nees_position_mean": )"
-                        R"({{"value": {}, "unit": "1"}}, "rmse_m": {{"value": 0.1, "unit": "m"}}}}}})",
-                        seed, nees));
-    }
-  const Ran ran = gaitslam("compare right cautious --markdown m.md");
-  EXPECT_EQ(ran.exit_code, 1) << ran.err;
-  EXPECT_THAT(ran.out, ContainsRegex("nees_position_mean +2.69 +0.96 +-64 % +- +-  FAIL"));
-  EXPECT_THAT(ran.out,
-              HasSubstr("tolerance a factor of 1.3: 3 expected, off by a factor of 1.12 before, 3.12 now"));
-  EXPECT_THAT(text_of("m.md"), HasSubstr("3 expected, off by a factor of 1.12 before, 3.12 now"));
-  EXPECT_THAT(gaitslam("compare cautious right").out, ContainsRegex("nees_position_mean .* BETTER"));
-}
-
 TEST_F(Regress, CompareRefusesWhatAreNoResults) {
   write_results("a", 1);
-  expect_refused("compare a none", "none: is no folder of results");
+  expect_refused("compare a none", "none: not a folder of results");
   write("empty/x", "");
   expect_refused("compare a empty", "empty: contains no result, expected seed-<n>/score.json");
   expect_refused("compare a a --gate rmse=1%", "--gate rmse=1%: unknown metric 'rmse'; did you mean 'rmse_m'?");

@@ -96,14 +96,6 @@ TEST_F(ReproduceTest, WalksInOtherModelsAreMadeAgain) {
   EXPECT_EQ(made("tangent_circle"), again);
 }
 
-TEST_F(ReproduceTest, TheRecordingsThatItReadsStayWhereTheyAre) {
-  write("p/tangent_circle/seed-3/recording/kept", "recorded");
-  for (const char* out : {"p", "./s/../p"})
-    EXPECT_THAT(refusal("reproduce --scenarios s --seeds 1 --recordings p --out " + std::string(out)),
-                HasSubstr("would be replaced, and the command reads p/"));
-  EXPECT_EQ(text_of("p/tangent_circle/seed-3/recording/kept"), "recorded");
-}
-
 TEST_F(ReproduceTest, WhatIsWrongIsSaidBeforeAnythingIsRun) {
   const auto complaint = [&](const std::string& arguments) {
     return refusal("reproduce --out out " + arguments);

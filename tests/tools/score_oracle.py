@@ -140,12 +140,12 @@ def walked(X):
     return np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(X[:, :3, 3], axis=0), axis=1))])
 
 
-def pairs_all(place, delta, tolerance=0.1, rounding=0):
+def pairs_all(place, delta, tolerance=0.1):
     pairs = []
     for i in range(len(place) - 1):
         off = np.abs(place[i + 1:] - place[i] - delta)
         j = int(np.argmin(off))
-        if off[j] <= tolerance * delta + rounding:
+        if off[j] <= tolerance * delta:
             pairs.append((i, i + 1 + j))
     return pairs
 

@@ -50,18 +50,18 @@ class LongSlurmTest : public tests::CommandLineWithCache {
 // Slurm fills its nodes one after another: the third array element runs on the second node.
 TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannotBeTried) {
   const std::string sweep =
-      "sweep walk.yaml walk.step_length_m=0.4 'slam.vision.sigma_px=linspace(1, 3, 60)' "
+      "sweep walk.yaml walk.step_length_m=0.4 'slam.vision.sigma_px={from: 1, to: 3, points: 60}' "
       "'walk.commands=[{stand: {duration_s: 6}}],[{straight: {forward_m: 2}}]' --seeds 1,2 ";
   const Ran here = gaitslam(sweep + "--jobs 2 --out here");
   ASSERT_EQ(here.exit_code, 3);
-  EXPECT_THAT(here.err, HasSubstr("120 of 240 trials not begun: "));
+  EXPECT_THAT(here.err, HasSubstr("120 of 240 trials not started: "));
   const Ran there =
       shell(GAITSLAM_PROGRAM " " + sweep +
             "--backend slurm --jobs 6 --out there & sweep=$!; until [ -n \"$(squeue -h -w n2 -t R)\" ] && ls "
             "there/parts/*.log; do sleep 0.1; done; " +
             kTool + "lose " + cluster_ + " n2; wait $sweep");
   EXPECT_EQ(there.exit_code, 3);
-  EXPECT_THAT(there.err, HasSubstr("120 of 240 trials not begun: "));
+  EXPECT_THAT(there.err, HasSubstr("120 of 240 trials not started: "));
   EXPECT_THAT(shell("sinfo -h -N -n n2 -o %T").out, HasSubstr("down"));
   EXPECT_THAT(shell("cat " + cluster_ + "/log/slurmctld.log").out, HasSubstr("equeue"))
       << "the node was lost too late";
@@ -71,7 +71,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
 }
 
 TEST_F(LongSlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice) {
-  const std::string sweep = " sweep walk.yaml 'slam.vision.sigma_px=linspace(1, 3, 40)' --out ";
+  const std::string sweep = " sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 40}' --out ";
   ASSERT_EQ(shell(GAITSLAM_PROGRAM + sweep + "here").exit_code, 0);
   shell(GAITSLAM_PROGRAM + sweep +
         "there --backend slurm & sweep=$!; until ls there/parts/*.log; do sleep 0.1; done; "

@@ -51,8 +51,8 @@ async function moveTime(browser) {
     turned: earlier.picture !== turned.picture};
 }
 
-// The legend of the first figure over time without a cursor and under one, the instant of a click, and where the axes start when a
-// drag zooms and a double click shows all again.
+// The legend of the first figure over time with and without a cursor, the instant of a click, and the start of the axes after a
+// zoom by dragging and a reset by double click.
 async function point(browser) {
   const see = () => browser.value(`(() => { const at = (name) => document.querySelector('[data-figure=' + name + ']');
     const start = (name) => at(name).querySelector('svg.data').viewBox.baseVal.x, holder = at('error_x');

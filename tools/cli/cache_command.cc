@@ -7,13 +7,13 @@
 #include <optional>
 
 #include "sim/files/text.h"
-#include "sim/tune/recording_cache.h"
+#include "sim/recording/cache.h"
 #include "tools/cli/commands.h"
 
 namespace cli {
 namespace {
 
-using sim::tune::RecordingCache;
+using sim::recording::Cache;
 
 constexpr const char* kCacheExamples = R"(
 Examples:
@@ -24,9 +24,9 @@ Examples:
 constexpr double kGigabyte = 1e9, kMegabyte = 1e6;
 
 int list() {
-  const RecordingCache cache(sim::tune::cache_place());
+  const Cache cache(sim::recording::cache_place());
   std::uintmax_t total = 0;
-  for (const RecordingCache::Entry& entry : cache.list()) {
+  for (const Cache::Entry& entry : cache.list()) {
     total += entry.bytes;
     std::cout << fmt::format("{}  {:>6.1f} MB  {:%Y-%m-%d %H:%M}  {} seed {}{}\n", entry.key,
                              static_cast<double>(entry.bytes) / kMegabyte,
@@ -36,21 +36,17 @@ int list() {
   std::cout << fmt::format("{:.2f} of {:.2f} GB in {}\n", static_cast<double>(total) / kGigabyte,
                            static_cast<double>(cache.place().most_bytes) / kGigabyte,
                            cache.place().folder.string());
-  if (const std::size_t n = cache.others(); n > 0)
-    std::cout << fmt::format(
-        "{} there without the marker of this cache: left alone (older versions wrote none)\n",
-        sim::files::counted(n, "folder"));
   return 0;
 }
 
 int clean(double gigabytes) {
-  const RecordingCache cache(sim::tune::cache_place());
-  const RecordingCache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(gigabytes * kGigabyte));
+  const Cache cache(sim::recording::cache_place());
+  const Cache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(gigabytes * kGigabyte));
   std::cout << fmt::format("{} removed, {:.2f} GB; {} kept because they are in use\n",
                            sim::files::counted(cleaned.removed, "recording"),
                            static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.in_use);
   if (cleaned.foreign > 0)
-    std::cout << fmt::format("{} kept because files are in it that were not made by gaitslam\n",
+    std::cout << fmt::format("{} kept because of files that gaitslam did not make\n",
                              sim::files::counted(cleaned.foreign, "recording"));
   return 0;
 }

@@ -6,14 +6,14 @@
 #include <set>
 
 #include "sim/files/text.h"
-#include "sim/regression/result_set.h"
-#include "sim/regression/verdict_reports.h"
+#include "sim/regression/report.h"
+#include "sim/regression/results.h"
 #include "sim/scenario/limits.h"
+#include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
-#include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/suite_run.h"
+#include "tools/cli/jobs/suite.h"
 #include "tools/cli/usage_error.h"
 #include "tools/cli/verdict_files.h"
 
@@ -28,9 +28,9 @@ constexpr const char* kCompareExamples = R"(
 Examples:
   gaitslam compare results/before results/after
   gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
-Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios that hold seed-<n>. Seeds that both
-have are paired and compared by the signed rank test; sets without a common seed by the rank sum test.
-Scenarios of different names or walks are refused without --across: which of them is harder says nothing of a change.
+Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios with seed-<n>. Common seeds are
+paired and compared by the signed rank test; sets without a common seed by the rank sum test. Scenarios with
+different names or walks need --across, because one may be harder than the other.
 The verdicts and exit codes are those of gaitslam regress.)";
 
 struct CompareRequest {
@@ -73,11 +73,11 @@ const regression::ResultSet* find(const std::vector<regression::ResultSet>& sets
   return nullptr;
 }
 
-/// Throws UsageError where two folders hold the same scenario: by its name neither could be told.
+/// Throws UsageError if two folders contain the same scenario.
 void require_each_once(const std::vector<regression::ResultSet>& sets) {
   for (const regression::ResultSet& set : sets)
     if (const regression::ResultSet* first = find(sets, set.results.name); first != &set)
-      throw UsageError(fmt::format("{} and {} hold the same scenario, {}; compare one of them",
+      throw UsageError(fmt::format("{} and {} contain the same scenario, {}; compare one of them",
                                    first->folder.string(), set.folder.string(), set.results.name));
 }
 
@@ -90,20 +90,20 @@ regression::ScenarioVerdict judge(const regression::ResultSet* before, const reg
   return verdict;
 }
 
-/// Throws UsageError where the two have other names or other walks.
+/// Throws UsageError if the names or the walks differ.
 void require_same_scenario(const regression::ResultSet& before, const regression::ResultSet& now) {
-  constexpr const char* kInsist = "--across compares different scenarios all the same";
+  constexpr const char* kInsist = "--across compares different scenarios";
   if (before.results.name != now.results.name)
     throw UsageError(fmt::format("{} is of the scenario {}, {} of {}; {}", before.folder.string(),
                                  before.results.name, now.folder.string(), now.results.name, kInsist));
-  auto other = sim::tune::first_difference(before.scenario, now.scenario);
-  if (!other) other = sim::tune::first_difference(now.scenario, before.scenario);
+  auto other = sim::scenario::first_difference(before.scenario, now.scenario);
+  if (!other) other = sim::scenario::first_difference(now.scenario, before.scenario);
   if (other)
-    throw UsageError(fmt::format("{} and {}: {} differs, so that the walks are different scenarios; {}",
+    throw UsageError(fmt::format("{} and {}: {} differs, so the walks are different scenarios; {}",
                                  before.folder.string(), now.folder.string(), other->key, kInsist));
 }
 
-/// Throws UsageError unless what is compared are the same scenarios, and there is one in common.
+/// Throws UsageError unless the scenarios are the same and have at least one in common.
 void require_comparable(const std::vector<regression::ResultSet>& before,
                         const std::vector<regression::ResultSet>& now, const CompareRequest& request) {
   if (before.size() == 1 && now.size() == 1) return require_same_scenario(before.front(), now.front());
@@ -114,11 +114,11 @@ void require_comparable(const std::vector<regression::ResultSet>& before,
       any = true;
     }
   if (!any)
-    throw UsageError(fmt::format("{} and {} have no scenario in common; --across compares them all the same",
+    throw UsageError(fmt::format("{} and {} have no scenario in common; --across compares them anyway",
                                  request.before.string(), request.after.string()));
 }
 
-/// ", my_slam" where an estimator that is not the filter made the results.
+/// ", my_slam" if an external estimator made the results.
 std::string estimators_of(const std::vector<regression::ResultSet>& sets) {
   std::set<std::string> names;
   for (const regression::ResultSet& set : sets) names.insert(set.scenario.estimator.name);

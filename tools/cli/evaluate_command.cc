@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,15 +11,17 @@
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
 #include "sim/files/text.h"
-#include "sim/regression/result_set.h"
+#include "sim/regression/results.h"
 #include "sim/replay/replay.h"
+#include "sim/result/score_table.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/alignment.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/finished.h"
 #include "tools/cli/jobs/processes.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/results.h"
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
 #include "tools/cli/version.h"
@@ -42,9 +43,8 @@ Examples:
 For each recording: exports what the filter received, without any truth, to a folder of its own, runs the command with
 {folder} and {trajectory} replaced, reads the trajectory that the command has written (TUM, EuRoC csv or KITTI with
 times.txt beside it), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out.
-After an interruption the same command goes on with the recordings that are left. The exit codes are those of gaitslam
-run; a command that fails, takes too long or writes no trajectory ends as estimator_failed, 3. Of several recordings the
-highest.)";
+Rerun the command to resume after an interruption. The exit codes are those of gaitslam run; a command that fails, takes
+too long or writes no trajectory ends as estimator_failed, 3. The highest of several recordings counts.)";
 
 struct EvaluateRequest : OutRequest {
   std::vector<std::string> results;
@@ -52,9 +52,11 @@ struct EvaluateRequest : OutRequest {
   std::optional<std::string> name, align, pose;
   double within_s = 3600;
   bool undistort = false;
+  int jobs = 1;
+  std::optional<pid_t> parent;
 };
 
-/// What the programs that read a format write, unless the user says otherwise.
+/// The default output of the programs that read a format.
 struct Convention {
   const char* format;
   replay::PosedBody body;
@@ -132,21 +134,12 @@ scenario::ReadScenario with_command(const fs::path& folder, const EvaluateReques
   return read;
 }
 
-/// One of the recordings, and where its result goes within the folder that all of them are written to.
-struct Evaluated {
-  fs::path recorded;
-  std::string result;
-  scenario::ReadScenario read;
-};
-
-/// of: "", or which of how many recordings it is.
-int evaluate_one(const Evaluated& one, const fs::path& result_folder, const EvaluateRequest& request,
-                 const std::string& of) {
-  const scenario::Scenario& s = one.read.scenario;
-  const fs::path& folder = one.recorded;
+int evaluate_one(const ResultJob& job, const fs::path& result_folder, const EvaluateRequest& request) {
+  const scenario::Scenario& s = job.read.scenario;
+  const fs::path& folder = *job.recording;
   result::Outcome outcome;
   {
-    ProgressLine progress(fmt::format("{} on {}{}", s.estimator.name, folder.string(), of));
+    ProgressLine progress(fmt::format("{} on {}", s.estimator.name, folder.string()));
     const TemporaryFolder scratch;
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
                         scratch / "export", sim::files::Existing::reject);
@@ -155,68 +148,80 @@ int evaluate_one(const Evaluated& one, const fs::path& result_folder, const Eval
     const replay::WalkEnd walk = replay::read_walk_end(folder);
     const result::ResultPlace place{
         result_folder, sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
-    outcome = replay::score_external(one.read, folder / "recording", walk, run, place, timing);
+    outcome = replay::score_external(job.read, folder / "recording", walk, run, place, timing);
   }
   return cli::report(outcome, result_folder);
 }
 
-std::vector<Evaluated> read_results(const EvaluateRequest& request) {
-  std::vector<Evaluated> all;
+/// The command line that evaluates one of several recordings.
+std::vector<std::string> command_of(const EvaluateRequest& request, const std::string& recorded) {
+  std::vector<std::string> words{
+      "evaluate", recorded,       "--command", request.command,
+      "--format", request.format, "--within",  fmt::format("{}", request.within_s)};
+  for (const auto& [option, value] :
+       {std::pair("--name", &request.name), {"--align", &request.align}, {"--pose", &request.pose}})
+    if (*value) words.insert(words.end(), {option, **value});
+  if (request.undistort) words.emplace_back("--undistort");
+  return words;
+}
+
+std::vector<ResultJob> read_jobs(const EvaluateRequest& request) {
+  std::vector<ResultJob> all;
   std::map<std::string, std::string> from;
   for (const std::string& folder : request.results) {
-    scenario::ReadScenario read = with_command(folder, request);
-    const std::string result = fmt::format("{}/seed-{}", read.scenario.name, read.scenario.seed);
-    if (const auto [earlier, is_new] = from.emplace(result, folder); !is_new)
-      throw UsageError(fmt::format("{} and {} would both be written to {}", earlier->second, folder, result));
-    all.push_back({folder, result, std::move(read)});
+    const scenario::ReadScenario read = with_command(folder, request);
+    all.push_back({read, read.scenario.name, folder, 1, command_of(request, folder)});
+    if (const auto [earlier, is_new] = from.emplace(all.back().result(), folder); !is_new)
+      throw UsageError(
+          fmt::format("{} and {} would both be written to {}", earlier->second, folder, earlier->first));
   }
   return all;
 }
 
-/// Empty for one recording alone, so that others can be evaluated beside it into the same folder.
-std::string identity_of(const std::vector<Evaluated>& all, const EvaluateRequest& request) {
-  if (all.size() == 1) return "";
-  std::vector<std::string> scenarios{request.format, request.pose.value_or(""), request.align.value_or("")};
-  for (const Evaluated& one : all) {
-    scenarios.push_back(fs::weakly_canonical(one.recorded).string());
-    scenarios.push_back(scenario::to_yaml(one.read.scenario));
-  }
-  return identity_of_runs(scenarios, {}, request.undistort ? "undistorted" : "");
+/// Throws UsageError if a result would replace a recording that is read.
+void require_outside_of_all(const fs::path& folder, const std::vector<ResultJob>& jobs) {
+  for (const ResultJob& written : jobs)
+    for (const ResultJob& read : jobs) require_outside(folder / written.result(), *read.recording);
 }
 
-/// Throws UsageError where a result would replace a recording that is read.
-void require_outside_of_all(const fs::path& folder, const std::vector<Evaluated>& all) {
-  for (const Evaluated& written : all)
-    for (const Evaluated& read : all) require_outside(folder / written.result, read.recorded);
-}
-
-int evaluate(const EvaluateRequest& request) {
-  convention_of(request.format), body_of(request), alignment_of(request);
-  if (request.command.find("{trajectory}") == std::string::npos)
-    throw UsageError("--command: expected {trajectory} in it, the file that it is to write");
-  const std::vector<Evaluated> all = read_results(request);
-  const fs::path standard = fs::path("results") / all.front().read.scenario.estimator.name;
-  require_outside_of_all(request.out ? fs::path(*request.out) : standard, all);
-  std::vector<std::string> results;
-  for (const Evaluated& one : all) results.push_back(one.result);
-  const OutFolder out(
-      request, standard,
-      {.results = std::move(results), .continues = true, .identity = identity_of(all, request)});
-  int exit_code = 0, number = 0;
-  for (const Evaluated& one : all) {
-    ++number;
-    const fs::path result = out.path() / one.result;
-    if (out.has_made(one.result) && is_finished(result, one.read.scenario, one.read.scenario.seed)) {
-      std::cout << fmt::format("{} finished before\n", result.string());
-      exit_code = std::max(exit_code, sim::regression::read_result(result).exit_code);
-      continue;
-    }
-    const std::string of = all.size() > 1 ? fmt::format(" ({} of {})", number, all.size()) : "";
-    exit_code = std::max(exit_code, evaluate_one(one, result, request, of));
-    out.note_made(one.result);
+int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const EvaluateRequest& request) {
+  const auto ended = make_results(
+      jobs, out,
+      {.models = {},
+       .title = fmt::format("{} on {} recordings", jobs[0].read.scenario.estimator.name, jobs.size()),
+       .backend = {.jobs = request.jobs},
+       .keeps_other_seeds = true});
+  print_complaints(jobs, ended);
+  int exit_code = 0;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const fs::path folder = out.path() / jobs[i].result();
+    const bool there = fs::exists(folder / "score.json");
+    const int code = there ? sim::regression::read_result(folder).exit_code : std::max(ended[i].exit_code, 2);
+    exit_code = std::max(exit_code, code);
+    if (there) text_out() << result::score_table(folder, {colours()}, code == 3) << folder.string() << "\n\n";
   }
   out.finished();
   return exit_code;
+}
+
+int evaluate(const EvaluateRequest& request) {
+  if (request.parent) die_with(*request.parent);
+  convention_of(request.format), body_of(request), alignment_of(request);
+  if (request.command.find("{trajectory}") == std::string::npos)
+    throw UsageError("--command: expected {trajectory} in it, the file that it is to write");
+  const std::vector<ResultJob> jobs = read_jobs(request);
+  const fs::path standard = fs::path("results") / jobs[0].read.scenario.estimator.name;
+  require_outside_of_all(request.out ? fs::path(*request.out) : standard, jobs);
+  // One recording has no identity, so that others can be evaluated beside it into the same folder.
+  const std::string identity =
+      jobs.size() == 1
+          ? ""
+          : identity_of(jobs, {request.format, request.pose.value_or(""), request.align.value_or(""),
+                               request.undistort ? "undistorted" : ""});
+  const OutFolder out(request, standard,
+                      {.results = results_of(jobs), .continues = true, .identity = identity});
+  return jobs.size() == 1 ? evaluate_one(jobs[0], out.path() / jobs[0].result(), request)
+                          : evaluate_all(jobs, out, request);
 }
 
 }  // namespace
@@ -230,9 +235,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->add_option("--command", request->command,
                    "shell command with {folder}, the export, and {trajectory}, the file that it is to write")
       ->required();
-  command
-      ->add_option("--format", request->format,
-                   "format of the export: euroc, openvins, orbslam3 or tum")
+  command->add_option("--format", request->format, "format of the export: euroc, openvins, orbslam3 or tum")
       ->required();
   command->add_option("--name", request->name,
                       "what the results call the program; without it, that of its file");
@@ -248,7 +251,9 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--undistort", request->undistort,
                     "rectify images to a pinhole camera, as tum always does");
+  add_jobs(*command, request->jobs);
   add_out(*command, *request);
+  add_parent(*command, request->parent);
   command->footer(kEvaluateExamples);
   command->callback([request, &exit_code] { exit_code = evaluate(*request); });
 }

@@ -29,8 +29,8 @@ Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format mcap
   gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
-The export contains what the filter received, sensor errors included. Its folder, RESULT/export/FORMAT unless --out
-names another, has a README.md with the command line of the program that the format is for.)";
+The export contains the input of the filter, sensor errors included. Its folder, RESULT/export/FORMAT by default, has
+a README.md with the command line of the target program.)";
 
 struct ExportRequest : OutRequest {
   fs::path result;
@@ -63,7 +63,7 @@ int export_result(const ExportRequest& request) {
                        request.format == "mcap" ? sim::view::robot_description(scenario, request.models) : nullptr,
                        [&](double part) { progress.show(part); }},
                       request.format, out.path(), files::Existing::replace);
-  std::cout << fmt::format("exported to {0}; how to use it is in {0}/README.md\n", out.path().string());
+  std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());
   return 0;
 }
 

@@ -57,7 +57,7 @@ void add_leaderboard(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<LeaderboardRequest>();
   CLI::App* command =
       app.add_subcommand("leaderboard", "Put the estimators in a tree of results into one table");
-  command->add_option("folders", request->folders, "folders that hold results, at any depth")->required();
+  command->add_option("folders", request->folders, "folders of results, at any depth")->required();
   command->add_option("--metric", request->metrics, "a metric to show; may be given several times")
       ->allow_extra_args(false);
   command->add_option("--csv", request->csv, "write the table as CSV to a file");

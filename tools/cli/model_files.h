@@ -7,12 +7,12 @@
 
 namespace cli {
 
-/// The folder of the models that this program came with: of its source, or of its installation,
-/// share/gaitslam/models beside the folder of the program.
+/// Returns the folder of the program's models: that of its source, or share/gaitslam/models of its
+/// installation.
 std::filesystem::path standard_models();
 
-/// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." where the folder of the
-/// models has no such robot or no such room.
+/// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." if the folder of the
+/// models lacks the robot or the room.
 void require_models(const sim::scenario::ReadScenario& read, const std::filesystem::path& models);
 
 }  // namespace cli

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/tune/seeds.h"
+#include "sim/scenario/yaml_map.h"
 
 namespace cli {
 
@@ -73,7 +73,7 @@ void add_batch_member(CLI::App& command, BatchMember& member) {
 
 std::vector<std::uint64_t> parse_seeds(const std::string& text) {
   try {
-    return sim::tune::parse_seeds(text);
+    return sim::scenario::parse_seeds(text);
   } catch (const std::invalid_argument& e) {
     throw UsageError(fmt::format("--seeds {}: {}", text, e.what()));
   }

@@ -15,7 +15,7 @@
 #include "sim/files/json.h"
 #include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/result/score_table.h"
 #include "tools/cli/jobs/terminal.h"
 #include "tools/cli/usage_error.h"

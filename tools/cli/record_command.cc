@@ -8,13 +8,12 @@
 #include "sim/replay/replay.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interruption.h"
-#include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/run_all.h"
+#include "tools/cli/jobs/recordings.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/live.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
-#include "tools/cli/recordings.h"
 
 namespace cli {
 namespace {
@@ -45,7 +44,7 @@ struct RecordRequest {
 };
 
 /// Prints how the walk ended; returns the exit code.
-int report_walk(std::uint64_t seed, const sim::tune::CachedRecording& recording) {
+int report_walk(std::uint64_t seed, const sim::recording::CachedRecording& recording) {
   const replay::WalkEnd walk = replay::read_walk_end(recording.folder);
   std::cout << fmt::format("seed {}: {}, {}: {}\n", seed, recording.made ? "recorded" : "was in the cache",
                            sim::scenario::name_of(walk.ended.ending), recording.folder.string());

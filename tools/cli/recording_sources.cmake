@@ -13,7 +13,7 @@ endforeach()
 list(SORT RECORDING_SOURCES)
 set(TEXT "")
 foreach(FILE ${RECORDING_SOURCES})
-  file(SHA256 ${SOURCE}/${FILE} HASH)  # an error where there is no such file: this list is to be mended then
+  file(SHA256 ${SOURCE}/${FILE} HASH)  # an error if a file is missing: update this list
   string(APPEND TEXT "${HASH} ${FILE}\n")
 endforeach()
 string(SHA256 RECORDING_SOURCES_HASH "${TEXT}")

@@ -8,13 +8,13 @@
 #include "sim/files/text.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/replay/replay.h"
-#include "sim/result/about_file.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
+#include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"
-#include "sim/tune/recording_key.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/batch.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/jobs/terminal.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
@@ -61,7 +61,7 @@ void require_replayable(const scenario::ReadScenario& read) {
 
 void require_same_walk(const scenario::Scenario& recorded, const scenario::Scenario& scenario,
                        const std::string& file, const ReplayRequest& request) {
-  if (const auto other = sim::tune::first_difference(recorded, scenario))
+  if (const auto other = sim::scenario::first_difference(recorded, scenario))
     throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file, other->key,
                                  other->recorded, request.result.string(), other->now));
 }
@@ -136,7 +136,7 @@ int replay_result(const ReplayRequest& request) {
   replay::WalkEnd walk;
   if (!external) {
     walk = replay::read_walk_end(request.result);
-    const std::string other = sim::tune::counterfactual(
+    const std::string other = sim::scenario::counterfactual(
         scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
     if (!other.empty()) walk.counterfactual = other;
   }

@@ -67,8 +67,8 @@ std::vector<fs::path> seeds_in(const fs::path& folder) {
   return folders;
 }
 
-/// The result that a folder is, the seeds that it holds, or, where there are none, those of the folders in
-/// it. What was set aside, exported or replayed does not count.
+/// The folder itself if it is a result, else its seeds, else the results of the folders in it, without
+/// replays, exports and results set aside.
 std::vector<fs::path> results_in(const fs::path& folder) {
   if (is_result(folder)) return {folder};
   std::vector<fs::path> all = seeds_in(folder);
@@ -100,7 +100,7 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
     const std::vector<fs::path> found = results_in(name);
     if (found.empty())
       throw UsageError(
-          fmt::format("{}: expected a result folder (score.json), one that holds results, or the "
+          fmt::format("{}: expected a result folder (score.json), a folder of results, or the "
                       "folder of a sweep or tuning",
                       name));
     all.insert(all.end(), found.begin(), found.end());
@@ -175,8 +175,7 @@ void add_report(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<ReportRequest>();
   CLI::App* command = app.add_subcommand("report", "Write an HTML page, or pictures, about results");
   command
-      ->add_option("results", request->results,
-                   "result folders, or folders that hold results; a sweep or a tuning")
+      ->add_option("results", request->results, "result folders or folders of results; a sweep or a tuning")
       ->required();
   command->add_option("--out", request->out, "the HTML file to write; with --plots a folder")->required();
   command->add_option("--plots", request->plots, "write pictures instead of a page: svg, png or both")

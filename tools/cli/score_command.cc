@@ -31,9 +31,9 @@ Examples:
   gaitslam score results/tangent_circle/seed-1 -d 2 -u step      # over two footsteps
 Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders, with time
 stamps in seconds or nanoseconds. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
-computed without alignment. The score.json of a result begins with the first planned motion, this score with the
-first pose.
-Exit codes: 0 scored; 2 nothing can be compared, for the reason that is printed.)";
+computed without alignment. The score.json of a result starts at the first planned motion, this score at the first
+pose.
+Exit codes: 0 scored; 2 nothing can be compared (the reason is printed).)";
 
 struct ScoreRequest {
   fs::path truth;
@@ -70,12 +70,12 @@ trajectory_score::Relation relation(const std::string& name) {
   return found->second;
 }
 
-/// Planned times at which a foot touches the ground, of the result whose trajectory is scored.
+/// Planned landings of feet of the result that contains the trajectory.
 std::vector<score::Stamp> footsteps(const fs::path& truth) {
   const fs::path scenario = (fs::is_directory(truth) ? truth : truth.parent_path()) / "scenario.yaml";
   if (!fs::exists(scenario))
     throw UsageError(
-        fmt::format("-u step: footsteps are known of a result folder, and {} is not in one", truth.string()));
+        fmt::format("-u step: needs a result folder with footsteps, and {} is not in one", truth.string()));
   return result::planned_times(scenario::read_scenario(scenario).scenario.walk).footsteps;
 }
 
@@ -116,8 +116,8 @@ void print(const ScoreRequest& request) {
   options.relation = relation(request.relation);
   options.relative = spans(request);
   if (!request.estimate && !fs::is_directory(request.truth))
-    throw UsageError(
-        fmt::format("{}: expected an estimate beside it, or a result folder", request.truth.string()));
+    throw UsageError(fmt::format("{}: expected a second argument, the estimate, or a result folder",
+                                 request.truth.string()));
   const auto report = trajectory_score::score_files(
       trajectory_score::trajectory_in(request.truth, true),
       trajectory_score::trajectory_in(request.estimate.value_or(request.truth), false), options);
@@ -147,10 +147,10 @@ void add_options(CLI::App& command, ScoreRequest& r) {
                   "unit of -d: f (frames), m, s, d (degrees), r (radians) or step (footsteps)")
       ->capture_default_str();
   command.add_flag("--all-pairs,--all_pairs", r.all_pairs,
-                   "begin a span at each pose instead of at the end of the one before");
+                   "start a span at each pose instead of at the end of the previous one");
   command
       .add_option("--delta-tol,--delta_tol", r.delta_tolerance,
-                  "tolerated deviation of a span, as a part of -d")
+                  "tolerated deviation of a span, as a fraction of -d")
       ->capture_default_str();
   command.add_flag("--pairs-from-reference,--pairs_from_reference", r.pairs_from_reference,
                    "measure spans of -u m along the true path");

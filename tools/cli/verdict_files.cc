@@ -17,20 +17,20 @@ namespace {
 namespace fs = std::filesystem;
 namespace regression = sim::regression;
 
-// What CLI11 gives for an option whose value was left out.
+// The value that CLI11 passes for an option without one.
 constexpr const char* kNoFile = "";
 
-// How each file begins, whatever the verdicts are.
+// The first bytes of each file, for any verdicts.
 constexpr std::string_view kJunit = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"gaitslam ";
 constexpr std::string_view kMarkdown = "### gaitslam ";
 constexpr std::string_view kJson = "{\n  \"title\": \"gaitslam ";
 
-void require_beginning(const std::optional<fs::path>& file, std::string_view beginning) {
+void require_start(const std::optional<fs::path>& file, std::string_view start) {
   if (!file || !fs::exists(fs::symlink_status(*file))) return;
   sim::files::require_regular(*file);
   sim::files::InputFile in(*file, sim::files::kMostOfText);
   const std::string_view found = in.next();
-  if (!found.empty() && !found.starts_with(beginning))
+  if (!found.empty() && !found.starts_with(start))
     throw UsageError(fmt::format(
         "{}: exists and was not written by gaitslam; name another file, or remove it", file->string()));
 }
@@ -38,9 +38,9 @@ void require_beginning(const std::optional<fs::path>& file, std::string_view beg
 }  // namespace
 
 void VerdictFiles::require_replaceable() const {
-  require_beginning(junit, kJunit);
-  require_beginning(markdown, kMarkdown);
-  require_beginning(json, kJson);
+  require_start(junit, kJunit);
+  require_start(markdown, kMarkdown);
+  require_start(json, kJson);
 }
 
 void VerdictFiles::write(const regression::Comparison& comparison) const {

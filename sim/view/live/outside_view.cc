@@ -70,9 +70,9 @@ class Drawing {
   // The actuators are in the order of JointVector.
   int position_of(int joint) const { return model_->jnt_qposadr[model_->actuator_trnid[2 * joint]]; }
 
-  Model model_;
-  Data data_;
-  Scene scene_;
+  physics::Model model_;
+  physics::Data data_;
+  camera::Scene scene_;
   files::CsvReader encoders_;
   bool more_;  ///< the reader is at a row that was not used yet
 };

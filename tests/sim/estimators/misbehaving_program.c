@@ -48,7 +48,7 @@ static void misbehave(void) {
   if (is("closes_output")) fclose(stdout), close(1), pause();
   if (is("floods_error"))
     for (i = 0; i < 30000; ++i)
-      fprintf(stderr, "%08d: a line of one hundred bytes, most of which the result does not keep %20d\n", i,
+      fprintf(stderr, "%08d: a line of one hundred bytes that the result keeps only in part.... %20d\n", i,
               i);
   if (is("floods_output"))
     for (;;) give(&behavior, sizeof behavior);

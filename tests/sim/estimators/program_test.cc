@@ -1,4 +1,4 @@
-// Whatever an external program does is an answer or a failure of the estimator with a clear cause.
+// External programs give answers, or failures with a clear cause.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -202,7 +202,7 @@ TEST(Program, ExceptionsOfABuiltInEstimatorAreItsFailure) {
   EXPECT_EQ(nan.failed, "its pose is not finite");
 }
 
-/// Whether the process has ended.
+/// Returns whether the process has ended.
 bool is_gone(pid_t process) {
   std::ifstream in(fmt::format("/proc/{}/stat", process));
   std::string id, name, state;

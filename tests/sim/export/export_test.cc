@@ -38,7 +38,7 @@ slam::CameraIntrinsics small_camera() {
   return {64, 48, 39.4, 39.0, 31.4, 25.4, slam::OneParameterRadial{7.37e-6 * 25}};
 }
 
-// Frames at 30 Hz, readings at 200 Hz split where a frame falls between; one image and one plan are missing.
+// Frames at 30 Hz, readings at 200 Hz split by frames in between; one image and one plan are missing.
 slam::Observation observation(int k, Stamp& begin, sensor_errors::Random& random) {
   slam::Observation o;
   for (o.t = Stamp(33'000'000ll * k); begin < o.t;) {
@@ -96,7 +96,7 @@ class Expected {
   Eigen::Vector3d gyro_ = Eigen::Vector3d::Zero(), accelerometer_ = Eigen::Vector3d::Zero();
 };
 
-// A run of 12 frames with noise, and what its exports must hold.
+// A run of 12 frames with noise, and the expected content of its exports.
 class Exported : public testing::Test {
  protected:
   Exported() {
@@ -130,7 +130,7 @@ class Exported : public testing::Test {
     files::write_text(expected_ / "map.csv", map.substr(map.find('\n') + 1));
   }
 
-  // Feet at the frame; two readings of joints and forces since the one before, of which the last counts.
+  // Feet at the frame; two readings of joints and forces since the previous one, the last one counts.
   static void add_body(recording::RecordingWriter& writer, const Expected& expected, Stamp t,
                        sensor_errors::Random& random) {
     recording::TrueFeet feet;
@@ -160,7 +160,7 @@ class Exported : public testing::Test {
     return X;
   }
 
-  // Of two frames; the orientation is as uncertain about each axis, the position along each its own way.
+  // Two frames; the orientation is equally uncertain about each axis, the position is not.
   void add_estimate(const Expected& expected, sensor_errors::Random& random) const {
     std::ofstream out(run_.result / "estimate_cov.txt");
     const files::Matrix6d P = Eigen::Vector<double, 6>(2e-6, 2e-6, 2e-6, 1e-6, 4e-6, 9e-6).asDiagonal();
@@ -177,25 +177,26 @@ class Exported : public testing::Test {
     return out;
   }
 
-  /// What the command prints, and its exit code at the end: "0\n" of a silent success.
-  std::string ran(const std::string& command) const {
-    const fs::path said = folder_ / "said";
-    const int status = std::system((command + " > '" + said.string() + "' 2>&1").c_str());
-    return files::read_text(said) + std::to_string(WEXITSTATUS(status)) + "\n";
+  /// The output of a command, followed by its exit code: "0\n" for a silent success.
+  std::string run_command(const std::string& command) const {
+    const fs::path output = folder_ / "output";
+    const int status = std::system((command + " > '" + output.string() + "' 2>&1").c_str());
+    return files::read_text(output) + std::to_string(WEXITSTATUS(status)) + "\n";
   }
 
   std::string python(const fs::path& exported) const {
-    return ran(fmt::format("/usr/bin/python3 '{}/tests/interop/read_exports.py' {} '{}' '{}'",
-                           GAITSLAM_SOURCE_DIR, exported.filename().string(), exported.string(),
-                           expected_.string()));
+    return run_command(fmt::format("/usr/bin/python3 '{}/tests/interop/read_exports.py' {} '{}' '{}'",
+                                   GAITSLAM_SOURCE_DIR, exported.filename().string(), exported.string(),
+                                   expected_.string()));
   }
 
   std::string node(const fs::path& mcap, const std::string& topics) const {
-    return ran(fmt::format("node '{0}/tests/interop/read_mcap.cjs' '{0}/build/interop' '{1}' {2} '{3}'",
-                           GAITSLAM_SOURCE_DIR, mcap.string(), topics, expected_.string()));
+    return run_command(
+        fmt::format("node '{0}/tests/interop/read_mcap.cjs' '{0}/build/interop' '{1}' {2} '{3}'",
+                    GAITSLAM_SOURCE_DIR, mcap.string(), topics, expected_.string()));
   }
 
-  /// Empty where the reader of MCAP files from npm is installed, otherwise why not.
+  /// Empty if the reader of MCAP files from npm is installed, otherwise the reason.
   static std::string reader_missing() {
     const bool installed =
         fs::exists(fs::path(GAITSLAM_SOURCE_DIR) / "build/interop/node_modules/.installed");
@@ -262,7 +263,7 @@ TEST_F(Exported, TheReaderNoticesAPixelThatDiffers) {
   EXPECT_THAT(python(out), HasSubstr("AssertionError: 1000000000000000000"));
 }
 
-// The compressed images' bytes are those of the EuRoC export, whose pixels numpy has compared.
+// The compressed images are those of the EuRoC export, which numpy compares in another test.
 TEST_F(Exported, McapIsReadBackByTheMcapProjectsReader) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
   const fs::path out = made("mcap");
@@ -348,9 +349,9 @@ TEST_F(Exported, OpenVinsConfigurationIsReadByOpenCv) {
   EXPECT_EQ(chain["cam0"]["distortion_model"].string(), "equidistant");
 }
 
-// numpy works out each pixel apart from the exporter: noise differs by many grey levels a hundredth of a
+// numpy computes each pixel independently: noise differs by many grey levels a hundredth of a
 // pixel aside. MCAP's readers compare with the EuRoC export's images, which numpy has compared.
-TEST_F(Exported, EveryFormatHasUndistortedImagesWhereTheseAreAskedFor) {
+TEST_F(Exported, EveryFormatHasUndistortedImagesOnRequest) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
   run_.undistort = true;
   std::ofstream(expected_ / "undistorted") << "";
@@ -388,7 +389,7 @@ TEST_F(Exported, OrbSlam3sReadmeNamesTheTruthOfTheBodyWhosePosesEachProgramWrite
   EXPECT_TRUE(fs::exists(out / "mav0/state_groundtruth_estimate0/data.csv"));
 }
 
-TEST_F(Exported, EachFormatTellsHowFarItIs) {
+TEST_F(Exported, EachFormatReportsItsProgress) {
   for (const std::string& format : export_formats()) {
     std::vector<double> parts;
     run_.progress = [&](double part) { parts.push_back(part); };
@@ -399,12 +400,12 @@ TEST_F(Exported, EachFormatTellsHowFarItIs) {
   }
 }
 
-TEST_F(Exported, AnUnknownFormatIsRefusedBeforeAFolderIsMade) {
+TEST_F(Exported, AnUnknownFormatIsRejectedBeforeAFolderIsMade) {
   EXPECT_THROW(made("kalibr"), std::out_of_range);
   EXPECT_FALSE(fs::exists(folder_ / "kalibr"));
 }
 
-// The stamps that the rows of a text file begin with; all of one file have the same number of digits.
+// The stamps at the start of the rows of a text file; all of one file have the same number of digits.
 std::vector<std::string> stamps_of(const fs::path& file) {
   std::vector<std::string> stamps;
   std::istringstream in(files::read_text(file));
@@ -463,7 +464,7 @@ TEST(LensConversion, TheHeadCamerasLensIsFittedAsWellAsItsUnequalFocalLengthsAll
 TEST(LensConversion, APinholeIsFittedByItsOwnFocalLengths) {
   const FittedCamera fitted = fit_equidistant({320, 240, 160, 160, 160, 120, slam::OneParameterRadial{0}});
   EXPECT_NEAR(fitted.camera.fu_px, 160, 0.02);
-  EXPECT_LT(fitted.largest_px, 0.02);  // tan θ is no polynomial of degree nine
+  EXPECT_LT(fitted.largest_px, 0.02);  // tan θ is not a polynomial of degree nine
 }
 
 }  // namespace

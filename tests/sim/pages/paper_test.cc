@@ -105,7 +105,7 @@ TEST(PaperPage, SaysWhereItDiffers) {
   PaperRuns runs;
   runs["hall_paper"] = {run(1, {{"loop_closed", 1}})};
   const std::string page = paper_page(runs, "abc");
-  const std::string differ = page.substr(page.find("<h2>Where they differ</h2>"));
+  const std::string differ = page.substr(page.find("<h2>Differences</h2>"));
   EXPECT_THAT(differ, HasSubstr("<li>The hall, the paper&#39;s filter (V). Paper: fails"));
   EXPECT_THAT(paper_page({}, "abc"), HasSubstr("No row differs"));
 }
@@ -132,7 +132,7 @@ TEST(ImpactLink, FindsJumpsThatFollowImpacts) {
   const auto link = impact_link(h.t, h.z, h.impacts);
   ASSERT_TRUE(link);
   EXPECT_LT(link->p, 1e-6) << "in all of 50 steps";
-  // Of three frames after an impact one changes by 1 mm, all others by 0.05 mm in the mean: (1 + 2 x 0.05) /
+  // One of three frames after an impact changes by 1 mm, all others by 0.05 mm in the mean: (1 + 2 x 0.05) /
   // 3 / 0.05.
   EXPECT_NEAR(link->ratio, 7.3, 0.7);
 }

@@ -142,7 +142,7 @@ TEST(Verdict, HolmsAdjustmentIsForTheScenariosGates) {
   }
   const ScenarioVerdict verdict = compare(before, now, gates);
   EXPECT_NEAR(*verdict.metrics[0].p, 6 * 2 / 256.0, 1e-15);
-  EXPECT_EQ(verdict.metrics[0].verdict, Verdict::fail);  // eight seeds and six gates can still tell
+  EXPECT_EQ(verdict.metrics[0].verdict, Verdict::fail);  // eight seeds suffice for six gates
   EXPECT_EQ(verdict.metrics[5].verdict, Verdict::identical);
 }
 
@@ -208,7 +208,7 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
 TEST(Verdict, WithoutAFilterOnlyLimitsWithValuesAreJudged) {
   scenario::Scenario scenario;
   scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.15}};
-  EXPECT_EQ(judge_limits(scenario, results({{}, {}}).seeds).size(), 1u);  // the endings alone
+  EXPECT_EQ(judge_limits(scenario, results({{}, {}}).seeds).size(), 1u);  // only the endings
   const std::vector<LimitVerdict> limits = judge_limits(scenario, results(kThree).seeds);
   ASSERT_EQ(limits.size(), 2u);
   EXPECT_FALSE(limits[1].passed);

@@ -1,4 +1,4 @@
-// What the tests of runs and replays look at in a result folder.
+// Helpers for tests of result folders.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,8 +23,7 @@ inline std::string without_recording(const std::string& marker) {
   return text;
 }
 
-/// Relative path -> content of every file below a folder, at any depth, but timing.* and what lies in
-/// `without`.
+/// Relative path -> content of every file below a folder, except timing.* and those in `without`.
 inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
                                                 const std::string& without = "-") {
   std::map<std::string, std::string> contents;
@@ -39,7 +38,7 @@ inline std::map<std::string, std::string> files(const std::filesystem::path& fol
   return contents;
 }
 
-/// The names of files that differ or are in one of two folders alone.
+/// The names of files that differ or exist in only one of two folders.
 inline std::vector<std::string> differences(const std::map<std::string, std::string>& a,
                                             const std::map<std::string, std::string>& b) {
   std::vector<std::string> names;

@@ -40,19 +40,19 @@ TEST_F(ScoreFile, TheTableShowsMetricsWithTheirLimits) {
   EXPECT_FALSE(read_score(folder_ / "score.json").value("loop_closed"));
 }
 
-TEST_F(ScoreFile, WhatTheTrackingHasOfWrongTypeIsRefusedByName) {
-  const auto refused = [&](const std::string& tracking, const std::string& why) {
+TEST_F(ScoreFile, AWrongTypeInTheTrackingIsRejectedWithItsKey) {
+  const auto rejected = [&](const std::string& tracking, const std::string& why) {
     std::string text = kScore;
     text.replace(text.rfind('}'), 1, ", \"tracking\": " + tracking + "}");
     files::write_text(folder_ / "score.json", text);
     EXPECT_THAT([&] { read_whole_score(folder_ / "score.json"); },
                 ThrowsMessage<files::FileError>(HasSubstr("score.json: tracking" + why)));
   };
-  refused("5", ": expected an object");
-  refused(R"({"lost": {"a": {}}})", ".lost: expected a list");
-  refused(R"({"lost": [1]})", ".lost[0]: expected an object");
-  refused(R"({"suspect": [{"from_s": "x", "cause": ""}]})", ".suspect[0].from_s: expected a number");
-  refused(R"({"suspect": [{"from_s": 1, "cause": 3}]})", ".suspect[0].cause: expected text");
+  rejected("5", ": expected an object");
+  rejected(R"({"lost": {"a": {}}})", ".lost: expected a list");
+  rejected(R"({"lost": [1]})", ".lost[0]: expected an object");
+  rejected(R"({"suspect": [{"from_s": "x", "cause": ""}]})", ".suspect[0].from_s: expected a number");
+  rejected(R"({"suspect": [{"from_s": 1, "cause": 3}]})", ".suspect[0].cause: expected text");
 }
 
 TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
@@ -66,7 +66,7 @@ TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
       << "one reason stands beside its metric";
 }
 
-TEST_F(ScoreFile, AnEndingThatIsAllowedHasItsCauseBesideIt) {
+TEST_F(ScoreFile, AnAllowedEndingHasItsCauseBesideIt) {
   files::write_text(folder_ / "about.json", R"({"cause": "left hand and desk at 3.2 s"})");
   EXPECT_THAT(table("completed", "collided"), HasSubstr("collided: left hand and desk at 3.2 s\n"));
   EXPECT_THAT(table(), testing::Not(HasSubstr("left hand")));
@@ -80,13 +80,13 @@ TEST_F(ScoreFile, AllMetricsAreShownOnRequest) {
               testing::ContainsRegex("  poses_matched +7\n"));
 }
 
-TEST_F(ScoreFile, VerdictsAndEndingsHaveColours) {
+TEST_F(ScoreFile, VerdictsAndEndingsHaveColors) {
   EXPECT_THAT(table(), testing::Not(HasSubstr("\033")));
-  EXPECT_THAT(score_table(folder_.path(), {.colours = true}, true), HasSubstr("\033[31mcompleted\033[0m"));
-  EXPECT_THAT(score_table(folder_.path(), {.colours = true}), HasSubstr("\033[32mok\033[0m"));
+  EXPECT_THAT(score_table(folder_.path(), {.colors = true}, true), HasSubstr("\033[31mcompleted\033[0m"));
+  EXPECT_THAT(score_table(folder_.path(), {.colors = true}), HasSubstr("\033[32mok\033[0m"));
 }
 
-TEST_F(ScoreFile, TheAlignmentOfATrajectoryIsSaid) {
+TEST_F(ScoreFile, TheTableStatesTheAlignmentOfATrajectory) {
   const std::string poses = "\"metrics\": {\"poses_matched\": {\"value\": 7, \"unit\": \"1\"},";
   EXPECT_THAT(table("\"metrics\": {", poses),
               HasSubstr("errors over 7 poses, without alignment except ate_se3"));
@@ -103,6 +103,7 @@ TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
        {Fault{"\"walk\"", "1", "scenario: expected text, found number"},
         {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
         {"\"completed\"", "[]", "ending: expected text, found array"},
+        {"\"completed\"", "\"done\"", "ending: is 'done', expected one of completed, fell"},
         {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
         {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
         {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
@@ -118,6 +119,37 @@ TEST_F(ScoreFile, ATimingOfAnotherTypeIsNamedWithItsKey) {
   files::write_text(folder_ / "timing.json", R"({"frame_cpu_ms_median": "fast"})");
   EXPECT_THAT([&] { table(); }, ThrowsMessage<files::FileError>(HasSubstr(
                                     "timing.json: frame_cpu_ms_median: expected a number, found string")));
+}
+
+class AboutFile : public testing::Test {
+ protected:
+  About read(const std::string& text) const {
+    files::write_text(folder_ / "about.json", text);
+    return read_about(folder_ / "about.json");
+  }
+  const files::TemporaryFolder folder_;
+};
+
+TEST_F(AboutFile, MissingEntriesAreEmpty) {
+  const About about = read(R"({"walk_ending": "fell", "seed": 3, "set_by": {"seed": "argument 1"}})");
+  ASSERT_TRUE(about.walk);
+  EXPECT_EQ(about.walk->ending, scenario::Ending::fell);
+  EXPECT_EQ(about.seed, 3u);
+  EXPECT_EQ(about.set_by.at("seed"), "argument 1");
+  EXPECT_EQ(about.program, "");
+  EXPECT_THAT(([&] { read("{}"), read_about_of_walk(folder_ / "about.json"); }),
+              ThrowsMessage<files::FileError>(HasSubstr("about.json: walk_ending: is missing")));
+}
+
+TEST_F(AboutFile, AnotherTypeIsNamedWithItsKey) {
+  for (const auto& [text, complaint] :
+       {std::pair{R"({"program": 1})", "about.json: program: expected text, found number"},
+        {R"({"seed": -1})", "about.json: seed: expected a whole number from 0, found number"},
+        {R"({"set_by": []})", "about.json: set_by: expected an object, found array"},
+        {R"({"set_by": {"seed": 1}})", "about.json: set_by.seed: expected text, found number"},
+        {R"({"recording_xxh3_128": {}})", "about.json: recording_xxh3_128: expected text, found object"},
+        {"[]", "about.json: expected a JSON object"}})
+    EXPECT_THAT(([&, file = text] { read(file); }), ThrowsMessage<files::FileError>(HasSubstr(complaint)));
 }
 
 }  // namespace

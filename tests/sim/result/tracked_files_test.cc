@@ -1,17 +1,16 @@
-#include "sim/result/tracked_files.h"
-
 #include <gtest/gtest.h>
 
 #include "sim/files/csv.h"
+#include "sim/result/result.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {
 namespace {
 
-TEST(TrackedFiles, WhatIsSaidOfAFrameIsReadBackWordForWord) {
+TEST(TrackedFiles, TextsOfAFrameRoundTrip) {
   const std::string words[] = {"plain",
                                "inconsistent: plan, its distances are too long by 9 standard deviations",
-                               "it says \"no\", twice",
+                               "it reads \"no\", twice",
                                "\"quoted\"",
                                "two\nlines\r\n",
                                " blanks ",

@@ -252,6 +252,15 @@ TEST(Scenario, PushesAndFloorPatchesAreReadAndPrintedAlike) {
   EXPECT_EQ(to_yaml(read_text(to_yaml(read.scenario)).scenario), to_yaml(read.scenario));
 }
 
+TEST(Ending, IsFoundByItsName) {
+  for (std::size_t i = 0; i < kEndings.size(); ++i) {
+    const auto ending = static_cast<Ending>(i);
+    EXPECT_EQ(ending_named(name_of(ending)), ending);
+  }
+  EXPECT_EQ(name_of(Ending::not_started), "not started");
+  EXPECT_FALSE(ending_named("done"));
+}
+
 TEST(Scenario, ErrorsInDisturbancesAreNamed) {
   EXPECT_EQ(complaint(kWalk + "world.pushes: [{push: {times_s: 4}}]"),
             "test.yaml:2:24: world.pushes: push: unknown field 'times_s', expected time_s, impulse_ns, "

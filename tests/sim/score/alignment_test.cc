@@ -56,37 +56,6 @@ TEST(Alignment, UndoesTheMotionItAllowsExactly) {
   check(Alignment::scale, with_scale({}, 0.37));
 }
 
-TEST(Alignment, ErrorsDoNotChangeUnderTheMotionItAllows) {
-  const std::vector<PosePair> pairs = noisy_pairs(40, 0.05);
-  const auto check = [&](Alignment alignment, const Similarity& S) {
-    EXPECT_NEAR(ate(moved(S, pairs), alignment), ate(pairs, alignment), 1e-12);
-  };
-  check(Alignment::yaw_position, turn_about_z(-1));
-  check(Alignment::origin, turn_about_any());
-  check(Alignment::se3, turn_about_any());
-  check(Alignment::sim3, with_scale(turn_about_any(), 3));
-  EXPECT_GT(ate(pairs, Alignment::sim3), 0.01);  // there is something to compare
-}
-
-TEST(Alignment, ErrorsDoChangeUnderAMotionItDoesNotAllow) {
-  const std::vector<PosePair> pairs = noisy_pairs(40, 0.05);
-  const auto changes = [&](Alignment alignment, const Similarity& S) {
-    return ate(moved(S, pairs), alignment) > 2 * ate(pairs, alignment);
-  };
-  EXPECT_TRUE(changes(Alignment::none, {1, Eigen::Matrix3d::Identity(), {1, 0, 0}}));
-  EXPECT_TRUE(changes(Alignment::yaw_position, turn_about_any()));
-  EXPECT_TRUE(changes(Alignment::origin, with_scale({}, 3)));
-  EXPECT_TRUE(changes(Alignment::se3, with_scale({}, 3)));
-}
-
-TEST(Alignment, MoreFreedomNeverGivesMoreError) {
-  for (const double size : {0.01, 0.1, 1.0}) {
-    const std::vector<PosePair> pairs = noisy_pairs(40, size);
-    EXPECT_LE(ate(pairs, Alignment::yaw_position), ate(pairs, Alignment::none) + 1e-12);
-    EXPECT_LE(ate(pairs, Alignment::se3), ate(pairs, Alignment::yaw_position) + 1e-12);
-  }
-}
-
 TEST(Alignment, NoNearbyMotionIsBetter) {
   const std::vector<PosePair> pairs = noisy_pairs(40, 0.2);
   const auto squares = [&](const Similarity& S) {
@@ -136,11 +105,11 @@ TEST(Alignment, DegenerateCasesHaveAReason) {
     upright[i].X_true.translation() = upright[i].X_estimate.translation() = Eigen::Vector3d(1, 2, s);
   }
   EXPECT_THAT(reason(point, Alignment::yaw_position), HasSubstr("do not spread"));
-  EXPECT_THAT(reason(point, Alignment::se3), HasSubstr("one point"));
-  EXPECT_THAT(reason(point, Alignment::sim3), HasSubstr("one point"));
+  EXPECT_THAT(reason(point, Alignment::se3), HasSubstr("coincide"));
+  EXPECT_THAT(reason(point, Alignment::sim3), HasSubstr("coincide"));
   EXPECT_THAT(reason(line, Alignment::se3), HasSubstr("one line"));
   EXPECT_THAT(reason(line, Alignment::sim3), HasSubstr("one line"));
-  EXPECT_THAT(reason({line[3]}, Alignment::se3), HasSubstr("one point"));
+  EXPECT_THAT(reason({line[3]}, Alignment::se3), HasSubstr("coincide"));
   EXPECT_THAT(reason(upright, Alignment::yaw_position), HasSubstr("do not spread"));
   EXPECT_NEAR(ate(line, Alignment::yaw_position), 0, 1e-12);  // a line is enough for a turn about z
   EXPECT_NEAR(ate({line[3]}, Alignment::origin), 0, 1e-12);

@@ -89,7 +89,7 @@ TEST(Consistency, InnovationsOfTheRightSizeHaveTheExpectedMeanAndVariance) {
     right.push_back({square, 2});
     twice.push_back({2 * square, 2});
   }
-  right.push_back({99, 0});  // a frame in which the sensor gave nothing
+  right.push_back({99, 0});  // a frame without a reading
   const auto good = summarize(right), loud = summarize(twice);
   ASSERT_TRUE(good && loud);
   EXPECT_NEAR(good->ratio, 1, 0.01);

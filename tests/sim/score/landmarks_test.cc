@@ -57,7 +57,7 @@ struct Circle {
     return l;
   }
 
-  // Where the point on the wall ahead at 1 s (x = 4 m) is at a later time, from geometry.
+  // The later pixel of the point on the wall ahead at 1 s (x = 4 m), from geometry.
   Eigen::Vector2d image_of_first_point(int t_ms) const {
     const double first = 2 * pi * 1000 / 40000, now = 2 * pi * t_ms / 40000;
     const Eigen::Vector3d p(4, 4 * std::tan(first), 1.4);
@@ -140,8 +140,7 @@ TEST(LoopClosure, ALandmarkOutOfViewForLessThanFiveSecondsAtATimeDoesNotCount) {
   look_away(20000, 25000);
   EXPECT_FALSE(circle.found(l).empty());
   look_away(20000, 28000);
-  circle.truth[230].X =
-      looking(0);  // one frame in between in which it is seen: two stretches of 3 s and 4.9 s
+  circle.truth[230].X = looking(0);  // seen for one frame in between: two stretches of 3 s and 4.9 s
   EXPECT_TRUE(circle.found(l).empty());
 }
 
@@ -163,7 +162,7 @@ TEST(LoopClosure, AMatchOfTheRightPixelButAnotherSurfacePointDoesNotCount) {
   circle.surfaces.push_back(post);
   for (TimedPose& pose : circle.truth)
     if (pose.t > milliseconds(30000))
-      pose.X.translation().y() += 0.2;  // walked aside: parallax tells the two apart
+      pose.X.translation().y() += 0.2;  // walked aside: parallax separates the two
   LandmarkHistory l = circle.landmark(0);
   const Eigen::Vector3d on_wall(4, 4 * std::tan(first), 1.4),
       on_post = 0.9 * Eigen::Vector3d(std::cos(first), std::sin(first), 0) + Eigen::Vector3d(0, 0, 1.4);

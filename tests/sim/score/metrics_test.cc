@@ -60,7 +60,7 @@ TEST(Evaluate, APerfectRunHasNoErrors) {
   EXPECT_NEAR(value(m, "path_length_m"), 399 * 2 * std::sin(pi / 400), 1e-12);
 }
 
-TEST(Evaluate, AShiftShowsInTheUnalignedErrorsAlone) {
+TEST(Evaluate, AShiftShowsOnlyInTheUnalignedErrors) {
   auto run = circle();
   for (EstimatedPose& pose : *run.estimate) pose.X_WC.translation() += Eigen::Vector3d(0.3, 0, 0.4);
   const Metrics m = evaluate(run);
@@ -172,14 +172,16 @@ TEST(Evaluate, WithoutAFilterItsMetricsAreAbsentAndTheWalksAreNot) {
     EXPECT_TRUE(m.at(name).value) << name;
 }
 
-TEST(Evaluate, ADivergedFilterGetsNoNumbersButTheCause) {
-  auto run = circle();
-  run.estimate->resize(200);
-  run.diverged = "covariance not positive definite";
+TEST(Evaluate, AnEstimateThatFailedIsNotScoredAndItsWalkIs) {
+  auto diverged = circle(), failed = circle();
+  diverged.estimate->resize(200);
+  diverged.diverged = "covariance not positive definite";
+  failed.failed = "killed by signal 9";
   for (const char* name : {"ate_se3_rmse_m", "rmse_m", "loop_closed", "nees_position_mean"}) {
-    EXPECT_FALSE(evaluate(run).at(name).value);
-    EXPECT_EQ(evaluate(run).at(name).reason, "the filter diverged: covariance not positive definite");
+    EXPECT_EQ(evaluate(diverged).at(name).reason, "the filter diverged: covariance not positive definite");
+    EXPECT_EQ(evaluate(failed).at(name).reason, "the estimator failed: killed by signal 9");
   }
+  EXPECT_TRUE(evaluate(failed).at("path_length_m").value);
 }
 
 TEST(Evaluate, AFallBeforeTheTurnIsDoneLeavesTheLoopUndefined) {
@@ -232,8 +234,8 @@ TEST(Evaluate, SpansOfAMeterAreFromEachFrame) {
   for (std::size_t i = 0; i < run.estimate->size(); ++i)  // drifts up by 1 mm a frame: 10 mm a second
     (*run.estimate)[i].X_WC.translation().z() += 0.001 * static_cast<double>(i);
   const Metrics m = evaluate(run);
-  // From each of 400 frames over the nearest whole number of frames; at the end, where there are no more,
-  // over as many as there are, down to 90 % of the length.
+  // From each of 400 frames over the nearest whole number of frames; at the end
+  // over the remaining ones, down to 90 % of the length.
   const auto expected = [](double frames) {
     const int whole = static_cast<int>(std::round(frames));
     double squares = (400 - whole) * whole * whole, count = 400 - whole;
@@ -259,7 +261,7 @@ TEST(Evaluate, TheTrackedAndTheFaultFlagFractionAreOfTheObservedTime) {
   auto run = circle();
   run.health.clear();
   EXPECT_FALSE(evaluate(run).at("tracked_fraction").value);
-  // 4 s in which the last of 1 s is lost, and 1 s after a divergence; one observation comes late
+  // 4 s, the last one lost, and 1 s after a divergence; one observation is late
   run.health = {{milliseconds(0), true, false},     {milliseconds(2000), true, true},
                 {milliseconds(1500), false, true},  {milliseconds(3000), true, false},
                 {milliseconds(4000), false, false}, {milliseconds(5000), false, false}};
@@ -306,7 +308,7 @@ TEST(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
   EXPECT_NEAR(value(m, "landmark_nees_mean"), (1 + 4) / 2.0, 1e-9);
 }
 
-TEST(Evaluate, NumbersThatAreNoneBecomeReasons) {
+TEST(Evaluate, NonFiniteNumbersBecomeReasons) {
   auto run = circle();
   (*run.estimate)[50].X_WC.translation().x() = std::nan("");
   const Metrics m = evaluate(run);
@@ -330,14 +332,6 @@ TEST(Evaluate, AnEstimatorWithoutCovarianceHasNoNeesAndTheReasonSaysSo) {
     EXPECT_EQ(m.at(name).reason, "the estimator states no covariance") << name;
   }
   EXPECT_TRUE(m.at("rmse_m").value);
-}
-
-TEST(Evaluate, AnEstimatorThatFailedIsNotScoredAndItsWalkIs) {
-  auto run = circle();
-  run.failed = "killed by signal 9";
-  const Metrics m = evaluate(run);
-  EXPECT_EQ(m.at("rmse_m").reason, "the estimator failed: killed by signal 9");
-  EXPECT_TRUE(m.at("path_length_m").value);
 }
 
 TEST(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
@@ -373,7 +367,7 @@ TEST(Evaluate, EveryMetricHasOneDefinitionAndTheUnitOfItsName) {
   }
 }
 
-// A filter whose NEES or NIS is far below what is expected is as inconsistent as one whose is far above.
+// A filter with a NEES or NIS far below its expectation is as inconsistent as one far above it.
 TEST(Evaluate, MetricsWithAnExpectedValueBecomeWorseOnBothSidesOfIt) {
   const std::regex expectation("; ([0-9.]+) is expected");
   int found = 0;

@@ -21,7 +21,7 @@ inline TrueCamera square_camera() {
   return camera;
 }
 
-/// A room 3 m high, seen from inside, whose walls are `half_width` (m) away from the origin.
+/// A room 3 m high, seen from inside, with walls `half_width` (m) away from the origin.
 inline Surface box_room(double half_width) {
   Surface room{Surface::Kind::box, Eigen::Isometry3d::Identity(), {half_width, half_width, 1.5}};
   room.X_WS.translation().z() = 1.5;

@@ -44,7 +44,7 @@ TEST(Surfaces, HitsAreWhereGeometryHasThem) {
   EXPECT_EQ(hit(Kind::plane, {0, 0, 1}, {0, 0, 5}, x), std::nullopt);
 }
 
-TEST(Surfaces, TheNearestIsHitAndNoneIsSaid) {
+TEST(Surfaces, TheNearestIsHitOrNone) {
   Surface near{Kind::box, Eigen::Isometry3d::Identity(), {1, 1, 1}}, far = near;
   near.X_WS.translation().x() = 5;
   far.X_WS.translation().x() = 10;
@@ -54,7 +54,7 @@ TEST(Surfaces, TheNearestIsHitAndNoneIsSaid) {
   EXPECT_EQ(first_hit({}, Vector3d::Zero(), Vector3d::UnitY()), std::nullopt);
 }
 
-// Below 0 inside the shape, above outside: the shapes' definitions, nothing of how rays meet them.
+// The shapes' definitions, independent of rays: below 0 inside the shape, above outside.
 const std::map<Kind, std::function<double(const Vector3d&)>> kShapes{
     {Kind::box, [](const Vector3d& p) { return (p.cwiseAbs() - Vector3d(0.5, 0.3, 0.7)).maxCoeff(); }},
     {Kind::sphere, [](const Vector3d& p) { return p.norm() - 0.5; }},

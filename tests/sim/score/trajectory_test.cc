@@ -112,7 +112,7 @@ TEST(Errors, YawErrorOfACameraIsAboutTheVerticalOfTheWorld) {
   truth.linear() = Eigen::AngleAxisd(-0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix() * estimate.linear();
   EXPECT_NEAR(yaw_error({Stamp(0), truth, estimate}), -0.1, 1e-15);
   truth.linear() = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()).toRotationMatrix() * estimate.linear();
-  EXPECT_NEAR(yaw_error({Stamp(0), truth, estimate}), 0, 1e-15);  // a pitch is no yaw
+  EXPECT_NEAR(yaw_error({Stamp(0), truth, estimate}), 0, 1e-15);  // a pitch is not a yaw
 }
 
 TEST(Errors, HeightRangeIsGreatestMinusLeast) {

@@ -24,7 +24,7 @@ class TickingRun {
     pace_.release();
     thread_.join();
   }
-  /// Simulated time once it has stopped going on.
+  /// Simulated time after it stopped.
   long rest() const {
     long before = -1;
     for (long now = at_ms_; now != before; now = at_ms_) {

@@ -9,7 +9,7 @@
 #include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/tune/synthetic_result.h"
+#include "tests/sim/trials/synthetic_result.h"
 
 namespace sim::view {
 namespace {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <future>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "sim/view/live_view.h"

@@ -1,22 +1,23 @@
 // Runs other programs to their end.
 #pragma once
 
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace cli {
 
-/// Runs argv[0], found by PATH, without a shell and without input. Throws std::runtime_error when it cannot
-/// be started or does not end with exit code 0. It writes to our standard error.
+/// Runs argv[0], searched in PATH, without input and with our standard error. Throws std::runtime_error if it
+/// cannot be started or its exit code is not 0.
 void run_child(const std::vector<std::string>& argv);
 
-/// A program that reads its standard input from us; otherwise as run_child, but that the first line that it
-/// writes to its standard error is in the exception.
+/// A program with input from us; otherwise like run_child(), but the exception has the first line of its
+/// standard error.
 class FedChild {
  public:
   explicit FedChild(const std::vector<std::string>& argv);
-  /// Ends its input and waits for its end, unless finish() did.
+  /// Closes its input and waits for its exit, unless finish() did.
   ~FedChild();
   FedChild(const FedChild&) = delete;
   FedChild& operator=(const FedChild&) = delete;
@@ -27,7 +28,7 @@ class FedChild {
 
  private:
   std::string name_;
-  int process_ = 0, input_ = -1, errors_ = -1;
+  std::FILE *errors_, *input_;
 };
 
 }  // namespace cli

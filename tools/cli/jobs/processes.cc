@@ -25,11 +25,11 @@ namespace {
 namespace fs = std::filesystem;
 using sim::files::FileLock;
 constexpr useconds_t kChildPollUs = 10'000;
-constexpr int kPollsForParts = 20;  // between two looks at how far the processes are
+constexpr int kPollsForParts = 20;  // between two looks at the progress
 constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
 constexpr const char* kLock = ".gaitslam-temporary";  // no folder of results has such a file
 
-/// The file beside a log in which the process says how far it is.
+/// The file for the progress of the process, beside its log.
 fs::path part_file(const fs::path& log) { return log.string() + ".part"; }
 
 /// Our environment, and the name of that file.
@@ -47,9 +47,9 @@ std::vector<char*> pointers_to(std::vector<std::string>& words) {
 }
 
 /// Starts this program with its standard error written to a file.
-pid_t start(const std::vector<std::string>& command_line, const fs::path& log) {
+pid_t start(const CommandLine& line, const fs::path& log) {
   std::vector<std::string> words{"gaitslam"};
-  words.insert(words.end(), command_line.begin(), command_line.end());
+  words.insert(words.end(), line.words.begin(), line.words.end());
   words.insert(words.end(), {"--die-with-parent", std::to_string(getpid())});
   std::vector<std::string> variables = environment_of(log);
   const std::vector<char*> argv = pointers_to(words), environment = pointers_to(variables);
@@ -71,7 +71,7 @@ Ended ended(int status, const fs::path& log) {
           sim::files::read_text(log) + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal))};
 }
 
-/// Whether the folder was made by a TemporaryFolder of a process that has ended. One of another user is not.
+/// True for a TemporaryFolder of this user's ended process.
 bool is_abandoned(const fs::path& folder) {
   std::error_code fault;
   const std::string name = folder.filename();
@@ -122,20 +122,26 @@ void die_with(pid_t parent) {
   if (getppid() != parent) raise(SIGKILL);
 }
 
+double part_of_cost(const CommandLines& lines, const std::function<double(std::size_t)>& part) {
+  double done = 0, all = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    done += lines[i].cost * part(i);
+    all += lines[i].cost;
+  }
+  return done / all;
+}
+
 std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
                                  const OnEnded& on_ended) {
   const TemporaryFolder temporary;
   const auto log = [&](std::size_t i) { return temporary / std::to_string(i); };
   std::vector<Ended> all(command_lines.size());
   std::map<pid_t, std::size_t> running;
-  const auto parts_done = [&](std::size_t done) {
-    double sum = static_cast<double>(done);
-    for (const auto& [process, i] : running) sum += part_in(part_file(log(i)));
-    return sum / static_cast<double>(all.size());
-  };
+  std::vector<bool> has_ended(all.size());
+  const auto part = [&](std::size_t i) { return has_ended[i] ? 1 : part_in(part_file(log(i))); };
   int polls = 0;
   for (std::size_t next = 0, done = 0; done < all.size();) {
-    if (polls++ % kPollsForParts == 0) show(parts_done(done));
+    if (polls++ % kPollsForParts == 0) show(part_of_cost(command_lines, part));
     if (next < all.size() && running.size() < static_cast<std::size_t>(jobs)) {
       running[start(command_lines[next], log(next))] = next;
       ++next;
@@ -147,6 +153,7 @@ std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, co
     if (ended_one == 0) usleep(kChildPollUs);
     if (process == running.end()) continue;
     all[process->second] = ended(status, log(process->second));
+    has_ended[process->second] = true;
     if (on_ended) on_ended(process->second);
     running.erase(process);
     ++done;

@@ -1,4 +1,4 @@
-// Processes of this program, a few at a time: the crash of one does not affect the others.
+// Processes of this program, a few at a time; the crash of one does not affect the others.
 #pragma once
 
 #include <sys/types.h>
@@ -13,8 +13,8 @@
 
 namespace cli {
 
-/// A new temporary folder, removed at the end of its life. Those of processes that were killed are removed by
-/// the next one on the same machine, which knows them by the lock that nobody holds any more.
+/// A new temporary folder, removed by the destructor. Each also removes those of killed processes on the same
+/// machine: their locks are free.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -31,25 +31,30 @@ class TemporaryFolder {
 /// How a process ended.
 struct Ended {
   int exit_code = 0;      ///< 3 when a signal killed it
-  std::string complaint;  ///< what it wrote to standard error, and the signal that killed it
+  std::string complaint;  ///< its standard error, and the signal that killed it
 };
 
-/// Makes the kernel kill this process when its parent ends, at once if the parent has ended already. For a
-/// process that was given its parent's id by --die-with-parent.
+/// Makes the kernel kill this process when its parent ends. For a process started with --die-with-parent.
 void die_with(pid_t parent);
 
-/// Command lines of this program, without its name. Their commands accept --die-with-parent.
-using CommandLines = std::vector<std::vector<std::string>>;
+/// A command line of this program, without its name. Its command accepts --die-with-parent.
+struct CommandLine {
+  std::vector<std::string> words;
+  double cost = 1;  ///< relative to the others, for the progress
+};
+using CommandLines = std::vector<CommandLine>;
 
-/// Called now and then with the part of the work that is done, 0 to 1: processes that have ended count whole,
-/// those that run as far as they are.
+/// The part of their cost that is done: part(i) of each, 0 to 1.
+double part_of_cost(const CommandLines& lines, const std::function<double(std::size_t)>& part);
+
+/// Called now and then with the part of the work that is done, 0 to 1.
 using ShowPart = std::function<void(double)>;
 
-/// Called when one of the processes has ended, with its number among the command lines.
+/// Called when one of the processes has ended, with the index of its command line.
 using OnEnded = std::function<void(std::size_t)>;
 
-/// Runs this program (the running one, even when its file has been replaced) with each of the command lines,
-/// `jobs` at a time. Returns how they ended, in the order of the command lines.
+/// Runs the running program, even if its file was replaced, with each of the command lines, `jobs` at a time.
+/// Returns how they ended, in the order of the command lines.
 std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
                                  const OnEnded& on_ended = {});
 

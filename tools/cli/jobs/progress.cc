@@ -17,6 +17,8 @@ namespace cli {
 namespace {
 
 constexpr std::chrono::milliseconds kRedraw{200};
+constexpr double kBurst_s = 1, kLeastPart = 0.01, kLeast_s = 2;  // less gives no reliable rate
+constexpr double kSlower = 1.3, kSlower_s = 5;                   // beyond which a job has become slower
 
 std::size_t columns_of(std::FILE* stream) {
   struct winsize size {};
@@ -25,7 +27,7 @@ std::size_t columns_of(std::FILE* stream) {
 
 std::atomic<int> live_lines = 0;
 
-/// The file that this process was told of when it began. Processes that it starts are not told.
+/// The file that the parent named; the variable is not passed on to child processes.
 std::filesystem::path file_of_parent() {
   static const std::filesystem::path file = [] {
     const char* const named = std::getenv(kProgressFile);
@@ -37,6 +39,20 @@ std::filesystem::path file_of_parent() {
 }
 
 }  // namespace
+
+std::optional<double> RemainingTime::at(double part, double spent_s) {
+  if (spent_s < kBurst_s) return std::nullopt;
+  if (!first_) first_ = last_ = Point{part, spent_s};
+  const double done = part - first_->part, took_s = spent_s - first_->spent_s;
+  if (part > last_->part && done >= kLeastPart && took_s >= kLeast_s) {
+    end_s_ = spent_s + took_s * (1 - part) / done;
+    last_ = Point{part, spent_s};
+  }
+  if (!end_s_) return std::nullopt;
+  const double left_s = std::max(0.0, *end_s_ - spent_s);
+  if (!shown_s_ || left_s < *shown_s_ || left_s > kSlower * *shown_s_ + kSlower_s) shown_s_ = left_s;
+  return shown_s_;
+}
 
 std::string duration_text(double seconds) {
   const int whole = static_cast<int>(seconds + 0.5);

@@ -1,4 +1,4 @@
-// How far a command is: one line on the terminal; elsewhere a line every half minute.
+// The progress of a command: one line on the terminal; elsewhere a line every half minute.
 #pragma once
 
 #include <chrono>
@@ -11,23 +11,37 @@
 #include <string>
 #include <thread>
 
-#include "tools/cli/jobs/remaining_time.h"
-
 namespace cli {
+
+/// Estimates the time left from the average rate after the first second. Counts down between two steps, and
+/// grows only if the job has become much slower.
+class RemainingTime {
+ public:
+  /// part: done by now, 0 to 1. spent_s: since the start, never less than before. Returns nullopt before a
+  /// rate is known.
+  std::optional<double> at(double part, double spent_s);
+
+ private:
+  struct Point {
+    double part = 0, spent_s = 0;
+  };
+  std::optional<Point> first_, last_;
+  std::optional<double> end_s_, shown_s_;  ///< when the job will be done; the time left as last returned
+};
 
 /// "42 s", or "3 min 05 s" from 100 s on.
 std::string duration_text(double seconds);
 
-/// "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 12 s" where the part is not known.
+/// "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 12 s" if the part is not known.
 std::string progress_text(const std::string& what, std::optional<double> part, double spent_s,
                           std::optional<double> left_s, const std::string& at);
 
-/// The variable that names the file in which a process tells its parent the part that it has done.
+/// The variable that names the file for reporting progress to the parent process.
 inline constexpr const char* kProgressFile = "GAITSLAM_PROGRESS_FILE";
 /// The part that a process has written there; 0 before it wrote any.
 double part_in(const std::filesystem::path& file);
 
-/// Where a progress line is shown.
+/// The place of a progress line.
 struct ProgressPlace {
   bool redraws = false;  ///< one line, drawn again and again
   bool silent = false;
@@ -39,18 +53,18 @@ struct ProgressPlace {
   static ProgressPlace standard();
 };
 
-/// The only place where progress is shown. A thread of its own draws, so that the line goes on while the work
-/// waits for another program. Of several at a time the first one is shown.
+/// Shows progress, drawn by its own thread so that the line also moves while the work waits. Of several lines
+/// only the first is shown.
 class ProgressLine {
  public:
-  /// what: begins the line.
+  /// what: the start of the line.
   explicit ProgressLine(std::string what, const ProgressPlace& place = ProgressPlace::standard());
   /// Removes the line from the terminal.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// The part that is done, 0 to 1, and, if given, what is being done. Costs no more than a lock.
+  /// The part that is done, 0 to 1, and the current step, if given. Costs no more than a lock.
   void show(double part, const std::string& at = "");
 
  private:
@@ -67,7 +81,7 @@ class ProgressLine {
   Clock::time_point begin_ = Clock::now(), last_beat_ = begin_;
   std::mutex mutex_;
   std::condition_variable_any wake_;
-  std::jthread thread_;  ///< the last member: it ends before the others
+  std::jthread thread_;  ///< last: it ends before the other members
 };
 
 }  // namespace cli

@@ -1,11 +1,11 @@
-#include "tools/cli/jobs/slurm.h"
-
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <iostream>
 #include <set>
 #include <sstream>
@@ -13,8 +13,8 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
+#include "tools/cli/jobs/backend.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/shell.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
@@ -26,8 +26,8 @@ constexpr double kElementSeconds = 30;  // a shorter element is not worth the co
 constexpr int kSubmissions = 3, kDefaultMaxArraySize = 1001;
 constexpr useconds_t kQueuePollUs = 1'000'000;
 
-/// Each element runs its share of the lines, one after another. That a line has ended is recorded atomically;
-/// a line during which the element itself ended (node lost, requeued) is run again, five times at most.
+/// Each element runs its share of the lines, one after another, and records atomically that a line has ended.
+/// A line during which the element itself ended (node lost, requeued) is run again, five times at most.
 constexpr const char* kElement = R"sh(#!/bin/sh
 spool=$1 each=$2
 i=$((SLURM_ARRAY_TASK_ID * each))
@@ -54,11 +54,29 @@ while [ $i -lt $last ]; do
 done
 )sh";
 
+/// The output and exit status of a shell command.
+struct ShellOutput {
+  std::string text;
+  int status = 0;
+};
+
+/// Throws UsageError if the shell cannot be started.
+ShellOutput run_shell(const std::string& command) {
+  FILE* const pipe = ::popen((command + " 2>&1").c_str(), "r");
+  if (!pipe) throw UsageError(command + ": cannot be started");
+  ShellOutput printed;
+  std::array<char, 4096> piece;
+  for (std::size_t n = 0; (n = std::fread(piece.data(), 1, piece.size(), pipe)) > 0;)
+    printed.text.append(piece.data(), n);
+  printed.status = ::pclose(pipe);
+  return printed;
+}
+
 std::string text_if_there(const fs::path& file) {
   return fs::exists(file) ? sim::files::read_text(file) : "";
 }
 
-/// The largest size of a job array; 1001 where Slurm does not say.
+/// The largest size of a job array; 1001 if Slurm does not report it.
 int max_array_size() {
   const std::string text = run_shell("scontrol show config").text;
   const std::size_t at = text.find("MaxArraySize");
@@ -81,7 +99,7 @@ std::string shell_lines(const CommandLines& lines) {
   std::string text;
   for (const auto& line : lines) {
     text += program;
-    for (const std::string& word : line) {
+    for (const std::string& word : line.words) {
       require_usable({"slurm"}, word);
       text += " " + sim::files::shell_word(word);
     }
@@ -90,8 +108,8 @@ std::string shell_lines(const CommandLines& lines) {
   return text;
 }
 
-/// Slurm's reason why no element of a job runs, from lines "STATE REASON". Empty where an element runs, or
-/// where the job only waits for others.
+/// Slurm's reason why no element of a job runs, from lines "STATE REASON". Empty if an element runs or the
+/// job only waits for others.
 std::string waits_for(const std::string& queue) {
   static const std::set<std::string> kPassing{"None", "Priority", "Resources", "BeginTime",
                                               "JobArrayTaskLimit"};
@@ -108,7 +126,7 @@ std::string waits_for(const std::string& queue) {
 class Array {
  public:
   Array(const CommandLines& lines, const Backend& backend)
-      : backend_(backend), count_(lines.size()), folder_(folder(shell_lines(lines), backend)) {
+      : backend_(backend), lines_(lines), count_(lines.size()), folder_(folder(shell_lines(lines), backend)) {
     const auto least =
         static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
     const auto most_elements = static_cast<std::size_t>(std::max(max_array_size() - 1, 1));
@@ -118,8 +136,8 @@ class Array {
     sim::files::write_atomically(folder_ / "element.sh", kElement);
   }
 
-  /// Whether the job is in the queue, that of an earlier command that was killed included. Says once why the
-  /// job waits, where it will not start by itself.
+  /// True if the job, possibly one of a killed command, is in the queue. Prints once why a blocked job
+  /// waits.
   bool is_in_queue() {
     const std::string job = text_if_there(folder_ / "job");
     if (job.empty()) return false;
@@ -157,12 +175,9 @@ class Array {
     return n;
   }
   std::size_t size() const { return count_; }
-  /// Those that run count as far as they are.
   double part() const {
-    double sum = 0;
-    for (std::size_t i = 0; i < count_; ++i)
-      sum += has_ended(i) ? 1 : part_in(ended_file(i).string() + ".part");
-    return sum / static_cast<double>(count_);
+    return part_of_cost(
+        lines_, [&](std::size_t i) { return has_ended(i) ? 1 : part_in(ended_file(i).string() + ".part"); });
   }
 
   std::vector<Ended> collect() const {
@@ -182,7 +197,7 @@ class Array {
   fs::path ended_file(std::size_t i) const { return folder_ / "ended" / std::to_string(i + 1); }
   bool has_ended(std::size_t i) const { return fs::exists(ended_file(i)); }
 
-  /// "0,3,7": elements that have a line which has not ended.
+  /// "0,3,7": the elements with a line that has not ended.
   std::string missing_elements() const {
     std::string text;
     for (std::size_t element = 0; element * each_ < count_; ++element)
@@ -206,6 +221,7 @@ class Array {
   }
 
   const Backend& backend_;
+  const CommandLines& lines_;
   std::size_t count_, each_ = 1;
   fs::path folder_;
   std::set<std::string> said_;

@@ -1,4 +1,4 @@
-// What a command says on standard output, and whether in colours.
+// The output that was chosen (text, quiet, JSON), and colors.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,17 +12,16 @@ enum class Output { text, quiet, json };
 Output output();
 void choose_output(Output output);
 
-/// Where text for people goes: standard output, or nowhere where something else was asked for.
+/// The stream of text for people: standard output, or none with --quiet or --json.
 std::ostream& text_out();
 
 /// The option --quiet, and --json as a flag.
 void add_quiet(CLI::App& command);
 void add_output(CLI::App& command);
 
-/// Whether a stream (STDOUT_FILENO, STDERR_FILENO) is a terminal on which lines can be drawn again.
+/// True if a stream (STDOUT_FILENO, STDERR_FILENO) is a terminal that can redraw lines.
 bool can_redraw(int stream);
-/// Whether standard output is a terminal that may show colours: not where NO_COLOR is set to anything, nor on
-/// a terminal that is dumb.
+/// True if standard output is a terminal with colors and NO_COLOR is not set.
 bool colours();
 
 }  // namespace cli

@@ -1,0 +1,249 @@
+#include "sim/recording/cache.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "sim/files/atomic_file.h"
+#include "sim/files/csv.h"
+#include "sim/files/hash.h"
+#include "sim/files/json.h"
+#include "sim/files/output_manifest.h"
+#include "sim/files/text.h"
+#include "sim/recording/manifest.h"
+
+namespace sim::recording {
+namespace {
+
+namespace fs = std::filesystem;
+using files::FileError;
+using files::FileLock;
+using nlohmann::json;
+
+std::optional<std::string> environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value && *value ? std::optional<std::string>(value) : std::nullopt;
+}
+
+std::uintmax_t bytes_of_gigabytes(const std::string& text) {
+  const auto gigabytes = files::parse_finite(text);
+  if (!gigabytes || *gigabytes < 0 || *gigabytes > 1e9)
+    throw std::invalid_argument(
+        fmt::format("GAITSLAM_CACHE_GB is '{}', expected a number of gigabytes", text));
+  return static_cast<std::uintmax_t>(*gigabytes * 1e9);
+}
+
+// Leaves out timing.*, which differ between two recordings of the same walk.
+std::uintmax_t size_of(const fs::path& folder) {
+  std::uintmax_t bytes = 0;
+  std::error_code gone;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, gone))
+    if (entry.is_regular_file(gone) && !entry.path().filename().string().starts_with("timing."))
+      bytes += entry.file_size(gone);
+  return bytes;
+}
+
+constexpr std::size_t kKeyLetters = 32;
+constexpr int kAttempts = 5;  // to get a recording that other processes keep removing
+
+constexpr std::uint64_t kEntryFormat = 3;
+
+/// A hash of the names and contents of the files beside the recording, which its manifest does not list.
+/// Leaves out timing.*, which differ each time, and the marker, which lists what commands add.
+std::string hash_of_files_in(const fs::path& result) {
+  std::set<fs::path> beside;
+  for (const auto& entry : fs::directory_iterator(result))
+    if (!entry.is_directory() && entry.path().stem() != "timing" && entry.path().filename() != files::kMarker)
+      beside.insert(entry.path());
+  files::Hash hash;
+  for (const fs::path& file : beside) {
+    const std::string content = files::read_text(file);
+    hash.add(fmt::format("{}:{}:", file.filename().string(), content.size()));
+    hash.add(content);
+  }
+  return hash.hex();
+}
+
+/// The files that the manifest of a recording lists.
+std::vector<std::string> listed(const fs::path& recording) {
+  std::vector<std::string> files;
+  files::CsvReader rows(recording / "manifest.csv", {"#xxh3_128,bytes,path"});
+  while (rows.next()) files.emplace_back(rows.text(2));
+  return files;
+}
+
+bool is_key(const std::string& name) {
+  return name.size() == kKeyLetters && name.find_first_not_of("0123456789abcdef") == name.npos;
+}
+
+std::int64_t last_change_ns(const fs::path& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 ? status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec
+                                            : 0;
+}
+
+void require_writable(const fs::path& folder, const char* but) {
+  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0 && errno != ENOENT)
+    throw FileError(folder,
+                    fmt::format("{}{}; GAITSLAM_CACHE names another folder", but, std::strerror(errno)));
+}
+
+}  // namespace
+
+CachePlace cache_place() {
+  CachePlace place;
+  if (const auto own = environment("GAITSLAM_CACHE"))
+    place.folder = *own;
+  else if (const auto xdg = environment("XDG_CACHE_HOME"))
+    place.folder = fs::path(*xdg) / "gaitslam";
+  else if (const auto home = environment("HOME"))
+    place.folder = fs::path(*home) / ".cache/gaitslam";
+  else
+    throw std::invalid_argument(
+        "no folder for recordings: GAITSLAM_CACHE, XDG_CACHE_HOME and HOME are not set");
+  place.folder = fs::absolute(place.folder);
+  if (const auto gigabytes = environment("GAITSLAM_CACHE_GB"))
+    place.most_bytes = bytes_of_gigabytes(*gigabytes);
+  return place;
+}
+
+fs::path Cache::lock_file(const std::string& key) const { return place_.folder / (key + ".lock"); }
+
+bool Cache::is_own(const std::string& key) const { return files::has_marker(place_.folder / key); }
+
+bool Cache::is_whole(const std::string& key, const Say& say) const {
+  const fs::path entry = place_.folder / key;
+  if (!fs::exists(entry)) return false;
+  try {
+    const Manifest manifest(entry / "result/recording");
+    for (const std::string& file : listed(entry / "result/recording")) manifest.check(file);
+    const files::Json stored = files::read_json(entry / "entry.json");
+    const bool same_recording = stored.at("recording").text() == manifest.hash();
+    if (same_recording && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result"))
+      return true;
+    say(fmt::format("{}: contains another {} than was stored", entry.string(),
+                    same_recording ? "result" : "recording"));
+  } catch (const FileError& damage) {
+    say(damage.what());
+  }
+  return false;
+}
+
+void Cache::make_entry(const std::string& key, const Label& label, const Make& make) const {
+  files::AtomicFolder folder(place_.folder / key, files::Existing::replace);
+  const fs::path result = folder.path() / "result";
+  make(result);
+  const json entry{{"format_version", kEntryFormat},
+                   {"recording", Manifest(result / "recording").hash()},
+                   {"files_xxh3_128", hash_of_files_in(result)},
+                   {"scenario", label.scenario},
+                   {"seed", label.seed},
+                   {"bytes", size_of(folder.path())}};
+  files::write_text(folder.path() / "entry.json", entry.dump(2) + "\n");
+  folder.commit();
+}
+
+std::optional<CachedRecording> Cache::find(const std::string& key, const Say& say) const {
+  if (!fs::exists(place_.folder / key)) return std::nullopt;
+  std::optional<FileLock> shared = FileLock::take(lock_file(key), FileLock::How::shared);
+  if (!is_whole(key, say)) return std::nullopt;
+  ::futimens(shared->fd(), nullptr);
+  return CachedRecording{place_.folder / key / "result", false, std::move(*shared)};
+}
+
+CachedRecording Cache::get(const std::string& key, const Label& label, const Make& make,
+                           const Say& say) const {
+  const Say nothing = [](const std::string&) {};
+  std::error_code fault;
+  fs::create_directories(place_.folder, fault);
+  if (fault) throw FileError(place_.folder, "cannot be made: " + fault.message());
+  bool made = false;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (auto found = find(key, made ? say : nothing)) {
+      found->made = made;
+      if (made) clean(place_.most_bytes);
+      return std::move(*found);
+    }
+    require_writable(place_.folder, "does not have this recording whole, and it cannot be made there: ");
+    const std::optional<FileLock> alone = FileLock::take(lock_file(key), FileLock::How::exclusive);
+    if (is_whole(key, say)) continue;  // made by another in the meantime
+    make_entry(key, label, make);
+    made = true;
+  }
+  throw FileError(place_.folder / key, "was made, but then removed or damaged by another process");
+}
+
+Cache::Entry Cache::read_entry(const std::string& key) const {
+  const bool in_use = !FileLock::take(lock_file(key), FileLock::How::try_exclusive);
+  const std::int64_t last_used = last_change_ns(lock_file(key));
+  try {
+    const files::Json read = files::read_json(place_.folder / key / "entry.json");
+    return {{read.at("scenario").text(), read.at("seed").whole()},
+            key,
+            read.at("bytes").whole(),
+            last_used,
+            in_use};
+  } catch (const FileError&) {
+    return {{"(damaged)"}, key, size_of(place_.folder / key), last_used, in_use};
+  }
+}
+
+std::vector<Cache::Entry> Cache::list() const {
+  std::vector<Entry> entries;
+  std::error_code none;
+  for (const auto& folder : fs::directory_iterator(place_.folder, none))
+    if (const std::string key = folder.path().filename(); is_key(key) && is_own(key))
+      entries.push_back(read_entry(key));
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::pair(a.last_used_ns, a.key) < std::pair(b.last_used_ns, b.key);
+  });
+  return entries;
+}
+
+bool Cache::remove_if_unused(const std::string& key) const {
+  const auto alone = FileLock::take(lock_file(key), FileLock::How::try_exclusive);
+  if (!alone) return false;
+  // Renamed before it is removed, so that no entry is ever incomplete; the next process removes the leftover
+  // if this one is killed. The lock file goes too: a lock on a removed file is void.
+  const fs::path aside = place_.folder / fmt::format(".{}.partial", key);
+  std::error_code ignored;
+  fs::rename(place_.folder / key, aside, ignored);
+  if (ignored) return false;
+  files::remove_leftovers(place_.folder);
+  fs::remove(lock_file(key), ignored);
+  return true;
+}
+
+Cache::Cleaned Cache::clean(std::uintmax_t most_bytes) const {
+  Cleaned cleaned;
+  require_writable(place_.folder, "cannot be written: ");
+  files::remove_leftovers(place_.folder);
+  const std::vector<Entry> entries = list();
+  std::uintmax_t total = 0;
+  for (const Entry& entry : entries) total += entry.bytes;
+  for (const Entry& entry : entries) {
+    if (total <= most_bytes) break;
+    if (files::unlisted_in(place_.folder / entry.key)) {
+      ++cleaned.foreign;
+      continue;
+    }
+    if (!remove_if_unused(entry.key)) {
+      ++cleaned.in_use;
+      continue;
+    }
+    ++cleaned.removed;
+    cleaned.bytes += entry.bytes;
+    total -= entry.bytes;
+  }
+  return cleaned;
+}
+
+}  // namespace sim::recording

@@ -1,0 +1,88 @@
+// The cache of recordings: each walk is recorded once and serves every run, sweep and tuning.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/files/atomic_file.h"
+
+namespace sim::recording {
+
+/// The folder of the cache and the size that it is kept to.
+struct CachePlace {
+  std::filesystem::path folder;
+  std::uintmax_t most_bytes = 20'000'000'000;
+};
+
+/// The folder is $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam; the size is
+/// $GAITSLAM_CACHE_GB. Throws std::invalid_argument if the size is not a number or no folder is set.
+CachePlace cache_place();
+
+/// A recording in use: no process removes it while this object lives.
+struct CachedRecording {
+  /// A result folder of the walk without a filter: recording/, about.json, scenario.yaml.
+  std::filesystem::path folder;
+  bool made = false;  ///< by the call that returned it
+  files::FileLock lock;
+};
+
+/// Keeps each recording in a folder <key>/ that appears whole or not at all. Several processes may share a
+/// cache, also processes that may only read it.
+class Cache {
+ public:
+  /// The description of an entry.
+  struct Label {
+    std::string scenario;
+    std::uint64_t seed = 0;
+  };
+  /// Makes a complete result folder at a path that does not exist yet.
+  using Make = std::function<void(const std::filesystem::path&)>;
+  /// Receives a description of each damaged file.
+  using Say = std::function<void(const std::string&)>;
+
+  explicit Cache(CachePlace place) : place_(std::move(place)) {}
+
+  /// Returns the recording of that key after checking every byte, or nullopt if it is missing or damaged.
+  std::optional<CachedRecording> find(const std::string& key, const Say& say) const;
+
+  /// Returns the recording of that key, made first if it is missing or damaged; waits while another process
+  /// makes it. Then removes the least recently used recordings that exceed the cache's size. Throws
+  /// FileError, and what `make` throws.
+  CachedRecording get(const std::string& key, const Label& label, const Make& make, const Say& say) const;
+
+  struct Entry : Label {
+    std::string key;
+    std::uintmax_t bytes = 0;
+    std::int64_t last_used_ns = 0;  ///< since 1970
+    bool in_use = false;
+  };
+  /// Returns the entries, the least recently used first: the folders that have the program's marker.
+  std::vector<Entry> list() const;
+
+  struct Cleaned {
+    std::size_t removed = 0, in_use = 0;  ///< entries; in_use: kept only because they are in use
+    std::size_t foreign = 0;              ///< kept because they contain files that the program did not make
+    std::uintmax_t bytes = 0;             ///< removed
+  };
+  /// Removes the least recently used entries until the others take at most that much. Keeps entries in use
+  /// and those with files that the program did not make.
+  Cleaned clean(std::uintmax_t most_bytes) const;
+
+  const CachePlace& place() const { return place_; }
+
+ private:
+  std::filesystem::path lock_file(const std::string& key) const;
+  bool is_own(const std::string& key) const;
+  bool is_whole(const std::string& key, const Say& say) const;
+  void make_entry(const std::string& key, const Label& label, const Make& make) const;
+  Entry read_entry(const std::string& key) const;
+  bool remove_if_unused(const std::string& key) const;
+
+  CachePlace place_;
+};
+
+}  // namespace sim::recording

@@ -1,0 +1,170 @@
+#include "sim/trials/log.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
+#include "sim/files/json.h"
+#include "sim/files/text.h"
+
+namespace sim::trials {
+namespace {
+
+namespace fs = std::filesystem;
+using files::FileError;
+using nlohmann::json;
+
+constexpr int kTriesOfTheLock = 20;
+constexpr useconds_t kPauseUs = 100'000;
+
+json number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+double number(const files::Json& value) {
+  if (!value.value().is_string()) return value.number();
+  const auto special = files::parse_number<double>(value.text());  // nan, inf or -inf
+  if (!special) value.fail("expected a number");
+  return *special;
+}
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what) {
+  throw FileError(file, what + ": " + std::strerror(errno));
+}
+
+/// Waits briefly, for a killed process that has not ended yet.
+files::FileLock lock_for_writing(const fs::path& file) {
+  using files::FileLock;
+  for (int attempt = 0; attempt <= kTriesOfTheLock; ++attempt) {
+    if (auto lock = FileLock::take(file, FileLock::How::try_exclusive)) return std::move(*lock);
+    ::usleep(kPauseUs);
+  }
+  throw FileError(file, "is being written by another process");
+}
+
+/// The records of a log, and how many bytes of its text are whole lines.
+struct Parsed {
+  std::map<std::string, TrialRecord> records;
+  std::size_t whole_bytes = 0;
+};
+
+Parsed parse(const fs::path& file, std::string_view text, std::string_view purpose) {
+  Parsed parsed;
+  std::string_view rest = text;
+  for (int line_number = 1;; ++line_number) {
+    const std::size_t end = rest.find('\n');
+    if (end == rest.npos) return parsed;
+    const std::string_view line = rest.substr(0, end);
+    rest.remove_prefix(end + 1);
+    if (line_number == 1) {
+      if (line != purpose)
+        throw FileError(file, fmt::format("is another log: {}, expected {}", line, purpose));
+    } else if (auto record = from_line(line)) {
+      parsed.records.emplace(record->key, std::move(*record));
+    } else if (rest.empty()) {
+      return parsed;  // torn by a power failure: the file has its length but not its content
+    } else {
+      throw FileError(file, fmt::format("line {} is not a record; the log was changed after it was written",
+                                        line_number));
+    }
+    parsed.whole_bytes = text.size() - rest.size();
+  }
+}
+
+}  // namespace
+
+std::optional<double> TrialRecord::value(std::string_view name) const {
+  const auto found = values.find(std::string(name));
+  return found == values.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::string to_line(const TrialRecord& record) {
+  json values = json::object();
+  for (const auto& [name, value] : record.values) values[name] = number(value);
+  nlohmann::ordered_json line{{"key", record.key}, {"seed", record.seed}, {"ending", record.ending}};
+  if (!record.cause.empty()) line["cause"] = record.cause;
+  line["values"] = values;
+  return files::json_text(line);
+}
+
+std::optional<TrialRecord> from_line(std::string_view line) {
+  try {
+    const files::Json read("record", line);
+    TrialRecord record{read.at("key").text(), read.at("seed").whole(), read.at("ending").text(), "", {}};
+    if (const auto cause = read.find("cause")) record.cause = cause->text();
+    for (const auto& [name, value] : read.at("values").entries()) record.values[name] = number(value);
+    return record;
+  } catch (const FileError&) {
+    return std::nullopt;
+  }
+}
+
+std::string trial_key(std::initializer_list<std::string_view> parts) {
+  files::Hash hash;
+  for (const std::string_view part : parts) hash.add_part(part);
+  return hash.hex();
+}
+
+TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
+    : file_(file), purpose_(purpose), lock_(lock_for_writing(file)), fd_(lock_.fd()) {
+  if (::fcntl(fd_, F_SETFL, O_APPEND) != 0) fail(file_, "cannot be opened");
+  read(purpose);
+}
+
+void TrialLog::read(std::string_view purpose) {
+  Parsed parsed = parse(file_, files::read_text(file_), purpose);
+  records_ = std::move(parsed.records);
+  if (::ftruncate(fd_, static_cast<off_t>(parsed.whole_bytes)) != 0) fail(file_, "cannot be written");
+  if (parsed.whole_bytes == 0) append(purpose);
+}
+
+void TrialLog::append(std::string_view line) const {
+  const std::string bytes = std::string(line) + "\n";
+  for (std::string_view rest = bytes; !rest.empty();) {
+    const ssize_t n = ::write(fd_, rest.data(), rest.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(file_, "cannot be written");
+    rest.remove_prefix(static_cast<std::size_t>(n));
+  }
+  if (::fsync(fd_) != 0) fail(file_, "cannot be synced to the disk");
+}
+
+const TrialRecord* TrialLog::find(const std::string& key) const {
+  const std::scoped_lock lock(mutex_);
+  const auto found = records_.find(key);
+  return found == records_.end() ? nullptr : &found->second;
+}
+
+std::size_t TrialLog::size() const {
+  const std::scoped_lock lock(mutex_);
+  return records_.size();
+}
+
+void TrialLog::add(const TrialRecord& record) {
+  const std::scoped_lock lock(mutex_);
+  if (records_.contains(record.key)) return;
+  append(to_line(record));
+  records_.emplace(record.key, record);
+}
+
+void TrialLog::sort() {
+  const std::scoped_lock lock(mutex_);
+  std::string text = purpose_ + "\n";
+  for (const auto& [key, record] : records_) text += to_line(record) + "\n";
+  files::write_atomically(file_, text);
+}
+
+std::map<std::string, TrialRecord> read_trial_log(const fs::path& file, std::string_view purpose) {
+  return parse(file, files::read_text(file), purpose).records;
+}
+
+}  // namespace sim::trials

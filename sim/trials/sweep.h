@@ -1,0 +1,80 @@
+// A sweep: every combination of values on every scenario and seed, checked before anything runs; and its
+// scores.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/scenario/scenario.h"
+#include "sim/scenario/yaml.h"
+#include "sim/trials/log.h"
+
+namespace sim::trials {
+
+/// A key given a value.
+struct Setting {
+  std::string key;
+  scenario::Yaml at, value;  ///< the nodes of the key and of its value
+};
+/// Settings that are made together.
+using Point = std::vector<Setting>;
+/// Points that are alternatives to each other.
+using Axis = std::vector<Point>;
+
+struct SweepSpec {
+  std::string name;  ///< the file's stem
+  std::vector<std::filesystem::path> scenarios;
+  std::vector<std::uint64_t> seeds;  ///< empty: not given
+  std::vector<Axis> axes;
+};
+
+/// The most trials of a sweep.
+inline constexpr std::size_t kMostTrials = 100'000;
+
+/// Reads a sweep's file (scenario or scenarios, seeds, parameters, samples) or a scenario's file, which is
+/// then the only scenario; and arguments KEY=VALUE,VALUE or KEY={from: ..., to: ...}. Ranges without points
+/// share Sobol samples: `samples` of them, or 16. Throws ConfigError at the first fault, except for values
+/// that their key does not accept.
+SweepSpec read_sweep(const std::filesystem::path& file, const std::vector<std::string>& arguments,
+                     std::optional<int> samples = std::nullopt);
+
+/// One scenario with one combination of values.
+struct Configuration {
+  scenario::ReadScenario read;
+  std::vector<std::string> values;  ///< of the keys of the plan, as YAML on one line
+};
+
+/// Trial i is configuration i / seeds.size() with seed i % seeds.size().
+struct SweepPlan {
+  std::string name;
+  std::vector<std::string> keys;  ///< that the sweep sets
+  std::vector<Configuration> configurations;
+  std::vector<std::uint64_t> seeds;
+
+  std::size_t trials() const { return configurations.size() * seeds.size(); }
+  /// The scenario of a trial with its seed.
+  scenario::ReadScenario scenario(std::size_t trial) const;
+};
+
+/// changes: changes of every scenario, made before those of the sweep. Throws ConfigError at a value that its
+/// key does not accept, or if there are more than kMostTrials.
+SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& seeds,
+                     const scenario::Changes& changes);
+
+/// Returns the record of the i-th trial of the plan, or nullptr if it has none.
+using RecordOf = std::function<const TrialRecord*(std::size_t)>;
+
+/// One line for each trial that has a record, after a line of titles (RFC 4180).
+std::string scores_csv(const SweepPlan& plan, const RecordOf& record);
+
+/// One line of JSON for each trial that has a record.
+std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record);
+
+/// Medians over the seeds of each configuration, of the first forty.
+std::string sweep_table(const SweepPlan& plan, const RecordOf& record);
+
+}  // namespace sim::trials

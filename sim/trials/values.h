@@ -1,0 +1,54 @@
+// Values of a scenario's keys to try: lists, ranges, and points spread over ranges.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "sim/scenario/scenario.h"
+#include "sim/scenario/yaml.h"
+
+namespace sim::trials {
+
+/// A range of a key, scaled to [0, 1] by its logarithm or linearly.
+struct Range {
+  std::string key;                ///< of the scenario
+  std::vector<std::string> also;  ///< further keys that get the same value
+  double low = 0, high = 1;
+  double start = 0;  ///< of a search; NaN if not given
+  bool logarithmic = true;
+  int points = 0;  ///< of a grid; 0: the range is sampled or searched
+
+  double value_at(double coordinate) const;  ///< coordinate in [0, 1]
+  double coordinate_of(double value) const;  ///< clamped to [0, 1]
+  /// The values of a grid: `points` of them, from low to high.
+  std::vector<double> grid() const;
+};
+
+/// Values of a key to try: YAML nodes, or a range.
+using Values = std::variant<std::vector<scenario::Yaml>, Range>;
+
+/// Reads `1`, `[1, 2]` or `{from: 1, to: 2, scale: log, points: 5, start: 1.5, also: [KEY]}`. Throws
+/// ConfigError at the node; for a range also if the key is not a number or does not accept its ends.
+Values read_values(const scenario::Yaml& key, const scenario::Yaml& node);
+
+/// Reads a range that is searched. Throws ConfigError as read_values does.
+Range read_range(const scenario::Yaml& key, const scenario::Yaml& node);
+
+/// Sets a key of the scenario to exactly that number.
+void set(scenario::Scenario& scenario, const std::string& key, double value);
+
+/// A number as a YAML node that reads back to the same bits; shortest: in at most 12 digits (0.1 + 0.2 is
+/// 0.3).
+scenario::Yaml number_node(double value, const scenario::Origin& origin, bool shortest);
+
+/// The largest dimension of sobol_points.
+inline constexpr std::size_t kMostSobolDimensions = 11;
+
+/// The first n points of the Sobol sequence after the origin (direction numbers of Joe and Kuo 2008). Of
+/// 2^k − 1 points and the origin, each dimension has one in each of 2^k equal parts.
+std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensions);
+
+}  // namespace sim::trials

@@ -1,0 +1,302 @@
+#include "sim/recording/cache.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/files/output_manifest.h"
+#include "sim/recording/manifest.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::recording {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::size_t kFrameBytes = 100'000;
+
+std::string key(char letter) { return std::string(32, letter); }
+
+/// The parts of a walk's result folder that the cache reads.
+void make_result(const fs::path& result) {
+  fs::create_directories(result / "recording");
+  ManifestWriter manifest(result / "recording");
+  files::HashedFile frame(result / "recording/frame.png");
+  frame.write(std::string(kFrameBytes, 'x'));
+  frame.close();
+  manifest.add("frame.png", frame.hash());
+  manifest.finish();
+  std::ofstream(result / "about.json") << R"({"scenario": "walk", "seed": 7})";
+}
+
+class CacheTest : public testing::Test {
+ protected:
+  static constexpr std::uintmax_t kRoomForTwo = 5 * kFrameBytes / 2;
+
+  CachedRecording get(char letter) {
+    return cache_.get(
+        key(letter), {"walk", 7}, [this](const fs::path& p) { ++made_, make_result(p); }, say());
+  }
+  Cache::Say say() {
+    return [this](const std::string& text) { said_.push_back(text); };
+  }
+  bool has(char letter) const { return fs::exists(cache_.place().folder / key(letter)); }
+
+  files::TemporaryFolder folder_;
+  Cache cache_{{folder_ / "cache", kRoomForTwo}};
+  int made_ = 0;
+  std::vector<std::string> said_;
+};
+
+TEST_F(CacheTest, ARecordingIsMadeOnce) {
+  EXPECT_TRUE(get('a').made);
+  const CachedRecording again = get('a');
+  EXPECT_FALSE(again.made);
+  EXPECT_EQ(made_, 1);
+  EXPECT_TRUE(fs::exists(again.folder / "recording/frame.png"));
+  EXPECT_FALSE(cache_.find(key('b'), say()));
+  EXPECT_THAT(said_, IsEmpty());
+}
+
+// Makes a folder read-only while this object lives; root becomes another user.
+class ReadOnly {
+ public:
+  explicit ReadOnly(const fs::path& folder) : folder_(folder) {
+    permit(fs::perm_options::remove);
+    if (before_ == 0) {
+      EXPECT_EQ(seteuid(kNobody), 0);
+    }
+  }
+  ~ReadOnly() {
+    EXPECT_EQ(seteuid(before_), 0);
+    permit(fs::perm_options::add);
+  }
+  ReadOnly(const ReadOnly&) = delete;
+  ReadOnly& operator=(const ReadOnly&) = delete;
+
+ private:
+  void permit(fs::perm_options how) const {
+    const auto writing = how == fs::perm_options::add
+                             ? fs::perms::owner_write
+                             : fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
+    fs::permissions(folder_, writing, how);
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      fs::permissions(entry.path(), writing, how);
+  }
+
+  static constexpr uid_t kNobody = 65534;
+  const uid_t before_ = geteuid();
+  fs::path folder_;
+};
+
+TEST_F(CacheTest, OneThatCannotBeWrittenServesWhatItHas) {
+  get('a');
+  std::optional<CachedRecording> reader;
+  {
+    const ReadOnly read_only(cache_.place().folder);
+    reader = get('a');
+    EXPECT_FALSE(reader->made);
+    EXPECT_TRUE(cache_.find(key('a'), say()));
+    ASSERT_EQ(cache_.list().size(), 1u);
+    EXPECT_EQ(cache_.list()[0].scenario, "walk");
+    EXPECT_THAT([&] { get('b'); },
+                testing::ThrowsMessage<files::FileError>(HasSubstr(
+                    "cache: does not have this recording whole, and it cannot be made there: Permission "
+                    "denied; GAITSLAM_CACHE names another folder")));
+  }
+  EXPECT_EQ(made_, 1);
+  EXPECT_THAT(said_, IsEmpty());
+  EXPECT_EQ(cache_.clean(0).in_use, 1u) << "the reader's lock counts";
+  EXPECT_TRUE(has('a'));
+}
+
+TEST_F(CacheTest, WhatCannotBeMadeLeavesNothing) {
+  const auto half = [](const fs::path& result) {
+    fs::create_directories(result / "recording");
+    throw std::runtime_error("no such robot");
+  };
+  EXPECT_THROW(cache_.get(key('a'), {}, half, say()), std::runtime_error);
+  EXPECT_FALSE(has('a'));
+  EXPECT_THAT(cache_.list(), IsEmpty());
+  EXPECT_TRUE(get('a').made);
+}
+
+TEST_F(CacheTest, ADamagedOneIsNamedAndMadeAgain) {
+  const fs::path frame = get('a').folder / "recording/frame.png";
+  std::fstream(frame, std::ios::in | std::ios::out | std::ios::binary) << 'y';
+  EXPECT_FALSE(cache_.find(key('a'), say()));
+  ASSERT_EQ(said_.size(), 1u);
+  EXPECT_THAT(said_[0], HasSubstr(frame.string() + ": edited"));
+  EXPECT_TRUE(get('a').made);
+  EXPECT_EQ(said_.size(), 2u) << "reported again when it is made again";
+  const CachedRecording made = get('a');
+  EXPECT_FALSE(made.made);
+  files::list_outputs(made.folder, {"video.mp4"});
+  EXPECT_TRUE(cache_.find(key('a'), say())) << "a command added a file";
+
+  std::ofstream(made.folder / "recording/frame.png") << "z";
+  files::Hash hash;
+  hash.add("z");
+  ManifestWriter manifest(made.folder / "recording");
+  manifest.add("frame.png", hash);
+  manifest.finish();
+  EXPECT_FALSE(cache_.find(key('a'), say()));
+  EXPECT_THAT(said_.back(), HasSubstr("another recording"));
+}
+
+// An entry with damaged files beside the recording is reported and made again.
+TEST_F(CacheTest, OneWithDamagedJsonHealsItself) {
+  const fs::path entry = cache_.place().folder / key('a');
+  for (const auto& [file, text] : {std::pair{"entry.json", R"({"recording": 5})"},
+                                   {"entry.json", R"({"recording": null, "files_xxh3_128": []})"},
+                                   {"entry.json", "[]"},
+                                   {"entry.json", ""},
+                                   {"result/about.json", R"({"scenario": 5})"},
+                                   {"result/about.json", "{"}}) {
+    get('a');
+    said_.clear();
+    std::ofstream(entry / file) << text;
+    EXPECT_FALSE(cache_.find(key('a'), say())) << text;
+    EXPECT_EQ(said_.size(), 1u) << text;
+    EXPECT_NO_THROW(cache_.list()) << text;
+    EXPECT_TRUE(get('a').made) << text;
+    EXPECT_TRUE(cache_.find(key('a'), say())) << text;
+  }
+}
+
+TEST_F(CacheTest, TheLeastRecentlyUsedGoesFirst) {
+  const auto use = [this](char letter) {
+    get(letter);
+    ::usleep(20000);  // more than the resolution of the file system's clock
+  };
+  use('a'), use('b'), use('a');
+  const auto two = cache_.list();
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_EQ(two[1].key, key('a'));
+  EXPECT_EQ(two[1].scenario, "walk");
+  EXPECT_EQ(two[1].seed, 7u);
+  EXPECT_GT(two[1].bytes, kFrameBytes);
+  use('c');
+  EXPECT_TRUE(has('a') && !has('b') && has('c'));
+}
+
+TEST_F(CacheTest, OneInUseIsNeverRemoved) {
+  const CachedRecording used = get('a');
+  get('b'), get('c');
+  EXPECT_TRUE(has('a')) << "though it was used longest ago";
+  EXPECT_TRUE(cache_.list()[0].in_use);
+  const Cache::Cleaned cleaned = cache_.clean(0);
+  EXPECT_EQ(cleaned.in_use, 1u);
+  EXPECT_TRUE(has('a') && !has('b') && !has('c'));
+  EXPECT_EQ(cleaned.removed, 2u);
+  EXPECT_GT(cleaned.bytes, 2 * kFrameBytes);
+}
+
+TEST_F(CacheTest, WhatHasNoMarkerOfTheCacheIsLeftAlone) {
+  get('a'), get('b');
+  const fs::path others = cache_.place().folder / key('c');
+  fs::create_directory(others);
+  std::ofstream(others / "thesis.tex") << "mine";
+  std::ofstream(cache_.place().folder / key('b') / "notes.txt") << "mine";
+  EXPECT_EQ(cache_.list().size(), 2u);
+  const Cache::Cleaned cleaned = cache_.clean(0);
+  EXPECT_EQ(cleaned.removed, 1u);
+  EXPECT_EQ(cleaned.foreign, 1u);
+  EXPECT_FALSE(has('a'));
+  EXPECT_TRUE(fs::exists(others / "thesis.tex") &&
+              fs::exists(cache_.place().folder / key('b') / "notes.txt"));
+  EXPECT_THROW(get('c'), files::FileError);
+}
+
+/// Runs `work` in another process.
+template <class Work>
+pid_t begin(Work work) {
+  const pid_t process = fork();
+  if (process != 0) return process;
+  work();
+  _exit(0);
+}
+
+TEST_F(CacheTest, OfTwoProcessesThatNeedItOneMakesIt) {
+  const auto slowly = [this](const fs::path& result) {
+    std::ofstream(folder_ / "made", std::ios::app) << 'x';
+    ::usleep(200000);
+    make_result(result);
+  };
+  std::vector<pid_t> processes;
+  for (int i = 0; i < 3; ++i)
+    processes.push_back(begin([&] { cache_.get(key('a'), {}, slowly, [](const std::string&) {}); }));
+  for (const pid_t process : processes) {
+    int status = 0;
+    ::waitpid(process, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+  EXPECT_EQ(fs::file_size(folder_ / "made"), 1u);
+  EXPECT_TRUE(cache_.find(key('a'), say()));
+}
+
+TEST_F(CacheTest, AMakerThatIsKilledLeavesNothingThatCounts) {
+  const pid_t maker = begin([&] {
+    cache_.get(
+        key('a'), {},
+        [&](const fs::path& result) {
+          make_result(result);
+          std::ofstream(folder_ / "half").put('x');
+          ::pause();
+        },
+        say());
+  });
+  while (!fs::exists(folder_ / "half")) ::usleep(1000);
+  ::kill(maker, SIGKILL);
+  ::waitpid(maker, nullptr, 0);
+  EXPECT_THAT(cache_.list(), IsEmpty());
+  EXPECT_FALSE(cache_.find(key('a'), say()));
+  EXPECT_FALSE(fs::is_empty(cache_.place().folder));
+  cache_.clean(0);
+  get('b');
+  EXPECT_EQ(cache_.clean(0).removed, 1u);
+  for (const auto& left : fs::directory_iterator(cache_.place().folder))
+    EXPECT_EQ(left.path().filename(), key('a') + ".lock") << "half a recording is left";
+  EXPECT_TRUE(get('a').made);
+}
+
+/// Sets variables of the environment for a test.
+class CachePlaceTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"GAITSLAM_CACHE", "XDG_CACHE_HOME", "GAITSLAM_CACHE_GB"}) ::unsetenv(name);
+    ::setenv("HOME", "/home/user", 1);
+  }
+  void TearDown() override { SetUp(), ::setenv("HOME", home_.c_str(), 1); }
+  const std::string home_ = std::getenv("HOME") ? std::getenv("HOME") : "/";
+};
+
+TEST_F(CachePlaceTest, FollowsTheEnvironment) {
+  EXPECT_EQ(cache_place().folder, "/home/user/.cache/gaitslam");
+  EXPECT_EQ(cache_place().most_bytes, 20'000'000'000u);
+  ::setenv("XDG_CACHE_HOME", "/caches", 1);
+  EXPECT_EQ(cache_place().folder, "/caches/gaitslam");
+  ::setenv("GAITSLAM_CACHE", "/mine", 1);
+  ::setenv("GAITSLAM_CACHE_GB", "0.5", 1);
+  EXPECT_EQ(cache_place().folder, "/mine");
+  EXPECT_EQ(cache_place().most_bytes, 500'000'000u);
+  for (const char* bad : {"much", "-1", "1GB", "nan"}) {
+    ::setenv("GAITSLAM_CACHE_GB", bad, 1);
+    EXPECT_THROW(cache_place(), std::invalid_argument) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace sim::recording
