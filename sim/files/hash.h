@@ -43,7 +43,7 @@ class HashedFile {
   Hash hash_;
 };
 
-/// SHA-256 (FIPS 180-4): 32 bytes, by which a page names the script that a browser may run.
+/// SHA-256 (FIPS 180-4), 32 bytes: pages identify their script with it.
 std::string sha256(std::string_view bytes);
 
 }  // namespace sim::files

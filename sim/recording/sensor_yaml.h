@@ -22,7 +22,7 @@ struct ImuNoise {
 /// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
 /// 1999), radial-tangential or equidistant.
 std::string camera_yaml(const RecordingSetup& setup);
-/// imu0 of ideal readings, with zero noise. begin: start of the first reading's interval, if any.
+/// imu0 of ideal readings, without noise. begin: start of the first interval, if there is a reading.
 std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
 /// imu0 of noisy readings, each of an instant.
 std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise);

@@ -38,7 +38,7 @@ struct Limits {
   static void keys(auto&& key) { choice<&Limits::ending>(key, kResultEndings, "endings of a run that pass"); }
 };
 
-/// Everything that shapes a run. Without camera there are no frames; without slam there is no filter.
+/// Everything that shapes a run. Without camera it has no frames, without slam no filter.
 struct Scenario {
   std::string name;
   std::uint64_t seed = 1;

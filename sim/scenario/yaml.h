@@ -9,7 +9,7 @@
 
 namespace sim::scenario {
 
-/// The user's input is invalid. what() is "file:line:column: key: what is wrong, expected ...".
+/// Invalid input. what() is "file:line:column: key: what is wrong, expected ...".
 class ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
