@@ -19,7 +19,7 @@ constexpr std::pair<std::string_view, std::string_view> kRenamed[]{
     {"suspect_share", "fault_flag_fraction"},
 };
 
-/// The reason, and the names that were removed for it, with a space after each.
+/// The reason, and the names that are gone for it, with a space after each.
 constexpr std::pair<std::string_view, std::string_view> kGone[]{
     {"never used: the planned orientation drifts as the feet slip",
      "slam.plan_orientation.enabled slam.plan_orientation.sigma_rad "},
