@@ -33,10 +33,9 @@ const FrameReport& Filter::step(const Observation& o) {
   const auto planned = internal_.advance_plan(o, seconds(interval));
   const InternalResult& internal =
       now_ ? predict_and_update(o, planned) : internal_.skip();  // eq. (6), section IV
-  const VisualInput input{o.image, o.t, interval, stands_still(o, planned, options_), o.plan.has_value(),
-                          frames_};
   const VisualResult& visual =
-      visual_.step(input, nis_of(internal.innovations, "height"), kalman_, tracking_);
+      visual_.step({o.image, o.t, interval, stands_still(o, planned, options_), o.plan.has_value(), frames_,
+                    nis_of(internal.innovations, "height"), kalman_, tracking_});  // section III-A
   const Evidence evidence = monitor(o, interval, visual);
   if (was_lost) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;

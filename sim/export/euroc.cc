@@ -89,7 +89,7 @@ class ImageWriter {
   bool within_;
   files::HashedFile camera_, times_;
   std::optional<slam::Stamp> first_reading_;
-  std::deque<Image> waiting_;  // for a reading after them
+  std::deque<Image> waiting_;  // for a later reading
 };
 
 constexpr const char* kOrbslam3Readme =

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/export/export.h"
+#include "sim/export/exported_run.h"
 #include "sim/export/lens_conversion.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"

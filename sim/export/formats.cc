@@ -18,7 +18,7 @@ ran) those of GaitSLAM's filter. `settings.yaml` is for ORB-SLAM3 (v1.0). In the
     evo_ape tum FOLDER/groundtruth.txt KeyFrameTrajectory.txt --align --correct_scale
 )";
 
-// Three lines before the first row, which is the number that readers skip.
+// Three lines before the first row: readers skip that many.
 std::string header(const char* what, const ExportContext& out, const char* columns) {
   return fmt::format("# {}\n# file: {}, seed {}\n# {}\n", what, out.run.name, out.run.seed, columns);
 }

@@ -53,9 +53,9 @@ Vector6d step(const std::vector<Sightline>& sights, const slam::CameraIntrinsics
       Vector6d J = Vector6d::Zero();
       J(axis) = along * bent;
       J.tail<4>() = p(axis) * along * powers;
-      const double centre = axis == 0 ? camera.u0_px : camera.v0_px;
+      const double center = axis == 0 ? camera.u0_px : camera.v0_px;
       A += J * J.transpose();
-      b += J * (sight.pixel(axis) - centre - p(axis) * along * bent);
+      b += J * (sight.pixel(axis) - center - p(axis) * along * bent);
     }
   }
   return A.ldlt().solve(b);

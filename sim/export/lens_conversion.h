@@ -1,5 +1,5 @@
-// The camera's lens for programs that do not know its model: fitted by the equidistant model, or removed from
-// the images.
+// The camera's lens for programs without its model: fitted by the equidistant model, or removed from the
+// images.
 #pragma once
 
 #include <opencv2/core.hpp>

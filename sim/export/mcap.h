@@ -25,7 +25,7 @@ class McapWriter {
   /// Before the first message. Returns the channel's number.
   std::uint16_t add_channel(const std::string& topic, const MessageType& type);
   void add_message(std::uint16_t channel, std::int64_t t_ns, std::string_view cdr);
-  /// Writes the indexes and closes the file, which is not a valid MCAP file before.
+  /// Writes the indexes and closes the file. Without them it is not a valid MCAP file.
   void finish();
 
   std::uint64_t messages() const;                       ///< all of them

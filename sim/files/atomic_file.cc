@@ -92,7 +92,7 @@ bool is_there(const fs::path& path) {
   return fs::exists(fs::symlink_status(path, fault));
 }
 
-// A name beside the folder that is free.
+// Returns a free name beside the folder.
 fs::path free_name(const fs::path& target) {
   fs::path name = target.string() + ".replaced";
   for (int i = 2; is_there(name); ++i) name = fmt::format("{}.replaced-{}", target.string(), i);

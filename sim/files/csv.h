@@ -1,4 +1,4 @@
-// Strict reading of comma-separated files, row by row: every complaint names file, line and column.
+// Strict reading of comma-separated files, row by row: errors name file, line and column.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,4 +1,4 @@
-// Hashes: XXH3 of bytes and of files while they are written, SHA-256.
+// XXH3 hashes of bytes and of files during writing; SHA-256.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ class Hash {
   std::uint64_t bytes_ = 0;
 };
 
-/// A file that is hashed while it is written. All members throw FileError.
+/// A file hashed during writing. All members throw FileError.
 class HashedFile {
  public:
   explicit HashedFile(const std::filesystem::path& file);
@@ -43,7 +43,7 @@ class HashedFile {
   Hash hash_;
 };
 
-/// SHA-256 (FIPS 180-4): 32 bytes. A page names the script that a browser may run by it.
+/// SHA-256 (FIPS 180-4), 32 bytes: pages identify their script with it.
 std::string sha256(std::string_view bytes);
 
 }  // namespace sim::files

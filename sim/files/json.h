@@ -1,5 +1,4 @@
-// Values of a JSON file, read strictly: one that is missing or of another type is an error that names the
-// file and the key.
+// Strict reading of JSON: errors about missing values and wrong types name the file and the key.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +15,11 @@
 
 namespace sim::files {
 
-/// A value of a JSON document and its key there ("metrics.rmse_m.value", "limits[0].passed"). The document
-/// lives as long as any of its values. All members throw FileError "file: key: what was expected and found".
+/// A value of a JSON document and its key there ("metrics.rmse_m.value", "limits[0].passed"). It keeps the
+/// document alive. All members throw FileError "file: key: expected ..., found ...".
 class Json {
  public:
-  /// The object that the whole text is. file: the name for errors.
+  /// The object in this text. file: its name in errors.
   Json(const std::filesystem::path& file, std::string_view text);
 
   /// The value of a key of this object.

@@ -29,7 +29,7 @@ std::string marker_text(const OutputNames& names) {
   return text;
 }
 
-// The path within the folder as the marker has it.
+// The path within the folder, in the form of the marker.
 std::string listed_as(const fs::path& path, const fs::path& folder) {
   return path.lexically_relative(folder).generic_string() + (is_real_folder(path) ? "/" : "");
 }

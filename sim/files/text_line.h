@@ -1,4 +1,4 @@
-// Lines of numbers in a text file, read strictly: every complaint names file, line and column.
+// Strict reading of lines of numbers: errors name file, line and column.
 #pragma once
 
 #include <chrono>

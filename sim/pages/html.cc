@@ -19,7 +19,7 @@ GAITSLAM_EMBED(gaitslam_page_style, GAITSLAM_BUNDLE "/pages.css")
 namespace sim::pages {
 namespace {
 
-constexpr double kEqualHeight = 520;  // px of a figure
+constexpr double kEqualHeight = 480;  // px of a figure
 
 // Pictures are part of the page and figures have their own styles. Nothing else is loaded.
 std::string content_security_policy(const std::vector<std::string_view>& scripts) {

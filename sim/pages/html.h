@@ -38,7 +38,7 @@ std::string table_html(std::string_view name, const std::vector<TableCell>& titl
 
 /// A figure with caption, drawing and legend, followed by `below` (HTML).
 std::string figure_html(const Figure& figure, const std::string& below = "", double height = 300,
-                        double width = 640);
+                        double width = 560);
 /// HTML of figures as a grid.
 std::string figures_html(const std::string& figures);
 std::string section_html(const std::string& id, std::string_view title, const std::string& inside);

@@ -6,7 +6,6 @@
 #include "sim/files/text.h"
 #include "sim/pages/paper.h"
 #include "sim/score/statistics.h"
-#include "sim/score/statistics.h"
 
 namespace sim::pages {
 namespace {

@@ -31,12 +31,12 @@ slam::Stamp first_stamp(const fs::path& rows) {
   return *first.stamp();
 }
 
-// Readings of an IMU one after another. Each stands for the time until halfway to its neighbours.
+// Readings of an IMU one after another. Each applies until halfway to its neighbors.
 class Readings {
  public:
   explicit Readings(const fs::path& file) : rows_(rows_of(file, 4)) { read(); }
 
-  /// Moves what lies before `until` into the observation.
+  /// Moves the readings before `until` into the observation.
   void move_to(slam::Stamp until, slam::Observation& o) {
     while (now_ && now_->begin < until) {
       const slam::Stamp end = std::min(now_->end, until);
@@ -75,7 +75,7 @@ class Readings {
   slam::Stamp half_{2'500'000};  // of the gap ahead of the last reading
 };
 
-// The rotation that takes the mean of the accelerometer's first readings to the z axis.
+// Rotation from the mean of the accelerometer's first readings to the z axis.
 Eigen::Matrix3d upright(const fs::path& imu_rows, const Eigen::Matrix3d& R_CG) {
   StampedRows rows = rows_of(imu_rows, 4);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -125,7 +125,7 @@ std::optional<fs::path> truth_folder(const fs::path& folder) {
   return std::nullopt;
 }
 
-// Poses of the body that the truth is of, at the given times of the recording's own clock.
+// Poses of the truth's body at the given times of the recording's clock.
 std::vector<files::TimedPose> interpolated(const fs::path& file, const std::vector<slam::Stamp>& times) {
   std::vector<files::TimedPose> poses;
   StampedRows rows = rows_of(file, 8);

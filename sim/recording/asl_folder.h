@@ -1,4 +1,4 @@
-// A recording of another program in the EuRoC/ASL layout: one camera and a gyro; accelerometer, walking plan
+// An external recording in the EuRoC/ASL layout: one camera and a gyro; accelerometer, walking plan
 // and truth if present.
 //
 //   mav0/cam0/{sensor.yaml,data.csv,data/*}       pinhole with radial-tangential or equidistant lens, T_BS
@@ -28,8 +28,8 @@ struct AslSensors {
   bool has_plan = false;
 };
 
-/// Reads the observations one after another. Throws FileError with file, and line and column, of what is
-/// missing or malformed.
+/// Reads the observations one after another. Throws FileError with file, line and column of missing or
+/// malformed data.
 class AslFolder {
  public:
   explicit AslFolder(const std::filesystem::path& folder);
@@ -40,7 +40,7 @@ class AslFolder {
   /// applies until halfway to its neighbors. Throws FileError at the end if no gyro reading came: then the
   /// clocks differ.
   std::optional<slam::Observation> next();
-  /// The part of the images that next() has given, 0 to 1.
+  /// Progress of next(), 0 to 1.
   double part() const;
 
  private:

@@ -23,7 +23,7 @@ class FilterInput {
   std::optional<slam::Observation> next();
   /// next() without the observations that the filter rejects because their stamps do not rise.
   std::optional<slam::Observation> next_in_order();
-  /// The part of the recording that was read, 0 to 1.
+  /// Progress of reading, 0 to 1.
   double part() const { return reader_.part(); }
 
  private:

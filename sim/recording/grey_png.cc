@@ -14,7 +14,7 @@ using Byte = unsigned char;
 
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
 constexpr std::size_t kHeaderBytes = 13;
-/// The bytes of a header after width and height: 8 bits, grey, deflate, adaptive filtering, not interlaced.
+/// Bytes of a header after width and height: 8 bits, grey, deflate, adaptive filtering, not interlaced.
 constexpr std::string_view kGrey8("\x08\0\0\0\0", 5);
 constexpr Byte kUp = 2;
 constexpr std::size_t kLargest = 1 << 14;  // width and height, pixels
@@ -25,7 +25,7 @@ std::size_t big_endian(std::string_view bytes) {
   return n;
 }
 
-/// The chunks that matter of a PNG file.
+/// The necessary chunks of a PNG file.
 struct Chunks {
   std::string_view header;
   std::string pixels;  ///< compressed

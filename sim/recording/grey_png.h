@@ -1,5 +1,4 @@
-// A fast coder of grey PNG images: coding them is a tenth of a run, decoding them most of a replay from the
-// disk.
+// A fast coder of grey PNG images: encoding takes a tenth of a run, decoding most of a replay from the disk.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -13,7 +12,7 @@ namespace sim::recording {
 /// nothing for other or damaged bytes; checks only the checksum of the pixels, not those of the chunks.
 std::optional<cv::Mat> decode_grey_png(std::string_view png);
 
-/// An 8-bit grey image as a PNG file. All rows have the filter "up", which is undone faster than the others.
+/// Encodes an 8-bit grey image as PNG. All rows have the filter "up", the fastest to reverse.
 std::string encode_grey_png(const cv::Mat& image);
 
 }  // namespace sim::recording

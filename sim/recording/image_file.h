@@ -17,7 +17,7 @@ struct ImageSize {
 /// damaged headers, and more than 2^30 pixels a side.
 std::optional<ImageSize> image_size(std::string_view bytes);
 
-/// Throws files::FileError unless the header of a PNG, JPEG, PGM or PPM gives this size; decodes nothing.
+/// Throws files::FileError unless the header of a PNG, JPEG, PGM or PPM has this size; decodes nothing.
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size);
 
 /// Decodes an image of this size; flags: as of cv::imdecode. Throws files::FileError, before decoding if the

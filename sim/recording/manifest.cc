@@ -14,7 +14,7 @@ constexpr const char* kHeader = "#xxh3_128,bytes,path";
 constexpr const char* kName = "manifest.csv";
 constexpr const char* kUnfinished = "manifest.unfinished";
 
-// Gives the file to `take` piece by piece.
+// Passes the file to `take` piece by piece.
 void for_each_piece(const fs::path& file, std::uintmax_t most,
                     const std::function<void(std::string_view)>& take) {
   files::InputFile input(file, most);

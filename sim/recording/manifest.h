@@ -1,5 +1,4 @@
-// The list of a recording's files with sizes and hashes, which names the file that is missing, truncated or
-// edited.
+// List of a recording's files with sizes and hashes, to find missing, truncated and edited files.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +13,8 @@
 
 namespace sim::recording {
 
-/// Writes `manifest.csv` into a folder. It has that name only after finish(), so that a folder without one is
-/// an unfinished recording. Memory does not grow with the number of files.
+/// Writes `manifest.csv` into a folder. It gets that name in finish(): a folder without one is an unfinished
+/// recording. Memory does not grow with the number of files.
 class ManifestWriter {
  public:
   explicit ManifestWriter(const std::filesystem::path& folder);
@@ -31,20 +30,20 @@ class ManifestWriter {
 /// A folder's `manifest.csv`, and the checks against it.
 class Manifest {
  public:
-  /// Throws FileError: no manifest (the recording was never finished), one that cannot be read, or one that
-  /// lists a file outside the folder, be it by a link.
+  /// Throws FileError if the manifest is missing (an unfinished recording), invalid, or lists a path outside
+  /// the folder, also by a link.
   explicit Manifest(const std::filesystem::path& folder);
 
-  /// Every listed file is there and has its size (contents are not read). Throws FileError naming the first
-  /// that is not.
+  /// Checks that every listed file exists and has its size, without reading it. Throws FileError with the
+  /// first other one.
   void check_sizes() const;
-  /// The file is listed and its content is what was recorded; reads it in pieces. Returns its full path.
+  /// Checks a listed file against its hash, reading it in pieces. Returns its full path. Throws FileError.
   std::filesystem::path check(const std::string& path) const;
-  /// The whole content of a listed file, `most` bytes at most. Throws FileError unless it is what was
-  /// recorded.
+  /// Returns the content of a listed file, `most` bytes at most. Throws FileError if it is not the recorded
+  /// one.
   std::string read(const std::string& path, std::uintmax_t most = files::kMostOfText) const;
   bool lists(const std::string& path) const { return entries_.contains(path); }
-  /// The manifest's own hash, which stands for the whole recording.
+  /// Hash of the manifest, and so of the whole recording.
   const std::string& hash() const { return hash_; }
 
  private:
@@ -52,7 +51,7 @@ class Manifest {
     std::uint64_t bytes = 0;
     std::string hash;
   };
-  /// Calls `take` with the pieces of a listed file, then throws FileError unless they are what was recorded.
+  /// Calls `take` with the pieces of a listed file. Throws FileError if they are not the recorded ones.
   void read_pieces(const std::string& path, std::uintmax_t most,
                    const std::function<void(std::string_view)>& take) const;
 

@@ -102,14 +102,13 @@ class RecordingWriter {
   void add(const TrueFeet& feet);        ///< at any rate
   void add(const score::Surface& surface);
 
-  /// All steps that a steered walk was free to correct; a walk that is not steered has no such file.
+  /// All steps that a steered walk could correct; other walks have no such file.
   void add(const std::vector<score::StepCorrection>& steps);
 
-  /// A small file of the recording's own, listed in the manifest.
+  /// A further small file, listed in the manifest.
   void add(const std::string& name, std::string_view text);
 
-  /// Closes all files and writes the manifest. Without a manifest the folder is an unfinished recording,
-  /// which no reader accepts.
+  /// Closes all files and writes the manifest. Readers reject folders without one as unfinished.
   void finish();
 
  private:
@@ -117,8 +116,8 @@ class RecordingWriter {
   std::unique_ptr<Files> files_;
 };
 
-/// Reads a recording's observations one after another and never opens its truth. Throws FileError that names
-/// file, line and column of whatever is missing, truncated, edited or malformed.
+/// Reads a recording's observations one after another, never its truth. Throws FileError with file, line and
+/// column of missing, truncated, edited or malformed data.
 class RecordingReader {
  public:
   explicit RecordingReader(const std::filesystem::path& folder);
@@ -128,7 +127,7 @@ class RecordingReader {
   const RecordingSetup& setup() const;
   /// The next observation; nothing after the last.
   std::optional<slam::Observation> next();
-  /// The part of the frames that next() has given, 0 to 1.
+  /// Progress of next(), 0 to 1.
   double part() const;
   /// One hash for the whole recording.
   const std::string& hash() const;

@@ -35,13 +35,13 @@ class StampedRows {
 
 // A row of plan0/data.csv: the planned motion of the camera at a frame.
 
-/// The header of the rows of plans like this one: all of a file have leg odometry, or none has.
+/// The header for plans like this one, with or without leg odometry; all plans of a file are alike.
 const std::string& plan_header(const slam::PlannedMotion& plan);
 
-/// The fields of a row under its header that follow its stamp; the same bits are read back.
+/// The fields of a row after its stamp; they read back bit for bit.
 std::string plan_fields(const slam::PlannedMotion& plan);
 
-/// The plan of a row under either header. Throws FileError.
+/// Reads the plan of a row with either header. Throws FileError.
 slam::PlannedMotion read_plan_row(const files::CsvReader& row);
 
 /// The fields 1 to 3 and 4 to 6 of a row of an IMU. Throw FileError if a reading is beyond any sensor.

@@ -56,7 +56,7 @@ std::vector<TrueFeet> read_feet(const Manifest& manifest) {
   return feet;
 }
 
-// Steps are decided at least a tick apart, and the time is that of the decision.
+// Steps are decided at least a tick apart; the time is that of the decision.
 std::vector<score::StepCorrection> read_corrected_steps(const Manifest& manifest) {
   std::vector<score::StepCorrection> steps;
   StampedRows rows = rows_of(manifest, kCorrectedSteps, {kCorrectedStepsHeader});

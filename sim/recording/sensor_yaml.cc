@@ -101,7 +101,7 @@ class Yaml {
 
   Eigen::Isometry3d pose(const std::string& key) const { return checked_pose(key, 1e-9); }
 
-  /// As pose(), for files that give few digits; the rotation is made orthonormal.
+  /// As pose(), for files with few digits; the rotation is made orthonormal.
   Eigen::Isometry3d rounded_pose(const std::string& key) const {
     Eigen::Isometry3d X = checked_pose(key, 1e-4);
     X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();

@@ -1,4 +1,4 @@
-// The sensor.yaml files of a recording: how the sensors sit on the robot, and the camera's intrinsics.
+// The sensor.yaml files of a recording: mounting of the sensors and intrinsics of the camera.
 #pragma once
 
 #include <filesystem>
@@ -18,12 +18,11 @@ struct ImuNoise {
   double accelerometer_walk = 0;     ///< m/s³/√Hz
 };
 
-/// cam0: body frame = chest IMU G, so T_BS = X_GC; T_SB = X_CG is what the filter is given. distortion_model:
+/// cam0: body frame = chest IMU G, so T_BS = X_GC; the filter uses T_SB = X_CG. distortion_model:
 /// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
 /// 1999), radial-tangential or equidistant.
 std::string camera_yaml(const RecordingSetup& setup);
-/// imu0 of ideal readings, with zero noise. begin: start of the first reading's interval, if there is a
-/// reading.
+/// imu0 of ideal readings, without noise. begin: start of the first interval, if there is a reading.
 std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
 /// imu0 of noisy readings, each of an instant.
 std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdio>
 
+#include "sim/scenario/limits.h"
 #include "sim/scenario/value.h"
 #include "sim/scenario/yaml_map.h"
 #include "sim/score/metrics.h"
@@ -22,12 +23,7 @@ constexpr std::array kSections{"camera"sv, "slam"sv};
 
 Gate read_gate(const Yaml& name, const Yaml& tolerance) {
   const std::string key = "gate." + name.text;
-  if (!score::find_metric(name.text)) {
-    std::vector<std::string_view> names;
-    for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
-    fail(name, key,
-         fmt::format("unknown metric '{}'{}", name.text, scenario::did_you_mean(name.text, names)));
-  }
+  if (!score::find_metric(name.text)) fail(name, key, scenario::unknown_metric(name.text));
   Gate gate{name.text};
   require_map(tolerance, key, "a tolerance, as in {percent: 10} or {absolute: 0.002}");
   const auto number = [&](const char* part, double& into) {
@@ -92,8 +88,8 @@ void require_different_names(const Suite& suite, const std::filesystem::path& fi
   for (const SuiteEntry& entry : suite.entries) {
     const std::string name = name_of(entry);
     if (std::find(names.begin(), names.end(), name) != names.end())
-      throw scenario::ConfigError(fmt::format(
-          "{}: two scenarios are called '{}'; set: [name=...] renames one", file.string(), name));
+      throw scenario::ConfigError(
+          fmt::format("{}: two scenarios are called '{}'; set: [name=...] renames one", file.string(), name));
     names.push_back(name);
   }
 }

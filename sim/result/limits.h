@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sim/result/score_file.h"
-#include "sim/result/score_table.h"
+#include "sim/result/table_style.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/statistics.h"
 

@@ -169,14 +169,6 @@ void write_json(const fs::path& file, const ordered_json& json) {
   files::write_text(file, files::json_text(json, 2) + "\n");
 }
 
-scenario::Ended ending_of(const RunRecord& record) {
-  using enum scenario::Ending;
-  const auto failure = record.tracked ? record.tracked->failure() : std::nullopt;
-  // A robot stops if the estimator that steers it fails.
-  const bool explains_stop = record.walk.ending == stopped && failure && failure->ending == estimator_failed;
-  return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
-}
-
 Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s) {
   const scenario::Scenario& scenario = record.scenario.scenario;

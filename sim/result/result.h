@@ -4,35 +4,13 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "sim/files/atomic_file.h"
-#include "sim/recording/recording.h"
+#include "sim/result/run_record.h"
 #include "sim/result/timing.h"
-#include "sim/scenario/scenario.h"
-#include "sim/tracking/tracking.h"
 
 namespace sim::result {
-
-/// The record of a finished run: its truth, the tracking, and its ending.
-struct RunRecord {
-  const scenario::ReadScenario& scenario;
-  scenario::Ended walk;
-  recording::RecordingSetup setup;
-  recording::Truth truth;
-  std::optional<tracking::Tracked> tracked;  ///< absent without slam
-  std::string recording_hash;
-  std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, without a planned waist
-  std::optional<std::string> counterfactual =
-      {};                                     ///< why the replayed filter would have steered another walk
-  std::optional<std::string> alignment = {};  ///< by which the truth placed an external trajectory in W
-  std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
-};
-
-/// Returns the ending of the walk, or of the estimate on a completed walk.
-scenario::Ended ending_of(const RunRecord& record);
 
 /// Called as simulated time advances, with the completed fraction (0 to 1).
 using Progress = std::function<void(double)>;

@@ -54,7 +54,7 @@ struct About {
   std::string cause;  ///< of the run's ending
   std::optional<scenario::Ended> walk;
   std::string counterfactual;  ///< of a replay: why its estimator would have steered another walk
-  std::string alignment;       ///< by which the truth placed an external trajectory in W
+  std::string alignment;       ///< of an external trajectory with the truth
   std::string recording;       ///< the hash of its manifest
   std::string models;          ///< the hash of the models of the walk
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key

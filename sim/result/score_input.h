@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/result/result.h"
+#include "sim/result/run_record.h"
 #include "sim/score/run.h"
 #include "walking/plan.h"
 

@@ -21,56 +21,16 @@ std::string_view name(slam::Health health) {
   return kNames[static_cast<std::size_t>(health)];
 }
 
-std::string nis_fields(const std::optional<slam::Nis>& nis) {
-  return nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
-}
-
-void write_frames(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string text = "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted";
-  for (const std::string_view sensor : score::kSensors) text += fmt::format(",nis_{0},dof_{0}", sensor);
-  text += ",health,cause,refused,suspect\n";
-  for (const tracking::TrackedFrame& frame : tracked.frames) {
-    const slam::FrameReport& r = frame.report;
-    text += fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured, r.accepted,
-                        r.initialized.size(), r.deleted.size());
-    for (const std::string_view sensor : score::kSensors)
-      text += nis_fields(slam::nis_of(r.innovations, sensor));
-    text += fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
-                        files::csv_field(r.refused), files::csv_field(r.suspect));
+// The row of frames.csv.
+std::string frame_row(const slam::FrameReport& r) {
+  std::string text = fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured,
+                                 r.accepted, r.initialized.size(), r.deleted.size());
+  for (const std::string_view sensor : score::kSensors) {
+    const auto nis = slam::nis_of(r.innovations, sensor);
+    text += nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
   }
-  files::write_text(folder / "frames.csv", text);
-}
-
-void write_map(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string text = fmt::format("#id,kind,{},begun [ns],attempts,successes\n", kPointColumns);
-  for (const slam::MapPoint& point : tracked.map) {
-    const Eigen::Matrix3d& P = point.covariance;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
-                        point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
-                        point.initialized.count(), point.attempts, point.successes);
-  }
-  files::write_text(folder / "map.csv", text);
-}
-
-void write_landmarks(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string text = "#landmark,begun [ns],u [px],v [px]\n";
-  for (const tracking::TrackedFrame& frame : tracked.frames)
-    for (const slam::Sighting& first : frame.report.initialized)
-      text += fmt::format("{},{},{},{}\n", first.landmark, frame.report.t.count(), first.pixel.x(),
-                          first.pixel.y());
-  files::write_text(folder / "landmarks.csv", text);
-}
-
-void write_maps(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string text = fmt::format("#timestamp [ns],id,{}\n", kPointColumns);
-  for (const tracking::TimedMap& map : tracked.maps)
-    for (const slam::MapPoint& point : map.points) {
-      const Eigen::Matrix3d& P = point.covariance;
-      text += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e}\n",
-                          map.t.count(), point.id, point.p_W.x(), point.p_W.y(), point.p_W.z(), P(0, 0),
-                          P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
-    }
-  files::write_text(folder / "map_over_time.csv", text);
+  return text + fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
+                            files::csv_field(r.refused), files::csv_field(r.suspect));
 }
 
 /// ",u,v" of a match, or two empty fields.
@@ -78,38 +38,61 @@ std::string fields_if(bool holds, const std::optional<Eigen::Vector2d>& match) {
   return holds && match ? fmt::format(",{:.3f},{:.3f}", match->x(), match->y()) : ",,";
 }
 
-void write_searches(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string text =
-      "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],found_v "
-      "[px],refused_u [px],refused_v [px]\n";
-  for (const tracking::TrackedFrame& frame : tracked.frames)
-    for (const slam::Search& s : frame.report.searched)
-      text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}{}\n", frame.report.t.count(),
-                          s.landmark, s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
-                          fields_if(s.used, s.match), fields_if(!s.used, s.match));
-  files::write_text(folder / "searches.csv", text);
+void write_frames(const fs::path& folder, const std::vector<tracking::TrackedFrame>& all) {
+  std::string frames = "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted",
+              landmarks = "#landmark,begun [ns],u [px],v [px]\n",
+              searches =
+                  "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],"
+                  "found_v [px],refused_u [px],refused_v [px]\n",
+              depths;
+  for (const std::string_view sensor : score::kSensors) frames += fmt::format(",nis_{0},dof_{0}", sensor);
+  frames += ",health,cause,refused,suspect\n";
+  for (const tracking::TrackedFrame& frame : all) {
+    const slam::FrameReport& r = frame.report;
+    frames += frame_row(r);
+    for (const slam::Sighting& first : r.initialized)
+      landmarks +=
+          fmt::format("{},{},{},{}\n", first.landmark, r.t.count(), first.pixel.x(), first.pixel.y());
+    for (const slam::Search& s : r.searched)
+      searches += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}{}\n", r.t.count(), s.landmark,
+                              s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
+                              fields_if(s.used, s.match), fields_if(!s.used, s.match));
+    for (const slam::DepthHypotheses& line : r.lines)
+      for (const slam::DepthParticle& p : line.particles)
+        depths += fmt::format("{},{},{:.4g},{:.3g}\n", r.t.count(), line.landmark, p.depth_m, p.probability);
+  }
+  files::write_text(folder / "frames.csv", frames);
+  files::write_text(folder / "landmarks.csv", landmarks);
+  files::write_text(folder / "searches.csv", searches);
+  if (!depths.empty())
+    files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + depths);
 }
 
-void write_depths(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string text;
-  for (const tracking::TrackedFrame& frame : tracked.frames)
-    for (const slam::DepthHypotheses& line : frame.report.lines)
-      for (const slam::DepthParticle& p : line.particles)
-        text += fmt::format("{},{},{:.4g},{:.3g}\n", frame.report.t.count(), line.landmark, p.depth_m,
-                            p.probability);
-  if (!text.empty())
-    files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + text);
+void write_maps(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string last = fmt::format("#id,kind,{},begun [ns],attempts,successes\n", kPointColumns),
+              over_time = fmt::format("#timestamp [ns],id,{}\n", kPointColumns);
+  for (const slam::MapPoint& point : tracked.map) {
+    const Eigen::Matrix3d& P = point.covariance;
+    last += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
+                        point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
+                        point.initialized.count(), point.attempts, point.successes);
+  }
+  for (const tracking::TimedMap& map : tracked.maps)
+    for (const slam::MapPoint& point : map.points) {
+      const Eigen::Matrix3d& P = point.covariance;
+      over_time += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e}\n",
+                               map.t.count(), point.id, point.p_W.x(), point.p_W.y(), point.p_W.z(), P(0, 0),
+                               P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
+    }
+  files::write_text(folder / "map.csv", last);
+  files::write_text(folder / "map_over_time.csv", over_time);
 }
 
 }  // namespace
 
 void write_tracked(const fs::path& folder, const tracking::Tracked& tracked) {
-  write_frames(folder, tracked);
-  write_map(folder, tracked);
-  write_landmarks(folder, tracked);
+  write_frames(folder, tracked.frames);
   write_maps(folder, tracked);
-  write_searches(folder, tracked);
-  write_depths(folder, tracked);
 }
 
 }  // namespace sim::result

@@ -1,5 +1,5 @@
-// The table of keys: reading, overrides, help, printing, sweeps and tuning all go through it. A key's line
-// stands beside the options that own it, in their function `keys`.
+// The table of keys for reading, overrides, help, printing, sweeps and tuning. A key's line is in the
+// function `keys` of the options struct that owns it.
 #pragma once
 
 #include <cassert>
@@ -19,8 +19,8 @@
 
 namespace sim::scenario {
 
-/// One thing that can be set in options, its owner. Its default is the member's initializer, its unit is in
-/// its name.
+/// A value that can be set in options, its owner. The member's initializer is its default, its name ends in
+/// its unit.
 class Key {
  public:
   /// find(owner): the value in it.
@@ -148,10 +148,10 @@ std::string former_name(std::string_view name);
 /// key.
 std::string unknown_key(std::string_view name);
 
-/// The default scenario with every optional section present: where defaults are read from.
+/// The default scenario with all optional sections, the source of defaults.
 const Scenario& default_scenario();
 
-/// True when the scenario has the section ("camera") that the key belongs to.
+/// True if the scenario has the section ("camera") of the key.
 bool has_section(const Scenario& scenario, std::string_view key);
 
 /// True for a key that shapes what ideal sensors record: below walk, stabilizer, world or camera. The seed
@@ -165,8 +165,8 @@ bool shapes_estimate(std::string_view key);
 /// steers the walk also shapes_estimate(key).
 bool shapes_recording(const Scenario& scenario, std::string_view key);
 
-/// The unit that a key's name ends in: "walk.step_length_m" -> "m", "gyro.sigma_rad_s" -> "rad/s"; "" for
-/// none.
+/// Returns the unit in a key's name: "walk.step_length_m" -> "m", "gyro.sigma_rad_s" -> "rad/s"; "" without
+/// one.
 std::string_view unit_of(std::string_view key);
 
 }  // namespace sim::scenario

@@ -20,7 +20,7 @@ constexpr std::array kAggregates{"median"sv, "mean"sv, "worst"sv};
 constexpr std::array kBounds{"at_most"sv, "at_least"sv};
 constexpr Domain kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 
-/// Takes the last dotted part off a name.
+/// Removes and returns the last dotted part of a name.
 std::string_view take_last(std::string_view& name) {
   const std::size_t dot = name.rfind('.');
   const std::string_view last = name.substr(dot + 1);
@@ -28,7 +28,7 @@ std::string_view take_last(std::string_view& name) {
   return last;
 }
 
-/// The place of name among the choices, or a failure that names them.
+/// Returns the index of name among the choices, or throws a ConfigError that lists them.
 std::size_t choose(const Yaml& at, const std::string& key, std::string_view name,
                    std::span<const std::string_view> choices) {
   const auto found = std::find(choices.begin(), choices.end(), name);

@@ -19,7 +19,7 @@ std::string unknown_metric(std::string_view name);
 void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
                 std::vector<MetricLimit>& limits);
 
-/// True when the value is on the limit's good side, or on it.
+/// True if the value satisfies the limit.
 bool keeps(const MetricLimit& limit, double value);
 
 /// "ate_se3_rmse_m.median"

@@ -1,5 +1,4 @@
-// All that a scenario sets: the walk, the world, the sensors' errors, the filter, and the limits its score
-// must keep.
+// Contents of a scenario: walk, world, sensor errors, filter, and limits of the score.
 #pragma once
 
 #include <array>
@@ -20,10 +19,10 @@
 
 namespace sim::scenario {
 
-/// Which way a limit holds its metric.
+/// Direction of a limit.
 enum class Bound { at_most, at_least };
 
-/// What a metric must keep. aggregate: empty (each run on its own), or over seeds: "median", "mean", "worst".
+/// Limit of a metric. aggregate: empty (for each run), or over seeds: "median", "mean", "worst".
 struct MetricLimit {
   std::string metric, aggregate;
   Bound bound = Bound::at_most;
@@ -31,7 +30,7 @@ struct MetricLimit {
   bool operator==(const MetricLimit&) const = default;
 };
 
-/// The scenario's keys limits.*: what a run must keep to pass.
+/// The scenario's keys limits.*: conditions for a run to pass.
 struct Limits {
   std::vector<std::string> ending{"completed"};  ///< names of Endings
   std::vector<MetricLimit> metrics;
@@ -39,8 +38,7 @@ struct Limits {
   static void keys(auto&& key) { choice<&Limits::ending>(key, kResultEndings, "endings of a run that pass"); }
 };
 
-/// All that shapes a run, and nothing else does. Without camera there are no frames; without slam no filter
-/// runs.
+/// Everything that shapes a run. Without camera it has no frames, without slam no filter.
 struct Scenario {
   std::string name;
   std::uint64_t seed = 1;

@@ -19,7 +19,7 @@ constexpr int kMostBases = 100;  // a few files that name each other often would
 constexpr const char* kCommands = "walk.commands";
 constexpr const char* kBase = "base";  // not in the table of keys
 
-/// The parts that can follow `section` ("" for the top): "walk" -> {"single_support_s", ...}.
+/// Parts below `section` ("" for the top): "walk" -> {"single_support_s", ...}.
 std::vector<std::string_view> parts_below(std::string_view section) {
   std::vector<std::string_view> parts;
   for (const auto& key : scenario_keys()) {
@@ -46,7 +46,7 @@ std::string suggest_elsewhere(std::string_view part) {
   return "";
 }
 
-/// Names the longest known section of the path, and what it has.
+/// Names the longest known section of the path and its parts.
 [[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
   if (const std::string former = former_name(path); !former.empty()) fail(at, path, former);
   std::string section = path;
@@ -71,13 +71,13 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
   return a == b || std::filesystem::equivalent(a, b, fault);
 }
 
-/// Fills a scenario from the trees of files and from overrides; what is read later replaces what was read
-/// before. All members throw ConfigError.
+/// Fills a scenario from the trees of files and from overrides; later values replace earlier ones. All
+/// members throw ConfigError.
 class ScenarioReader {
  public:
   ReadScenario result;
 
-  /// All keys of a file, after those of the files that its key `base` names. root.origin.file: its path.
+  /// Reads all keys of a file, after those of its bases. root.origin.file: its path.
   void read_file(const Yaml& root);
 
   /// Names the scenario after the file, unless it has a key `name`; the name of a base is not inherited.

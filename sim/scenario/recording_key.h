@@ -1,4 +1,5 @@
-// The determinants of a recording: the hash that names it in the cache, and the keys that a replay cannot change.
+// The determinants of a recording: the hash that names it in the cache, and the keys that a replay cannot
+// change.
 #pragma once
 
 #include <filesystem>

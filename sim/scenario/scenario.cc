@@ -10,7 +10,7 @@
 namespace sim::scenario {
 namespace {
 
-/// Throws ConfigError at the command that makes the walk too long to be planned in a reasonable time.
+/// Throws ConfigError at the command that makes the walk too long.
 void check_length(const ReadScenario& read, const Yaml& root) {
   try {
     walking::Timeline(read.scenario.walk, {}, Eigen::Vector2d::Zero());

@@ -1,4 +1,4 @@
-// One scenario, one YAML file, which may change others: reading and writing.
+// Reading and writing scenarios: YAML files, which may change others.
 #pragma once
 
 #include <filesystem>
@@ -30,12 +30,11 @@ struct Changes {
   std::vector<std::string> with{};   ///< YAML files
 };
 
-/// Reads a scenario strictly, after the files that its key `base` names (paths relative to the file's
-/// folder): what it sets itself replaces what they set. Throws ConfigError (yaml.h) at the first thing that
-/// is not as it should be.
+/// Reads a scenario strictly. Its keys replace those of the files that its key `base` names (paths relative
+/// to the file's folder). Throws ConfigError (yaml.h) at the first error.
 ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
 
-/// The same from text; file_name is what messages call it, its stem names the scenario.
+/// The same from text. file_name: its name in messages; its stem names the scenario.
 ReadScenario read_scenario_text(std::string_view text, const std::string& file_name,
                                 const Changes& changes = {});
 

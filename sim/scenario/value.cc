@@ -12,7 +12,7 @@
 namespace sim::scenario {
 namespace {
 
-/// "'0.1 m'": what the user wrote, shortened, for a message.
+/// "'0.1 m'": the input, shortened, for a message.
 std::string as_written(const Yaml& node) {
   switch (node.kind) {
     case Yaml::Kind::empty:
@@ -32,7 +32,7 @@ std::string as_written(const Yaml& node) {
   fail(node, key, fmt::format("is {}, expected {}", as_written(node), expectation));
 }
 
-/// 017 is fifteen to some readers and seventeen to others.
+/// 017 is 15 for some programs and 17 for others.
 bool has_leading_zero(std::string_view text) {
   if (text.starts_with('-')) text.remove_prefix(1);
   return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
@@ -42,7 +42,7 @@ std::string leading_zero_note(const Yaml& node) {
   return has_leading_zero(node.text) ? " without leading zeros" : "";
 }
 
-/// The whole of a plain scalar as a number, or nothing.
+/// Returns a plain scalar as a number, or nothing.
 template <class Number>
 std::optional<Number> number(const Yaml& node) {
   Number value{};

@@ -1,5 +1,4 @@
-// Values as users write them: numbers, switches, words and lists, each read strictly and printed so that it
-// reads back.
+// Values in YAML: numbers, switches, words and lists, read strictly and printed so that they read back.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +21,7 @@ struct Domain {
   std::span<const std::string_view> choices{};
 };
 
-/// "a number from 0 to 1", "true or false", ...: what the reader expects for a value of this type.
+/// "a number from 0 to 1", "true or false", ...: expected values of this type.
 std::string expected(const Domain& domain, const double&);
 std::string expected(const Domain& domain, const int&);
 std::string expected(const Domain& domain, const std::uint64_t&);
@@ -57,7 +56,7 @@ std::string expected(const Domain& domain, const estimators::EstimatorChoice&);
 void read(const Yaml& node, std::string_view key, const Domain& domain, estimators::EstimatorChoice& choice);
 std::string print(const Domain& domain, const estimators::EstimatorChoice& choice);
 
-/// The place of a word among the domain's choices. Throws ConfigError.
+/// Returns the index of a word among the domain's choices. Throws ConfigError.
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain);
 /// "one of a, b"
 std::string expected_choice(const Domain& domain);

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::size_t kMostKeys = 1000;  // of one map: each is compared with all before it
 
-/// Builds the tree from the parser's events: unlike YAML::Node it sees aliases, tags and each key's own
-/// position.
+/// Builds the tree from the parser's events, which include aliases, tags and positions of keys, unlike
+/// YAML::Node.
 class TreeBuilder : public YAML::EventHandler {
  public:
   explicit TreeBuilder(const Origin& origin) : origin_(origin) {}
@@ -118,7 +118,7 @@ bool has_word(std::string_view text, std::string_view word) {
   return false;
 }
 
-/// The first candidate that has what was typed as a word: "ate" for ate_se3_rmse_m. Empty where none has.
+/// Returns the first candidate that contains the typed word: "ate" for ate_se3_rmse_m; "" without one.
 std::string_view word_of_candidate(std::string_view typed, std::span<const std::string_view> candidates) {
   constexpr std::size_t kShortest = 3;
   if (typed.size() < kShortest) return "";

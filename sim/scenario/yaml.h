@@ -1,4 +1,4 @@
-// YAML with a position on every node, read strictly: no doubled keys, no aliases, no tags, one document.
+// YAML with a position on every node, read strictly: unique keys, no aliases, no tags, one document.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace sim::scenario {
 
-/// The user's input is invalid. what() is "file:line:column: key: what is wrong, expected ...".
+/// Invalid input. what() is "file:line:column: key: what is wrong, expected ...".
 class ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -31,14 +31,14 @@ struct Yaml {
   std::vector<Yaml> keys, items;
 };
 
-/// Throws ConfigError at the node's position. key may be empty (a fault of the whole file).
+/// Throws ConfigError at the node's position. key may be empty (an error of the whole file).
 [[noreturn]] void fail(const Yaml& node, std::string_view key, std::string_view message);
 
 /// Parses one document. Throws ConfigError.
 Yaml parse_yaml(std::string_view text, const Origin& origin);
 
-/// "; did you mean 'x'?" for the candidate nearest to what was typed, else for the first that has it as a
-/// whole word (ate in ate_se3_rmse_m), or nothing when there is neither.
+/// "; did you mean 'x'?" for the candidate nearest to the typed word, else for the first that contains it as
+/// a whole word (ate in ate_se3_rmse_m), else "".
 std::string did_you_mean(std::string_view typed, std::span<const std::string_view> candidates);
 
 /// Text as a YAML scalar that reads back as the same text.

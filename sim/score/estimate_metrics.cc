@@ -52,7 +52,7 @@ MetricDefinition ate_metric(const std::string& name, const std::string& alignmen
 template <typename Error>
 Value rpe_over_1m(C c, Error error) {
   Numbers errors;
-  for (const Span& span : spans(c.pairs, {Spans::Unit::metres, 1, true, 0.1, true}))
+  for (const Span& span : spans(c.pairs, {Spans::Unit::meters, 1, true, 0.1, true}))
     errors.push_back(error(relative_difference(c.pairs, span)));
   if (errors.empty()) return Absent{"the true path has no such spans"};
   return root_mean_square(errors);

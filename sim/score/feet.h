@@ -27,7 +27,7 @@ struct FootSample {
   Pose2 truth, plan;
   bool planned_down = true;  ///< the plan has the foot on the ground
   double load = 0;           ///< vertical force as a fraction of the robot's weight
-  Pose2 creep;               ///< slip below the friction cone, an artefact of the contact model
+  Pose2 creep;               ///< slip below the friction cone, an artifact of the contact model
 };
 /// Both feet at one instant.
 struct FeetSample {

@@ -12,7 +12,7 @@
 
 namespace sim::score {
 
-/// The pixel of a landmark in the image of a time.
+/// The pixel of a landmark in one image.
 struct StampedPixel {
   Stamp t{0};
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
@@ -41,7 +41,7 @@ const TimedPose* pose_at(const Trajectory& trajectory, Stamp t);
 std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
                                              const std::vector<Surface>& surfaces, const TrueCamera& camera);
 
-/// The times at which the planned waist has turned a quarter and three quarters of the plan's total turn.
+/// The times after a quarter and after three quarters of the plan's total turn.
 struct TurnMarks {
   Stamp quarter{0}, three_quarters{0};
 };
@@ -53,7 +53,7 @@ std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 /// An early landmark that was found again.
 struct LoopLandmark {
   int id = 0;
-  Stamp found{0};       ///< its first match that counts, wherever on the path
+  Stamp found{0};       ///< its first match that counts, anywhere on the path
   bool closes = false;  ///< also matched after three quarters of the turn
 };
 

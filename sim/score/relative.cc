@@ -21,7 +21,7 @@ double turn(const PosePair& from, const PosePair& to, const Spans& which) {
   return rotation_vector(R).norm() * (which.unit == Unit::degrees ? 180 / std::numbers::pi : 1);
 }
 
-// The place of each pose along the path: frames, metres, radians or degrees turned, or seconds.
+// The place of each pose along the path: frames, meters, radians or degrees turned, or seconds.
 std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
   std::vector<double> all;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -30,7 +30,7 @@ std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& whic
     if (which.unit == Unit::frames) all.push_back(static_cast<double>(i));
     if (which.unit == Unit::seconds)
       all.push_back(static_cast<double>((pairs[i].t - pairs[0].t).count()) * 1e-9);
-    if (which.unit == Unit::metres)
+    if (which.unit == Unit::meters)
       all.push_back(i == 0 ? 0 : all.back() + (position(i) - position(i - 1)).norm());
   }
   return all;
@@ -41,7 +41,7 @@ double rounding(const Spans& which) { return which.unit == Unit::seconds ? 0.5e-
 
 std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
   std::vector<Span> spans;
-  bool begun = which.unit != Unit::metres;
+  bool begun = which.unit != Unit::meters;
   const double enough = which.delta - rounding(which);
   std::size_t from = 0;
   for (std::size_t i = 1; i < place.size(); ++i) {

@@ -1,4 +1,4 @@
-// Relative pose error (Sturm et al. 2012): the error of the motion over a span of frames, metres, seconds,
+// Relative pose error (Sturm et al. 2012): the error of the motion over a span of frames, meters, seconds,
 // rotation or footsteps.
 #pragma once
 
@@ -10,17 +10,17 @@
 namespace sim::score {
 
 /// A kind of spans of motion. Consecutive spans: each starts at the end of the previous one and ends at the
-/// first pose at least `delta` away; of metres, the first span starts once delta has been walked. These are
-/// evo's numbers for frames, metres, degrees and radians. All spans: one from each pose to the later pose
+/// first pose at least `delta` away; of meters, the first span starts once delta has been walked. These are
+/// evo's numbers for frames, meters, degrees and radians. All spans: one from each pose to the later pose
 /// nearest to delta away, if it differs from delta by at most `tolerance` times delta (frames: not at all).
 /// Rotation adds up from frame to frame in consecutive spans; all spans of rotation are all pairs of poses
 /// that are delta apart.
 struct Spans {
-  enum class Unit { frames, metres, seconds, radians, degrees, footsteps } unit = Unit::frames;
+  enum class Unit { frames, meters, seconds, radians, degrees, footsteps } unit = Unit::frames;
   double delta = 1;
   bool all = false;
   double tolerance = 0.1;
-  bool along_truth = false;        ///< metres and rotation: of the true path, not of the estimated one
+  bool along_truth = false;        ///< meters and rotation: of the true path, not of the estimated one
   std::vector<Stamp> footsteps{};  ///< planned landings of feet; every delta-th ends a span
 };
 

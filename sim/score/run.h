@@ -24,7 +24,7 @@ struct EstimatedPose {
   std::optional<Matrix6d> covariance = Matrix6d::Identity();
 };
 
-/// The sensors whose innovations are scored, in the order of Run::innovations. They are named as in
+/// The sensors of Run::innovations, in its order. They are named as in
 /// slam::SensorInnovation; the metrics nis_<sensor>_... and the columns of frames.csv follow.
 inline constexpr std::array kSensors{std::string_view("vision"), std::string_view("gyro"),
                                      std::string_view("plan_velocity"), std::string_view("height")};
@@ -48,10 +48,10 @@ struct PlannedTimes {
   std::vector<Stamp> footsteps;
 };
 
-/// The path that the commands of a walk describe, laid into W at the start.
+/// The commanded path, laid into W at the start.
 struct DesiredPath {
-  Trajectory waist;                                       ///< X_WB wanted at the stamps of the true waist
-  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();  ///< X_WB wanted at the end
+  Trajectory waist;                                       ///< commanded X_WB at the stamps of the true waist
+  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();  ///< commanded X_WB at the end
   std::vector<std::pair<Stamp, Stamp>> laps;  ///< start and end of each lap, if the walk repeats commands
 };
 

@@ -62,13 +62,13 @@ Summary summarize(const std::vector<double>& values, const Direction& direction)
 
 /// Two-sided p-value of the signed rank test (Wilcoxon 1945) that paired differences are symmetric about 0.
 /// Zeros are skipped; equal sizes share their mean rank. Exact for up to 50 differences, by the normal
-/// approximation with corrections for ties and continuity beyond. 1 when nothing differs. All values finite.
+/// approximation with corrections for ties and continuity beyond. 1 if nothing differs. All values finite.
 double wilcoxon_signed_rank(const std::vector<double>& differences);
 
 /// Two-sided p-value of the rank sum test (Wilcoxon 1945, Mann & Whitney 1947) that two sets of values, of
 /// different seeds, come from the same distribution. Equal values share their mean rank. Exact (all ways of
-/// dealing the ranks out) for up to 100 values in all, by the normal approximation with corrections for ties
-/// and continuity beyond. 1 when one set is empty. All values finite.
+/// assigning the ranks) for up to 100 values in all, by the normal approximation with corrections for ties
+/// and continuity beyond. 1 if one set is empty. All values finite.
 double rank_sum(const std::vector<double>& a, const std::vector<double>& b);
 
 /// Returns a confidence interval of at least 95 % for the median of the distribution that the values sample,

@@ -1,4 +1,4 @@
-// Where a ray first meets a surface of the room.
+// The first surface of the room on a ray.
 #pragma once
 
 #include <optional>

@@ -56,8 +56,7 @@ double yaw(const Eigen::Matrix3d& R);
 std::vector<double> position_errors(const std::vector<PosePair>& pairs);
 /// The angle of R_estimateᵀ R_true of each pair, rad.
 std::vector<double> orientation_errors(const std::vector<PosePair>& pairs);
-/// The rotation about W's z from the estimated orientation to the nearest to the true one, rad, left
-/// positive.
+/// The rotation about W's z that turns the estimated orientation closest to the true one, rad, left positive.
 double yaw_error(const PosePair& pair);
 
 /// Greatest minus least height (z), m; 0 for none.

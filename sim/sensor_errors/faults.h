@@ -9,7 +9,7 @@
 
 namespace sim::sensor_errors {
 
-/// While a fault lasts: [from, from + duration) on the run's clock.
+/// Duration of a fault: [from, from + duration) on the run's clock.
 struct Span {
   double from_s = 0, duration_s = 1;
 

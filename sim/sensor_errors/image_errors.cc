@@ -32,13 +32,13 @@ const std::array<int, 4096>& normal_table() {
   return table;
 }
 
-// The index into the responses of the light of a grey level under a weight.
+// Index into the responses for the light of a grey level under a weight.
 std::size_t light(int grey, int weight) {
   return static_cast<std::size_t>(std::min((grey * weight) >> 8, 4095));
 }
 
-// Gives each pixel the mean and the noise of the response that response_at(row)(column, grey) returns. Five
-// pixels share 64 random bits; the arithmetic is fixed point with 20 binary places.
+// Gives each pixel the mean and noise of response_at(row)(column, grey). Five pixels share 64 random bits;
+// the arithmetic is fixed point with 20 binary places.
 template <typename ResponseAt>
 cv::Mat noisy(const cv::Mat& image, Random random, const ResponseAt& response_at) {
   const std::array<int, 4096>& z = normal_table();

@@ -1,4 +1,4 @@
-// Errors of the camera's image: vignetting, exposure, noise, gain, and the faults that dim or cover it.
+// Errors of the camera's image: vignetting, exposure, noise, gain, and faults that dim or cover it.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace sim::sensor_errors {
 
-/// The scenario's keys errors.image.*. Lost and late pictures are the work of SensorErrors. The fixed-point
-/// noise has room for these ranges and no more.
+/// The scenario's keys errors.image.*. SensorErrors applies loss and latency. The fixed-point noise allows no
+/// larger ranges.
 struct ImageOptions {
   double read_sigma_grey = 1.0, shot_sigma_grey = 1.0;
   double gain = 1.0;
@@ -49,7 +49,7 @@ class ImageErrors {
  public:
   ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults);
 
-  /// A new image; `ideal` is CV_8UC1.
+  /// Returns a new image; `ideal` is CV_8UC1.
   cv::Mat apply(const cv::Mat& ideal, slam::Stamp t);
 
  private:
@@ -58,7 +58,7 @@ class ImageErrors {
   cv::Mat evenly_lit(const cv::Mat& image, int weight, slam::Stamp t) const;
   cv::Mat vignetted(const cv::Mat& image, int weight, slam::Stamp t);
 
-  /// The pixel that an amount of light (1/16 grey) gives: its mean in 2^-20 grey and its noise in 1/256 grey.
+  /// Pixel of an amount of light (1/16 grey): its mean in 2^-20 grey and its noise in 1/256 grey.
   struct Response {
     int mean = 0, sigma = 0;
   };

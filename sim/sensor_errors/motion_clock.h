@@ -1,5 +1,5 @@
-// The clock of the motion computer, which is off by a constant: its readings and its plan reach the filter
-// with stamps that are not those of the camera's clock.
+// The clock of the motion computer with a constant offset: its readings and plan reach the filter with wrong
+// stamps.
 #pragma once
 
 #include <deque>
@@ -10,17 +10,17 @@
 
 namespace sim::sensor_errors {
 
-/// Assembles the observations of the vision computer, which takes the motion computer's stamps for right.
+/// Assembles the observations of the vision computer, which trusts the motion computer's stamps.
 class MotionClock {
  public:
-  /// offset: how much later the motion computer's stamps are than the vision computer's, of the same moment.
+  /// offset: stamps of the motion computer minus those of the vision computer at the same time.
   explicit MotionClock(slam::Stamp offset) : offset_(offset) {}
 
-  /// Takes an observation with true stamps and returns those that are complete by now: with a clock that is
-  /// behind, a frame waits for its motion. A reading across a frame is split there; the plan is interpolated.
+  /// Adds an observation with true stamps and returns the complete ones: if the clock is behind, frames wait
+  /// for their motion. Readings across a frame are split; the plan is interpolated.
   std::vector<slam::Observation> process(slam::Observation observation);
 
-  /// The frames that still wait, with the motion known so far.
+  /// Returns the waiting frames with the motion known so far.
   std::vector<slam::Observation> flush();
 
  private:

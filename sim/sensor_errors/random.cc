@@ -7,7 +7,7 @@
 namespace sim::sensor_errors {
 namespace {
 
-// The finaliser of splitmix64 (Steele, Lea & Flood 2014): a bijection of 64 bits that leaves no pattern.
+// The finalizer of splitmix64 (Steele, Lea & Flood 2014): a bijection of 64 bits without patterns.
 std::uint64_t mix(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
@@ -23,7 +23,7 @@ std::uint64_t fnv1a(std::string_view text) {
 }
 
 // Natural logarithm by the series of 2 artanh((m - 1) / (m + 1)), m in [√½, √2): the same bits on every
-// machine, which the C library does not promise. x > 0 and normal.
+// machine, unlike the C library's. x > 0 and normal.
 double fixed_log(double x) {
   const auto word = std::bit_cast<std::uint64_t>(x);
   int exponent = static_cast<int>(word >> 52) - 1023;

@@ -1,5 +1,4 @@
-// Named random streams from one seed. The generator is counter-based, so that a new stream never changes the
-// numbers of another.
+// Named random streams from one seed. The generator is counter-based: new streams do not change others.
 #pragma once
 
 #include <cstdint>

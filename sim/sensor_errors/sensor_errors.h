@@ -1,5 +1,5 @@
-// Sensor errors: turns the readings of ideal sensors into what the filter is given, with noise, bias, loss,
-// clock offsets and faults drawn from named random streams.
+// Converts readings of ideal sensors to the filter's input, with noise, bias, loss, clock offsets and faults
+// from named random streams.
 #pragma once
 
 #include <cstdint>

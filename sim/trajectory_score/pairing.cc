@@ -58,8 +58,7 @@ std::vector<Stamp> likely_offsets(const Trajectory& truth, const Trajectory& est
   return best;
 }
 
-// The offset with which most stamps meet. Known clocks come first: results start at 0, their exports at 1e9
-// s.
+// The offset that pairs the most stamps. Known clocks come first: results start at 0, their exports at 1e9 s.
 Offset best_offset(const Trajectory& truth, const Trajectory& estimate, Stamp apart) {
   constexpr Stamp kEpoch = std::chrono::seconds(1'000'000'000);
   std::vector<Stamp> candidates{Stamp(0), -kEpoch, kEpoch, truth.front().t - estimate.front().t};

@@ -85,7 +85,7 @@ void add_overview(Report& report, const std::vector<PosePair>& pairs, const Opti
   report.rows.push_back(pose_row(pairs, Alignment::none, turning));
   std::vector<Spans> usual;
   for (const double length : {0.25, 0.5, 1.0, 2.0, 4.0})
-    usual.push_back({Spans::Unit::metres, length, true, 0.1, true});
+    usual.push_back({Spans::Unit::meters, length, true, 0.1, true});
   usual.push_back({Spans::Unit::seconds, 1, true});
   for (const Spans& which : usual)
     for (const Relation relation : {options.relation, Relation::angle_deg})

@@ -51,7 +51,7 @@ std::optional<Quadratic> quadratic_near(const Study& study, const Candidate& bes
   return fit_quadratic(points, values);
 }
 
-// The losses along the line through the best setting on which parameter i moves and the others follow.
+// The losses along a line through the best setting: parameter i moves and the others follow.
 class Line {
  public:
   Line(Study& study, const std::vector<double>& best, const std::optional<Quadratic>& about, int i)

@@ -13,8 +13,8 @@
 
 namespace sim::trials {
 
-/// The loss of a trial: its objective term. A failed trial loses more than any that succeeded, and the more
-/// the earlier it failed.
+/// The loss of a trial: its objective term. A failed trial loses more than any that succeeded; early
+/// failures lose most.
 double loss_of(const TrialRecord& record, Objective objective);
 /// The mean loss over the records.
 double mean_loss(const std::vector<const TrialRecord*>& records, Objective objective);

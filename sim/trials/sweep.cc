@@ -31,10 +31,7 @@ void require_key(const Yaml& at, const std::string& key) {
   if (key == "seed") fail(at, key, "expected seeds (--seeds 1..5)");
   if (key == "name" || key.starts_with("limits."))
     fail(at, key, "does not change a run, expected a key that does");
-  if (scenario::find_key(key)) return;
-  std::vector<std::string_view> names;
-  for (const auto& known : scenario::scenario_keys()) names.push_back(known.name);
-  fail(at, key, "unknown key" + scenario::did_you_mean(key, names));
+  if (!scenario::find_key(key)) fail(at, key, scenario::unknown_key(key));
 }
 
 Tried read_tried(const Yaml& key, const Yaml& values) {
@@ -75,8 +72,7 @@ Axis axis_of(const Tried& tried) {
   if (const auto* const range = std::get_if<Range>(&tried.values))
     for (const double value : range->grid()) axis.push_back(point_of(tried.key, *range, value));
   else
-    for (const Yaml& value : std::get<0>(tried.values))
-      axis.push_back({{tried.key.text, tried.key, value}});
+    for (const Yaml& value : std::get<0>(tried.values)) axis.push_back({{tried.key.text, tried.key, value}});
   return axis;
 }
 

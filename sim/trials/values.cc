@@ -32,10 +32,7 @@ void require_number(const Yaml& at, const std::string& name) {
   const auto* const key = scenario::find_key(name);
   if (key && is_number(*key)) return;
   if (key) fail(at, name, fmt::format("is {}, expected a key that is a number", key->expected));
-  std::vector<std::string_view> names;
-  for (const auto& known : scenario::scenario_keys())
-    if (is_number(known)) names.push_back(known.name);
-  fail(at, name, "unknown key" + scenario::did_you_mean(name, names));
+  fail(at, name, scenario::unknown_key(name));
 }
 
 // A number that the key itself accepts.

@@ -23,10 +23,10 @@ double likelihood(const Measurement& m, const Eigen::Matrix2d& S) {
   return std::exp(-distance / 2) / llt.matrixL().determinant();
 }
 
-constexpr double kStep = 0.1;          // tangent of an angle
-constexpr double kLargest = 1.8;       // tangent of an angle
-constexpr double kLeastGain = 0.0005;  // of the correlation by a step
-constexpr double kPrior = 0.005;       // penalty at a tilt of 45°: most surfaces face the camera
+constexpr double kTiltStep = 0.1;          // tangent of an angle
+constexpr double kLargestTilt = 1.8;       // tangent of an angle
+constexpr double kLeastTiltGain = 0.0005;  // of the correlation by a step
+constexpr double kTiltPrior = 0.005;       // penalty at a tilt of 45°: most surfaces face the camera
 
 }  // namespace
 
@@ -126,14 +126,14 @@ Eigen::Vector2d refined_tilt(const cv::Mat& image, const Landmark& landmark, con
     const auto change = view_change(camera, landmark.X_WC_first, X_WC, p_W, normal_W, pixel);
     const auto patch = change ? warp(landmark.patch, *change) : std::nullopt;
     const auto match = patch ? refine(image, *patch, pixel) : std::nullopt;
-    return (match ? match->correlation : 0) - kPrior * tilt.squaredNorm();
+    return (match ? match->correlation : 0) - kTiltPrior * tilt.squaredNorm();
   };
   Eigen::Vector2d best = landmark.tilt;
-  double best_correlation = correlation(landmark.tilt) + kLeastGain;
-  for (const Eigen::Vector2d& step : {Eigen::Vector2d(-kStep, 0), Eigen::Vector2d(kStep, 0),
-                                      Eigen::Vector2d(0, -kStep), Eigen::Vector2d(0, kStep)}) {
+  double best_correlation = correlation(landmark.tilt) + kLeastTiltGain;
+  for (const Eigen::Vector2d& step : {Eigen::Vector2d(-kTiltStep, 0), Eigen::Vector2d(kTiltStep, 0),
+                                      Eigen::Vector2d(0, -kTiltStep), Eigen::Vector2d(0, kTiltStep)}) {
     const Eigen::Vector2d tilt = landmark.tilt + step;
-    if (tilt.norm() > kLargest) continue;
+    if (tilt.norm() > kLargestTilt) continue;
     if (const double c = correlation(tilt); c > best_correlation) best_correlation = c, best = tilt;
   }
   return best;

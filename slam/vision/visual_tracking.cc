@@ -50,59 +50,55 @@ const VisualResult& VisualTracking::skip() {
   return result_;
 }
 
-const VisualResult& VisualTracking::step(const VisualInput& in, const std::optional<Nis>& height_nis,
-                                         Kalman& kalman, TrackingMonitor& tracking) {
+const VisualResult& VisualTracking::step(const VisualInput& in) {
   skip();
   if (!enabled_) return result_;
   if (in.image.empty()) {
-    tracking.blind(in.interval, "no image arrives");
+    in.tracking.blind(in.interval, "no image arrives");
     return result_;
   }
   const ImageDefect defect = image_check_.defect(in.image, in.stands_still);
   result_.rejected = defect.reason;
-  if (defect.blinds) tracking.blind(in.interval, defect.reason);
-  if (defect.reason.empty()) track(in, height_nis, kalman, tracking);
+  if (defect.blinds) in.tracking.blind(in.interval, defect.reason);
+  if (defect.reason.empty()) track(in);
   return result_;
 }
 
 /// Measures the landmarks of the map in a usable image, and searches for the map if the filter is lost.
-void VisualTracking::track(const VisualInput& in, const std::optional<Nis>& height_nis, Kalman& kalman,
-                           TrackingMonitor& tracking) {
+void VisualTracking::track(const VisualInput& in) {
   result_.good_image = !(seconds(in.interval) > kLongestInterval_s);
-  const bool was_lost = tracking.health() == Health::lost, was_blind = tracking.is_blind();
-  if (!result_.good_image) tracking.blind(in.interval, "no frame arrives");
-  if (tracking.health() == Health::lost && !is_oriented(kalman.state(), in.t)) {
-    if (was_lost) relocalize(in, kalman, tracking);  // a loss is reported once at least
+  const bool was_lost = in.tracking.health() == Health::lost, was_blind = in.tracking.is_blind();
+  if (!result_.good_image) in.tracking.blind(in.interval, "no frame arrives");
+  if (in.tracking.health() == Health::lost && !is_oriented(in.kalman.state(), in.t)) {
+    if (was_lost) relocalize(in);  // a loss is reported once at least
     return;
   }
-  if (tracking.health() == Health::lost && !tracking.is_blind()) {
-    const Stamp before = in.t - in.interval - tracking.lost_for() - kDoubtful;
-    if (!vision_.recognizes(in.image, map_.landmarks(), before, kalman))
-      return relocalize(in, kalman, tracking);
+  if (in.tracking.health() == Health::lost && !in.tracking.is_blind()) {
+    const Stamp before = in.t - in.interval - in.tracking.lost_for() - kDoubtful;
+    if (!vision_.recognizes(in.image, map_.landmarks(), before, in.kalman)) return relocalize(in);
     confirmer_.clear();
-    tracking.relocalized();
+    in.tracking.relocalized();
   }
-  const std::string unseen = measure(in, height_nis, kalman, tracking);
+  const std::string unseen = measure(in);
   if (unseen.empty()) {
-    if (was_blind || !tracking.is_blind()) tracking.sees();
+    if (was_blind || !in.tracking.is_blind()) in.tracking.sees();
   } else {
-    tracking.blind(in.interval, unseen);
-    if (was_blind) relocalize(in, kalman, tracking);
+    in.tracking.blind(in.interval, unseen);
+    if (was_blind) relocalize(in);
   }
 }
 
 /// Returns the reason if no landmark was seen; else an empty string.
-std::string VisualTracking::measure(const VisualInput& in, const std::optional<Nis>& height_nis,
-                                    Kalman& kalman, TrackingMonitor& tracking) {
+std::string VisualTracking::measure(const VisualInput& in) {
   const std::size_t before = map_.landmarks().size();
-  if (!map_.initialize_known(in.image, in.t, kalman))
+  if (!map_.initialize_known(in.image, in.t, in.kalman))
     add_reason(result_.rejected, "a known landmark is not seen in the first image");
   report_initialized(before);
-  const VisionResult& vision = vision_.update(in.image, map_.landmarks(), kalman);
+  const VisionResult& vision = vision_.update(in.image, map_.landmarks(), in.kalman);
   result_.vision = &vision;
   if (!vision.inliers.empty()) {
-    if (!vision.updated) tracking.diverge("the vision innovation covariance is not positive definite");
-    refine_landmarks(in, vision, kalman);
+    if (!vision.updated) in.tracking.diverge("the vision innovation covariance is not positive definite");
+    refine_landmarks(in, vision);
   }
   report_searches(vision);
   const TrackingStatistics statistics{seconds(in.interval),
@@ -110,15 +106,15 @@ std::string VisualTracking::measure(const VisualInput& in, const std::optional<N
                                       vision.inliers.size(),
                                       vision.coverage,
                                       per_degree_of_freedom(vision.nis),
-                                      per_degree_of_freedom(height_nis)};
+                                      per_degree_of_freedom(in.height_nis)};
   result_.statistics = statistics;
   const bool failed = matching_failed(statistics);
   if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
     for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, in.t);
-  result_.deleted_young = map_.prune(kalman, result_.deleted);
-  const InitializationCount initialized = manage_map(in, vision, !failed && !tracking.in_doubt(), kalman);
-  tracking.judge(statistics);
+  result_.deleted_young = map_.prune(in.kalman, result_.deleted);
+  const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());
+  in.tracking.judge(statistics);
   if (failed) return "almost no landmark found";
   if (!vision.inliers.empty() || !result_.lines.empty()) return "";
   if (!vision.searched.empty()) return "no landmark found";
@@ -127,22 +123,24 @@ std::string VisualTracking::measure(const VisualInput& in, const std::optional<N
 
 /// Improves the surface normal of one matched landmark, which bounds the cost, and adds the change of view to
 /// the uncertainty of all.
-void VisualTracking::refine_landmarks(const VisualInput& in, const VisionResult& vision, Kalman& kalman) {
+void VisualTracking::refine_landmarks(const VisualInput& in, const VisionResult& vision) {
   const SearchedLandmark& chosen =
       vision.searched[vision.inliers[static_cast<std::size_t>(in.frame) % vision.inliers.size()]];
-  map_.refine_surface(chosen.index, in.image, *chosen.match, kalman.state());
-  for (const std::size_t i : vision.inliers) map_.inflate_for_view_change(vision.searched[i].index, kalman);
+  map_.refine_surface(chosen.index, in.image, *chosen.match, in.kalman.state());
+  for (const std::size_t i : vision.inliers)
+    map_.inflate_for_view_change(vision.searched[i].index, in.kalman);
 }
 
 InitializationCount VisualTracking::manage_map(const VisualInput& in, const VisionResult& vision,
-                                               bool may_initialize, Kalman& kalman) {
-  map_.convert_to_points(kalman);
-  map_.search_lines(in.image, kalman, result_.deleted, result_.lines);
+                                               bool may_initialize) {
+  map_.convert_to_points(in.kalman);
+  map_.search_lines(in.image, in.kalman, result_.deleted, result_.lines);
   InitializationCount initialized;
-  if (may_initialize) initialized = map_.initialize(in.image, in.t, vision.visible, kalman, result_.deleted);
+  if (may_initialize)
+    initialized = map_.initialize(in.image, in.t, vision.visible, in.kalman, result_.deleted);
   const std::size_t first = map_.landmarks().size() - static_cast<std::size_t>(initialized.added);
   for (std::size_t i = first; i < map_.landmarks().size(); ++i)
-    vision_.biases().add(map_.landmarks()[i].id, true, kalman);
+    vision_.biases().add(map_.landmarks()[i].id, true, in.kalman);
   report_initialized(first);
   return initialized;
 }
@@ -161,14 +159,15 @@ void VisualTracking::report_initialized(std::size_t first) {
     result_.initialized.push_back({map_.landmarks()[i].id, map_.landmarks()[i].pixel_first});
 }
 
-void VisualTracking::relocalize(const VisualInput& in, Kalman& kalman, TrackingMonitor& tracking) {
+void VisualTracking::relocalize(const VisualInput& in) {
   if (!confirmer_.is_due(in.t)) return;
-  const auto found = slam::relocalize(in.image, map_.landmarks(), kalman.state(), camera_, sigma_px_);
-  if (!found || !confirmer_.confirms(in.t, *found, pose_estimate(kalman.state(), in.t), in.has_plan)) return;
+  const auto found = slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), camera_, sigma_px_);
+  if (!found || !confirmer_.confirms(in.t, *found, pose_estimate(in.kalman.state(), in.t), in.has_plan))
+    return;
   confirmer_.clear();
-  kalman.reset_robot(relocalized_state(*found, kalman.state()));
-  vision_.biases().clear(kalman);
-  tracking.relocalized();
+  in.kalman.reset_robot(relocalized_state(*found, in.kalman.state()));
+  vision_.biases().clear(in.kalman);
+  in.tracking.relocalized();
   result_.relocalized = true;
 }
 

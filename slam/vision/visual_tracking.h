@@ -16,13 +16,16 @@
 
 namespace slam {
 
-/// One image and its circumstances.
+/// One image, its circumstances, and the filter that it updates.
 struct VisualInput {
   const cv::Mat& image;
   Stamp t, interval;  ///< interval: since the previous accepted observation; 0 at the first
   bool stands_still;  ///< the camera is known to stand still
   bool has_plan;
-  int frame;  ///< number of the estimates before
+  int frame;                      ///< number of the estimates before
+  std::optional<Nis> height_nis;  ///< of this frame
+  Kalman& kalman;
+  TrackingMonitor& tracking;
 };
 
 /// The result of the visual part of one step.
@@ -55,24 +58,20 @@ class VisualTracking {
   void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
 
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
-  /// Reports to `tracking` what was seen. Does nothing if vision is not enabled. height_nis: of this frame.
-  /// The result is valid until the next call.
-  const VisualResult& step(const VisualInput& input, const std::optional<Nis>& height_nis, Kalman& kalman,
-                           TrackingMonitor& tracking);
+  /// Reports to `tracking` what was seen. Does nothing if vision is not enabled. The result is valid until
+  /// the next call.
+  const VisualResult& step(const VisualInput& input);
   /// An empty result.
   const VisualResult& skip();
 
  private:
-  void track(const VisualInput& input, const std::optional<Nis>& height_nis, Kalman& kalman,
-             TrackingMonitor& tracking);
-  std::string measure(const VisualInput& input, const std::optional<Nis>& height_nis, Kalman& kalman,
-                      TrackingMonitor& tracking);
-  void refine_landmarks(const VisualInput& input, const VisionResult& vision, Kalman& kalman);
-  InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize,
-                                 Kalman& kalman);
+  void track(const VisualInput& input);
+  std::string measure(const VisualInput& input);
+  void refine_landmarks(const VisualInput& input, const VisionResult& vision);
+  InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);
   void report_searches(const VisionResult& vision);
   void report_initialized(std::size_t first);
-  void relocalize(const VisualInput& input, Kalman& kalman, TrackingMonitor& tracking);
+  void relocalize(const VisualInput& input);
 
   bool enabled_;
   double sigma_px_;

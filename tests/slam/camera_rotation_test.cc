@@ -111,12 +111,6 @@ TEST(Camera, RejectsInvalidLenses) {
   EXPECT_THROW(Camera{bad}, std::invalid_argument);
 }
 
-TEST(Camera, JacobiansOfBothWaysUndoEachOther) {
-  const Camera camera(CameraIntrinsics{});
-  const auto ray = camera.unproject({60, 200});
-  EXPECT_LT((camera.project(ray->h)->J * ray->J - Eigen::Matrix2d::Identity()).norm(), 1e-12);
-}
-
 TEST(Camera, ProjectionDoesNotDependOnTheLengthOfItsVector) {
   const Camera camera(CameraIntrinsics{});
   const Eigen::Vector3d h(0.4, -0.3, 1.7);

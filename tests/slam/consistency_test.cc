@@ -34,10 +34,10 @@ Options options_of_the_test() {
 }
 
 /// Position, orientation, velocity and rate: small errors of 12 from 13 parameters.
-Eigen::Matrix<double, 12, kCamera> small_errors(const Eigen::Vector4d& q) {
+Eigen::MatrixXd small_errors(const Eigen::Vector4d& q) {
   Eigen::Vector4d back = q;
   back.tail<3>() *= -1;
-  Eigen::Matrix<double, 12, kCamera> J = Eigen::Matrix<double, 12, kCamera>::Zero();
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(12, kCamera);  // of a dynamic size: fixed ones are unrolled
   J.block<3, 3>(0, kPosition).setIdentity();
   J.block<3, 4>(3, kOrientation) = 2 * left_matrix(back).bottomRows<3>();
   J.block<6, 6>(6, kVelocity).setIdentity();
@@ -45,11 +45,11 @@ Eigen::Matrix<double, 12, kCamera> small_errors(const Eigen::Vector4d& q) {
 }
 
 RobotMatrix start_covariance(const RobotVector& x) {
-  Eigen::Matrix<double, 12, 1> variance;
+  Eigen::VectorXd variance(12);
   variance << Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4),
       Eigen::Vector3d::Constant(25e-4), Eigen::Vector3d::Constant(25e-4);
   RobotMatrix P = RobotMatrix::Zero();
-  Eigen::Matrix<double, kCamera, 12> back = Eigen::Matrix<double, kCamera, 12>::Zero();  // small_errors⁺
+  Eigen::MatrixXd back = Eigen::MatrixXd::Zero(kCamera, 12);  // small_errors⁺
   back.block<3, 3>(kPosition, 0).setIdentity();
   back.block<4, 3>(kOrientation, 3) = small_rotation_jacobian(x.segment<4>(kOrientation));
   back.block<6, 6>(kVelocity, 6).setIdentity();
@@ -138,11 +138,11 @@ struct World {
     Eigen::Vector4d back = q, dq;
     back.tail<3>() *= -1;
     dq = quaternion_product(back, truth.segment<4>(kOrientation));
-    Eigen::Matrix<double, 12, 1> e;
+    Eigen::VectorXd e(12);
     e << truth.segment<3>(kPosition) - x.segment<3>(kPosition), quaternion_log(dq),
         truth.segment<6>(kVelocity) - x.segment<6>(kVelocity);
-    const auto J = small_errors(q);
-    const Eigen::Matrix<double, 12, 12> P = J * kalman.state().marginal<kCamera>(0) * J.transpose();
+    const Eigen::MatrixXd J = small_errors(q),
+                          P = J * Eigen::MatrixXd(kalman.state().marginal<kCamera>(0)) * J.transpose();
     return e.dot(P.llt().solve(e));
   }
 
@@ -164,8 +164,8 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Where 99.9 % of means of n chi-square numbers lie: dof ± 3.29 √(2 dof / n). linearization: the part of dof
-/// by which they may be off besides, because the measurement is linearized.
+/// 99.9 % of the means of n chi-square numbers are within dof ± 3.29 √(2 dof / n). linearization: additional
+/// tolerance, relative to dof, because the measurement is linearized.
 void expect_chi_square(const std::vector<double>& values, double dof, double linearization = 0) {
   const double spread = 3.29 * std::sqrt(2 * dof / static_cast<double>(values.size())) + linearization * dof;
   EXPECT_NEAR(mean(values), dof, spread);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <opencv2/core.hpp>
+#include <tuple>
 
 #include "tests/slam/synthetic_room.h"
 
@@ -32,9 +33,25 @@ Filter filter_at_start(const Options& options, std::uint64_t seed = 1) {
   return {options, synthetic::calibration(), short_walk().walk().X_WC(0), seed};
 }
 
+using Spoil = std::function<void(Observation&)>;
+
+/// Steps through the frames [from, to) of the short walk, each spoiled before; returns the last report.
+FrameReport step(
+    Filter& filter, int from, int to, const Spoil& spoil = [](Observation&) {}) {
+  FrameReport report;
+  for (int k = from; k < to; ++k) {
+    Observation o = short_walk().observation(k);
+    spoil(o);
+    report = filter.step(o);
+  }
+  return report;
+}
+
+void lose_image(Observation& o) { o.image = cv::Mat(); }
+
 struct Errors {
   double rms_m = 0, sigma_end_m = 0, nees_position = 0;
-  int accepted = 0, refused = 0, lost = 0;  // lost: frames in which the health is not ok
+  int accepted = 0, refused = 0, lost = 0;  // lost: frames with a health that is not ok
   bool valid = true;                        // the covariance is finite and symmetric
   bool sound() const { return valid && lost == 0; }
 };
@@ -82,7 +99,7 @@ Options vision_only() {
 TEST(Filter, FollowsAShortWalkWithinItsOwnUncertainty) {
   const Errors& e = default_walk();
   EXPECT_TRUE(e.sound());
-  EXPECT_LT(e.rms_m, 0.02);  // the plan alone is off by 3 % of 0.7 m of path and by its excess turn
+  EXPECT_LT(e.rms_m, 0.02);  // the plan is off by 3 % of 0.7 m of path and by its excess turn
   EXPECT_LT(e.nees_position,
             8);  // 3 expected; one walk's errors are correlated, 99 % of chi-square(3) is 11.3
   EXPECT_GT(e.accepted, 5 * short_walk().walk().frames());
@@ -150,133 +167,100 @@ std::vector<double> fingerprint(const Filter& filter) {
 
 TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
   Filter filter = filter_at_start(Options{}), undisturbed = filter_at_start(Options{});
-  const synthetic::Recording& recording = short_walk();
-  for (int k = 0; k < 40; ++k) {
-    filter.step(recording.observation(k));
-    undisturbed.step(recording.observation(k));
-  }
+  for (Filter* f : {&filter, &undisturbed}) step(*f, 0, 40);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const std::vector<std::function<void(Observation&)>> spoil{
-      [&](Observation& o) { o.t = recording.observation(39).t; },
-      [&](Observation& o) { o.t = recording.observation(3).t; },
-      [](Observation& o) { o.t += std::chrono::hours(1); },
-      [](Observation& o) { o.image = cv::Mat(240, 300, CV_8UC1, cv::Scalar(0)); },
-      [](Observation& o) { o.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(0)); },
-      [](Observation& o) { o.gyro[1].value.x() = kNan; },
-      [](Observation& o) { o.accelerometer[1].value.y() = std::numeric_limits<double>::infinity(); },
-      [](Observation& o) { o.plan->X_PC.translation().z() = kNan; }};
+  const std::vector<Spoil> spoil{
+      [](auto& o) { o.t = short_walk().observation(39).t; },
+      [](auto& o) { o.t = short_walk().observation(3).t; },
+      [](auto& o) { o.t += std::chrono::hours(1); },
+      [](auto& o) { o.image = cv::Mat(240, 300, CV_8UC1, cv::Scalar(0)); },
+      [](auto& o) { o.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(0)); },
+      [](auto& o) { o.gyro[1].value.x() = kNan; },
+      [](auto& o) { o.accelerometer[1].value.y() = std::numeric_limits<double>::infinity(); },
+      [](auto& o) { o.plan->X_PC.translation().z() = kNan; }};
   for (std::size_t i = 0; i < spoil.size(); ++i) {
-    Observation o = recording.observation(40);
-    spoil[i](o);
-    EXPECT_NE(filter.step(o).refused, "") << i;
+    EXPECT_NE(step(filter, 40, 41, spoil[i]).refused, "") << i;
     EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed)) << i;
   }
-  filter.step(recording.observation(40));
-  undisturbed.step(recording.observation(40));
+  for (Filter* f : {&filter, &undisturbed}) step(*f, 40, 41);
   EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed));
 }
 
 TEST(Filter, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {
   Filter a = filter_at_start({}, 3), b = filter_at_start({}, 3), c = filter_at_start({}, 4);
-  for (int k = 0; k < 30; ++k)
-    for (Filter* filter : {&a, &b, &c}) filter->step(short_walk().observation(k));
+  for (Filter* filter : {&a, &b, &c}) step(*filter, 0, 30);
   EXPECT_EQ(fingerprint(a), fingerprint(b));
   EXPECT_NE(fingerprint(a), fingerprint(c));
 }
 
 TEST(Filter, FlatAndFrozenImagesAreNamedAndCostNoLandmark) {
-  const synthetic::Recording& recording = short_walk();
   for (const double gray : {-1.0, 0.0, 255.0}) {  // -1: the last image again
     Filter filter = filter_at_start(Options{});
-    Observation o;
-    for (int k = 0; k < 30; ++k) filter.step(o = recording.observation(k));
-    const cv::Mat image = gray < 0 ? o.image : cv::Mat(240, 320, CV_8UC1, cv::Scalar(gray));
+    step(filter, 0, 30);
+    const cv::Mat image =
+        gray < 0 ? short_walk().observation(29).image : cv::Mat(240, 320, CV_8UC1, cv::Scalar(gray));
     const std::size_t landmarks = filter.map().size();
-    for (int k = 30; k < 45; ++k) {
-      o = recording.observation(k);
-      o.image = image;
-      EXPECT_EQ(filter.step(o).refused, gray < 0 ? "the image is the last one again" : "the image is flat");
-    }
+    for (int k = 30; k < 45; ++k)
+      EXPECT_EQ(step(filter, k, k + 1, [&](Observation& o) { o.image = image; }).refused,
+                gray < 0 ? "the image is the last one again" : "the image is flat");
     EXPECT_EQ(filter.map().size(), landmarks);
-    EXPECT_GT(filter.step(recording.observation(45)).accepted, 5);
+    EXPECT_GT(step(filter, 45, 46).accepted, 5);
   }
-}
-
-/// The short walk until its end, spoiled from frame 20 on; the report of the last frame.
-FrameReport end_of_walk(Filter& filter, const std::function<void(Observation&)>& spoil) {
-  FrameReport last;
-  for (int k = 0; k < short_walk().walk().frames(); ++k) {
-    Observation o = short_walk().observation(k);
-    if (k >= 20) spoil(o);
-    last = filter.step(o);
-    EXPECT_TRUE(k >= 20 || last.health == Health::ok) << k;
-  }
-  return last;
 }
 
 TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostAndNamesTheCause) {
-  const cv::Mat last = short_walk().observation(19).image;
-  cv::Mat noise(240, 320, CV_8UC1);
-  const std::vector<std::pair<std::string, std::function<void(Observation&)>>> kinds{
-      {"no image arrives", [](Observation& o) { o.image = cv::Mat(); }},
-      {"the image is flat", [](Observation& o) { o.image.setTo(cv::Scalar(0)); }},
-      {"the image is the last one again", [&](Observation& o) { o.image = last; }},
-      {"almost no landmark found", [](Observation& o) { cv::flip(o.image, o.image, -1); }},
+  const Spoil frozen = [last = short_walk().observation(19).image](Observation& o) { o.image = last; };
+  const std::vector<std::tuple<std::string, Options, Spoil>> kinds{
+      {"no image arrives", {}, lose_image},
+      {"the image is flat", {}, [](Observation& o) { o.image.setTo(cv::Scalar(0)); }},
+      {"the image is the last one again", {}, frozen},
+      {"the image is the last one again", vision_only(), frozen},
+      {"almost no landmark found", {}, [](Observation& o) { cv::flip(o.image, o.image, -1); }},
       {"observations are rejected because its image is not 8-bit gray of the camera's size",
+       {},
        [](Observation& o) { o.image = cv::Mat(10, 10, CV_8UC1, cv::Scalar(0)); }}};
-  for (const auto& [cause, spoil] : kinds) {
-    Filter filter = filter_at_start(Options{});
-    const FrameReport report = end_of_walk(filter, spoil);
+  for (const auto& [cause, options, spoil] : kinds) {
+    Filter filter = filter_at_start(options);
+    EXPECT_EQ(step(filter, 0, 20).health, Health::ok) << cause;
+    const FrameReport report = step(filter, 20, short_walk().walk().frames(), spoil);
     EXPECT_EQ(report.health, Health::lost) << cause;
     EXPECT_EQ(report.cause, "tracking lost: " + cause);
   }
-}
-
-TEST(Filter, AFrozenImageIsALossAlsoWithoutPlanAndGyro) {
-  const cv::Mat last = short_walk().observation(19).image;
-  Filter filter = filter_at_start(vision_only());
-  const FrameReport frozen = end_of_walk(filter, [&](Observation& o) { o.image = last; });
-  EXPECT_EQ(frozen.health, Health::lost);
-  EXPECT_EQ(frozen.cause, "tracking lost: the image is the last one again");
 }
 
 TEST(Filter, ABlindFilterIsOkAgainOnceItSeesItsMapAndDivergesIfItDoesNotInTime) {
   Options options;
   options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;
   Filter filter = filter_at_start(options), other = filter_at_start(options);
-  for (int k = 0; k < 40; ++k) {
-    Observation o = short_walk().observation(k);
-    if (k >= 20) o.image = cv::Mat();
-    EXPECT_EQ(filter.step(o).health, k < 35 ? Health::ok : Health::lost) << k;
-    other.step(o);
+  for (Filter* f : {&filter, &other}) {
+    step(*f, 0, 20);
+    EXPECT_EQ(step(*f, 20, 35, lose_image).health, Health::ok);
+    EXPECT_EQ(step(*f, 35, 36, lose_image).health, Health::lost);
+    step(*f, 36, 40, lose_image);
   }
-  const FrameReport found = filter.step(short_walk().observation(40));
+  const FrameReport found = step(filter, 40, 41);
   EXPECT_EQ(found.health, Health::ok);
   EXPECT_GT(found.accepted, 5);
   EXPECT_FALSE(found.relocalized);  // the predicted pose was good enough
-  for (int k = 40; k < 60; ++k) {
-    Observation o = short_walk().observation(k);
-    o.image = cv::Mat();
-    other.step(o);
-  }
-  EXPECT_EQ(other.step(short_walk().observation(60)).health, Health::diverged);
+  step(other, 40, 60, lose_image);
+  EXPECT_EQ(step(other, 60, 61).health, Health::diverged);
 }
 
 TEST(Filter, AGapWithoutAnyFrameIsReportedAsALoss) {
   Filter filter = filter_at_start(Options{});
-  for (int k = 0; k < 20; ++k) filter.step(short_walk().observation(k));
-  const FrameReport after = filter.step(short_walk().observation(85));  // 2.2 s later
+  step(filter, 0, 20);
+  const FrameReport after = step(filter, 85, 86);  // 2.2 s later
   EXPECT_EQ(after.health, Health::lost);
   EXPECT_EQ(after.cause, "tracking lost: no frame arrives");
 }
 
 TEST(Filter, AClockThatStandsStillIsALoss) {
   Filter filter = filter_at_start(Options{});
-  for (int k = 0; k < 20; ++k) filter.step(short_walk().observation(k));
-  for (int k = 0; k < 58; ++k) EXPECT_EQ(filter.step(short_walk().observation(19)).health, Health::ok) << k;
-  for (int k = 0; k < 4; ++k) filter.step(short_walk().observation(19));
-  EXPECT_EQ(filter.step(short_walk().observation(19)).health, Health::lost);
-  EXPECT_EQ(filter.step(short_walk().observation(20)).health, Health::ok);
+  step(filter, 0, 20);
+  for (int k = 0; k < 58; ++k) EXPECT_EQ(step(filter, 19, 20).health, Health::ok) << k;
+  for (int k = 0; k < 4; ++k) step(filter, 19, 20);
+  EXPECT_EQ(step(filter, 19, 20).health, Health::lost);
+  EXPECT_EQ(step(filter, 20, 21).health, Health::ok);
 }
 
 /// Health and cause in each frame of the short walk with half a second as both limits and without images for
@@ -366,7 +350,7 @@ TEST(Filter, LandmarksAreMappedWhereTheyWereSeenWithinTheirUncertainty) {
   }
   EXPECT_GE(measured, 5);
   EXPECT_GE(within,
-            0.7 * measured);  // depths begin far from Gaussian; some corners lie on edges of furniture
+            0.7 * measured);  // depths are far from Gaussian at first; some corners lie on edges of furniture
 }
 
 /// Position NEES after standing still, from a start with an error drawn from the options.

@@ -22,13 +22,6 @@ std::vector<InertialSample> readings(milliseconds from, milliseconds to, const E
   return samples;
 }
 
-TEST(Gyro, ConstantRateIsItsOwnMean) {
-  const auto rate = mean_rate(readings(milliseconds(0), milliseconds(30), kRateVector), milliseconds(0),
-                              milliseconds(30), kSame, Options());
-  ASSERT_TRUE(rate);
-  EXPECT_LT((rate->w_C - kRateVector).norm(), 1e-13);  // a logarithm over 0.03 s
-}
-
 TEST(Gyro, ReadingsAboutDifferentAxesAreComposedInTheirOrder) {
   std::vector<InertialSample> samples = readings(milliseconds(0), milliseconds(20), {20, 0, 0});
   for (const auto& s : readings(milliseconds(20), milliseconds(40), {0, 30, 0})) samples.push_back(s);
@@ -46,12 +39,6 @@ TEST(Gyro, ReadingsOutsideTheIntervalAreLeftOutAndStraddlingOnesCut) {
   ASSERT_TRUE(rate);
   EXPECT_LT((rate->w_C - kRateVector).norm(), 1e-13);
   EXPECT_NEAR(rate->sigma_rad_s, 0.01 * std::sqrt(0.005 / 0.033), 1e-12);
-}
-
-TEST(Gyro, AveragingReducesTheNoiseByTheRootOfTheNumberOfReadings) {
-  const auto rate = mean_rate(readings(milliseconds(0), milliseconds(45), kRateVector), milliseconds(0),
-                              milliseconds(45), kSame, Options());
-  EXPECT_NEAR(rate->sigma_rad_s, 0.01 / 3, 1e-12);
 }
 
 TEST(Gyro, MeanRateIsInTheCamerasAxes) {

@@ -93,8 +93,8 @@ void add_internal_measurements(std::vector<Derivative>& all) {
     }
 }
 
-/// The camera of the EuRoC flying robot, and part of the image of a fisheye lens, whose corners are behind
-/// the image plane.
+/// The camera of the EuRoC flying robot, and the middle of a fisheye image: its corners are behind the image
+/// plane.
 const CameraIntrinsics kBrown{752,
                               480,
                               458.654,

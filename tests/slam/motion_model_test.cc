@@ -52,14 +52,6 @@ TEST(MotionModel, AddsTheReferenceNoise) {
   EXPECT_LT((Q - Q.transpose()).norm(), 1e-18);  // products in another order round differently
 }
 
-TEST(MotionModel, StaysFiniteWhenTheCameraDoesNotTurnAtAll) {
-  RobotVector x = reference_state();
-  x.segment<3>(kRate).setZero();
-  const Prediction p = predict_motion(x, kFrame, std::nullopt, paper());
-  EXPECT_TRUE(p.x.allFinite() && p.F.allFinite() && p.Q.allFinite());
-  EXPECT_NEAR((p.x.segment<4>(kOrientation) - x.segment<4>(kOrientation)).norm(), 0, 1e-16);
-}
-
 TEST(MotionModel, VelocityAndRateAfterwardsAreTheMeansOverTheInterval) {
   const RobotVector x = reference_state();
   const RobotVector y =

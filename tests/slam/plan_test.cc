@@ -78,7 +78,7 @@ TEST(Plan, AStandingPlanHasNoVelocity) {
   EXPECT_TRUE(stride.rate.allFinite());
 }
 
-/// A body that stands by its plan but tilts about its foot: where the camera is after t.
+/// The camera pose after t of a body that stands by its plan but tilts about its foot.
 Eigen::Isometry3d tilted(const Eigen::Vector3d& w_W, const Eigen::Vector3d& foot_W, double t) {
   const Eigen::Isometry3d start = pose(0.7, {1, -1, 2}, {0.3, 0.1, 1.4});
   const Eigen::Isometry3d about = Eigen::Translation3d(foot_W) *
@@ -181,7 +181,7 @@ TEST(Plan, LegOdometryReplacesThePlanIfItIsGivenAlongTheRobotsAxes) {
   EXPECT_FALSE(moved().legs);
   options.leg_odometry.enabled = true;
   before.legs.reset();
-  EXPECT_FALSE(moved().legs) << "there is no interval";
+  EXPECT_FALSE(moved().legs) << "without an interval";
 }
 
 TEST(Plan, TheVelocityDependsOnTheScaleOfItsSource) {

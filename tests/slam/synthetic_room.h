@@ -26,9 +26,9 @@ class Normal {
 class Room {
  public:
   Room();
-  /// What a camera at X_WC sees, 8-bit gray, side x side rays a pixel.
+  /// The view of a camera at X_WC, 8-bit gray, side x side rays a pixel.
   cv::Mat render(const Camera& camera, const Eigen::Isometry3d& X_WC, int side) const;
-  /// Where the ray from `origin` along `direction` meets the first surface.
+  /// The first intersection of the ray from `origin` along `direction` with a surface.
   Eigen::Vector3d hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
  private:
@@ -63,7 +63,7 @@ struct Walk {
   Eigen::Isometry3d X_WC(double t_s) const;
 };
 
-/// Where the chest's sensors sit in the camera's frame: turned, and below it.
+/// The default camera, and chest sensors that are turned and below it.
 Calibration calibration();
 
 /// The images of a walk without noise.

@@ -12,7 +12,7 @@
 
 namespace slam {
 
-/// Smooth noise whose value is known everywhere, so that it can be drawn shifted below the pixel.
+/// Smooth noise of a known function, which can be drawn with sub-pixel shifts.
 inline cv::Mat pattern(double dx, double dy) {
   cv::Mat image(120, 160, CV_8UC1);
   for (int v = 0; v < image.rows; ++v)
@@ -25,7 +25,7 @@ inline cv::Mat pattern(double dx, double dy) {
   return image;
 }
 
-/// The mean of a robot at rest whose camera looks along +x of W.
+/// The mean of a robot at rest with a camera that looks along +x of W.
 inline RobotVector looking_ahead(const Eigen::Vector3d& p_WC = {0, 0, 1.4}) {
   RobotVector x = RobotVector::Zero();
   x.segment<3>(kPosition) = p_WC;

@@ -19,7 +19,7 @@ TrackingMonitor monitor_after(int frames, const TrackingStatistics& statistics) 
   return monitor;
 }
 
-/// What can happen in half a second that leads to a loss, and its cause.
+/// An event of half a second that leads to a loss, and the cause of the loss.
 struct Trouble {
   std::function<void(TrackingMonitor&)> happens;
   std::string cause;

@@ -130,7 +130,7 @@ TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
 
 // A limit on file size, in blocks of 512 bytes, stands for a full disk.
 TEST_F(Exchange, AVideoThatCannotBeWrittenReplacesNone) {
-  write("stand.yaml", "walk: {commands: [{stand: {duration_s: 0.1}}]}\ncamera: {rate_hz: 10}\nslam: {}\n");
+  write("stand.yaml", "walk: {commands: [{stand: {duration_s: 0.1}}]}\ncamera: {rate_hz: 3}\nslam: {}\n");
   ASSERT_EQ(gaitslam("run stand.yaml --out s").exit_code, 0);
   for (const std::string video : {"v.mp4", "v.webm"}) {
     ASSERT_EQ(gaitslam("video s/seed-1 --out " + video).exit_code, 0);

@@ -72,7 +72,7 @@ def yaw(R):
 # --- alignments ---
 
 def horn(A, B):
-    """Turn that brings B onto A, both centred: the top eigenvector of Horn's 4x4 matrix."""
+    """Turn that brings B onto A, both centered: the top eigenvector of Horn's 4x4 matrix."""
     S = B.T @ A
     D = np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
     K = np.zeros((4, 4))
@@ -150,10 +150,10 @@ def pairs_all(place, delta, tolerance=0.1):
     return pairs
 
 
-def pairs_consecutive(place, delta, metres):
-    marks, i = [] if metres else [0], 0
+def pairs_consecutive(place, delta, meters):
+    marks, i = [] if meters else [0], 0
     while True:
-        later = np.nonzero(place[i + 1:] - place[i] >= delta - (0 if metres else 5e-10))[0]
+        later = np.nonzero(place[i + 1:] - place[i] >= delta - (0 if meters else 5e-10))[0]
         if len(later) == 0:
             return list(zip(marks, marks[1:]))
         i = i + 1 + int(later[0])
@@ -257,11 +257,11 @@ def check_score(program):
                 check(name + ".matched", json.loads(out)["poses_matched"], len(t))
         if kind == "point":
             continue
-        metres, along_truth = walked(E), walked(T)
+        meters, along_truth = walked(E), walked(T)
         frames = np.arange(len(t), dtype=float)
         for options, pairs in ((["-d", "5"], pairs_consecutive(frames, 5, False)), (["-d", "7", "--all-pairs"], pairs_all(frames, 7, 0)),
-                               (["-d", "0.5", "-u", "m"], pairs_consecutive(metres, 0.5, True)),
-                               (["-d", "0.5", "-u", "m", "--all-pairs"], pairs_all(metres, 0.5)),
+                               (["-d", "0.5", "-u", "m"], pairs_consecutive(meters, 0.5, True)),
+                               (["-d", "0.5", "-u", "m", "--all-pairs"], pairs_all(meters, 0.5)),
                                (["-d", "0.5", "-u", "m", "--pairs-from-reference"], pairs_consecutive(along_truth, 0.5, True)),
                                (["-d", "0.2", "-u", "s"], pairs_consecutive(t, 0.2, False)),
                                (["-d", "20", "--delta_unit", "d"], pairs_turned(E, math.radians(20))),

@@ -179,7 +179,6 @@ TEST_F(SweepTest, AWalkThatCannotBeSimulatedIsToldWithItsCause) {
 }
 
 TEST_F(SweepTest, TheWalkAloneIsSweptToo) {
-  write("walk.yaml", tests::kStand);
   const Ran ran = gaitslam("sweep walk.yaml world.floor_friction=0.15,0.3 --without camera,slam --out sweep");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   const auto scores = lines("sweep/scores.jsonl");

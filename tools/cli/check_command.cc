@@ -26,7 +26,7 @@ Examples:
   gaitslam check scenarios/hall.yaml scenarios/tangent_circle.yaml world.seed=7
 Exit codes: 0 all scenarios are valid; 2 one is not.)";
 
-/// Reads the file, plans its walk and looks whether that is clear of the room; prints the first fault.
+/// Reads the file, plans its walk and checks its clearance; prints the first error.
 bool is_valid(const std::string& file, const sim::scenario::Changes& changes) {
   try {
     const auto read = sim::scenario::read_scenario(file, changes);

@@ -7,8 +7,8 @@ class App;
 
 namespace cli {
 
-/// All that the program has: runner_commands.cc defines it for the program that is built first, all_commands.cc for the
-/// whole one.
+/// All subcommands: runner_commands.cc defines it for the runner, which is built first, all_commands.cc for
+/// the whole program.
 void add_commands(CLI::App& app, int& exit_code);
 
 void add_run(CLI::App& app, int& exit_code);

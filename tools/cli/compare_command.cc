@@ -8,6 +8,7 @@
 #include "sim/files/text.h"
 #include "sim/regression/report.h"
 #include "sim/regression/results.h"
+#include "sim/scenario/limits.h"
 #include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
@@ -43,12 +44,8 @@ struct CompareRequest {
 regression::Gate parse_gate(const std::string& text) {
   const std::size_t equals = std::min(text.find('='), text.size());
   regression::Gate gate{text.substr(0, equals)};
-  if (!sim::score::find_metric(gate.metric)) {
-    std::vector<std::string_view> names;
-    for (const auto& metric : sim::score::metric_definitions()) names.push_back(metric.name);
-    throw UsageError(
-        fmt::format("--gate {}: unknown metric{}", text, scenario::did_you_mean(gate.metric, names)));
-  }
+  if (!sim::score::find_metric(gate.metric))
+    throw UsageError(fmt::format("--gate {}: {}", text, scenario::unknown_metric(gate.metric)));
   const char *begin = text.data() + std::min(equals + 1, text.size()), *end = text.data() + text.size();
   const bool percent = end != begin && end[-1] == '%';
   double value = 0;

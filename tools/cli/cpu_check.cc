@@ -1,5 +1,5 @@
-// Runs before anything else, built for any x86-64: the rest of the program needs x86-64-v3 and would die of
-// an illegal instruction without a word.
+// Runs first, compiled for any x86-64: the rest of the program needs x86-64-v3 and would end with an illegal
+// instruction.
 #include <unistd.h>
 
 #include <cstring>

@@ -7,6 +7,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/pages/leaderboard.h"
+#include "sim/scenario/limits.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
@@ -34,11 +35,8 @@ struct LeaderboardRequest {
 };
 
 void require_metric(const std::string& name) {
-  if (sim::score::find_metric(name)) return;
-  std::vector<std::string_view> names;
-  for (const auto& metric : sim::score::metric_definitions()) names.push_back(metric.name);
-  throw UsageError(
-      fmt::format("--metric {}: unknown metric{}", name, sim::scenario::did_you_mean(name, names)));
+  if (!sim::score::find_metric(name))
+    throw UsageError(fmt::format("--metric {}: {}", name, sim::scenario::unknown_metric(name)));
 }
 
 int show_leaderboard(const LeaderboardRequest& request) {

@@ -51,7 +51,7 @@ void check_command_name(const CLI::App& app, int argc, char** argv) {
                                     sim::scenario::did_you_mean(argv[1], candidates)));
 }
 
-/// "; did you mean '--seeds'?" for the first option on the command line that no chosen command has.
+/// "; did you mean '--seeds'?" for the first unknown option on the command line.
 std::string suggested_option(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands())

@@ -1,4 +1,4 @@
-// The arguments and options that several subcommands share.
+// Arguments and options shared by several subcommands.
 #pragma once
 
 #include <sys/types.h>
@@ -19,9 +19,9 @@ namespace cli {
 CLI::Option* add_scenario(CLI::App& command, std::string& file, sim::scenario::Changes& changes);
 /// The arguments key=value; `which`: the keys that may be changed.
 void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which);
-/// --with, which reads overlays into `changes`.
+/// --with: overlays for `changes`.
 void add_with(CLI::App& command, sim::scenario::Changes& changes);
-/// --without, which leaves sections of the scenario out.
+/// --without: sections of the scenario to remove.
 void add_without(CLI::App& command, sim::scenario::Changes& changes);
 /// The argument `result`, the folder of a run.
 void add_result(CLI::App& command, std::filesystem::path& result, const std::string& or_else = "");
@@ -32,7 +32,7 @@ void add_seeds(CLI::App& command, std::optional<std::string>& seeds);
 void add_jobs(CLI::App& command, int& jobs);
 void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text);
 
-/// Hidden options of a process that was started for one seed of a batch.
+/// Hidden options of a process for one seed of a batch.
 struct BatchMember {
   std::optional<pid_t> parent;                  ///< it ends when that process ends
   std::optional<std::filesystem::path> set_by;  ///< file with the origin of each key

@@ -82,7 +82,7 @@ std::vector<score::Stamp> footsteps(const fs::path& truth) {
 std::optional<score::Spans> spans(const ScoreRequest& r) {
   if (!r.delta && !r.unit_typed) return std::nullopt;
   using Unit = score::Spans::Unit;
-  static const std::map<std::string, Unit> units{{"f", Unit::frames},  {"m", Unit::metres},
+  static const std::map<std::string, Unit> units{{"f", Unit::frames},  {"m", Unit::meters},
                                                  {"s", Unit::seconds}, {"r", Unit::radians},
                                                  {"d", Unit::degrees}, {"step", Unit::footsteps}};
   const auto unit = units.find(r.unit);

@@ -36,9 +36,9 @@ TEST(Relative, ConsecutiveSpansFollowOneAnother) {
   EXPECT_EQ(indices(spans(straight(8), {Unit::seconds, 0.3})), (Indices{{0, 3}, {3, 6}}));
   EXPECT_EQ(indices(spans(straight(8), {Unit::seconds, 0.25})),
             (Indices{{0, 3}, {3, 6}}));  // at least that long
-  EXPECT_EQ(indices(spans(straight(8), {Unit::metres, 4})),
+  EXPECT_EQ(indices(spans(straight(8), {Unit::meters, 4})),
             (Indices{{2, 4}, {4, 6}}));  // 4 m of the estimate
-  Spans truth{Unit::metres, 2};
+  Spans truth{Unit::meters, 2};
   truth.along_truth = true;
   EXPECT_EQ(indices(spans(straight(8), truth)), (Indices{{2, 4}, {4, 6}}));
 }
@@ -48,7 +48,7 @@ TEST(Relative, AllSpansBeginAtEachPose) {
   EXPECT_EQ(indices(spans(straight(5), {Unit::seconds, 0.31, true})),
             (Indices{{0, 3}, {1, 4}}));  // within 10 %
   EXPECT_TRUE(spans(straight(5), {Unit::seconds, 0.35, true}).empty());
-  EXPECT_EQ(indices(spans(straight(5), {Unit::metres, 6, true})), (Indices{{0, 3}, {1, 4}}));
+  EXPECT_EQ(indices(spans(straight(5), {Unit::meters, 6, true})), (Indices{{0, 3}, {1, 4}}));
 }
 
 // A turn of 10 degrees about z from each pose to the next.
@@ -91,7 +91,7 @@ TEST(Relative, FootstepsEndAtEveryDeltaTh) {
 }
 
 TEST(Relative, TooShortATrajectoryHasNoSpans) {
-  for (const Unit unit : {Unit::frames, Unit::metres, Unit::seconds, Unit::radians, Unit::footsteps})
+  for (const Unit unit : {Unit::frames, Unit::meters, Unit::seconds, Unit::radians, Unit::footsteps})
     for (const bool all : {false, true})
       for (const int count : {0, 1, 2}) EXPECT_TRUE(spans(straight(count), {unit, 100, all}).empty());
 }
@@ -99,8 +99,8 @@ TEST(Relative, TooShortATrajectoryHasNoSpans) {
 TEST(Relative, StandingStillHasSpansOfTimeAndNoneOfMetres) {
   std::vector<PosePair> standing = straight(50);
   for (PosePair& pair : standing) pair.X_true = pair.X_estimate = Eigen::Isometry3d::Identity();
-  EXPECT_TRUE(spans(standing, {Unit::metres, 0.25}).empty());
-  EXPECT_TRUE(spans(standing, {Unit::metres, 0.25, true}).empty());
+  EXPECT_TRUE(spans(standing, {Unit::meters, 0.25}).empty());
+  EXPECT_TRUE(spans(standing, {Unit::meters, 0.25, true}).empty());
   EXPECT_EQ(spans(standing, {Unit::seconds, 1}).size(), 4u);
 }
 

@@ -22,7 +22,7 @@ cv::Mat picture() {
 }
 
 /// A camera that looks along +x, its landmark 4 m away at `pixel`, and the estimated rotation of the camera
-/// about the vertical when the search begins.
+/// about the vertical at the search.
 struct Scene {
   explicit Scene(const Eigen::Vector2i& pixel, double turned = 0, double sigma_turn = 0.01) {
     RobotVector x = looking_ahead({0, 0, 0});

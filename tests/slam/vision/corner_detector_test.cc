@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "tests/slam/test_scenes.h"
 
 namespace slam {
@@ -18,16 +16,18 @@ TEST(CornerDetector, FindsOpenCvsStrongestCorner) {
   Eigen::Vector2i where(0, 0);
   for (int v = region.y; v < region.y + region.height; ++v)
     for (int u = region.x; u < region.x + region.width; ++u) {
-      Eigen::Matrix2d M = Eigen::Matrix2d::Zero();
+      cv::Matx22d M = cv::Matx22d::zeros();
       for (int j = -5; j <= 5; ++j)
         for (int i = -5; i <= 5; ++i) {
           const auto g = [&](int a, int b) {
             return static_cast<double>(image.at<uchar>(v + j + b, u + i + a));
           };
-          const Eigen::Vector2d d((g(1, 0) - g(-1, 0)) / 2, (g(0, 1) - g(0, -1)) / 2);
-          M += d * d.transpose();
+          const cv::Vec2d d((g(1, 0) - g(-1, 0)) / 2, (g(0, 1) - g(0, -1)) / 2);
+          M += d * d.t();
         }
-      const double strength = M.selfadjointView<Eigen::Lower>().eigenvalues()(0);
+      cv::Vec2d eigenvalues;  // the smaller one is the second
+      cv::eigen(M, eigenvalues);
+      const double strength = eigenvalues(1);
       if (strength > best) best = strength, where = {u, v};
     }
   EXPECT_EQ(corner->pixel, where);

@@ -257,13 +257,6 @@ TEST(Map, ItsCovarianceIsHeldToTheBoundOfMemory) {
   EXPECT_LT(8 * std::pow(b.kalman.state().storage_x.size(), 2), 1e6);
 }
 
-TEST(Map, IsTheSameFromTheSameSeedAndAnotherFromAnother) {
-  const Initialized a(6, 1), same(6, 1), other(6, 2);
-  EXPECT_EQ(a.kalman.state().x(), same.kalman.state().x());
-  EXPECT_EQ(a.kalman.state().P(), same.kalman.state().P());
-  EXPECT_NE(a.parameters(0), other.parameters(0));
-}
-
 TEST(Map, DeletesWhatWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse) {
   Initialized b(4);
   const auto search = [&](std::size_t i, int attempts, int successes) {
@@ -314,13 +307,6 @@ TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
   ASSERT_EQ(b.pruned().size(), 1u);
   EXPECT_EQ(b.kalman.state().size, kRobot + 6 + 6 + 3 + 6);
   for (std::size_t i = 1; i < 4; ++i) EXPECT_LT((b.pixel(i) - before[i + 1]).norm(), 1e-9) << i;
-}
-
-TEST(Map, AnUncertainDepthIsNotConverted) {
-  Initialized b(3);
-  b.map.convert_to_points(b.kalman);
-  for (const Landmark& landmark : b.map.landmarks())
-    EXPECT_TRUE(std::holds_alternative<InverseDepth>(landmark.kind));
 }
 
 TEST(Map, AConvertedLandmarkIsPredictedAtTheSamePixelWithTheSameCovariance) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "slam/vision/corner_detector.h"
 #include "slam/vision/map.h"
@@ -75,21 +76,16 @@ TEST(Vision, AMatchThatContradictsTheOthersIsNoInlier) {
   EXPECT_EQ(result.inliers.size(), 7u);
 }
 
-TEST(Vision, MeasuresAtMostAsManyLandmarksAsTheOptionsSay) {
-  Scene scene;
-  scene.options.vision.measured_landmarks = 3;
-  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
-  const VisionResult& result = vision.update(scene.image, scene.landmarks, scene.kalman);
-  EXPECT_EQ(result.visible.size(), 8u);
-  EXPECT_EQ(result.searched.size(), 3u);
-}
-
-TEST(Vision, MeasuresNoMoreLandmarksThanTheBoundHoweverManyTheOptionsWant) {
-  Scene scene;
-  scene.options.vision.measured_landmarks = 1000;
-  scene.options.bounds.measured = 5;
-  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
-  EXPECT_EQ(vision.update(scene.image, scene.landmarks, scene.kalman).searched.size(), 5u);
+TEST(Vision, MeasuresAtMostAsManyLandmarksAsTheOptionsAndTheirBoundAllow) {
+  for (const auto& [wanted, bound, measured] : {std::tuple{3, 100, 3U}, {1000, 5, 5U}}) {
+    Scene scene;
+    scene.options.vision.measured_landmarks = wanted;
+    scene.options.bounds.measured = bound;
+    Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
+    const VisionResult& result = vision.update(scene.image, scene.landmarks, scene.kalman);
+    EXPECT_EQ(result.visible.size(), 8u);
+    EXPECT_EQ(result.searched.size(), measured);
+  }
 }
 
 TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {

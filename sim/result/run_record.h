@@ -1,0 +1,37 @@
+// The record of a finished run: its truth, the tracking, and its ending.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/recording/recording.h"
+#include "sim/scenario/scenario.h"
+#include "sim/tracking/tracking.h"
+
+namespace sim::result {
+
+struct RunRecord {
+  const scenario::ReadScenario& scenario;
+  scenario::Ended walk;
+  recording::RecordingSetup setup;
+  recording::Truth truth;
+  std::optional<tracking::Tracked> tracked;  ///< absent without slam
+  std::string recording_hash;
+  std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, without a planned waist
+  std::optional<std::string> counterfactual =
+      {};                                     ///< why the replayed estimator would have steered another walk
+  std::optional<std::string> alignment = {};  ///< of an external trajectory with the truth
+  std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
+};
+
+/// Returns the ending of the walk, or of the estimate on a completed walk.
+inline scenario::Ended ending_of(const RunRecord& record) {
+  using enum scenario::Ending;
+  const auto failure = record.tracked ? record.tracked->failure() : std::nullopt;
+  // A robot stops if the estimator that steers it fails.
+  const bool explains_stop = record.walk.ending == stopped && failure && failure->ending == estimator_failed;
+  return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
+}
+
+}  // namespace sim::result
