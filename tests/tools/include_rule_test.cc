@@ -209,8 +209,7 @@ TEST(IncludeRule, EachFolderOfTheBenchHasARule) {
 
 TEST(IncludeRule, OnlyTheLivePartOfTheProgramSeesTheSimulator) {
   for (const fs::path& file : sources_below(kRoot / "tools/cli")) {
-    if (file.filename() == "live_world.cc")
-      continue;
+    if (file.filename() == "live_world.cc") continue;
     for (const std::string& included : includes(text_of(file))) {
       EXPECT_FALSE(included.starts_with("mujoco/") || included.starts_with("sim/physics/") ||
                    included.starts_with("sim/camera/") || included.starts_with("sim/room/") ||
