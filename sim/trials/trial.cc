@@ -43,7 +43,8 @@ Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
     if (!errors)
       keep(std::move(*ideal), recording);
     else
-      for (slam::Observation& arrived : errors->process(std::move(*ideal))) keep(std::move(arrived), recording);
+      for (slam::Observation& arrived : errors->process(std::move(*ideal)))
+        keep(std::move(arrived), recording);
   }
   if (errors)
     for (slam::Observation& arrived : errors->flush()) keep(std::move(arrived), recording);
@@ -179,9 +180,12 @@ std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tr
 }
 
 Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario) {
-  const result::RunRecord record{scenario,         {recording.walk.ending},
-                                 recording.setup,  recording.truth,
-                                 track(recording, scenario.scenario), recording.hash};
+  const result::RunRecord record{scenario,
+                                 {recording.walk.ending},
+                                 recording.setup,
+                                 recording.truth,
+                                 track(recording, scenario.scenario),
+                                 recording.hash};
   const score::Run run = result::score_input(record);
   const score::ScoreContext scored(run);
   Trial trial{result::ending_of(record), score::evaluate(scored), std::nullopt, 1};

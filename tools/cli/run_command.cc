@@ -85,8 +85,8 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
                   : run_live(read, place, show, threads(request), view ? &view->run_observer() : nullptr);
   }
   if (view)
-    view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.", sim::scenario::name_of(outcome.ending),
-                          folder.string()));
+    view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.",
+                          sim::scenario::name_of(outcome.ending), folder.string()));
   return cli::report(outcome, folder, request.all_metrics);
 }
 

@@ -1,9 +1,8 @@
-#include "sim/regression/results.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "sim/files/text.h"
+#include "sim/regression/results.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::regression {
@@ -15,8 +14,10 @@ Baseline example() {
   Baseline baseline;
   baseline.history = {{"abc", "a \"first\" one", "some processor"}, {"def", "better", "another"}};
   ScenarioResults walk{"walk", {{"walk.step_length_m", "0.1"}, {"walk.commands", "\n  - stand: {}"}}, {}};
-  walk.seeds.push_back({1, scenario::Ending::completed, 0, {{"rmse_m", "m", 0.1}, {"loop_closed", "1", {}}}, "aa"});
-  walk.seeds.push_back({7, scenario::Ending::fell, 3, {{"rmse_m", "m", 1.0 / 3}, {"loop_closed", "1", 1.0}}, "bb"});
+  walk.seeds.push_back(
+      {1, scenario::Ending::completed, 0, {{"rmse_m", "m", 0.1}, {"loop_closed", "1", {}}}, "aa"});
+  walk.seeds.push_back(
+      {7, scenario::Ending::fell, 3, {{"rmse_m", "m", 1.0 / 3}, {"loop_closed", "1", 1.0}}, "bb"});
   baseline.scenarios.push_back(walk);
   return baseline;
 }

@@ -40,7 +40,8 @@ class SuiteTest : public testing::Test {
 
 TEST_F(SuiteTest, TheShippedSuitesAreValid) {
   for (const char* const name : {"ci", "faults", "filter_training", "filter_test"})
-    EXPECT_FALSE(read_suite(fmt::format(GAITSLAM_SOURCE_DIR "/scenarios/suites/{}.yaml", name)).entries.empty());
+    EXPECT_FALSE(
+        read_suite(fmt::format(GAITSLAM_SOURCE_DIR "/scenarios/suites/{}.yaml", name)).entries.empty());
 }
 
 TEST_F(SuiteTest, HasScenariosWithChangesAndGates) {
@@ -98,10 +99,9 @@ TEST_F(SuiteTest, GatesThatAreWrongAreRefused) {
   expect_refused(gate("{rmse_m: {percent: -1}}"), "gate.rmse_m.percent");
   expect_refused(gate("{rmse_m: {precent: 1}}"), "did you mean 'percent'?");
   expect_refused(gate("{}"), "has 0 metrics, expected 1 to 6");
-  expect_refused(
-      gate("{rmse_m: {}, rpe_1m_m: {}, rpe_1m_deg: {}, end_yaw_error_deg: {}, ate_se3_rmse_m: {}, "
-           "ate_yaw_rmse_m: {}, ate_sim3_rmse_m: {}}"),
-      "has 7 metrics, expected 1 to 6");
+  expect_refused(gate("{rmse_m: {}, rpe_1m_m: {}, rpe_1m_deg: {}, end_yaw_error_deg: {}, ate_se3_rmse_m: {}, "
+                      "ate_yaw_rmse_m: {}, ate_sim3_rmse_m: {}}"),
+                 "has 7 metrics, expected 1 to 6");
 }
 
 TEST_F(SuiteTest, AConfigurationIsWhatFileAndChangesSetNotWhatJudgesIt) {

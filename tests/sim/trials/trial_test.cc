@@ -87,8 +87,8 @@ TEST_F(Trials, ThatAskForOtherErrorsThanTheRecordingHasInItAreRefused) {
 
 TEST_F(Trials, OfAFilterThatFailsHaveNoTermsButTellHowLongItLasted) {
   // No landmark is ever found again at a correlation of 1.
-  const auto failing = scenario({"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3",
-                                 "slam.tracking.give_up_s=0.3"});
+  const auto failing = scenario(
+      {"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3", "slam.tracking.give_up_s=0.3"});
   const Trial trial = run_trial(load(folder_), failing);
   EXPECT_EQ(trial.ended.ending, scenario::Ending::diverged);
   EXPECT_FALSE(trial.terms);
