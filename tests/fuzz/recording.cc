@@ -1,5 +1,5 @@
-// One file of a recording, listed in its manifest; the first byte of an input selects the file. Only files that are
-// parsed can be selected.
+// One file of a recording, listed in its manifest; the first byte of an input selects the file. Only files
+// that are parsed can be selected.
 #include "sim/recording/recording.h"
 
 #include <map>

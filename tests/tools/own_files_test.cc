@@ -165,8 +165,7 @@ TEST_F(OwnFiles, CleaningTheCacheRemovesItsOwnRecordingsAlone) {
   const Ran clean = gaitslam("cache clean");
   EXPECT_EQ(clean.exit_code, 0) << clean.err;
   EXPECT_THAT(clean.out, HasSubstr("1 recording removed"));
-  EXPECT_THAT(clean.out,
-              HasSubstr("1 recording kept because of files that gaitslam did not make"));
+  EXPECT_THAT(clean.out, HasSubstr("1 recording kept because of files that gaitslam did not make"));
   for (const std::string& mine :
        {hash + "/thesis.tex", std::string("the cache/notes.txt"), "the cache/" + noted + "/notes.txt"})
     EXPECT_EQ(text_of(mine), "mine") << mine;

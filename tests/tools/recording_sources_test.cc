@@ -20,7 +20,8 @@ class RecordingSources : public tests::CommandLine {
   RecordingSources() {
     shell("mkdir -p copy/sim && cd '" GAITSLAM_SOURCE_DIR "' && cp -r README.md walking slam '" +
           (folder_ / "copy").string() +
-          "' && cp -r sim/physics sim/camera sim/room sim/files sim/recording sim/sensor_errors sim/score sim/live "
+          "' && cp -r sim/physics sim/camera sim/room sim/files sim/recording sim/sensor_errors sim/score "
+          "sim/live "
           "sim/scenario "
           "sim/regression '" +
           (folder_ / "copy/sim").string() + "'");
@@ -62,19 +63,17 @@ TEST_F(RecordingSources, AreNotThoseOfFilterScoresAndPages) {
 
 // Headers of the run and the writer shape recordings, except those listed here.
 TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) {
-  const std::set<std::string> others{"sim/result/score_input.h",  "sim/result/result.h",
-                                     "sim/scenario/scenario.h",   "sim/files/atomic_file.h",
-                                     "sim/files/text.h",          "sim/sensor_errors/motion_clock.h",
-                                     "sim/live/room_check.h",     "sim/result/timing.h",
-                                     "sim/tracking/tracking.h",
-                                     "sim/sensor_errors/faults.h"};  // its keys are in the cache's key
+  const std::set<std::string> others{
+      "sim/result/score_input.h",  "sim/result/result.h", "sim/scenario/scenario.h",
+      "sim/files/atomic_file.h",   "sim/files/text.h",    "sim/sensor_errors/motion_clock.h",
+      "sim/live/room_check.h",     "sim/result/timing.h", "sim/tracking/tracking.h",
+      "sim/sensor_errors/faults.h"};  // its keys are in the cache's key
   const std::regex ours("#include \"(sim/[\\w/]+\\.h)\"");
   std::set<std::string> included;
   for (const char* file :
-       {"sim/live/run.cc", "sim/live/run.h", "sim/live/self_check.h",
-        "sim/live/frame_pipeline.h", "sim/live/frame_pipeline.cc",
-        "sim/live/steering_pose_buffer.h", "sim/live/steering_pose_buffer.cc", "sim/live/recorded.h",
-        "sim/live/recorded.cc", "sim/recording/recording_writer.cc"}) {
+       {"sim/live/run.cc", "sim/live/run.h", "sim/live/self_check.h", "sim/live/frame_pipeline.h",
+        "sim/live/frame_pipeline.cc", "sim/live/steering_pose_buffer.h", "sim/live/steering_pose_buffer.cc",
+        "sim/live/recorded.h", "sim/live/recorded.cc", "sim/recording/recording_writer.cc"}) {
     const std::string text = source_text(file);
     for (std::sregex_iterator i(text.begin(), text.end(), ours), end; i != end; ++i) included.insert((*i)[1]);
   }

@@ -1,11 +1,10 @@
 // Results of earlier commands, moved out of the way.
-#include "tools/cli/jobs/results.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
+#include "tools/cli/jobs/results.h"
 
 namespace cli {
 namespace {

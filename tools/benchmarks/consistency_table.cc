@@ -1,7 +1,8 @@
-// Accuracy and consistency of the filter on a suite of walks, per scenario and over all of them, for any number of settings.
-// Usage: consistency_table [--images-of RESULT] SUITE ["name: key=value ..."]... with a SUITE of scenarios/suites. Recordings
-// come from the cache or are made first; --images-of gives the filter the images of another walk. Printed per scenario: the
-// median over its seeds and the worst in parentheses; scale and NEES are means.
+// Accuracy and consistency of the filter on a suite of walks, per scenario and over all of them, for any
+// number of settings. Usage: consistency_table [--images-of RESULT] SUITE ["name: key=value ..."]... with a
+// SUITE of scenarios/suites. Recordings come from the cache or are made first; --images-of gives the filter
+// the images of another walk. Printed per scenario: the median over its seeds and the worst in parentheses;
+// scale and NEES are means.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -28,8 +29,8 @@ struct Row {
   std::vector<std::string> notes;
 };
 
-/// Percentage of landmarks with a wrong position: measured to the surface at their first pixel, and to any surface
-/// that their template shows.
+/// Percentage of landmarks with a wrong position: measured to the surface at their first pixel, and to any
+/// surface that their template shows.
 std::array<double, 2> landmarks_beyond(const sim::score::Run& run) {
   const auto errors = sim::score::landmark_errors(run.map, run.landmarks, run.truth_camera, run.surfaces,
                                                   run.camera, slam::kPatchHalf);
@@ -91,7 +92,8 @@ void print_header() {
 void print(const std::string& name, const Row& row, const std::array<double, 2>& inside) {
   const auto values = [&](const char* metric) {
     const auto found = row.values.find(metric);
-    return found == row.values.end() || found->second.empty() ? std::vector<double>{std::nan("")} : found->second;
+    return found == row.values.end() || found->second.empty() ? std::vector<double>{std::nan("")}
+                                                              : found->second;
   };
   const auto median_worst = [&](const char* metric, double factor, int digits) {
     const auto all = values(metric);
@@ -124,7 +126,8 @@ void print(const Variant& variant, const std::vector<Row>& rows) {
     print(row.name, row, inside);
     for (const auto& [name, values] : row.values)
       all.values[name].insert(all.values[name].end(), values.begin(), values.end());
-    for (std::size_t i = 0; i < inside.size(); ++i) mean_inside[i] += inside[i] / static_cast<double>(rows.size());
+    for (std::size_t i = 0; i < inside.size(); ++i)
+      mean_inside[i] += inside[i] / static_cast<double>(rows.size());
   }
   print("all", all, mean_inside);
   for (const Row& row : rows)
@@ -161,7 +164,8 @@ void work(const Arguments& arguments) {
       if (!arguments.images_of.empty()) walk.take_images_of(RecordedWalk(arguments.images_of));
       for (std::size_t v = 0; v < rows.size(); ++v) {
         std::vector<std::string> changes = entry.changes;
-        changes.insert(changes.end(), arguments.variants[v].changes.begin(), arguments.variants[v].changes.end());
+        changes.insert(changes.end(), arguments.variants[v].changes.begin(),
+                       arguments.variants[v].changes.end());
         add(try_on(walk, entry.scenario, changes), walk.seed, rows[v].back());
       }
     }

@@ -8,11 +8,11 @@
 #include <ctime>
 #include <map>
 
+#include "slam/filter.h"
+#include "slam/motion_model.h"
 #include "slam/vision/active_search.h"
 #include "slam/vision/corner_detector.h"
 #include "slam/vision/patch.h"
-#include "slam/filter.h"
-#include "slam/motion_model.h"
 #include "tests/slam/synthetic_room.h"
 
 namespace {

@@ -84,7 +84,8 @@ Trial try_on(const RecordedWalk& walk, const std::filesystem::path& scenario,
   Trial trial;
   trial.tracked = tracking.finish();
   trial.filter_ms = spent_ms / static_cast<double>(walk.observations.size());
-  trial.run = result::score_input({read, {scenario::Ending::completed}, walk.setup, walk.truth, trial.tracked, ""});
+  trial.run =
+      result::score_input({read, {scenario::Ending::completed}, walk.setup, walk.truth, trial.tracked, ""});
   trial.metrics = score::evaluate(trial.run);
   return trial;
 }

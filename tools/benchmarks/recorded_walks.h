@@ -1,4 +1,5 @@
-// Recorded walks of a suite, kept in memory so that many settings of the filter can be tried and scored on them.
+// Recorded walks of a suite, kept in memory so that many settings of the filter can be tried and scored on
+// them.
 #pragma once
 
 #include <filesystem>

@@ -17,6 +17,8 @@
 
 namespace sim::view {
 
+inline const std::string kToken = "0123456789abcdef0123456789abcdef";
+
 class RawClient {
  public:
   explicit RawClient(std::uint16_t port, const char* address = "127.0.0.1", int receive_buffer = 0)

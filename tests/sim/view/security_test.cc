@@ -17,8 +17,6 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-const std::string kToken = "0123456789abcdef0123456789abcdef";
-
 Service service() {
   Service service;
   service.resource = [](std::string_view path) -> std::optional<Resource> {

@@ -19,8 +19,6 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using Clock = std::chrono::steady_clock;
 
-const std::string kToken = "0123456789abcdef0123456789abcdef";
-
 /// The next message that is not a drawing of the strips.
 std::optional<std::string> next_message(RawClient& client) {
   for (;;)
