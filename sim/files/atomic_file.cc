@@ -11,8 +11,6 @@
 #include <cstring>
 #include <utility>
 
-#include "sim/files/output_manifest.h"
-
 namespace sim::files {
 namespace {
 

@@ -1,5 +1,3 @@
-#include "sim/files/output_manifest.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -16,7 +16,6 @@
 #include "sim/files/csv.h"
 #include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/physics/options.h"
-#include "sim/scenario/keys.h"
+#include "sim/scenario/key.h"
 #include "sim/sensor_errors/faults.h"
 #include "walking/plan.h"
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "sim/export/export.h"
-#include "sim/files/output_manifest.h"
+#include "sim/files/atomic_file.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/files/output_manifest.h"
+#include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/replay/replay.h"

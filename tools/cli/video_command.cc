@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "sim/files/atomic_file.h"
-#include "sim/files/output_manifest.h"
 #include "sim/recording/filter_input.h"
 #include "sim/scenario/scenario.h"
 #include "sim/view/session.h"

@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 

@@ -1,5 +1,3 @@
-#include "sim/files/output_manifest.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/files/output_manifest.h"
+#include "sim/files/atomic_file.h"
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
 

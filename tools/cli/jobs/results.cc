@@ -13,7 +13,6 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/output_manifest.h"
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
 #include "sim/result/score_file.h"
