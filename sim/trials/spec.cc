@@ -80,8 +80,7 @@ RecordingSet read_set(const Yaml& node, const std::string& key, const fs::path& 
   if (recordings)
     add_folders(*recordings, read_path(*recordings, key + ".recordings", folder), seeds, set);
   else if (set.scenario.empty())
-    fail(node, key,
-         "expected a scenario (recordings of the cache) or recordings (a folder of results)");
+    fail(node, key, "expected a scenario (recordings of the cache) or recordings (a folder of results)");
   else
     set.seeds = seeds.empty() ? std::vector{scenario::read_scenario(set.scenario).scenario.seed} : seeds;
   const auto scenario = first_scenario_of(set);  // a fault in it is an error of this entry

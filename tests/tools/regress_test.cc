@@ -250,7 +250,8 @@ TEST_F(Regress, CompareRefusesWhatAreNoResults) {
   expect_refused("compare a none", "none: not a folder of results");
   write("empty/x", "");
   expect_refused("compare a empty", "empty: contains no result, expected seed-<n>/score.json");
-  expect_refused("compare a a --gate rmse=1%", "--gate rmse=1%: unknown metric 'rmse'; did you mean 'rmse_m'?");
+  expect_refused("compare a a --gate rmse=1%",
+                 "--gate rmse=1%: unknown metric 'rmse'; did you mean 'rmse_m'?");
   expect_refused("compare a a --gate rmse_m", "--gate rmse_m: expected a tolerance");
   write("a/walk/seed-1/score.json", "{");
   expect_refused("compare a a", "seed-1/score.json");

@@ -10,12 +10,12 @@
 #include "sim/files/atomic_file.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
+#include "sim/view/session.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/out_folder.h"
-#include "sim/view/session.h"
 
 namespace cli {
 namespace {
@@ -59,10 +59,11 @@ int export_result(const ExportRequest& request) {
   require_outside(out.path(), request.result);
   if (!request.out) files::add_to_marker(request.result, {"export/", "export/" + request.format + "/"});
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
-  exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
-                       request.format == "mcap" ? sim::view::robot_description(scenario, request.models) : nullptr,
-                       [&](double part) { progress.show(part); }},
-                      request.format, out.path(), files::Existing::replace);
+  exports::export_run(
+      {request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
+       request.format == "mcap" ? sim::view::robot_description(scenario, request.models) : nullptr,
+       [&](double part) { progress.show(part); }},
+      request.format, out.path(), files::Existing::replace);
   std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());
   return 0;
 }

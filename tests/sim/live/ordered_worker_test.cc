@@ -1,10 +1,10 @@
-#include "sim/live/frame_pipeline.h"
-
 #include <gmock/gmock.h>
 
 #include <atomic>
 #include <stdexcept>
 #include <vector>
+
+#include "sim/live/frame_pipeline.h"
 
 namespace sim::live {
 namespace {

@@ -32,8 +32,8 @@ class RunFolder : public testing::Test {
   }
   sim::result::Outcome replay(const std::string& of, const std::string& name,
                               const sim::scenario::ReadScenario& scenario) const {
-    return sim::replay::replay(scenario, folder_ / of / "recording", {{sim::scenario::Ending::completed}}, place(name),
-                               [](double) {});
+    return sim::replay::replay(scenario, folder_ / of / "recording", {{sim::scenario::Ending::completed}},
+                               place(name), [](double) {});
   }
   /// Names of files that differ between a run's result and its replay's.
   std::vector<std::string> changed_by_replay(const std::string& live, const std::string& replayed) const {

@@ -1,10 +1,10 @@
 // Terms of objectives against values computed by hand.
-#include "sim/trials/trial.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+
+#include "sim/trials/trial.h"
 
 namespace sim::trials {
 namespace {
