@@ -60,7 +60,7 @@ export class Figure {
   }
 
   read(path, points, px) {
-    const value = (some) => { const p = nearest(some, px); return p && Math.abs(p[0] - px) < kNear_px ? short(this.y.value(p[1])) : ''; };
+    const value = (some) => { const p = nearest(some, px); return p && Math.abs(p[0] - px) < kNear_px ? String(+this.y.value(p[1]).toPrecision(3)) : ''; };
     if (!path.classList.contains('envelope')) return value(points);
     const half = points.length / 2, [low, high] = [value(points.slice(half)), value(points.slice(0, half))];
     return low && high ? `${low} to ${high}` : '';
