@@ -52,7 +52,8 @@ physics::PlantVariation plant_variation(std::uint64_t seed, const physics::World
       std::max(0.01, world.floor_friction + normals(seed, "floor friction", spread.friction, 1)[0]);
   drawn.joint_offset_rad = normals(seed, "joint zeros", spread.joint_offset_rad, kJoints);
   drawn.mass_scale = scales(seed, "link masses", spread.mass_fraction, kLinks);
-  drawn.com_offset_m = normals(seed, "centers of mass", spread.com_m, 3 * kLinks).reshaped(3, kLinks);
+  // The name of a random stream is part of every recording: British spelling stays here.
+  drawn.com_offset_m = normals(seed, "centres of mass", spread.com_m, 3 * kLinks).reshaped(3, kLinks);
   drawn.posture_rad = normals(seed, "posture at the start", spread.posture_rad, kJoints);
   drawn.servo_scale = scales(seed, "servo gains", spread.servo_fraction, kJoints);
   drawn.floor = floor(seed, spread.floor_height_m);
