@@ -236,7 +236,7 @@ TEST_F(Cli, ConfigAsYamlIsAScenarioOfTheSameValuesInWhateverOrderOfOptions) {
 TEST_F(Cli, ConfigListsAllKeysWithRangeAndMeaning) {
   const Ran ran = gaitslam("config --keys");
   EXPECT_EQ(ran.exit_code, 0);
-  EXPECT_THAT(ran.out, HasSubstr("slam.gyro.sigma_rad_s\n    standard deviation that the filter assumes"));
+  EXPECT_THAT(ran.out, HasSubstr("slam.gyro.sigma_rad_s\n    assumed standard deviation"));
   EXPECT_THAT(ran.out, testing::ContainsRegex("tangent_arc +radius_m"));
   EXPECT_THAT(ran.out, HasSubstr("ate_se3_rmse_m"));
 }

@@ -212,7 +212,7 @@ TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   auto score = nlohmann::json::parse(text_of("one/seed-1/score.json"));
   auto about = nlohmann::json::parse(text_of("one/seed-1/about.json"));
   const std::string payload = payloads(0, kPayloads.size());
-  score["scenario"] = score["ending"] = payload;
+  score["scenario"] = payload;
   for (auto& [name, metric] : score["metrics"].items()) metric["unit"] = metric["reason"] = payload;
   score["metrics"][payload] = {{"value", 1}, {"unit", payload}};
   score["limits"] =

@@ -51,7 +51,7 @@ TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
   EXPECT_THAT(first.out, Not(HasSubstr("not run")));
   const std::string page = text_of("out/index.html");
   for (const char* part :
-       {"Where they differ", "Figure 1", "Figure 4", "Figure 6", "Figure 7", "Figure 8", "<ellipse"})
+       {">Differences<", "Figure 1", "Figure 4", "Figure 6", "Figure 7", "Figure 8", "<ellipse"})
     EXPECT_THAT(page, HasSubstr(part));
   EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), HasSubstr("probability"));
 

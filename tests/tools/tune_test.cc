@@ -48,7 +48,7 @@ TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {
   EXPECT_EQ(ran.exit_code, 1) << ran.out;
   EXPECT_THAT(ran.err, HasSubstr("rejected: worse than the start on the hold-out recordings"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/best.yaml"));
-  EXPECT_THAT(text_of("out/report.html"), HasSubstr("refused"));
+  EXPECT_THAT(text_of("out/report.html"), HasSubstr("rejected: worse on hold-out runs"));
 }
 
 TEST_F(Tune, AFileOfTheUsersWithANameThatWasNotWrittenIsSpared) {

@@ -28,7 +28,7 @@ slam: {}
 
 /// Long enough for a browser on a busy machine to slow it down.
 constexpr const char* kLong = R"(
-walk: {commands: [{straight: {forward_m: 0.6}}, {stand: {duration_s: 20}}]}
+walk: {commands: [{straight: {forward_m: 0.6}}, {stand: {duration_s: 40}}]}
 camera: {}
 slam: {}
 )";
@@ -114,8 +114,8 @@ TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
 }
 
 TEST_F(ViewTest, ReproduceShowsOneWalkAtATime) {
-  expect_refused("reproduce --view --jobs 2 --out out", "one walk at a time");
-  expect_refused("reproduce --view --cached --out out", "one walk at a time");
+  expect_refused("reproduce --view --jobs 2 --out out", "one live walk at a time");
+  expect_refused("reproduce --view --cached --out out", "one live walk at a time");
 }
 
 TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
@@ -199,8 +199,8 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   expect_refused("view one/seed-1 --port 65536", "--port");
   expect_refused("view one/seed-1 --address 192.0.2.1 --token 0123456789012345678901",
                  "cannot listen at 192.0.2.1:0: ");
-  expect_refused("run walk.yaml --view --seeds 1,2", "--view shows one walk");
-  expect_refused("run walk.yaml --view --cached", "--view shows one walk");
+  expect_refused("run walk.yaml --view --seeds 1,2", "--view shows one live walk");
+  expect_refused("run walk.yaml --view --cached", "--view shows one live walk");
   for (const auto& [file, text] :
        std::map<std::string, std::string>{{"score.json", "{"},
                                           {"truth.tum", "0 1\n"},
