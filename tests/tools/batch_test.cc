@@ -69,12 +69,6 @@ TEST_F(BatchTest, ADefaultResultIsReplacedAndAnAskedForOneIsNot) {
   EXPECT_EQ(gaitslam(run + "--out here --force").exit_code, 0);
 }
 
-TEST_F(BatchTest, ALimitOverSeedsDecidesTheExitCode) {
-  const std::string run = "run walk.yaml --seeds 1,2 --without camera,slam ";
-  EXPECT_EQ(gaitslam(run + "--out kept").exit_code, 0);
-  EXPECT_EQ(gaitslam(run + "limits.path_length_m.worst.at_least=100 --out missed").exit_code, 1);
-}
-
 // Killed later and later until it finishes first, then around that moment. A whole result has the bytes of a
 // run that was not killed.
 TEST_F(BatchTest, ARunThatIsKilledAtAnyMomentLeavesAWholeRecordingOrNone) {

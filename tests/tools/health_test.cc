@@ -91,13 +91,4 @@ TEST_F(Health, AFilterThatSeesAgainTracksAgainAndALimitOnTheShareOfTimeIsMissed)
   EXPECT_THAT(health_rows().back(), testing::StartsWith("ok,,"));
 }
 
-TEST_F(Health, AsManyLandmarksAsTheKeysAllowAreHeldByTheBounds) {
-  const Ran ran = replay(
-      "slam.vision.visible_landmarks=1000 slam.vision.measured_landmarks=1000 "
-      "slam.bounds.landmarks=20 slam.bounds.measured=10 slam.bounds.memory_mb=1");
-  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
-  const std::string map = text_of("out/map.csv");
-  EXPECT_EQ(std::count(map.begin(), map.end(), '\n'), 21);  // and the head
-}
-
 }  // namespace

@@ -1,4 +1,5 @@
-// Each folder has a rule about what its files may include. The linker cannot enforce it, since Debian's
+// The project's own files: the front page shows the last measurements of tools/figures/front_page.py, and
+// each folder has a rule about what its files may include. The linker cannot enforce it, since Debian's
 // headers of MuJoCo, OpenGL and OpenCV are in the compiler's default path.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -272,6 +273,27 @@ TEST(IncludeRule, FilesThatNeedEachOtherAreFound) {
   add_includes(graph, "a/text.h", "#include \"a/shape.h\"\n");
   add_includes(graph, "a/point.cc", "#include \"a/text.h\"\n");
   EXPECT_THAT(cycles(graph), ElementsAre("a/point a/shape a/text"));
+}
+
+/// The text between the markers of a part of the page, or "marker missing".
+std::string shown(const std::string& page, const std::string& part) {
+  const std::string begin = "<!-- " + part + ": tools/figures/front_page.py -->\n",
+                    end = "<!-- end of " + part + " -->\n";
+  const std::size_t from = page.find(begin), to = page.find(end);
+  if (from == page.npos || to == page.npos) return "marker missing";
+  return page.substr(from + begin.size(), to - from - begin.size());
+}
+
+TEST(FrontPage, ShowsWhatItsScriptMeasuredLast) {
+  const std::string page = text_of(kRoot / "README.md"),
+                    stored = text_of(kRoot / "tools/figures/front_page.md");
+  ASSERT_GT(stored.size(), 1000u);
+  EXPECT_EQ(shown(page, "scores") + "\n" + shown(page, "first run"), stored);
+}
+
+TEST(FrontPage, IsOnePage) {
+  const std::string page = text_of(kRoot / "README.md");
+  EXPECT_LE(std::count(page.begin(), page.end(), '\n'), 150);
 }
 
 }  // namespace

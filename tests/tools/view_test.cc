@@ -113,11 +113,6 @@ TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
   EXPECT_EQ(text_of("url"), "");
 }
 
-TEST_F(ViewTest, ReproduceShowsOneWalkAtATime) {
-  expect_refused("reproduce --view --jobs 2 --out out", "one live walk at a time");
-  expect_refused("reproduce --view --cached --out out", "one live walk at a time");
-}
-
 TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
   short_walks("plain");
   const Ran ran = browsed("run walk.yaml --view --wait --out viewed", "watch");
@@ -201,6 +196,8 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
                  "cannot listen at 192.0.2.1:0: ");
   expect_refused("run walk.yaml --view --seeds 1,2", "--view shows one live walk");
   expect_refused("run walk.yaml --view --cached", "--view shows one live walk");
+  expect_refused("reproduce --view --jobs 2 --out out", "one live walk at a time");
+  expect_refused("reproduce --view --cached --out out", "one live walk at a time");
   for (const auto& [file, text] :
        std::map<std::string, std::string>{{"score.json", "{"},
                                           {"truth.tum", "0 1\n"},
