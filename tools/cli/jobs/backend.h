@@ -49,7 +49,7 @@ void require_ended_arrays(const std::filesystem::path& spool);
 void remove_arrays(const std::filesystem::path& spool);
 
 /// A folder for files that the processes read: temporary, or on Slurm the spool. The files exist as long as
-/// this object.
+/// this object, on Slurm longer if an exception ends the command.
 class SharedFolder {
  public:
   explicit SharedFolder(const Backend& backend);
