@@ -103,9 +103,9 @@ TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
   write("walk.yaml", std::string(tests::kStand) + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   const std::string sweep = "sweep walk.yaml errors.gyro.sigma_rad_s=0.01,0.02 --out s";
   ASSERT_EQ(gaitslam(sweep).exit_code, 0);
-  shell("sed -i 's/\"path_length_m\":[0-9.e-]*/\"path_length_m\":42/' s/trials.jsonl");
+  shell("sed -i -E 's/(\"values\":\\{\"[a-z_0-9]+\":)[0-9.e-]+/\\142/' s/trials.jsonl");
   EXPECT_THAT(gaitslam(sweep).out, HasSubstr("2 trials finished before"));
-  EXPECT_EQ(lines("s/scores.jsonl")[1]["values"]["path_length_m"], 42) << "it was taken from the log";
+  EXPECT_EQ(*lines("s/scores.jsonl")[1]["values"].begin(), 42) << "it was taken from the log";
   shell("echo '# changed' >> gyro.py");
   const Ran other = gaitslam(sweep);
   EXPECT_EQ(other.exit_code, 2);

@@ -80,16 +80,7 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
 }
 
 TEST_F(LongViewTest, ThePageFollowsReproduceFromWalkToWalk) {
-  const std::string walk = "walk: {commands: [{stand: {duration_s: 0.4}}]}\n",
-                    seen = walk + "camera: {}\nslam: {}\n",
-                    lines = walk + "camera: {}\nslam: {depth: {first_sight: particles}}\n";
-  for (const std::string name : {"tangent_quadrant", "perpendicular_circle_trial1"})
-    write("s/" + name + ".yaml", walk);
-  for (const std::string name : {"tangent_circle", "perpendicular_circle", "hall"})
-    write("s/" + name + ".yaml", seen);
-  for (const std::string name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
-                                 "perpendicular_circle_paper", "hall_paper"})
-    write("s/" + name + ".yaml", lines);
+  write_experiments("walk: {commands: [{stand: {duration_s: 0.4}}]}\n");
   const Ran ran = browsed("reproduce --scenarios s --seeds 3 --view --wait --out out", "series", "10");
   ASSERT_EQ(ran.exit_code, 0) << ran.err << text_of("complaint");
   const std::set<std::string> labels = json::parse(ran.out)["labels"];
