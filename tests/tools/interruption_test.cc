@@ -69,7 +69,9 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
                         "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force");
   EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-1, seed-2"));
-  EXPECT_THAT(ran.out, HasSubstr("crashed"));
+  EXPECT_THAT(ran.err, HasSubstr("seeds 1, 2: killed by signal"));
+  EXPECT_THAT(ran.out, testing::ContainsRegex("failed +crashed +seeds 1, 2"));
+  EXPECT_THAT(text_of("h/summary.json"), HasSubstr("\"ending\": \"crashed\""));
   EXPECT_FALSE(fs::exists(folder_ / "h/seed-1"));
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-1/score.json"));
   EXPECT_THAT(partial("h"), IsEmpty());

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -79,23 +78,6 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
   EXPECT_NE(scores[0]["values"]["rmse_m"], scores[3]["values"]["rmse_m"]);
   EXPECT_THAT(text_of("sweep/scores.csv"),
               StartsWith("trial,scenario,seed,slam.vision.sigma_px,errors.gyro.sigma_rad_s,ending,cause,"));
-}
-
-TEST_F(LongSweepTest, KilledAtAnyMomentItGoesOnAndEndsTheSame) {
-  const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 8}' --seeds 1,2 ";
-  const auto begin = std::chrono::steady_clock::now();
-  ASSERT_EQ(gaitslam(sweep + "--out whole").exit_code, 0);
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  for (int life = 0; life < 6; ++life)
-    shell(GAITSLAM_PROGRAM " " + sweep + "--jobs 2 --out killed & sweep=$!; sleep " +
-          std::to_string(took.count() * (0.15 + 0.1 * life)) + "; kill -9 $sweep; wait $sweep");
-  const Ran last = gaitslam(sweep + "--out killed");
-  EXPECT_EQ(last.exit_code, 0) << last.err;
-  expect_same_scores("whole", "killed");
-  const Ran again = gaitslam(sweep + "--out killed");
-  EXPECT_EQ(again.exit_code, 0);
-  EXPECT_THAT(again.out, HasSubstr("16 trials finished before"));
-  expect_same_scores("whole", "killed");
 }
 
 TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
