@@ -243,6 +243,22 @@ TEST_F(Exported, EachFormatsTruthIsThatOfTheResultInItsFrameAndOnItsClock) {
   }
 }
 
+TEST_F(Exported, ATruthOfPositionsAloneScoresPositionsOnly) {
+  const fs::path poses = made("tum") / "groundtruth.txt", positions = folder_ / "positions.csv";
+  std::string text = "#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n";
+  for (const files::TumRow& row : files::read_tum(poses))
+    text += fmt::format("{}.{:09},{}\n", row.t.count() / 1'000'000'000, row.t.count() % 1'000'000'000,
+                        files::csv_fields(Eigen::Vector3d(row.X.translation())));
+  files::write_text(positions, text);
+  trajectory_score::Options options;
+  const auto report = trajectory_score::score_files(positions, poses, options);
+  EXPECT_LT(std::get<trajectory_score::ErrorStatistics>(report.rows.front().statistics).max, 1e-9);
+  EXPECT_THAT(trajectory_score::json_text(report), HasSubstr("a file has positions only"));
+  options.relation = trajectory_score::Relation::angle_deg;
+  EXPECT_THAT([&] { trajectory_score::score_files(positions, poses, options); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("it needs orientations")));
+}
+
 TEST_F(Exported, WithoutTruthNoFileHasIt) {
   run_.with_truth = false;
   for (const std::string& format : export_formats())

@@ -229,24 +229,6 @@ TEST(Tum, TheTwentyColumnFormHoldsTheUpperTrianglesOrientationFirst) {
   EXPECT_EQ(read[0].covariance, P);
 }
 
-// Rotation vector of a rotation matrix, by Eigen.
-Eigen::Vector3d log_of(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd a(R);
-  return a.angle() * a.axis();
-}
-
-TEST(Tum, TheEvaluatorsOrientationErrorIsTheProjectsOwn) {
-  sensor_errors::Random random(2, "test");
-  const Eigen::Matrix3d R_WC_true = some_pose(random).linear();
-  const Eigen::Vector3d small(0.02, -0.01, 0.03);
-  const Eigen::Matrix3d R_WC_estimate =
-      R_WC_true * Eigen::AngleAxisd(small.norm(), small.normalized()).toRotationMatrix();
-  const Eigen::Matrix3d R_CW_true = R_WC_true.transpose(), R_CW_estimate = R_WC_estimate.transpose();
-  const Eigen::Vector3d theirs = -log_of(R_CW_true * R_CW_estimate.transpose());
-  EXPECT_TRUE(theirs.isApprox(log_of(R_WC_estimate.transpose() * R_WC_true), 1e-12));
-  EXPECT_TRUE(theirs.isApprox(-small, 1e-12));  // by construction
-}
-
 TEST(Tum, ErrorsNameFileLineAndColumn) {
   const TemporaryFolder folder;
   const auto reading = [&](const std::string& text) {
