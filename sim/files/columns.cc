@@ -34,36 +34,27 @@ const std::map<std::string, Quantity, std::less<>> kNames = [] {
 }();
 
 // Units without blanks, '^', '*' and '_', in lower case. Lengths are in m, rates in rad/s.
-const std::map<std::string, double, std::less<>> kTimes{
-    {"s", 1e9},    {"sec", 1e9},      {"secs", 1e9},         {"seconds", 1e9},
-    {"ms", 1e6},   {"msec", 1e6},     {"milliseconds", 1e6}, {"us", 1e3},
-    {"usec", 1e3}, {"µs", 1e3},       {"microseconds", 1e3}, {"ns", 1},
-    {"nsec", 1},   {"nanoseconds", 1}};
-const std::map<Quantity, std::map<std::string, double, std::less<>>> kUnits{
+const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnits{
+    {Quantity::time,
+     {{"s sec secs seconds", 1e9},
+      {"ms msec milliseconds", 1e6},
+      {"us usec µs μs microseconds", 1e3},
+      {"ns nsec nanoseconds", 1}}},
     {Quantity::position, {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"km", 1e3}}},
-    {Quantity::orientation, {{"1", 1}, {"-", 1}}},
+    {Quantity::orientation, {{"1 -", 1}}},
     {Quantity::angular_rate,
-     {{"rads-1", 1},
-      {"rad/s", 1},
-      {"rads", 1},
-      {"rad/sec", 1},
-      {"degs-1", M_PI / 180},
-      {"deg/s", M_PI / 180},
-      {"degs", M_PI / 180},
-      {"deg/sec", M_PI / 180},
-      {"dps", M_PI / 180},
-      {"°/s", M_PI / 180}}},
-    {Quantity::acceleration,
-     {{"ms-2", 1}, {"m/s2", 1}, {"m/s²", 1}, {"ms2", 1}, {"m/ss", 1}, {"m/s/s", 1}, {"g", 9.80665}}}};
+     {{"rads-1 rad/s rads rad/sec", 1}, {"degs-1 deg/s degs deg/sec dps °/s", M_PI / 180}}},
+    {Quantity::acceleration, {{"ms-2 m/s2 m/s² ms2 m/s/s", 1}, {"g", 9.80665}}}};
 
-std::string lower(std::string_view text) {
-  std::string all(text);
-  for (char& c : all) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return all;
+std::optional<double> factor_of(Quantity quantity, const std::string& unit) {
+  for (const auto& [names, factor] : kUnits.at(quantity))
+    if ((" " + std::string(names) + " ").find(" " + unit + " ") != std::string::npos) return factor;
+  return std::nullopt;
 }
 
 std::string plain_unit(std::string_view text) {
-  std::string unit = lower(text);
+  std::string unit(text);
+  for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   std::erase_if(unit, [](char c) { return std::string_view(" \t^*_").find(c) != std::string_view::npos; });
   return unit;
 }
@@ -208,7 +199,8 @@ Header::Title Header::parse(std::string_view text) {
     }
   if (words[0] == "t" || words[0] == "time" || words[0] == "stamp" || words[0] == "timestamp") {
     title.quantity = Quantity::time;
-    if (title.unit.empty() && words.size() > 1 && kTimes.contains(words.back())) title.unit = words.back();
+    if (title.unit.empty() && words.size() > 1 && factor_of(Quantity::time, words.back()))
+      title.unit = words.back();
     return title;
   }
   title.quantity = quantity_of(words);
@@ -242,11 +234,10 @@ bool Header::fits(std::size_t field, Quantity quantity, char axis, bool named) c
 
 double Header::factor(std::size_t field, Quantity quantity) const {
   const std::string& unit = titles_[field].unit;
-  const auto& known = kUnits.at(quantity);
-  const auto found = known.find(unit);
-  if (unit.empty() || found != known.end()) return unit.empty() ? 1 : found->second;
+  const auto found = unit.empty() ? std::optional(1.0) : factor_of(quantity, unit);
+  if (found) return *found;
   std::string all;
-  for (const auto& [name, value] : known) all += (all.empty() ? "" : ", ") + name;
+  for (const auto& [names, value] : kUnits.at(quantity)) all += (all.empty() ? "" : " ") + std::string(names);
   fail(field, fmt::format("unknown unit \"{}\", expected one of {}", unit, all));
 }
 
@@ -294,11 +285,9 @@ std::size_t Header::time_field() const {
 const TimeUnit* Header::time_unit() const {
   const std::size_t field = time_field();
   if (field >= titles_.size() || titles_[field].unit.empty()) return nullptr;
-  const auto known = kTimes.find(titles_[field].unit);
-  if (known == kTimes.end())
-    fail(field, fmt::format("unknown unit \"{}\", expected s, ms, us or ns", titles_[field].unit));
+  const double ns = factor(field, Quantity::time);
   return std::find_if(std::begin(kTimeUnits), std::end(kTimeUnits),
-                      [&](const TimeUnit& unit) { return static_cast<double>(unit.ns) == known->second; });
+                      [&](const TimeUnit& unit) { return static_cast<double>(unit.ns) == ns; });
 }
 
 }  // namespace sim::files

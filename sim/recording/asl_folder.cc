@@ -12,6 +12,7 @@
 #include "sim/files/columns.h"
 #include "sim/files/contained_path.h"
 #include "sim/files/text.h"
+#include "sim/recording/external_rows.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"
 
@@ -24,82 +25,6 @@ using namespace recording_format;
 constexpr slam::Stamp kLongestGap{
     100'000'000};  // between true poses that are interpolated, and between readings that join
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt"};
-
-std::string seconds_text(slam::Stamp t) { return fmt::format("{:.3f} s", slam::seconds(t)); }
-
-// The stamps of a whole file, and how they are written.
-struct Stamps {
-  std::size_t field = 0;
-  const files::TimeUnit* unit = &files::kNanoseconds;
-  std::vector<slam::Stamp> all;
-
-  slam::Stamp at(const files::CsvReader& row) const {
-    const auto t = files::parse_stamp(row.text(field), *unit);
-    if (!t || t->count() < 0) row.fail(field, "expected a stamp from 0 to 9000000000000000000 ns");
-    return *t;
-  }
-  std::string span() const {
-    return fmt::format("from {} to {}", seconds_text(all.front()), seconds_text(all.back()));
-  }
-};
-
-files::Header header_of(const fs::path& file, const files::CsvReader& rows) {
-  return {file, 1, rows.titles()};
-}
-
-/// The rate that a sensor.yaml states, and by which factor its stamps may differ from it: cameras skip
-/// frames.
-struct StatedRate {
-  std::optional<double> hz;
-  double slack = 1;
-};
-
-// Reads all stamps and decides their unit. Throws FileError if they do not rise or do not have the stated
-// rate.
-Stamps stamps_of(const fs::path& file, std::size_t least_columns, const StatedRate& rate = {}) {
-  files::CsvReader rows(file, least_columns);
-  const files::Header header = header_of(file, rows);
-  Stamps stamps{header.time_field(), nullptr, {}};
-  std::vector<double> numbers;
-  while (rows.next()) numbers.push_back(rows.number(stamps.field));
-  try {
-    stamps.unit = &files::unit_of_stamps(numbers, header.time_unit(), 1 / rate.hz.value_or(20));
-  } catch (const std::invalid_argument& contradiction) {
-    throw files::FileError(file, contradiction.what());
-  }
-  for (files::CsvReader again(file, least_columns); again.next();) {
-    const slam::Stamp t = stamps.at(again);
-    if (!stamps.all.empty() && t <= stamps.all.back())
-      again.fail(stamps.field, "the stamp is not after the one before");
-    stamps.all.push_back(t);
-  }
-  const auto step = files::median_step(numbers);
-  if (!step || !rate.hz) return stamps;
-  const double hz = 1e9 / (*step * static_cast<double>(stamps.unit->ns)), ratio = *rate.hz / hz;
-  if (ratio > rate.slack || ratio < 1 / 1.5)
-    throw files::FileError(
-        file, fmt::format("its rows come at {:.4g} Hz, its sensor.yaml states rate_hz: {}", hz, *rate.hz));
-  return stamps;
-}
-
-// The rows of a file with their stamps, one after another.
-class ExternalRows {
- public:
-  ExternalRows(const fs::path& file, std::size_t least_columns, Stamps stamps)
-      : csv_(file, least_columns), header_(header_of(file, csv_)), stamps_(std::move(stamps)) {
-    advance();
-  }
-  const std::optional<slam::Stamp>& stamp() const { return stamp_; }
-  const files::CsvReader& row() const { return csv_; }
-  const files::Header& header() const { return header_; }
-  void advance() { stamp_ = csv_.next() ? std::optional(stamps_.at(csv_)) : std::nullopt; }
-
- private:
-  files::CsvReader csv_;
-  files::Header header_;
-  Stamps stamps_;
-  std::optional<slam::Stamp> stamp_;
-};
 
 constexpr std::size_t kCameraColumns = 2, kImuColumns = 4, kPlanColumns = 23, kTruthColumns = 8;
 
@@ -315,8 +240,16 @@ struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     require_images(folder);
     for (const slam::Stamp t : sensors.camera.all) times.push_back(t - sensors.first_image);
-    if (sensors.has_plan)
-      plan.emplace(folder / kPlanRows, kPlanColumns, stamps_of(folder / kPlanRows, kPlanColumns));
+    if (!sensors.has_plan) return;
+    const Stamps planned = stamps_of(folder / kPlanRows, kPlanColumns);
+    const auto is_of_image = [&](slam::Stamp t) {
+      return std::binary_search(sensors.camera.all.begin(), sensors.camera.all.end(), t);
+    };
+    if (!planned.all.empty() && std::none_of(planned.all.begin(), planned.all.end(), is_of_image))
+      throw files::FileError(folder / kPlanRows,
+                             fmt::format("none of its stamps is that of an image: they are {}, the images {}",
+                                         planned.span(), sensors.camera.span()));
+    plan.emplace(folder / kPlanRows, kPlanColumns, planned);
   }
 
   fs::path folder;

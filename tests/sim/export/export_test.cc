@@ -404,18 +404,11 @@ TEST_F(Exported, EachReadmeStatesTheCommandAndTheLens) {
     const std::string text = files::read_text(made(format) / "README.md");
     EXPECT_THAT(text, HasSubstr("FOLDER")) << format;
     EXPECT_THAT(text, HasSubstr(format == "tum" ? "an ideal pinhole" : "px root mean square")) << format;
+    if (format != "orbslam3") continue;  // its two programs write poses of different bodies
+    for (const char* score : {"groundtruth.tum f_run.txt --align sim3",
+                              "mav0/state_groundtruth_estimate0/data.csv f_run.txt --align se3"})
+      EXPECT_THAT(text, HasSubstr(std::string("gaitslam score FOLDER/") + score));
   }
-}
-
-TEST_F(Exported, OrbSlam3sReadmeNamesTheTruthOfTheBodyWhosePosesEachProgramWrites) {
-  const fs::path out = made("orbslam3");
-  const std::string text = files::read_text(out / "README.md");
-  EXPECT_THAT(text, HasSubstr("gaitslam score FOLDER/groundtruth.tum f_run.txt --align sim3"));
-  EXPECT_THAT(
-      text,
-      HasSubstr("gaitslam score FOLDER/mav0/state_groundtruth_estimate0/data.csv f_run.txt --align se3"));
-  EXPECT_TRUE(fs::exists(out / "groundtruth.tum"));
-  EXPECT_TRUE(fs::exists(out / "mav0/state_groundtruth_estimate0/data.csv"));
 }
 
 TEST_F(Exported, EachFormatReportsItsProgress) {
