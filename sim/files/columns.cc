@@ -33,7 +33,7 @@ const std::map<std::string, Quantity, std::less<>> kNames = [] {
   return names;
 }();
 
-// Units without blanks, '^', '*' and '_', in lower case. Lengths are in m, rates in rad/s.
+// Units without blanks, '^', '*', '_' and braces, in lower case. Lengths are in m, rates in rad/s.
 const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnits{
     {Quantity::time,
      {{"s sec secs seconds", 1e9},
@@ -55,7 +55,7 @@ std::optional<double> factor_of(Quantity quantity, const std::string& unit) {
 std::string plain_unit(std::string_view text) {
   std::string unit(text);
   for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  std::erase_if(unit, [](char c) { return std::string_view(" \t^*_").find(c) != std::string_view::npos; });
+  std::erase_if(unit, [](char c) { return std::string_view(" \t^*_{}").find(c) != std::string_view::npos; });
   return unit;
 }
 
@@ -222,6 +222,12 @@ void Header::fail(std::size_t field, const std::string& why) const {
 
 bool Header::names(Quantity quantity) const {
   return std::any_of(titles_.begin(), titles_.end(), [&](const Title& t) { return t.quantity == quantity; });
+}
+
+bool Header::are_titles() const {
+  const auto with_axis = [](const Title& title) { return title.axis != 0; };
+  return (!with_axis(titles_[0]) || names(Quantity::time)) &&
+         std::count_if(titles_.begin(), titles_.end(), with_axis) >= 3;
 }
 
 // A title without a quantity, such as "x", fits any quantity with its axis.

@@ -50,6 +50,8 @@ class Header {
   Header(std::filesystem::path file, std::size_t line, std::string_view text);
 
   std::size_t size() const { return titles_.size(); }
+  /// Returns whether these are titles of poses: a first one without an axis, and three or more with one.
+  bool are_titles() const;
   /// Returns whether a column names this quantity with its axis.
   bool names(Quantity quantity) const;
   /// Returns the columns of a quantity for these axes ("xyz"), by their names; where the header does not name

@@ -45,7 +45,7 @@ TextLines::TextLines(const std::filesystem::path& file) : text_(read_text(file))
     bool is_header = false;
     if (lines_.empty() && line.size() >= 4 && !parse_number<double>(line.text(0))) {
       Header header(file, number, text);
-      is_header = header.names(Quantity::time) && header.size() >= 4;
+      is_header = header.are_titles();
       if (is_header) header_.emplace(std::move(header));
     }
     if (!line.is_comment() && !is_header) lines_.push_back(std::move(line));

@@ -52,8 +52,7 @@ class TextLines {
   TextLines& operator=(const TextLines&) = delete;
 
   const std::vector<TextLine>& lines() const { return lines_; }
-  /// The titles of the columns: the last line above the first one that names a stamp and positions, a comment
-  /// or not.
+  /// The titles of the columns: the last line before the poses, a comment or not, that has such titles.
   const std::optional<Header>& header() const { return header_; }
 
  private:

@@ -96,6 +96,16 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
                   ": the header states nanoseconds, but the stamps, ");
 }
 
+TEST_F(TrajectoryFileTest, AHeaderIsToldFromOtherComments) {
+  for (const char* comment :
+       {"# Time stamps of each pose follow", "# time in s, position in m, quaternion, end",
+        "# file: x, seed 1", "# timestamp tx ty tz qx qy qz qw\n# made by hand, in a day"})
+    EXPECT_EQ(read(std::string(comment) + "\n1 2 3 4 0 0 0 1\n2 2 3 4 0 0 0 1\n").rows.size(), 2u) << comment;
+  const TrajectoryFile counted = read("frame,tx,ty,tz,qx,qy,qz,qw\n0,1,2,3,1,0,0,0\n1,1,2,3,1,0,0,0\n");
+  EXPECT_EQ(counted.stamps, "frame numbers");
+  EXPECT_NEAR(counted.rows[0].X.linear()(1, 1), -1, 1e-15) << "half a turn about x";
+}
+
 TEST_F(TrajectoryFileTest, PositionsMayComeWithoutOrientations) {
   for (const char* text :
        {"# t x y z\n5.0 1 2 3\n5.1 1 2 3\n", "5.0 1 2 3\n5.1 1 2 3\n",
