@@ -22,8 +22,9 @@ Trajectory trajectory(const files::TrajectoryFile& file) {
 }
 
 std::string describe_file(const fs::path& file, const files::TrajectoryFile& read) {
-  return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}{}", file.string(), read.format,
+  return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}{}{}", file.string(), read.format,
                      read.rows.size(), seconds(read.rows.front().t), seconds(read.rows.back().t), read.stamps,
+                     read.has_orientation ? "" : ", positions only",
                      read.warning.empty() ? "" : "; warning: " + read.warning);
 }
 
@@ -187,7 +188,8 @@ PairedFiles pair_files(const fs::path& truth, const fs::path& estimate, const Pa
     require_motion(truth, pairs, &PosePair::X_true);
     require_motion(estimate, pairs, &PosePair::X_estimate);
   }
-  return {describe_file(truth, a), describe_file(estimate, b), pairs, b};
+  return {describe_file(truth, a), describe_file(estimate, b), pairs, b,
+          a.has_orientation && b.has_orientation};
 }
 
 }  // namespace sim::trajectory_score

@@ -21,6 +21,7 @@ struct PairedFiles {
   std::string truth, estimate;  ///< one line each about the file
   std::vector<score::PosePair> pairs;
   files::TrajectoryFile estimate_file;
+  bool has_orientation = true;  ///< both files have more than positions
 };
 
 /// Reads and pairs. need_motion: positions are compared. Throws FileError if a file is not a trajectory, if

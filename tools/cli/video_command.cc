@@ -34,7 +34,7 @@ Examples:
 The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
 search ellipses of the landmarks and the patches that were matched; the robot from outside, in a build with the
 simulator, with its true waist and its measured joint angles; and the map from above. The video is RESULT/video.mp4
-unless --out names a .mp4 or .webm file.)";
+unless --out names a .mp4 or .webm file. Folders that other programs recorded are not accepted.)";
 
 struct VideoRequest {
   fs::path result;
