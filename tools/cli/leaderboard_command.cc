@@ -11,8 +11,8 @@
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {

@@ -11,9 +11,9 @@
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/interruption.h"
-#include "tools/cli/usage_error.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/interruption.h"
+#include "tools/cli/shared/usage_error.h"
+#include "tools/cli/shared/version.h"
 
 namespace {
 

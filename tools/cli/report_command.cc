@@ -12,11 +12,11 @@
 #include "sim/pages/pages.h"
 #include "sim/pages/run_figures.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/interruption.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {
