@@ -175,6 +175,16 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),
               in_the_loop["metrics"]["rmse_m"]["value"].get<double>(), 1e-9);
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-3/timing.json"));
+  // The same poses in columns of another order, named in the header.
+  write("named.sh",
+        "(echo '#timestamp,tx,ty,tz,qw,qx,qy,qz'; grep -v '^#' $1/plan.txt |\n"
+        "awk '{ print $1 \",\" $2 \",\" $3 \",\" $4 \",\" $8 \",\" $5 \",\" $6 \",\" $7 }') > $2\n");
+  ASSERT_EQ(gaitslam("evaluate r/seed-1 --format tum --align none --out n --command 'sh named.sh {folder} "
+                     "{trajectory}'")
+                .exit_code,
+            0);
+  EXPECT_EQ(json("n/walk/seed-1/score.json")["metrics"]["rotation_rmse_deg"],
+            evaluated["metrics"]["rotation_rmse_deg"]);
 }
 
 TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLeft) {
