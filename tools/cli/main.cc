@@ -82,7 +82,8 @@ std::string wrapped(const std::string& help) {
   std::string text, rest;
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);) {
-    const bool joins = !line.empty() && line[0] != ' ' && !line.starts_with("Exit codes:");
+    const bool begins = line.starts_with("Usage:") || line.starts_with("Exit codes:") || line.ends_with(':');
+    const bool joins = !line.empty() && line[0] != ' ' && !begins;
     if (joins && !rest.empty()) line = rest + " " + line;
     if (!joins && !rest.empty()) text += rest + '\n';
     const std::size_t indent = indent_of(line);
