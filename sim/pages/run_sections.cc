@@ -39,8 +39,7 @@ std::string ellipse_svg(const slam::Search& search) {
   return svg;
 }
 
-Picture picture_of(const Frame& frame, const std::filesystem::path& file, const Frame& first) {
-  const std::string png = read_png(file);
+Picture picture_of(const Frame& frame, const std::string& png, const Frame& first) {
   const double shown = std::round(10 * slam::seconds(frame.t - first.t)) / 10;
   const auto size = recording::image_size(png);
   std::string svg = fmt::format(
@@ -81,9 +80,7 @@ class RunSections {
     add("again", "View it and run it again",
         "<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens that "
         "time.</p>" +
-            command_html(view_command(run_)) +
-            command_html(fmt::format("tools/gaitslam run {} --out DIR",
-                                     files::shell_word((run_.folder / "scenario.yaml").string()))));
+            command_html(view_command(run_)) + command_to_run());
     return navigation_html(sections_) + html_;
   }
 
@@ -161,6 +158,15 @@ class RunSections {
       if (std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return figure.name.starts_with(p); }))
         html += figure_html(figure, figure.is_over_time() ? instant(figure) : command_of_figure());
     return html.empty() ? "" : figures_html(html);
+  }
+
+  /// Not of a result with a program: who copies the command would start it.
+  std::string command_to_run() const {
+    if (scenario_.estimator.source != estimators::Source::built_in)
+      return "<p class='soft'>Its scenario.yaml names an external program as estimator; running it again "
+             "starts that program.</p>";
+    return command_html(fmt::format("tools/gaitslam run {} --out DIR",
+                                    files::shell_word((run_.folder / "scenario.yaml").string())));
   }
 
   std::string command_of_figure() const {
@@ -287,10 +293,12 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   std::vector<std::size_t> seen;
   for (std::size_t i = 0; i < files.size(); ++i)
     if (!files[i].empty()) seen.push_back(i);
-  for (int k = 0; k < count && !seen.empty(); ++k) {
+  if (seen.empty()) return all;
+  const Pictures pictures(run.recording);
+  for (int k = 0; k < count; ++k) {
     const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
                                static_cast<std::size_t>(std::max(1, count - 1))];
-    all.push_back(picture_of(run.frames[i], files[i], run.frames[seen[0]]));
+    all.push_back(picture_of(run.frames[i], pictures.png(files[i]), run.frames[seen[0]]));
   }
   return all;
 }

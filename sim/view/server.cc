@@ -331,7 +331,8 @@ struct Server::Implementation {
     shared->access.port = acceptor.local_endpoint().port();
   } catch (const boost::system::system_error& error) {
     throw std::runtime_error(
-        fmt::format("cannot listen at {}: {}", authority(shared->access), error.code().message()));
+        fmt::format("cannot listen at {}: {}; choose another --port (0: any free one) or --address",
+                    authority(shared->access), error.code().message()));
   }
 
   void accept() {
