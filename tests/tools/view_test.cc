@@ -189,7 +189,7 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   walk("walk.yaml", "one", "--without camera,slam");
   walk("walk.yaml", "other", "--without camera,slam");
   expect_refused("view nothing", "nothing: no such result folder");
-  expect_refused("view one", "one: expected a result folder (score.json), such as");
+  expect_refused("view one", "one: is a folder of 1 result, expected one of them, such as one/seed-1");
   expect_refused("view one/seed-1/recording", "is a recording, expected a result folder");
   expect_refused("view one/seed-1 one/seed-1 one/seed-1", "3 results, expected one or two");
   expect_refused("view one/seed-1 --address 0.0.0.0 --token 0123456789012345678901",
@@ -198,7 +198,7 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   expect_refused("view one/seed-1 --token short", "--token: expected at least 22");
   expect_refused("view one/seed-1 --port 65536", "--port");
   expect_refused("view one/seed-1 --address 192.0.2.1 --token 0123456789012345678901",
-                 "cannot listen at 192.0.2.1:0: ");
+                 "choose another --port (0: any free one) or --address");
   expect_refused("run walk.yaml --view --seeds 1,2", "--view shows one live walk");
   expect_refused("run walk.yaml --view --cached", "--view shows one live walk");
   for (const auto& [file, text] :

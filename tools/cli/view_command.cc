@@ -2,6 +2,7 @@
 #include <pthread.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <vector>
@@ -40,6 +41,13 @@ void require_results(const std::vector<std::string>& results) {
     if (fs::exists(fs::path(result) / "manifest.csv") || fs::exists(fs::path(result) / "mav0"))
       throw UsageError(fmt::format(
           "{}: is a recording, expected a result folder (score.json); gaitslam replay makes one", result));
+    std::vector<std::string> inside;
+    for (const auto& entry : fs::directory_iterator(result))
+      if (fs::exists(entry.path() / "score.json")) inside.push_back(entry.path().string());
+    if (!inside.empty())
+      throw UsageError(fmt::format("{}: is a folder of {}, expected one of them, such as {}", result,
+                                   sim::files::counted(inside.size(), "result"),
+                                   *std::min_element(inside.begin(), inside.end())));
     throw UsageError(fmt::format(
         "{}: expected a result folder (score.json), such as results/tangent_circle/seed-1", result));
   }

@@ -1,5 +1,6 @@
 #include <iostream>
 
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/view_session.h"
 
 namespace cli {
@@ -25,7 +26,9 @@ void add_view(CLI::App& command, ViewRequest& request) {
   request.opened = print_view;
 }
 
-void print_view(const std::string& url) { std::cout << "view at " << url << std::endl; }
+void print_view(const std::string& url) {
+  (output() == Output::json ? std::cerr : std::cout) << "view at " << url << std::endl;
+}
 
 std::vector<std::string> view_arguments(const ViewRequest& request) {
   std::vector<std::string> arguments{"--view",        "--next-follows", "--address",
