@@ -293,7 +293,8 @@ Column Table::seconds(std::string_view column) const {
 }
 
 std::string RunData::label() const {
-  return fmt::format("{}, seed {}{}", scenario, seed, estimator == "filter" ? "" : ", " + estimator);
+  return fmt::format("{}, seed {}{}{}", scenario, seed, estimator == "filter" ? "" : ", " + estimator,
+                     alignment == "none" ? "" : " after " + alignment);
 }
 
 std::optional<double> RunData::metric(std::string_view name) const {

@@ -94,7 +94,7 @@ struct RunData {
   std::optional<Table> filter_frames, feet, frame_times, corrected_steps;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 
-  /// "tangent_circle, seed 1", followed by the estimator unless that is the filter.
+  /// "tangent_circle, seed 1", followed by the estimator unless that is the filter, and by its alignment.
   std::string label() const;
   /// The value of a metric, if it has one.
   std::optional<double> metric(std::string_view name) const;

@@ -121,7 +121,7 @@ class RunSections {
       const auto value = run_.metric(name);
       if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
       const bool length = name.ends_with("_m"), angle = name.ends_with("_deg");
-      html += fmt::format("<div class='card'><b>{} {}</b><span class='soft'>{}{}</span></div>",
+      html += fmt::format("<div class='card'><b>{} {}</b><span class='soft'>{}{}",
                           number_text(length ? kMm * *value : *value),
                           length  ? "mm"
                           : angle ? "deg"
@@ -129,7 +129,9 @@ class RunSections {
                           name.substr(0, name.size() - (length  ? 2
                                                         : angle ? 4
                                                                 : 0)),
-                          name.starts_with("nees") ? " (3 expected)" : "");
+                          name.starts_with("nees") ? " (3 expected)" : "") +
+              (column_of(std::string(name), run_.alignment) == name ? "" : " after " + run_.alignment) +
+              "</span></div>";
     }
     return html + "</div>";
   }
@@ -252,7 +254,7 @@ class RunSections {
         undefined[metric.reason].push_back(metric.name);
         continue;
       }
-      rows.push_back({{code_cell(metric.name), number_cell(metric.value),
+      rows.push_back({{code_cell(column_of(metric.name, run_.alignment)), number_cell(metric.value),
                        text_cell(metric.unit == "1" ? "" : metric.unit),
                        text_cell(known ? known->definition : "", "soft")}});
     }

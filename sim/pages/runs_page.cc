@@ -94,7 +94,12 @@ class Comparison {
     for (std::size_t i = 0; i < runs_.size(); ++i) {
       const RunData& run = runs_[i];
       if (run.scenario != scenario) continue;
-      TableRow row{{{link(i, run.label())}, text_cell(verdict_of(run).text), text_cell(run.ending)}};
+      const bool alike = std::count_if(runs_.begin(), runs_.end(), [&](const RunData& other) {
+                           return other.label() == run.label();
+                         }) > 1;
+      TableRow row{{{link(i, run.label() + (alike ? ", " + run.folder.string() : ""))},
+                    text_cell(verdict_of(run).text),
+                    text_cell(run.ending)}};
       std::map<std::string, std::optional<double>> values;
       for (const RunMetric& metric : run.metrics)
         values[column_of(metric.name, run.alignment)] = metric.value;
