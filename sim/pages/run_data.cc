@@ -104,11 +104,11 @@ Errors errors_of(const std::vector<TumRow>& truth, const std::vector<TumRow>& es
 }
 
 // The estimated waist, assuming the planned distance of the camera at the start.
-std::optional<Path> waist_of_estimate(const fs::path& folder) {
+std::optional<Path> waist_of_estimate(const fs::path& folder, const std::vector<TumRow>& truth) {
   if (!fs::exists(folder / "estimate.tum")) return std::nullopt;
   const auto waist = files::read_tum(folder / "waist_plan.tum"),
              camera = files::read_tum(folder / "plan.tum");
-  auto estimate = files::read_tum(folder / "estimate.tum");
+  auto estimate = broken_at_gaps(files::read_tum(folder / "estimate.tum"), truth);
   if (waist.empty() || camera.empty()) return std::nullopt;
   const Eigen::Isometry3d X_CB = camera.front().X.inverse() * waist.front().X;
   for (TumRow& row : estimate) row.X = row.X * X_CB;
@@ -344,7 +344,7 @@ RunData read_run(const fs::path& folder) {
   }
   if (fs::exists(folder / "waist_desired.tum")) {
     run.waist_desired = read_path(folder / "waist_desired.tum");
-    run.waist_estimate = waist_of_estimate(folder);
+    run.waist_estimate = waist_of_estimate(folder, truth);
     run.corrected_steps = table_if_there(folder / "corrected_steps.csv");
   }
   run.filter_frames = table_if_there(folder / "frames.csv");
