@@ -329,8 +329,11 @@ RunData read_run(const fs::path& folder) {
   read_score(run, result::read_whole_score(folder / "score.json"));
   run.about = result::read_about(folder / "about.json");
   run.alignment = alignment_of(run.about);
-  if (const auto median = files::read_json(folder / "timing.json").find("frame_cpu_ms_median"))
-    run.frame_cpu_ms_median = median->number();
+  const Json timing = files::read_json(folder / "timing.json");
+  for (const auto& [key, member] : {std::pair{"frame_cpu_ms_mean", &RunData::frame_cpu_ms_mean},
+                                    {"frame_cpu_ms_median", &RunData::frame_cpu_ms_median},
+                                    {"frame_cpu_ms_p99", &RunData::frame_cpu_ms_p99}})
+    if (const auto value = timing.find(key)) run.*member = value->number();
   const auto truth = files::read_tum(folder / "truth.tum"), plan = files::read_tum(folder / "plan.tum"),
              estimate = tum_if_there(folder / "estimate_cov.txt");
   run.truth = path_of(truth);

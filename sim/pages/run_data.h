@@ -85,7 +85,7 @@ struct RunData {
   std::filesystem::path folder;
   std::filesystem::path recording;  ///< its own, if it is finished; else empty
   result::About about;
-  std::optional<double> frame_cpu_ms_median;
+  std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< a batch command: mean
   Path truth, plan, waist_truth, waist_plan;
   std::optional<Path> estimate;
   std::optional<Path> waist_estimate;  ///< of a steered walk, like waist_desired and corrected_steps

@@ -74,7 +74,13 @@ class RunSections {
     add("slip", "Slip of each step", figures({"slip", "landing"}));
     add("pictures", "Images of the head camera", picture_strip());
     add("map", "Map", map());
-    add("cpu", "CPU time", figures({"cpu"}));
+    const std::string cpu = figures({"cpu"});
+    if (!cpu.empty() || run_.estimate)
+      add("cpu", "CPU time",
+          fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
+                      number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
+                      number_text(run_.frame_cpu_ms_p99)) +
+              cpu);
     add("metrics", "All metrics", metrics_table());
     add("configuration", "Configuration", configuration());
     add("again", "View it and run it again",
