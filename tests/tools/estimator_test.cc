@@ -273,10 +273,12 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   std::vector<std::string> rows;
   for (std::string line; std::getline(lines, line);) rows.push_back(line);
   ASSERT_EQ(rows.size(), 4U);  // two seeds of one estimator are a row
-  EXPECT_EQ(rows[0], "scenario,estimator,runs,completed,rmse_m,nees_position_mean,cpu_ms,folder");
-  EXPECT_THAT(rows[1], testing::StartsWith("other,filter,1,1,"));
-  EXPECT_THAT(rows[2], testing::StartsWith("walk,filter,2,2,"));
-  EXPECT_THAT(rows[3], testing::StartsWith("walk,plan_alone,2,2,"));
+  EXPECT_EQ(rows[0],
+            "scenario,estimator,alignment,runs,completed,coverage,rmse_m,nees_position_mean,cpu_ms_mean,"
+            "cpu_ms_median,cpu_ms_p99,seeds,changed,folder");
+  EXPECT_THAT(rows[1], testing::StartsWith("other,filter,none,1,1,"));
+  EXPECT_THAT(rows[2], testing::StartsWith("walk,filter,none,2,2,"));
+  EXPECT_THAT(rows[3], testing::StartsWith("walk,plan_alone,none,2,2,"));
   EXPECT_THAT(rows[3], HasSubstr(",,"));  // it states no covariance
   EXPECT_THAT(ran.out, HasSubstr("results of different scenarios are not compared"));
   EXPECT_THAT(text_of("t.html"), HasSubstr("<h2>other</h2>"));
