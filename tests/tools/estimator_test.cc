@@ -44,7 +44,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   for (const int message : {0, 1, 20, 45}) {
     const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
     EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));
+    EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the estimator misbehaving_program failed"));
     EXPECT_THAT(ran.err, HasSubstr("it was killed by signal 9"));
     EXPECT_EQ(json("out/score.json")["ending"], "estimator_failed");
     EXPECT_EQ(json("out/about.json")["walk_ending"], "completed");
