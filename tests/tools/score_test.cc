@@ -111,11 +111,6 @@ TEST_F(Score, NumbersThatNoOptionCanHaveAreRefused) {
   expect_refused("score truth.tum truth.tum -d 1e300", "-d 1e+300");
 }
 
-TEST_F(Score, ARelativeErrorOverSpansThatThereAreNotIsNoScore) {
-  expect_refused("score truth.tum truth.tum -d 100 -u m", "RPE 100 m: the path has no such spans");
-  expect_refused("score truth.tum truth.tum -d 1000 --json", "RPE 1000 frames: the path has no such spans");
-}
-
 // Stamps of exports start at 1e9 s, and a program that needs time to initialize has no poses for the first
 // seconds.
 TEST_F(Score, AnotherClockIsAnsweredWithTheOffsetByWhichMostStampsMeet) {

@@ -52,8 +52,6 @@ fs::path file_of(const VideoRequest& request) {
     sim::files::list_outputs(request.result, {"video.mp4"});
   else
     require_new_file(file, request.force);
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder)) throw UsageError(fmt::format("{}: no such folder", folder.string()));
   return file;
 }
 
