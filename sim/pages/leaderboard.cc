@@ -59,7 +59,7 @@ void add_result(const fs::path& result, const std::vector<std::string>& metrics,
     if (const auto metric = score.at("metrics").find(name))
       if (const auto value = metric->at("value").number_or_null()) row.values[name].push_back(*value);
   if (!fs::exists(result / "timing.json")) return;
-  if (const auto cpu = files::read_json(result / "timing.json").find("frame_cpu_ms_median"))
+  if (const auto cpu = files::read_json(result / "timing.json").find("frame_cpu_ms_mean"))
     row.cpu_ms.push_back(cpu->number());
 }
 

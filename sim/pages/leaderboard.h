@@ -16,7 +16,7 @@ struct LeaderboardRow {
   std::filesystem::path folder;  ///< of the results
   std::size_t runs = 0, completed = 0;
   std::map<std::string, std::optional<double>> medians;  ///< by metric, over the runs that have it
-  std::optional<double> cpu_ms;                          ///< median over the runs, of the median frame
+  std::optional<double> cpu_ms;                          ///< median over the runs, of a frame's mean
 };
 
 /// The metrics that are shown unless others are asked for; the first one orders.

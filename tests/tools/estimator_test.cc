@@ -171,6 +171,9 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   const auto evaluated = json("e/walk/seed-1/score.json"), in_the_loop = json("out/score.json");
   EXPECT_EQ(json("e/walk/seed-1/about.json")["alignment"], "none");
   EXPECT_EQ(evaluated["estimator"], "plan_alone_external");
+  const auto timing = json("e/walk/seed-1/timing.json");  // of the whole command
+  EXPECT_GT(timing["frame_cpu_ms_mean"], 0);
+  EXPECT_FALSE(timing.contains("frame_cpu_ms_median"));
   EXPECT_EQ(evaluated["metrics"]["tracked_fraction"]["value"], 1);
   EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),
               in_the_loop["metrics"]["rmse_m"]["value"].get<double>(), 1e-9);
