@@ -126,6 +126,7 @@ result::Outcome score_external(const scenario::ReadScenario& scenario, const std
     tracked.failed = unusable.what();
   }
   if (tracked.failed) tracked.untracked = frames.stamps;
+  timing.each_frame = false;
   for (const slam::Stamp t : frames.stamps)
     timing.frames.push_back({.t = t, .filter_ms = run.cpu_ms / static_cast<double>(frames.stamps.size())});
   record.tracked = std::move(tracked);

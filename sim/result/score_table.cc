@@ -158,10 +158,14 @@ std::string score_table(const std::filesystem::path& result_folder, const TableS
     text +=
         fmt::format("  errors over {} poses, {}; {}\n", *poses, alignment_text(result_folder / "about.json"),
                     style.all_metrics ? "report explains each metric" : "score.json has all metrics");
-  const double median = timing.at("frame_cpu_ms_median").number(),
-               p99 = timing.at("frame_cpu_ms_p99").number();
-  text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f}), {:.2f} x real time\n", median,
-                      p99, timing.at("realtime_factor").number());
+  if (const auto median = timing.find("frame_cpu_ms_median")) {
+    text += fmt::format("  filter {:.3f} ms CPU per frame", median->number());
+    text += fmt::format(" (median; p99 {:.3f})", timing.at("frame_cpu_ms_p99").number());
+  } else {
+    text +=
+        fmt::format("  estimator {:.3f} ms CPU per frame (mean)", timing.at("frame_cpu_ms_mean").number());
+  }
+  text += fmt::format(", {:.2f} x real time\n", timing.at("realtime_factor").number());
   return text;
 }
 

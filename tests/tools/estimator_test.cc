@@ -44,7 +44,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   for (const int message : {0, 1, 20, 45}) {
     const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
     EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));
+    EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the estimator misbehaving_program failed"));
     EXPECT_THAT(ran.err, HasSubstr("it was killed by signal 9"));
     EXPECT_EQ(json("out/score.json")["ending"], "estimator_failed");
     EXPECT_EQ(json("out/about.json")["walk_ending"], "completed");
@@ -171,6 +171,9 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   const auto evaluated = json("e/walk/seed-1/score.json"), in_the_loop = json("out/score.json");
   EXPECT_EQ(json("e/walk/seed-1/about.json")["alignment"], "none");
   EXPECT_EQ(evaluated["estimator"], "plan_alone_external");
+  const auto timing = json("e/walk/seed-1/timing.json");  // of the whole command
+  EXPECT_GT(timing["frame_cpu_ms_mean"], 0);
+  EXPECT_FALSE(timing.contains("frame_cpu_ms_median"));
   EXPECT_EQ(evaluated["metrics"]["tracked_fraction"]["value"], 1);
   EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),
               in_the_loop["metrics"]["rmse_m"]["value"].get<double>(), 1e-9);
