@@ -1,6 +1,8 @@
 // The TUM RGB-D layout, OpenVINS, and bags for viewers.
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "sim/export/export_context.h"
 #include "sim/export/imu_merger.h"
 #include "sim/recording/manifest.h"
@@ -29,7 +31,7 @@ constexpr const char* kMcapReadme =
     ros2 bag play FOLDER                      # or: ros2 bag info FOLDER
     evo_ape mcap FOLDER/run.mcap /ground_truth/pose /slam/pose
 
-Foxglove, Lichtblick and Rerun open `run.mcap` itself. In a 3D panel with the frame `world`, switch on `/tf`, the paths, `/slam/map` and the robot of `/robot_description`;
+Foxglove, Lichtblick and Rerun open `run.mcap` itself. In a 3D panel with the frame `world`, switch on `/tf`, `/ground_truth/tf`, the paths, `/slam/map` and the robot of `/robot_description`;
 `/camera/image/compressed` goes into an image panel, `/joint_states` and the wrenches into plots.
 
 | topic | type | content |
@@ -40,13 +42,15 @@ Foxglove, Lichtblick and Rerun open `run.mcap` itself. In a 3D panel with the fr
 | /ground_truth/pose | geometry_msgs/PoseStamped | true camera pose in the world |
 | /plan/pose | geometry_msgs/PoseStamped | planned camera pose |
 | /slam/pose | geometry_msgs/PoseWithCovarianceStamped | estimated camera pose, if there was an estimate |
-| /tf | tf2_msgs/TFMessage | at each frame, in `world`: true `camera`, `waist`, `left_foot` and `right_foot`, `plan_camera`, `slam_camera`; the robot's links in `waist` |
-| /tf_static | tf2_msgs/TFMessage | `imu` in `camera`, as calibrated |
+| /tf | tf2_msgs/TFMessage | at each frame, in `world`: `plan_camera`, `slam_camera`; the robot's links in `waist` |
+| /tf_static | tf2_msgs/TFMessage | `imu` in `camera`, as calibrated; transient_local |
+| /ground_truth/tf | tf2_msgs/TFMessage | at each frame, in `world`: the true `ground_truth/camera`, `ground_truth/waist`, `ground_truth/left_foot` and `ground_truth/right_foot` |
+| /ground_truth/tf_static | tf2_msgs/TFMessage | `camera` and `waist` in these, for viewers; `ros2 bag play` leaves them out of /tf, so that a SLAM node can publish map, odom and base_link |
 | /ground_truth/path, /plan/path, /slam/path | nav_msgs/Path | camera path so far, once a second and at the end |
 | /slam/map | sensor_msgs/PointCloud2 | landmarks, once a second: x, y, z and id |
-| /robot_description | std_msgs/String | the robot as URDF, at the start; where the program that exported has the simulator |
-| /joint_states | sensor_msgs/JointState | joint encoders, the last reading until each frame |
-| /left_foot/wrench, /right_foot/wrench | geometry_msgs/WrenchStamped | force and torque of the ground on each sole, likewise |
+| /robot_description | std_msgs/String | the robot as URDF, at the start, transient_local; if the program that exported has the simulator |
+| /joint_states | sensor_msgs/JointState | joint encoders, 200 Hz |
+| /left_foot/wrench, /right_foot/wrench | geometry_msgs/WrenchStamped | force and torque of the ground on each sole, 200 Hz |
 )";
 
 constexpr const char* kOpenvinsReadme =
@@ -63,8 +67,10 @@ the camera. OpenVINS writes poses of the IMU. To compare:
 
     gaitslam score FOLDER/groundtruth.csv ov_estimate.txt --align yaw
 
-Five lines of `estimator_config.yaml` differ from those of OpenVINS' own examples, because the walk begins at rest and shakes:
-`track_frequency: 10`, `init_dyn_use: true`, `init_window_time: 2.0`, `init_imu_thresh: 5.0`, `init_max_disparity: 3.0`.
+Four lines of `estimator_config.yaml` differ from those of OpenVINS' own examples, because the walk begins at rest and shakes:
+`init_dyn_use: true`, `init_window_time: 2.0`, `init_imu_thresh: 5.0`, `init_max_disparity: 3.0`. For results that repeat, one thread is
+used and no solver stops by the clock (`init_dyn_mle_max_time`); `track_frequency` is above the rate of the camera, so that no
+image is left out.
 )";
 
 // T_imu_cam maps from the camera to the IMU.
@@ -99,7 +105,7 @@ std::string imu_chain(const ExportContext& out) {
          square("Ta", 1) + square("R_IMUtoACC", 1) + square("Tg", 0);
 }
 
-constexpr const char* kEstimator = R"(%YAML:1.0
+const std::string kEstimator = R"(%YAML:1.0
 
 verbosity: "INFO"
 use_fej: true
@@ -135,8 +141,8 @@ init_max_features: 75
 init_dyn_use: true
 init_dyn_mle_opt_calib: false
 init_dyn_mle_max_iter: 50
-init_dyn_mle_max_time: 0.05
-init_dyn_mle_max_threads: 6
+init_dyn_mle_max_time: 1000.0
+init_dyn_mle_max_threads: 1
 init_dyn_num_pose: 6
 init_dyn_min_deg: 10.0
 init_dyn_inflation_ori: 10
@@ -159,9 +165,10 @@ grid_x: 5
 grid_y: 5
 min_px_dist: 10
 knn_ratio: 0.70
-track_frequency: 10.0
 downsample_cameras: false
-num_opencv_threads: 4
+num_opencv_threads: 1
+use_multi_threading_subs: false
+use_multi_threading_pubs: false
 histogram_method: "HISTOGRAM"
 use_aruco: false
 num_aruco: 1024
@@ -215,7 +222,8 @@ void export_mcap(const ExportContext& out) {
 void export_openvins(const ExportContext& out) {
   write_mav0(out);
   write_ros_bag(out, {"bag/", "/cam0/image_raw", "/cam0/camera_info", "/imu0", false});
-  out.write("estimator_config.yaml", kEstimator);
+  out.write("estimator_config.yaml",
+            kEstimator + fmt::format("track_frequency: {:.1f}\n", std::ceil(out.setup.camera_rate_hz) + 1));
   out.write("kalibr_imu_chain.yaml", imu_chain(out));
   out.write("kalibr_imucam_chain.yaml", camera_chain(out));
   out.write_truth(

@@ -92,14 +92,15 @@ void McapWriter::put(std::string_view bytes) {
   at_ += bytes.size();
 }
 
-std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageType& type) {
+std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageType& type,
+                                      const std::string& qos) {
   assert(begin_ == ~0ull);
   const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
   schemas_.push_back(
       record(Op::schema, Fields{}.number(id).text(type.name).text("ros2msg").text(type.definition).bytes));
   channels_.push_back(record(
       Op::channel,
-      Fields{}.number(id).number(id).text(topic).text("cdr").map({{"offered_qos_profiles", ""}}).bytes));
+      Fields{}.number(id).number(id).text(topic).text("cdr").map({{"offered_qos_profiles", qos}}).bytes));
   counts_.push_back(0);
   put(schemas_.back());
   put(channels_.back());

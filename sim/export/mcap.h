@@ -22,8 +22,9 @@ class McapWriter {
  public:
   explicit McapWriter(const std::filesystem::path& file);
 
-  /// Before the first message. Returns the channel's number.
-  std::uint16_t add_channel(const std::string& topic, const MessageType& type);
+  /// Before the first message. qos: the QoS profiles that its publisher offered, in YAML; empty: the default.
+  /// Returns the channel's number.
+  std::uint16_t add_channel(const std::string& topic, const MessageType& type, const std::string& qos);
   void add_message(std::uint16_t channel, std::int64_t t_ns, std::string_view cdr);
   /// Writes the indexes and closes the file. Without them it is not a valid MCAP file.
   void finish();

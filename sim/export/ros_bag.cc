@@ -83,8 +83,16 @@ void BagWriter::write() {
 
 }  // namespace
 
-Bag::Topic Bag::add_topic(const std::string& name, const MessageType& type) {
-  topics_.push_back({name, type.name, mcap_.add_channel(name, type)});
+// As version 5 of metadata.yaml writes them: numbers of rmw's enumerations.
+Bag::Topic Bag::add_topic(const std::string& name, const MessageType& type, Durability durability) {
+  static const std::string forever = "\n    sec: 9223372036\n    nsec: 854775807\n";
+  static const std::string latched =
+      "- history: 1  # keep_last\n  depth: 1\n  reliability: 1  # reliable\n"
+      "  durability: 1  # transient_local\n  deadline:" +
+      forever + "  lifespan:" + forever + "  liveliness: 1\n  liveliness_lease_duration:" + forever +
+      "  avoid_ros_namespace_conventions: false\n";
+  const std::string qos = durability == Durability::transient_local ? latched : "";
+  topics_.push_back({name, type.name, qos, mcap_.add_channel(name, type, qos)});
   return topics_.back().channel;
 }
 
@@ -92,17 +100,17 @@ void Bag::add(Topic topic, slam::Stamp t, const std::string& cdr) {
   mcap_.add_message(topic, recording::file_stamp(t), cdr);
 }
 
-std::string Bag::entry(const NamedTopic& topic) const {
-  return fmt::format(
-      "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: cdr\n"
-      "        offered_qos_profiles: \"\"\n      message_count: {}\n",
-      topic.name, topic.type, mcap_.messages(topic.channel));
-}
-
 std::string Bag::finish() {
   mcap_.finish();
   std::string topics;
-  for (const NamedTopic& topic : topics_) topics += entry(topic);
+  for (const NamedTopic& topic : topics_) {
+    std::string qos = "\"";
+    for (const char c : topic.qos) qos += c == '\n' ? std::string("\\n") : std::string(1, c);
+    topics += fmt::format(
+        "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: cdr\n"
+        "        offered_qos_profiles: {}\n      message_count: {}\n",
+        topic.name, topic.type, qos + "\"", mcap_.messages(topic.channel));
+  }
   const std::string span = fmt::format(
       "{{0}}duration:\n{{0}}  nanoseconds: {}\n{{0}}starting_time:\n{{0}}  nanoseconds_since_epoch: {}\n"
       "{{0}}message_count: {}\n",

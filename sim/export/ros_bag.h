@@ -23,8 +23,10 @@ class Bag {
 
   explicit Bag(const std::filesystem::path& mcap_file) : mcap_(mcap_file) {}
 
-  /// To be called before the first message.
-  Topic add_topic(const std::string& name, const MessageType& type);
+  enum class Durability { volatile_, transient_local };
+  /// To be called before the first message. transient_local: late subscribers get its last message.
+  Topic add_topic(const std::string& name, const MessageType& type,
+                  Durability durability = Durability::volatile_);
   /// cdr: a message with the stamp t.
   void add(Topic topic, slam::Stamp t, const std::string& cdr);
   /// Closes the file. Returns the text of metadata.yaml.
@@ -32,10 +34,9 @@ class Bag {
 
  private:
   struct NamedTopic {
-    std::string name, type;
+    std::string name, type, qos;
     Topic channel;
   };
-  std::string entry(const NamedTopic& topic) const;
 
   McapWriter mcap_;
   std::vector<NamedTopic> topics_;
@@ -52,8 +53,8 @@ class RecordedRows {
     slam::Stamp t{0};
     std::vector<double> values;
   };
-  /// Returns the last row until then, unless an earlier call has returned it.
-  std::optional<Row> latest(slam::Stamp until);
+  /// Returns the rows until then that no earlier call has returned.
+  std::vector<Row> until(slam::Stamp t);
 
  private:
   std::optional<recording::StampedRows> rows_;
@@ -76,13 +77,17 @@ class ViewerTopics {
   /// Poses of one frame in the world until now, and those to come.
   struct Moving {
     std::string frame;
+    Bag::Topic transforms;
     std::vector<files::TimedPose> poses;
     std::size_t passed = 0;  ///< of the poses
     std::optional<Bag::Topic> path = {};
   };
 
-  void add(const std::string& frame, std::vector<files::TimedPose> poses, const char* path = nullptr);
-  std::vector<ros::Transform> transforms_at(slam::Stamp t);
+  void add(const std::string& frame, Bag::Topic transforms, std::vector<files::TimedPose> poses,
+           const char* path = nullptr);
+  void add_truth(const recording::Truth& truth);
+  void write_start(slam::Stamp t);
+  void write_transforms(slam::Stamp t);
   void write_body(slam::Stamp t);
   void write_links(const RecordedRows::Row& joints);
   void write_map(slam::Stamp t);
@@ -95,7 +100,8 @@ class ViewerTopics {
   RecordedRows joints_, forces_;
   const std::shared_ptr<const RobotDescription> robot_;
   Bag::Topic transforms_, fixed_transforms_;
-  std::optional<Bag::Topic> description_, joint_states_, left_wrench_, right_wrench_, map_;
+  std::optional<Bag::Topic> true_fixed_transforms_, description_, joint_states_, left_wrench_, right_wrench_,
+      map_;
   std::optional<slam::Stamp> last_, paths_written_;
 };
 

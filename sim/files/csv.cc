@@ -46,7 +46,7 @@ CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::s
 
 CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields)
     : CsvReader(file, Writer::other) {
-  if (!line_.starts_with('#')) throw FileError(file_, 1, "expected a header that starts with #");
+  if (parse_number<double>(titles_[0])) throw FileError(file_, 1, "expected a header that names the columns");
   if (titles_.size() < least_fields)
     throw FileError(
         file_, 1,

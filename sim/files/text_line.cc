@@ -3,12 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstdint>
-
-#include "sim/files/text.h"
-
 namespace sim::files {
 
 using std::chrono::nanoseconds;
@@ -34,29 +28,27 @@ double TextLine::number(std::size_t field) const {
   return *value;
 }
 
-// Decimals to nanoseconds without a double, which resolves today's date to 100 ns only.
-nanoseconds TextLine::stamp(std::size_t field, Unit unit) const {
-  const std::string_view text = fields_.at(field).text;
-  const std::int64_t scale = unit == Unit::seconds ? 1'000'000'000 : 1;
-  const double approximately = number(field);
-  if (std::abs(approximately) * static_cast<double>(scale) > 9e18)
-    fail(field, "a time of more than 9e9 s: is it in nanoseconds?");
-  if (text.find_first_of("eE") != text.npos)
-    return nanoseconds(std::llround(approximately * static_cast<double>(scale)));
-  const std::size_t dot = text.find('.');
-  std::int64_t whole = 0, digit = scale / 10, fraction = 0;
-  std::from_chars(text.data(), text.data() + std::min(dot, text.size()), whole);
-  for (std::size_t i = dot == text.npos ? text.size() : dot + 1; i < text.size(); ++i, digit /= 10)
-    fraction += (text[i] - '0') * digit;
-  return nanoseconds(whole * scale + (text.front() == '-' ? -fraction : fraction));
+nanoseconds TextLine::stamp(std::size_t field, const TimeUnit& unit) const {
+  number(field);
+  const auto t = parse_stamp(text(field), unit);
+  if (!t) fail(field, "a time of more than 9e9 s: is it in nanoseconds?");
+  return *t;
 }
 
 TextLines::TextLines(const std::filesystem::path& file) : text_(read_text(file)) {
   std::size_t number = 0;
   for (std::string_view rest = text_; !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
-    TextLine line(file, ++number, rest.substr(0, end));
-    if (!line.is_comment()) lines_.push_back(std::move(line));
+    std::string_view text = rest.substr(0, end);
+    if (++number == 1 && text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
+    TextLine line(file, number, text);
+    bool is_header = false;
+    if (lines_.empty() && line.size() >= 4 && !parse_number<double>(line.text(0))) {
+      Header header(file, number, text);
+      is_header = header.are_titles();
+      if (is_header) header_.emplace(std::move(header));
+    }
+    if (!line.is_comment() && !is_header) lines_.push_back(std::move(line));
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
 }

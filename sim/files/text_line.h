@@ -3,10 +3,12 @@
 
 #include <chrono>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "sim/files/columns.h"
 #include "sim/files/text.h"
 
 namespace sim::files {
@@ -24,9 +26,8 @@ class TextLine {
   std::string_view text(std::size_t field) const { return fields_.at(field).text; }
   double number(std::size_t field) const;  ///< the whole field, finite
 
-  enum class Unit { seconds, nanoseconds };
   /// Exact to the nanosecond, unlike a double.
-  std::chrono::nanoseconds stamp(std::size_t field, Unit unit) const;
+  std::chrono::nanoseconds stamp(std::size_t field, const TimeUnit& unit) const;
 
   [[noreturn]] void fail(std::size_t field, const std::string& why) const;
   [[noreturn]] void fail(const std::string& why) const;
@@ -42,7 +43,7 @@ class TextLine {
   std::vector<Field> fields_;
 };
 
-/// The lines of a whole file that are neither blank nor comments.
+/// The lines of a whole file that are neither blank nor comments, after a byte order mark.
 class TextLines {
  public:
   /// Throws FileError.
@@ -51,9 +52,12 @@ class TextLines {
   TextLines& operator=(const TextLines&) = delete;
 
   const std::vector<TextLine>& lines() const { return lines_; }
+  /// The titles of the columns: the last line before the poses, a comment or not, that has such titles.
+  const std::optional<Header>& header() const { return header_; }
 
  private:
   std::string text_;
+  std::optional<Header> header_;
   std::vector<TextLine> lines_;
 };
 

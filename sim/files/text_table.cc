@@ -27,7 +27,7 @@ std::vector<std::string> broken(const std::string& title, std::size_t width) {
 }
 
 /// One column: the lines of its title, and its cells.
-struct Column {
+struct TableColumn {
   std::vector<std::string> title, cells;
   bool left = false;
 
@@ -42,7 +42,7 @@ struct Column {
     return width;
   }
 };
-using Columns = std::vector<Column>;
+using Columns = std::vector<TableColumn>;
 
 Columns columns_of(const Rows& rows, const TableShape& shape) {
   Columns columns(rows.at(0).size());
@@ -56,13 +56,13 @@ Columns columns_of(const Rows& rows, const TableShape& shape) {
 
 std::size_t width_of(const Columns& columns) {
   std::size_t width = 0;
-  for (const Column& column : columns) width += column.width() + kGap;
+  for (const TableColumn& column : columns) width += column.width() + kGap;
   return width < kGap ? 0 : width - kGap;
 }
 
 void break_titles(Columns& columns) {
   constexpr std::size_t kLeast = 10;
-  for (Column& column : columns)
+  for (TableColumn& column : columns)
     column.title = broken(column.title[0], std::max(kLeast, column.cells_width()));
 }
 
@@ -80,7 +80,7 @@ std::string line_of(const Columns& columns, const std::vector<std::string>& cell
 
 std::string drawn(const Columns& columns) {
   std::size_t head = 0;
-  for (const Column& column : columns) head = std::max(head, column.title.size());
+  for (const TableColumn& column : columns) head = std::max(head, column.title.size());
   std::string text;
   std::vector<std::string> cells(columns.size());
   for (std::size_t line = 0; line < head; ++line) {

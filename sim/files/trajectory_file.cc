@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <stdexcept>
 
 namespace sim::files {
 namespace {
 
 namespace fs = std::filesystem;
 using std::chrono::nanoseconds;
-using Unit = TextLine::Unit;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
@@ -45,34 +45,44 @@ Matrix6d covariance(const TextLine& line) {
   return P;
 }
 
-double coordinate(const TextLine& line, std::size_t field) {
+double coordinate(const TextLine& line, const Column& column) {
   constexpr double kMost_m = 1e9;
-  const double value = line.number(field);
-  if (!(std::abs(value) <= kMost_m)) line.fail(field, "a position of more than 1e9 m");
+  const double value = column.factor * line.number(column.field);
+  if (!(std::abs(value) <= kMost_m)) line.fail(column.field, "a position of more than 1e9 m");
   return value;
 }
 
-Eigen::Isometry3d parse_pose(const TextLine& line, std::size_t w, std::size_t x) {
-  const Eigen::Quaterniond q(line.number(w), line.number(x), line.number(x + 1), line.number(x + 2));
-  if (std::abs(q.norm() - 1) > 1e-2) line.fail(std::min(w, x), "the quaternion is not of length 1");
-  Eigen::Isometry3d X(q.normalized());
-  X.translation() = Eigen::Vector3d(coordinate(line, 1), coordinate(line, 2), coordinate(line, 3));
+// Where the pose is in each line.
+struct PoseColumns {
+  std::size_t stamp = 0;
+  std::vector<Column> position{{1}, {2}, {3}}, orientation{{7}, {4}, {5}, {6}};  // w, x, y, z; may be empty
+
+  /// The number of fields that a line needs.
+  std::size_t least() const {
+    std::size_t last = stamp;
+    for (const auto* columns : {&position, &orientation})
+      for (const Column& column : *columns) last = std::max(last, column.field);
+    return last + 1;
+  }
+};
+
+Eigen::Isometry3d parse_pose(const TextLine& line, const PoseColumns& columns) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  if (const auto& c = columns.orientation; !c.empty()) {
+    const Eigen::Quaterniond q(line.number(c[0].field), line.number(c[1].field), line.number(c[2].field),
+                               line.number(c[3].field));
+    if (std::abs(q.norm() - 1) > 1e-2)
+      line.fail(std::min(c[0].field, c[1].field), "the quaternion is not of length 1");
+    X.linear() = q.normalized().toRotationMatrix();
+  }
+  const auto& p = columns.position;
+  X.translation() = Eigen::Vector3d(coordinate(line, p[0]), coordinate(line, p[1]), coordinate(line, p[2]));
   return X;
 }
 
 void require_rising_stamps(const std::vector<TumRow>& rows, const std::vector<TextLine>& lines) {
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "the stamp is not after the one before");
-}
-
-TumRow parse_tum_row(const TextLine& line, Unit unit) {
-  const std::size_t n = line.size();
-  if (n != 8 && n != 20) line.fail(fmt::format("expected 8 or 20 numbers, found {}", n));
-  TumRow row;
-  row.t = line.stamp(0, unit);
-  row.X = parse_pose(line, 7, 4);
-  if (n == 20) row.covariance = covariance(line);
-  return row;
 }
 
 Eigen::Isometry3d kitti_pose(const TextLine& line) {
@@ -82,15 +92,8 @@ Eigen::Isometry3d kitti_pose(const TextLine& line) {
   if (!(R.transpose() * R).isIdentity(1e-2) || R.determinant() < 0)
     line.fail(0, "the first three columns are not a rotation");
   Eigen::Isometry3d X(Eigen::Quaterniond(R).normalized());
-  X.translation() = Eigen::Vector3d(coordinate(line, 3), coordinate(line, 7), coordinate(line, 11));
+  X.translation() = Eigen::Vector3d(coordinate(line, {3}), coordinate(line, {7}), coordinate(line, {11}));
   return X;
-}
-
-// Stamps beyond 9e9, or more than a day from pose to pose on average, are not seconds.
-Unit unit_of(const std::vector<TextLine>& lines) {
-  const double first = lines.front().number(0), last = lines.back().number(0);
-  return last > 9e9 || last - first > 1e5 * static_cast<double>(lines.size()) ? Unit::nanoseconds
-                                                                              : Unit::seconds;
 }
 
 // Drops a last pose that repeats the stamp before. Throws FileError if stamps do not rise otherwise.
@@ -103,35 +106,78 @@ void settle_stamps(TrajectoryFile& read, const std::vector<TextLine>& lines) {
   require_rising_stamps(read.rows, lines);
 }
 
-TrajectoryFile read_tum_like(const std::vector<TextLine>& lines) {
-  const auto with_covariance = [](const TextLine& line) { return line.size() == 20; };
-  const std::size_t n = std::any_of(lines.begin(), lines.end(), with_covariance) ? 20 : 8;
-  const Unit unit = unit_of(lines);
-  TrajectoryFile read{
-      n == 20 ? "TUM with covariance" : "TUM", unit == Unit::seconds ? "seconds" : "nanoseconds", {}};
-  for (const TextLine& line : lines) {
-    if (line.size() != 8 && line.size() != n)
-      line.fail(fmt::format("expected {} numbers, found {}", n, line.size()));
-    read.rows.push_back(parse_tum_row(line, unit));
+// Columns of poses with commas (EuRoC) or without (TUM), as the header names them or in the format's order.
+PoseColumns columns_of(const TextLines& text) {
+  const std::size_t n = text.lines().front().size();
+  const bool commas = text.lines().front().has_commas();
+  const auto& header = text.header();
+  PoseColumns columns;
+  if (commas) columns.orientation = {{4}, {5}, {6}, {7}};
+  const bool names_all = header && (header->names(Quantity::orientation) || n == 20);
+  if (n < 8 || (header && header->names(Quantity::position))) {
+    if (!names_all) columns.orientation.clear();
   }
-  settle_stamps(read, lines);
-  return read;
+  if (!header) return columns;
+  columns.stamp = header->time_field();
+  columns.position = header->columns(Quantity::position, "xyz", 1);
+  auto& c = columns.orientation;
+  if (c.empty()) return columns;
+  c = header->columns(Quantity::orientation, commas ? "wxyz" : "xyzw", 4);
+  if (!commas) std::rotate(c.begin(), c.end() - 1, c.end());
+  return columns;
 }
 
-// Whole numbers that rise by less than 1000 from pose to pose are not nanoseconds.
-bool are_frame_numbers(const std::vector<TextLine>& lines) {
-  return lines.back().number(0) - lines.front().number(0) < 1000 * static_cast<double>(lines.size() - 1);
+// Throws FileError if the stamps are not in the unit that the header states.
+const TimeUnit& unit_of(const fs::path& file, const std::vector<TextLine>& lines, std::size_t field,
+                        const TimeUnit* stated) {
+  std::vector<double> stamps;
+  for (const TextLine& line : lines) stamps.push_back(line.number(field));
+  try {
+    return unit_of_stamps(stamps, stated);
+  } catch (const std::invalid_argument& contradiction) {
+    throw FileError(file, contradiction.what());
+  }
 }
 
-TrajectoryFile read_euroc(const std::vector<TextLine>& lines) {
-  const bool numbers = lines.front().text(0).find_first_of(".eE") == std::string_view::npos,
-             counted = numbers && are_frame_numbers(lines), whole = numbers && !counted;
-  TrajectoryFile read{"EuRoC csv", counted ? "frame numbers" : whole ? "nanoseconds" : "seconds", {}};
+// Whole numbers that rise by less than 1000 from pose to pose, and are neither dates nor of a stated unit.
+bool are_frame_numbers(const std::vector<TextLine>& lines, std::size_t field, const TimeUnit* stated) {
+  const double first = lines.front().number(field), last = lines.back().number(field);
+  const auto is_whole = [&](const TextLine& line) {
+    return line.text(field).find_first_of(".eE") == std::string_view::npos;
+  };
+  return !stated && last < 1e9 && last - first < 1000 * static_cast<double>(lines.size() - 1) &&
+         std::all_of(lines.begin(), lines.end(), is_whole);
+}
+
+void require_length(const TextLine& line, const TextLine& first, std::size_t least, bool with_covariance) {
+  const std::size_t n = line.size();
+  if (n < least && first.has_commas())
+    line.fail(fmt::format("expected at least {} numbers, found {}", least, n));
+  if (first.has_commas() || n == first.size() || (with_covariance && (n == 8 || n == 20))) return;
+  line.fail(fmt::format("expected {} numbers, found {}", with_covariance ? 20 : first.size(), n));
+}
+
+TrajectoryFile read_poses(const fs::path& file, const TextLines& text) {
+  const std::vector<TextLine>& lines = text.lines();
+  const bool commas = lines.front().has_commas();
+  const bool with_covariance = !commas && std::any_of(lines.begin(), lines.end(),
+                                                      [](const TextLine& line) { return line.size() == 20; });
+  const PoseColumns columns = columns_of(text);
+  const TimeUnit* const stated = text.header() ? text.header()->time_unit() : nullptr;
+  for (const TextLine& line : lines) require_length(line, lines.front(), columns.least(), with_covariance);
+  const bool counted = commas && are_frame_numbers(lines, columns.stamp, stated);
+  const TimeUnit& unit = counted ? kSeconds : unit_of(file, lines, columns.stamp, stated);
+  TrajectoryFile read{commas            ? "EuRoC csv"
+                      : with_covariance ? "TUM with covariance"
+                                        : "TUM",
+                      counted ? "frame numbers" : unit.name,
+                      {}};
+  read.has_orientation = !columns.orientation.empty();
   for (const TextLine& line : lines) {
-    if (line.size() < 8) line.fail(fmt::format("expected at least 8 numbers, found {}", line.size()));
     TumRow row;
-    row.t = line.stamp(0, whole ? Unit::nanoseconds : Unit::seconds);
-    row.X = parse_pose(line, 4, 5);
+    row.t = line.stamp(columns.stamp, unit);
+    row.X = parse_pose(line, columns);
+    if (with_covariance && line.size() == 20) row.covariance = covariance(line);
     read.rows.push_back(row);
   }
   settle_stamps(read, lines);
@@ -153,9 +199,10 @@ TrajectoryFile read_kitti(const fs::path& file, const std::vector<TextLine>& lin
   const std::vector<TextLine>& stamps = text.lines();
   if (stamps.size() != read.rows.size())
     throw FileError(times, fmt::format("has {} times for {} poses", stamps.size(), read.rows.size()));
-  for (std::size_t i = 0; i < stamps.size(); ++i) read.rows[i].t = stamps[i].stamp(0, Unit::seconds);
+  const TimeUnit& unit = unit_of(times, stamps, 0, nullptr);
+  for (std::size_t i = 0; i < stamps.size(); ++i) read.rows[i].t = stamps[i].stamp(0, unit);
   settle_stamps(read, stamps);
-  read.stamps = "seconds";
+  read.stamps = unit.name;
   return read;
 }
 
@@ -173,21 +220,31 @@ std::string tum_row(nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& c
 std::vector<TumRow> read_tum(const fs::path& file) {
   const TextLines text(file);
   std::vector<TumRow> rows;
-  for (const TextLine& line : text.lines()) rows.push_back(parse_tum_row(line, TextLine::Unit::seconds));
+  for (const TextLine& line : text.lines()) {
+    const std::size_t n = line.size();
+    if (n != 8 && n != 20) line.fail(fmt::format("expected 8 or 20 numbers, found {}", n));
+    TumRow& row = rows.emplace_back();
+    row.t = line.stamp(0, kSeconds);
+    row.X = parse_pose(line, {});
+    if (n == 20) row.covariance = covariance(line);
+  }
   require_rising_stamps(rows, text.lines());
   return rows;
 }
 
 TrajectoryFile read_trajectory(const fs::path& file) {
   const TextLines text(file);
-  const std::vector<TextLine>& lines = text.lines();
-  if (lines.empty()) throw FileError(file, "has no pose in it");
-  const TextLine& first = lines.front();
-  if (first.has_commas()) return read_euroc(lines);
-  if (first.size() == 12) return read_kitti(file, lines);
-  if (first.size() == 8 || first.size() == 20) return read_tum_like(lines);
-  first.fail(
-      fmt::format("has {} numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)", first.size()));
+  if (text.lines().empty()) throw FileError(file, "has no pose in it");
+  const TextLine& first = text.lines().front();
+  const std::size_t n = first.size();
+  if (n == 12 && !first.has_commas()) return read_kitti(file, text.lines());
+  const bool named = text.header() && text.header()->names(Quantity::position);
+  if (n == 8 || n == 20 || named || n == 4 || first.has_commas()) {
+    if (first.has_commas() && n < 8 && !named)
+      first.fail(fmt::format("expected at least 8 numbers, found {}", n));
+    return read_poses(file, text);
+  }
+  first.fail(fmt::format("has {} numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)", n));
 }
 
 }  // namespace sim::files

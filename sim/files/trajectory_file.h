@@ -46,15 +46,17 @@ std::vector<TumRow> read_tum(const std::filesystem::path& file);
 
 struct TrajectoryFile {
   std::string format;  ///< "TUM", "TUM with covariance", "KITTI", "EuRoC csv"
-  std::string stamps;  ///< "seconds", "nanoseconds", "frame numbers"
+  std::string stamps;  ///< "seconds", "milliseconds", "microseconds", "nanoseconds", "frame numbers"
   std::vector<TumRow> rows;
-  std::string warning = {};  ///< what was left out, and why; empty if nothing was
+  std::string warning = {};     ///< what was left out, and why; empty if nothing was
+  bool has_orientation = true;  ///< else all rotations are the identity
 };
 
-/// TUM: 8 numbers a line, or 20 with covariance; stamps in s, or in ns if they are beyond 9e9 or more than a
-/// day apart. KITTI: 12, the upper rows of a matrix; stamps from times.txt beside it, else frame numbers, one
-/// a second. EuRoC: t, position, quaternion (w first) and anything else, with commas; whole stamps are ns, or
-/// frame numbers if they rise by less than 1000 from pose to pose, others are s. Comments (#) and blank lines
+/// TUM: stamp, position, quaternion (x first), or 20 numbers with covariance. EuRoC: with commas, quaternion
+/// (w first) and anything else. A header that names its columns is obeyed; it and files of 4 columns may be
+/// without orientation. KITTI: 12 numbers, the upper rows of a matrix; stamps from times.txt beside it, else
+/// frame numbers, one a second. The unit of stamps is decided from all rows (unit_of_stamps); whole numbers
+/// with commas that rise by less than 1000 and are no dates are frame numbers. Comments (#) and blank lines
 /// are skipped. Stamps must rise; a last pose that repeats the stamp before is dropped with a warning. Throws
 /// FileError.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);

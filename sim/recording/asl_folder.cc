@@ -1,13 +1,18 @@
 #include "sim/recording/asl_folder.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 
+#include "sim/files/columns.h"
 #include "sim/files/contained_path.h"
 #include "sim/files/text.h"
+#include "sim/recording/external_rows.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"
 
@@ -21,20 +26,26 @@ constexpr slam::Stamp kLongestGap{
     100'000'000};  // between true poses that are interpolated, and between readings that join
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt"};
 
-StampedRows rows_of(const fs::path& file, std::size_t least_columns) {
-  return StampedRows(files::CsvReader(file, least_columns));
-}
+constexpr std::size_t kCameraColumns = 2, kImuColumns = 4, kPlanColumns = 23, kTruthColumns = 8;
 
-slam::Stamp first_stamp(const fs::path& rows) {
-  const StampedRows first = rows_of(rows, 2);
-  if (!first.stamp()) throw files::FileError(rows, "has no images");
-  return *first.stamp();
-}
+/// The columns of an IMU; no accelerometer if the header names the gyro but not it.
+struct ImuColumns {
+  explicit ImuColumns(const files::Header& header)
+      : gyro(header.columns(files::Quantity::angular_rate, "xyz", 1)) {
+    using files::Quantity;
+    if (header.names(Quantity::acceleration) || (header.size() >= 7 && !header.names(Quantity::angular_rate)))
+      accelerometer = header.columns(Quantity::acceleration, "xyz", 4);
+  }
+  std::vector<files::Column> gyro, accelerometer;
+};
 
 // Readings of an IMU one after another. Each applies until halfway to its neighbors.
 class Readings {
  public:
-  explicit Readings(const fs::path& file) : rows_(rows_of(file, 4)) { read(); }
+  Readings(const fs::path& file, Stamps stamps, slam::Stamp ahead)
+      : rows_(file, kImuColumns, std::move(stamps)), columns_(rows_.header()), ahead_(ahead) {
+    read();
+  }
 
   /// Moves the readings before `until` into the observation.
   void move_to(slam::Stamp until, slam::Observation& o) {
@@ -58,11 +69,12 @@ class Readings {
     const std::optional<Reading> before = now_;
     now_.reset();
     if (!rows_.stamp()) return;
-    Reading reading{*rows_.stamp(), {}, {}, angular_rate(rows_.row()), std::nullopt};
-    if (rows_.row().fields() >= 7) reading.accelerometer = acceleration(rows_.row());
+    Reading reading{*rows_.stamp() - ahead_, {}, {}, angular_rate(rows_.row(), columns_.gyro), std::nullopt};
+    if (!columns_.accelerometer.empty())
+      reading.accelerometer = acceleration(rows_.row(), columns_.accelerometer);
     rows_.advance();
     const auto half = [&](slam::Stamp gap) { return std::min(gap, kLongestGap) / 2; };
-    const slam::Stamp ahead = rows_.stamp() ? *rows_.stamp() - reading.t : half_ * 2;
+    const slam::Stamp ahead = rows_.stamp() ? *rows_.stamp() - ahead_ - reading.t : half_ * 2;
     const slam::Stamp behind = before ? reading.t - before->t : ahead;
     reading.begin = before && behind <= kLongestGap ? before->end : reading.t - half(behind);
     reading.end = reading.t + half(ahead);
@@ -70,45 +82,109 @@ class Readings {
     now_ = reading;
   }
 
-  StampedRows rows_;
+  ExternalRows rows_;
+  ImuColumns columns_;
+  slam::Stamp ahead_;
   std::optional<Reading> now_;
   slam::Stamp half_{2'500'000};  // of the gap ahead of the last reading
 };
 
 // Rotation from the mean of the accelerometer's first readings to the z axis.
 Eigen::Matrix3d upright(const fs::path& imu_rows, const Eigen::Matrix3d& R_CG) {
-  StampedRows rows = rows_of(imu_rows, 4);
+  files::CsvReader rows(imu_rows, kImuColumns);
+  const ImuColumns columns(header_of(imu_rows, rows));
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 20 && rows.stamp() && rows.row().fields() >= 7; ++i, rows.advance())
-    sum += acceleration(rows.row());
+  for (int i = 0; i < 20 && !columns.accelerometer.empty() && rows.next(); ++i)
+    sum += acceleration(rows, columns.accelerometer);
   if (sum.isZero()) return Eigen::Matrix3d::Identity();
   return Eigen::Quaterniond::FromTwoVectors(R_CG * sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
 std::string sensor_text(const fs::path& file) { return files::read_text(file, files::kMostOfYaml); }
 
-AslSensors read_sensors(const fs::path& folder) {
-  AslSensors sensors;
-  RecordingSetup& setup = sensors.setup;
-  read_camera_yaml(folder / kCameraSensor, sensor_text(folder / kCameraSensor), setup);
-  const MountedImu imu = read_mounted_imu(folder / kImuSensor, sensor_text(folder / kImuSensor));
-  setup.imu_rate_hz = imu.rate_hz;
-  sensors.noise = imu.noise;
-  sensors.X_BC = setup.calibration.X_CG.inverse();
-  setup.calibration.X_CG = setup.calibration.X_CG * imu.X_BS;
-  sensors.has_plan = fs::exists(folder / kPlanRows);
-  if (sensors.has_plan)
-    read_plan_yaml(folder / kPlanSensor, sensor_text(folder / kPlanSensor), setup);
-  else
-    setup.X_WC_start.linear() = upright(folder / kImuRows, setup.calibration.X_CG.linear());
-  return sensors;
+// A sensor.yaml, or the calibration file of kalibr that stands for it.
+fs::path sensor_file(const fs::path& folder, const std::string& own, const char* kalibr) {
+  if (!fs::exists(folder / own))
+    for (const char* place : {".", "dso", "mav0"})
+      if (fs::exists(folder / place / kalibr)) return folder / place / kalibr;
+  return folder / own;
 }
 
-files::TimedPose true_pose(const files::CsvReader& row) {
-  files::TimedPose pose{slam::Stamp(row.integer(0)), Eigen::Isometry3d::Identity()};
-  const Eigen::Quaterniond q(row.number(4), row.number(5), row.number(6), row.number(7));
-  if (std::abs(q.norm() - 1) > 1e-2) row.fail(4, "the quaternion is not of length 1");
-  pose.X = Eigen::Translation3d(row.vector(1)) * q.normalized();
+void remark(AslSensors& sensors, const fs::path& file, const std::vector<std::string>& unread) {
+  if (unread.empty()) return;
+  sensors.remarks.push_back(
+      fmt::format("{}: keys that are not read: {}", file.string(), fmt::join(unread, ", ")));
+}
+
+struct ReadSensors : AslSensors {
+  explicit ReadSensors(const fs::path& folder) {
+    const fs::path camera_file = sensor_file(folder, kCameraSensor, "camchain.yaml"),
+                   imu_file = sensor_file(folder, kImuSensor, "imu_config.yaml");
+    const StatedCamera stated = read_camera_yaml(camera_file, sensor_text(camera_file), setup);
+    const MountedImu mounted = read_mounted_imu(imu_file, sensor_text(imu_file));
+    remark(*this, camera_file, stated.unread);
+    remark(*this, imu_file, mounted.unread);
+    setup.imu_rate_hz = mounted.rate_hz;
+    noise = mounted.noise;
+    const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();
+    X_BC = stated.by_imu ? mounted.X_BS * X_SC : X_SC;
+    setup.calibration.X_CG = X_BC.inverse() * mounted.X_BS;
+    imu_ahead = slam::Stamp(std::llround(1e9 * stated.timeshift_s));
+    camera = stamps_of(folder / kCameraRows, kCameraColumns, {stated.rate_hz, 4});
+    if (camera.all.empty()) throw files::FileError(folder / kCameraRows, "has no images");
+    first_image = camera.all.front();
+    imu = stamps_of(folder / kImuRows, kImuColumns, {mounted.rate_hz, 1.5});
+    require_one_clock(folder);
+    has_plan = fs::exists(folder / kPlanRows);
+    if (has_plan)
+      read_plan_yaml(folder / kPlanSensor, sensor_text(folder / kPlanSensor), setup);
+    else
+      setup.X_WC_start.linear() = upright(folder / kImuRows, setup.calibration.X_CG.linear());
+  }
+
+  void require_one_clock(const fs::path& folder) const {
+    constexpr slam::Stamp kBefore = std::chrono::seconds(1);  // of a single image
+    const slam::Stamp from = camera.all.size() > 1 ? first_image : first_image - kBefore;
+    const auto between = [&](slam::Stamp t) {
+      return t - imu_ahead >= from && t - imu_ahead <= camera.all.back();
+    };
+    if (!std::any_of(imu.all.begin(), imu.all.end(), between))
+      throw files::FileError(
+          folder / kImuRows,
+          imu.all.empty()
+              ? "has no readings"
+              : fmt::format("none of its readings is between the images: they are {}, the images {}; "
+                            "expected one clock",
+                            imu.span(), camera.span()));
+  }
+
+  Stamps camera, imu;
+};
+
+// Each image of the list must exist.
+void require_images(const fs::path& folder) {
+  for (files::CsvReader rows(folder / kCameraRows, kCameraColumns); rows.next();) {
+    const fs::path file = files::contained_path(folder / kCameraFolder, rows.text(1));
+    if (!fs::is_regular_file(file)) rows.fail(1, "no such image: " + file.string());
+  }
+}
+
+/// The columns of a true pose: position, and orientation with w first.
+struct PoseColumns {
+  explicit PoseColumns(const files::Header& header)
+      : p(header.columns(files::Quantity::position, "xyz", 1)),
+        q(header.columns(files::Quantity::orientation, "wxyz", 4)) {}
+  std::vector<files::Column> p, q;
+};
+
+files::TimedPose true_pose(const ExternalRows& rows, const PoseColumns& columns) {
+  const files::CsvReader& row = rows.row();
+  const auto& [p, q] = columns;
+  const auto at = [&](const files::Column& column) { return column.factor * row.number(column.field); };
+  files::TimedPose pose{*rows.stamp(), Eigen::Isometry3d::Identity()};
+  const Eigen::Quaterniond orientation(at(q[0]), at(q[1]), at(q[2]), at(q[3]));
+  if (std::abs(orientation.norm() - 1) > 1e-2) row.fail(q[0].field, "the quaternion is not of length 1");
+  pose.X = Eigen::Translation3d(at(p[0]), at(p[1]), at(p[2])) * orientation.normalized();
   return pose;
 }
 
@@ -125,13 +201,27 @@ std::optional<fs::path> truth_folder(const fs::path& folder) {
   return std::nullopt;
 }
 
+// Why a truth has no pose at any of the times.
+std::string why_none(const Stamps& truth, const std::vector<slam::Stamp>& times) {
+  if (truth.all.empty()) return "has no poses";
+  if (truth.all.back() < times.front() || truth.all.front() > times.back())
+    return fmt::format(
+        "none of its poses is near the time of an image: they are {}, the images from {} to {}", truth.span(),
+        seconds_text(times.front()), seconds_text(times.back()));
+  return fmt::format(
+      "its poses are more than {} s apart around each image, too far to interpolate between them",
+      slam::seconds(kLongestGap));
+}
+
 // Poses of the truth's body at the given times of the recording's clock.
 std::vector<files::TimedPose> interpolated(const fs::path& file, const std::vector<slam::Stamp>& times) {
   std::vector<files::TimedPose> poses;
-  StampedRows rows = rows_of(file, 8);
+  const Stamps stamps = stamps_of(file, kTruthColumns);
+  ExternalRows rows(file, kTruthColumns, stamps);
+  const PoseColumns columns(rows.header());
   std::optional<files::TimedPose> before;
-  for (auto t = times.begin(); rows.stamp() && t != times.end(); rows.advance()) {
-    const files::TimedPose now = true_pose(rows.row());
+  for (auto t = times.begin(); rows.stamp(); rows.advance()) {  // to the end: each row is checked
+    const files::TimedPose now = true_pose(rows, columns);
     for (; t != times.end() && *t <= now.t; ++t) {
       if (*t == now.t)
         poses.push_back(now);
@@ -140,6 +230,7 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const std::vect
     }
     before = now;
   }
+  if (poses.empty()) throw files::FileError(file, why_none(stamps, times));
   return poses;
 }
 
@@ -147,20 +238,29 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const std::vect
 
 struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
-    if (sensors.has_plan) plan.emplace(files::CsvReader(folder / kPlanRows, 23));
+    require_images(folder);
+    for (const slam::Stamp t : sensors.camera.all) times.push_back(t - sensors.first_image);
+    if (!sensors.has_plan) return;
+    const Stamps planned = stamps_of(folder / kPlanRows, kPlanColumns);
+    const auto is_of_image = [&](slam::Stamp t) {
+      return std::binary_search(sensors.camera.all.begin(), sensors.camera.all.end(), t);
+    };
+    if (!planned.all.empty() && std::none_of(planned.all.begin(), planned.all.end(), is_of_image))
+      throw files::FileError(folder / kPlanRows,
+                             fmt::format("none of its stamps is that of an image: they are {}, the images {}",
+                                         planned.span(), sensors.camera.span()));
+    plan.emplace(folder / kPlanRows, kPlanColumns, planned);
   }
 
   fs::path folder;
-  AslSensors sensors{read_sensors(folder)};
-  slam::Stamp start{first_stamp(folder / kCameraRows)};
-  StampedRows camera = rows_of(folder / kCameraRows, 2);
-  Readings readings{folder / kImuRows};
-  bool any_reading = false;
-  std::optional<StampedRows> plan;
+  ReadSensors sensors{folder};
+  std::vector<slam::Stamp> times;
+  ExternalRows camera{folder / kCameraRows, kCameraColumns, sensors.camera};
+  Readings readings{folder / kImuRows, sensors.imu, sensors.imu_ahead};
+  std::optional<ExternalRows> plan;
 
   cv::Mat image() const {
     const fs::path file = files::contained_path(folder / kCameraFolder, camera.row().text(1));
-    if (!fs::is_regular_file(file)) camera.row().fail(1, "no such image: " + file.string());
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
     return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
                         cv::IMREAD_GRAYSCALE);
@@ -172,24 +272,21 @@ AslFolder::~AslFolder() = default;
 
 const AslSensors& AslFolder::sensors() const { return files_->sensors; }
 
+const std::vector<slam::Stamp>& AslFolder::times() const { return files_->times; }
+
 double AslFolder::part() const { return files_->camera.row().part(); }
 
 std::optional<slam::Observation> AslFolder::next() {
   Files& f = *files_;
-  if (!f.camera.stamp()) {
-    if (!f.any_reading)
-      throw files::FileError(f.folder / kImuRows,
-                             "none of its readings is from before or between the images");
-    return std::nullopt;
-  }
+  if (!f.camera.stamp()) return std::nullopt;
   const slam::Stamp t = *f.camera.stamp();
   slam::Observation o;
-  o.t = t - f.start;
+  o.t = t - f.sensors.first_image;
   o.image = f.image();
   f.readings.move_to(t, o);
-  f.any_reading |= !o.gyro.empty();
   for (auto* samples : {&o.gyro, &o.accelerometer})
-    for (slam::InertialSample& sample : *samples) sample.begin -= f.start, sample.end -= f.start;
+    for (slam::InertialSample& sample : *samples)
+      sample.begin -= f.sensors.first_image, sample.end -= f.sensors.first_image;
   while (f.plan && f.plan->stamp() && *f.plan->stamp() < t) f.plan->advance();
   if (f.plan && f.plan->stamp() == t) o.plan = read_plan_row(f.plan->row());
   f.camera.advance();
@@ -202,15 +299,13 @@ std::vector<files::TimedPose> read_asl_truth(const fs::path& folder, const AslSe
                                              const std::vector<slam::Stamp>& times) {
   const auto truth = truth_folder(folder);
   if (!truth) return {};
-  const slam::Stamp start = first_stamp(folder / kCameraRows);
+  const slam::Stamp start = sensors.first_image;
   std::vector<slam::Stamp> own_clock;
   for (const slam::Stamp t : times) own_clock.push_back(t + start);
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   if (fs::exists(*truth / "sensor.yaml"))
     X_BS = read_mounting(*truth / "sensor.yaml", sensor_text(*truth / "sensor.yaml"));
   std::vector<files::TimedPose> poses = interpolated(*truth / "data.csv", own_clock);
-  if (poses.empty())
-    throw files::FileError(*truth / "data.csv", "none of its poses is near the time of an image");
   const Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,
                           X_WT = sensors.setup.X_WC_start * (poses.front().X * X_SC).inverse();
   for (files::TimedPose& pose : poses) pose = {pose.t - start, X_WT * pose.X * X_SC};

@@ -6,6 +6,8 @@
 //   mav0/plan0/{sensor.yaml,data.csv}             may be missing; as in GaitSLAM's exports
 //   mav0/{state_groundtruth_estimate0,mocap0}/... may be missing; p, q (w first) of the sensor in any world
 //
+// Without a sensor.yaml the calibration is camchain.yaml and imu_config.yaml of kalibr, in the folder or in
+// dso/. Columns are those that a header names, with its units; stamps are in the unit of unit_of_stamps().
 // Lines may end in CR LF, fields may have blanks around them. Times count from the first image.
 #pragma once
 
@@ -26,19 +28,23 @@ struct AslSensors {
   ImuNoise noise;  ///< zero if not stated
   Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();
   bool has_plan = false;
+  slam::Stamp first_image{0};        ///< by the camera's clock
+  slam::Stamp imu_ahead{0};          ///< timeshift_cam_imu, subtracted from the stamps of the IMU
+  std::vector<std::string> remarks;  ///< "FILE: keys that are not read: ..."
 };
 
 /// Reads the observations one after another. Throws FileError with file, line and column of missing or
-/// malformed data.
+/// malformed data. The constructor checks calibration, the list of images, the rates and the clocks.
 class AslFolder {
  public:
   explicit AslFolder(const std::filesystem::path& folder);
   ~AslFolder();
 
   const AslSensors& sensors() const;
+  /// The times of all images, from the first one on.
+  const std::vector<slam::Stamp>& times() const;
   /// Returns the next image with the readings since the one before, or nothing after the last. A reading
-  /// applies until halfway to its neighbors. Throws FileError at the end if no gyro reading came: then the
-  /// clocks differ.
+  /// applies until halfway to its neighbors.
   std::optional<slam::Observation> next();
   /// Progress of next(), 0 to 1.
   double part() const;

@@ -23,13 +23,16 @@ bool has_legs(const files::CsvReader& row) {
   return row.titles().size() >= kFirstOfLegs + 15 && row.titles()[kFirstOfLegs].starts_with("p_OC_x");
 }
 
-Eigen::Vector3d reading(const files::CsvReader& row, std::size_t first, const char* sensor,
-                        const char* unit) {
-  const Eigen::Vector3d values = row.vector(first);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (const double value = values[static_cast<Eigen::Index>(axis)]; std::abs(value) > kLargestReading)
-      row.fail(first + axis, fmt::format("{0}: {1} {2}, expected from -{3:.0f} to {3:.0f} {2}", sensor, value,
-                                         unit, kLargestReading));
+Eigen::Vector3d reading(const files::CsvReader& row, const std::vector<files::Column>& columns,
+                        const char* sensor, const char* unit) {
+  Eigen::Vector3d values;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double value = columns[axis].factor * row.number(columns[axis].field);
+    if (std::abs(value) > kLargestReading)
+      row.fail(columns[axis].field, fmt::format("{0}: {1} {2}, expected from -{3:.0f} to {3:.0f} {2}", sensor,
+                                                value, unit, kLargestReading));
+    values[static_cast<Eigen::Index>(axis)] = value;
+  }
   return values;
 }
 
@@ -97,9 +100,11 @@ slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
   return plan;
 }
 
-Eigen::Vector3d angular_rate(const files::CsvReader& row) { return reading(row, 1, "gyroscope", "rad/s"); }
-Eigen::Vector3d acceleration(const files::CsvReader& row) {
-  return reading(row, 4, "accelerometer", "m/s^2");
+Eigen::Vector3d angular_rate(const files::CsvReader& row, const std::vector<files::Column>& columns) {
+  return reading(row, columns, "gyroscope", "rad/s");
+}
+Eigen::Vector3d acceleration(const files::CsvReader& row, const std::vector<files::Column>& columns) {
+  return reading(row, columns, "accelerometer", "m/s^2");
 }
 
 const std::vector<BodySensor>& body_sensors() {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/files/columns.h"
 #include "sim/files/csv.h"
 #include "sim/recording/recording.h"
 #include "slam/observation.h"
@@ -44,9 +45,12 @@ std::string plan_fields(const slam::PlannedMotion& plan);
 /// Reads the plan of a row with either header. Throws FileError.
 slam::PlannedMotion read_plan_row(const files::CsvReader& row);
 
-/// The fields 1 to 3 and 4 to 6 of a row of an IMU. Throw FileError if a reading is beyond any sensor.
-Eigen::Vector3d angular_rate(const files::CsvReader& row);  ///< rad/s
-Eigen::Vector3d acceleration(const files::CsvReader& row);  ///< m/s^2
+/// The readings in a row of an IMU, by default in the fields 1 to 3 and 4 to 6. Throw FileError if a reading
+/// is beyond any sensor.
+Eigen::Vector3d angular_rate(const files::CsvReader& row,
+                             const std::vector<files::Column>& columns = {{1}, {2}, {3}});  ///< rad/s
+Eigen::Vector3d acceleration(const files::CsvReader& row,
+                             const std::vector<files::Column>& columns = {{4}, {5}, {6}});  ///< m/s²
 
 /// A sensor of the body, folder mav0/<name>, recorded only for other programs.
 struct BodySensor {

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include "sim/files/text.h"
@@ -60,6 +61,7 @@ std::string imu_keys(const RecordingSetup& setup, const ImuNoise& noise) {
 class Yaml {
  public:
   Yaml(const std::filesystem::path& file, std::string text) : file_(file) {
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark
     if (text.starts_with(kDirective)) text.replace(0, std::string(kDirective).size(), "#");
     try {
       root_ = YAML::Load(text);
@@ -68,7 +70,15 @@ class Yaml {
     } catch (const YAML::Exception& error) {
       fail(error.mark, error.msg);
     }
-    if (root_.IsMap()) require_plausible();
+    if (!root_.IsMap()) return;
+    require_keys_once(root_);
+    for (const char* chain : {"cam0", "imu0"})  // of kalibr, which knows several sensors
+      if (const YAML::Node first = root_[chain]; first && first.IsMap()) {
+        root_.reset(first);
+        require_keys_once(root_);
+        break;
+      }
+    require_plausible();
   }
 
   YAML::Node at(const std::string& key) const {
@@ -78,6 +88,19 @@ class Yaml {
   }
 
   bool has(const std::string& key) const { return root_.IsMap() && root_[key]; }
+
+  /// The first of two names that a key may have.
+  const char* either(const char* key, const char* other) const {
+    return !has(key) && has(other) ? other : key;
+  }
+
+  /// The keys that are not among those known.
+  std::vector<std::string> others(const std::set<std::string>& known) const {
+    std::vector<std::string> keys;
+    for (const auto& entry : root_)
+      if (const std::string& key = entry.first.Scalar(); !known.contains(key)) keys.push_back(key);
+    return keys;
+  }
 
   double number(const YAML::Node& node) const {
     const auto value = node.IsScalar() ? files::parse_finite(node.Scalar()) : std::nullopt;
@@ -116,10 +139,10 @@ class Yaml {
 
  private:
   void require_plausible() const {
-    require_keys_once(root_);
     for (const char* pose : {"T_BS", "T_SB", "T_WC_start"})
-      if (root_[pose] && root_[pose].IsMap()) require_keys_once(root_[pose]);
-    if (root_["rate_hz"]) require_rate(root_["rate_hz"]);
+      if (has(pose) && at(pose).IsMap()) require_keys_once(at(pose));
+    for (const char* rate : {"rate_hz", "update_rate"})
+      if (has(rate)) require_rate(at(rate), rate);
   }
 
   void require_keys_once(const YAML::Node& map) const {
@@ -133,17 +156,26 @@ class Yaml {
     }
   }
 
-  void require_rate(const YAML::Node& rate) const {
+  void require_rate(const YAML::Node& rate, const char* key) const {
     const auto hz = files::parse_finite(rate.Scalar());
     if (!hz || *hz < kLeastRate || *hz > kLargestRate)
-      fail(rate.Mark(), fmt::format("rate_hz: expected a number of Hz from {} to {:.0f}, found \"{}\"",
+      fail(rate.Mark(), fmt::format("{}: expected a number of Hz from {} to {:.0f}, found \"{}\"", key,
                                     kLeastRate, kLargestRate, rate.Scalar()));
+  }
+
+  std::vector<double> matrix_of(const YAML::Node& node) const {
+    const YAML::Node data = node.IsMap() ? node["data"] : node;
+    if (!data || !data.IsSequence()) fail(node.Mark(), "expected a matrix");
+    if (data.size() != 4) return numbers(data, 16);
+    std::vector<double> values;
+    for (const YAML::Node& row : data)
+      for (const double value : numbers(row, 4)) values.push_back(value);
+    return values;
   }
 
   Eigen::Isometry3d checked_pose(const std::string& key, double tolerance) const {
     const YAML::Node node = at(key);
-    if (!node.IsMap() || !node["data"]) fail(node.Mark(), "expected a matrix");
-    const std::vector<double> values = numbers(node["data"], 16);
+    const std::vector<double> values = matrix_of(node);
     Eigen::Isometry3d X;
     X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
     const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
@@ -158,7 +190,8 @@ class Yaml {
 };
 
 slam::Lens read_lens(const Yaml& yaml) {
-  const YAML::Node model = yaml.at("distortion_model"), coefficients = yaml.at("distortion_coefficients");
+  const YAML::Node model = yaml.at("distortion_model"),
+                   coefficients = yaml.at(yaml.either("distortion_coefficients", "distortion_coeffs"));
   const std::string name = model.IsScalar() ? model.Scalar() : "";
   if (name == kOneParameter) return slam::OneParameterRadial{yaml.numbers(coefficients, 1)[0]};
   if (name != kRadialTangential && name != "radtan" && name != kEquidistant)
@@ -216,7 +249,8 @@ std::string body_yaml() {
   return std::string(kDirective) + "\ncomment: \"GaitSLAM humanoid; body frame: the chest IMU\"\n";
 }
 
-void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {
+StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::string& text,
+                              RecordingSetup& setup) {
   const Yaml yaml(file, text);
   slam::CameraIntrinsics& camera = setup.calibration.camera;
   const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
@@ -232,8 +266,23 @@ void read_camera_yaml(const std::filesystem::path& file, const std::string& text
   camera.v0_px = intrinsics[3];
   camera.lens = read_lens(yaml);
   require_usable(file, camera);
-  setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB") : yaml.rounded_pose("T_BS").inverse();
-  setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
+  StatedCamera stated;
+  stated.by_imu = !yaml.has("T_SB") && !yaml.has("T_BS") && (yaml.has("T_cam_imu") || yaml.has("T_imu_cam"));
+  if (stated.by_imu)
+    setup.calibration.X_CG =
+        yaml.has("T_cam_imu") ? yaml.rounded_pose("T_cam_imu") : yaml.rounded_pose("T_imu_cam").inverse();
+  else
+    setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB") : yaml.rounded_pose("T_BS").inverse();
+  if (!stated.by_imu || yaml.has("rate_hz"))
+    stated.rate_hz = setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
+  if (yaml.has("timeshift_cam_imu")) stated.timeshift_s = yaml.number(yaml.at("timeshift_cam_imu"));
+  if (std::abs(stated.timeshift_s) > 10)
+    yaml.fail(yaml.at("timeshift_cam_imu").Mark(), "expected a number of seconds from -10 to 10");
+  stated.unread =
+      yaml.others({"sensor_type", "comment", "T_BS", "T_SB", "T_cam_imu", "T_imu_cam", "rate_hz",
+                   "resolution", "camera_model", "intrinsics", "distortion_model", "distortion_coefficients",
+                   "distortion_coeffs", "timeshift_cam_imu", "rostopic", "cam_overlaps"});
+  return stated;
 }
 
 std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
@@ -255,10 +304,13 @@ MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string
     return stated;
   };
   MountedImu imu;
-  imu.X_BS = yaml.rounded_pose("T_BS");
-  imu.rate_hz = yaml.number(yaml.at("rate_hz"));
+  if (yaml.has("T_BS") || !yaml.has("update_rate")) imu.X_BS = yaml.rounded_pose("T_BS");
+  imu.rate_hz = yaml.number(yaml.at(yaml.either("rate_hz", "update_rate")));
   imu.noise = {density("gyroscope_noise_density"), density("gyroscope_random_walk"),
                density("accelerometer_noise_density"), density("accelerometer_random_walk")};
+  imu.unread = yaml.others({"sensor_type", "comment", "T_BS", "rate_hz", "update_rate", "rostopic",
+                            "gyroscope_noise_density", "gyroscope_random_walk", "accelerometer_noise_density",
+                            "accelerometer_random_walk", "first_interval_begins_ns"});
   return imu;
 }
 

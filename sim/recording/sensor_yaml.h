@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
@@ -31,9 +32,19 @@ std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();
 std::string body_yaml();
 
-/// The readers get the text of a file and its name, and throw FileError. External cameras have T_BS instead
-/// of T_SB, with a rotation orthonormal to 1e-4 only.
-void read_camera_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
+// The readers get the text of a file and its name, and throw FileError. Matrices are maps with 16 numbers in
+// `data`, lists of 16 numbers, or lists of four rows. External rotations are orthonormal to 1e-4 only.
+
+/// What a camera's file states besides the calibration.
+struct StatedCamera {
+  std::optional<double> rate_hz;    ///< absent only in files of kalibr
+  double timeshift_s = 0;           ///< timeshift_cam_imu: stamps of the IMU minus those of the camera
+  bool by_imu = false;              ///< its pose is that in the IMU (T_cam_imu, T_imu_cam), not in the body
+  std::vector<std::string> unread;  ///< keys
+};
+/// Reads a sensor.yaml with T_SB or T_BS, or the cam0 of a camchain of kalibr.
+StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::string& text,
+                              RecordingSetup& setup);
 std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
                                          RecordingSetup& setup);
 /// Mounting of an IMU on the body and its stated noise, zero if not stated.
@@ -41,7 +52,9 @@ struct MountedImu {
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   ImuNoise noise;
   double rate_hz = 0;
+  std::vector<std::string> unread;  ///< keys
 };
+/// Reads a sensor.yaml, or the IMU's file of kalibr, which has update_rate and no T_BS.
 MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text);
 /// The T_BS of any sensor.
 Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text);

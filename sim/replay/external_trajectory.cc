@@ -110,6 +110,8 @@ void add_poses(const Poses& poses, const Frames& frames, tracking::Tracked& trac
 void read_run(const ExternalRun& run, const Frames& frames, const result::RunRecord& record,
               tracking::Tracked& tracked) {
   const files::TrajectoryFile file = files::read_trajectory(run.trajectory);
+  if (!file.has_orientation)
+    throw estimators::EstimatorFailed("its trajectory has positions only, expected poses");
   if (file.stamps == "frame numbers")
     throw estimators::EstimatorFailed(
         "its trajectory has frame numbers for stamps: write times.txt beside it");

@@ -124,6 +124,8 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs
   files::AtomicFolder result(place.folder, place.existing);
   recording::AslFolder reader(folder);
   const recording::AslSensors& sensors = reader.sensors();
+  // Before the first frame: what is wrong with the truth costs no estimate. The filter never receives it.
+  std::vector<files::TimedPose> truth = recording::read_asl_truth(folder, sensors, reader.times());
   tracking::Tracking tracking(scenario.scenario, sensors.setup.calibration, sensors.setup.X_WC_start);
   result::Timing timing;
   std::vector<slam::Stamp> times;
@@ -141,7 +143,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs
     progress(reader.part());
   }
   result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking.finish(), ""};
-  record.truth.camera = recording::read_asl_truth(folder, sensors, times);
+  record.truth.camera = std::move(truth);
   record.planned_camera = std::move(plan);
   record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_plan);
   const result::Outcome outcome = result::write_result(result.path(), record, place, timing,

@@ -22,8 +22,9 @@ Trajectory trajectory(const files::TrajectoryFile& file) {
 }
 
 std::string describe_file(const fs::path& file, const files::TrajectoryFile& read) {
-  return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}{}", file.string(), read.format,
+  return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}{}{}", file.string(), read.format,
                      read.rows.size(), seconds(read.rows.front().t), seconds(read.rows.back().t), read.stamps,
+                     read.has_orientation ? "" : ", positions only",
                      read.warning.empty() ? "" : "; warning: " + read.warning);
 }
 
@@ -242,8 +243,13 @@ PairedFiles pair_files(const fs::path& truth, const fs::path& estimate, const Pa
       !options.interpolate ? fmt::format("nearest stamp within {} s", options.most_apart_s)
                            : fmt::format("truth interpolated at the estimate's stamps, across at most {} s",
                                          seconds(most_gap(of_truth, options)));
-  return {
-      describe_file(truth, a), describe_file(estimate, b), pairing, pairs, coverage_of(of_truth, pairs), b};
+  return {describe_file(truth, a),
+          describe_file(estimate, b),
+          pairing,
+          pairs,
+          coverage_of(of_truth, pairs),
+          b,
+          a.has_orientation && b.has_orientation};
 }
 
 }  // namespace sim::trajectory_score

@@ -33,6 +33,7 @@ struct PairedFiles {
   std::vector<score::PosePair> pairs;
   Coverage coverage;
   files::TrajectoryFile estimate_file;
+  bool has_orientation = true;  ///< both files have more than positions
 };
 
 /// Reads and pairs. need_motion: positions are compared. Throws FileError if a file is not a trajectory, if

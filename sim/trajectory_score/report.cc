@@ -119,6 +119,19 @@ fs::path trajectory_in(const fs::path& path, bool truth) {
                                      : "is not a result folder with an estimate: it has no estimate.tum");
 }
 
+// Marks the errors that positions do not determine. Throws std::invalid_argument if the requested one is
+// such.
+void require_orientation(std::vector<Row>& rows, Relation relation) {
+  for (Row& row : rows) {
+    const bool motion = row.name.starts_with("RPE") && relation != Relation::point_distance;
+    if (row.unit == "m" && !motion && row.name != "APE origin") continue;
+    row.statistics = Absent{"a file has positions only"};
+    if (&row == &rows.front())
+      throw std::invalid_argument(
+          fmt::format("{}: it needs orientations, but a file has positions only", row.name));
+  }
+}
+
 Report score_files(const fs::path& truth, const fs::path& estimate, const Options& options) {
   const PairedFiles files = pair_files(truth, estimate, options.pairing, !is_of_orientation(options));
   Report report;
@@ -144,6 +157,10 @@ Report score_files(const fs::path& truth, const fs::path& estimate, const Option
     report.rows = {
         row("APE " + report.alignment, unit(options.relation), pose_errors(pairs, options.relation), "")};
     if (!options.alignment) add_overview(report, files.pairs, options);
+  }
+  if (!files.has_orientation) {
+    require_orientation(report.rows, options.relation);
+    return report;
   }
   for (const Row& nees : nees_rows(files.pairs, files.estimate_file, stamp(options.pairing.offset_s)))
     report.rows.push_back(nees);

@@ -330,8 +330,8 @@ struct Server::Implementation {
     acceptor.listen();
     shared->access.port = acceptor.local_endpoint().port();
   } catch (const boost::system::system_error& error) {
-    throw std::runtime_error(
-        fmt::format("cannot listen at {}: {}", authority(shared->access), error.code().message()));
+    throw std::runtime_error(fmt::format("cannot listen at {}: {}; --port 0 takes any free port of --address",
+                                         authority(shared->access), error.code().message()));
   }
 
   void accept() {

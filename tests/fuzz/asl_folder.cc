@@ -16,7 +16,7 @@ constexpr std::array kFiles{
     File{"cam0/sensor.yaml",
          "rate_hz: 20\nresolution: [48, 36]\nintrinsics: [30, 30, 23, 17]\ndistortion_model: radtan\n"
          "distortion_coefficients: [0, 0, 0, 0]\n"},
-    File{"imu0/sensor.yaml", "rate_hz: 200\ngyroscope_noise_density: 1e-4\n"},
+    File{"imu0/sensor.yaml", "rate_hz: 20\ngyroscope_noise_density: 1e-4\n"},
     File{"gt/sensor.yaml", ""},
     File{"cam0/data.csv", "#timestamp [ns],filename\n50000000,a.png\n100000000,a.png\n"},
     File{"imu0/data.csv", "#t,wx,wy,wz,ax,ay,az\n45000000,1,2,3,4,5,6\n95000000,1,2,3,4,5,6\n"},

@@ -75,7 +75,7 @@ function checkImu(message, row) {
 
 const same = (a, b) => assert.deepEqual([a.x, a.y, a.z], b);
 
-function checkTransforms(messages) {
+function checkTransforms(messages, files) {
   const frames = new Map();
   for (const message of messages)
     for (const { header, child_frame_id: child, transform } of message.transforms) {
@@ -84,8 +84,6 @@ function checkTransforms(messages) {
       if (!frames.has(child)) frames.set(child, []);
       frames.get(child).push({ header, pose: { position: transform.translation, orientation: transform.rotation } });
     }
-  const files = { camera: "truth", waist: "waist", left_foot: "left_foot", right_foot: "right_foot",
-    plan_camera: "plan", slam_camera: "slam" };
   assert.deepEqual([...frames.keys()].sort(), Object.keys(files).sort());
   for (const [child, name] of Object.entries(files)) {
     const expected = rows(`${name}.csv`);
@@ -98,7 +96,7 @@ function checkTransforms(messages) {
 function checkRobot(descriptions, messages) {
   assert.deepEqual(descriptions.map(({ data }) => data), ["<robot/>"]);
   const links = messages.flatMap(({ transforms }) => transforms).filter(({ header }) => header.frame_id === "waist");
-  const joints = rows("joints.csv");
+  const joints = rows("links.csv");
   assert.equal(links.length, 2 * joints.length);
   joints.forEach(([t, hip, knee], i) => {
     const [thigh, shin] = links.slice(2 * i, 2 * i + 2);
@@ -134,7 +132,9 @@ function checkMaps(messages) {
 }
 
 function checkViewerTopics(read, check) {
-  checkTransforms(read.get("/tf"));
+  checkTransforms(read.get("/tf"), { plan_camera: "plan", slam_camera: "slam" });
+  checkTransforms(read.get("/ground_truth/tf"), { "ground_truth/camera": "truth", "ground_truth/waist": "waist",
+    "ground_truth/left_foot": "left_foot", "ground_truth/right_foot": "right_foot" });
   checkRobot(read.get("/robot_description"), read.get("/tf"));
   assert.equal(read.get("/tf_static").length, 1);
   const { header, child_frame_id: child, transform } = read.get("/tf_static")[0].transforms[0];
@@ -167,6 +167,9 @@ async function main() {
     assert.equal(schema.encoding, "ros2msg");
     parsers.set(id, new MessageReader(parse(new TextDecoder().decode(schema.data), { ros2: true })));
   }
+  for (const { topic, metadata } of reader.channelsById.values())
+    assert.equal(/durability: 1/.test(metadata.get("offered_qos_profiles")),
+      /tf_static|robot_description/.test(topic), `durability of ${topic}`);
   const read = new Map();
   let last = 0n;
   for await (const message of reader.readMessages({ validateCrcs: true })) {

@@ -6,7 +6,6 @@
 
 namespace {
 
-using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using tests::differences;
@@ -57,56 +56,6 @@ TEST_F(BatchTest, ARecordingIsReplayedWithAnotherScenarioOfTheSameWalk) {
   const Ran ran = gaitslam("replay results/walk/seed-1 --scenario other.yaml --out other");
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_THAT(ran.err, HasSubstr("other.yaml: walk.commands is"));
-}
-
-TEST_F(BatchTest, ADefaultResultIsReplacedAndAnAskedForOneIsNot) {
-  const std::string run = "run stand.yaml --without camera,slam ";
-  EXPECT_EQ(gaitslam(run).exit_code, 0);
-  EXPECT_EQ(gaitslam(run).exit_code, 0);
-  EXPECT_EQ(gaitslam(run + "--out here").exit_code, 0);
-  EXPECT_TRUE(std::filesystem::exists(folder_ / "here/seed-1/score.json"));
-  EXPECT_EQ(gaitslam(run + "--out here").exit_code, 2);
-  EXPECT_EQ(gaitslam(run + "--out here --force").exit_code, 0);
-}
-
-TEST_F(BatchTest, ALimitOverSeedsDecidesTheExitCode) {
-  const std::string run = "run walk.yaml --seeds 1,2 --without camera,slam ";
-  EXPECT_EQ(gaitslam(run + "--out kept").exit_code, 0);
-  EXPECT_EQ(gaitslam(run + "limits.path_length_m.worst.at_least=100 --out missed").exit_code, 1);
-}
-
-// Killed later and later until it finishes first, then around that moment. A whole result has the bytes of a
-// run that was not killed.
-TEST_F(BatchTest, ARunThatIsKilledAtAnyMomentLeavesAWholeRecordingOrNone) {
-  const std::string run = "run walk.yaml --without camera,slam --out ";
-  ASSERT_EQ(gaitslam(run + "alone").exit_code, 0);
-  int trial = 0;
-  const auto survives = [&](double s) {
-    const std::string out = "out" + std::to_string(trial++);
-    const Ran ran = shell("timeout -s KILL " + std::to_string(s) + " " GAITSLAM_PROGRAM " " + run + out);
-    const bool there = std::filesystem::exists(folder_ / out / "seed-1");
-    if (there) {
-      EXPECT_THAT(differences(folder_ / "alone/seed-1", folder_ / out / "seed-1"), IsEmpty()) << s << " s";
-    }
-    EXPECT_TRUE(there || ran.exit_code != 0);
-    return ran.exit_code == 0;
-  };
-  double lived_s = 0.05, killed_s = 0;
-  for (; !survives(lived_s); lived_s *= 1.4) killed_s = lived_s;
-  EXPECT_GT(killed_s, 0);
-  for (int k = 1; k < 8; ++k) survives(killed_s + (lived_s - killed_s) * k / 8);
-  EXPECT_EQ(gaitslam(run + "out1 --force").exit_code, 0);  // killed before its end
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "out1"), {}),
-            1);  // nothing half-made
-}
-
-TEST_F(BatchTest, AProcessThatIsKilledIsReportedAndStaysOne) {
-  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " run '" GAITSLAM_SOURCE_DIR
-                        "/scenarios/tangent_circle.yaml' --seeds 1,2 --out killed");
-  EXPECT_EQ(ran.exit_code, 3);
-  EXPECT_THAT(ran.err, HasSubstr("seeds 1, 2: killed by signal"));
-  EXPECT_THAT(ran.out, ContainsRegex("failed +crashed +seeds 1, 2"));
-  EXPECT_THAT(text_of("killed/summary.json"), HasSubstr("\"ending\": \"crashed\""));
 }
 
 // In a container the program that starts a batch is often process 1.

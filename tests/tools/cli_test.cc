@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -18,7 +19,12 @@ using tests::Ran;
 const std::string kScenarios = std::string(GAITSLAM_SOURCE_DIR) + "/scenarios/";
 const std::string kCircle = kScenarios + "tangent_circle.yaml";
 
-class Cli : public tests::CommandLine {};
+class Cli : public tests::CommandLine {
+ protected:
+  void write_walk(const std::string& name, const std::string& more) const {
+    write(name, "walk: {commands: [{stand: {duration_s: 1}}]}\n" + more);
+  }
+};
 
 TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
   for (const std::string command : {"", "run ", "replay ", "export ", "score ", "regress ", "compare ",
@@ -95,6 +101,51 @@ TEST_F(Cli, WrongCommandsAndOptionsAreRejectedWithTheNearest) {
               testing::AllOf(HasSubstr("--frobnicate"), testing::Not(HasSubstr("did you mean"))));
 }
 
+TEST_F(Cli, WrongScenariosOverridesAndResultsAreNamedByEachCommand) {
+  write_walk("kitchen.yaml", "world:\n  room: kitchen\n");
+  write_walk("near.yaml", "world: {room: ofice}\n");
+  write_walk("robot.yaml", "world: {robot: office}\n");
+  write_walk("stand.yaml", "world: {room: office}\n");
+  write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
+  write("unknown.yaml", "sede: 1\n");
+  write("result/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
+  write("empty/x", "");
+  const std::string slurm = "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm ";
+  for (const auto& [arguments, complaint] : std::vector<std::pair<std::string, std::string>>{
+           {"check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of "},
+           {"check near.yaml", "; did you mean 'office'?"},
+           {"check robot.yaml", "robot.yaml:2: world.robot: is 'office', expected one of hrp2"},
+           {"check stand.yaml world.room=kitchen", "world.room: is 'kitchen'"},
+           {"check world.seed=3", "check: names no scenario, expected a YAML file"},
+           {"check far.yaml", "the cause is walk.commands[0].steps[0].forward_m 0.9"},
+           {"check unknown.yaml", "unknown.yaml:1:1: sede: unknown key; did you mean 'seed'?"},
+           {"config no.yaml", "no.yaml: cannot be read: No such file or directory"},
+           {"config '" + kCircle + "' seed=2 slam.gyro.sigma_rad_s=nan",
+            "<argument>:2:23: slam.gyro.sigma_rad_s: is 'nan'"},
+           {"config '" + kCircle + "' --without camrea", "did you mean 'camera'?"},
+           {slurm + "--out \"$(printf 'a\\nb')\"", "has a line break"},
+           {"replay no-such-folder", "no-such-folder: no such result folder"},
+           {"replay empty", "empty: expected a result folder (with scenario.yaml and recording/)"},
+           {"replay result walk.step_length_m=0.1", "walk.step_length_m: shapes the recording"},
+           {"run x.yaml --control", "--control requires --view"},
+           {"replay result --port 8000", "--port requires --view"},
+           {"score empty empty --all-pairs", "need -d or -u"},
+           {"leaderboard empty --csv none/t.csv",
+            "--csv none/t.csv: the folder none does not exist; create it first, or name another file"},
+           {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
+           {"leaderboard empty --metric rmse", "did you mean 'rmse_m'?"}})
+    expect_refused(arguments, complaint);
+  EXPECT_THAT(shell("cat stand.yaml | " GAITSLAM_PROGRAM " check world.seed=3 /dev/stdin").out,
+              HasSubstr(": valid, a walk of "));
+}
+
+TEST_F(Cli, HelpFitsAHundredColumns) {
+  for (const std::string command : {"", "run", "replay", "score", "sweep", "tune", "regress", "evaluate"}) {
+    std::istringstream lines(gaitslam(command + " --help").out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << command;
+  }
+}
+
 // U+009B starts a terminal command, U+202E changes the direction of writing.
 TEST_F(Cli, ControlCharactersAreNotPrintedInErrors) {
   write("key.yaml", R"("a\x9BK\u202Ez": 1)");
@@ -109,78 +160,6 @@ TEST_F(Cli, ControlCharactersAreNotPrintedInErrors) {
   }
 }
 
-TEST_F(Cli, CheckRejectsAMissingModel) {
-  write("kitchen.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld:\n  room: kitchen\n");
-  expect_refused("check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of ");
-  write("near.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld: {room: ofice}\n");
-  expect_refused("check near.yaml", "near.yaml:2: world.room: is 'ofice', expected one of ");
-  EXPECT_THAT(refusal("check near.yaml"), HasSubstr("; did you mean 'office'?"));
-  write("robot.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld: {robot: office}\n");
-  expect_refused("check robot.yaml", "robot.yaml:2: world.robot: is 'office', expected one of hrp2");
-}
-
-TEST_F(Cli, CheckTakesChangesAsRunDoes) {
-  write("stand.yaml", "walk: {commands: [{stand: {duration_s: 1}}]}\nworld: {room: office}\n");
-  EXPECT_THAT(gaitslam("check stand.yaml").out, HasSubstr("stand.yaml: valid, a walk of "));
-  EXPECT_THAT(gaitslam("check world.seed=3 stand.yaml").out, HasSubstr("stand.yaml: valid"));
-  EXPECT_THAT(refusal("check stand.yaml world.room=kitchen"), HasSubstr("world.room: is 'kitchen'"));
-  expect_refused("check world.seed=3", "check: names no scenario, expected a YAML file");
-}
-
-TEST_F(Cli, AnImpossibleStepIsBlamedOnItsOwnKey) {
-  write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
-  EXPECT_THAT(refusal("check far.yaml"), HasSubstr("the cause is walk.commands[0].steps[0].forward_m 0.9"));
-  write("low.yaml", "walk: {com_height_m: 0.3, commands: [{straight: {forward_m: 0, left_m: 1}}]}\n");
-  EXPECT_THAT(refusal("check low.yaml"), HasSubstr("the cause is walk.com_height_m 0.3"));
-}
-
-TEST_F(Cli, JsonOfAnotherTypeIsRejectedWithFileAndKey) {
-  write("a/seed-1/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
-  write("a/seed-1/about.json", R"({"recording_xxh3_128": 5})");
-  write("a/seed-1/score.json", R"({"seed": 1, "ending": "completed", "metrics": {}})");
-  expect_refused("compare a a", "a/seed-1/about.json: recording_xxh3_128: expected text, found number");
-  write("a/seed-1/score.json", R"({"seed": "1", "ending": "completed", "metrics": {}})");
-  expect_refused("compare a a", "a/seed-1/score.json: seed: expected a whole number from 0, found string");
-  write("a/seed-1/score.json", R"({"ending": "completed", "metrics": {"rmse_m": 5}})");
-  expect_refused("compare a a", "a/seed-1/score.json: metrics.rmse_m: expected an object, found number");
-}
-
-TEST_F(Cli, TooManySeedsAreRejected) {
-  const std::string text =
-      "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\nholdout: "
-      "[{scenario: '" +
-      kCircle + "', seeds: 1}]\ntraining: [{scenario: '" + kCircle + "', seeds: ";
-  for (const char* seeds : {"1..18446744073709551615", "0..18446744073709551615", "1..100001"}) {
-    write("spec.yaml", text + seeds + "}]\n");
-    expect_refused("tune spec.yaml", "seeds: more than 100000 seeds");
-    expect_refused("sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1 --seeds " + seeds,
-                   "more than 100000 seeds");
-  }
-}
-
-TEST_F(Cli, ALineBreakInAFolderForSlurmIsRejected) {
-  expect_refused(
-      "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm --out \"$(printf 'a\\nb')\"",
-      "has a line break");
-}
-
-TEST_F(Cli, ErrorsInScenariosAndOverridesAreUsageErrors) {
-  expect_refused("config no.yaml", "no.yaml: cannot be read: No such file or directory");
-  write("unknown.yaml", "sede: 1\n");
-  expect_refused("check unknown.yaml", "unknown.yaml:1:1: sede: unknown key; did you mean 'seed'?");
-  expect_refused("config '" + kCircle + "' seed=2 slam.gyro.sigma_rad_s=nan",
-                 "<argument>:2:23: slam.gyro.sigma_rad_s: is 'nan'");
-  expect_refused("config '" + kCircle + "' --without camrea", "did you mean 'camera'?");
-}
-
-TEST_F(Cli, AScenarioMayComeThroughAPipeOfTheShell) {
-  write("walk.yaml", tests::kShortWalk);
-  for (const std::string command : {GAITSLAM_PROGRAM " check /dev/stdin <walk.yaml",
-                                    "cat walk.yaml | " GAITSLAM_PROGRAM " check /dev/stdin",
-                                    "bash -c '" GAITSLAM_PROGRAM " check <(sleep 0.2; cat walk.yaml)'"})
-    EXPECT_THAT(shell(command).out, HasSubstr(": valid, a walk of")) << command;
-}
-
 TEST_F(Cli, APipeInAFolderIsRejected) {
   ASSERT_EQ(shell("mkdir -p result/recording && cd result && mkfifo scenario.yaml score.json truth.tum "
                   "estimate.tum recording/manifest.csv")
@@ -191,18 +170,6 @@ TEST_F(Cli, APipeInAFolderIsRejected) {
         "replay result", "regress result/score.json", "sweep result/scenario.yaml",
         "tune result/scenario.yaml", "check result/scenario.yaml"})
     EXPECT_THAT(refusal(command), HasSubstr("is not a regular file, expected one")) << command;
-}
-
-TEST_F(Cli, ReplayRejectsMissingResults) {
-  expect_refused("replay no-such-folder", "no-such-folder: no such result folder");
-  std::filesystem::create_directories(folder_ / "empty");
-  expect_refused("replay empty", "empty: expected a result folder (with scenario.yaml and recording/)");
-}
-
-TEST_F(Cli, ReplayDoesNotPretendToChangeWhatIsRecorded) {
-  std::filesystem::create_directories(folder_ / "result");
-  write("result/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
-  expect_refused("replay result walk.step_length_m=0.1", "walk.step_length_m: shapes the recording");
 }
 
 TEST_F(Cli, CheckNamesEachFileThatIsValidAndEachThatIsNot) {
@@ -223,14 +190,6 @@ TEST_F(Cli, ConfigPrintsTheOriginOfEachValue) {
   EXPECT_THAT(ran.out, testing::ContainsRegex("world.floor_friction +0.5 +0.15 +argument 1\n"));
   EXPECT_THAT(ran.out, testing::ContainsRegex("walk.step_length_m +0.15 +m +0.15 +default\n"));
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("slam.")));
-}
-
-TEST_F(Cli, ConfigAsYamlIsAScenarioOfTheSameValuesInWhateverOrderOfOptions) {
-  const std::string once = gaitslam("config '" + kCircle + "' seed=4 --without camera,slam --yaml").out;
-  EXPECT_THAT(once, HasSubstr("\nseed: 4\n"));
-  EXPECT_EQ(gaitslam("config --without slam,camera '" + kCircle + "' --yaml seed=4").out, once);
-  write("again.yaml", once);
-  EXPECT_EQ(gaitslam("config again.yaml --yaml").out, once);
 }
 
 TEST_F(Cli, ConfigListsAllKeysWithRangeAndMeaning) {
@@ -262,6 +221,23 @@ TEST_F(Cli, AFullTemporaryFolderIsNamed) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
 }
 
+TEST_F(Cli, APlanThroughTheRoomIsRejectedByEachCommandThatWouldWalkIt) {
+  write("ahead.yaml", "walk:\n  commands:\n    - stand: {duration_s: 1}\n    - straight: {forward_m: 9}\n");
+  for (const std::string command :
+       {"check ahead.yaml", "run ahead.yaml", "run ahead.yaml --seeds 1..2", "record ahead.yaml",
+        "record ahead.yaml --seeds 1..2", "run ahead.yaml --cached"}) {
+    const Ran ran = shell("GAITSLAM_CACHE=cache " GAITSLAM_PROGRAM " " + command);
+    EXPECT_EQ(ran.exit_code, 2) << command;
+    EXPECT_THAT(ran.err, StartsWith("ahead.yaml:4:7: walk.commands[1]: straight: at ")) << command;
+    EXPECT_THAT(ran.err, HasSubstr(" is within 0.05 m of chair_2, at (")) << command;
+    EXPECT_EQ(ran.out, "") << command;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "results")) << command;
+  }
+  const Ran allowed = gaitslam("run ahead.yaml limits.ending=[completed,collided]");
+  EXPECT_EQ(allowed.exit_code, 0) << allowed.err;
+  EXPECT_THAT(text_of("results/ahead/seed-1/about.json"), HasSubstr(" touched chair_2 at ("));
+}
+
 TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
   const std::string run = "run '" + kCircle + "' ";
   expect_refused("run", "scenario is required");
@@ -283,6 +259,8 @@ TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
 #else
 TEST_F(Cli, RunWithoutASimulatorSaysSo) {
   expect_refused("run '" + kCircle + "'", "this build has no simulator (GAITSLAM_WORLD=OFF)");
+  EXPECT_THAT(gaitslam("check '" + kCircle + "'").out,
+              HasSubstr("whether it is clear of its room was not checked"));
 }
 #endif
 
@@ -303,30 +281,17 @@ class Setup : public tests::CommandLine {
   }
 };
 
-TEST_F(Setup, MissingPackagesAreInstalledByRoot) {
-  const Ran ran = install("USER_NUMBER=0 APT_RESULT=0");
-  EXPECT_EQ(ran.exit_code, 0);
-  EXPECT_EQ(ran.out, "done\n");
-  EXPECT_THAT(ran.err, HasSubstr("apt-get update -qq\n"));
-  EXPECT_THAT(ran.err, HasSubstr("apt-get install -y -qq --no-install-recommends ninja-build libfoo-dev"));
-}
-
-TEST_F(Setup, OtherUsersGetTheCommandToRun) {
-  const Ran ran = install("USER_NUMBER=1000 APT_RESULT=0");
-  EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_EQ(ran.out, "");
-  EXPECT_THAT(
-      ran.err,
-      HasSubstr(
-          "sudo apt-get update && sudo apt-get install -y --no-install-recommends ninja-build libfoo-dev"));
-}
-
-TEST_F(Setup, WithoutANetworkTheCommandIsNamedToo) {
-  const Ran ran = install("USER_NUMBER=0 APT_RESULT=100");
-  EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_THAT(
-      ran.err,
-      HasSubstr("apt-get update && apt-get install -y --no-install-recommends ninja-build libfoo-dev"));
+TEST_F(Setup, MissingPackagesAreInstalledByRootAndOthersGetTheCommand) {
+  const std::string what = "--no-install-recommends ninja-build libfoo-dev";
+  for (const auto& [settings, code, said] : std::vector<std::tuple<std::string, int, std::string>>{
+           {"USER_NUMBER=0 APT_RESULT=0", 0, "apt-get install -y -qq " + what},
+           {"USER_NUMBER=1000 APT_RESULT=0", 2, "sudo apt-get update && sudo apt-get install -y " + what},
+           {"USER_NUMBER=0 APT_RESULT=100", 2, "  apt-get update && apt-get install -y " + what}}) {
+    const Ran ran = install(settings);
+    EXPECT_EQ(ran.exit_code, code) << settings;
+    EXPECT_EQ(ran.out, code == 0 ? "done\n" : "") << settings;
+    EXPECT_THAT(ran.err, HasSubstr(said));
+  }
 }
 
 }  // namespace

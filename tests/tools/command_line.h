@@ -73,6 +73,19 @@ class CommandLine : public testing::Test {
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
   }
 
+  /// Writes the scenarios of `reproduce`, all with this walk, into the folder s.
+  void write_experiments(const std::string& walk) const {
+    const std::string filter = walk + "camera: {}\nslam: {}\n",
+                      lines = walk + "camera: {}\nslam: {depth: {first_sight: particles}}\n";
+    for (const char* name : {"tangent_quadrant", "perpendicular_circle_trial1"})
+      write(std::string("s/") + name + ".yaml", walk);
+    for (const char* name : {"tangent_circle", "perpendicular_circle", "hall"})
+      write(std::string("s/") + name + ".yaml", filter);
+    for (const char* name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
+                             "perpendicular_circle_paper", "hall_paper"})
+      write(std::string("s/") + name + ".yaml", lines);
+  }
+
   void write(const std::string& name, const std::string& text) const {
     std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name) << text;

@@ -128,15 +128,6 @@ TEST_F(ExternalEstimator, TheProgramsWordsAreKept) {
   EXPECT_THAT(json("out/about.json")["cause"].get<std::string>(), HasSubstr("first | the map is broken"));
 }
 
-TEST_F(ExternalEstimator, TheFilterAsAProgramWritesTheSameBytes) {
-  ASSERT_EQ(replay("filter").exit_code, 0);
-  const std::string poses = text_of("out/estimate.tum"), covariances = text_of("out/estimate_cov.txt");
-  ASSERT_EQ(replay(fmt::format("{{program: '{}'}}", GAITSLAM_FILTER_PROGRAM)).exit_code, 0);
-  EXPECT_EQ(text_of("out/estimate.tum"), poses);
-  EXPECT_EQ(text_of("out/estimate_cov.txt"), covariances);
-  EXPECT_TRUE(json("out/score.json")["metrics"]["nees_position_mean"]["value"].is_number());
-}
-
 // The bound is a twentieth of the path, chosen before the first try; one that stands still misses it by far.
 TEST_F(LongExternalEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");
@@ -167,23 +158,6 @@ TEST_F(LongExternalEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
   EXPECT_GT(value(frozen, "ate_sim3_rmse_m"), 2 * bound_m) << "it does not follow its images";
   EXPECT_GT(value(metrics(fmt::format("['{}', nothing]", GAITSLAM_MISBEHAVING), ""), "ate_sim3_rmse_m"),
             2 * bound_m);
-}
-
-TEST_F(ExternalEstimator, WithoutCovarianceThereIsNoNeesAndTheReportIsDrawn) {
-  ASSERT_EQ(replay("plan_alone").exit_code, 0);
-  const auto metrics = json("out/score.json")["metrics"];
-  EXPECT_TRUE(metrics["nees_position_mean"]["value"].is_null());
-  EXPECT_EQ(metrics["nees_position_mean"]["reason"], "the estimator states no covariance");
-  EXPECT_TRUE(metrics["rmse_m"]["value"].is_number());
-  const Ran ran = gaitslam("report out --out page.html");
-  EXPECT_EQ(ran.exit_code, 0) << ran.err;
-}
-
-TEST_F(ExternalEstimator, AProgramThatIsNotThereIsWrongUsage) {
-  const Ran ran = replay("{program: ./nowhere}");
-  EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_THAT(ran.err, HasSubstr("the program ./nowhere cannot be started: No such file or directory"));
-  EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
 TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
@@ -327,26 +301,6 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   EXPECT_FALSE(
       fs::exists(folder_ / "figures/error_over_time_other.svg"));      // one run has nothing to compare with
   EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_seeds.svg"));  // nothing is pooled over estimators
-}
-
-TEST_F(ExternalEstimator, TheFilesOfAResultAreAsTheirSchemasSay) {
-  write("walk.yaml", tests::kShortWalk);
-  ASSERT_EQ(gaitslam("run walk.yaml --seeds 1,2 estimator=plan_alone --out s").exit_code, 0);
-  for (const auto& [schema, file] : {std::pair<std::string, std::string>{"score", "s/seed-1/score.json"},
-                                     {"about", "s/seed-1/about.json"},
-                                     {"summary", "s/summary.json"},
-                                     {"score", "r/seed-1/score.json"}}) {
-    const Ran ran = shell(fmt::format(
-        "/usr/bin/python3 '{0}/tests/tools/check_schema.py' '{0}/sim/result/schemas/{1}.schema.json' {2}",
-        GAITSLAM_SOURCE_DIR, schema, file));
-    EXPECT_EQ(ran.exit_code, 0) << ran.err;
-  }
-  write("wrong.json", R"({"format_version": 1, "scenario": 7})");
-  EXPECT_NE(shell(fmt::format("/usr/bin/python3 '{0}/tests/tools/check_schema.py' "
-                              "'{0}/sim/result/schemas/score.schema.json' wrong.json",
-                              GAITSLAM_SOURCE_DIR))
-                .exit_code,
-            0);
 }
 
 TEST_F(ExternalEstimator, WhatEvaluateCannotDoIsRefused) {

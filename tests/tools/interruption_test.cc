@@ -69,7 +69,9 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
                         "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force");
   EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-1, seed-2"));
-  EXPECT_THAT(ran.out, HasSubstr("crashed"));
+  EXPECT_THAT(ran.err, HasSubstr("seeds 1, 2: killed by signal"));
+  EXPECT_THAT(ran.out, testing::ContainsRegex("failed +crashed +seeds 1, 2"));
+  EXPECT_THAT(text_of("h/summary.json"), HasSubstr("\"ending\": \"crashed\""));
   EXPECT_FALSE(fs::exists(folder_ / "h/seed-1"));
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-1/score.json"));
   EXPECT_THAT(partial("h"), IsEmpty());
@@ -151,32 +153,19 @@ TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
   }
 }
 
-TEST_F(Interruption, LeftoversInTheTemporaryFolderGoWithTheNextStart) {
-  fs::create_directories(folder_ / "tmp/gaitslam-letter");
+TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderGoWithTheNextStart) {
+  ok(kBlindStand + "--seeds 1,2 --out tmp/gaitslam-result");
   write("tmp/gaitslam-letter/dear.txt", "mine");
   ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
   const std::string run = kBlind + "--seeds 1,2 --out ";
   ended_when("[ -e h/.seed-1.partial ]", "KILL", run + "h");
-  EXPECT_GT(std::distance(fs::directory_iterator(folder_ / "tmp"), {}), 1);
+  EXPECT_GT(std::distance(fs::directory_iterator(folder_ / "tmp"), {}), 2);
   ok(run + "again");
-  ::unsetenv("TMPDIR");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "tmp"), {}), 1);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "tmp"), {}), 2);
   EXPECT_EQ(text_of("tmp/gaitslam-letter/dear.txt"), "mine");
-}
-
-TEST_F(Interruption, ResultsInTheTemporaryFolderAreNoLeftovers) {
-  ok(kBlindStand + "--seeds 1,2 --out tmp/gaitslam-result");
-  write("tmp/gaitslam-result/notes.txt", "mine");
-  ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
-  ok(kBlindStand + "--seeds 1,2 --out again");
-  ::unsetenv("TMPDIR");
   EXPECT_TRUE(fs::exists(folder_ / "tmp/gaitslam-result/seed-1/score.json"));
-  EXPECT_EQ(text_of("tmp/gaitslam-result/notes.txt"), "mine");
-}
-
-TEST_F(Interruption, ATemporaryFolderThatIsMissingIsNamed) {
   ::setenv("TMPDIR", "/no such folder", 1);
-  EXPECT_EQ(refusal(kBlind + "--seeds 1,2 --out h"),
+  EXPECT_EQ(refusal(run + "none"),
             "gaitslam: TMPDIR: /no such folder: expected a folder for temporary files\n");
   ::unsetenv("TMPDIR");
 }

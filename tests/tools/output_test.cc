@@ -22,11 +22,14 @@ class OutputTest : public tests::CommandLine {
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     EXPECT_EQ(ran.complaints(), "");
     write("printed.json", ran.out);
-    const Ran checked = shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
-                              "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR "/sim/result/schemas/" +
-                              schema + ".schema.json' printed.json");
-    EXPECT_EQ(checked.exit_code, 0) << checked.err;
+    const Ran found = checked(schema, "printed.json");
+    EXPECT_EQ(found.exit_code, 0) << found.err;
     return json::parse(ran.out);
+  }
+  Ran checked(const std::string& schema, const std::string& file) const {
+    return shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
+                 "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR "/sim/result/schemas/" +
+                 schema + ".schema.json' " + file);
   }
   void expect_silence(const std::string& arguments, int exit_code) const {
     const Ran ran = gaitslam(arguments);
@@ -35,7 +38,7 @@ class OutputTest : public tests::CommandLine {
   }
 };
 
-TEST_F(OutputTest, JsonIsOneDocumentOfOneRun) {
+TEST_F(OutputTest, JsonIsOneDocumentAndFilesAreAsTheirSchemasSay) {
   const json run = document_of("run walk.yaml --out r --json", "outcome");
   EXPECT_EQ(run["folder"], "r/seed-1");
   EXPECT_EQ(run["ending"], "completed");
@@ -44,13 +47,17 @@ TEST_F(OutputTest, JsonIsOneDocumentOfOneRun) {
   EXPECT_EQ(replay["score"], run["score"]);
   const json score = document_of("score r/seed-1 --json", "trajectory");
   EXPECT_GT(score["errors"].size(), 2u);
-}
 
-TEST_F(OutputTest, JsonOfSeveralSeedsIsTheirSummary) {
   write("stand.yaml", tests::kStand);
-  const json run = document_of("run stand.yaml --seeds 1,2 --out r --json", "outcome");
-  EXPECT_EQ(run["folder"], "r");
-  EXPECT_EQ(run["summary"], json::parse(text_of("r/summary.json")));
+  const json seeds = document_of("run stand.yaml estimator=plan_alone --seeds 1,2 --out s --json", "outcome");
+  EXPECT_EQ(seeds["summary"], json::parse(text_of("s/summary.json")));
+  for (const auto& [schema, file] : {std::pair{"score", "s/seed-1/score.json"},
+                                     {"about", "s/seed-1/about.json"},
+                                     {"summary", "s/summary.json"},
+                                     {"score", "r/seed-1/score.json"}})
+    EXPECT_EQ(checked(schema, file).exit_code, 0) << file;
+  write("wrong.json", R"({"format_version": 1, "scenario": 7})");
+  EXPECT_NE(checked("score", "wrong.json").exit_code, 0);
 }
 
 TEST_F(OutputTest, QuietLeavesTheExitCode) {
@@ -61,12 +68,6 @@ TEST_F(OutputTest, QuietLeavesTheExitCode) {
   expect_silence("run strict.yaml --seeds 1 --out s -q", 1);
   EXPECT_THAT(refusal("run none.yaml -q"), HasSubstr("none.yaml: cannot be read"));
   EXPECT_THAT(refusal("run walk.yaml -q --json"), HasSubstr("excludes"));
-}
-
-TEST_F(OutputTest, AllMetricsAreShownOnRequest) {
-  short_walks("r");
-  EXPECT_THAT(gaitslam("replay r/seed-1 --out a").out, Not(HasSubstr("  poses_matched")));
-  EXPECT_THAT(gaitslam("replay r/seed-1 --out b --all-metrics").out, HasSubstr("  poses_matched"));
 }
 
 }  // namespace

@@ -126,16 +126,6 @@ TEST_F(OwnFiles, TheCurrentFolderIsNotReplaced) {
     }
 }
 
-TEST_F(OwnFiles, AReportAsksBeforeItReplacesAFile) {
-  run("--out one");
-  write("page.html", "mine");
-  EXPECT_THAT(refusal("report one/seed-1 --out page.html"),
-              HasSubstr("page.html: exists already; --force replaces"));
-  EXPECT_EQ(text_of("page.html"), "mine");
-  EXPECT_EQ(gaitslam("report one/seed-1 --out page.html --force").exit_code, 0);
-  EXPECT_NE(text_of("page.html"), "mine");
-}
-
 TEST_F(OwnFiles, NothingButRegularFilesIsReplaced) {
   run("--without camera,slam --out one");
   ASSERT_EQ(shell("mkfifo pipe.mp4 && ln -s pipe.mp4 link.mp4").exit_code, 0);
@@ -151,24 +141,6 @@ TEST_F(OwnFiles, NothingButRegularFilesIsReplaced) {
       EXPECT_TRUE(fs::is_fifo(folder_ / "pipe.mp4") && fs::is_symlink(folder_ / "link.mp4"))
           << command << file;
     }
-}
-
-TEST_F(OwnFiles, CleaningTheCacheRemovesItsOwnRecordingsAlone) {
-  ASSERT_EQ(gaitslam("record walk.yaml --seeds 1,2").exit_code, 0);
-  const std::string hash = "the cache/0123456789abcdef0123456789abcdef";
-  write(hash + "/thesis.tex", "mine");
-  write("the cache/notes.txt", "mine");
-  std::string noted;
-  for (const auto& entry : fs::directory_iterator(folder_ / "the cache"))
-    if (fs::exists(entry.path() / "entry.json")) noted = entry.path().filename();
-  write("the cache/" + noted + "/notes.txt", "mine");
-  const Ran clean = gaitslam("cache clean");
-  EXPECT_EQ(clean.exit_code, 0) << clean.err;
-  EXPECT_THAT(clean.out, HasSubstr("1 recording removed"));
-  EXPECT_THAT(clean.out, HasSubstr("1 recording kept because of files that gaitslam did not make"));
-  for (const std::string& mine :
-       {hash + "/thesis.tex", std::string("the cache/notes.txt"), "the cache/" + noted + "/notes.txt"})
-    EXPECT_EQ(text_of(mine), "mine") << mine;
 }
 
 TEST_F(OwnFiles, ARecordingIsTheSameBytesTwiceAndNamesTheScenarioAsGiven) {

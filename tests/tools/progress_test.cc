@@ -1,5 +1,5 @@
-// Progress lines: the time left does not grow on a steady job, the line fits the terminal, and without a
-// terminal a line appears at intervals.
+// What the jobs of a command share. Progress lines: the time left does not grow on a steady job, the line
+// fits the terminal, and without a terminal a line appears at intervals.
 #include "tools/cli/jobs/progress.h"
 
 #include <gmock/gmock.h>
@@ -10,9 +10,11 @@
 
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
+#include "tools/cli/jobs/results.h"
 
 namespace {
 
+namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::Not;
@@ -32,15 +34,9 @@ void expect_never_growing(const std::vector<double>& left) {
   EXPECT_LT(left.back(), 0.15 * left.front() + 1);
 }
 
-TEST(RemainingTime, DoesNotGrowOnASteadyJob) {
+TEST(RemainingTime, DoesNotGrowOnASteadyJobNorBetweenItsStepsNorWhenItsRateFluctuates) {
   expect_never_growing(left_over(60, [](double t) { return t / 60; }));
-}
-
-TEST(RemainingTime, DoesNotGrowBetweenTheStepsOfASteadyJob) {
   expect_never_growing(left_over(100, [](double t) { return std::floor(t / 10) / 10; }));
-}
-
-TEST(RemainingTime, DoesNotGrowWhenARateFluctuates) {
   expect_never_growing(left_over(60, [](double t) { return t / 60 + 0.005 * std::sin(t); }));
 }
 
@@ -86,10 +82,19 @@ TEST_F(ShownProgress, WithoutATerminalALineAppearsNowAndThen) {
   EXPECT_GE(std::count(text.begin(), text.end(), '\n'), 2);
 }
 
-TEST_F(ShownProgress, BriefWorkShowsNothing) { EXPECT_EQ(shown({.redraws = true}), ""); }
-
-TEST_F(ShownProgress, QuietShowsNothing) {
+TEST_F(ShownProgress, BriefOrQuietWorkShowsNothing) {
+  EXPECT_EQ(shown({.redraws = true}), "");
   EXPECT_EQ(shown({.redraws = true, .silent = true, .first = 0ms}), "");
+}
+
+TEST(Progress, NeverRunsBackwards) {
+  const sim::files::TemporaryFolder folder;
+  {
+    cli::ProgressLine line("walk", {.file = folder / "part"});
+    for (const double part : {0.5, 0.2}) line.show(part);
+    std::this_thread::sleep_for(330ms);
+  }
+  EXPECT_DOUBLE_EQ(cli::part_in(folder / "part"), 0.5);
 }
 
 TEST_F(ShownProgress, ATerminalHasOneLineThatIsRemovedAtTheEnd) {
@@ -112,6 +117,36 @@ TEST_F(ShownProgress, AProcessTellsItsParentAndShowsNothing) {
   EXPECT_EQ(shown({.redraws = true, .file = folder_ / "part", .first = 0ms}), "");
   EXPECT_DOUBLE_EQ(cli::part_in(folder_ / "part"), 0.25);
   EXPECT_EQ(cli::part_in(folder_ / "none"), 0);
+}
+
+/// Results of earlier commands, moved out of the way.
+class Stale : public testing::Test {
+ protected:
+  void make(const std::string& name) const {
+    fs::create_directory(folder_ / name);
+    sim::files::write_text(folder_ / name / "score.json", "{}");
+  }
+  const sim::files::TemporaryFolder folder_;
+};
+
+TEST_F(Stale, OnlyNamesAsTheProgramWritesThemAreResults) {
+  for (const char* name : {"seed-1", "seed-2", "seed-10", "seed-07", "seed-+3", "seed-x", "seed-"})
+    make(name);
+  EXPECT_THAT(cli::results_of_other_seeds(folder_.path(), {1}), testing::ElementsAre("seed-2", "seed-10"));
+}
+
+TEST_F(Stale, WhatCannotBeMovedIsNamedAndTheOthersAreMoved) {
+  make("seed-1");
+  EXPECT_THAT(
+      [&] {
+        cli::set_aside(folder_.path(), {"seed-7", "seed-1"});
+      },
+      testing::ThrowsMessage<sim::files::FileError>(
+          testing::AllOf(HasSubstr("earlier-1: cannot be moved there: seed-7: No such file or directory"),
+                         Not(HasSubstr("seed-1:")))));
+  EXPECT_TRUE(fs::exists(folder_ / "earlier-1/seed-1/score.json"));
+  EXPECT_THROW(cli::set_aside(folder_.path(), {"seed-7"}), sim::files::FileError);
+  EXPECT_FALSE(fs::exists(folder_ / "earlier-2")) << "no empty folder stays";
 }
 
 }  // namespace

@@ -65,11 +65,23 @@ TEST_F(Regress, AWorseOneFailsWithACommandToRunItAgain) {
       gaitslam("regress suites/ci.yaml --results new --junit j.xml --markdown m.md --json j.json --github");
   EXPECT_EQ(ran.exit_code, 1) << ran.err;
   EXPECT_THAT(ran.out, ContainsRegex("rmse_m +0.11 +0.165 +\\+50 % +- +-  FAIL"));
-  EXPECT_THAT(ran.out, HasSubstr("    tools/gaitslam run walk.yaml seed=3\n"));
+  const std::string command = "    tools/gaitslam run walk.yaml seed=3\n";
+  EXPECT_THAT(ran.out, HasSubstr(command));
+  EXPECT_EQ(ran.out.find(command), ran.out.rfind(command)) << "it stands once for all rows of the run";
   EXPECT_THAT(ran.out, HasSubstr("::error file=walk.yaml,title=walk rmse_m%3A FAIL::"));
   EXPECT_THAT(text_of("j.xml"), HasSubstr("failures=\"1\""));
   EXPECT_THAT(text_of("m.md"), HasSubstr("| `rmse_m` | **FAIL** |"));
   EXPECT_THAT(text_of("j.json"), HasSubstr("\"exit_code\": 1"));
+  const Ran quiet = gaitslam("regress suites/ci.yaml --results new --quiet");
+  EXPECT_EQ(quiet.exit_code, 1);
+  EXPECT_EQ(quiet.out + quiet.err, "");
+  for (const char* json : {"regress suites/ci.yaml --results new --json", "compare old new --json"}) {
+    const Ran checked = shell(GAITSLAM_PROGRAM " " + std::string(json) +
+                              " >v.json; /usr/bin/python3 '" GAITSLAM_SOURCE_DIR
+                              "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR
+                              "/sim/result/schemas/verdicts.schema.json' v.json");
+    EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  }
 }
 
 TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
@@ -87,43 +99,6 @@ TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
   const Ran table = gaitslam("leaderboard two two/a --metric rmse_m");
   EXPECT_EQ(table.out, gaitslam("leaderboard two --metric rmse_m").out);
   EXPECT_THAT(table.out, ContainsRegex("filter +3/3")) << table.err;
-}
-
-TEST_F(Regress, JsonIsTheOnlyThingOnStandardOutput) {
-  make_baseline();
-  write_results("new", 1.5);
-  for (const char* command : {"regress suites/ci.yaml --results new --json", "compare old new --json"}) {
-    const Ran ran = gaitslam(command);
-    EXPECT_EQ(ran.exit_code, 1) << ran.err;
-    write("verdicts.json", ran.out);
-    const Ran checked =
-        shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR
-              "/sim/result/schemas/verdicts.schema.json' verdicts.json");
-    EXPECT_EQ(checked.exit_code, 0) << checked.err;
-    EXPECT_THAT(ran.out, HasSubstr("\"exit_code\": 1"));
-  }
-}
-
-TEST_F(Regress, QuietPrintsNothingAndEndsAlike) {
-  make_baseline();
-  write_results("new", 1.5);
-  for (const char* option : {"-q", "--quiet"}) {
-    const Ran ran = gaitslam(std::string("regress suites/ci.yaml --results new ") + option);
-    EXPECT_EQ(ran.exit_code, 1);
-    EXPECT_EQ(ran.out + ran.err, "");
-  }
-  EXPECT_THAT(refusal("regress suites/ci.yaml -q --json"), HasSubstr("excludes"));
-}
-
-TEST_F(Regress, TheCommandOfARunStandsOnceForAllItsRows) {
-  make_baseline();
-  write_results("new", 30);
-  const Ran ran = gaitslam("regress suites/ci.yaml --results new");
-  EXPECT_EQ(ran.exit_code, 1);
-  const std::string command = "tools/gaitslam run walk.yaml seed=3\n";
-  EXPECT_THAT(ran.out, HasSubstr("rmse_m <= 1"));
-  EXPECT_EQ(ran.out.find(command), ran.out.rfind(command)) << ran.out;
-  EXPECT_NE(ran.out.find(command), ran.out.npos) << ran.out;
 }
 
 // script(1) gives the program a terminal.

@@ -1,4 +1,5 @@
-// A sweep, recordings and a suite on a Slurm cluster of three nodes on this machine (tools/slurm_local.sh).
+// Commands on a Slurm cluster: of three nodes on this machine (tools/slurm_local.sh), and one of shell
+// scripts.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -46,6 +47,67 @@ class LongSlurmTest : public tests::CommandLineWithCache {
   const std::string cluster_ =
       fs::temp_directory_path() / ("gaitslam-slurm-test-" + std::to_string(getpid()));
 };
+
+// $NOTICE is printed by sbatch on standard error, with $HELD the job does not start, and the call of squeue
+// with the number $HICCUP fails.
+class ScriptedSlurm : public tests::CommandLineWithCache {
+ protected:
+  ScriptedSlurm() {
+    write("walk.yaml", "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: floor}\n");
+    write("bin/sbatch", R"sh(#!/bin/sh
+[ -z "$NOTICE" ] || echo "sbatch: $NOTICE" >&2
+for word; do case $word in --array=*) elements=${word#--array=} ;; esac; done
+while [ $# -gt 3 ]; do shift; done
+id=$((1000 + $(ls "$JOBS" | wc -l)))
+touch "$JOBS/$id"
+[ -n "$HELD" ] || (for element in $(echo "${elements%%%*}" | tr , ' '); do SLURM_ARRAY_TASK_ID=$element sh "$@"; done
+mv "$JOBS/$id" "$JOBS/$id.ended") >/dev/null 2>&1 &
+echo $id
+)sh");
+    write("bin/squeue", R"sh(#!/bin/sh
+echo call >>"$JOBS.calls"
+if [ "$(wc -l <"$JOBS.calls")" = "$HICCUP" ]; then
+  echo "slurm_load_jobs error: Unable to contact slurm controller (connect failure)" >&2
+  exit 1
+fi
+[ ! -e "$JOBS/$3" ] || echo "RUNNING None"
+)sh");
+    write("bin/scontrol", "#!/bin/sh\necho 'MaxArraySize            = 1001'\n");
+  }
+  Ran on_slurm(const std::string& arguments, const std::string& settings = "") const {
+    return shell("mkdir -p jobs; chmod +x bin/*; export PATH=\"$PWD/bin:$PATH\" JOBS=\"$PWD/jobs\"; " +
+                 settings + " " GAITSLAM_PROGRAM " " + arguments);
+  }
+};
+
+TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
+  for (const std::string settings : {"", "NOTICE='using the default partition'", "HICCUP=1", "HICCUP=2"}) {
+    shell("rm -rf 'the cache' jobs jobs.calls");
+    const Ran ran = on_slurm("record walk.yaml --seeds 1..3 --backend slurm", settings);
+    EXPECT_EQ(ran.exit_code, 0) << settings << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("seed 3: recorded, completed")) << settings;
+    EXPECT_THAT(ran.err, HasSubstr("slurm job 1000: ")) << settings;
+    EXPECT_EQ(shell("ls jobs").out, "1000.ended\n") << settings;
+  }
+}
+
+TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
+  const std::string sweep = "sweep walk.yaml world.floor_friction=0.15,0.3 --out s --backend slurm ";
+  on_slurm(sweep, "HELD=1 timeout -s KILL 5");
+  const std::string files = "find s -type f | grep -v -e .unfinished -e .gaitslam | sort | xargs cksum",
+                    before = shell("rm jobs.calls; " + files).out;
+  EXPECT_THAT(before, HasSubstr("/element.sh"));
+  for (const std::string settings : {"", "HICCUP=2"}) {
+    const Ran ran = on_slurm(sweep + "--force", settings);
+    EXPECT_EQ(ran.exit_code, 2);
+    EXPECT_THAT(ran.err, HasSubstr("belongs to the Slurm job 1000, which may still run"));
+    EXPECT_EQ(shell(files).out, before) << settings;
+  }
+  shell("mv jobs/1000 jobs/1000.ended");
+  const Ran ran = on_slurm(sweep + "--force");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_FALSE(fs::exists(folder_ / "s/slurm"));
+}
 
 // Slurm fills its nodes one after another: the third array element runs on the second node.
 TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannotBeTried) {

@@ -48,12 +48,6 @@ TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {
   EXPECT_THAT(ran.err, HasSubstr("rejected: worse than the start on the hold-out recordings"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/best.yaml"));
   EXPECT_THAT(text_of("out/report.html"), HasSubstr("rejected: worse on hold-out runs"));
-}
-
-TEST_F(Tune, AFileOfTheUsersWithANameThatWasNotWrittenIsSpared) {
-  write_walks();
-  write_spec(", set: [errors.gyro.sigma_rad_s=0.2]");
-  ASSERT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 1);
   write("out/best.yaml", "mine");
   EXPECT_THAT(refusal("tune spec.yaml --out out"), HasSubstr("out/best.yaml: was not made by this version"));
   EXPECT_EQ(text_of("out/best.yaml"), "mine");
@@ -69,16 +63,6 @@ TEST_F(Tune, TheResultOfAnotherTuningIsNotReplaced) {
               HasSubstr("out/trials.jsonl: is another log: gaitslam tune spec, "));
   EXPECT_EQ(text_of("out/tune.json"), result);
   EXPECT_EQ(gaitslam("tune spec.yaml --out out").exit_code, 0) << "the same tuning may be repeated";
-}
-
-TEST_F(Tune, WrongSpecsAreAnsweredWithTheirPlace) {
-  write_spec();
-  expect_refused("tune spec.yaml", "spec.yaml:2:25: recordings: walks/seed-1 has no finished recording");
-  expect_refused("tune none.yaml", "none.yaml: cannot be read");
-  expect_refused("tune", "spec is required");
-  write("bad.yaml", "parameters:\n  slam.gyro.sigma_rads: {from: 1, to: 2}\n");
-  expect_refused("tune bad.yaml",
-                 "bad.yaml:2:3: slam.gyro.sigma_rads: unknown key; did you mean 'slam.gyro.sigma_rad_s'?");
 }
 
 }  // namespace

@@ -80,16 +80,7 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
 }
 
 TEST_F(LongViewTest, ThePageFollowsReproduceFromWalkToWalk) {
-  const std::string walk = "walk: {commands: [{stand: {duration_s: 0.4}}]}\n",
-                    seen = walk + "camera: {}\nslam: {}\n",
-                    lines = walk + "camera: {}\nslam: {depth: {first_sight: particles}}\n";
-  for (const std::string name : {"tangent_quadrant", "perpendicular_circle_trial1"})
-    write("s/" + name + ".yaml", walk);
-  for (const std::string name : {"tangent_circle", "perpendicular_circle", "hall"})
-    write("s/" + name + ".yaml", seen);
-  for (const std::string name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
-                                 "perpendicular_circle_paper", "hall_paper"})
-    write("s/" + name + ".yaml", lines);
+  write_experiments("walk: {commands: [{stand: {duration_s: 0.4}}]}\n");
   const Ran ran = browsed("reproduce --scenarios s --seeds 3 --view --wait --out out", "series", "10");
   ASSERT_EQ(ran.exit_code, 0) << ran.err << text_of("complaint");
   const std::set<std::string> labels = json::parse(ran.out)["labels"];
@@ -111,11 +102,6 @@ TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
       "kill -INT $!; wait $!");
   EXPECT_EQ(ran.exit_code, 130);
   EXPECT_EQ(text_of("url"), "");
-}
-
-TEST_F(ViewTest, ReproduceShowsOneWalkAtATime) {
-  expect_refused("reproduce --view --jobs 2 --out out", "one live walk at a time");
-  expect_refused("reproduce --view --cached --out out", "one live walk at a time");
 }
 
 TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
@@ -189,7 +175,7 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   walk("walk.yaml", "one", "--without camera,slam");
   walk("walk.yaml", "other", "--without camera,slam");
   expect_refused("view nothing", "nothing: no such result folder");
-  expect_refused("view one", "one: expected a result folder (score.json), such as");
+  expect_refused("view one", "one: expected a result folder (score.json), such as one/seed-1");
   expect_refused("view one/seed-1/recording", "is a recording, expected a result folder");
   expect_refused("view one/seed-1 one/seed-1 one/seed-1", "3 results, expected one or two");
   expect_refused("view one/seed-1 --address 0.0.0.0 --token 0123456789012345678901",
@@ -198,9 +184,11 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   expect_refused("view one/seed-1 --token short", "--token: expected at least 22");
   expect_refused("view one/seed-1 --port 65536", "--port");
   expect_refused("view one/seed-1 --address 192.0.2.1 --token 0123456789012345678901",
-                 "cannot listen at 192.0.2.1:0: ");
+                 "; --port 0 takes any free port of --address");
   expect_refused("run walk.yaml --view --seeds 1,2", "--view shows one live walk");
   expect_refused("run walk.yaml --view --cached", "--view shows one live walk");
+  expect_refused("reproduce --view --jobs 2 --out out", "one live walk at a time");
+  expect_refused("reproduce --view --cached --out out", "one live walk at a time");
   for (const auto& [file, text] :
        std::map<std::string, std::string>{{"score.json", "{"},
                                           {"truth.tum", "0 1\n"},

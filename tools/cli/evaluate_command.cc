@@ -45,7 +45,9 @@ For each recording: exports what the filter received, without any truth, to a fo
 times.txt beside it), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out.
 Limits are those of the recorded scenario, or given here, as in limits.ate_se3_rmse_m.at_most=0.1.
 Rerun the command to resume after an interruption. The exit codes are those of gaitslam run; a command that fails, takes
-too long or writes no trajectory ends as estimator_failed, 3. The highest of several recordings counts.)";
+too long or writes no trajectory ends as estimator_failed, 3. The highest of several recordings counts.
+A header of the trajectory that names its columns (tx, qw, p_RS_R_x [m], ...) is obeyed. Folders that other programs
+recorded are not accepted: score their trajectories with gaitslam score.)";
 
 struct EvaluateRequest : OutRequest {
   std::vector<std::string> results, limits;  ///< limits: key=value

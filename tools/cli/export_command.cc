@@ -8,6 +8,7 @@
 
 #include "sim/export/export.h"
 #include "sim/files/atomic_file.h"
+#include "sim/recording/asl_folder.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "sim/view/session.h"
@@ -30,7 +31,7 @@ Examples:
   gaitslam export results/tangent_circle/seed-1 --format mcap
   gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
 The export contains the input of the filter, sensor errors included. Its folder, RESULT/export/FORMAT by default, has
-a README.md with the command line of the target program.)";
+a README.md with the command line of the target program. Folders that other programs recorded are not accepted.)";
 
 struct ExportRequest : OutRequest {
   fs::path result;
@@ -51,6 +52,10 @@ int export_result(const ExportRequest& request) {
   check_format(request.format);
   if (!fs::is_directory(request.result))
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
+  if (sim::recording::is_asl_folder(request.result))
+    throw UsageError(
+        fmt::format("{}: was recorded by another program: expected the folder of a run of gaitslam",
+                    request.result.string()));
   if (!fs::is_directory(request.result / "recording"))
     throw UsageError(
         fmt::format("{}: has no recording/: expected the folder of a run", request.result.string()));

@@ -40,8 +40,8 @@ void require_metric(const std::string& name) {
 }
 
 int show_leaderboard(const LeaderboardRequest& request) {
-  for (const auto& file : {request.csv, request.html})
-    if (file) require_new_file(*file, request.force);
+  for (const auto& [file, option] : {std::pair{request.csv, "--csv"}, {request.html, "--html"}})
+    if (file) require_new_file(*file, request.force, option);
   for (const std::string& metric : request.metrics) require_metric(metric);
   const auto metrics = request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics;
   const auto rows = pages::leaderboard(request.folders, metrics);

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <new>
 #include <opencv2/core/utility.hpp>
+#include <sstream>
 
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
@@ -67,6 +68,38 @@ std::string suggested_option(const CLI::App& app) {
   return "";
 }
 
+/// Where the rest of a wrapped line of help starts: below its description, or indented as the line.
+std::size_t indent_of(const std::string& line) {
+  const std::size_t words = line.find_first_not_of(' ');
+  if (words == line.npos || words == 0 || words > 20) return words == line.npos ? 0 : words;
+  const std::size_t described = line.find_first_not_of(' ', std::min(line.find("  ", words), line.size()));
+  return described < 50 ? described : words + 2;
+}
+
+/// The help with its lines wrapped at 100 columns. The rest of a line of a paragraph joins the next one.
+std::string wrapped(const std::string& help) {
+  constexpr std::size_t kColumns = 100;
+  std::string text, rest;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    const bool joins = !line.empty() && line[0] != ' ' && !line.starts_with("Exit codes:");
+    if (joins && !rest.empty()) line = rest + " " + line;
+    if (!joins && !rest.empty()) text += rest + '\n';
+    const std::size_t indent = indent_of(line);
+    bool is_cut = false;
+    while (line.size() > kColumns) {
+      const std::size_t end = line.rfind(' ', kColumns);
+      if (end == line.npos || end <= indent) break;
+      text += line.substr(0, end) + '\n';
+      line = std::string(indent, ' ') + line.substr(end + 1);
+      is_cut = true;
+    }
+    rest = is_cut && indent == 0 ? line : "";
+    if (rest.empty()) text += line + '\n';
+  }
+  return rest.empty() ? text : text + rest + '\n';
+}
+
 int run_program(int argc, char** argv) {
   cli::remember_command(argc, argv);
   CLI::App app(kDescription, "gaitslam");
@@ -78,6 +111,9 @@ int run_program(int argc, char** argv) {
   check_command_name(app, argc, argv);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::cout << wrapped(app.help());
+    return 0;
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& e) {

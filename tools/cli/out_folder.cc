@@ -113,8 +113,17 @@ void require_outside(const fs::path& out, const fs::path& read) {
                                  out.string(), read.string()));
 }
 
-void require_new_file(const fs::path& file, bool force) {
+void require_folder_of(const fs::path& file, const std::string& option) {
   std::error_code fault;
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (!fs::is_directory(folder, fault))
+    throw UsageError(fmt::format("{} {}: the folder {} does not exist; create it first, or name another file",
+                                 option, file.string(), folder.string()));
+}
+
+void require_new_file(const fs::path& file, bool force, const std::string& option) {
+  std::error_code fault;
+  require_folder_of(file, option);
   if (fs::is_directory(file, fault))
     throw UsageError(fmt::format("{}: is a folder, expected a file to write", file.string()));
   files::require_regular(file);

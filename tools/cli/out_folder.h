@@ -43,9 +43,11 @@ struct OutUse {
 
 /// Throws UsageError if replacing the folder `out` would remove `read`, which the command reads.
 void require_outside(const fs::path& out, const fs::path& read);
-/// Throws UsageError if the file is a folder, or exists and force is not given; FileError if it is not a
-/// regular file.
-void require_new_file(const fs::path& file, bool force);
+/// Throws UsageError if a file's folder is missing; the message names the option.
+void require_folder_of(const fs::path& file, const std::string& option);
+/// Throws UsageError if the file is a folder, its folder is missing, or it exists and force is not given;
+/// FileError if it is not a regular file.
+void require_new_file(const fs::path& file, bool force, const std::string& option = "--out");
 
 /// The folder that was asked for, or a standard one, locked by commands that write fixed names there. At the
 /// end of its life it unlists the names that were not written and removes the empty folders that it made.

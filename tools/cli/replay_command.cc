@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iostream>
 #include <memory>
 #include <optional>
 
@@ -125,6 +126,10 @@ int replay_result(const ReplayRequest& request) {
     throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
   scenario::ReadScenario read =
       external ? replay::external_scenario(request.result, request.changes) : read_request(request);
+  if (external) {
+    const sim::recording::AslFolder folder(request.result);
+    for (const std::string& remark : folder.sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
+  }
   require_replayable(read);
   if (request.batch.set_by)
     take_origin(read, *request.batch.set_by);

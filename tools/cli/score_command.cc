@@ -43,7 +43,8 @@ struct ScoreRequest {
   std::optional<double> delta;
   trajectory_score::Options options;
   double delta_tolerance = 0.1;
-  bool a = false, s = false, unit_typed = false, all_pairs = false, pairs_from_reference = false;
+  bool a = false, s = false, unit_typed = false, tolerance_typed = false, all_pairs = false,
+       pairs_from_reference = false;
   bool json = false, csv = false, latex = false;
 };
 
@@ -80,7 +81,13 @@ std::vector<score::Stamp> footsteps(const fs::path& truth) {
 }
 
 std::optional<score::Spans> spans(const ScoreRequest& r) {
-  if (!r.delta && !r.unit_typed) return std::nullopt;
+  if (!r.delta && !r.unit_typed) {
+    if (r.all_pairs || r.pairs_from_reference || r.tolerance_typed)
+      throw UsageError(
+          "--all-pairs, --pairs-from-reference and --delta-tol need -d or -u: they are about relative "
+          "errors");
+    return std::nullopt;
+  }
   using Unit = score::Spans::Unit;
   static const std::map<std::string, Unit> units{{"f", Unit::frames},  {"m", Unit::meters},
                                                  {"s", Unit::seconds}, {"r", Unit::radians},
@@ -184,6 +191,7 @@ void add_score(CLI::App& app, int& exit_code) {
   command->footer(kScoreExamples);
   command->callback([request, command, &exit_code] {
     request->unit_typed = command->count("-u") > 0;
+    request->tolerance_typed = command->count("--delta-tol") > 0;
     print(*request);
     exit_code = 0;
   });

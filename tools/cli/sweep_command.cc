@@ -135,6 +135,7 @@ void require_own_log(const fs::path& log, const std::string& purpose) {
 void remove_earlier_trials(const OutFolder& folder) {
   constexpr const char* kRemoved = "earlier trials removed";
   if (folder.has_made(kRemoved)) return;
+  require_ended_arrays(folder.path() / "slurm");
   fs::remove(folder.path() / "trials.jsonl");
   remove_parts(folder.path() / "parts");
   remove_arrays(folder.path() / "slurm");

@@ -9,6 +9,7 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/terminal.h"
+#include "tools/cli/out_folder.h"
 #include "tools/cli/usage_error.h"
 
 namespace cli {
@@ -25,8 +26,10 @@ constexpr std::string_view kJunit = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\
 constexpr std::string_view kMarkdown = "### gaitslam ";
 constexpr std::string_view kJson = "{\n  \"title\": \"gaitslam ";
 
-void require_start(const std::optional<fs::path>& file, std::string_view start) {
-  if (!file || !fs::exists(fs::symlink_status(*file))) return;
+void require_start(const std::optional<fs::path>& file, std::string_view start, const std::string& option) {
+  if (!file) return;
+  require_folder_of(*file, option);
+  if (!fs::exists(fs::symlink_status(*file))) return;
   sim::files::require_regular(*file);
   sim::files::InputFile in(*file, sim::files::kMostOfText);
   const std::string_view found = in.next();
@@ -38,9 +41,9 @@ void require_start(const std::optional<fs::path>& file, std::string_view start) 
 }  // namespace
 
 void VerdictFiles::require_replaceable() const {
-  require_start(junit, kJunit);
-  require_start(markdown, kMarkdown);
-  require_start(json, kJson);
+  require_start(junit, kJunit, "--junit");
+  require_start(markdown, kMarkdown, "--markdown");
+  require_start(json, kJson, "--json");
 }
 
 void VerdictFiles::write(const regression::Comparison& comparison) const {

@@ -34,7 +34,7 @@ Examples:
 The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
 search ellipses of the landmarks and the patches that were matched; the robot from outside, in a build with the
 simulator, with its true waist and its measured joint angles; and the map from above. The video is RESULT/video.mp4
-unless --out names a .mp4 or .webm file.)";
+unless --out names a .mp4 or .webm file. Folders that other programs recorded are not accepted.)";
 
 struct VideoRequest {
   fs::path result;
@@ -52,8 +52,6 @@ fs::path file_of(const VideoRequest& request) {
     sim::files::list_outputs(request.result, {"video.mp4"});
   else
     require_new_file(file, request.force);
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder)) throw UsageError(fmt::format("{}: no such folder", folder.string()));
   return file;
 }
 

@@ -9,6 +9,7 @@
 #include "sim/files/text.h"
 #include "sim/view/playback.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/model_files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/view_session.h"
@@ -40,8 +41,10 @@ void require_results(const std::vector<std::string>& results) {
     if (fs::exists(fs::path(result) / "manifest.csv") || fs::exists(fs::path(result) / "mav0"))
       throw UsageError(fmt::format(
           "{}: is a recording, expected a result folder (score.json); gaitslam replay makes one", result));
+    const std::vector<std::string> seeds = results_of_other_seeds(result, {});
     throw UsageError(fmt::format(
-        "{}: expected a result folder (score.json), such as results/tangent_circle/seed-1", result));
+        "{}: expected a result folder (score.json), such as {}", result,
+        seeds.empty() ? "results/tangent_circle/seed-1" : (fs::path(result) / seeds.front()).string()));
   }
 }
 

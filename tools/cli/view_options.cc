@@ -1,5 +1,6 @@
 #include <iostream>
 
+#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/view_session.h"
 
 namespace cli {
@@ -17,15 +18,22 @@ void add_view_place(CLI::App& command, ViewPlace& place) {
 }
 
 void add_view(CLI::App& command, ViewRequest& request) {
-  command.add_flag("--view", request.view, "show the walk live in the browser; prints a URL");
-  command.add_flag("--control", request.control, "the view may pause, step and slow down what it shows");
-  command.add_flag("--wait", request.wait, "start when the view is open in a browser");
+  CLI::Option* const view =
+      command.add_flag("--view", request.view, "show the walk live in the browser; prints a URL");
+  command
+      .add_flag("--control", request.control, "with --view: it may pause, step and slow down what it shows")
+      ->needs(view);
+  command.add_flag("--wait", request.wait, "with --view: start when it is open in a browser")->needs(view);
   command.add_flag("--next-follows", request.next_follows)->group("");
   add_view_place(command, request);
+  for (const char* option : {"--port", "--address"}) command.get_option(option)->needs(view);
   request.opened = print_view;
 }
 
-void print_view(const std::string& url) { std::cout << "view at " << url << std::endl; }
+// With --json, standard output is for the document.
+void print_view(const std::string& url) {
+  (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
+}
 
 std::vector<std::string> view_arguments(const ViewRequest& request) {
   std::vector<std::string> arguments{"--view",        "--next-follows", "--address",

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """An estimator without images: gyro_and_plan.c in Python, with numpy.
 
-    tools/gaitslam replay RESULT 'estimator={program: [python3, tools/examples/gyro_and_plan.py], name: gyro}'
+    tools/gaitslam replay RESULT 'estimator={program: [/usr/bin/python3, tools/examples/gyro_and_plan.py], name: gyro}'
 
 gaitslam_estimator.h defines the messages."""
 import os

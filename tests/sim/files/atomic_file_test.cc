@@ -27,20 +27,6 @@ std::vector<std::string> names(const fs::path& folder) {
   return all;
 }
 
-// Runs `work` in a child process that is then killed.
-template <typename Work>
-void run_and_kill(Work work) {
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    work();
-    kill(getpid(), SIGKILL);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFSIGNALED(status));
-}
-
 // Root has all permissions: continues as another user while this object lives.
 class AsUser {
  public:
@@ -251,18 +237,7 @@ TEST(AtomicFolder, ASecondProcessIsRejectedAndTheFirstOneLeftAlone) {
   EXPECT_EQ(read_text(folder / "result/a"), "x");
 }
 
-TEST(AtomicFolder, LeftoversOfKilledProcessesAreRemoved) {
-  const TemporaryFolder folder;
-  run_and_kill([&] {
-    auto* result = new AtomicFolder(folder / "result");
-    write_text(result->path() / "half", "half");
-  });
-  EXPECT_FALSE(fs::is_empty(folder.path()));
-  remove_leftovers(folder.path());
-  EXPECT_TRUE(fs::is_empty(folder.path()));
-}
-
-TEST(AtomicFolder, LeftoversThatCannotBeLockedStay) {
+TEST(AtomicFolder, LeftoversAreRemovedUnlessTheyCannotBeLocked) {
   const TemporaryFolder folder;
   fs::create_directory(folder / ".a.partial");
   write_text(folder / ".a.partial" / kMarker, "");

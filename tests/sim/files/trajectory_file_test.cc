@@ -50,27 +50,17 @@ TEST_F(TrajectoryFileTest, TumInSecondsAndInNanosecondsAreTheSame) {
   }
 }
 
-TEST_F(TrajectoryFileTest, NanosecondsFromZeroOnAreRecognizedByTheirSteps) {
-  const TrajectoryFile file = read("0 1 2 3 0 0 0 1\n33000000 1 2 3 0 0 0 1\n67000000 1 2 3 0 0 0 1\n");
-  EXPECT_EQ(file.stamps, "nanoseconds");
-  EXPECT_EQ(file.rows[2].t, std::chrono::milliseconds(67));
-}
-
-TEST_F(TrajectoryFileTest, CovarianceIsReadIfThereIsOne) {
-  const TrajectoryFile file = read("0 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n1 0 0 0 0 0 0 1\n");
-  EXPECT_EQ(file.format, "TUM with covariance");
-  ASSERT_TRUE(file.rows[0].covariance);
-  EXPECT_EQ((*file.rows[0].covariance)(1, 2), 5);
-  EXPECT_EQ((*file.rows[0].covariance)(5, 3), 9);
-  EXPECT_FALSE(file.rows[1].covariance);
-}
-
-TEST_F(TrajectoryFileTest, TheFirstPoseMayBeWithoutTheCovarianceThatOthersHave) {
-  const TrajectoryFile file = read("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n");
-  EXPECT_EQ(file.format, "TUM with covariance");
-  EXPECT_FALSE(file.rows[0].covariance);
-  ASSERT_TRUE(file.rows[1].covariance);
-  EXPECT_EQ((*file.rows[1].covariance)(1, 2), 5);
+TEST_F(TrajectoryFileTest, EachPoseMayBeWithoutTheCovarianceThatOthersHave) {
+  const std::string without = " 0 0 0 0 0 0 1\n", with = " 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n";
+  for (const std::size_t which : {0u, 1u}) {
+    const TrajectoryFile file =
+        read("0" + (which == 0 ? with : without) + "1" + (which == 1 ? with : without));
+    EXPECT_EQ(file.format, "TUM with covariance");
+    ASSERT_TRUE(file.rows[which].covariance);
+    EXPECT_EQ((*file.rows[which].covariance)(1, 2), 5);
+    EXPECT_EQ((*file.rows[which].covariance)(5, 3), 9);
+    EXPECT_FALSE(file.rows[1 - which].covariance);
+  }
 }
 
 TEST_F(TrajectoryFileTest, EurocHasTheQuaternionsRealPartFirst) {
@@ -80,6 +70,82 @@ TEST_F(TrajectoryFileTest, EurocHasTheQuaternionsRealPartFirst) {
   EXPECT_EQ(file.rows[0].t, nanoseconds(1000000000000000000));
   EXPECT_NEAR(file.rows[0].X.linear()(1, 1), -1, 1e-15);  // half a turn about x
   EXPECT_EQ(read("0.5, 1, 2, 3, 1, 0, 0, 0\n").rows[0].t, std::chrono::milliseconds(500));
+}
+
+TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
+  for (const std::string text :
+       {"#timestamp,tx,ty,tz,qx,qy,qz,qw\n5.0,1,2,3,0.6,0,0,0.8\n5.1,1,2,3,0.6,0,0,0.8\n",
+        "timestamp,qw,qx,qy,qz,px,py,pz\n5.0,0.8,0.6,0,0,1,2,3\n5.1,0.8,0.6,0,0,1,2,3\n",
+        "# timestamp tx ty tz qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
+        "\xef\xbb\xbf# time [s] x [mm] y [mm] z [mm] q_x q_y q_z q_w\n5.0 1000 2000 3000 0.6 0 0 0.8\n"
+        "5.1 1000 2000 3000 0.6 0 0 0.8\n",
+        "time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,"
+        "pose.orientation.z,pose.orientation.w\n5.0,1,2,3,0.6,0,0,0.8\n5.1,1,2,3,0.6,0,0,0.8\n",
+        "tx,ty,tz,qx,qy,qz,qw,time_ms\n1,2,3,0.6,0,0,0.8,5000\n1,2,3,0.6,0,0,0.8,5100\n"}) {
+    const TrajectoryFile file = read(text);
+    EXPECT_EQ(file.rows[1].t, std::chrono::milliseconds(5100)) << text;
+    EXPECT_LT((file.rows[1].X.translation() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12) << text;
+    EXPECT_NEAR(Eigen::Quaterniond(file.rows[1].X.linear()).x(), 0.6, 1e-12) << text;
+  }
+  expect_rejected("#timestamp,tx,ty,tz,roll,pitch,yaw,qw\n5.0,1,2,3,0,0,0,1\n",
+                  ":1: column 5, \"roll\": expected the orientation along w here");
+  expect_rejected("#timestamp,vx,vy,vz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"vx\": expected");
+  expect_rejected("#t [h],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n",
+                  ":1: column 1, \"t [h]\": unknown unit");
+  expect_rejected("#t [ns],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n5.1,1,2,3,1,0,0,0\n",
+                  ": the header states nanoseconds, but the stamps, ");
+}
+
+TEST_F(TrajectoryFileTest, AHeaderIsToldFromOtherComments) {
+  for (const char* comment :
+       {"# Time stamps of each pose follow", "# time in s, position in m, quaternion, end",
+        "# file: x, seed 1", "# timestamp tx ty tz qx qy qz qw\n# made by hand, in a day"})
+    EXPECT_EQ(read(std::string(comment) + "\n1 2 3 4 0 0 0 1\n2 2 3 4 0 0 0 1\n").rows.size(), 2u) << comment;
+  const TrajectoryFile counted = read("frame,tx,ty,tz,qx,qy,qz,qw\n0,1,2,3,1,0,0,0\n1,1,2,3,1,0,0,0\n");
+  EXPECT_EQ(counted.stamps, "frame numbers");
+  EXPECT_NEAR(counted.rows[0].X.linear()(1, 1), -1, 1e-15) << "half a turn about x";
+}
+
+TEST_F(TrajectoryFileTest, PositionsMayComeWithoutOrientations) {
+  for (const char* text :
+       {"# t x y z\n5.0 1 2 3\n5.1 1 2 3\n", "5.0 1 2 3\n5.1 1 2 3\n",
+        "#timestamp [s], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n5.0,1,2,3\n5.1,1,2,3\n"}) {
+    const TrajectoryFile file = read(text);
+    EXPECT_FALSE(file.has_orientation) << text;
+    EXPECT_EQ(file.rows[1].X.translation(), Eigen::Vector3d(1, 2, 3)) << text;
+  }
+}
+
+TEST_F(TrajectoryFileTest, TheUnitOfStampsIsDecidedByAllOfThem) {
+  struct Case {
+    std::vector<const char*> stamps;
+    const char* unit;
+    std::int64_t last_ns;
+  };
+  for (const Case& c : std::vector<Case>{
+           {{"1.403715273000000000e+18", "1.403715273049999872e+18"}, "nanoseconds", 1403715273049999872},
+           {{"1403715273000000000.0", "1403715273049999872.0"}, "nanoseconds", 1403715273049999872},
+           {{"1403715273000000", "1403715273050000"}, "microseconds", 1403715273050000000},
+           {{"1403715273000", "1403715273050"}, "milliseconds", 1403715273050000000},
+           {{"1403715273", "1403715273.05", "1403715273.1"}, "seconds", 1403715273100000000},
+           {{"0", "0.05", "0.1"}, "seconds", 100000000},
+           {{"0", "0.05", "1"}, "seconds", 1000000000},
+           {{"1403715273", "1403715274", "1403715275"}, "seconds", 1403715275000000000},
+           {{"0", "50000000", "6000000000"}, "nanoseconds", 6000000000},
+           {{"0", "50000", "100000"}, "microseconds", 100000000},
+           {{"7", "8", "9"}, "frame numbers", 9000000000}}) {
+    std::string csv, tum;
+    for (const char* stamp : c.stamps) {
+      csv += std::string(stamp) + ",1,2,3,1,0,0,0\n";
+      tum += std::string(stamp) + " 1 2 3 0 0 0 1\n";
+    }
+    for (const std::string& text : {csv, tum}) {
+      const TrajectoryFile file = read(text);
+      EXPECT_EQ(file.stamps, text == tum && c.unit == std::string("frame numbers") ? "seconds" : c.unit)
+          << text;
+      EXPECT_EQ(file.rows.back().t.count(), c.last_ns) << text;
+    }
+  }
 }
 
 TEST_F(TrajectoryFileTest, KittiHasTimesBesideItOrNone) {
@@ -171,24 +237,6 @@ TEST(Tum, TheTwentyColumnFormHoldsTheUpperTrianglesOrientationFirst) {
   P.topRightCorner<3, 3>().setZero();
   P.bottomLeftCorner<3, 3>().setZero();
   EXPECT_EQ(read[0].covariance, P);
-}
-
-// Rotation vector of a rotation matrix, by Eigen.
-Eigen::Vector3d log_of(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd a(R);
-  return a.angle() * a.axis();
-}
-
-TEST(Tum, TheEvaluatorsOrientationErrorIsTheProjectsOwn) {
-  sensor_errors::Random random(2, "test");
-  const Eigen::Matrix3d R_WC_true = some_pose(random).linear();
-  const Eigen::Vector3d small(0.02, -0.01, 0.03);
-  const Eigen::Matrix3d R_WC_estimate =
-      R_WC_true * Eigen::AngleAxisd(small.norm(), small.normalized()).toRotationMatrix();
-  const Eigen::Matrix3d R_CW_true = R_WC_true.transpose(), R_CW_estimate = R_WC_estimate.transpose();
-  const Eigen::Vector3d theirs = -log_of(R_CW_true * R_CW_estimate.transpose());
-  EXPECT_TRUE(theirs.isApprox(log_of(R_WC_estimate.transpose() * R_WC_true), 1e-12));
-  EXPECT_TRUE(theirs.isApprox(-small, 1e-12));  // by construction
 }
 
 TEST(Tum, ErrorsNameFileLineAndColumn) {

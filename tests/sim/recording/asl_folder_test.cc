@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
+#include <regex>
 
 #include "sim/files/text.h"
 #include "sim/recording/recording_format.h"
@@ -42,7 +43,7 @@ T_BS:
   cols: 4
   rows: 4
   data: [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-rate_hz: 200
+rate_hz: 50
 gyroscope_noise_density: 1.6968e-04
 gyroscope_random_walk: 1.9393e-05
 accelerometer_noise_density: 2.0000e-3
@@ -115,6 +116,8 @@ TEST_F(RecordedElsewhere, SensorsAreReadAsEurocStatesThem) {
 TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwnAndThenHasNoLegOdometry) {
   write("plan0/sensor.yaml", plan_yaml({}));
   const std::string pose = ",1,2,3,1,0,0,0,1,0,0,0,1", vectors = ",0,0,0,0,0,0,left,0,0,0";
+  write("plan0/data.csv", recording_format::kPlanHeader + "\n33000000" + pose + vectors + "\n");
+  EXPECT_THAT(complaint(), HasSubstr("plan0/data.csv: none of its stamps is that of an image"));
   write("plan0/data.csv",
         recording_format::kPlanHeader + ",battery [V]\n1403636579763555584" + pose + vectors + ",48\n");
   AslFolder own_column(folder_.path());
@@ -180,12 +183,21 @@ struct Fault {
 
 TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
   const std::vector<Fault> faults{
-      {"cam0/data.csv", "1403636579813555456", "14036365798135x", "cam0/data.csv:3:1: expected an integer"},
+      {"cam0/data.csv", "1403636579813555456", "14036365798135x",
+       "cam0/data.csv:3:1: expected a finite number"},
       {"cam0/data.csv", "1403636579813555456", "1403636579763555584",
        "cam0/data.csv:3:1: the stamp is not after"},
       {"cam0/data.csv", "second.png", "third.png", "cam0/data.csv:3:22: no such image: "},
       {"cam0/data.csv", ", second.png", "", "cam0/data.csv:3: expected 2 fields, found 1"},
-      {"cam0/data.csv", "#timestamp", "timestamp", "cam0/data.csv:1: expected a header that starts with #"},
+      {"cam0/data.csv", "#timestamp [ns]", "1", "cam0/data.csv:1: expected a header that names the columns"},
+      {"cam0/data.csv", "[ns]", "[s]", "cam0/data.csv: the header states seconds, but the stamps, "},
+      {"imu0/data.csv", "w_RS_S_y [rad s^-1]", "a_RS_S_y [m s^-2]",
+       "imu0/data.csv:1: column 3, \"a_RS_S_y [m s^-2]\": expected the angular rate along y here"},
+      {"imu0/data.csv", "[rad s^-1]", "[rpm]", "column 2, \"w_RS_S_x [rpm]\": unknown unit \"rpm\""},
+      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: 200",
+       "imu0/data.csv: its rows come at 50 Hz, its sensor.yaml states rate_hz: 200"},
+      {"state_groundtruth_estimate0/data.csv", "q_RS_w []", "roll [rad]",
+       "column 5, \"roll [rad]\": expected the orientation along w here"},
       {"imu0/data.csv", "3,0,0", "3,nan,0", "imu0/data.csv:4:23: expected a finite number, found \"nan\""},
       {"cam0/sensor.yaml", "radial-tangential", "omni", "cam0/sensor.yaml:16:19: expected radial-tangential"},
       {"cam0/sensor.yaml", "camera_model: pinhole", "camera_model: mei",
@@ -207,10 +219,10 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
       {"cam0/sensor.yaml", "  rows", "  cols", "cam0/sensor.yaml:7:3: cols: given twice, first in line 6"},
       {"imu0/sensor.yaml", "gyroscope_random_walk", "rate_hz",
        "imu0/sensor.yaml:8:1: rate_hz: given twice, first in line 6"},
-      {"imu0/sensor.yaml", "rate_hz: 200", "rate_hz: 0",
+      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: 0",
        "imu0/sensor.yaml:6:10: rate_hz: expected a number of Hz from 0.001 to 1000000, found \"0\""},
-      {"imu0/sensor.yaml", "rate_hz: 200", "rate_hz: .nan", "imu0/sensor.yaml:6:10: rate_hz: expected a num"},
-      {"imu0/sensor.yaml", "rate_hz: 200", "rate_hz: -1e308", "imu0/sensor.yaml:6:10: rate_hz: expected a"},
+      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: .nan", "imu0/sensor.yaml:6:10: rate_hz: expected a num"},
+      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: -1e308", "imu0/sensor.yaml:6:10: rate_hz: expected a"},
       {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: -20",
        "cam0/sensor.yaml:12:10: rate_hz: expected a number"},
       {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: 1e308",
@@ -249,15 +261,110 @@ TEST_F(RecordedElsewhere, WhatIsMissingIsNamed) {
   }
 }
 
-TEST_F(RecordedElsewhere, AnImuOrATruthOfAnotherClockIsNamed) {
-  write("imu0/data.csv", "#timestamp [ns],x,y,z\n2403636579758555392,1,0,0\n2403636579768555392,2,0,0\n");
-  EXPECT_THAT(complaint(),
-              HasSubstr("imu0/data.csv: none of its readings is from before or between the images"));
-  write("imu0/data.csv", "#timestamp [ns],x,y,z\n1403636579758555392,1,0,0\n1403636579768555392,2,0,0\n");
+TEST_F(RecordedElsewhere, AnImuOrATruthOfAnotherClockIsNamedBeforeTheFirstFrame) {
+  const auto reading = [&] { AslFolder reader(folder_.path()); };
+  write("imu0/data.csv", "#timestamp [ns],x,y,z\n11900000000,1,0,0\n11920000000,2,0,0\n");
+  EXPECT_THAT(reading,
+              testing::ThrowsMessage<files::FileError>(HasSubstr(
+                  "imu0/data.csv: none of its readings is between the images: they are from 11.900 s to "
+                  "11.920 s, the images from 1403636579.764 s to 1403636579.814 s")));
+  write("imu0/data.csv", "#timestamp [ns],x,y,z\n1403636579758555392,1,0,0\n1403636579778555392,2,0,0\n");
   EXPECT_EQ(complaint(), "");
+  const std::string header = "#timestamp,x,y,z,w,x,y,z\n";
+  write("state_groundtruth_estimate0/data.csv", header + "2403636579753555584,1,0,0,1,0,0,0\n");
+  EXPECT_THAT(complaint(),
+              HasSubstr("data.csv: none of its poses is near the time of an image: they are from"));
   write("state_groundtruth_estimate0/data.csv",
-        "#timestamp,x,y,z,w,x,y,z\n2403636579753555584,1,0,0,1,0,0,0\n");
-  EXPECT_THAT(complaint(), HasSubstr("data.csv: none of its poses is near the time of an image"));
+        header + "1403636579703555584,1,0,0,1,0,0,0\n1403636579903555584,1,0,0,1,0,0,0\n");
+  EXPECT_THAT(complaint(), HasSubstr("data.csv: its poses are more than 0.1 s apart around each image"));
+}
+
+TEST_F(RecordedElsewhere, ColumnsAreReadByTheirNamesAndUnits) {
+  const auto first_rates = [&] {
+    AslFolder reader(folder_.path());
+    const auto o = reader.next();
+    return std::pair(o->gyro.at(0).value, o->accelerometer.at(0).value);
+  };
+  const Eigen::Vector3d rate(0.1, 0.2, 0.3), acceleration(1, 2, 3);
+  for (const auto& [header, values] : std::vector<std::pair<std::string, std::string>>{
+           {"#timestamp [ns],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2],w_RS_S_x [rad "
+            "s^-1],w_RS_S_y "
+            "[rad s^-1],w_RS_S_z [rad s^-1]",
+            "1,2,3,0.1,0.2,0.3"},
+           {"timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z", "0.1,0.2,0.3,1,2,3"},
+           {"time,gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,accx,accy,accz",
+            "5.729577951308232,11.459155902616464,17.188733853924695,1,2,3"},
+           {"#t,angular_velocity.x (deg/s),angular_velocity.y (deg/s),angular_velocity.z (deg/s),ax [g],ay "
+            "[g],az [g]",
+            "5.729577951308232,11.459155902616464,17.188733853924695,0.10197162129779283,0.20394324259558566,"
+            "0.3059148638933785"}}) {
+    write("imu0/data.csv",
+          header + "\n1403636579758555392," + values + "\n1403636579778555392," + values + "\n");
+    const auto [w, a] = first_rates();
+    EXPECT_LT((w - rate).norm() + (a - acceleration).norm(), 1e-12) << header;
+  }
+  write("imu0/data.csv",
+        "#timestamp [ns],wx,wy,wz,mag_x,mag_y,mag_z\n1403636579758555392,1,2,3,4,5,6\n"
+        "1403636579778555392,1,2,3,4,5,6\n");
+  AslFolder reader(folder_.path());
+  EXPECT_TRUE(reader.next()->accelerometer.empty()) << "a magnetometer is none";
+}
+
+TEST_F(RecordedElsewhere, StampsAreReadInTheUnitThatAllOfThemHave) {
+  const auto begins = [&] {
+    AslFolder reader(folder_.path());
+    std::vector<std::int64_t> all;
+    while (const auto o = reader.next())
+      for (const auto& sample : o->gyro) all.push_back(sample.begin.count() / 1000);
+    return all;
+  };
+  const std::string header = "#timestamp,x,y,z\n";
+  write("imu0/data.csv",
+        header + "1403636579750000000,1,0,0\n1403636579770000000,1,0,0\n1403636579790000000,1,0,0\n");
+  const auto expected = begins();
+  for (const char* rows :
+       {"1.40363657975e+18,1,0,0\n1.40363657977e+18,1,0,0\n1.40363657979e+18,1,0,0\n",
+        "1403636579750000000.0,1,0,0\n1403636579770000000.0,1,0,0\n1403636579790000000.0,1,0,0\n",
+        "1403636579750000,1,0,0\n1403636579770000,1,0,0\n1403636579790000,1,0,0\n",
+        "1403636579750,1,0,0\n1403636579770,1,0,0\n1403636579790,1,0,0\n",
+        "1403636579.75,1,0,0\n1403636579.77,1,0,0\n1403636579.790,1,0,0\n"}) {
+    write("imu0/data.csv", header + rows);
+    EXPECT_EQ(begins(), expected) << rows;
+  }
+}
+
+TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
+  const std::string rows =
+      "- [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975]\n"
+      "- [0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768]\n"
+      "- [-0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949]\n"
+      "- [0.0, 0.0, 0.0, 1.0]\n";
+  const Eigen::Isometry3d X_BC = AslFolder(folder_.path()).sensors().X_BC;
+  const std::string camera = kCameraYaml;
+  const std::string rest = camera.substr(camera.find("rate_hz"));
+  write("cam0/sensor.yaml",
+        "\xef\xbb\xbf%YAML:1.0\n" + ("T_BS:\n" + rows) + rest + "timeshift_cam_imu: 0.01\nexposure_ms: 3\n");
+  {
+    const AslFolder reader(folder_.path());
+    EXPECT_TRUE(reader.sensors().X_BC.isApprox(X_BC, 1e-12));
+    EXPECT_EQ(reader.sensors().imu_ahead, Stamp{10'000'000});
+    EXPECT_THAT(reader.sensors().remarks,
+                testing::ElementsAre(HasSubstr("cam0/sensor.yaml: keys that are not read: exposure_ms")));
+  }
+  AslFolder shifted(folder_.path());
+  EXPECT_EQ(shifted.next()->gyro.at(0).begin, Stamp{-20000192}) << "10 ms earlier";
+
+  fs::remove(folder_ / "mav0/cam0/sensor.yaml");
+  fs::remove(folder_ / "mav0/imu0/sensor.yaml");
+  write("../dso/camchain.yaml",
+        "cam0:\n  T_imu_cam:\n" + std::string("  ") + std::regex_replace(rows, std::regex("\n- "), "\n  - ") +
+            "  camera_model: pinhole\n  distortion_coeffs: [-0.28, 0.07, 0.0002, 1.8e-05]\n"
+            "  distortion_model: radtan\n  intrinsics: [45.8654, 45.7296, 36.7215, 24.8375]\n"
+            "  resolution: [64, 48]\n  rostopic: /cam0/image_raw\n");
+  write("../dso/imu_config.yaml", "gyroscope_noise_density: 1.7e-04\nrostopic: /imu0\nupdate_rate: 50.0\n");
+  const AslFolder chain(folder_.path());
+  EXPECT_TRUE(chain.sensors().X_BC.isApprox(X_BC, 1e-12));
+  EXPECT_EQ(chain.sensors().noise.gyro_density, 1.7e-04);
 }
 
 TEST_F(RecordedElsewhere, AByteOrderMarkIsNoPartOfTheHeader) {

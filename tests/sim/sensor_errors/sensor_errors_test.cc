@@ -353,18 +353,15 @@ TEST(SensorErrors, APictureThatIsLateComesWithALaterFrame) {
 }
 
 TEST(SensorErrors, OptionsOutOfRangeAreNamed) {
-  ErrorOptions options;
-  options.image.read_sigma_grey = 101;
-  EXPECT_THAT([&] { SensorErrors(options, 1); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("errors.image.read_sigma_grey")));
-  options = {};
-  options.gyro.sigma_rad_s = std::nan("");
-  EXPECT_THAT([&] { SensorErrors(options, 1); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("errors.gyro.sigma_rad_s")));
-  options = {};
-  options.plan.loss_fraction = 1.5;
-  EXPECT_THAT([&] { SensorErrors(options, 1); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("errors.plan.loss_fraction")));
+  ErrorOptions grey, rate, fraction;
+  grey.image.read_sigma_grey = 101;
+  rate.gyro.sigma_rad_s = std::nan("");
+  fraction.plan.loss_fraction = 1.5;
+  for (const auto& [options, key] : {std::pair(grey, "image.read_sigma_grey"),
+                                     {rate, "gyro.sigma_rad_s"},
+                                     {fraction, "plan.loss_fraction"}})
+    EXPECT_THAT([&options = options] { SensorErrors(options, 1); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr(std::string("errors.") + key)));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <exception>
 
 #include "tools/cli/usage_error.h"
 
@@ -48,6 +49,7 @@ SharedFolder::SharedFolder(const Backend& backend) {
 }
 
 SharedFolder::~SharedFolder() {
+  if (!folder_.empty() && std::uncaught_exceptions() > 0) return;  // a job that may still run reads them
   std::error_code ignored;
   for (const fs::path& file : files_) fs::remove(file, ignored);
   if (!folder_.empty()) fs::remove(folder_, ignored);  // only if it is empty

@@ -41,11 +41,15 @@ std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& bac
 std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
                                 const ShowPart& show);
 
-/// Removes the job arrays that an earlier call left in the spool, and the folder if nothing else is in it.
+/// Throws UsageError if a job array that an earlier call left in the spool may still run.
+void require_ended_arrays(const std::filesystem::path& spool);
+
+/// Removes the ended job arrays that an earlier call left in the spool, and the folder if nothing else is in
+/// it.
 void remove_arrays(const std::filesystem::path& spool);
 
 /// A folder for files that the processes read: temporary, or on Slurm the spool. The files exist as long as
-/// this object.
+/// this object, on Slurm longer if an exception ends the command.
 class SharedFolder {
  public:
   explicit SharedFolder(const Backend& backend);

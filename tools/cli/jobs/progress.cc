@@ -93,7 +93,7 @@ ProgressLine::~ProgressLine() {
 
 void ProgressLine::show(double part, const std::string& at) {
   const std::lock_guard lock(mutex_);
-  part_ = part;
+  part_ = std::max(part, part_.value_or(0));
   at_ = at;
 }
 

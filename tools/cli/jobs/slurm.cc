@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <memory>
 #include <set>
 #include <sstream>
 
@@ -25,6 +26,7 @@ namespace fs = std::filesystem;
 constexpr double kElementSeconds = 30;  // a shorter element is not worth the cost of starting it
 constexpr int kSubmissions = 3, kDefaultMaxArraySize = 1001;
 constexpr useconds_t kQueuePollUs = 1'000'000;
+constexpr int kSilentPolls = 600;  // squeue may fail for so long, as while a controller restarts
 
 /// Each element runs its share of the lines, one after another, and records atomically that a line has ended.
 /// A line during which the element itself ended (node lost, requeued) is run again, five times at most.
@@ -54,22 +56,68 @@ while [ $i -lt $last ]; do
 done
 )sh";
 
-/// The output and exit status of a shell command.
+/// Standard output, standard error and exit status of a shell command.
 struct ShellOutput {
-  std::string text;
+  std::string text, errors;
   int status = 0;
 };
 
+std::string rest_of(std::FILE* stream) {
+  std::string text;
+  std::array<char, 4096> piece;
+  for (std::size_t n = 0; (n = std::fread(piece.data(), 1, piece.size(), stream)) > 0;)
+    text.append(piece.data(), n);
+  return text;
+}
+
 /// Throws UsageError if the shell cannot be started.
 ShellOutput run_shell(const std::string& command) {
-  FILE* const pipe = ::popen((command + " 2>&1").c_str(), "r");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> errors(std::tmpfile(), std::fclose);
+  const std::string redirected =
+      errors ? fmt::format("{} 2>/proc/{}/fd/{}", command, ::getpid(), ::fileno(errors.get())) : command;
+  FILE* const pipe = ::popen(redirected.c_str(), "r");
   if (!pipe) throw UsageError(command + ": cannot be started");
-  ShellOutput printed;
-  std::array<char, 4096> piece;
-  for (std::size_t n = 0; (n = std::fread(piece.data(), 1, piece.size(), pipe)) > 0;)
-    printed.text.append(piece.data(), n);
+  ShellOutput printed{rest_of(pipe), "", 0};
   printed.status = ::pclose(pipe);
+  if (errors) {
+    std::rewind(errors.get());
+    printed.errors = rest_of(errors.get());
+  }
   return printed;
+}
+
+/// The lines of a text as one line.
+std::string one_line(std::string text) {
+  while (text.ends_with('\n')) text.pop_back();
+  for (std::size_t at = 0; (at = text.find('\n', at)) != text.npos;) text.replace(at, 1, "; ");
+  return text;
+}
+
+/// The job id in the standard output of `sbatch --parsable`: a line "id" or "id;cluster". Empty if there is
+/// none.
+std::string job_id(const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string id = line.substr(0, line.find(';'));
+    if (!id.empty() && id.find_first_not_of("0123456789") == id.npos) return id;
+  }
+  return "";
+}
+
+/// What squeue reports about a job. An unknown job counts as queued: nothing is submitted again for it.
+struct Queue {
+  bool may_have_job = false;
+  std::string lines;   ///< "STATE REASON", one for each element or group of elements
+  std::string failed;  ///< why squeue could not tell
+};
+
+/// Slurm forgets a job some minutes after its end and then calls its id invalid.
+Queue queue_of(const std::string& job) {
+  const ShellOutput shown = run_shell("squeue -h -j " + sim::files::shell_word(job) + " -o '%T %r'");
+  if (shown.status == 0) return {!shown.text.empty(), shown.text, ""};
+  if (shown.errors.find("Invalid job id") != shown.errors.npos) return {};
+  return {true, "",
+          shown.errors.empty() ? fmt::format("exit status {}", shown.status) : one_line(shown.errors)};
 }
 
 std::string text_if_there(const fs::path& file) {
@@ -122,6 +170,21 @@ std::string waits_for(const std::string& queue) {
   return reason;
 }
 
+std::vector<fs::path> arrays_in(const fs::path& spool) {
+  std::vector<fs::path> arrays;
+  std::error_code fault;
+  for (const auto& entry : fs::directory_iterator(spool, fault))
+    if (entry.path().filename().string().starts_with("array-") &&
+        fs::exists(entry.path() / "element.sh", fault))
+      arrays.push_back(entry.path());
+  return arrays;
+}
+
+bool may_run(const fs::path& array) {
+  const std::string job = text_if_there(array / "job");
+  return !job.empty() && queue_of(job).may_have_job;
+}
+
 /// A job array and its folder.
 class Array {
  public:
@@ -136,19 +199,24 @@ class Array {
     sim::files::write_atomically(folder_ / "element.sh", kElement);
   }
 
-  /// True if the job, possibly one of a killed command, is in the queue. Prints once why a blocked job
-  /// waits.
+  /// True if the job, possibly one of a killed command, is in the queue or squeue cannot tell. Prints once
+  /// why a blocked job waits. Throws UsageError if squeue fails for ten minutes.
   bool is_in_queue() {
     const std::string job = text_if_there(folder_ / "job");
     if (job.empty()) return false;
-    const ShellOutput queue = run_shell("squeue -h -j " + sim::files::shell_word(job) + " -o '%T %r'");
-    if (queue.status != 0 || queue.text.empty()) return false;
-    if (const std::string reason = waits_for(queue.text); !reason.empty() && said_.insert(reason).second)
+    const Queue queue = queue_of(job);
+    failures_ = queue.failed.empty() ? 0 : failures_ + 1;
+    const std::string reason = queue.failed.empty() ? waits_for(queue.lines) : "squeue: " + queue.failed;
+    if (failures_ > kSilentPolls)
+      throw UsageError(
+          fmt::format("{}; job {} and its folder {} are kept, and the same command continues with it", reason,
+                      job, folder_.string()));
+    if (!reason.empty() && said_.insert(reason).second)
       std::cerr << fmt::format(
           "slurm: job {} waits: {} (squeue -j {}). After Ctrl-C it stays in the queue, and the same command "
           "continues with it.\n",
           job, reason, job);
-    return true;
+    return queue.may_have_job;
   }
 
   void submit() const {
@@ -160,13 +228,15 @@ class Array {
                               sim::files::shell_word((folder_ / "element-%a.log").string()),
                               sim::files::shell_word((folder_ / "element.sh").string()),
                               sim::files::shell_word(folder_.string()), each_));
-    if (printed.status != 0) throw UsageError("sbatch: " + printed.text.substr(0, printed.text.find('\n')));
-    const std::string job = printed.text.substr(0, printed.text.find_first_of(";\n"));
+    const std::string job = job_id(printed.text);
+    if (printed.status != 0 || job.empty())
+      throw UsageError(fmt::format("sbatch: {}", one_line(printed.errors + printed.text)));
     sim::files::write_atomically(folder_ / "job", job);
-    std::cerr << fmt::format(
-        "slurm job {}: array elements {} with {} command lines each. After an interruption the same command "
-        "continues with it.\n",
-        job, elements, each_);
+    std::cerr << printed.errors
+              << fmt::format(
+                     "slurm job {}: array elements {} with {} command lines each. After an interruption the "
+                     "same command continues with it.\n",
+                     job, elements, each_);
   }
 
   std::size_t ended() const {
@@ -225,28 +295,36 @@ class Array {
   std::size_t count_, each_ = 1;
   fs::path folder_;
   std::set<std::string> said_;
+  int failures_ = 0;  ///< of squeue, one after another
 };
 
 }  // namespace
 
+void require_ended_arrays(const fs::path& spool) {
+  for (const fs::path& array : arrays_in(spool))
+    if (may_run(array))
+      throw UsageError(fmt::format(
+          "{}: belongs to the Slurm job {}, which may still run; wait for it, or end it with scancel",
+          array.string(), text_if_there(array / "job")));
+}
+
 void remove_arrays(const fs::path& spool) {
   std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(spool, fault))
-    if (entry.path().filename().string().starts_with("array-") &&
-        fs::exists(entry.path() / "element.sh", fault))
-      fs::remove_all(entry.path(), fault);
+  for (const fs::path& array : arrays_in(spool))
+    if (!may_run(array)) fs::remove_all(array, fault);
   fs::remove(spool, fault);
 }
 
 std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
                                 const ShowPart& show) {
   Array array(command_lines, backend);
-  for (int submission = 0; array.ended() < array.size() && submission < kSubmissions; ++submission) {
-    if (!array.is_in_queue()) array.submit();
+  for (int submissions = 0;; ++submissions) {
     while (array.is_in_queue()) {
       show(array.part());
       usleep(kQueuePollUs);
     }
+    if (array.ended() == array.size() || submissions == kSubmissions) break;
+    array.submit();
   }
   std::vector<Ended> all = array.collect();
   array.remove();

@@ -90,19 +90,22 @@ void print_each_complaint_once(const std::vector<Ended>& ended) {
 
 void run_parts(const std::vector<trials::Task>& tasks, trials::TrialLog& log, const TrialsPlace& place,
                const Backend& backend) {
-  for (std::vector<trials::Task> rest = left(tasks, log); !rest.empty();) {
+  std::vector<trials::Task> rest = left(tasks, log);
+  if (rest.empty()) return;
+  const std::size_t total = rest.size();
+  ProgressLine progress(fmt::format("{}, {} trials", place.title, total));
+  while (!rest.empty()) {
     std::vector<fs::path> parts = parts_in(place.folder);
     if (parts.empty()) parts = write_parts(rest, place, backend);
     CommandLines lines;
     for (const fs::path& part : parts)
       lines.push_back(
           {{"trials", fs::absolute(part).string(), "--models", fs::absolute(place.models).string()}});
-    ProgressLine progress(fmt::format("{}, {} trials", place.title, rest.size()));
-    const double total = static_cast<double>(rest.size());
-    const std::vector<Ended> ended =
-        run_all(lines, backend, [&](double) { progress.show(static_cast<double>(finished(parts)) / total); });
-    collect(parts, log, place);
     const std::size_t before = rest.size();
+    const std::vector<Ended> ended = run_all(lines, backend, [&](double) {
+      progress.show(static_cast<double>(total - before + finished(parts)) / static_cast<double>(total));
+    });
+    collect(parts, log, place);
     rest = left(tasks, log);
     if (rest.size() == before) return print_each_complaint_once(ended);
   }

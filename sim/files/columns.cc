@@ -1,0 +1,299 @@
+#include "sim/files/columns.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "sim/files/text.h"
+
+namespace sim::files {
+namespace {
+
+constexpr double kLongest = 9e18;  // ns
+
+const std::map<std::string, Quantity, std::less<>> kNames = [] {
+  std::map<std::string, Quantity, std::less<>> names;
+  const auto add = [&](Quantity quantity, std::initializer_list<const char*> all) {
+    for (const char* name : all) names.emplace(name, quantity);
+  };
+  add(Quantity::time, {"time", "timestamp", "timestamps", "stamp", "times", "ts", "sec", "nsec", "epoch"});
+  add(Quantity::position, {"p", "t", "pos", "position", "trans", "translation", "loc", "location"});
+  add(Quantity::orientation,
+      {"q", "quat", "quaternion", "orient", "orientation", "rot", "rotation", "attitude"});
+  add(Quantity::angular_rate,
+      {"w", "g", "gyr", "gyro", "gyroscope", "omega", "angularvelocity", "angvel", "angularrate"});
+  add(Quantity::acceleration, {"a", "acc", "accel", "accelerometer", "acceleration", "linearacceleration",
+                               "linacc", "alpha", "specificforce"});
+  add(Quantity::other, {"v", "vel", "velocity", "linearvelocity", "linvel", "b", "bias", "ba", "bg", "bw",
+                        "m", "mag", "magnetometer", "roll", "pitch", "yaw", "temperature", "cov"});
+  return names;
+}();
+
+// Units without blanks, '^', '*', '_' and braces, in lower case. Lengths are in m, rates in rad/s.
+const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnits{
+    {Quantity::time,
+     {{"s sec secs seconds", 1e9},
+      {"ms msec milliseconds", 1e6},
+      {"us usec µs μs microseconds", 1e3},
+      {"ns nsec nanoseconds", 1}}},
+    {Quantity::position, {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"km", 1e3}}},
+    {Quantity::orientation, {{"1 -", 1}}},
+    {Quantity::angular_rate,
+     {{"rads-1 rad/s rads rad/sec", 1}, {"degs-1 deg/s degs deg/sec dps °/s", M_PI / 180}}},
+    {Quantity::acceleration, {{"ms-2 m/s2 m/s² ms2 m/s/s", 1}, {"g", 9.80665}}}};
+
+std::optional<double> factor_of(Quantity quantity, const std::string& unit) {
+  for (const auto& [names, factor] : kUnits.at(quantity))
+    if ((" " + std::string(names) + " ").find(" " + unit + " ") != std::string::npos) return factor;
+  return std::nullopt;
+}
+
+std::string plain_unit(std::string_view text) {
+  std::string unit(text);
+  for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::erase_if(unit, [](char c) { return std::string_view(" \t^*_{}").find(c) != std::string_view::npos; });
+  return unit;
+}
+
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words(1);
+  for (const char c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!words.back().empty())
+      words.emplace_back();
+  if (words.back().empty()) words.pop_back();
+  // Messages that were printed have these in front: field.pose.position.x
+  while (words.size() > 1 && (words[0] == "field" || words[0] == "pose" || words[0] == "msg" ||
+                              words[0] == "imu" || words[0] == "header"))
+    words.erase(words.begin());
+  return words;
+}
+
+bool is_axis(std::string_view word) { return word.size() == 1 && word[0] >= 'w' && word[0] <= 'z'; }
+
+// The name in all words, else in the first: p_RS_R is p.
+std::optional<Quantity> quantity_of(const std::vector<std::string>& words) {
+  std::string joined;
+  for (const std::string& word : words) joined += word;
+  for (const std::string& name : {joined, words.front()})
+    if (const auto found = kNames.find(name); found != kNames.end()) return found->second;
+  return std::nullopt;
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\"#%";
+  text.remove_prefix(std::min(text.find_first_not_of(kBlank), text.size()));
+  text.remove_suffix(text.size() - 1 - std::min(text.find_last_not_of(" \t\r\""), text.size() - 1));
+  return text;
+}
+
+std::vector<std::string> split_titles(std::string_view text) {
+  const bool commas = text.find(',') != text.npos;
+  std::vector<std::string> titles(1);
+  int depth = 0;
+  for (const char c : trimmed(text)) {
+    depth += (c == '[' || c == '(') - (c == ']' || c == ')');
+    const bool ends = commas ? c == ',' : depth == 0 && (c == ' ' || c == '\t');
+    if (!ends)
+      titles.back() += c;
+    else if (commas || !titles.back().empty())
+      titles.emplace_back();
+  }
+  if (commas) return titles;
+  for (std::size_t i = 1; i < titles.size();)  // a unit after a blank
+    if (titles[i].starts_with('[') || titles[i].starts_with('('))
+      titles[i - 1] += titles[i], titles.erase(titles.begin() + static_cast<std::ptrdiff_t>(i));
+    else
+      ++i;
+  return titles;
+}
+
+}  // namespace
+
+std::optional<std::chrono::nanoseconds> parse_stamp(std::string_view text, const TimeUnit& unit) {
+  const auto value = parse_finite(text);
+  if (!value || std::abs(*value) * static_cast<double>(unit.ns) > kLongest) return std::nullopt;
+  const bool negative = text.front() == '-';
+  const std::size_t e = std::min(text.find_first_of("eE"), text.size());
+  const std::string_view mantissa = text.substr(0, e);
+  const std::size_t dot = std::min(mantissa.find('.'), mantissa.size());
+  int power = 0;
+  if (e < text.size()) power = parse_number<int>(text.substr(e + 1 + (text[e + 1] == '+'))).value_or(0);
+  for (std::int64_t scale = unit.ns; scale > 1; scale /= 10) ++power;
+  // Digits up to the place of 1 ns; what is beyond is cut off.
+  std::int64_t ns = 0;
+  const auto places = static_cast<std::ptrdiff_t>(dot) + power;
+  std::ptrdiff_t place = 0;
+  for (std::size_t i = negative; i < mantissa.size() && place < places - negative; ++i)
+    if (i != dot) ns = ns * 10 + (mantissa[i] - '0'), ++place;
+  for (; place < places - negative && ns != 0; ++place) ns *= 10;
+  return std::chrono::nanoseconds(negative ? -ns : ns);
+}
+
+std::optional<double> median_step(const std::vector<double>& stamps) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < stamps.size(); ++i)
+    if (stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
+  if (steps.empty()) return std::nullopt;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+const TimeUnit& unit_of_stamps(const std::vector<double>& stamps, const TimeUnit* stated,
+                               double expected_step_s) {
+  const std::optional<double> step = median_step(stamps);
+  const double last = stamps.empty() ? 0 : stamps.back();
+  const auto seconds = [](double x, const TimeUnit& unit) { return x * 1e-9 * static_cast<double>(unit.ns); };
+  const auto steps_within = [&](const TimeUnit& unit, double least, double most) {
+    return !step || (seconds(*step, unit) >= least && seconds(*step, unit) <= most);
+  };
+  if (stated) {
+    if (!steps_within(*stated, 1e-6, 1e5) || std::abs(last) * static_cast<double>(stated->ns) > kLongest)
+      throw std::invalid_argument(
+          fmt::format("the header states {}, but the stamps, {} apart up to {}, are not", stated->name,
+                      step.value_or(0), last));
+    return *stated;
+  }
+  for (const TimeUnit& unit : kTimeUnits)
+    if (seconds(last, unit) >= 1e9 && seconds(last, unit) < 1e10 && steps_within(unit, 1e-5, 1e4))
+      return unit;
+  if (!step) return std::abs(last) <= 9e9 ? kSeconds : kNanoseconds;
+  if (*step < 10) return kSeconds;
+  return *std::min_element(std::begin(kTimeUnits), std::end(kTimeUnits), [&](const auto& a, const auto& b) {
+    const auto off = [&](const TimeUnit& unit) {
+      return std::abs(std::log(seconds(*step, unit) / expected_step_s));
+    };
+    return off(a) < off(b);
+  });
+}
+
+Header::Title Header::parse(std::string_view text) {
+  Title title;
+  text = trimmed(text);
+  title.text = text;
+  if (const std::size_t open = text.find_first_of("[("); open != text.npos) {
+    title.unit = plain_unit(text.substr(open + 1, text.find_last_of("])") - open - 1));
+    text = trimmed(text.substr(0, open));
+  }
+  std::vector<std::string> words = words_of(text);
+  if (words.empty()) return title;
+  const auto axis = std::find_if(words.rbegin(), words.rend(), is_axis);
+  if (axis != words.rend() && (words.size() == 1 || axis != std::prev(words.rend()))) {
+    title.axis = (*axis)[0];
+    for (auto word = axis.base(); word != words.end(); ++word) title.unit += *word;  // gyro_x_deg_s
+    words.erase(std::prev(axis.base()), words.end());
+    if (!words.empty()) title.quantity = quantity_of(words);
+    return title;
+  }
+  if (words.size() == 1 && words[0].size() > 1 && is_axis(words[0].substr(words[0].size() - 1)))
+    if (const auto found = kNames.find(words[0].substr(0, words[0].size() - 1)); found != kNames.end()) {
+      title.axis = words[0].back();  // tx, qw, gyrox
+      title.quantity = found->second;
+      return title;
+    }
+  if (words[0] == "t" || words[0] == "time" || words[0] == "stamp" || words[0] == "timestamp") {
+    title.quantity = Quantity::time;
+    if (title.unit.empty() && words.size() > 1 && factor_of(Quantity::time, words.back()))
+      title.unit = words.back();
+    return title;
+  }
+  title.quantity = quantity_of(words);
+  if (title.quantity && *title.quantity != Quantity::time) title.quantity = Quantity::other;  // without axis
+  return title;
+}
+
+Header::Header(std::filesystem::path file, std::size_t line, const std::vector<std::string>& titles)
+    : file_(std::move(file)), line_(line) {
+  for (const std::string& title : titles) titles_.push_back(parse(title));
+}
+
+Header::Header(std::filesystem::path file, std::size_t line, std::string_view text)
+    : Header(std::move(file), line, split_titles(text)) {}
+
+void Header::fail(std::size_t field, const std::string& why) const {
+  throw FileError(file_, line_, fmt::format("column {}, \"{}\": {}", field + 1, titles_[field].text, why));
+}
+
+bool Header::names(Quantity quantity) const {
+  return std::any_of(titles_.begin(), titles_.end(), [&](const Title& t) { return t.quantity == quantity; });
+}
+
+bool Header::are_titles() const {
+  const auto with_axis = [](const Title& title) { return title.axis != 0; };
+  return (!with_axis(titles_[0]) || names(Quantity::time)) &&
+         std::count_if(titles_.begin(), titles_.end(), with_axis) >= 3;
+}
+
+// A title without a quantity, such as "x", fits any quantity with its axis.
+bool Header::fits(std::size_t field, Quantity quantity, char axis, bool named) const {
+  if (field >= titles_.size()) return false;
+  const Title& title = titles_[field];
+  if (title.quantity) return title.quantity == quantity && title.axis == axis;
+  return !named && (title.axis == axis || title.axis == 0);
+}
+
+double Header::factor(std::size_t field, Quantity quantity) const {
+  const std::string& unit = titles_[field].unit;
+  const auto found = unit.empty() ? std::optional(1.0) : factor_of(quantity, unit);
+  if (found) return *found;
+  std::string all;
+  for (const auto& [names, value] : kUnits.at(quantity)) all += (all.empty() ? "" : " ") + std::string(names);
+  fail(field, fmt::format("unknown unit \"{}\", expected one of {}", unit, all));
+}
+
+std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, std::size_t first) const {
+  static constexpr std::array kWords{"the time", "the position", "the orientation", "the angular rate",
+                                     "the acceleration"};
+  const auto all = [&](const auto& holds) {
+    for (std::size_t i = 0; i < axes.size(); ++i)
+      if (!holds(i)) return false;
+    return true;
+  };
+  const auto count = [&](char axis, bool named) {
+    std::size_t n = 0;
+    for (std::size_t field = 0; field < titles_.size(); ++field)
+      n += titles_[field].axis == axis && fits(field, quantity, axis, named);
+    return n;
+  };
+  const auto found_by = [&](bool named, std::size_t i) {
+    std::size_t field = 0;
+    while (titles_[field].axis != axes[i] || !fits(field, quantity, axes[i], named)) ++field;
+    return field;
+  };
+  std::vector<Column> columns;
+  const auto add = [&](std::size_t field) { columns.push_back({field, factor(field, quantity)}); };
+  const bool named = names(quantity);
+  if (all([&](std::size_t i) { return fits(first + i, quantity, axes[i], named); }))
+    for (std::size_t i = 0; i < axes.size(); ++i) add(first + i);
+  else if (all([&](std::size_t i) { return count(axes[i], named) == 1; }))
+    for (std::size_t i = 0; i < axes.size(); ++i) add(found_by(named, i));
+  else
+    for (std::size_t i = 0; i < axes.size(); ++i)
+      if (first + i >= titles_.size() || !fits(first + i, quantity, axes[i], named))
+        fail(std::min(first + i, titles_.size() - 1),
+             fmt::format("expected {} along {} here, or columns that name it once each",
+                         kWords.at(static_cast<std::size_t>(quantity)), axes[i]));
+  return columns;
+}
+
+std::size_t Header::time_field() const {
+  const auto is_time = [](const Title& title) { return title.quantity == Quantity::time; };
+  const auto found = std::find_if(titles_.begin(), titles_.end(), is_time);
+  return found == titles_.end() ? 0 : static_cast<std::size_t>(found - titles_.begin());
+}
+
+const TimeUnit* Header::time_unit() const {
+  const std::size_t field = time_field();
+  if (field >= titles_.size() || titles_[field].unit.empty()) return nullptr;
+  const double ns = factor(field, Quantity::time);
+  return std::find_if(std::begin(kTimeUnits), std::end(kTimeUnits),
+                      [&](const TimeUnit& unit) { return static_cast<double>(unit.ns) == ns; });
+}
+
+}  // namespace sim::files

@@ -1,0 +1,82 @@
+// What files of other programs state about their columns: names, units, and the unit of their stamps.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sim::files {
+
+/// A unit of time: its name and its length in ns.
+struct TimeUnit {
+  const char* name;
+  std::int64_t ns;
+};
+inline constexpr TimeUnit kTimeUnits[] = {
+    {"seconds", 1'000'000'000}, {"milliseconds", 1'000'000}, {"microseconds", 1'000}, {"nanoseconds", 1}};
+inline constexpr const TimeUnit &kSeconds = kTimeUnits[0], &kNanoseconds = kTimeUnits[3];
+
+/// Returns a decimal number of that unit in ns, exact to the ns, unlike a double; also in the notation of
+/// 1.4e+18. Returns nothing if the text is not a number or the time is more than 9e18 ns.
+std::optional<std::chrono::nanoseconds> parse_stamp(std::string_view text, const TimeUnit& unit);
+
+/// Returns the median of the positive steps between consecutive stamps, or nothing without any.
+std::optional<double> median_step(const std::vector<double>& stamps);
+
+/// Decides the unit of a file's stamps from all of them: the stated unit; else the unit by which they are
+/// dates from 2001 to 2286; else seconds if they are less than 10 apart; else the unit by which they are
+/// nearest to the expected step. Throws std::invalid_argument if they cannot have the stated unit.
+const TimeUnit& unit_of_stamps(const std::vector<double>& stamps, const TimeUnit* stated,
+                               double expected_step_s = 0.05);
+
+enum class Quantity { time, position, orientation, angular_rate, acceleration, other };
+
+/// A column of a file: its number, and the factor from its unit to m, rad/s or m/s².
+struct Column {
+  std::size_t field;
+  double factor = 1;
+};
+
+/// The titles of a file's columns, such as "p_RS_R_x [m]", "tx", "angular_velocity.x" or "gyro_x (deg/s)".
+class Header {
+ public:
+  /// line: where it stands in the file, for errors.
+  Header(std::filesystem::path file, std::size_t line, const std::vector<std::string>& titles);
+  /// Splits a line at commas, or at blanks outside of brackets if it has none.
+  Header(std::filesystem::path file, std::size_t line, std::string_view text);
+
+  std::size_t size() const { return titles_.size(); }
+  /// Returns whether these are titles of poses: a first one without an axis, and three or more with one.
+  bool are_titles() const;
+  /// Returns whether a column names this quantity with its axis.
+  bool names(Quantity quantity) const;
+  /// Returns the columns of a quantity for these axes ("xyz"), by their names; where the header does not name
+  /// them, they are expected from field `first` on. Throws FileError if the header names only some of
+  /// them, names something else there, or states an unknown unit.
+  std::vector<Column> columns(Quantity quantity, std::string_view axes, std::size_t first) const;
+  /// Returns the column of the stamps: the first one with such a title, else 0.
+  std::size_t time_field() const;
+  /// Returns the unit that the title of the stamps states, or null. Throws FileError for an unknown one.
+  const TimeUnit* time_unit() const;
+
+ private:
+  struct Title {
+    std::string text, unit;
+    std::optional<Quantity> quantity;  // absent: not a known name
+    char axis = 0;                     // x, y, z, w, or 0
+  };
+  static Title parse(std::string_view text);
+  bool fits(std::size_t field, Quantity quantity, char axis, bool named) const;
+  double factor(std::size_t field, Quantity quantity) const;
+  [[noreturn]] void fail(std::size_t field, const std::string& why) const;
+
+  std::filesystem::path file_;
+  std::size_t line_;
+  std::vector<Title> titles_;
+};
+
+}  // namespace sim::files
