@@ -175,6 +175,16 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),
               in_the_loop["metrics"]["rmse_m"]["value"].get<double>(), 1e-9);
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-3/timing.json"));
+  // The same poses in columns of another order, named in the header.
+  write("named.sh",
+        "(echo '#timestamp,tx,ty,tz,qw,qx,qy,qz'; grep -v '^#' $1/plan.txt |\n"
+        "awk '{ print $1 \",\" $2 \",\" $3 \",\" $4 \",\" $8 \",\" $5 \",\" $6 \",\" $7 }') > $2\n");
+  ASSERT_EQ(gaitslam("evaluate r/seed-1 --format tum --align none --out n --command 'sh named.sh {folder} "
+                     "{trajectory}'")
+                .exit_code,
+            0);
+  EXPECT_EQ(json("n/walk/seed-1/score.json")["metrics"]["rotation_rmse_deg"],
+            evaluated["metrics"]["rotation_rmse_deg"]);
 }
 
 TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverage) {
@@ -284,10 +294,12 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   std::vector<std::string> rows;
   for (std::string line; std::getline(lines, line);) rows.push_back(line);
   ASSERT_EQ(rows.size(), 4U);  // two seeds of one estimator are a row
-  EXPECT_EQ(rows[0], "scenario,estimator,runs,completed,rmse_m,nees_position_mean,cpu_ms,folder");
-  EXPECT_THAT(rows[1], testing::StartsWith("other,filter,1,1,"));
-  EXPECT_THAT(rows[2], testing::StartsWith("walk,filter,2,2,"));
-  EXPECT_THAT(rows[3], testing::StartsWith("walk,plan_alone,2,2,"));
+  EXPECT_EQ(rows[0],
+            "scenario,estimator,alignment,runs,completed,coverage,rmse_m,nees_position_mean,cpu_ms_mean,"
+            "cpu_ms_median,cpu_ms_p99,seeds,changed,folder");
+  EXPECT_THAT(rows[1], testing::StartsWith("other,filter,none,1,1,"));
+  EXPECT_THAT(rows[2], testing::StartsWith("walk,filter,none,2,2,"));
+  EXPECT_THAT(rows[3], testing::StartsWith("walk,plan_alone,none,2,2,"));
   EXPECT_THAT(rows[3], HasSubstr(",,"));  // it states no covariance
   EXPECT_THAT(ran.out, HasSubstr("results of different scenarios are not compared"));
   EXPECT_THAT(text_of("t.html"), HasSubstr("<h2>other</h2>"));

@@ -82,6 +82,30 @@ TEST_F(Score, TheUnitOfStampsIsRecognizedOrRejected) {
   }
 }
 
+// The same poses in files that name their columns or print their times otherwise.
+TEST_F(Score, FilesAreReadByWhatTheyState) {
+  std::string named = "timestamp,tx,ty,tz,qx,qy,qz,qw\n", first = "# timestamp tx ty tz qw qx qy qz\n",
+              floats, turned;
+  for (int i = 0; i < 300; ++i) {
+    const double t = i / 30.0, a = 0.02 * i, c = std::cos(a), s = std::sin(a);
+    turned += fmt::format("{:.9f} {} {} 1 0 0 {} {}\n", t, t, std::sin(t), s, c);
+    named += fmt::format("{:.9f},{},{},1,0,0,{},{}\n", t, t, std::sin(t), s, c);
+    first += fmt::format("{:.9f} {} {} 1 {} 0 0 {}\n", t, t, std::sin(t), c, s);
+    floats += fmt::format("{:.18e},{},{},1,{},0,0,{}\n", 1e9 * t + 1.4e18, t, std::sin(t), c, s);
+  }
+  write("turned.tum", turned);
+  write("named.csv", named);
+  write("first.txt", first);
+  write("floats.csv", floats);
+  for (const std::string file : {"named.csv", "first.txt", "floats.csv --t-offset -1400000000"})
+    for (const std::string relation : {"trans_part", "angle_deg"}) {
+      const Ran ran = gaitslam("score turned.tum " + file + " --align none -r " + relation + " --json");
+      EXPECT_EQ(ran.exit_code, 0) << file << ran.err;
+      EXPECT_THAT(ran.out, testing::ContainsRegex("\"max\": ([0-9.]+e-|0\\.00000|0[,.\n])"))
+          << file << relation;
+    }
+}
+
 TEST_F(Score, AShortEstimateAndAFewKeyframesAreScored) {
   write("short.tum", line("0.0", 0, 0) + line("0.033333333", 0.1, 0) + line("0.066666667", 0.2, 0));
   write("fast.tum", curve(3000));

@@ -14,8 +14,8 @@
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"
-#include "tools/cli/usage_error.h"
-#include "tools/cli/verdict_files.h"
+#include "tools/cli/shared/usage_error.h"
+#include "tools/cli/shared/verdict_files.h"
 
 namespace cli {
 namespace {

@@ -11,7 +11,7 @@
 #include "sim/trajectory_score/report.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {

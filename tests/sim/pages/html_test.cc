@@ -116,11 +116,6 @@ TEST_F(ReceivedTuning, AHoldOutOfOneRunIsAWarning) {
   EXPECT_THAT(page(), HasSubstr("<li id='holdout-1'>walks/seed-3: "));
 }
 
-TEST_F(ReceivedTuning, ThePageFollowsTheThemeOfTheBrowserAndFitsAPhone) {
-  EXPECT_THAT(page(), Not(HasSubstr("minmax(500px")));
-  EXPECT_THAT(page(), HasSubstr("<div class='scroll'"));
-}
-
 TEST_F(ReceivedTuning, AnotherTypeIsNamedWithItsKey) {
   const nlohmann::json whole = tuning_;
   const auto complaint = [&](const nlohmann::json& patch) -> std::string {

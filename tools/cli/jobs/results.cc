@@ -19,7 +19,7 @@
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
