@@ -190,6 +190,27 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
             evaluated["metrics"]["rotation_rmse_deg"]);
 }
 
+TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverage) {
+  write("late.sh",
+        "awk '/^[0-9]/ && ++n > 5 {print $0, \"1e-4 0 0 1e-4 0 1e-4 1e-4 0 0 1e-4 0 1e-4\"}' "
+        "r/seed-1/truth.tum > $1\n");
+  const std::string evaluate =
+      "evaluate r/seed-1 --format tum --align none --keep --force --out e --command 'sh late.sh "
+      "{trajectory}'";
+  EXPECT_EQ(gaitslam(evaluate).exit_code, 0);
+  const auto metrics = json("e/walk/seed-1/score.json")["metrics"];
+  EXPECT_NEAR(metrics["nees_position_mean"]["value"].get<double>(), 0, 1e-9);
+  EXPECT_GT(metrics["poses_with_covariance"]["value"], 0);
+  EXPECT_LT(metrics["tracked_fraction"]["value"], 0.95) << "it begins late";
+  EXPECT_TRUE(metrics["loop_closed"]["value"].is_null());
+  EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-1/trajectory.txt"));
+  EXPECT_EQ(gaitslam(evaluate + " limits.tracked_fraction.at_least=0.99").exit_code, 1);
+  expect_refused(evaluate + " slam.gyro.sigma_rad_s=1", "only limits may be changed");
+  write("late.sh", "echo no trajectory > $1\n");
+  EXPECT_EQ(gaitslam(evaluate).exit_code, 3);
+  EXPECT_EQ(text_of("e/walk/seed-1/trajectory.txt"), "no trajectory\n") << "kept, though it was rejected";
+}
+
 TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLeft) {
   fs::copy(folder_ / "r/seed-1", folder_ / "other", fs::copy_options::recursive);
   ASSERT_EQ(shell("sed -i 's/^seed: 1$/seed: 2/' other/scenario.yaml").exit_code, 0);

@@ -169,6 +169,55 @@ TEST_F(Score, PosesThatAreAllInOnePointSayNothing) {
       << "a camera may turn on the spot";
 }
 
+TEST_F(Score, RowsWithoutTimesArePairedOnlyIfTheyAreAsMany) {
+  std::string all, half;
+  for (int i = 0; i < 200; ++i) {
+    const std::string row = fmt::format("1 0 0 {} 0 1 0 {} 0 0 1 1\n", i / 20.0, std::sin(i / 20.0));
+    all += row;
+    if (i % 2 == 0) half += row;
+  }
+  write("all.txt", all);
+  write("half.txt", half);
+  EXPECT_EQ(gaitslam("score all.txt all.txt").exit_code, 0);
+  for (const char* files : {"all.txt half.txt", "half.txt all.txt", "all.txt half.txt --align se3"})
+    expect_refused(fmt::format("score {}", files), "all without times: they cannot be paired by their row");
+}
+
+TEST_F(Score, InterpolationCrossesNoGapLongerThanStated) {
+  std::string gap;
+  for (int i = 0; i < 300; ++i)
+    if (i < 100 || i > 200) gap += line(fmt::format("{:.9f}", i / 30.0), i / 30.0, std::sin(i / 30.0));
+  write("gap.tum", gap);
+  const auto rows = [&](const std::string& options) {
+    return gaitslam("score gap.tum truth.tum --align none --interpolate " + options).out;
+  };
+  EXPECT_THAT(rows(""),
+              HasSubstr("matched   199 of 300 poses (truth interpolated at the estimate's stamps, across "
+                        "at most 0.1 s)"));
+  EXPECT_THAT(rows("--max-gap 5"), HasSubstr("matched   300 of 300 poses"));
+  expect_refused("score gap.tum truth.tum --max-gap 5", "--interpolate");
+}
+
+TEST_F(Score, TheReportStatesHowMuchOfTheTruthIsCovered) {
+  std::string first, two;
+  for (int i = 0; i < 300; ++i) {
+    const std::string row = line(fmt::format("{:.9f}", i / 30.0), i / 30.0, 0);
+    if (i < 60) first += row;
+    if (i < 60 || i >= 240) two += row;
+  }
+  write("first.tum", first);
+  write("two.tum", two);
+  write("straight.tum", [] {
+    std::string text;
+    for (int i = 0; i < 300; ++i) text += line(fmt::format("{:.9f}", i / 30.0), i / 30.0, 0);
+    return text;
+  }());
+  EXPECT_THAT(gaitslam("score straight.tum first.tum").out,
+              HasSubstr("covered   60 of 300 true poses, 20.0 % of the time; 1.967 m walked"));
+  EXPECT_THAT(gaitslam("score straight.tum two.tum").out,
+              HasSubstr("covered   120 of 300 true poses, 40.0 % of the time; 9.967 m walked"));
+}
+
 TEST_F(Score, ACovarianceThatIsTooSmallGivesNoNumber) {
   std::string text;
   for (int i = 0; i < 300; ++i)

@@ -90,20 +90,12 @@ class ReceivedTuning : public testing::Test {
                   {"start", 1},
                   {"best", 2}}}},
                {"training", side},
-               {"holdout", side},
-               {"profiles",
-                {{{"key", kPayload},
-                  {"at", {1, 2}},
-                  {"rises", {0, 1}},
-                  {"threshold", 0.5},
-                  {"low", 1},
-                  {"high", nullptr},
-                  {"identifiable", false}}}}};
+               {"holdout", side}};
   }
   std::string page() const {
     std::ofstream(folder_ / "tune.json") << tuning_.dump();
     std::ofstream(folder_ / "history.csv")
-        << "#setting,origin,complete," << kPayload << "," << kPayload << "2\n0,a,1,1.5,3\n1,a,1,1.2,2\n";
+        << "#setting,origin," << kPayload << "," << kPayload << "2\n0,a,1.5,3\n1,a,1.2,2\n";
     return tune_page(folder_.path());
   }
   nlohmann::json tuning_;
@@ -142,8 +134,6 @@ TEST_F(ReceivedTuning, AnotherTypeIsNamedWithItsKey) {
               HasSubstr("tune.json: parameters: expected a list, found number"));
   EXPECT_THAT(complaint({{"holdout", {{"runs", nlohmann::json::array()}}}}),
               HasSubstr("holdout.runs: is empty"));
-  EXPECT_THAT(complaint({{"profiles", {{{"key", "a"}}, {{"key", "b"}}}}}),
-              HasSubstr("profiles: has more items than there are parameters"));
 }
 
 TEST(PaperPage, TheRevisionIsShownAsItIs) { expect_harmless(paper_page({}, kPayload)); }
