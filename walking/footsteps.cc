@@ -15,7 +15,8 @@ namespace walking {
 namespace {
 
 constexpr double kHalfSpacing = hrp2::kFootSpacing / 2;
-constexpr double kNegligible = 1e-9;  // of a step: a rest shorter than this is rounding, not a step
+constexpr double kLargestAside_m = 0.25;  // of one foot in a step: at 0.30 the robot falls
+constexpr double kNegligible = 1e-9;      // of a step: a rest shorter than this is rounding, not a step
 
 Eigen::Vector2d rotated(double yaw, const Eigen::Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
 
@@ -43,13 +44,15 @@ std::vector<Footstep> steps_of(const Repeat&, double) { return {}; }
 std::vector<Footstep> steps_of(const GoTo&, double) { return {}; }  // see steps_to()
 
 /// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
-/// the foot spacing, so that the feet never cross and the lateral distance is never below the spacing.
+/// the foot spacing, so that the feet never cross and the lateral distance is never below the spacing. Steps
+/// that lead far aside are shorter.
 std::vector<Footstep> steps_of(const Straight& straight, double step) {
   check_ranges(straight, Straight::kName);
   const double distance = std::hypot(straight.forward_m, straight.left_m);
   require(distance > 0, "straight: forward_m and left_m are both zero; use stand");
   const Side lead = straight.left_m > 0 ? Side::left : Side::right;
-  std::vector<double> s = progress(distance, step);
+  const double longest = kLargestAside_m / 2 * distance / std::abs(straight.left_m);
+  std::vector<double> s = progress(distance, std::min(step, longest));
   s.push_back(distance);  // the closing step
   std::vector<Footstep> steps;
   for (std::size_t k = 0; k < s.size(); ++k) {

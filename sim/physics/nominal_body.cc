@@ -1,13 +1,18 @@
 #include "sim/physics/nominal_body.h"
 
+#include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <memory>
+#include <numbers>
+#include <stdexcept>
 #include <utility>
 
 #include "sim/physics/model.h"
+#include "walking/hrp2.h"
 
 namespace sim::physics {
 namespace {
@@ -52,6 +57,100 @@ walking::BodyMomentum NominalBody::momentum(const walking::BodyMotion& motion) {
           of_waist(data_->subtree_angmom)};
 }
 
+// Rounding in the model file stays far below these.
+constexpr double kLengthTolerance_m = 1e-3, kComTolerance_m = 3e-3, kMassTolerance = 0.01;
+
+[[noreturn]] void reject(const mjModel& model, const std::string& what) {
+  throw std::runtime_error(
+      fmt::format("model {}: {}; the plan is made for the nominal HRP-2 (models/README.md)",
+                  std::string(model.names), what));
+}
+
+/// Where the model's joints are with this posture, in the waist.
+class Posed {
+ public:
+  Posed(const mjModel& model, const walking::JointVector& q) : model_(model), data_(mj_makeData(&model)) {
+    Eigen::Map<Eigen::VectorXd>(data_->qpos, model.nq) =
+        robot_positions(model, {Eigen::Isometry3d::Identity(), q});
+    mj_kinematics(&model, data_.get());
+  }
+
+  Eigen::Vector3d joint(int actuator) const {
+    return Eigen::Vector3d(data_->xanchor + 3 * model_.actuator_trnid[2 * actuator]);
+  }
+
+  Eigen::Isometry3d body(int id) const {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translation() = Eigen::Vector3d(data_->xpos + 3 * id);
+    pose.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data_->xmat + 9 * id);
+    return pose;
+  }
+
+ private:
+  const mjModel& model_;
+  Data data_;
+};
+
+void require_length(const mjModel& model, const std::string& what, double length, double nominal) {
+  if (std::abs(length - nominal) > kLengthTolerance_m)
+    reject(model, fmt::format("{} is {:.3f} m, expected {:.3f} m", what, length, nominal));
+}
+
+void require_lengths(const mjModel& model) {
+  using namespace walking::hrp2;
+  const Posed zero(model, walking::JointVector::Zero());
+  for (const bool left : {false, true}) {
+    const std::string side = left ? "left" : "right";
+    const int leg = left ? kLeftLeg : kRightLeg, elbow = (left ? kLeftArm : kRightArm) + kElbow;
+    const Eigen::Vector3d hip = zero.joint(leg + 2), knee = zero.joint(leg + 3), ankle = zero.joint(leg + 4);
+    require_length(model, "the " + side + " thigh", hip.z() - knee.z(), kThigh);
+    require_length(model, "the " + side + " shank", knee.z() - ankle.z(), kShank);
+    require_length(model, "the " + side + " upper arm",
+                   (zero.joint(elbow) - zero.joint(elbow - kElbow)).norm(), kUpperArm);
+    require_length(model, "the " + side + " forearm", (zero.joint(elbow + 2) - zero.joint(elbow)).norm(),
+                   kUpperArm);
+  }
+}
+
+/// In half-sitting and with each joint of a leg moved, which shows its axis and the offsets.
+void require_legs(const mjModel& model) {
+  for (const walking::Side side : {walking::Side::right, walking::Side::left}) {
+    const bool left = side == walking::Side::left;
+    const std::string name = left ? "LLEG_SOLE" : "RLEG_SOLE";
+    const int sole = mj_name2id(&model, mjOBJ_BODY, name.c_str());
+    if (sole < 0) reject(model, "has no body " + name);
+    const int leg = left ? walking::hrp2::kLeftLeg : walking::hrp2::kRightLeg;
+    for (int moved = -1; moved < 6; ++moved) {
+      walking::JointVector q = walking::hrp2::half_sitting();
+      if (moved >= 0) q[leg + moved] += 0.3;
+      const Eigen::Isometry3d error =
+          walking::sole_in_waist(side, q.segment<6>(leg)).inverse() * Posed(model, q).body(sole);
+      if (!error.isApprox(Eigen::Isometry3d::Identity(), kLengthTolerance_m))
+        reject(model, fmt::format("{} is {:.1f} mm and {:.2f} deg from its place{}", name,
+                                  1e3 * error.translation().norm(),
+                                  Eigen::AngleAxisd(error.linear()).angle() * 180 / std::numbers::pi,
+                                  moved < 0 ? "" : fmt::format(" after joint {} has moved", moved)));
+    }
+  }
+}
+
+void require_masses(const mjModel& model, const walking::BodyMomentum& still) {
+  using namespace walking::hrp2;
+  if (std::abs(still.mass / kMass - 1) > kMassTolerance)
+    reject(model, fmt::format("its mass is {:.3f} kg, expected {:.3f} kg", still.mass, kMass));
+  const Eigen::Vector3d error = still.com - kComInWaist;
+  if (error.norm() > kComTolerance_m)
+    reject(model, fmt::format("its center of mass is ({:.1f}, {:.1f}, {:.1f}) mm from its place",
+                              1e3 * error.x(), 1e3 * error.y(), 1e3 * error.z()));
+}
+
+void require_nominal(const mjModel& model) {
+  if (model.nu != walking::kJoints || model.njnt == 0 || model.jnt_type[0] != mjJNT_FREE)
+    reject(model, fmt::format("has {} actuators, expected a free body with {}", model.nu, walking::kJoints));
+  require_lengths(model);
+  require_legs(model);
+}
+
 }  // namespace
 
 walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models) {
@@ -59,7 +158,12 @@ walking::WholeBody nominal_body(const std::string& robot, const std::filesystem:
 }
 
 walking::WholeBody nominal_body(Model on_floor) {
+  require_nominal(*on_floor);
+  const mjModel& model = *on_floor;
   const auto body = std::make_shared<NominalBody>(std::move(on_floor));
+  walking::BodyMotion still;
+  still.pose.q = walking::hrp2::half_sitting();
+  require_masses(model, body->momentum(still));
   return [body](const walking::BodyMotion& motion) { return body->momentum(motion); };
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 
@@ -109,6 +110,17 @@ TEST(Straight, FeetAreNeverCloserSidewaysThanTheirSpacing) {
       stance.of(step.side) = step.pose;
       EXPECT_GE(stance.left.position.y() - stance.right.position.y(), hrp2::kFootSpacing - kExact);
     }
+  }
+}
+
+TEST(Straight, NoFootIsSetFurtherAsideThanTheRobotCanStand) {
+  for (const Straight& way : {Straight{0, 2.5}, Straight{0, -2.5}, Straight{0.2, 1.3}}) {
+    std::map<Side, double> at{{Side::left, 0.095}, {Side::right, -0.095}};
+    for (const Footstep& step : footsteps(way, {}, 0.4)) {
+      EXPECT_LE(std::abs(step.pose.position.y() - at[step.side]), 0.25 + kExact);
+      at[step.side] = step.pose.position.y();
+    }
+    EXPECT_NEAR(at[Side::left], way.left_m + 0.095, kExact);
   }
 }
 

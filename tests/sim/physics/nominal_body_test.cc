@@ -1,10 +1,14 @@
 #include "sim/physics/nominal_body.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "sim/physics/model.h"
 #include "tests/sim/physics/test_worlds.h"
@@ -43,6 +47,32 @@ TEST(NominalBody, HasTheMassAndCenterOfMassOfHrp2InHalfSitting) {
   EXPECT_LT((momentum.com - walking::hrp2::kComInWaist - Eigen::Vector3d(0, 0.001550, 0)).norm(), 2e-5);
   EXPECT_EQ(momentum.linear.norm(), 0);
   EXPECT_EQ(momentum.angular.norm(), 0);
+}
+
+TEST(NominalBody, RejectsAModelThatIsNotTheRobotOfThePlan) {
+  const auto at = [](const Model& m, int actuator) { return m->jnt_bodyid[m->actuator_trnid[2 * actuator]]; };
+  struct Case {
+    std::function<void(const Model&)> change;
+    std::string named;
+  };
+  const std::vector<Case> cases{
+      {[&](const Model& m) { m->body_pos[3 * at(m, 3) + 2] -= 0.05; }, "right thigh is 0.350 m"},
+      {[&](const Model& m) { m->body_pos[3 * at(m, 10) + 2] -= 0.01; }, "left shank is 0.310 m"},
+      {[&](const Model& m) { m->body_pos[3 * at(m, 0) + 1] -= 0.01; }, "RLEG_SOLE is 10.0 mm"},
+      {[&](const Model& m) { m->jnt_axis[3 * m->actuator_trnid[18] + 1] *= -1; }, "LLEG_SOLE"},
+      {[&](const Model& m) { m->body_pos[3 * at(m, 19) + 2] -= 0.02; }, "right upper arm is 0.270 m"},
+      {[](const Model& m) {
+         mj_setTotalmass(m.get(), 62);
+         mj_setConst(m.get(), Data(mj_makeData(m.get())).get());
+       },
+       "mass is 62.000 kg"},
+      {[&](const Model& m) { m->body_ipos[3 * m->jnt_bodyid[0]] += 0.05; }, "center of mass"}};
+  for (const auto& [change, named] : cases) {
+    Model model = load_model("hrp2", "floor", models(), Shapes::colliding);
+    change(model);
+    EXPECT_THAT([&] { nominal_body(copy_of(model)); },
+                testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr(named)));
+  }
 }
 
 TEST(NominalBody, MomentumIsMassTimesTheDerivativeOfTheCenterOfMass) {
