@@ -206,7 +206,8 @@ class Array {
     if (job.empty()) return false;
     const Queue queue = queue_of(job);
     failures_ = queue.failed.empty() ? 0 : failures_ + 1;
-    const std::string reason = queue.failed.empty() ? waits_for(queue.lines) : "squeue fails: " + queue.failed;
+    const std::string reason =
+        queue.failed.empty() ? waits_for(queue.lines) : "squeue fails: " + queue.failed;
     if (failures_ > kSilentPolls)
       throw UsageError(
           fmt::format("{}; job {} and its folder {} are kept, and the same command continues with it", reason,
