@@ -19,8 +19,8 @@ constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 /// Without the poses of answers that say lost, and with each pose once.
 std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
   std::vector<score::EstimatedPose> poses;
-  for (const auto& [e, report] : tracked.frames)
-    if (report.health == slam::Health::ok && (poses.empty() || e.t > poses.back().t))
+  for (const auto& [e, report, has_pose] : tracked.frames)
+    if (has_pose && report.health == slam::Health::ok && (poses.empty() || e.t > poses.back().t))
       poses.push_back({e.t, e.X_WC, e.covariance});
   return poses;
 }
