@@ -57,27 +57,9 @@ void open_input(Ends& ends) {
   ::setsockopt(ends.file[0], SOL_SOCKET, SO_SNDBUF, &kBuffer, sizeof kBuffer);
 }
 
-// Waits for the end of the parent, then kills its group. After fork, only async-signal-safe calls.
-[[noreturn]] void guard(int alive) {
-  sigset_t all;
-  ::sigfillset(&all);
-  ::sigprocmask(SIG_SETMASK, &all, nullptr);
-  ::setpgid(0, 0);
-  ::dup2(alive, 0);
-  ::close_range(1, ~0U, 0);
-  pid_t group = 0;
-  const bool watches = ::read(0, &group, sizeof group) == sizeof group && group > 1;
-  char none = 0;
-  while (watches && ::read(0, &none, 1) < 0 && errno == EINTR) continue;
-  if (watches) ::kill(-group, SIGKILL);
-  ::_exit(0);
-}
-
 // After fork, only async-signal-safe calls.
-[[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent,
-                         const ProcessGuard& guard) {
+[[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent) {
   ::setpgid(0, 0);
-  guard.watch(::getpid());  // first: the parent may end at any moment
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);  // it ended before prctl()
   for (const int signal_number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD})
@@ -92,62 +74,121 @@ void open_input(Ends& ends) {
   ::_exit(127);
 }
 
+/// What the supervisor writes when the program has ended.
+struct Ended {
+  int status;
+  rusage used;
+};
+
+// Kills the children of this process until there are none: those of a killed one become its own.
+void kill_descendants() {
+  for (pid_t reaped = 0; reaped >= 0 || errno == EINTR; reaped = ::waitpid(-1, nullptr, WNOHANG)) {
+    std::array<char, 4096> text;
+    const int file = ::open("/proc/thread-self/children", O_RDONLY | O_CLOEXEC);
+    if (file < 0) return;  // a kernel without this file
+    const ssize_t bytes = ::read(file, text.data(), text.size());
+    ::close(file);
+    pid_t child = 0;
+    for (ssize_t i = 0; i < bytes; ++i) {
+      const char c = text[static_cast<std::size_t>(i)];
+      if (c != ' ') {
+        child = 10 * child + (c - '0');
+      } else if (child > 1) {
+        ::kill(child, SIGKILL);
+        child = 0;
+      }
+    }
+    if (reaped == 0) ::poll(nullptr, 0, 1);
+  }
+}
+
+extern "C" void wake(int) {}
+
+// Reports the program's end. Kills it and all processes that it started, also those with a session of their
+// own, at the end of the parent. After fork, only async-signal-safe calls.
+[[noreturn]] void supervise(pid_t program, int alive, int report) {
+  ::dup2(alive, 0);
+  ::dup2(report, 1);
+  ::close_range(2, ~0U, 0);
+  sigset_t all_but_child;
+  ::sigfillset(&all_but_child);
+  ::sigdelset(&all_but_child, SIGCHLD);
+  Ended ended{};
+  bool reported = false;
+  const auto reap = [&](int options) {
+    if (reported || ::wait4(program, &ended.status, options, &ended.used) != program) return;
+    [[maybe_unused]] const ssize_t written = ::write(1, &ended, sizeof ended);
+    reported = true;
+  };
+  for (pollfd parent{0, POLLIN, 0};;) {
+    reap(WNOHANG);
+    if (::ppoll(&parent, 1, nullptr, &all_but_child) > 0) break;  // SIGCHLD interrupts it
+  }
+  ::kill(-program, SIGKILL);
+  if (!reported) ::kill(program, SIGKILL);
+  reap(0);
+  kill_descendants();
+  ::_exit(0);
+}
+
+// Starts the program as a child of a process that becomes the parent of all that it starts.
+[[noreturn]] void start(char* const* words, const std::array<int, 3>& standard, int failure, int alive,
+                        int report) {
+  sigset_t all;
+  ::sigfillset(&all);
+  ::sigprocmask(SIG_SETMASK, &all, nullptr);
+  struct sigaction on_child {};
+  on_child.sa_handler = wake;
+  ::sigaction(SIGCHLD, &on_child, nullptr);
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+  const pid_t self = ::getpid(), program = ::fork();
+  if (program == 0) become(words, standard, failure, self);
+  const int why = errno;
+  [[maybe_unused]] ssize_t written = ::write(report, &program, sizeof program);
+  if (program > 0) supervise(program, alive, report);
+  written = ::write(failure, &why, sizeof why);
+  ::_exit(0);
+}
+
 std::string ended_text(int status) {
   if (WIFSIGNALED(status))
     return fmt::format("it was killed by signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)));
   return fmt::format("it ended with exit code {}", WEXITSTATUS(status));
 }
 
+/// Reads all of a structure. Returns false at the end of the file, or if there is nothing to read yet.
+template <class Structure>
+bool read_whole(int file, Structure& structure) {
+  ssize_t got = 0;
+  while ((got = ::read(file, &structure, sizeof structure)) < 0 && errno == EINTR) continue;
+  return got == sizeof structure;
+}
+
 }  // namespace
-
-ProcessGuard::ProcessGuard() {
-  std::array<int, 2> ends{};
-  const bool piped = ::pipe2(ends.data(), O_CLOEXEC) == 0;
-  if (piped) process_ = ::fork();
-  if (process_ == 0) guard(ends[0]);
-  const int why = errno;
-  if (piped) ::close(ends[0]);
-  alive_ = piped ? ends[1] : -1;
-  if (process_ > 0) return;
-  release();
-  errno = why;
-  require(false, "no process for the program");
-}
-
-void ProcessGuard::watch(pid_t group) const {
-  [[maybe_unused]] const ssize_t written = ::write(alive_, &group, sizeof group);
-}
-
-void ProcessGuard::release() {
-  if (process_ > 0) {
-    ::kill(process_, SIGKILL);
-    while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) continue;
-  }
-  process_ = -1;
-  if (alive_ >= 0) ::close(std::exchange(alive_, -1));
-}
 
 ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
-  Ends in, out, error, report;
-  open_input(in), open_pipe(out), open_pipe(error), open_pipe(report);
-  const pid_t parent = ::getpid();
-  process_ = ::fork();
-  require(process_ >= 0, "no process for the program");
-  if (process_ == 0)
-    become(arguments.data(), {in.file[1], out.file[1], error.file[1]}, report.file[1], parent, guard_);
-  ::setpgid(process_, process_);
-  ::close(report.release(1));
-  int why = 0;
-  ssize_t failed = 0;
-  while ((failed = ::read(report.file[0], &why, sizeof why)) < 0 && errno == EINTR) continue;
+  Ends in, out, error, failure, alive, report;
+  open_input(in);
+  for (Ends* const ends : {&out, &error, &failure, &alive, &report}) open_pipe(*ends);
+  supervisor_ = ::fork();
+  require(supervisor_ >= 0, "no process for the program");
+  if (supervisor_ == 0)
+    start(arguments.data(), {in.file[1], out.file[1], error.file[1]}, failure.file[1], alive.file[0],
+          report.file[1]);
+  ::close(failure.release(1)), ::close(report.release(1));
+  const bool started = read_whole(report.file[0], process_);
+  int why = started ? 0 : ESRCH;
+  const bool failed = read_whole(failure.file[0], why) || !started;
   in_ = in.release(0), out_ = out.release(0), error_ = error.release(0);
-  for (const int file : {in_, out_, error_}) ::fcntl(file, F_SETFL, O_NONBLOCK);
-  if (failed <= 0) return;
-  wait_until_ended(Clock::now() + kToEnd);
-  for (const int file : {in_, out_, error_}) ::close(file);
+  alive_ = alive.release(1), report_ = report.release(0);
+  for (const int file : {in_, out_, error_, report_}) ::fcntl(file, F_SETFL, O_NONBLOCK);
+  if (!failed) return;
+  kill();
+  for (const int file : {in_, out_, error_, report_}) ::close(file);
   const bool has_arguments = words.size() == 1 && words[0].find(' ') != std::string::npos;
   throw std::invalid_argument(
       fmt::format("estimator: the program {} cannot be started: {}{}", words[0], std::strerror(why),
@@ -156,7 +197,7 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
 
 ChildProgram::~ChildProgram() {
   kill();
-  for (const int file : {in_, out_, error_})
+  for (const int file : {in_, out_, error_, report_})
     if (file >= 0) ::close(file);
 }
 
@@ -214,18 +255,16 @@ void ChildProgram::read_log() {
   error_ = -1;
 }
 
-// Returns whether it has ended; options: WNOHANG, or 0 to wait.
-bool ChildProgram::reap(int options) {
-  rusage used{};
-  if (ended_ || ::wait4(process_, &status_, options, &used) != process_) return ended_;
+bool ChildProgram::has_ended() {
+  Ended ended{};
+  if (ended_ || !read_whole(report_, ended)) return ended_;
   const auto ms = [](const timeval& time) {
     return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
   };
-  whole_cpu_ms_ = ms(used.ru_utime) + ms(used.ru_stime);
+  status_ = ended.status;
+  whole_cpu_ms_ = ms(ended.used.ru_utime) + ms(ended.used.ru_stime);
   return ended_ = true;
 }
-
-bool ChildProgram::has_ended() { return reap(WNOHANG); }
 
 void ChildProgram::wait_until_ended(Deadline deadline) {
   while (!has_ended() && Clock::now() < deadline) {
@@ -242,13 +281,13 @@ void ChildProgram::fail_ended() {
   throw EstimatorFailed(ended ? ended_text(status_) : "it closed its standard input or output");
 }
 
-// Kills its whole group.
+// Kills it and all processes that it started.
 void ChildProgram::kill() {
-  if (killed_) return;
-  killed_ = true;
-  ::kill(-process_, SIGKILL);
-  guard_.release();
-  while (!reap(0) && errno == EINTR) continue;
+  if (alive_ < 0) return;
+  ::close(std::exchange(alive_, -1));
+  while (::waitpid(supervisor_, nullptr, 0) < 0 && errno == EINTR) continue;
+  if (has_ended()) return;
+  status_ = SIGKILL;  // somebody killed the supervisor, and with it the program
   ended_ = true;
 }
 

@@ -10,27 +10,8 @@
 
 namespace sim::estimators {
 
-/// A process that kills a process group when this process ends, also by SIGKILL.
-class ProcessGuard {
- public:
-  /// Throws std::invalid_argument if no process can be created.
-  ProcessGuard();
-  ~ProcessGuard() { release(); }
-  ProcessGuard(const ProcessGuard&) = delete;
-  ProcessGuard& operator=(const ProcessGuard&) = delete;
-
-  /// Sets the group, once, from this process or a fork of it. Async-signal-safe.
-  void watch(pid_t group) const;
-  /// Stops watching.
-  void release();
-
- private:
-  pid_t process_ = -1;
-  int alive_ = -1;  // write end of a pipe that stays open while this process lives
-};
-
-/// A program in its own process group. It is killed when it misses a time limit or when this process ends.
-/// Its standard error is kept.
+/// A program below a supervising process. It and all processes that it started, also those that called
+/// setsid, are killed when it misses a time limit, at the end, or when this process ends, also by SIGKILL.
 class ChildProgram {
  public:
   using Deadline = std::chrono::steady_clock::time_point;
@@ -65,16 +46,16 @@ class ChildProgram {
   void wait_for(int file, short events, Deadline deadline);
   void read_log();
   bool has_ended();
-  bool reap(int options);
   void wait_until_ended(Deadline deadline);
   void kill();
 
-  ProcessGuard guard_;
-  pid_t process_ = -1;
+  pid_t supervisor_ = -1, process_ = -1;
+  int alive_ = -1;                       // stays open while this process lives; closing it kills the program
+  int report_ = -1;                      // how the program ended
   int in_ = -1, out_ = -1, error_ = -1;  // our ends of its standard input, output and error
   int status_ = 0;                       // of waitpid(), once ended_
   double whole_cpu_ms_ = 0;              // once ended_
-  bool ended_ = false, killed_ = false;
+  bool ended_ = false;
   std::string log_;
   std::size_t log_lost_ = 0;  // bytes removed from the front of log_
 };

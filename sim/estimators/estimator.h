@@ -35,6 +35,7 @@ struct Answer {
   slam::FrameReport report;  ///< of an external estimator: stamp, health, cause and number of landmarks
   std::optional<std::vector<slam::MapPoint>> map = std::nullopt;  ///< the whole map, if the answer has one
   double external_cpu_ms = 0;  ///< CPU time that the answer took in another process
+  bool has_pose = true;        ///< false: the program is lost or not ready, its pose is not recorded
 };
 
 /// The estimator crashed, missed a time limit or gave an invalid answer. what(): the cause.

@@ -23,10 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kMost_m = 1e9;      // beyond, squares of positions lose their accuracy
-constexpr double kRotation = 1e-6;   // bound on R^T R - I of numbers that were printed
-constexpr double kSymmetric = 1e-6;  // relative to the largest element
-constexpr double kExitWithin_s = 2;  // after END
+constexpr double kMost_m = 1e9;             // beyond, squares of positions lose their accuracy
+constexpr double kRotation = 1e-6;          // bound on R^T R - I of numbers that were printed
+constexpr double kSymmetric = 1e-6;         // relative to the largest element
+constexpr double kExitWithin_s = 2;         // after END
+constexpr double kLastLinesWithin_s = 0.2;  // to write its last lines after it failed
 constexpr std::string_view kFilter = "filter", kPlanAlone = "plan_alone";
 constexpr std::array kNames{kFilter, kPlanAlone};
 
@@ -63,16 +64,27 @@ class FilterEstimator : public Estimator {
   slam::Filter filter_;
 };
 
+/// Throws EstimatorFailed for an invalid answer. when: "at t = 1.000 s".
+using Fail = std::function<void(const std::string& when, const std::string& cause)>;
+
+void fail_built_in(const std::string& when, const std::string& cause) {
+  throw EstimatorFailed(fmt::format("{}: {}", when, cause));
+}
+
 class FunctionEstimator : public Estimator {
  public:
-  FunctionEstimator(Step step, std::function<std::string()> finish)
-      : step_(std::move(step)), finish_(std::move(finish)) {}
+  FunctionEstimator(Step step, std::function<std::string()> finish, Fail fail)
+      : step_(std::move(step)), finish_(std::move(finish)), fail_(std::move(fail)) {}
 
   Answer step(const slam::Observation& observation) override {
     newest_ = std::max(newest_, observation.t);
     Answer answer = step_(observation);
-    require_valid(answer, last_, newest_);
-    last_ = answer.estimate.t;
+    try {
+      require_valid(answer, last_, newest_);
+    } catch (const EstimatorFailed& invalid) {
+      fail_(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), invalid.what());
+    }
+    if (answer.has_pose) last_ = answer.estimate.t;
     if (answer.map) map_ = *answer.map;
     answer.report.t = observation.t;
     answer.report.landmarks = static_cast<int>(map_.size());
@@ -84,6 +96,7 @@ class FunctionEstimator : public Estimator {
  private:
   Step step_;
   std::function<std::string()> finish_;
+  Fail fail_;
   slam::Stamp newest_{0}, last_{0};  // of the observations; of the last answer's pose
   std::vector<slam::MapPoint> map_;
 };
@@ -125,6 +138,15 @@ class Conversation {
     return answer;
   }
 
+  /// Throws EstimatorFailed with the cause and the program's last lines.
+  [[noreturn]] void fail(const std::string& when, const std::string& cause) {
+    program_.end(after(kLastLinesWithin_s));
+    const std::string lines = program_.last_lines();
+    throw EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause,
+                                      lines.empty() ? "" : "; its last lines: " + lines),
+                          program_.log());
+  }
+
   std::string finish() {
     try {
       program_.send(end_message(), after(kExitWithin_s));
@@ -147,11 +169,7 @@ class Conversation {
     try {
       messages(after(within_s));
     } catch (const EstimatorFailed& failure) {
-      const std::string lines = program_.last_lines();
-      throw EstimatorFailed(
-          fmt::format("the program {} failed {} (limit {} s): {}{}", choice_.words.front(), when, within_s,
-                      failure.what(), lines.empty() ? "" : "; its last lines: " + lines),
-          program_.log());
+      fail(fmt::format("{} (limit {} s)", when, within_s), failure.what());
     }
   }
 
@@ -161,9 +179,10 @@ class Conversation {
 
 std::unique_ptr<Estimator> program_estimator(const EstimatorChoice& choice, const Start& start) {
   const auto program = std::make_shared<Conversation>(choice, start);
-  return estimator_from(
+  return std::make_unique<FunctionEstimator>(
       [program](const slam::Observation& observation) { return program->step(observation); },
-      [program] { return program->finish(); });
+      [program] { return program->finish(); },
+      [program](const std::string& when, const std::string& cause) { program->fail(when, cause); });
 }
 
 std::optional<std::string> hash_of(const fs::path& file) {
@@ -190,12 +209,13 @@ std::optional<std::string> hash_of_program(const std::string& word) {
 }  // namespace
 
 void require_valid(const Answer& answer, slam::Stamp earliest, slam::Stamp newest) {
-  const slam::Stamp t = answer.estimate.t;
-  if (t < earliest || t > newest)
-    throw EstimatorFailed(fmt::format("its pose has the stamp {} ns, expected one from {} to {} ns",
-                                      t.count(), earliest.count(), newest.count()));
-  require_pose(answer.estimate);
-  if (answer.estimate.covariance) require_covariance(*answer.estimate.covariance, "its pose");
+  if (const slam::Stamp t = answer.estimate.t; answer.has_pose) {
+    if (t < earliest || t > newest)
+      throw EstimatorFailed(fmt::format("its pose has the stamp {} ns, expected one from {} to {} ns",
+                                        t.count(), earliest.count(), newest.count()));
+    require_pose(answer.estimate);
+    if (answer.estimate.covariance) require_covariance(*answer.estimate.covariance, "its pose");
+  }
   if (!answer.map) return;
   for (const slam::MapPoint& point : *answer.map) {
     if (!point.p_W.allFinite()) throw EstimatorFailed(fmt::format("its landmark {} is not finite", point.id));
@@ -213,7 +233,7 @@ std::string printable(std::string_view text) {
 }
 
 std::unique_ptr<Estimator> estimator_from(Step step, std::function<std::string()> finish) {
-  return std::make_unique<FunctionEstimator>(std::move(step), std::move(finish));
+  return std::make_unique<FunctionEstimator>(std::move(step), std::move(finish), fail_built_in);
 }
 
 std::span<const std::string_view> estimator_names() { return kNames; }

@@ -88,15 +88,16 @@ typedef struct gaitslam_observation {
 } gaitslam_observation; /* 328 bytes */
 
 enum {
-  GAITSLAM_OK = 0,      /* it tracks */
-  GAITSLAM_LOST = 1,    /* it is lost and may recover */
-  GAITSLAM_DIVERGED = 2 /* it has given up and receives no more observations */
+  GAITSLAM_OK = 0,       /* it tracks */
+  GAITSLAM_LOST = 1,     /* it is lost and may recover; its pose is not recorded */
+  GAITSLAM_DIVERGED = 2, /* it has given up and receives no more observations */
+  GAITSLAM_NOT_READY = 3 /* it has not initialized yet; its pose is ignored */
 };
 
 /* The estimate after an observation. */
 typedef struct gaitslam_answer {
   int64_t t_ns;    /* stamp of the pose: the observation's, or the last one's if there is no new pose */
-  uint32_t status; /* GAITSLAM_OK, _LOST or _DIVERGED */
+  uint32_t status; /* GAITSLAM_OK, _LOST, _DIVERGED or _NOT_READY */
   uint32_t has_covariance; /* 1, or 0: `covariance` is zero */
   gaitslam_pose X_WC;
   double covariance[36];   /* of (Log(R_estimate^T R_true) in axes C, rad; p_true - p_estimate in axes W, m),
@@ -269,6 +270,7 @@ int main(void) {
   char* payload = NULL;
   void* estimator = NULL;
   int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
+  setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* a crash loses no line that it printed */
   while (fine && fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
     const size_t bytes = (size_t)header.bytes;
     free(payload);

@@ -151,17 +151,20 @@ gaitslam_start start_of(const Start& start, std::size_t options_bytes) {
 
 Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark> landmarks,
                  std::string_view cause) {
-  if (words.status > GAITSLAM_DIVERGED)
-    throw EstimatorFailed(
-        fmt::format("its status is {}, expected 0 (ok), 1 (lost) or 2 (diverged)", words.status));
+  if (words.status > GAITSLAM_NOT_READY)
+    throw EstimatorFailed(fmt::format(
+        "its status is {}, expected 0 (ok), 1 (lost), 2 (diverged) or 3 (not ready)", words.status));
+  const bool ready = words.status != GAITSLAM_NOT_READY;
   Answer answer;
   answer.estimate.t = slam::Stamp(words.t_ns);
-  answer.estimate.X_WC = isometry_of(words.X_WC);
-  if (flag(words.has_covariance, "has_covariance"))
+  answer.has_pose = words.status == GAITSLAM_OK || words.status == GAITSLAM_DIVERGED;
+  if (ready) answer.estimate.X_WC = isometry_of(words.X_WC);
+  if (flag(words.has_covariance, "has_covariance") && ready)
     answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
-  answer.report.health = static_cast<slam::Health>(words.status);
+  answer.report.health = ready ? static_cast<slam::Health>(words.status) : slam::Health::lost;
   answer.report.cause = printable(cause);
-  if (words.status != GAITSLAM_OK && cause.empty()) answer.report.cause = "the estimator gave no cause";
+  if (words.status != GAITSLAM_OK && cause.empty())
+    answer.report.cause = ready ? "the estimator gave no cause" : "the estimator is not ready";
   if (!landmarks.empty()) answer.map.emplace();
   for (const gaitslam_landmark& landmark : landmarks) answer.map->push_back(point_of(landmark));
   return answer;

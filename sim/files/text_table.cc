@@ -44,12 +44,20 @@ struct TableColumn {
 };
 using Columns = std::vector<TableColumn>;
 
+/// Neither a name's control characters nor its line feeds and tabs reach the terminal.
+std::string plain(const std::string& cell) {
+  std::string text = sanitize(cell);
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\t'; }, '?');
+  return text;
+}
+
 Columns columns_of(const Rows& rows, const TableShape& shape) {
   Columns columns(rows.at(0).size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
     columns[i].left = i < shape.text || (shape.last_text && i + 1 == columns.size());
-    columns[i].title = {sanitize(rows[0][i])};
-    for (std::size_t k = 1; k < rows.size(); ++k) columns[i].cells.push_back(sanitize(rows[k][i]));
+    columns[i].title = {plain(rows[0][i])};
+    for (std::size_t k = 1; k < rows.size(); ++k) columns[i].cells.push_back(plain(rows[k][i]));
   }
   return columns;
 }

@@ -43,16 +43,19 @@ void for_each_estimator(const Runs& runs, Add add) {
 OverTime over_time(const Runs& runs, Column Errors::*column, double factor = 1) {
   OverTime at;
   for (const RunData* run : runs)
-    for (std::size_t i = 0; run->errors && i < run->errors->t.size(); ++i)
+    for (std::size_t i = 0; run->errors && i < run->errors->t.size(); ++i) {
+      Column& values = at[run->errors->t[i]];  // without a value the line breaks
       if (const double value = ((*run->errors).*column)[i]; std::isfinite(value))
-        at[run->errors->t[i]].push_back(factor * value);
+        values.push_back(factor * value);
+    }
   return at;
 }
 
 template <class Pool>
 Line pooled(const std::string& name, Role role, const OverTime& at, Pool pool) {
   Line line{name, role};
-  for (const auto& [t, values] : at) line.x.push_back(t), line.y.push_back(pool(values));
+  for (const auto& [t, values] : at)
+    line.x.push_back(t), line.y.push_back(values.empty() ? NAN : pool(values));
   return line;
 }
 
@@ -68,13 +71,19 @@ Figure paths(const std::string& scenario, const Runs& runs) {
   f.lines = {{"plan", Role::plan, plan.x, plan.y}, {"truth", Role::truth, truth.x, truth.y}};
   for_each_estimator(runs, [&](const std::string& estimator, Role role, const Runs& its_runs) {
     if (const auto& estimate = its_runs.front()->estimate)
-      f.lines.push_back({estimator, role, estimate->x, estimate->y});
+      f.lines.push_back({its_runs.front()->alignment == "none"
+                             ? estimator
+                             : fmt::format("{} ({})", estimator, its_runs.front()->alignment),
+                         role, estimate->x, estimate->y});
   });
   return f;
 }
 
-Figure errors_over_time(const std::string& scenario, const Runs& runs) {
+/// Of the runs with one alignment.
+Figure errors_over_time(const std::string& scenario, const std::string& alignment, const Runs& runs) {
+  const bool aligned = alignment != "none";
   Figure f = figure("error_over_time", scenario, "position error, median over seeds", "time [s]", "mm");
+  if (aligned) f.name += "_after_" + alignment, f.title += ", after its " + alignment + " alignment";
   f.logarithmic = true;
   for_each_estimator(runs, [&](const std::string& estimator, Role role, const Runs& its_runs) {
     f.lines.push_back(pooled(estimator, role, over_time(its_runs, &Errors::distance, kMm), score::median));
@@ -105,7 +114,9 @@ void add_boxes_and_dots(std::vector<Figure>& figures, const char* name, const st
 }
 
 std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& runs) {
-  std::vector<Figure> figures{paths(scenario, runs), errors_over_time(scenario, runs)};
+  std::vector<Figure> figures{paths(scenario, runs)};
+  for (const auto& [alignment, its_runs] : grouped(runs, &RunData::alignment))
+    figures.push_back(errors_over_time(scenario, alignment, its_runs));
   const auto same_seed = [&](const RunData* run) { return run->seed == runs.front()->seed; };
   if (std::all_of(runs.begin(), runs.end(), same_seed)) return figures;
   add_boxes_and_dots(figures, "ate", scenario, "ATE after SE(3) alignment", "mm", runs,
@@ -141,7 +152,8 @@ Figure error_over_seeds(const Runs& runs) {
 
 std::string share_text(const OverTime& nees) {
   std::vector<Column> settled;
-  for (auto at = nees.lower_bound(score::kSettled_s); at != nees.end(); ++at) settled.push_back(at->second);
+  for (auto at = nees.lower_bound(score::kSettled_s); at != nees.end(); ++at)
+    if (!at->second.empty()) settled.push_back(at->second);
   const auto share = score::band_fractions(settled, 3);
   return share ? fmt::format("{:.0f} % (below it {:.0f} %)", 100 * share->inside, 100 * share->below)
                : "none";
@@ -150,9 +162,9 @@ std::string share_text(const OverTime& nees) {
 std::optional<Figure> nees_over_seeds(const Runs& runs) {
   const OverTime position = over_time(runs, &Errors::nees_position),
                  orientation = over_time(runs, &Errors::nees_orientation);
-  if (position.empty()) return std::nullopt;
   std::size_t most = 0;
   for (const auto& [t, values] : position) most = std::max(most, values.size());
+  if (most == 0) return std::nullopt;
   Figure f{"nees_over_seeds",
            fmt::format("Normalized error squared, mean of {} (3 expected)", files::counted(most, "run")),
            "time [s]", "mean NEES"};
@@ -181,7 +193,8 @@ std::vector<Figure> seed_figures(const Runs& runs) {
 std::vector<Figure> comparison_figures(const std::vector<RunData>& runs) {
   Runs all;
   for (const RunData& run : runs) all.push_back(&run);
-  const bool one_estimator = grouped(all, &RunData::estimator).size() < 2;
+  const bool one_estimator =
+      grouped(all, &RunData::estimator).size() < 2 && grouped(all, &RunData::alignment).size() < 2;
   const auto scenarios = grouped(all, &RunData::scenario);
   std::vector<Figure> figures;
   for (const auto& [scenario, its_runs] : scenarios) {

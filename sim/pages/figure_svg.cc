@@ -149,12 +149,22 @@ std::string dots(const Axes& axes, const std::vector<double>& x, const std::vect
 }
 
 std::string draw(const Axes& axes, const Envelope& e) {
-  std::vector<double> x = e.x, y = e.high;
-  x.insert(x.end(), e.x.rbegin(), e.x.rend());
-  y.insert(y.end(), e.low.rbegin(), e.low.rend());
-  const std::string d = path(axes, x, y);
+  std::string d;
+  std::vector<double> x, low, high;
+  for (std::size_t i = 0; i <= e.x.size(); ++i) {
+    if (i < e.x.size() && std::isfinite(e.low[i] + e.high[i])) {
+      x.push_back(e.x[i]), low.push_back(e.low[i]), high.push_back(e.high[i]);
+      continue;
+    }
+    if (x.empty()) continue;  // an area ends at each gap
+    const std::vector<double> back(x.rbegin(), x.rend());
+    x.insert(x.end(), back.begin(), back.end());
+    high.insert(high.end(), low.rbegin(), low.rend());
+    d += path(axes, x, high) + "Z";
+    x.clear(), low.clear(), high.clear();
+  }
   return d.empty() ? ""
-                   : fmt::format("<path class='fill envelope {}' data-name='{}' d='{}Z'/>", role_name(e.role),
+                   : fmt::format("<path class='fill envelope {}' data-name='{}' d='{}'/>", role_name(e.role),
                                  escaped(e.name), d);
 }
 

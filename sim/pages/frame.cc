@@ -199,7 +199,7 @@ std::string to_message(const Frame& frame) {
 std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording) {
   std::vector<fs::path> images(frames.size());
   const fs::path camera = recording / "mav0/cam0";
-  if (!fs::exists(camera / "data.csv")) return images;
+  if (recording.empty() || !fs::exists(camera / "data.csv")) return images;
   files::CsvReader list(camera / "data.csv");
   std::size_t row = 0;
   while (list.next()) {
@@ -211,10 +211,15 @@ std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::pa
   return images;
 }
 
-std::string read_png(const fs::path& file) {
-  std::string bytes = files::read_text(file, files::kMostOfImage);
-  if (!recording::image_size(bytes) || !bytes.starts_with("\x89PNG"))
-    throw files::FileError(file, "is not a PNG image");
+Pictures::Pictures(const fs::path& recording) : folder_(recording), manifest_(recording) {
+  const slam::CameraIntrinsics camera = recording::RecordingReader(recording).setup().calibration.camera;
+  size_ = {camera.width_px, camera.height_px};
+}
+
+std::string Pictures::png(const fs::path& file) const {
+  std::string bytes = manifest_.read(file.lexically_relative(folder_).generic_string(), files::kMostOfImage);
+  if (!bytes.starts_with("\x89PNG")) throw files::FileError(file, "is not a PNG image");
+  recording::require_image_size(file, bytes, size_);
   return bytes;
 }
 

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "sim/files/trajectory_file.h"
+#include "sim/recording/image_file.h"
+#include "sim/recording/manifest.h"
 #include "slam/frame_report.h"
 #include "slam/observation.h"
 
@@ -66,7 +68,20 @@ std::string to_message(const Frame& frame);
 /// recording.
 std::vector<std::filesystem::path> image_files(const std::vector<Frame>& frames,
                                                const std::filesystem::path& recording);
-/// A PNG file. Throws FileError for any other file.
-std::string read_png(const std::filesystem::path& file);
+
+/// The pictures of a recording, which may be a stranger's: a browser gets them only as they were recorded.
+class Pictures {
+ public:
+  /// Throws FileError if the recording is unfinished or was edited.
+  explicit Pictures(const std::filesystem::path& recording);
+  /// The bytes of an image file. Throws FileError unless it is a PNG of the camera's size and of the
+  /// manifest's hash.
+  std::string png(const std::filesystem::path& file) const;
+
+ private:
+  std::filesystem::path folder_;
+  recording::Manifest manifest_;
+  recording::ImageSize size_;
+};
 
 }  // namespace sim::pages

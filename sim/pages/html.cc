@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "sim/files/hash.h"
+#include "sim/files/text.h"
 
 // Embeds the files that esbuild makes from web/.
 #define GAITSLAM_EMBED(name, file)                                                          \
@@ -64,7 +65,7 @@ std::string legend_html(const Figure& figure) {
 
 std::string escaped(std::string_view text) {
   std::string out;
-  for (const char c : text)
+  for (const char c : files::sanitize(std::string(text)))
     out += c == '&'    ? "&amp;"
            : c == '<'  ? "&lt;"
            : c == '>'  ? "&gt;"

@@ -1,38 +1,46 @@
 // The estimators of a tree of results in one table: a row for each set of results, grouped by scenario.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
-#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace sim::pages {
 
-/// The results of one folder that are of the same scenario and estimator: its seeds.
+/// The results of one folder that are of the same scenario, estimator and alignment: its seeds.
 struct LeaderboardRow {
   std::string scenario, estimator;
+  std::string alignment;         ///< of the estimate with the truth before it was scored; "none" without
   std::filesystem::path folder;  ///< of the results
   std::size_t runs = 0, completed = 0;
-  std::map<std::string, std::optional<double>> medians;  ///< by metric, over the runs that have it
-  std::optional<double> cpu_ms;                          ///< median over the runs, of the median frame
+  std::set<std::uint64_t> seeds;
+  double coverage =
+      0;  ///< mean over all runs of the share of true poses with an estimate; 0 of an incomplete run
+  std::map<std::string, double> medians;  ///< by column, over the runs that have a value
+  std::string changes;  ///< keys with other values than in a row of the same scenario and estimator
 };
 
-/// The metrics that are shown unless others are asked for; the first one orders.
+struct Leaderboard {
+  std::vector<std::string> metrics;  ///< the first one orders
+  std::vector<LeaderboardRow> rows;
+  std::vector<std::string> left_out;  ///< results that cannot be read, and why
+};
+
+/// The metrics that are shown unless others are asked for.
 std::vector<std::string> leaderboard_metrics();
 
 /// All results below the folders, each once, without recordings and earlier seeds. Orders the rows of a
-/// scenario by completed runs, then by the median of the first metric; never compares scenarios. Throws
-/// FileError if a result cannot be read or a folder contains none.
-std::vector<LeaderboardRow> leaderboard(const std::vector<std::filesystem::path>& folders,
-                                        const std::vector<std::string>& metrics);
+/// scenario by coverage in whole percent, then by the median of the first metric; never compares scenarios.
+/// Throws FileError if a folder contains no result that can be read.
+Leaderboard leaderboard(const std::vector<std::filesystem::path>& folders,
+                        const std::vector<std::string>& metrics);
 
-std::string leaderboard_table(const std::vector<LeaderboardRow>& rows,
-                              const std::vector<std::string>& metrics);
-std::string leaderboard_csv(const std::vector<LeaderboardRow>& rows, const std::vector<std::string>& metrics);
+std::string leaderboard_table(const Leaderboard& board);
+std::string leaderboard_csv(const Leaderboard& board);
 /// A page that needs no other file.
-std::string leaderboard_page(const std::vector<LeaderboardRow>& rows,
-                             const std::vector<std::string>& metrics);
+std::string leaderboard_page(const Leaderboard& board);
 
 }  // namespace sim::pages

@@ -10,6 +10,7 @@
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
+#include "sim/recording/recording.h"
 #include "sim/result/score_file.h"
 #include "sim/score/consistency.h"
 #include "sim/score/trajectory.h"
@@ -39,6 +40,24 @@ Path path_of(const std::vector<TumRow>& rows) {
 }
 
 Path read_path(const fs::path& file) { return path_of(files::read_tum(file)); }
+
+/// The estimate's rows with a NaN before each one that does not follow at the next true stamp: a line breaks
+/// there.
+std::vector<TumRow> broken_at_gaps(const std::vector<TumRow>& estimate, const std::vector<TumRow>& truth) {
+  std::vector<TumRow> rows;
+  auto next = truth.begin();
+  for (const TumRow& row : estimate) {
+    const auto at = std::lower_bound(next, truth.end(), row.t,
+                                     [](const TumRow& pose, slam::Stamp t) { return pose.t < t; });
+    if (!rows.empty() && at != next) {
+      rows.push_back({next->t, Eigen::Isometry3d::Identity(), std::nullopt});
+      rows.back().X.matrix().topRows<3>().setConstant(NAN);
+    }
+    rows.push_back(row);
+    next = at != truth.end() && at->t == row.t ? std::next(at) : at;
+  }
+  return rows;
+}
 
 std::vector<TumRow> tum_if_there(const fs::path& file) {
   return fs::exists(file) ? files::read_tum(file) : std::vector<TumRow>{};
@@ -85,11 +104,11 @@ Errors errors_of(const std::vector<TumRow>& truth, const std::vector<TumRow>& es
 }
 
 // The estimated waist, assuming the planned distance of the camera at the start.
-std::optional<Path> waist_of_estimate(const fs::path& folder) {
+std::optional<Path> waist_of_estimate(const fs::path& folder, const std::vector<TumRow>& truth) {
   if (!fs::exists(folder / "estimate.tum")) return std::nullopt;
   const auto waist = files::read_tum(folder / "waist_plan.tum"),
              camera = files::read_tum(folder / "plan.tum");
-  auto estimate = files::read_tum(folder / "estimate.tum");
+  auto estimate = broken_at_gaps(files::read_tum(folder / "estimate.tum"), truth);
   if (waist.empty() || camera.empty()) return std::nullopt;
   const Eigen::Isometry3d X_CB = camera.front().X.inverse() * waist.front().X;
   for (TumRow& row : estimate) row.X = row.X * X_CB;
@@ -274,7 +293,8 @@ Column Table::seconds(std::string_view column) const {
 }
 
 std::string RunData::label() const {
-  return fmt::format("{}, seed {}{}", scenario, seed, estimator == "filter" ? "" : ", " + estimator);
+  return fmt::format("{}, seed {}{}{}", scenario, seed, estimator == "filter" ? "" : ", " + estimator,
+                     alignment == "none" ? "" : " after " + alignment);
 }
 
 std::optional<double> RunData::metric(std::string_view name) const {
@@ -283,15 +303,37 @@ std::optional<double> RunData::metric(std::string_view name) const {
   return std::nullopt;
 }
 
+std::string alignment_of(const result::About& about) {
+  const bool is_name =
+      about.alignment.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos;
+  return about.alignment.empty() ? "none" : is_name ? about.alignment : "unknown";
+}
+
+std::string column_of(const std::string& metric, const std::string& alignment) {
+  constexpr std::array kAligned{"rmse_m", "rotation_rmse_deg", "end_",     "drift_",
+                                "nees_",  "loop_error_",       "landmark_"};
+  const bool depends = std::any_of(kAligned.begin(), kAligned.end(),
+                                   [&](const char* prefix) { return metric.starts_with(prefix); });
+  return depends && alignment != "none" ? metric + "_after_" + alignment : metric;
+}
+
 RunData read_run(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw files::FileError(folder, "no such result folder");
   RunData run;
   run.folder = folder;
-  run.recording = folder / "recording";
+  if (fs::exists(folder / "recording/manifest.csv")) {
+    run.recording = folder / "recording";
+    recording::RecordingReader checked(run.recording);
+    recording::read_truth(run.recording);
+  }
   read_score(run, result::read_whole_score(folder / "score.json"));
   run.about = result::read_about(folder / "about.json");
-  if (const auto median = files::read_json(folder / "timing.json").find("frame_cpu_ms_median"))
-    run.frame_cpu_ms_median = median->number();
+  run.alignment = alignment_of(run.about);
+  const Json timing = files::read_json(folder / "timing.json");
+  for (const auto& [key, member] : {std::pair{"frame_cpu_ms_mean", &RunData::frame_cpu_ms_mean},
+                                    {"frame_cpu_ms_median", &RunData::frame_cpu_ms_median},
+                                    {"frame_cpu_ms_p99", &RunData::frame_cpu_ms_p99}})
+    if (const auto value = timing.find(key)) run.*member = value->number();
   const auto truth = files::read_tum(folder / "truth.tum"), plan = files::read_tum(folder / "plan.tum"),
              estimate = tum_if_there(folder / "estimate_cov.txt");
   run.truth = path_of(truth);
@@ -299,12 +341,13 @@ RunData read_run(const fs::path& folder) {
   run.waist_truth = read_path(folder / "waist_truth.tum");
   run.waist_plan = read_path(folder / "waist_plan.tum");
   if (fs::exists(folder / "estimate_cov.txt")) {
-    run.estimate = path_of(estimate);
-    run.errors = errors_of(truth, estimate);
+    const std::vector<TumRow> rows = broken_at_gaps(estimate, truth);
+    run.estimate = path_of(rows);
+    run.errors = errors_of(truth, rows);
   }
   if (fs::exists(folder / "waist_desired.tum")) {
     run.waist_desired = read_path(folder / "waist_desired.tum");
-    run.waist_estimate = waist_of_estimate(folder);
+    run.waist_estimate = waist_of_estimate(folder, truth);
     run.corrected_steps = table_if_there(folder / "corrected_steps.csv");
   }
   run.filter_frames = table_if_there(folder / "frames.csv");

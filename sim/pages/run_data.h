@@ -77,14 +77,15 @@ struct TrackingFault {
 /// A result folder. Parts that the run did not leave (no filter, no camera) are absent.
 struct RunData {
   std::string scenario, estimator = "filter", ending;
+  std::string alignment = "none";  ///< of the estimate with the truth before it was scored
   std::uint64_t seed = 0;
   std::vector<RunMetric> metrics;
   std::vector<RunLimit> limits;
   std::vector<TrackingFault> faults;
   std::filesystem::path folder;
-  std::filesystem::path recording;  ///< its own; a replay has none unless the reader sets it
+  std::filesystem::path recording;  ///< its own, if it is finished; else empty
   result::About about;
-  std::optional<double> frame_cpu_ms_median;
+  std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< a batch command: mean
   Path truth, plan, waist_truth, waist_plan;
   std::optional<Path> estimate;
   std::optional<Path> waist_estimate;  ///< of a steered walk, like waist_desired and corrected_steps
@@ -93,13 +94,19 @@ struct RunData {
   std::optional<Table> filter_frames, feet, frame_times, corrected_steps;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 
-  /// "tangent_circle, seed 1", followed by the estimator unless that is the filter.
+  /// "tangent_circle, seed 1", followed by the estimator unless that is the filter, and by its alignment.
   std::string label() const;
   /// The value of a metric, if it has one.
   std::optional<double> metric(std::string_view name) const;
 };
 
-/// Throws FileError if the folder is not a result, or a file is missing or broken.
+/// The alignment of a result's estimate with the truth before it was scored; "none" without one.
+std::string alignment_of(const result::About& about);
+/// The column of a metric in tables over several results. An error that depends on the alignment gets a name
+/// of its own, such as "rmse_m_after_sim3".
+std::string column_of(const std::string& metric, const std::string& alignment);
+
+/// Throws FileError if the folder is not a result, a file is missing or broken, or its recording was edited.
 RunData read_run(const std::filesystem::path& result_folder);
 
 }  // namespace sim::pages

@@ -39,8 +39,7 @@ std::string ellipse_svg(const slam::Search& search) {
   return svg;
 }
 
-Picture picture_of(const Frame& frame, const std::filesystem::path& file, const Frame& first) {
-  const std::string png = read_png(file);
+Picture picture_of(const Frame& frame, const std::string& png, const Frame& first) {
   const double shown = std::round(10 * slam::seconds(frame.t - first.t)) / 10;
   const auto size = recording::image_size(png);
   std::string svg = fmt::format(
@@ -75,15 +74,19 @@ class RunSections {
     add("slip", "Slip of each step", figures({"slip", "landing"}));
     add("pictures", "Images of the head camera", picture_strip());
     add("map", "Map", map());
-    add("cpu", "CPU time", figures({"cpu"}));
+    const std::string cpu = figures({"cpu"});
+    if (!cpu.empty() || run_.estimate)
+      add("cpu", "CPU time",
+          fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
+                      number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
+                      number_text(run_.frame_cpu_ms_p99)) +
+              cpu);
     add("metrics", "All metrics", metrics_table());
     add("configuration", "Configuration", configuration());
     add("again", "View it and run it again",
         "<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens that "
         "time.</p>" +
-            command_html(view_command(run_)) +
-            command_html(fmt::format("tools/gaitslam run {} --out DIR",
-                                     files::shell_word((run_.folder / "scenario.yaml").string()))));
+            command_html(view_command(run_)) + command_to_run());
     return navigation_html(sections_) + html_;
   }
 
@@ -124,7 +127,7 @@ class RunSections {
       const auto value = run_.metric(name);
       if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
       const bool length = name.ends_with("_m"), angle = name.ends_with("_deg");
-      html += fmt::format("<div class='card'><b>{} {}</b><span class='soft'>{}{}</span></div>",
+      html += fmt::format("<div class='card'><b>{} {}</b><span class='soft'>{}{}",
                           number_text(length ? kMm * *value : *value),
                           length  ? "mm"
                           : angle ? "deg"
@@ -132,7 +135,9 @@ class RunSections {
                           name.substr(0, name.size() - (length  ? 2
                                                         : angle ? 4
                                                                 : 0)),
-                          name.starts_with("nees") ? " (3 expected)" : "");
+                          name.starts_with("nees") ? " (3 expected)" : "") +
+              (column_of(std::string(name), run_.alignment) == name ? "" : " after " + run_.alignment) +
+              "</span></div>";
     }
     return html + "</div>";
   }
@@ -161,6 +166,15 @@ class RunSections {
       if (std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return figure.name.starts_with(p); }))
         html += figure_html(figure, figure.is_over_time() ? instant(figure) : command_of_figure());
     return html.empty() ? "" : figures_html(html);
+  }
+
+  /// Not of a result with a program: who copies the command would start it.
+  std::string command_to_run() const {
+    if (scenario_.estimator.source != estimators::Source::built_in)
+      return "<p class='soft'>Its scenario.yaml names an external program as estimator; running it again "
+             "starts that program.</p>";
+    return command_html(fmt::format("tools/gaitslam run {} --out DIR",
+                                    files::shell_word((run_.folder / "scenario.yaml").string())));
   }
 
   std::string command_of_figure() const {
@@ -246,7 +260,7 @@ class RunSections {
         undefined[metric.reason].push_back(metric.name);
         continue;
       }
-      rows.push_back({{code_cell(metric.name), number_cell(metric.value),
+      rows.push_back({{code_cell(column_of(metric.name, run_.alignment)), number_cell(metric.value),
                        text_cell(metric.unit == "1" ? "" : metric.unit),
                        text_cell(known ? known->definition : "", "soft")}});
     }
@@ -287,10 +301,12 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   std::vector<std::size_t> seen;
   for (std::size_t i = 0; i < files.size(); ++i)
     if (!files[i].empty()) seen.push_back(i);
-  for (int k = 0; k < count && !seen.empty(); ++k) {
+  if (seen.empty()) return all;
+  const Pictures pictures(run.recording);
+  for (int k = 0; k < count; ++k) {
     const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
                                static_cast<std::size_t>(std::max(1, count - 1))];
-    all.push_back(picture_of(run.frames[i], files[i], run.frames[seen[0]]));
+    all.push_back(picture_of(run.frames[i], pictures.png(files[i]), run.frames[seen[0]]));
   }
   return all;
 }

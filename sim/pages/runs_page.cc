@@ -81,9 +81,10 @@ class Comparison {
     std::vector<std::string> names;
     for (const RunData& run : runs_)
       for (const RunMetric& metric : run.metrics)
-        if (run.scenario == scenario && metric.value &&
-            std::find(names.begin(), names.end(), metric.name) == names.end())
-          names.push_back(metric.name);
+        if (const std::string column = column_of(metric.name, run.alignment);
+            run.scenario == scenario && metric.value &&
+            std::find(names.begin(), names.end(), column) == names.end())
+          names.push_back(column);
     std::vector<TableCell> titles{{"run"}, {"verdict"}, {"ending"}};
     for (std::string name : names) {
       std::replace(name.begin(), name.end(), '_', ' ');
@@ -93,8 +94,16 @@ class Comparison {
     for (std::size_t i = 0; i < runs_.size(); ++i) {
       const RunData& run = runs_[i];
       if (run.scenario != scenario) continue;
-      TableRow row{{{link(i, run.label())}, text_cell(verdict_of(run).text), text_cell(run.ending)}};
-      for (const std::string& name : names) row.cells.push_back(number_cell(run.metric(name)));
+      const bool alike = std::count_if(runs_.begin(), runs_.end(), [&](const RunData& other) {
+                           return other.label() == run.label();
+                         }) > 1;
+      TableRow row{{{link(i, run.label() + (alike ? ", " + run.folder.string() : ""))},
+                    text_cell(verdict_of(run).text),
+                    text_cell(run.ending)}};
+      std::map<std::string, std::optional<double>> values;
+      for (const RunMetric& metric : run.metrics)
+        values[column_of(metric.name, run.alignment)] = metric.value;
+      for (const std::string& name : names) row.cells.push_back(number_cell(values[name]));
       rows.push_back(row);
     }
     return table_html("runs", titles, rows, true);

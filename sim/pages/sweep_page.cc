@@ -9,6 +9,7 @@
 #include "sim/pages/html.h"
 #include "sim/pages/pages.h"
 #include "sim/pages/sweep.h"
+#include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
@@ -41,12 +42,21 @@ const SweepTrial& worst_of(const std::vector<const SweepTrial*>& trials, const s
   });
 }
 
-/// The changes that make the trial a run of its scenario's file.
+/// The command of a trial, unless it would start a program that the sweep names.
 std::string command_of(const ScenarioSweep& sweep, const SweepTrial& trial, const fs::path& folder) {
   std::string command =
       "tools/gaitslam run " + files::shell_word((folder / "scenarios" / (trial.scenario + ".yaml")).string());
   for (std::size_t k = 0; k < sweep.keys.size(); ++k)
     command += " " + files::shell_word(fmt::format("{}={}", sweep.keys[k], trial.settings[k]));
+  scenario::Changes changes;
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
+    changes.overrides.push_back(fmt::format("{}={}", sweep.keys[k], trial.settings[k]));
+  try {
+    const auto read = scenario::read_scenario(folder / "scenarios" / (trial.scenario + ".yaml"), changes);
+    if (read.scenario.estimator.source != estimators::Source::built_in)
+      return "its scenario names an external program as estimator";
+  } catch (const std::exception&) {  // nor does the command run
+  }
   return fmt::format("{} seed={}", command, trial.seed);
 }
 

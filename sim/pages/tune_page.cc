@@ -22,29 +22,19 @@ using files::Json;
 struct Tuning {
   Json json;
   std::string objective;
-  std::vector<Json> parameters, profiles;  ///< profiles: of none or each of the parameters
+  std::vector<Json> parameters;
   std::vector<std::string> keys;
   std::vector<std::vector<double>> at;  ///< values of each key, one for each setting
-  std::vector<double> value, complete;  ///< of each setting: its loss, and 1 unless it was aborted
+  std::vector<double> value;            ///< the loss of each setting
 };
 
 Tuning read_tuning(const fs::path& folder) {
   const Json json = files::read_json(folder / "tune.json");
   const Table history(folder / "history.csv");
-  Tuning tuning{json,
-                json.at("objective").text(),
-                json.at("parameters").items(),
-                json.at("profiles").items(),
-                {},
-                {},
-                {},
-                {}};
-  if (tuning.profiles.size() > tuning.parameters.size())
-    json.at("profiles").fail("has more items than there are parameters");
+  Tuning tuning{json, json.at("objective").text(), json.at("parameters").items(), {}, {}, {}};
   for (const Json& parameter : tuning.parameters) tuning.keys.push_back(parameter.at("key").text());
   for (const std::string& key : tuning.keys) tuning.at.push_back(history.numbers(key));
   tuning.value = history.numbers(tuning.objective);
-  tuning.complete = history.numbers("complete");
   if (tuning.value.empty()) throw files::FileError(folder / "history.csv", "has no setting");
   return tuning;
 }
@@ -61,17 +51,14 @@ Figure history_figure(const Tuning& t, double most) {
   Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
   f.whole_x = true;
   const double none = std::nan("");
-  Line tried{"setting", Role::truth, {}, {}, true}, ended{"aborted", Role::third, {}, {}, true},
-      best{"best so far", Role::estimate, {}, {}};
+  Line tried{"setting", Role::truth, {}, {}, true}, best{"best so far", Role::estimate, {}, {}};
   double least = INFINITY;
   for (std::size_t i = 0; i < t.value.size(); ++i) {
-    const double value = t.value[i] <= most ? t.value[i] : none;
-    if (t.complete[i] > 0) least = std::min(least, t.value[i]);
-    Line& line = t.complete[i] > 0 ? tried : ended;
-    line.x.push_back(static_cast<double>(i)), line.y.push_back(value);
+    least = std::min(least, t.value[i]);
+    tried.x.push_back(static_cast<double>(i)), tried.y.push_back(t.value[i] <= most ? t.value[i] : none);
     best.x.push_back(static_cast<double>(i)), best.y.push_back(least <= most ? least : none);
   }
-  f.lines = {tried, ended, best};
+  f.lines = {tried, best};
   return f;
 }
 
@@ -130,24 +117,6 @@ std::vector<double> numbers(const Json& list) {
   return all;
 }
 
-Figure profile_figure(const Json& profile, const Json& p) {
-  const std::string key = profile.at("key").text();
-  Figure f{"profile_" + key,
-           "Profile of " + key +
-               (profile.at("identifiable").flag() ? "" : ": not identifiable from these recordings"),
-           label(p), "rise above the least loss"};
-  f.logarithmic_x = logarithmic(p);
-  const std::vector<double> at = numbers(profile.at("at")), rises = numbers(profile.at("rises"));
-  if (at.size() != rises.size()) profile.at("rises").fail("has another number of items than 'at'");
-  f.lines.push_back({"the others at their best", Role::estimate, at, rises});
-  f.lines.push_back({"", Role::estimate, at, rises, true});
-  if (const auto threshold = profile.find("threshold"))
-    f.levels.push_back({"95 % interval ends", threshold->number()});
-  for (const char* end : {"low", "high"})
-    if (const auto bound = profile.find(end)) f.moments.push_back({"95 %", bound->number()});
-  return f;
-}
-
 // Start and best of each run, one beside the other.
 Figure runs_figure(const std::string& name, const std::string& title, const Json& side,
                    const std::string& of) {
@@ -167,8 +136,6 @@ std::vector<Figure> figures(const Tuning& t) {
   const double most = largest_shown(t);
   std::vector<Figure> all{history_figure(t, most), parallel_figure(t)};
   for (std::size_t k = 0; k < t.keys.size(); ++k) all.push_back(slice_figure(t, k, most));
-  for (std::size_t k = 0; k < t.profiles.size(); ++k)
-    all.push_back(profile_figure(t.profiles[k], t.parameters[k]));
   const Json training = t.json.at("training"), holdout = t.json.at("holdout");
   all.push_back(runs_figure("training", "Training runs, before and after", training, t.objective));
   all.push_back(runs_figure("holdout", "Hold-out runs, before and after", holdout, t.objective));
@@ -186,31 +153,14 @@ std::string parameters_table(const Tuning& t) {
   std::vector<TableRow> rows;
   for (std::size_t k = 0; k < t.keys.size(); ++k) {
     const Json& p = t.parameters[k];
-    std::string interval = "-";
-    if (k < t.profiles.size()) {
-      const Json& profile = t.profiles[k];
-      const auto end = [&](const char* which) {
-        const auto bound = profile.find(which);
-        return bound ? number_text(bound->number()) : "?";
-      };
-      interval =
-          fmt::format("{} to {}{}", end("low"), end("high"),
-                      profile.at("identifiable").flag() ? "" : " (not identifiable from these recordings)");
-    }
     const auto number = [&](const char* which) { return number_text(p.at(which).number()); };
     rows.push_back({{text_cell(label(p)),
                      {number("from") + " to " + number("to"), "number"},
                      {number("start"), "number"},
-                     {number("best"), "number"},
-                     {interval, "number"}}});
+                     {number("best"), "number"}}});
   }
   return table_html("parameters",
-                    {{"parameter"},
-                     {"searched", "number"},
-                     {"before", "number"},
-                     {"after", "number"},
-                     {"95 % interval", "number"}},
-                    rows);
+                    {{"parameter"}, {"searched", "number"}, {"before", "number"}, {"after", "number"}}, rows);
 }
 
 TableCell mean_of(const Json& list) {

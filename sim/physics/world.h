@@ -90,6 +90,7 @@ class World {
   void apply_masses(const PlantVariation& draw);
   void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
   void push();
+  std::string fall_text(const Eigen::Isometry3d& X_WB) const;
   void read_forces_at(std::chrono::nanoseconds end);
   Status check() const;
   void look_around();

@@ -18,10 +18,13 @@ LimitVerdict endings(const scenario::Scenario& scenario, const std::vector<resul
   LimitVerdict verdict{
       .what = fmt::format("ending {}", fmt::join(scenario.limits.ending, " or ")),
       .observed = fmt::format("{}/{}", std::count_if(seeds.begin(), seeds.end(), allowed), seeds.size())};
-  if (const auto failed = std::find_if_not(seeds.begin(), seeds.end(), allowed); failed != seeds.end()) {
+  for (const result::SeedScore& seed : seeds) {
+    if (allowed(seed)) continue;
+    if (verdict.passed) verdict.worst_seed = seed.seed;
     verdict.passed = false;
     verdict.run_failed = true;
-    verdict.worst_seed = failed->seed;
+    verdict.failures.push_back(ending_text(seed) +
+                               (seed.last_lines.empty() ? "" : "\nits last lines:\n" + seed.last_lines));
   }
   return verdict;
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <utility>
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
@@ -119,6 +121,8 @@ std::string row(const LimitVerdict& limit, bool colors, WorstSeeds& worst) {
   std::string text =
       fmt::format("  {:<40} {:>25}  {}\n", "limit " + limit.what, limit.observed,
                   painted(std::string(word(limit)), limit.passed ? Paint::good : Paint::bad, colors));
+  for (const std::string& failure : limit.failures)
+    text += fmt::format("    {}\n", failure.substr(0, failure.find('\n')));
   return limit.passed ? text : text + "    " + worst_seed(limit.worst_seed, worst) + "\n";
 }
 
@@ -163,14 +167,18 @@ std::string escaped_property(std::string_view text) {
 }
 
 std::string values_text(const MetricVerdict& m) {
-  const auto number = [](const std::optional<double>& v) { return v ? fmt::format("{:.6g}", *v) : "none"; };
+  const score::MetricDefinition* defined = score::find_metric(m.gate.metric);
+  const std::string unit = defined && defined->unit != "1" ? " " + defined->unit : "";
+  const auto number = [&](const std::optional<double>& v) {
+    return v ? fmt::format("{:.6g}{}", *v, unit) : "none";
+  };
   return fmt::format("{} -> {} ({}; tolerance {})", number(m.baseline), number(m.now), change_text(m),
                      tolerance_text(m.gate));
 }
 
 // A row of either kind.
 struct Line {
-  std::string name, message, repro;
+  std::string name, message, details;  // details: the command that repeats the run, last lines of failed ones
   std::string_view verdict;
   bool failed = false, run_failed = false, skipped = false;
 };
@@ -181,22 +189,33 @@ std::vector<Line> lines_of(const Comparison& comparison, const ScenarioVerdict& 
     all.push_back({m.gate.metric, values_text(m) + (m.remark.empty() ? "" : ": " + m.remark),
                    m.n > 0 ? comparison.repro(scenario.name, m.worst_seed) : "", word(m.verdict),
                    fails(m.verdict), false, m.verdict == Verdict::added});
-  for (const LimitVerdict& limit : scenario.limits)
-    all.push_back({"limit " + limit.what, "observed: " + limit.observed,
-                   limit.passed ? "" : comparison.repro(scenario.name, limit.worst_seed), word(limit),
-                   !limit.passed, limit.run_failed, false});
+  for (const LimitVerdict& limit : scenario.limits) {
+    Line line{"limit " + limit.what,
+              "observed: " + limit.observed,
+              limit.passed ? "" : comparison.repro(scenario.name, limit.worst_seed),
+              word(limit),
+              !limit.passed,
+              limit.run_failed,
+              false};
+    for (const std::string& failure : limit.failures) {
+      line.message += "; " + failure.substr(0, failure.find('\n'));
+      line.details += (line.details.empty() ? "" : "\n") + failure;
+    }
+    all.push_back(line);
+  }
   return all;
 }
 
-std::string testcase(const std::string& scenario, const Line& line) {
+std::string testcase(const std::string& scenario, const Line& line, double wall_s) {
   std::string inside;
   const std::string message = fmt::format("{}: {}", line.verdict, line.message);
   if (line.failed)
     inside = fmt::format("<{0} message=\"{1}\">{2}</{0}>", line.run_failed ? "error" : "failure",
-                         xml(message), xml(line.repro));
+                         xml(message), xml(line.details));
   if (line.skipped) inside = fmt::format("<skipped message=\"{}\"/>", xml(message));
-  return fmt::format("  <testcase classname=\"{}\" name=\"{}\">{}<system-out>{}</system-out></testcase>\n",
-                     xml(scenario), xml(line.name), inside, xml(message));
+  return fmt::format(
+      "  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">{}<system-out>{}</system-out></testcase>\n",
+      xml(scenario), xml(line.name), wall_s, inside, xml(message));
 }
 
 ordered_json json_of(const MetricVerdict& m) {
@@ -230,29 +249,41 @@ std::string verdict_table(const Comparison& comparison, bool colors) {
 std::string junit(const Comparison& comparison) {
   std::string cases;
   int tests = 0, failures = 0, errors = 0, skipped = 0;
-  for (const ScenarioVerdict& scenario : comparison.scenarios)
+  double wall_s = 0;
+  for (const ScenarioVerdict& scenario : comparison.scenarios) {
+    double left_s = scenario.wall_s;  // the first row has the time of all runs of the scenario
+    wall_s += left_s;
     for (const Line& line : lines_of(comparison, scenario)) {
-      cases += testcase(scenario.name, line);
+      cases += testcase(scenario.name, line, std::exchange(left_s, 0));
       ++tests;
       failures += line.failed && !line.run_failed;
       errors += line.run_failed;
       skipped += line.skipped;
     }
+  }
   return fmt::format(
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-      "<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\">\n{}</testsuite>\n",
-      xml(comparison.title), tests, failures, errors, skipped, cases);
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" "
+      "errors=\"{}\" skipped=\"{}\" time=\"{:.3f}\">\n{}</testsuite>\n",
+      xml(comparison.title), tests, failures, errors, skipped, wall_s, cases);
 }
 
 std::string markdown(const Comparison& comparison) {
+  const auto cell = [](std::string_view text) { return replaced(text, {{'|', "\\|"}, {'\n', " "}}); };
+  const auto code_lines = [&](const std::string& text) {
+    std::string all;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+      all += fmt::format("<br>`{}`", replaced(cell(line), {{'`', "'"}}));
+    return all;
+  };
   std::string text = fmt::format("### {}\n\n{}\n", comparison.title, count_text(comparison));
   for (const ScenarioVerdict& scenario : comparison.scenarios) {
     text += fmt::format("\n**{}**: {}\n\n| metric | verdict | |\n|---|---|---|\n", scenario.name,
                         pairing_text(scenario));
     for (const Line& line : lines_of(comparison, scenario))
       text += fmt::format("| `{}` | {} | {}{} |\n", line.name,
-                          line.failed ? fmt::format("**{}**", line.verdict) : line.verdict, line.message,
-                          line.failed && !line.repro.empty() ? fmt::format("<br>`{}`", line.repro) : "");
+                          line.failed ? fmt::format("**{}**", line.verdict) : line.verdict,
+                          cell(line.message), line.failed ? code_lines(line.details) : "");
   }
   return text;
 }
@@ -265,7 +296,7 @@ std::string github_annotations(const Comparison& comparison) {
         text +=
             fmt::format("::error file={},title={}::{}\n", escaped_property(comparison.file(scenario.name)),
                         escaped_property(fmt::format("{} {}: {}", scenario.name, line.name, line.verdict)),
-                        escaped(line.message + "\n" + line.repro));
+                        escaped(line.message + "\n" + line.details));
   return text;
 }
 
@@ -278,12 +309,14 @@ std::string verdicts_json(const Comparison& comparison) {
                        {"seeds_baseline", s.n_baseline},
                        {"seeds_now", s.n_now},
                        {"recordings_that_differ", s.other_recordings},
-                       {"configuration_differences", s.other_config}};
+                       {"configuration_differences", s.other_config},
+                       {"wall_s", s.wall_s}};
     entry["metrics"] = ordered_json::array();
     for (const MetricVerdict& m : s.metrics) entry["metrics"].push_back(json_of(m));
     entry["limits"] = ordered_json::array();
     for (const LimitVerdict& l : s.limits)
-      entry["limits"].push_back({{"limit", l.what}, {"observed", l.observed}, {"passed", l.passed}});
+      entry["limits"].push_back(
+          {{"limit", l.what}, {"observed", l.observed}, {"passed", l.passed}, {"failures", l.failures}});
     json["scenarios"].push_back(entry);
   }
   return files::json_text(json, 2) + "\n";

@@ -186,6 +186,7 @@ result::SeedScore read_result(const fs::path& folder) {
   const scenario::Scenario scenario = scenario::read_scenario(folder / "scenario.yaml").scenario;
   const auto limits = result::judge_run(scenario, [&](const std::string& name) { return score.value(name); });
   score.exit_code = result::exit_code(scenario, score.ending, limits);
+  result::read_details(folder, score);
   return score;
 }
 

@@ -20,6 +20,8 @@ struct Values {
   std::vector<std::uint64_t> seeds;
   std::vector<double> baseline, now;
   std::size_t lost = 0, won = 0;  // values of only one side
+  std::vector<double> lost_from;  // of the baseline
+  std::string why_lost;           // how the first run without its value ended
   bool identical = true;
 };
 
@@ -30,8 +32,11 @@ Values paired_values(const ScenarioResults& baseline, const ScenarioResults& now
     if (!other) continue;
     const auto a = other->value(metric), b = seed.value(metric);
     values.identical &= a == b;
-    values.lost += a && !b;
     values.won += b && !a;
+    if (a && !b) {
+      values.lost_from.push_back(*a);
+      if (values.lost++ == 0) values.why_lost = ending_text(seed);
+    }
     if (!a || !b) continue;
     values.seeds.push_back(seed.seed);
     values.baseline.push_back(*a);
@@ -51,7 +56,11 @@ Values unpaired_values(const ScenarioResults& baseline, const ScenarioResults& n
       values.seeds.push_back(seed.seed);
     }
   // Single values cannot be missing, since the seeds differ; all of them can.
-  if (values.now.empty()) values.lost = values.baseline.size();
+  if (values.now.empty()) {
+    values.lost = values.baseline.size();
+    values.lost_from = values.baseline;
+    if (!now.seeds.empty()) values.why_lost = ending_text(now.seeds.front());
+  }
   if (values.baseline.empty()) values.won = values.now.size();
   values.identical = values.baseline.empty() && values.now.empty();
   return values;
@@ -134,7 +143,8 @@ Judged judge(const Gate& gate, const Values& values, bool paired) {
     v.p.reset();
   } else if (values.lost > 0) {
     v.verdict = Verdict::missing;
-    v.remark = fmt::format("{} lost the value", files::counted(values.lost, "seed"));
+    v.remark = fmt::format("{} lost the value: {}", files::counted(values.lost, "seed"), values.why_lost);
+    if (!v.baseline) v.baseline = score::median(values.lost_from);
     judged.tested = false;
     v.p.reset();
   } else if (values.baseline.empty()) {
@@ -211,6 +221,11 @@ std::vector<std::string> config_differences(const std::map<std::string, std::str
 
 }  // namespace
 
+std::string ending_text(const result::SeedScore& seed) {
+  return fmt::format("seed {} {}{}{}", seed.seed, scenario::name_of(seed.ending),
+                     seed.cause.empty() ? "" : ": ", seed.cause);
+}
+
 std::optional<double> tolerated_factor(const Gate& gate) {
   const score::Direction direction = score::direction_of(gate.metric);
   if (direction.worst != score::Worst::farthest_from_expected) return std::nullopt;
@@ -247,6 +262,7 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
   result.n_baseline = result.paired ? common : baseline.seeds.size();
   result.n_now = result.paired ? common : now.seeds.size();
   result.other_config = config_differences(baseline.config, now.config);
+  for (const result::SeedScore& seed : now.seeds) result.wall_s += seed.wall_s;
   result.metrics = judge_gates(baseline, now, gates, result.paired);
   return result;
 }
@@ -257,6 +273,8 @@ ScenarioVerdict without_counterpart(const ScenarioResults& there, const std::vec
   result.name = there.name;
   result.n_now = verdict == Verdict::added ? there.seeds.size() : 0;
   result.n_baseline = verdict == Verdict::added ? 0 : there.seeds.size();
+  if (verdict == Verdict::added)
+    for (const result::SeedScore& seed : there.seeds) result.wall_s += seed.wall_s;
   for (const Gate& gate : gates) {
     MetricVerdict v{gate};
     std::vector<double> values;
@@ -265,6 +283,7 @@ ScenarioVerdict without_counterpart(const ScenarioResults& there, const std::vec
     v.n = values.size();
     if (!values.empty()) (verdict == Verdict::added ? v.now : v.baseline) = score::median(values);
     v.verdict = verdict;
+    if (verdict == Verdict::missing) v.remark = "the scenario was not run";
     result.metrics.push_back(v);
   }
   return result;

@@ -63,6 +63,8 @@ struct LimitVerdict {
   bool passed = true;
   bool run_failed = false;  ///< a run ended in a way that is not allowed
   std::uint64_t worst_seed = 0;
+  std::vector<std::string>
+      failures{};  ///< of each run that failed: "seed 4 fell: CAUSE", then its last lines
 };
 /// "ok", "MISSED" or "RUN FAILED".
 std::string_view word(const LimitVerdict& verdict);
@@ -75,7 +77,11 @@ struct ScenarioVerdict {
   std::vector<std::string> other_config;  ///< "key: baseline's -> now's"
   std::vector<MetricVerdict> metrics;
   std::vector<LimitVerdict> limits;
+  double wall_s = 0;  ///< of the runs now; 0 if unknown
 };
+
+/// "seed 4 fell: CAUSE"
+std::string ending_text(const result::SeedScore& seed);
 
 /// Judges each gate by the metric's loss (score::loss): on the seeds in common by the signed rank test, or
 /// without any on all seeds by the rank sum test. p-values are adjusted for the number of gates. Limits are

@@ -40,35 +40,60 @@ slam::Stamp shift_of(const files::TrajectoryFile& file, const Frames& frames) {
   return exported ? -recording::kEpoch : slam::Stamp(0);
 }
 
+using Poses = std::vector<estimators::PoseEstimate>;
+
+/// The covariance of the camera's pose from that of the body's, see slam::Estimate.
+slam::Matrix6d moved_covariance(const slam::Matrix6d& P, const Eigen::Isometry3d& X_WBody,
+                                const Eigen::Isometry3d& X_BodyC) {
+  const Eigen::Vector3d arm = X_BodyC.translation();
+  Eigen::Matrix3d cross;
+  cross << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+  slam::Matrix6d J = slam::Matrix6d::Identity();
+  J.topLeftCorner<3, 3>() = X_BodyC.linear().transpose();
+  J.bottomLeftCorner<3, 3>() = -X_WBody.linear() * cross;
+  return J * P * J.transpose();
+}
+
 /// The poses of the camera at the stamps of the frames, in the program's own world.
-score::Trajectory poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, PosedBody body,
-                                  const slam::Calibration& calibration) {
+Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, PosedBody body,
+                      const slam::Calibration& calibration) {
   const slam::Stamp shift = shift_of(file, frames);
   const Eigen::Isometry3d X_BodyC =
       body == PosedBody::imu ? calibration.X_CG.inverse() : Eigen::Isometry3d::Identity();
-  score::Trajectory raw, poses;
-  for (const files::TumRow& row : file.rows) raw.push_back({row.t + shift, row.X * X_BodyC});
+  Poses raw, poses;
+  for (const files::TumRow& row : file.rows) {
+    raw.push_back({row.t + shift, row.X * X_BodyC, std::nullopt});
+    if (row.covariance) raw.back().covariance = moved_covariance(*row.covariance, row.X, X_BodyC);
+  }
   auto pose = raw.begin();
   for (const slam::Stamp t : frames.stamps) {
     while (pose != raw.end() && std::next(pose) != raw.end() &&
            std::chrono::abs(std::next(pose)->t - t) <= std::chrono::abs(pose->t - t))
       ++pose;
-    if (pose != raw.end() && std::chrono::abs(pose->t - t) <= kSameFrame) poses.push_back({t, pose->X});
+    if (pose != raw.end() && std::chrono::abs(pose->t - t) <= kSameFrame)
+      poses.push_back({t, pose->X_WC, pose->covariance});
   }
   return poses;
 }
 
 /// Moves the poses into W. Throws estimators::EstimatorFailed if they cannot be aligned with the truth.
-void place_in_world(score::Trajectory& poses, const std::vector<files::TimedPose>& truth,
-                    score::Alignment alignment) {
-  const auto found = score::align(score::pair_by_stamp(truth, poses), alignment);
+void place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, score::Alignment alignment) {
+  score::Trajectory unaligned;
+  for (const estimators::PoseEstimate& pose : poses) unaligned.push_back({pose.t, pose.X_WC});
+  const auto found = score::align(score::pair_by_stamp(truth, unaligned), alignment);
   if (const auto* const none = std::get_if<score::Absent>(&found))
     throw estimators::EstimatorFailed("its trajectory cannot be aligned with the truth: " + none->reason);
-  for (score::TimedPose& pose : poses) pose.X = std::get<score::Similarity>(found) * pose.X;
+  const auto& S = std::get<score::Similarity>(found);
+  slam::Matrix6d J = slam::Matrix6d::Identity();
+  J.bottomRightCorner<3, 3>() = S.scale * S.R;
+  for (estimators::PoseEstimate& pose : poses) {
+    pose.X_WC = S * pose.X_WC;
+    if (pose.covariance) pose.covariance = J * *pose.covariance * J.transpose();
+  }
 }
 
 /// Frames with a pose are tracked, the others are not.
-void add_poses(const score::Trajectory& poses, const Frames& frames, tracking::Tracked& tracked) {
+void add_poses(const Poses& poses, const Frames& frames, tracking::Tracked& tracked) {
   auto pose = poses.begin();
   for (const slam::Stamp t : frames.stamps) {
     if (pose == poses.end() || pose->t != t) {
@@ -77,7 +102,7 @@ void add_poses(const score::Trajectory& poses, const Frames& frames, tracking::T
     }
     slam::FrameReport report;
     report.t = t;
-    tracked.frames.push_back({{t, pose->X, std::nullopt}, report});
+    tracked.frames.push_back({*pose, report});
     ++pose;
   }
 }
@@ -90,7 +115,7 @@ void read_run(const ExternalRun& run, const Frames& frames, const result::RunRec
   if (file.stamps == "frame numbers")
     throw estimators::EstimatorFailed(
         "its trajectory has frame numbers for stamps: write times.txt beside it");
-  score::Trajectory poses = poses_at_frames(file, frames, run.body, record.setup.calibration);
+  Poses poses = poses_at_frames(file, frames, run.body, record.setup.calibration);
   if (poses.empty())
     throw estimators::EstimatorFailed(
         fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
@@ -126,11 +151,14 @@ result::Outcome score_external(const scenario::ReadScenario& scenario, const std
     tracked.failed = unusable.what();
   }
   if (tracked.failed) tracked.untracked = frames.stamps;
+  timing.each_frame = false;
   for (const slam::Stamp t : frames.stamps)
     timing.frames.push_back({.t = t, .filter_ms = run.cpu_ms / static_cast<double>(frames.stamps.size())});
   record.tracked = std::move(tracked);
   const double end_s = frames.stamps.empty() ? 0 : slam::seconds(frames.stamps.back());
   const result::Outcome outcome = result::write_result(folder.path(), record, place, timing, end_s);
+  if (run.keep && std::filesystem::exists(run.trajectory))
+    std::filesystem::copy_file(run.trajectory, folder.path() / "trajectory.txt");
   folder.commit();
   return outcome;
 }

@@ -57,12 +57,14 @@ struct ExternalRun {
   score::Alignment alignment = score::Alignment::none;  ///< of its world with W, by the truth
   std::string log = {};                                 ///< what it printed
   double cpu_ms = 0;                                    ///< of the whole run
+  bool keep = false;                                    ///< the trajectory as trajectory.txt in the result
   std::optional<std::string> failed = {};               ///< why the trajectory is missing
 };
 
 /// Writes a complete result folder. Stamps start at 0 s (as in the run), at 1e9 s (as in its exports) or, in
-/// KITTI format, at the first image; a pose belongs to the frame within 2 ms of its stamp. An unusable
-/// trajectory is a failure of the program. timing: started before the program. Throws FileError as replay().
+/// KITTI format, at the first image; a pose belongs to the frame within 2 ms of its stamp. Covariances
+/// are kept, also of the IMU and in another world. An unusable trajectory is a failure of the program.
+/// timing: started before the program. Throws FileError as replay().
 result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing);

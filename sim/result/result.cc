@@ -91,6 +91,7 @@ ordered_json metrics_json(const score::Metrics& metrics) {
     entry["value"] = or_null(metric.value);
     entry["unit"] = metric.unit;
     if (!metric.value) entry["reason"] = metric.reason;
+    if (!metric.note.empty()) entry["note"] = metric.note;
   }
   return json;
 }

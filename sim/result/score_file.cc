@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "sim/files/text.h"
+
 namespace sim::result {
 namespace {
 
@@ -76,7 +78,8 @@ files::Json read_whole_score(const fs::path& file) {
   for (const auto& [name, metric] : json.at("metrics").entries()) {
     metric.at("unit").text();
     metric.at("value").number_or_null();
-    if (const auto reason = metric.find("reason")) reason->text();
+    for (const char* text : {"reason", "note"})
+      if (const auto found = metric.find(text)) found->text();
   }
   for (const files::Json& limit : json.at("limits").items()) check_limit(limit);
   if (const auto tracking = json.find("tracking"))
@@ -87,6 +90,20 @@ files::Json read_whole_score(const fs::path& file) {
   return json;
 }
 
+void read_details(const fs::path& folder, SeedScore& score) {
+  constexpr std::size_t kMostLines = 5;
+  if (fs::exists(folder / "about.json")) score.cause = read_about(folder / "about.json").cause;
+  if (fs::exists(folder / "timing.json"))
+    if (const auto wall = files::read_json(folder / "timing.json").find("wall_s"))
+      score.wall_s = wall->number();
+  if (!fs::exists(folder / "estimator.log")) return;
+  const std::string log = files::read_text(folder / "estimator.log");
+  std::size_t begin = log.find_last_not_of('\n');
+  for (std::size_t lines = 0; lines < kMostLines && begin != log.npos && begin > 0; ++lines)
+    begin = log.rfind('\n', begin - 1);
+  score.last_lines = log.substr(begin == log.npos ? 0 : log[begin] == '\n' ? begin + 1 : begin);
+}
+
 SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_code) {
   const fs::path file = root / fmt::format("seed-{}", seed) / "score.json";
   if (!fs::exists(file) && exit_code > 1)
@@ -94,6 +111,7 @@ SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_cod
   SeedScore score = read_score(file);
   score.seed = seed;
   score.exit_code = exit_code;
+  read_details(file.parent_path(), score);
   return score;
 }
 

@@ -27,7 +27,10 @@ struct SeedScore {
       scenario::Ending::not_started;  ///< not_started or crashed if its process left no score
   int exit_code = 0;
   std::vector<SeedMetric> metrics;
-  std::string recording{};  ///< its hash; empty if unknown
+  std::string recording{};   ///< its hash; empty if unknown
+  std::string cause{};       ///< of the ending; empty if unknown
+  std::string last_lines{};  ///< of the estimator's log
+  double wall_s = 0;         ///< of the run; 0 if unknown
 
   /// Returns the value of a metric; nothing also if the score does not contain it.
   std::optional<double> value(const std::string& metric) const;
@@ -35,6 +38,9 @@ struct SeedScore {
 
 /// Reads the name of an ending. Throws FileError.
 scenario::Ending read_ending(const files::Json& json);
+
+/// Reads cause, last lines and time of a result, as far as its folder has them. Throws FileError.
+void read_details(const std::filesystem::path& folder, SeedScore& score);
 
 /// Reads a score.json; the exit code is not in it. Throws FileError.
 SeedScore read_score(const std::filesystem::path& file);

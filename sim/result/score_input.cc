@@ -1,5 +1,6 @@
 #include "sim/result/score_input.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -15,9 +16,12 @@ namespace {
 
 constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 
+/// Without the poses of answers that say lost, and with each pose once.
 std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
   std::vector<score::EstimatedPose> poses;
-  for (const estimators::PoseEstimate& e : tracked.estimates()) poses.push_back({e.t, e.X_WC, e.covariance});
+  for (const auto& [e, report] : tracked.frames)
+    if (report.health == slam::Health::ok && (poses.empty() || e.t > poses.back().t))
+      poses.push_back({e.t, e.X_WC, e.covariance});
   return poses;
 }
 
@@ -50,7 +54,10 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked) {
   std::vector<score::TimedHealth> all;
   for (const tracking::TrackedFrame& frame : tracked.frames)
     all.push_back({frame.report.t, frame.report.health == slam::Health::ok, !frame.report.suspect.empty()});
+  const auto last = all.empty() ? slam::Stamp(0) : all.back().t;
   for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});
+  if (!tracked.untracked.empty() && tracked.untracked.front() < last)  // poses of a file, with gaps
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
   return all;
 }
 
@@ -171,6 +178,9 @@ score::Run score_input(const RunRecord& record) {
   run.estimate = estimate(*record.tracked);
   run.health = health(*record.tracked);
   run.landmarks = landmarks(*record.tracked);
+  const estimators::EstimatorChoice& estimator = record.scenario.scenario.estimator;
+  const bool is_filter = estimator.source == estimators::Source::built_in && estimator.name == "filter";
+  if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   run.innovations = innovations(*record.tracked);
   run.map = map(*record.tracked);
   run.failed = record.tracked->failed;

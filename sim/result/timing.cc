@@ -48,8 +48,11 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
   const auto filter = column(frames, &FrameTiming::filter_ms);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   nlohmann::ordered_json json;
-  json["frame_cpu_ms_median"] = quantile(filter, 0.5);
-  json["frame_cpu_ms_p99"] = quantile(filter, 0.99);
+  json["frame_cpu_ms_mean"] = filter.empty() ? 0 : 1e3 * total_s(filter) / static_cast<double>(filter.size());
+  if (each_frame) {
+    json["frame_cpu_ms_median"] = quantile(filter, 0.5);
+    json["frame_cpu_ms_p99"] = quantile(filter, 0.99);
+  }
   json["realtime_factor"] = simulated_s / wall_s;
   json["simulated_s"] = simulated_s;
   json["wall_s"] = wall_s;

@@ -39,10 +39,11 @@ class StageClock {
 class Timing {
  public:
   std::vector<FrameTiming> frames;
+  bool each_frame = true;  ///< false: only the sum of filter_ms is measured, as of a command
 
-  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_median and _p99 of the filter's
-  /// step, realtime_factor (simulated seconds per wall second of the whole run) and the total of each stage.
-  /// Throws FileError.
+  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_mean of the estimator's CPU time,
+  /// _median and _p99 if that of each frame is known, realtime_factor (simulated seconds per wall second of
+  /// the whole run) and the total of each stage. Throws FileError.
   void write(const std::filesystem::path& folder, double simulated_s) const;
 
  private:

@@ -2,7 +2,6 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "sim/scenario/keys.h"
@@ -10,40 +9,37 @@
 namespace sim::scenario {
 namespace {
 
-/// Former and present names of keys and metrics.
-constexpr std::pair<std::string_view, std::string_view> kRenamed[]{
-    {"slam.vision.sigma_lasting_px", "slam.vision.match_bias_sigma_px"},
-    {"slam.vision.lasting_s", "slam.vision.match_bias_s"},
-    {"slam.vision.sigma_view_px", "slam.vision.viewpoint_sigma_px"},
-    {"tracked_share", "tracked_fraction"},
-    {"suspect_share", "fault_flag_fraction"},
+struct FormerNames {
+  std::string_view note;
+  std::string_view names;  ///< each between spaces
 };
-
-/// The reason, and the names that are gone for it, with a space after each.
-constexpr std::pair<std::string_view, std::string_view> kGone[]{
-    {"never used: the planned orientation drifts as the feet slip",
-     "slam.plan_orientation.enabled slam.plan_orientation.sigma_rad "},
-    {"never used: the planned position drifts as the feet slip",
-     "slam.plan_position.enabled slam.plan_position.sigma_m "},
-    {"had no effect by default (1)",
-     "slam.plan_velocity.standing_factor slam.plan_velocity.double_support_factor "
-     "slam.plan_velocity.landing_factor "},
-    {"had no effect by default", "slam.plan_velocity.landing_s slam.plan_velocity.slip_time_s "},
-    {"had no effect by default (0)",
+constexpr FormerNames kFormer[]{
+    {"was renamed to slam.vision.match_bias_sigma_px", " slam.vision.sigma_lasting_px "},
+    {"was renamed to slam.vision.match_bias_s", " slam.vision.lasting_s "},
+    {"was renamed to slam.vision.viewpoint_sigma_px", " slam.vision.sigma_view_px "},
+    {"was renamed to tracked_fraction", " tracked_share "},
+    {"was renamed to fault_flag_fraction", " suspect_share "},
+    {"is gone: it had no effect by default",
+     " slam.plan_orientation.enabled slam.plan_orientation.sigma_rad slam.plan_position.enabled "
+     "slam.plan_position.sigma_m slam.plan_velocity.standing_factor slam.plan_velocity.double_support_factor "
+     "slam.plan_velocity.landing_factor slam.plan_velocity.landing_s slam.plan_velocity.slip_time_s "
      "slam.plan_velocity.sigma_per_turn_m slam.plan_velocity.sigma_slip_m_s "},
-    {"is a constant of the motion model, 30 s", "slam.plan_velocity.stride_time_s "},
-    {"is a constant of the motion model, 0.6", "slam.plan_velocity.sway_ahead "},
-    {"is a constant of the motion model, 0.15", "slam.plan_velocity.sway_up "},
-    {"is a constant of the motion model, 1 s", "slam.plan_velocity.sway_time_s "},
-    {"is a constant of the plan's noise, 6", "slam.leg_odometry.landing_factor "},
-    {"is a constant of the plan's noise, 0.2 s", "slam.leg_odometry.landing_s "},
-    {"is a constant of the accelerometer's noise, 0.1 m/s^2", "slam.accelerometer.sigma_frame_m_s2 "},
-    {"is a constant of the tracking monitor, 3", "slam.tracking.vision_bound "},
-    {"is a constant of the tracking monitor, 10", "slam.tracking.height_bound "},
-    {"relocalization is always on; slam.tracking.give_up_s bounds it", "slam.tracking.relocalise "},
-    {"is a constant of the search, 400000 px", "slam.bounds.searched_px "},
-    {"metric without a limit, page or README",
-     "ate_origin_rmse_m ate_scale_rmse_m contact_creep_deg contact_creep_m end_error_x_m "
+    {"is gone: it is a constant",
+     " slam.plan_velocity.stride_time_s slam.plan_velocity.sway_ahead slam.plan_velocity.sway_up "
+     "slam.plan_velocity.sway_time_s slam.leg_odometry.landing_factor slam.leg_odometry.landing_s "
+     "slam.accelerometer.sigma_frame_m_s2 slam.tracking.vision_bound slam.tracking.height_bound "
+     "slam.bounds.searched_px stabilizer.tracking.sole_margin_m stabilizer.ankle_admittance.leak_s "
+     "stabilizer.ankle_admittance.limit_rad stabilizer.force_difference.leak_s "
+     "stabilizer.force_difference.leak_in_swing_s stabilizer.force_difference.limit_m "
+     "stabilizer.leg_compliance.lag_s stabilizer.body_attitude.leak_s stabilizer.body_attitude.limit_rad "},
+    {"is gone: relocalization is always on; slam.tracking.give_up_s bounds it", " slam.tracking.relocalise "},
+    {"is gone: compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give estimator.program",
+     " estimator.library "},
+    {"is gone: the capture-point law is the only one",
+     " stabilizer.tracking.law stabilizer.tracking.delayed_zmp.lag_s "
+     "stabilizer.tracking.delayed_zmp.fast_pole_per_s stabilizer.tracking.delayed_zmp.slow_pole_per_s "},
+    {"is gone: no limit, page or README used it",
+     " ate_origin_rmse_m ate_scale_rmse_m contact_creep_deg contact_creep_m end_error_x_m "
      "end_error_y_m end_error_z_m landmark_median_m landmarks_scored loop_correction_deg "
      "loop_correction_m loop_logdet_drop loop_sigma_after_m loop_sigma_before_m "
      "navigation_first_lap_rmse_m navigation_last_lap_rmse_m nis_gyro_band_high "
@@ -55,39 +51,13 @@ constexpr std::pair<std::string_view, std::string_view> kGone[]{
      "rpe_50cm_deg rpe_50cm_m rpe_step_deg rpe_step_m slip_drift_x_m slip_drift_y_m "
      "slip_drift_yaw_deg slip_landing_deg slip_landing_m slip_lift_off_deg slip_lift_off_m "
      "slip_support_deg slip_support_m walk_completion yaw_rmse_deg "},
-    {"compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give estimator.program",
-     "estimator.library "},
-    {"the capture-point law is the only one",
-     "stabilizer.tracking.law stabilizer.tracking.delayed_zmp.lag_s "
-     "stabilizer.tracking.delayed_zmp.fast_pole_per_s "
-     "stabilizer.tracking.delayed_zmp.slow_pole_per_s "},
-    {"is a constant of the stabilizer, 0.01 m", "stabilizer.tracking.sole_margin_m "},
-    {"is a constant of the stabilizer, 1.5 s",
-     "stabilizer.ankle_admittance.leak_s stabilizer.force_difference.leak_s "},
-    {"is a constant of the stabilizer, 0.17 rad", "stabilizer.ankle_admittance.limit_rad "},
-    {"is a constant of the stabilizer, 0.08 s", "stabilizer.force_difference.leak_in_swing_s "},
-    {"is a constant of the stabilizer, 0.025 m", "stabilizer.force_difference.limit_m "},
-    {"is a constant of the stabilizer, 0.03 s", "stabilizer.leg_compliance.lag_s "},
-    {"is a constant of the stabilizer, 10 s", "stabilizer.body_attitude.leak_s "},
-    {"is a constant of the stabilizer, 0.1 rad", "stabilizer.body_attitude.limit_rad "},
 };
 
 }  // namespace
 
-std::vector<FormerName> former_names() {
-  std::vector<FormerName> all;
-  for (const auto& [name, now] : kRenamed) all.push_back({name, now, ""});
-  for (auto [reason, names] : kGone)
-    for (std::size_t end; (end = names.find(' ')) != names.npos; names.remove_prefix(end + 1))
-      all.push_back({names.substr(0, end), "", reason});
-  return all;
-}
-
 std::string former_name(std::string_view name) {
-  for (const FormerName& former : former_names())
-    if (former.name == name)
-      return former.now.empty() ? fmt::format("is gone: {}", former.reason)
-                                : fmt::format("was renamed to {}", former.now);
+  for (const auto& [note, names] : kFormer)
+    if (names.find(fmt::format(" {} ", name)) != names.npos) return std::string(note);
   return "";
 }
 

@@ -17,12 +17,6 @@ const std::vector<Key>& scenario_keys();
 /// The key of that name, or nullptr.
 const Key* find_key(std::string_view name);
 
-/// A key or metric of an earlier version: its name now, or the reason why it is gone.
-struct FormerName {
-  std::string_view name, now, reason;
-};
-std::vector<FormerName> former_names();
-
 /// Returns "was renamed to NAME" or "is gone: REASON" for a former name, "" for any other.
 std::string former_name(std::string_view name);
 

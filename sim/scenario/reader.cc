@@ -83,7 +83,7 @@ class ScenarioReader {
   /// Names the scenario after the file, unless it has a key `name`; the name of a base is not inherited.
   void read_name_of_file(const Yaml& root, const std::string& file_name);
 
-  /// "key=value", the n-th of the command line (from 1).
+  /// "key=value" or "section={key: value}", the n-th of the command line (from 1).
   void read_override(const std::string& argument, int n);
 
  private:
@@ -91,7 +91,7 @@ class ScenarioReader {
   void read_base(const Yaml& node);
   void read_map(const Yaml& map, const std::string& section);
   void read_entry(const Yaml& at, const std::string& path, const Yaml& value);
-  void read_value(const Yaml& at, const std::string& path, const Yaml& value, const std::string& origin);
+  void read_value(const Yaml& at, const std::string& path, const Yaml& value);
   void note_commands(const Yaml& commands);
   void note_once(const Yaml& at, const std::string& path);
   void begin_section(std::string_view path);
@@ -107,6 +107,9 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
   for (std::size_t i = 0; i < without.size(); ++i) {
     if (without[i] == "camera") {
       scenario.camera.reset();
+      scenario.world.lights_off = {};
+      std::erase_if(scenario.errors.faults,
+                    [](const auto& fault) { return !sensor_errors::is_of_steering(fault); });
     } else if (without[i] == "slam") {
       scenario.slam.reset();
     } else {
@@ -194,7 +197,8 @@ void ScenarioReader::read_override(const std::string& argument, int n) {
   if (equals == std::string::npos || equals == 0)
     fail(at, "", fmt::format("'{}': expected key=value", argument));
   const Yaml value = parse_yaml(argument.substr(equals + 1), {kArgument, n, static_cast<int>(equals) + 2});
-  read_value(at, argument.substr(0, equals), value, fmt::format("argument {}", n));
+  given_.clear();  // a later argument replaces an earlier one
+  read_entry(at, argument.substr(0, equals), value);
 }
 
 void ScenarioReader::read_entry(const Yaml& at, const std::string& path, const Yaml& value) {
@@ -202,16 +206,15 @@ void ScenarioReader::read_entry(const Yaml& at, const std::string& path, const Y
   const bool section = find_key(path) == nullptr && (limit || is_section(path));
   if (section && value.kind == Yaml::Kind::map) {
     if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
-    begin_section(path);
+    if (!limit) require_section(at, path);
     read_map(value, path);
   } else {
     note_once(at, path);
-    read_value(at, path, value, fmt::format("{}:{}", at.origin.file, at.origin.line));
+    read_value(at, path, value);
   }
 }
 
-void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Yaml& value,
-                                const std::string& origin) {
+void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Yaml& value) {
   if (const Key* const key = find_key(path)) {
     require_section(at, path);
     Yaml placed = value;
@@ -228,7 +231,8 @@ void ScenarioReader::read_value(const Yaml& at, const std::string& path, const Y
   } else {
     fail_unknown(at, path);
   }
-  result.origin[path] = origin;
+  result.origin[path] = at.origin.file == kArgument ? fmt::format("argument {}", at.origin.line)
+                                                    : fmt::format("{}:{}", at.origin.file, at.origin.line);
 }
 
 void ScenarioReader::note_commands(const Yaml& commands) {

@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <variant>
+
 #include "sim/scenario/keys.h"
 #include "sim/scenario/limits.h"
 #include "sim/scenario/yaml.h"
@@ -10,17 +15,77 @@
 namespace sim::scenario {
 namespace {
 
+/// Returns the planned walk, or nullopt if it cannot be carried out: that is reported when it is planned.
 /// Throws ConfigError at the command that makes the walk too long.
-void check_length(const ReadScenario& read, const Yaml& root) {
+std::optional<walking::Timeline> planned(const ReadScenario& read, const Yaml& root) {
   try {
-    walking::Timeline(read.scenario.walk, {}, Eigen::Vector2d::Zero());
+    return walking::Timeline(read.scenario.walk, {}, Eigen::Vector2d::Zero());
   } catch (const walking::TooLong& e) {
     const auto command = static_cast<std::size_t>(e.command());
     Yaml at = root;
     if (command < read.command_origins.size()) at.origin = read.command_origins[command];
     fail(at, "", e.what());
-  } catch (const std::invalid_argument&) {  // reported when the walk is planned
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
   }
+}
+
+/// Returns why a fault, push or darkness of this time never happens, or "". end_s: of the walk.
+std::string never_happens(double from_s, double duration_s, double end_s) {
+  if (duration_s == 0) return "never happens: its duration_s is 0";
+  if (from_s >= end_s)
+    return fmt::format("never happens: it begins at {} s, the walk ends at {:.1f} s", from_s, end_s);
+  return "";
+}
+
+std::string never_happens(const sensor_errors::Fault& any, double end_s) {
+  return std::visit(
+      [&](const auto& fault) -> std::string {
+        if constexpr (requires { fault.fraction; })
+          if (fault.fraction == 0) return "never happens: its fraction is 0";
+        return never_happens(fault.from_s, fault.duration_s, end_s);
+      },
+      any);
+}
+
+/// Throws ConfigError for a fault, push or darkness that never happens.
+void check_happens(const Scenario& scenario, const Yaml& at, double end_s) {
+  const auto require = [&](const std::string& key, const std::string& problem) {
+    if (!problem.empty()) fail(at, key, problem);
+  };
+  constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
+  for (const sensor_errors::Fault& fault : scenario.errors.faults) {
+    const std::string key =
+        fmt::format("errors.faults: {}", std::visit([](const auto& f) { return f.kName; }, fault));
+    require(key, never_happens(fault, end_s));
+    if (!scenario.camera && !sensor_errors::is_of_steering(fault)) fail(at, key, kNoCamera);
+  }
+  for (const physics::Push& push : scenario.world.pushes) {
+    require("world.pushes: push", never_happens(push.time_s, push.duration_s, end_s));
+    if (push.impulse_ns == 0) fail(at, "world.pushes: push", "never happens: its impulse_ns is 0");
+  }
+  const physics::WorldOptions::LightsOff& dark = scenario.world.lights_off;
+  if (dark.from_s == 0 && dark.duration_s == 0) return;
+  require("world.lights_off", never_happens(dark.from_s, dark.duration_s, end_s));
+  if (!scenario.camera) fail(at, "world.lights_off", kNoCamera);
+}
+
+/// Throws ConfigError for limits that no run satisfies. turn_rad: of the whole walk.
+void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
+  const std::vector<MetricLimit>& limits = read.scenario.limits.metrics;
+  for (const MetricLimit& most : limits)
+    for (const MetricLimit& least : limits)
+      if (subject(most) == subject(least) && most.bound == Bound::at_most && least.bound == Bound::at_least &&
+          least.value > most.value)
+        fail(at, "limits." + subject(most),
+             fmt::format("contradicts itself: at_least {} is above at_most {}", least.value, most.value));
+  constexpr double kLoop_rad = 350 * std::numbers::pi / 180;  // as loop_closed defines it
+  for (const MetricLimit& limit : limits)
+    if (limit.metric == "loop_closed" && limit.bound == Bound::at_least && limit.value > 0 &&
+        turn_rad < kLoop_rad)
+      fail(at, "limits." + subject(limit),
+           fmt::format("cannot be met: the walk turns by {:.0f} degrees, expected at least 350",
+                       turn_rad * 180 / std::numbers::pi));
 }
 
 /// Writes "a: \n  b: value" for "a.b", repeating only the sections that change from key to key.
@@ -68,7 +133,14 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
     if (steered_by == plan && sensor_errors::is_of_steering(fault))
       fail(at, "errors.faults",
            "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
-  check_length(read, at);
+  const std::optional<walking::Timeline> walk = planned(read, at);
+  if (!walk) return;
+  double turn_rad = 0;
+  for (const walking::Phase& phase : walk->phases())
+    turn_rad += std::abs(phase.waist_yaw_to - phase.waist_yaw_from);
+  check_limits(read, at, turn_rad);
+  const double walk_s = static_cast<double>(walk->ticks()) * walking::kPeriod;
+  check_happens(scenario, at, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
 }
 
 std::string to_yaml(const Scenario& scenario) {

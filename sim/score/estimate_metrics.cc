@@ -167,9 +167,17 @@ MetricDefinitions absolute_metrics() {
        "Excess length of the estimated path, by the scale of the alignment of ate_sim3_rmse_m.", Needs::scale,
        scale_error, largest_magnitude, kHeadline},
       {"poses_matched", "1",
-       "Number of estimated poses that have the stamp of a true one, from the first planned motion on: the "
-       "errors are taken over these.",
+       "Number of estimated poses that have the stamp of a true one, within 0.1 ms, from the first planned "
+       "motion on: the errors are taken over these.",
        Needs::estimate, [](C c) { return static_cast<double>(c.pairs.size()); }, smallest},
+      {"true_poses", "1",
+       "Number of true poses from the first planned motion on. poses_matched of them have an estimate.",
+       Needs::walk,
+       [](C c) -> Value {
+         if (c.truth_camera.empty()) return Absent{"the plan never moves"};
+         return static_cast<double>(c.truth_camera.size());
+       },
+       smallest},
       {"rotation_rmse_deg", "deg",
        "Root mean square angle between estimated and true camera orientations, without alignment, from the "
        "first planned motion on.",
@@ -194,19 +202,27 @@ MetricDefinitions relative_metrics() {
 MetricDefinitions end_metrics() {
   return {
       {"end_position_error_m", "m",
-       "Distance between estimated and true camera positions at the last frame, without alignment.",
-       Needs::scale, end_distance, largest, kHeadline},
+       "Distance between estimated and true camera positions at the last frame with an estimate, without "
+       "alignment.",
+       Needs::scale, end_distance, largest, kHeadline, kAtEnd},
       {"drift_percent", "%", "end_position_error_m in percent of path_length_m.", Needs::scale, drift_percent,
-       largest, kHeadline},
+       largest, kHeadline, kAtEnd},
       {"end_yaw_error_deg", "deg",
        "Magnitude of the rotation about the vertical from the estimated to the true camera orientation at "
-       "the last frame, without alignment.",
-       Needs::estimate, [](C c) { return std::abs(yaw_error(c.pairs.back())) / kDegree; }, largest,
-       kHeadline}};
+       "the last frame with an estimate, without alignment.",
+       Needs::estimate, [](C c) { return std::abs(yaw_error(c.pairs.back())) / kDegree; }, largest, kHeadline,
+       kAtEnd}};
 }
 
 MetricDefinitions consistency_metrics() {
   MetricDefinitions all;
+  all.push_back({"poses_with_covariance", "1",
+                 "Number of matched poses with a covariance: the NEES is taken over these.", Needs::estimate,
+                 [](C c) -> Value {
+                   if (const auto* absent = std::get_if<Absent>(&c.nees)) return *absent;
+                   return static_cast<double>(std::get<std::vector<PoseNees>>(c.nees).size());
+                 },
+                 smallest});
   add_nees(all, "position", &PoseNees::position, Needs::scale);
   add_nees(all, "orientation", &PoseNees::orientation, Needs::estimate);
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) add_nis(all, sensor);

@@ -19,7 +19,8 @@ struct ScoreContext;
 struct Metric {
   std::optional<double> value;
   std::string unit;
-  std::string reason;  ///< why the value is absent
+  std::string reason;     ///< why the value is absent
+  std::string note = {};  ///< of an error at the end: when that was, if before the end of the walk
 };
 using Metrics = std::map<std::string, Metric, std::less<>>;
 
@@ -30,7 +31,7 @@ using Value = OrAbsent<double>;
 /// Without its input a metric is not computed and has no value.
 enum class Needs { walk, estimate, scale };
 
-inline constexpr bool kHeadline = true;
+inline constexpr bool kHeadline = true, kAtEnd = true;
 
 struct MetricDefinition {
   std::string name, unit, definition;  ///< definition: for --help and reports
@@ -38,6 +39,7 @@ struct MetricDefinition {
   std::function<Value(const ScoreContext&)> compute;
   Direction direction{};  ///< of getting worse
   bool headline = false;  ///< shown in the short table as well
+  bool at_end = false;    ///< of the last moment: of the estimate, or of the walk if it needs only that
 };
 using MetricDefinitions = std::vector<MetricDefinition>;
 

@@ -62,8 +62,9 @@ struct Run {
   std::optional<DesiredPath> desired;       ///< absent without a planned walk
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
-  std::vector<FootRow> feet;                           ///< of decompose_drift(); empty without feet
-  std::optional<std::vector<EstimatedPose>> estimate;  ///< absent: the filter was not run
+  std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
+  /// While it tracked; absent: the filter was not run.
+  std::optional<std::vector<EstimatedPose>> estimate;
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
   std::vector<TimedHealth> health;  ///< after every observation; not tracking after a divergence
   std::vector<LandmarkHistory> landmarks;
@@ -71,9 +72,10 @@ struct Run {
   std::vector<Surface> surfaces;
   TrueCamera camera;
   std::optional<PlannedTimes> planned;
-  std::optional<std::string> no_scale = {};  ///< the reason, if the estimate's scale is unknown
-  std::optional<std::string> diverged;       ///< the cause, if the filter gave up
-  std::optional<std::string> failed = {};    ///< the cause, if the estimator failed as a program
+  std::optional<std::string> no_scale = {};    ///< the reason, if the estimate's scale is unknown
+  std::optional<std::string> no_matches = {};  ///< the reason, if the estimator reports no landmarks
+  std::optional<std::string> diverged;         ///< the cause, if the filter gave up
+  std::optional<std::string> failed = {};      ///< the cause, if the estimator failed as a program
 };
 
 }  // namespace sim::score

@@ -31,6 +31,7 @@ std::optional<Absent> why_no_estimate(const ScoreContext& c) {
   if (c.run.failed) return Absent{"the estimator failed: " + *c.run.failed};
   if (c.run.diverged) return Absent{"the filter diverged: " + *c.run.diverged};
   if (!c.start) return Absent{c.run.plan_waist.empty() ? "the run has no true pose" : "the plan never moves"};
+  if (c.run.estimate->empty()) return Absent{"the estimator never tracked"};
   if (c.pairs.empty()) return Absent{"no estimate has the stamp of a true pose"};
   return std::nullopt;
 }
@@ -41,16 +42,18 @@ OrAbsent<std::vector<PoseNees>> nees_of(const std::vector<PosePair>& pairs, cons
   auto pose = run.estimate->begin();
   for (const PosePair& pair : pairs) {
     while (pose->t != pair.t) ++pose;
-    if (!pose->covariance) return Absent{"the estimator states no covariance"};
+    if (!pose->covariance) continue;
     const auto nees = pose_nees(pair.X_true, pair.X_estimate, *pose->covariance);
     if (!nees) return Absent{"a covariance of the estimate is not positive definite"};
     all.push_back(*nees);
   }
+  if (all.empty()) return Absent{"the estimator states no covariance"};
   return all;
 }
 
 OrAbsent<std::vector<LoopLandmark>> loop_of(const ScoreContext& c) {
   if (c.no_estimate) return *c.no_estimate;
+  if (c.run.no_matches) return Absent{*c.run.no_matches};
   // Corrections turn the plan of a steered walk; its commands turn as often as the robot.
   const Run& run = c.run;
   const auto marks = turn_marks(run.steered && run.desired ? run.desired->waist : run.plan_waist);

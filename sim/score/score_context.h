@@ -18,7 +18,7 @@ struct ScoreContext {
                                       ///< without a planned waist the first frame with truth
   Trajectory truth_camera, estimate;  ///< from then on
   std::vector<PosePair> pairs;        ///< of these two
-  OrAbsent<std::vector<PoseNees>> nees;      ///< of the pairs
+  OrAbsent<std::vector<PoseNees>> nees;      ///< of the pairs with a covariance
   std::optional<Absent> no_estimate;         ///< why the estimate cannot be scored, if it cannot
   OrAbsent<std::vector<LoopLandmark>> loop;  ///< early landmarks that were found again
 };

@@ -21,9 +21,13 @@ Trajectory::const_iterator nearest_in_time(const Trajectory& trajectory, Stamp t
 
 std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
   std::vector<PosePair> pairs;
+  auto paired = truth.end();
   for (const TimedPose& pose : estimate) {
-    const auto same = first_not_before(truth, pose.t);
-    if (same != truth.end() && same->t == pose.t) pairs.push_back({pose.t, same->X, pose.X});
+    const auto nearest = nearest_in_time(truth, pose.t);
+    if (nearest == truth.end() || nearest == paired || std::chrono::abs(nearest->t - pose.t) > kSameStamp)
+      continue;
+    pairs.push_back({pose.t, nearest->X, pose.X});
+    paired = nearest;
   }
   return pairs;
 }
@@ -52,10 +56,15 @@ std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory&
   return pairs;
 }
 
-std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate) {
+std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate,
+                                            Stamp most_gap) {
   std::vector<PosePair> pairs;
-  for (const TimedPose& pose : estimate)
+  for (const TimedPose& pose : estimate) {
+    const auto after = first_not_before(truth, pose.t);
+    const bool between = after != truth.begin() && after != truth.end() && after->t != pose.t;
+    if (between && after->t - (after - 1)->t > most_gap) continue;
     if (const auto X = interpolate(truth, pose.t)) pairs.push_back({pose.t, *X, pose.X});
+  }
   return pairs;
 }
 

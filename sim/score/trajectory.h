@@ -25,7 +25,11 @@ struct PosePair {
   Eigen::Isometry3d X_estimate = Eigen::Isometry3d::Identity();
 };
 
-/// The pairs of exactly equal stamps, in order of time.
+/// Stamps of one moment may differ by this much, since some programs round them.
+inline constexpr Stamp kSameStamp = std::chrono::microseconds(100);
+
+/// The pairs of poses with the same stamp, in order of time: each estimate with the nearest true pose that is
+/// not paired yet, at most kSameStamp away.
 std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate);
 
 /// Pairs each pose of the shorter trajectory with the pose of the other that is nearest in time (the earlier
@@ -34,8 +38,10 @@ std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& e
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset = Stamp(0));
 
-/// Pairs each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time.
-std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate);
+/// Pairs each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time and
+/// between two true poses that are more than most_gap apart.
+std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate,
+                                            Stamp most_gap);
 
 /// Interpolates position linearly, orientation along the shortest turn. Returns nothing outside the
 /// trajectory's time.

@@ -32,7 +32,7 @@ MetricDefinition plan_drift(const std::string& name, const std::string& unit, co
     if (pairs.empty()) return Absent{"no planned waist pose has the stamp of a true one"};
     return drift(pairs.back().X_true, pairs.back().X_estimate, c.run.plan_waist.front().X).*part / per_unit;
   };
-  return {name, unit, definition, Needs::walk, compute, largest_magnitude, kHeadline};
+  return {name, unit, definition, Needs::walk, compute, largest_magnitude, kHeadline, kAtEnd};
 }
 
 // 1 also if the plan ends before another frame.
@@ -167,11 +167,11 @@ MetricDefinitions navigation_metrics() {
        Needs::walk, navigation_rmse, largest, kHeadline},
       {"navigation_end_position_error_m", "m",
        distance + "at the last frame from the end of the commanded path.", Needs::walk, end_position, largest,
-       kHeadline},
+       kHeadline, kAtEnd},
       {"navigation_end_yaw_error_deg", "deg",
        "Angle between the true heading of the waist at the last frame and that at the end of the "
        "commanded path.",
-       Needs::walk, end_yaw, largest, kHeadline},
+       Needs::walk, end_yaw, largest, kHeadline, kAtEnd},
       {"navigation_first_lap_end_error_m", "m", distance + "from the commanded path when the first lap ends.",
        Needs::walk, [](C c) { return lap_end(c, true); }, largest},
       {"navigation_last_lap_end_error_m", "m", distance + "from the commanded path when the last lap ends.",

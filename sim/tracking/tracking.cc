@@ -78,7 +78,7 @@ std::optional<scenario::Ended> Tracked::failure() const {
 std::vector<estimators::PoseEstimate> Tracked::estimates() const {
   std::vector<estimators::PoseEstimate> all;
   for (const TrackedFrame& frame : frames)
-    if (all.empty() || frame.estimate.t > all.back().t) all.push_back(frame.estimate);
+    if (frame.has_pose && (all.empty() || frame.estimate.t > all.back().t)) all.push_back(frame.estimate);
   return all;
 }
 
@@ -138,7 +138,7 @@ void Tracking::step(const slam::Observation& arrived) {
 void Tracking::ask(const slam::Observation& arrived) {
   estimators::Answer answer = estimator_->step(arrived);
   external_cpu_ms_ += answer.external_cpu_ms;
-  tracked_.frames.push_back({answer.estimate, std::move(answer.report)});
+  tracked_.frames.push_back({answer.estimate, std::move(answer.report), answer.has_pose});
   auto& maps = tracked_.maps;
   if (maps.empty() || arrived.t - maps.back().t >= kMapEvery) maps.push_back({arrived.t, estimator_->map()});
 }

@@ -20,6 +20,7 @@ namespace sim::tracking {
 struct TrackedFrame {
   estimators::PoseEstimate estimate;
   slam::FrameReport report;
+  bool has_pose = true;
 };
 
 /// A time over which tracking was lost, or a sensor was suspect.
@@ -46,7 +47,8 @@ struct Tracked {
 
   /// Returns why the estimate did not reach the end: it diverged, was still lost, or the estimator failed.
   std::optional<scenario::Ended> failure() const;
-  /// Returns the estimates, each once: a rejected observation gives no new one.
+  /// Returns the estimates, each once: a rejected observation, and an external estimator that is lost or not
+  /// ready, gives no new one.
   std::vector<estimators::PoseEstimate> estimates() const;
   std::vector<TrackingFault> losses() const;
   /// Returns when a sensor contradicted all others, with the last cause of each time. Several sensors in

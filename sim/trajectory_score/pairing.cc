@@ -28,11 +28,45 @@ std::string describe_file(const fs::path& file, const files::TrajectoryFile& rea
                      read.warning.empty() ? "" : "; warning: " + read.warning);
 }
 
+// The median time from one pose to the next; 0 for fewer than two.
+template <class Poses>
+Stamp median_interval(const Poses& poses) {
+  std::vector<Stamp> intervals;
+  for (std::size_t i = 1; i < poses.size(); ++i) intervals.push_back(poses[i].t - poses[i - 1].t);
+  if (intervals.empty()) return Stamp(0);
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+constexpr int kGap = 3;  // median intervals
+constexpr Stamp kLeastGap = std::chrono::milliseconds(100);
+
+Stamp most_gap(const Trajectory& truth, const PairingOptions& options) {
+  return options.most_gap_s ? stamp(*options.most_gap_s) : std::max(kGap * median_interval(truth), kLeastGap);
+}
+
 std::vector<PosePair> pair(const Trajectory& truth, Trajectory estimate, const PairingOptions& options) {
   if (!options.interpolate)
     return score::pair_by_nearest(truth, estimate, stamp(options.most_apart_s), stamp(options.offset_s));
   for (TimedPose& pose : estimate) pose.t += stamp(options.offset_s);
-  return score::pair_by_interpolation(truth, estimate);
+  return score::pair_by_interpolation(truth, estimate, most_gap(truth, options));
+}
+
+Coverage coverage_of(const Trajectory& truth, const std::vector<PosePair>& pairs) {
+  const Stamp of_truth = median_interval(truth), of_pairs = std::max(median_interval(pairs), of_truth),
+              gap = std::max(kGap * of_pairs, kLeastGap), whole = truth.back().t - truth.front().t + of_truth;
+  Stamp covered = of_pairs;
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    const Stamp interval = pairs[i].t - pairs[i - 1].t;
+    covered += interval <= gap ? interval : of_pairs;
+  }
+  Trajectory walked;
+  for (const TimedPose& pose : truth)
+    if (pose.t >= pairs.front().t - of_truth / 2 && pose.t <= pairs.back().t + of_truth / 2)
+      walked.push_back(pose);
+  const double fraction = whole.count() == 0 ? 1 : seconds(covered) / seconds(whole);
+  return {truth.size(), std::min(1.0, fraction), score::path_length(walked)};
 }
 
 // An offset and the number of poses that it pairs.
@@ -84,7 +118,10 @@ std::string why_unmatched(const Trajectory& truth, const Trajectory& estimate,
       "{} of {} estimated poses have a true one{}: ", pairs.size(), estimate.size(),
       pairs.empty() ? "" : fmt::format(", over {:.3f} s", seconds(pairs.back().t - pairs.front().t)));
   if (pairs.empty() && b0 <= a1 && b1 >= a0)
-    return few + fmt::format("no stamps nearer than {} s (--t-max-diff)", options.most_apart_s);
+    return few + (options.interpolate
+                      ? fmt::format("true poses around them are more than {} s apart (--max-gap)",
+                                    seconds(most_gap(truth, options)))
+                      : fmt::format("no stamps nearer than {} s (--t-max-diff)", options.most_apart_s));
   return few +
          fmt::format("the truth is from {:.3f} to {:.3f} s, the estimate from {:.3f} to {:.3f} s", a0, a1, b0,
                      b1) +
@@ -158,6 +195,19 @@ void require_times(const fs::path& file, const files::TrajectoryFile& read, cons
                     read.rows.back().t / std::chrono::seconds(1), other_file.string(), duration_s(other)));
 }
 
+// Throws FileError if rows of different numbers would have to be paired by their place in the file.
+void require_rows(const fs::path& file, const files::TrajectoryFile& read, const fs::path& other_file,
+                  const files::TrajectoryFile& other) {
+  const bool by_row =
+      counts_frames(read) && counts_frames(other) && (read.format == "KITTI" || other.format == "KITTI");
+  if (by_row && read.rows.size() != other.rows.size())
+    throw files::FileError(
+        file,
+        fmt::format("has {} poses and {} has {}, all without times: they cannot be paired by their row; "
+                    "times.txt beside a KITTI file has the times",
+                    read.rows.size(), other_file.string(), other.rows.size()));
+}
+
 // Throws FileError if nothing moves: errors of such positions are meaningless.
 void require_motion(const fs::path& file, const std::vector<PosePair>& pairs,
                     Eigen::Isometry3d PosePair::*pose) {
@@ -179,6 +229,7 @@ PairedFiles pair_files(const fs::path& truth, const fs::path& estimate, const Pa
   const files::TrajectoryFile a = files::read_trajectory(truth), b = files::read_trajectory(estimate);
   require_times(truth, a, estimate, b, options);
   require_times(estimate, b, truth, a, options);
+  require_rows(estimate, b, truth, a);
   const Trajectory of_truth = trajectory(a), of_estimate = trajectory(b);
   require_offset(of_truth, of_estimate, options.offset_s);
   const std::vector<PosePair> pairs = pair(of_truth, of_estimate, options);
@@ -188,7 +239,16 @@ PairedFiles pair_files(const fs::path& truth, const fs::path& estimate, const Pa
     require_motion(truth, pairs, &PosePair::X_true);
     require_motion(estimate, pairs, &PosePair::X_estimate);
   }
-  return {describe_file(truth, a), describe_file(estimate, b), pairs, b,
+  const std::string pairing =
+      !options.interpolate ? fmt::format("nearest stamp within {} s", options.most_apart_s)
+                           : fmt::format("truth interpolated at the estimate's stamps, across at most {} s",
+                                         seconds(most_gap(of_truth, options)));
+  return {describe_file(truth, a),
+          describe_file(estimate, b),
+          pairing,
+          pairs,
+          coverage_of(of_truth, pairs),
+          b,
           a.has_orientation && b.has_orientation};
 }
 

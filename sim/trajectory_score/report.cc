@@ -59,19 +59,20 @@ Row motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation 
              "the path has no such spans");
 }
 
-// NEES without alignment, if every matched estimate has a covariance.
+// NEES without alignment, of the matched estimates that have a covariance.
 std::vector<Row> nees_rows(const std::vector<PosePair>& pairs, const files::TrajectoryFile& estimate,
                            score::Stamp offset) {
   std::vector<double> position, orientation;
   for (const PosePair& pair : pairs) {
     const auto at = std::lower_bound(estimate.rows.begin(), estimate.rows.end(), pair.t - offset,
                                      [](const files::TumRow& r, score::Stamp t) { return r.t < t; });
-    if (at == estimate.rows.end() || !at->covariance) return {};
+    if (at == estimate.rows.end() || !at->covariance) continue;
     const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, *at->covariance);
     if (!nees) return {{"NEES none", "1", Absent{"a covariance is not positive definite"}}};
     position.push_back(nees->position);
     orientation.push_back(nees->orientation);
   }
+  if (position.empty()) return {};
   return {row("NEES none, position", "1", position, ""), row("NEES none, orientation", "1", orientation, "")};
 }
 
@@ -90,13 +91,6 @@ void add_overview(Report& report, const std::vector<PosePair>& pairs, const Opti
   for (const Spans& which : usual)
     for (const Relation relation : {options.relation, Relation::angle_deg})
       report.rows.push_back(motion_row(pairs, which, relation));
-}
-
-double path_length(const std::vector<PosePair>& pairs) {
-  double length = 0;
-  for (std::size_t i = 1; i < pairs.size(); ++i)
-    length += (pairs[i].X_true.translation() - pairs[i - 1].X_true.translation()).norm();
-  return length;
 }
 
 // The numbers of a row under the names that evo gives them.
@@ -145,9 +139,8 @@ Report score_files(const fs::path& truth, const fs::path& estimate, const Option
   report.estimate = files.estimate;
   report.matched = files.pairs.size();
   report.poses = files.estimate_file.rows.size();
-  report.pairing = options.pairing.interpolate
-                       ? "truth interpolated at the estimate's stamps"
-                       : fmt::format("nearest stamp within {} s", options.pairing.most_apart_s);
+  report.pairing = files.pairing;
+  report.coverage = files.coverage;
   const Alignment alignment = options.alignment.value_or(Alignment::none);
   report.alignment = name_of(alignment);
   const auto found = align_first(files.pairs, alignment, options);
@@ -155,7 +148,6 @@ Report score_files(const fs::path& truth, const fs::path& estimate, const Option
     throw std::invalid_argument(fmt::format("--align {}: {}", report.alignment, absent->reason));
   report.similarity = std::get<Similarity>(found);
   const auto pairs = transformed(report.similarity, files.pairs);
-  report.path_m = path_length(pairs);
   if (options.relative) {
     report.rows = {motion_row(pairs, *options.relative, options.relation)};
     if (const auto* const absent = std::get_if<Absent>(&report.rows.front().statistics);
@@ -176,9 +168,13 @@ Report score_files(const fs::path& truth, const fs::path& estimate, const Option
 }
 
 std::string table(const Report& r) {
-  std::string text =
-      fmt::format("truth     {}\nestimate  {}\nmatched   {} of {} poses ({}); {:.3f} m walked\n", r.truth,
-                  r.estimate, r.matched, r.poses, r.pairing, r.path_m);
+  std::string text = fmt::format("truth     {}\nestimate  {}\nmatched   {} of {} poses ({})\n", r.truth,
+                                 r.estimate, r.matched, r.poses, r.pairing);
+  text += fmt::format(
+      "covered   {} of {} true poses, {:.1f} % of the time; {:.3f} m walked between the first and "
+      "the last\n",
+      std::min(r.matched, r.coverage.true_poses), r.coverage.true_poses, 100 * r.coverage.time_fraction,
+      r.coverage.walked_m);
   text += fmt::format("alignment {}", r.alignment);
   text += r.similarity.scale == 1 ? "\n\n" : fmt::format(", scale {:.6f}\n\n", r.similarity.scale);
   text += fmt::format("{:<33} {:>5} {:>9} {:>9} {:>9} {:>9}\n", "error", "n", "rmse", "median", "p95", "max");
@@ -187,9 +183,16 @@ std::string table(const Report& r) {
 }
 
 std::string json_text(const Report& r) {
-  ordered_json json{{"truth", r.truth},         {"estimate", r.estimate},     {"poses_matched", r.matched},
-                    {"poses", r.poses},         {"pairing", r.pairing},       {"path_length_m", r.path_m},
-                    {"alignment", r.alignment}, {"scale", r.similarity.scale}};
+  ordered_json json{{"truth", r.truth},
+                    {"estimate", r.estimate},
+                    {"poses_matched", r.matched},
+                    {"poses", r.poses},
+                    {"true_poses", r.coverage.true_poses},
+                    {"time_fraction", r.coverage.time_fraction},
+                    {"pairing", r.pairing},
+                    {"path_length_m", r.coverage.walked_m},
+                    {"alignment", r.alignment},
+                    {"scale", r.similarity.scale}};
   json["errors"] = ordered_json::array();
   for (const Row& row : r.rows) {
     ordered_json entry{{"error", row.name}, {"unit", row.unit}, {"n", 0}};

@@ -32,7 +32,7 @@ struct Report {
   std::string truth, estimate;  ///< one line each about the file
   std::size_t matched = 0, poses = 0;
   std::string pairing;             ///< how poses were paired
-  double path_m = 0;               ///< of the truth's matched poses
+  Coverage coverage;               ///< of the truth
   score::Similarity similarity;    ///< of the alignment in use
   std::string alignment = "none";  ///< its name
   std::vector<Row> rows;           ///< the requested one first

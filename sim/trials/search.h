@@ -1,4 +1,4 @@
-// The search for the best setting: CMA-ES over the whole range, then the Nelder-Mead method from the best.
+// The search for the best setting: CMA-ES over the whole range.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,11 +36,8 @@ class CmaEs {
   sensor_errors::Random random_;
 };
 
-/// Tries the start of the spec and then further settings, spec.trials in all. The settings depend only on the
-/// spec and the losses found.
+/// Tries the start of the spec, then whole generations up to spec.trials settings. The settings depend only
+/// on the spec and the losses found.
 void search(Study& study);
-
-/// The Nelder-Mead search from the best setting so far; tries at most that many settings.
-void polish(Study& study, int trials);
 
 }  // namespace sim::trials

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/recording_key.h"
@@ -18,8 +20,7 @@ using scenario::fail;
 using scenario::Yaml;
 using std::string_view_literals::operator""sv;
 
-constexpr std::array kObjectives{"pose_nll"sv, "innovation_nll"sv, "consistency"sv, "nis_consistency"sv,
-                                 "rmse_m"sv};
+constexpr std::array kObjectives{"pose_nll"sv, "innovation_nll"sv, "rmse_m"sv};
 constexpr std::size_t kMostRecordings = 100'000;
 
 void require_tunable(const Yaml& at, const std::string& key) {
@@ -104,22 +105,76 @@ std::vector<RecordingSet> read_sets(const Yaml& node, const std::string& key, co
   return all;
 }
 
+// A run of one side: the scenario and seed of its replay, and the seed that its walk was recorded with.
+struct SeededRun {
+  scenario::Scenario scenario;
+  std::uint64_t recorded = 0;
+};
+
+std::vector<SeededRun> runs_of(const RecordingSet& set) {
+  std::vector<SeededRun> all;
+  for (const fs::path& folder : set.folders)
+    all.push_back(
+        {scenario_of(set, folder).scenario, scenario::read_scenario(folder / "scenario.yaml").scenario.seed});
+  if (set.seeds.empty()) return all;
+  const scenario::Scenario first = first_scenario_of(set).scenario;
+  const bool fixed = std::any_of(set.set.begin(), set.set.end(),
+                                 [](const std::string& change) { return change.starts_with("seed="); });
+  for (const std::uint64_t seed : set.seeds) {
+    all.push_back({first, seed});
+    if (!fixed) all.back().scenario.seed = seed;
+  }
+  return all;
+}
+
+// Throws ConfigError if a walk of the hold-out is in the training. The same seed on another walk is a
+// warning.
+void require_unseen(const Yaml& holdout, Spec& spec) {
+  std::multimap<std::uint64_t, scenario::Scenario> seen;
+  for (const RecordingSet& set : spec.training)
+    for (const SeededRun& run : runs_of(set))
+      for (const std::uint64_t seed : std::set{run.recorded, run.scenario.seed})
+        seen.emplace(seed, run.scenario);
+  std::set<std::uint64_t> shared;
+  for (std::size_t i = 0; i < spec.holdout.size(); ++i)
+    for (const SeededRun& run : runs_of(spec.holdout[i]))
+      for (const std::uint64_t seed : std::set{run.recorded, run.scenario.seed})
+        for (auto [at, end] = seen.equal_range(seed); at != end; ++at) {
+          shared.insert(seed);
+          if (!scenario::first_difference(at->second, run.scenario) &&
+              !scenario::first_difference(run.scenario, at->second))
+            fail(holdout.items[i], "holdout",
+                 fmt::format("seed {} of {} is also in the training, expected walks that the search does not "
+                             "see",
+                             seed, run.scenario.name));
+        }
+  if (!shared.empty())
+    spec.warning =
+        fmt::format("training and hold-out share {} on different walks: their sensors draw the same noise",
+                    shared.size() == 1 ? fmt::format("seed {}", *shared.begin())
+                                       : fmt::format("{} seeds", shared.size()));
+}
+
 // Sections that the spec does not have stay empty; required ones are checked at the end.
 Spec read_root(const Yaml& root, const fs::path& folder) {
   Spec spec;
+  const Yaml* holdout = nullptr;
   const auto value = [](const char* key, const scenario::Domain& domain, auto& into) {
     return std::pair{std::string_view(key), [=, &into](const Yaml& node) { read(node, key, domain, into); }};
   };
   read_map(root,
            {{"parameters", [&](const Yaml& node) { spec.parameters = read_parameters(node); }},
             {"training", [&](const Yaml& node) { spec.training = read_sets(node, "training", folder); }},
-            {"holdout", [&](const Yaml& node) { spec.holdout = read_sets(node, "holdout", folder); }},
+            {"holdout",
+             [&](const Yaml& node) {
+               holdout = &node;
+               spec.holdout = read_sets(node, "holdout", folder);
+             }},
             value("objective", {0, 0, kObjectives}, spec.objective),
             value("trials", {2, 1e6}, spec.trials),
-            value("polish", {0, 1e6}, spec.polish),
             value("population", {5, 1000}, spec.population),
-            value("profiles", {}, spec.profiles),
             value("seed", {}, spec.seed)});
+  if (holdout) require_unseen(*holdout, spec);
   return spec;
 }
 
@@ -130,10 +185,8 @@ void require_whole(const Yaml& root, const Spec& spec) {
   if (spec.holdout.empty())
     fail(root, "holdout",
          "missing, expected recordings that the search does not see, which show whether tuning helps");
-  if (spec.trials <= spec.population + spec.polish)
-    fail(root, "trials",
-         fmt::format("{} are too few for a population of {} and a polish of {}", spec.trials, spec.population,
-                     spec.polish));
+  if (spec.trials <= spec.population)
+    fail(root, "trials", fmt::format("{} are too few for a population of {}", spec.trials, spec.population));
 }
 
 // A parameter without a start gets the value of the first training recording's scenario.

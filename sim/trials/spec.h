@@ -31,7 +31,7 @@ scenario::ReadScenario scenario_of(const RecordingSet& set, std::uint64_t seed);
 scenario::ReadScenario first_scenario_of(const RecordingSet& set);
 
 /// The loss that a tuning minimizes, see Terms.
-enum class Objective { pose_nll, innovation_nll, consistency, nis_consistency, rmse_m };
+enum class Objective { pose_nll, innovation_nll, rmse_m };
 /// Its name in a spec and in a trial's record.
 std::string_view name(Objective objective);
 
@@ -40,15 +40,14 @@ struct Spec {
   std::vector<Range> parameters;  ///< each with a start
   std::vector<RecordingSet> training, holdout;
   Objective objective = Objective::pose_nll;
-  int trials = 200;      ///< settings tried by the search, polish included
-  int polish = 40;       ///< of them by the Nelder-Mead search, which starts at the best
-  int population = 10;   ///< of a generation of CMA-ES
-  bool profiles = true;  ///< whether the objective is profiled along each parameter
+  int trials = 200;     ///< settings tried by the search
+  int population = 10;  ///< of a generation of CMA-ES
   std::uint64_t seed = 1;
+  std::string warning = {};  ///< that the hold-out is not quite independent; empty if it is
 };
 
 /// Reads a spec; its paths are relative to its folder. Throws ConfigError ("file:line:column: key: ...") at
-/// the first fault, FileError if a recording is missing.
+/// the first fault, among them a hold-out with a walk of the training; FileError if a recording is missing.
 Spec read_spec(const std::filesystem::path& file);
 
 }  // namespace sim::trials

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,11 +20,10 @@ double mean_loss(const std::vector<const TrialRecord*>& records, Objective objec
 
 /// A setting that was tried, as a point of the unit cube (see Parameter).
 struct Candidate {
-  std::string origin;  ///< "start", "global", "polish" or "profile"
+  std::string origin;  ///< "start" or "search"
   std::vector<double> point;
-  std::vector<const TrialRecord*> records;  ///< of each recording; nullptr: the setting was aborted
-  double loss = 0;                          ///< mean over all recordings; estimated if aborted
-  bool complete() const;
+  std::vector<const TrialRecord*> records;  ///< of each recording
+  double loss = 0;                          ///< mean over the recordings
 };
 
 /// How trials run: in that many threads of this process, or by `remote` if it is set. It must be set if walks
@@ -41,16 +39,11 @@ class Runs {
   Runs(const std::vector<RecordingSet>& sets, const Execution& execution);
 
   std::size_t size() const { return runs_.size(); }
-  /// 0, 1, ..., size() - 1.
-  std::vector<std::size_t> all() const;
-  /// Which recordings are tried first: one of each set.
-  const std::vector<std::size_t>& first() const { return first_; }
   /// "tangent_circle/seed-1"
   const std::string& name(std::size_t run) const { return runs_[run].name; }
 
-  /// The records of a setting on those recordings, in that order; taken from the log if it has them.
-  std::vector<const TrialRecord*> evaluate(const std::vector<std::size_t>& which,
-                                           const std::vector<Range>& parameters,
+  /// The records of a setting on each recording, taken from the log if it has them.
+  std::vector<const TrialRecord*> evaluate(const std::vector<Range>& parameters,
                                            const std::vector<double>& point, TrialLog& log) const;
 
   /// If trials run remotely, runs all of these settings on all recordings at once, so that evaluate() finds
@@ -71,14 +64,11 @@ class Runs {
   bool remote_;
   RunTasks run_tasks_;
   std::vector<Run> runs_;
-  std::vector<std::size_t> first_;
 };
 
 /// All settings that a tuning tries, one after another.
 class Study {
  public:
-  enum class Abort { never, hopeless };
-
   /// on_candidate: called after each setting.
   Study(const Spec& spec, const Runs& runs, TrialLog& log,
         std::function<void(const Candidate&)> on_candidate);
@@ -88,19 +78,15 @@ class Study {
     runs_.prefetch(points, spec_.parameters, log_);
   }
 
-  /// Tries a setting on all recordings. Abort::hopeless: aborts a setting after the first recordings if its
-  /// loss there is above the upper quartile of recent settings, and estimates the rest by their median.
-  const Candidate& evaluate(const std::string& origin, const std::vector<double>& point,
-                            Abort abort = Abort::never);
+  /// Tries a setting on all recordings.
+  const Candidate& evaluate(const std::string& origin, const std::vector<double>& point);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
-  /// The complete candidate with the least loss. There must be one.
+  /// The candidate with the least loss. There must be one.
   const Candidate& best() const;
   const Spec& spec() const { return spec_; }
 
  private:
-  std::optional<double> loss_if_hopeless(const Candidate& begun) const;
-
   const Spec& spec_;
   const Runs& runs_;
   TrialLog& log_;

@@ -77,10 +77,6 @@ Axis axis_of(const Tried& tried) {
 }
 
 Axis samples_of(const std::vector<Tried>& sampled, int samples) {
-  if (sampled.size() > kMostSobolDimensions)
-    fail(sampled.back().key, sampled.back().key.text,
-         fmt::format("at most {} ranges are sampled together; points: 5 makes a grid of one",
-                     kMostSobolDimensions));
   Axis axis;
   for (const auto& coordinates : sobol_points(static_cast<std::size_t>(samples), sampled.size())) {
     Point all;

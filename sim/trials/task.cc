@@ -22,10 +22,7 @@ using nlohmann::json;
 
 /// The objective terms that are not metrics, by name.
 std::map<std::string, double> terms_by_name(const Terms& terms) {
-  return {{"pose_nll", terms.pose_nll},
-          {"innovation_nll", terms.innovation_nll},
-          {"consistency", terms.consistency},
-          {"nis_consistency", terms.nis_consistency}};
+  return {{"pose_nll", terms.pose_nll}, {"innovation_nll", terms.innovation_nll}};
 }
 
 score::Metrics of_walk_alone(const Recording& recording, const scenario::ReadScenario& scenario) {

@@ -97,19 +97,6 @@ double mean_innovation_nll(const tracking::Tracked& tracked, double image_px2) {
   return sum / static_cast<double>(tracked.frames.size());
 }
 
-// The sum over the parts that have values.
-double sum_of_consistencies(const score::Metrics& metrics, const std::vector<std::string>& parts,
-                            const std::string& mean, const std::string& variance, double expected_mean,
-                            double expected_variance) {
-  double sum = 0;
-  for (const std::string& part : parts) {
-    const auto& m = metrics.at(part + mean).value;
-    const auto& v = metrics.at(part + variance).value;
-    if (m && v) sum += consistency(*m, expected_mean, *v, expected_variance);
-  }
-  return sum;
-}
-
 }  // namespace
 
 std::string errors_of(const scenario::Scenario& scenario) {
@@ -157,26 +144,13 @@ double innovation_nll(const slam::FrameReport& report, double image_px2) {
   return sum + static_cast<double>(not_found) * std::log(image_px2);
 }
 
-double consistency(double mean, double expected_mean, double variance, double expected_variance) {
-  return std::abs(std::log(mean / expected_mean)) + std::abs(std::log(variance / expected_variance));
-}
-
 std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tracked& tracked,
                            const score::Metrics& metrics, const slam::CameraIntrinsics& camera) {
   const auto rmse = metrics.at("rmse_m").value;
   if (scored.no_estimate || !rmse) return std::nullopt;
   const auto pose = mean_pose_nll(scored);
   if (!pose) return std::nullopt;
-  Terms terms;
-  terms.pose_nll = *pose;
-  terms.innovation_nll = mean_innovation_nll(tracked, 1.0 * camera.width_px * camera.height_px);
-  terms.consistency =
-      sum_of_consistencies(metrics, {"nees_position", "nees_orientation"}, "_mean", "_variance", 3, 6);
-  std::vector<std::string> nis;
-  for (const std::string_view sensor : score::kSensors) nis.push_back("nis_" + std::string(sensor));
-  terms.nis_consistency = sum_of_consistencies(metrics, nis, "_mean", "_variance", 1, 1);
-  terms.rmse_m = *rmse;
-  return terms;
+  return Terms{*pose, mean_innovation_nll(tracked, 1.0 * camera.width_px * camera.height_px), *rmse};
 }
 
 Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario) {

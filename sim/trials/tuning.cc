@@ -12,7 +12,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
-#include "sim/trials/profile.h"
 #include "sim/trials/search.h"
 
 namespace sim::trials {
@@ -38,8 +37,8 @@ StartAndBest compare(const Runs& runs, const Spec& spec, const std::vector<doubl
   StartAndBest both;
   runs.prefetch({start, best}, spec.parameters, log);
   for (std::size_t i = 0; i < runs.size(); ++i) both.runs.push_back(runs.name(i));
-  both.start = runs.evaluate(runs.all(), spec.parameters, start, log);
-  both.best = runs.evaluate(runs.all(), spec.parameters, best, log);
+  both.start = runs.evaluate(spec.parameters, start, log);
+  both.best = runs.evaluate(spec.parameters, best, log);
   return both;
 }
 
@@ -66,16 +65,6 @@ ordered_json to_json(const StartAndBest& both, const Spec& spec) {
   return document;
 }
 
-ordered_json to_json(const Profile& profile) {
-  return {{"key", profile.key},
-          {"at", profile.at},
-          {"rises", profile.rises},
-          {"threshold", std::isfinite(profile.threshold) ? ordered_json(profile.threshold) : ordered_json()},
-          {"low", number_or_null(profile.low)},
-          {"high", number_or_null(profile.high)},
-          {"identifiable", profile.identifiable()}};
-}
-
 ordered_json parameters_json(const Spec& spec, const std::vector<double>& best) {
   ordered_json all = ordered_json::array();
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
@@ -94,12 +83,12 @@ ordered_json parameters_json(const Spec& spec, const std::vector<double>& best) 
 
 std::string history(const Study& study) {
   const Spec& spec = study.spec();
-  std::string csv = "#setting,origin,complete";
+  std::string csv = "#setting,origin";
   for (const Range& p : spec.parameters) csv += "," + p.key;
   csv += fmt::format(",{}\n", name(spec.objective));
   int n = 0;
   for (const Candidate& c : study.candidates()) {
-    csv += fmt::format("{},{},{}", n++, c.origin, c.complete() ? 1 : 0);
+    csv += fmt::format("{},{}", n++, c.origin);
     for (std::size_t i = 0; i < c.point.size(); ++i)
       csv += fmt::format(",{}", spec.parameters[i].value_at(c.point[i]));
     csv += fmt::format(",{}\n", c.loss);
@@ -120,21 +109,12 @@ std::string overlay(const Spec& spec, const std::vector<double>& best, const Sta
   return yaml;
 }
 
-std::string interval_text(const Profile& profile) {
-  if (profile.identifiable())
-    return fmt::format("  95 % interval: {:.4g} to {:.4g}", *profile.low, *profile.high);
-  const char* const open = profile.low ? "above" : profile.high ? "below" : "below or above";
-  return fmt::format("\n    not identifiable from these recordings: not bounded {}", open);
-}
-
-std::string result_text(const Spec& spec, const std::vector<double>& best,
-                        const std::vector<Profile>& profiles, const StartAndBest& training,
+std::string result_text(const Spec& spec, const std::vector<double>& best, const StartAndBest& training,
                         const StartAndBest& holdout) {
-  std::string text;
+  std::string text = spec.warning.empty() ? "" : "warning: " + spec.warning + "\n";
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Range& p = spec.parameters[i];
-    text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}{}\n", p.key, p.start, p.value_at(best[i]),
-                        i < profiles.size() ? interval_text(profiles[i]) : "");
+    text += fmt::format("{:<42} {:>10.4g} -> {:.4g}\n", p.key, p.start, p.value_at(best[i]));
   }
   for (const auto& [what, both] : {std::pair{"training", &training}, std::pair{"hold-out", &holdout}})
     text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}  mean of {}, less is better\n",
@@ -147,7 +127,6 @@ std::string result_text(const Spec& spec, const std::vector<double>& best,
 /// The outcome of the search, kept after its recordings are released.
 struct Found {
   std::vector<double> start, best;
-  std::vector<Profile> profiles;
   StartAndBest training;
   std::string history;
 };
@@ -157,18 +136,13 @@ Found find(const Spec& spec, TrialLog& log, const Execution& execution,
   const Runs runs(spec.training, execution);
   Progress progress{"search", 0, spec.trials, 0};
   Study study(spec, runs, log, [&](const Candidate& c) {
-    if (c.complete() && (progress.tried == 0 || c.loss < progress.best)) progress.best = c.loss;
+    if (progress.tried == 0 || c.loss < progress.best) progress.best = c.loss;
     ++progress.tried;
     on_progress(progress);
   });
   search(study);
   Found found;
   found.start = study.candidates().front().point;
-  if (spec.profiles) {
-    progress = {"profiles", progress.tried, progress.tried + 8 * static_cast<int>(spec.parameters.size()),
-                progress.best};
-    found.profiles = profiles(study);
-  }
   found.best = study.best().point;
   found.training = compare(runs, spec, found.start, found.best, log);
   found.history = history(study);
@@ -176,15 +150,13 @@ Found find(const Spec& spec, TrialLog& log, const Execution& execution,
 }
 
 std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& holdout, bool accepted) {
-  ordered_json document{{"format_version", 2},
+  ordered_json document{{"format_version", 3},
                         {"name", spec.name},
                         {"objective", name(spec.objective)},
                         {"accepted", accepted},
                         {"parameters", parameters_json(spec, found.best)},
                         {"training", to_json(found.training, spec)},
-                        {"holdout", to_json(holdout, spec)},
-                        {"profiles", ordered_json::array()}};
-  for (const Profile& profile : found.profiles) document["profiles"].push_back(to_json(profile));
+                        {"holdout", to_json(holdout, spec)}};
   return files::json_text(document, 2) + "\n";
 }
 
@@ -210,7 +182,7 @@ TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execut
     files::write_atomically(out / "best.yaml", overlay(spec, found.best, holdout));
   else
     fs::remove(out / "best.yaml");
-  return {accepted, result_text(spec, found.best, found.profiles, found.training, holdout)};
+  return {accepted, result_text(spec, found.best, found.training, holdout)};
 }
 
 }  // namespace sim::trials

@@ -1,4 +1,4 @@
-// A whole tuning: search, profiles, the test on hold-out recordings, and the files of the result.
+// A whole tuning: search, the test on hold-out recordings, and the files of the result.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@ namespace sim::trials {
 
 /// The progress of a tuning: settings tried, of how many (0: not known), and the least loss so far.
 struct Progress {
-  std::string stage;  ///< "search", "profiles", "polish" or "hold-out"
+  std::string stage;  ///< "search" or "hold-out"
   int tried = 0, of = 0;
   double best = 0;
 };

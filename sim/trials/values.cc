@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cassert>
+#include <boost/random/sobol.hpp>
 #include <cmath>
-#include <cstdint>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
@@ -58,40 +56,6 @@ bool is_range(const Yaml& node) {
   return node.kind == Yaml::Kind::map && std::any_of(node.keys.begin(), node.keys.end(), [](const Yaml& key) {
            return key.text == "from" || key.text == "to";
          });
-}
-
-// Direction numbers m_1, m_2, ... of one dimension, with the degree s and the coefficients a of its primitive
-// polynomial: the head of new-joe-kuo-6.21201 (Joe and Kuo 2008).
-struct SobolDimension {
-  unsigned s, a;
-  std::array<std::uint32_t, 5> m;
-};
-constexpr std::array<SobolDimension, kMostSobolDimensions - 1> kJoeKuo{{{1, 0, {1}},
-                                                                        {2, 1, {1, 3}},
-                                                                        {3, 1, {1, 3, 1}},
-                                                                        {3, 2, {1, 1, 1}},
-                                                                        {4, 1, {1, 1, 3, 3}},
-                                                                        {4, 4, {1, 3, 5, 13}},
-                                                                        {5, 2, {1, 1, 5, 5, 17}},
-                                                                        {5, 4, {1, 1, 5, 5, 5}},
-                                                                        {5, 7, {1, 1, 7, 11, 19}},
-                                                                        {5, 11, {1, 1, 5, 1, 1}}}};
-
-// The direction numbers as binary fractions of 32 bits.
-std::array<std::uint32_t, 32> directions(std::size_t dimension) {
-  std::array<std::uint32_t, 32> v{};
-  if (dimension == 0) {
-    for (unsigned i = 0; i < 32; ++i) v[i] = 1u << (31 - i);
-    return v;
-  }
-  const auto& [s, a, m] = kJoeKuo[dimension - 1];
-  for (unsigned i = 0; i < s; ++i) v[i] = m[i] << (31 - i);
-  for (unsigned i = s; i < 32; ++i) {
-    v[i] = v[i - s] ^ (v[i - s] >> s);
-    for (unsigned k = 1; k < s; ++k)
-      if ((a >> (s - 1 - k)) & 1u) v[i] ^= v[i - k];
-  }
-  return v;
 }
 
 }  // namespace
@@ -163,18 +127,11 @@ void set(scenario::Scenario& scenario, const std::string& key, double value) {
   scenario::find_key(key)->read(number_node(value, {key}, false), scenario);
 }
 
-// In Gray code order (Antonov and Saleev 1979), as published with the direction numbers.
 std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensions) {
-  assert(dimensions <= kMostSobolDimensions && n < (std::size_t{1} << 31));
+  boost::random::sobol sequence(dimensions);
   std::vector<std::vector<double>> points(n, std::vector<double>(dimensions));
-  for (std::size_t d = 0; d < dimensions; ++d) {
-    const auto v = directions(d);
-    std::uint32_t x = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      x ^= v[static_cast<std::size_t>(std::countr_one(i))];
-      points[i][d] = x / 4294967296.0;
-    }
-  }
+  for (std::vector<double>& point : points)
+    for (double& coordinate : point) coordinate = 0x1p-64 * static_cast<double>(sequence());
   return points;
 }
 

@@ -44,9 +44,6 @@ void set(scenario::Scenario& scenario, const std::string& key, double value);
 /// 0.3).
 scenario::Yaml number_node(double value, const scenario::Origin& origin, bool shortest);
 
-/// The largest dimension of sobol_points.
-inline constexpr std::size_t kMostSobolDimensions = 11;
-
 /// The first n points of the Sobol sequence after the origin (direction numbers of Joe and Kuo 2008). Of
 /// 2^k − 1 points and the origin, each dimension has one in each of 2^k equal parts.
 std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensions);

@@ -52,10 +52,6 @@ void name_what_is_missing(Playback& playback, const fs::path& recording, bool si
     missing.emplace_back("No estimate: there was no filter, or it left no estimate.");
 }
 
-Resource png(const fs::path& file) {
-  return {"image/png", std::make_shared<const std::string>(pages::read_png(file))};
-}
-
 std::string run_json(const Playback& playback) {
   Strips strips;
   std::string text = "{\"frames\":[";
@@ -83,11 +79,13 @@ Site site_of(const std::vector<Playback>& results) {
   Site site(runs_of(results), {{"mode", "playback"}, {"control", false}});
   for (std::size_t i = 0; i < results.size(); ++i) {
     site.add(fmt::format("/run/{}", i), json_resource(run_json(results[i])));
-    site.add_list(fmt::format("/image/{}", i),
-                  [images = results[i].images](std::size_t k) -> std::optional<Resource> {
-                    if (k >= images.size() || images[k].empty()) return std::nullopt;
-                    return png(images[k]);
-                  });
+    site.add_list(
+        fmt::format("/image/{}", i),
+        [images = results[i].images,
+         pictures = results[i].pictures](std::size_t k) -> std::optional<Resource> {
+          if (k >= images.size() || images[k].empty() || !pictures) return std::nullopt;
+          return Resource{"image/png", std::make_shared<const std::string>(pictures->png(images[k]))};
+        });
   }
   return site;
 }
@@ -108,6 +106,7 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
   if (!recording.empty()) {
     add_recorded(playback.frames, recording, robot ? &*robot : nullptr);
     playback.run.camera = recording::RecordingReader(recording).setup().calibration.camera;
+    playback.pictures = std::make_shared<const pages::Pictures>(recording);
   }
   playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
                                       : pages::image_files(playback.frames, recording);

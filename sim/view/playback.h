@@ -40,9 +40,10 @@ MakeRobot robot_maker(const std::filesystem::path& models);
 /// A result as the page plays it.
 struct Playback {
   ShownRun run;
-  std::string scenario;                       ///< its name
-  std::vector<Frame> frames;                  ///< without images
-  std::vector<std::filesystem::path> images;  ///< PNG of each frame, or empty
+  std::string scenario;                             ///< its name
+  std::vector<Frame> frames;                        ///< without images
+  std::vector<std::filesystem::path> images;        ///< PNG of each frame, or empty
+  std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
 };
 
 /// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it.

@@ -113,14 +113,14 @@ Strips::Strips()
 void Strips::add(Frame& frame) {
   const double t = slam::seconds(frame.t);
   if (frame.feet) follow_feet(frame);
-  if (const auto error = error_of(frame)) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<Eigen::Index>(axis);
-      view::add(figures_[0], axis, t, kMm * error->error(i), 3 * kMm * error->sigma(i));
-    }
-    view::add(figures_[1], 0, t, kDeg * error->error(3), 3 * kDeg * error->sigma(3));
-    view::add(figures_[2], 0, t, error->nees);
+  // The lines break in frames without an estimate.
+  const pages::FrameError error = error_of(frame).value_or(pages::FrameError{Eigen::Vector4d::Constant(NAN)});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    view::add(figures_[0], axis, t, kMm * error.error(i), 3 * kMm * error.sigma(i));
   }
+  view::add(figures_[1], 0, t, kDeg * error.error(3), 3 * kDeg * error.sigma(3));
+  view::add(figures_[2], 0, t, error.nees);
   if (!frame.report) return;
   const auto& searched = frame.report->searched;
   view::add(figures_[3], 0, t, frame.report->landmarks);

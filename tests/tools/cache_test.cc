@@ -63,7 +63,7 @@ TEST_F(CacheTest, ATuningMakesTheRecordingsThatItNeedsAndFindsThemAgain) {
   write("spec.yaml",
         "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
         "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3}]\n"
-        "trials: 6\npopulation: 5\npolish: 0\nprofiles: false\n");
+        "trials: 6\npopulation: 5\n");
   const Ran first = gaitslam("tune spec.yaml --out first --jobs 2");
   EXPECT_LE(first.exit_code, 1) << first.err;
   EXPECT_THAT(first.out, HasSubstr("pose_nll on hold-out"));

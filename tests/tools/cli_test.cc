@@ -141,7 +141,9 @@ TEST_F(Cli, WrongScenariosOverridesAndResultsAreNamedByEachCommand) {
 
 TEST_F(Cli, HelpFitsAHundredColumns) {
   for (const std::string command : {"", "run", "replay", "score", "sweep", "tune", "regress", "evaluate"}) {
-    std::istringstream lines(gaitslam(command + " --help").out);
+    const std::string help = gaitslam(command + " --help").out;
+    EXPECT_THAT(help, HasSubstr("\nUsage: gaitslam ")) << command;
+    std::istringstream lines(help);
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << command;
   }
 }

@@ -44,7 +44,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   for (const int message : {0, 1, 20, 45}) {
     const Ran ran = replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message));
     EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the program"));
+    EXPECT_THAT(ran.err, HasSubstr("gaitslam: estimator_failed: the estimator misbehaving_program failed"));
     EXPECT_THAT(ran.err, HasSubstr("it was killed by signal 9"));
     EXPECT_EQ(json("out/score.json")["ending"], "estimator_failed");
     EXPECT_EQ(json("out/about.json")["walk_ending"], "completed");
@@ -171,10 +171,44 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   const auto evaluated = json("e/walk/seed-1/score.json"), in_the_loop = json("out/score.json");
   EXPECT_EQ(json("e/walk/seed-1/about.json")["alignment"], "none");
   EXPECT_EQ(evaluated["estimator"], "plan_alone_external");
+  const auto timing = json("e/walk/seed-1/timing.json");  // of the whole command
+  EXPECT_GT(timing["frame_cpu_ms_mean"], 0);
+  EXPECT_FALSE(timing.contains("frame_cpu_ms_median"));
   EXPECT_EQ(evaluated["metrics"]["tracked_fraction"]["value"], 1);
   EXPECT_NEAR(evaluated["metrics"]["rmse_m"]["value"].get<double>(),
               in_the_loop["metrics"]["rmse_m"]["value"].get<double>(), 1e-9);
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-3/timing.json"));
+  // The same poses in columns of another order, named in the header.
+  write("named.sh",
+        "(echo '#timestamp,tx,ty,tz,qw,qx,qy,qz'; grep -v '^#' $1/plan.txt |\n"
+        "awk '{ print $1 \",\" $2 \",\" $3 \",\" $4 \",\" $8 \",\" $5 \",\" $6 \",\" $7 }') > $2\n");
+  ASSERT_EQ(gaitslam("evaluate r/seed-1 --format tum --align none --out n --command 'sh named.sh {folder} "
+                     "{trajectory}'")
+                .exit_code,
+            0);
+  EXPECT_EQ(json("n/walk/seed-1/score.json")["metrics"]["rotation_rmse_deg"],
+            evaluated["metrics"]["rotation_rmse_deg"]);
+}
+
+TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverage) {
+  write("late.sh",
+        "awk '/^[0-9]/ && ++n > 5 {print $0, \"1e-4 0 0 1e-4 0 1e-4 1e-4 0 0 1e-4 0 1e-4\"}' "
+        "r/seed-1/truth.tum > $1\n");
+  const std::string evaluate =
+      "evaluate r/seed-1 --format tum --align none --keep --force --out e --command 'sh late.sh "
+      "{trajectory}'";
+  EXPECT_EQ(gaitslam(evaluate).exit_code, 0);
+  const auto metrics = json("e/walk/seed-1/score.json")["metrics"];
+  EXPECT_NEAR(metrics["nees_position_mean"]["value"].get<double>(), 0, 1e-9);
+  EXPECT_GT(metrics["poses_with_covariance"]["value"], 0);
+  EXPECT_LT(metrics["tracked_fraction"]["value"], 0.95) << "it begins late";
+  EXPECT_TRUE(metrics["loop_closed"]["value"].is_null());
+  EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-1/trajectory.txt"));
+  EXPECT_EQ(gaitslam(evaluate + " limits.tracked_fraction.at_least=0.99").exit_code, 1);
+  expect_refused(evaluate + " slam.gyro.sigma_rad_s=1", "only limits may be changed");
+  write("late.sh", "echo no trajectory > $1\n");
+  EXPECT_EQ(gaitslam(evaluate).exit_code, 3);
+  EXPECT_EQ(text_of("e/walk/seed-1/trajectory.txt"), "no trajectory\n") << "kept, though it was rejected";
 }
 
 TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLeft) {
@@ -263,10 +297,12 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   std::vector<std::string> rows;
   for (std::string line; std::getline(lines, line);) rows.push_back(line);
   ASSERT_EQ(rows.size(), 4U);  // two seeds of one estimator are a row
-  EXPECT_EQ(rows[0], "scenario,estimator,runs,completed,rmse_m,nees_position_mean,cpu_ms,folder");
-  EXPECT_THAT(rows[1], testing::StartsWith("other,filter,1,1,"));
-  EXPECT_THAT(rows[2], testing::StartsWith("walk,filter,2,2,"));
-  EXPECT_THAT(rows[3], testing::StartsWith("walk,plan_alone,2,2,"));
+  EXPECT_EQ(rows[0],
+            "scenario,estimator,alignment,runs,completed,coverage,rmse_m,nees_position_mean,cpu_ms_mean,"
+            "cpu_ms_median,cpu_ms_p99,seeds,changed,folder");
+  EXPECT_THAT(rows[1], testing::StartsWith("other,filter,none,1,1,"));
+  EXPECT_THAT(rows[2], testing::StartsWith("walk,filter,none,2,2,"));
+  EXPECT_THAT(rows[3], testing::StartsWith("walk,plan_alone,none,2,2,"));
   EXPECT_THAT(rows[3], HasSubstr(",,"));  // it states no covariance
   EXPECT_THAT(ran.out, HasSubstr("results of different scenarios are not compared"));
   EXPECT_THAT(text_of("t.html"), HasSubstr("<h2>other</h2>"));

@@ -103,6 +103,46 @@ TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsOneLine) {
             "gaitslam: e: exists already; --force replaces what the command writes there\n");
 }
 
+/// A change of a folder of another program, and what the replay must do with it.
+struct Foreign {
+  const char* edit;           ///< Python; f: the file of rows
+  const char* file;           ///< below mav0
+  const char* rejected = "";  ///< part of the message; "": the estimate is that of the folder as it was
+};
+
+// Each is the same recording, stated otherwise, or one that cannot be replayed.
+TEST_F(Exchange, AFolderIsReadByWhatItStatesOrRejectedBeforeItsFirstFrame) {
+  const std::string read = "import sys; f = sys.argv[1]; r = [x.rstrip('\\n').split(',') for x in open(f)]; ",
+                    write_back = "; open(f, 'w').writelines(','.join(map(str, x)) + '\\n' for x in r)";
+  ASSERT_EQ(gaitslam("replay e --out plain").exit_code, 0);
+  const auto expected = metric("plain", "rmse_m")["value"].get<double>();
+  for (const Foreign& c : {
+           Foreign{"r = [[x.replace('rad s', 'deg s') for x in r[0]]] + "
+                   "[x[:1] + [float(y) * 57.29577951308232 for y in x[1:4]] + x[4:] for x in r[1:]]",
+                   "imu0/data.csv"},
+           {"r = [x[:1] + x[4:7] + x[1:4] for x in r]", "imu0/data.csv"},
+           {"r = [x[:4] + x[5:8] + x[4:5] + x[8:] for x in r]", "state_groundtruth_estimate0/data.csv"},
+           {"r[0][0] = '\\ufeff' + r[0][0]", "cam0/data.csv"},
+           {"t = open(f).read().split('T_BS:')[0]; r = [[t + 'T_BS:\\n  - [0, 0, 1, 0.203]\\n  - [-1, 0, 0, "
+            "0]\\n  - "
+            "[0, -1, 0, 0.2823]\\n  - [0, 0, 0, 1]\\n' + open(f).read()[open(f).read().index('rate_hz'):]]]",
+            "cam0/sensor.yaml"},
+           {"r = r[:1] + [[int(x[0]) - 999999988000000000] + x[1:] for x in r[1:]]", "imu0/data.csv",
+            "clock"},
+       }) {
+    std::filesystem::remove_all(folder_ / "e");
+    std::filesystem::copy(run_ / "e", folder_ / "e", std::filesystem::copy_options::recursive);
+    write("edit.py", read + c.edit + write_back);
+    ASSERT_EQ(shell(std::string("/usr/bin/python3 edit.py e/mav0/") + c.file).exit_code, 0) << c.edit;
+    const tests::Ran ran = gaitslam("replay e --out back --force");
+    EXPECT_EQ(ran.exit_code, *c.rejected ? 2 : 0) << c.edit << ran.err;
+    if (*c.rejected)
+      EXPECT_THAT(ran.err, HasSubstr(c.rejected)) << c.edit;
+    else
+      EXPECT_NEAR(metric("back", "rmse_m")["value"].get<double>(), expected, 1e-6) << c.edit;
+  }
+}
+
 TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
   EXPECT_EQ(gaitslam("video r/seed-1 --out v.webm").exit_code, 0);
   const tests::Ran probed = shell(

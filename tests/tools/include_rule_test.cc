@@ -84,7 +84,7 @@ const std::vector<Rule>& rules() {
       {"sim/trials/",
        {"sim/trials/", "sim/replay/", "sim/result/", "sim/tracking/", "sim/scenario/", "sim/recording/",
         "sim/sensor_errors/random.h", "sim/score/", "sim/files/", "slam/", "Eigen/", "fmt/", "nlohmann/",
-        "opencv2/core", "nlopt.h", "fcntl.h", "unistd.h", "sys/"}},
+        "opencv2/core", "boost/random/", "fcntl.h", "unistd.h", "sys/"}},
       {"sim/live/",
        {"sim/live/", "sim/physics/", "sim/camera/", "sim/result/", "sim/tracking/", "sim/scenario/",
         "sim/recording/", "sim/sensor_errors/random.h", "sim/sensor_errors/faults.h", "sim/score/",

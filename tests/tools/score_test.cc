@@ -82,6 +82,30 @@ TEST_F(Score, TheUnitOfStampsIsRecognizedOrRejected) {
   }
 }
 
+// The same poses in files that name their columns or print their times otherwise.
+TEST_F(Score, FilesAreReadByWhatTheyState) {
+  std::string named = "timestamp,tx,ty,tz,qx,qy,qz,qw\n", first = "# timestamp tx ty tz qw qx qy qz\n",
+              floats, turned;
+  for (int i = 0; i < 300; ++i) {
+    const double t = i / 30.0, a = 0.02 * i, c = std::cos(a), s = std::sin(a);
+    turned += fmt::format("{:.9f} {} {} 1 0 0 {} {}\n", t, t, std::sin(t), s, c);
+    named += fmt::format("{:.9f},{},{},1,0,0,{},{}\n", t, t, std::sin(t), s, c);
+    first += fmt::format("{:.9f} {} {} 1 {} 0 0 {}\n", t, t, std::sin(t), c, s);
+    floats += fmt::format("{:.18e},{},{},1,{},0,0,{}\n", 1e9 * t + 1.4e18, t, std::sin(t), c, s);
+  }
+  write("turned.tum", turned);
+  write("named.csv", named);
+  write("first.txt", first);
+  write("floats.csv", floats);
+  for (const std::string file : {"named.csv", "first.txt", "floats.csv --t-offset -1400000000"})
+    for (const std::string relation : {"trans_part", "angle_deg"}) {
+      const Ran ran = gaitslam("score turned.tum " + file + " --align none -r " + relation + " --json");
+      EXPECT_EQ(ran.exit_code, 0) << file << ran.err;
+      EXPECT_THAT(ran.out, testing::ContainsRegex("\"max\": ([0-9.]+e-|0\\.00000|0[,.\n])"))
+          << file << relation;
+    }
+}
+
 TEST_F(Score, AShortEstimateAndAFewKeyframesAreScored) {
   write("short.tum", line("0.0", 0, 0) + line("0.033333333", 0.1, 0) + line("0.066666667", 0.2, 0));
   write("fast.tum", curve(3000));
@@ -143,6 +167,55 @@ TEST_F(Score, PosesThatAreAllInOnePointSayNothing) {
   expect_refused("score truth.tum still.tum --align sim3", "coincide");
   EXPECT_EQ(gaitslam("score truth.tum still.tum -r angle_deg").exit_code, 0)
       << "a camera may turn on the spot";
+}
+
+TEST_F(Score, RowsWithoutTimesArePairedOnlyIfTheyAreAsMany) {
+  std::string all, half;
+  for (int i = 0; i < 200; ++i) {
+    const std::string row = fmt::format("1 0 0 {} 0 1 0 {} 0 0 1 1\n", i / 20.0, std::sin(i / 20.0));
+    all += row;
+    if (i % 2 == 0) half += row;
+  }
+  write("all.txt", all);
+  write("half.txt", half);
+  EXPECT_EQ(gaitslam("score all.txt all.txt").exit_code, 0);
+  for (const char* files : {"all.txt half.txt", "half.txt all.txt", "all.txt half.txt --align se3"})
+    expect_refused(fmt::format("score {}", files), "all without times: they cannot be paired by their row");
+}
+
+TEST_F(Score, InterpolationCrossesNoGapLongerThanStated) {
+  std::string gap;
+  for (int i = 0; i < 300; ++i)
+    if (i < 100 || i > 200) gap += line(fmt::format("{:.9f}", i / 30.0), i / 30.0, std::sin(i / 30.0));
+  write("gap.tum", gap);
+  const auto rows = [&](const std::string& options) {
+    return gaitslam("score gap.tum truth.tum --align none --interpolate " + options).out;
+  };
+  EXPECT_THAT(rows(""),
+              HasSubstr("matched   199 of 300 poses (truth interpolated at the estimate's stamps, across "
+                        "at most 0.1 s)"));
+  EXPECT_THAT(rows("--max-gap 5"), HasSubstr("matched   300 of 300 poses"));
+  expect_refused("score gap.tum truth.tum --max-gap 5", "--interpolate");
+}
+
+TEST_F(Score, TheReportStatesHowMuchOfTheTruthIsCovered) {
+  std::string first, two;
+  for (int i = 0; i < 300; ++i) {
+    const std::string row = line(fmt::format("{:.9f}", i / 30.0), i / 30.0, 0);
+    if (i < 60) first += row;
+    if (i < 60 || i >= 240) two += row;
+  }
+  write("first.tum", first);
+  write("two.tum", two);
+  write("straight.tum", [] {
+    std::string text;
+    for (int i = 0; i < 300; ++i) text += line(fmt::format("{:.9f}", i / 30.0), i / 30.0, 0);
+    return text;
+  }());
+  EXPECT_THAT(gaitslam("score straight.tum first.tum").out,
+              HasSubstr("covered   60 of 300 true poses, 20.0 % of the time; 1.967 m walked"));
+  EXPECT_THAT(gaitslam("score straight.tum two.tum").out,
+              HasSubstr("covered   120 of 300 true poses, 40.0 % of the time; 9.967 m walked"));
 }
 
 TEST_F(Score, ACovarianceThatIsTooSmallGivesNoNumber) {

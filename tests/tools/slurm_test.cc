@@ -150,7 +150,7 @@ TEST_F(LongSlurmTest, ATuningFromTheCacheEndsAsItDoesHereAlsoTakenUpByTheSameCom
   write("spec.yaml",
         "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.29}}\n"
         "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3}]\n"
-        "trials: 21\npopulation: 20\npolish: 0\nprofiles: false\n");
+        "trials: 21\npopulation: 20\n");
   const Ran here = gaitslam("tune spec.yaml --jobs 2 --out here");
   ASSERT_EQ(here.exit_code, 0) << here.err;
   shell(GAITSLAM_PROGRAM

@@ -169,7 +169,7 @@ TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting)
   write("spec.yaml",
         "parameters: {slam.vision.sigma_px: {from: 0.05, to: 20, start: 1}}\n"
         "training: [{scenario: steered.yaml, seeds: 1}]\nholdout: [{scenario: steered.yaml, seeds: 2}]\n"
-        "trials: 6\npopulation: 5\npolish: 0\nprofiles: false\n");
+        "trials: 6\npopulation: 5\n");
   const Ran ran = gaitslam("tune spec.yaml --jobs 2 --out tuned");
   ASSERT_LE(ran.exit_code, 1) << ran.err;  // 1: worse on the hold-out
   EXPECT_THAT(ran.out, HasSubstr("each setting is simulated"));

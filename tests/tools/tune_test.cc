@@ -23,7 +23,7 @@ class Tune : public tests::CommandLine {
           "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
           "training: [{recordings: walks, seeds: 1..2}]\n"
           "holdout: [{recordings: walks, seeds: 3" +
-              more + "}]\ntrials: 14\npopulation: 5\npolish: 3\n");
+              more + "}]\ntrials: 16\npopulation: 5\n");
   }
 };
 
@@ -37,8 +37,7 @@ TEST_F(Tune, LeavesAnOverlayThatOtherCommandsTakeAndAReport) {
   EXPECT_THAT(gaitslam("config walks/seed-1/scenario.yaml --with results/tune-spec/best.yaml").out,
               HasSubstr("best.yaml:3"));
   EXPECT_THAT(text_of("results/tune-spec/report.html"),
-              AllOf(HasSubstr("Profile of slam.gyro.sigma_rad_s"), HasSubstr("The search"),
-                    HasSubstr("better on hold-out runs")));
+              AllOf(HasSubstr("The search"), HasSubstr("better on hold-out runs")));
 }
 
 TEST_F(Tune, WorseOnHoldoutIsRefusedWithExitOne) {

@@ -76,7 +76,7 @@ walk:
 camera: {{width_px: 64, height_px: 48, rate_hz: 15}}
 slam: {{gyro: {{enabled: true}}, plan_velocity: {{enabled: true}}, height: {{enabled: true}}, vision: {{enabled: true}}}}
 '''
-SWEEP = 'scenario: walk.yaml\nseeds: 1..2\ngrid:\n  slam.gyro.sigma_rad_s: [0.01, 0.02]\n'
+SWEEP = 'scenario: walk.yaml\nseeds: 1..2\nparameters:\n  slam.gyro.sigma_rad_s: [0.01, 0.02]\n'
 SUITE = 'seeds: 1..2\nscenarios:\n  - scenario: walk.yaml\n'
 # Each leaves its output in out/.
 COMMANDS = {

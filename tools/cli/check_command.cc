@@ -11,10 +11,10 @@
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/live.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/usage_error.h"
 #include "walking/pattern_generator.h"
 
 namespace cli {

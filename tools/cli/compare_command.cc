@@ -14,8 +14,8 @@
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"
-#include "tools/cli/usage_error.h"
-#include "tools/cli/verdict_files.h"
+#include "tools/cli/shared/usage_error.h"
+#include "tools/cli/shared/verdict_files.h"
 
 namespace cli {
 namespace {
@@ -90,27 +90,35 @@ regression::ScenarioVerdict judge(const regression::ResultSet* before, const reg
   return verdict;
 }
 
+/// The folder for a message: of a single result its own, not the one that contains it.
+std::string place(const fs::path& argument, const regression::ResultSet& set) {
+  return (fs::exists(argument / "score.json") ? argument : set.folder).string();
+}
+
 /// Throws UsageError if the names or the walks differ.
-void require_same_scenario(const regression::ResultSet& before, const regression::ResultSet& now) {
+void require_same_scenario(const regression::ResultSet& before, const regression::ResultSet& now,
+                           const CompareRequest& request) {
   constexpr const char* kInsist = "--across compares different scenarios";
   if (before.results.name != now.results.name)
-    throw UsageError(fmt::format("{} is of the scenario {}, {} of {}; {}", before.folder.string(),
-                                 before.results.name, now.folder.string(), now.results.name, kInsist));
+    throw UsageError(fmt::format("{} is of the scenario {}, {} of {}; {}", place(request.before, before),
+                                 before.results.name, place(request.after, now), now.results.name, kInsist));
   auto other = sim::scenario::first_difference(before.scenario, now.scenario);
   if (!other) other = sim::scenario::first_difference(now.scenario, before.scenario);
   if (other)
     throw UsageError(fmt::format("{} and {}: {} differs, so the walks are different scenarios; {}",
-                                 before.folder.string(), now.folder.string(), other->key, kInsist));
+                                 place(request.before, before), place(request.after, now), other->key,
+                                 kInsist));
 }
 
 /// Throws UsageError unless the scenarios are the same and have at least one in common.
 void require_comparable(const std::vector<regression::ResultSet>& before,
                         const std::vector<regression::ResultSet>& now, const CompareRequest& request) {
-  if (before.size() == 1 && now.size() == 1) return require_same_scenario(before.front(), now.front());
+  if (before.size() == 1 && now.size() == 1)
+    return require_same_scenario(before.front(), now.front(), request);
   bool any = false;
   for (const regression::ResultSet& set : now)
     if (const regression::ResultSet* other = find(before, set.results.name)) {
-      require_same_scenario(*other, set);
+      require_same_scenario(*other, set, request);
       any = true;
     }
   if (!any)

@@ -9,7 +9,7 @@
 #include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/options.h"
+#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {

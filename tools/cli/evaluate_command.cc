@@ -22,9 +22,9 @@
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/options.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
@@ -43,17 +43,18 @@ Examples:
 For each recording: exports what the filter received, without any truth, to a folder of its own, runs the command with
 {folder} and {trajectory} replaced, reads the trajectory that the command has written (TUM, EuRoC csv or KITTI with
 times.txt beside it), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out.
+Limits are those of the recorded scenario, or given here, as in limits.ate_se3_rmse_m.at_most=0.1.
 Rerun the command to resume after an interruption. The exit codes are those of gaitslam run; a command that fails, takes
 too long or writes no trajectory ends as estimator_failed, 3. The highest of several recordings counts.
 A header of the trajectory that names its columns (tx, qw, p_RS_R_x [m], ...) is obeyed. Folders that other programs
 recorded are not accepted: score their trajectories with gaitslam score.)";
 
 struct EvaluateRequest : OutRequest {
-  std::vector<std::string> results;
+  std::vector<std::string> results, limits;  ///< limits: key=value
   std::string command, format;
   std::optional<std::string> name, align, pose;
   double within_s = 3600;
-  bool undistort = false;
+  bool undistort = false, keep = false;
   int jobs = 1;
   std::optional<pid_t> parent;
 };
@@ -117,6 +118,7 @@ replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryF
     *run.failed = "the command failed: " + *run.failed + (lines.empty() ? "" : "; its last lines: " + lines);
   run.log = program.log();
   run.cpu_ms = program.cpu_ms();
+  run.keep = request.keep;
   return run;
 }
 
@@ -124,7 +126,7 @@ scenario::ReadScenario with_command(const fs::path& folder, const EvaluateReques
   if (!fs::exists(folder / "scenario.yaml") || !fs::is_directory(folder / "recording"))
     throw UsageError(
         fmt::format("{}: expected the folder of a run, with scenario.yaml and recording/", folder.string()));
-  scenario::ReadScenario read = scenario::read_scenario(folder / "scenario.yaml");
+  scenario::ReadScenario read = scenario::read_scenario(folder / "scenario.yaml", {request.limits, {}, {}});
   if (!read.scenario.slam)
     throw UsageError(fmt::format("{}: its scenario has no section slam", folder.string()));
   const std::string name = request.name ? fmt::format(", name: {}", *request.name) : "";
@@ -163,7 +165,9 @@ std::vector<std::string> command_of(const EvaluateRequest& request, const std::s
   for (const auto& [option, value] :
        {std::pair("--name", &request.name), {"--align", &request.align}, {"--pose", &request.pose}})
     if (*value) words.insert(words.end(), {option, **value});
+  words.insert(words.end(), request.limits.begin(), request.limits.end());
   if (request.undistort) words.emplace_back("--undistort");
+  if (request.keep) words.emplace_back("--keep");
   return words;
 }
 
@@ -206,7 +210,24 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
   return exit_code;
 }
 
-int evaluate(const EvaluateRequest& request) {
+/// Separates limits.KEY=VALUE from the folders. Throws UsageError for another key.
+EvaluateRequest with_limits(EvaluateRequest request) {
+  for (const std::string& word : request.results) {
+    const std::size_t equals = word.find('=');
+    if (word.starts_with("limits.") && equals != word.npos)
+      request.limits.push_back(word);
+    else if (equals != word.npos && !fs::exists(word))
+      throw UsageError(fmt::format("{}: only limits may be changed, as in limits.rmse_m.at_most=0.1", word));
+  }
+  std::erase_if(request.results, [&](const std::string& word) {
+    return std::find(request.limits.begin(), request.limits.end(), word) != request.limits.end();
+  });
+  if (request.results.empty()) throw UsageError("results: expected the folder of a run");
+  return request;
+}
+
+int evaluate(const EvaluateRequest& typed) {
+  const EvaluateRequest request = with_limits(typed);
   if (request.parent) die_with(*request.parent);
   convention_of(request.format), body_of(request), alignment_of(request);
   if (request.command.find("{trajectory}") == std::string::npos)
@@ -219,7 +240,7 @@ int evaluate(const EvaluateRequest& request) {
       jobs.size() == 1
           ? ""
           : identity_of(jobs, {request.format, request.pose.value_or(""), request.align.value_or(""),
-                               request.undistort ? "undistorted" : ""});
+                               request.undistort ? "undistorted" : "", request.keep ? "kept" : ""});
   const OutFolder out(request, standard,
                       {.results = results_of(jobs), .continues = true, .identity = identity});
   return jobs.size() == 1 ? evaluate_one(jobs[0], out.path() / jobs[0].result(), request)
@@ -232,7 +253,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<EvaluateRequest>();
   CLI::App* command =
       app.add_subcommand("evaluate", "Run another SLAM program on exported recordings and score it");
-  command->add_option("results", request->results, "folders of runs")->required();
+  command->add_option("results", request->results, "folders of runs, and limits as key=value")->required();
   command
       ->add_option("--command", request->command,
                    "shell command with {folder}, the export, and {trajectory}, the file that it is to write")
@@ -253,6 +274,8 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--undistort", request->undistort,
                     "rectify images to a pinhole camera, as tum always does");
+  command->add_flag("--keep", request->keep,
+                    "keep the trajectory in the result as trajectory.txt, also one that cannot be used");
   add_jobs(*command, request->jobs);
   add_out(*command, *request);
   add_parent(*command, request->parent);

@@ -14,9 +14,9 @@
 #include "sim/view/session.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/out_folder.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/out_folder.h"
 
 namespace cli {
 namespace {

@@ -11,8 +11,8 @@
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {
@@ -24,8 +24,10 @@ Examples:
   gaitslam leaderboard results
   gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
   gaitslam leaderboard results --csv table.csv --html table.html
-A row for each scenario, estimator and folder of results; the first metric orders the rows of a scenario. Results of
-different scenarios are never pooled.)";
+A row for each scenario, estimator and folder of results, with the best of a scenario first: by
+coverage (share of true poses with an estimate; 0 of an incomplete run), then by the first metric.
+Errors after an alignment have columns of their own, such as rmse_m_after_sim3. Keys are listed if
+rows of the same scenario and estimator differ in them. Results that cannot be read are left out.)";
 
 struct LeaderboardRequest {
   std::vector<fs::path> folders;
@@ -43,11 +45,12 @@ int show_leaderboard(const LeaderboardRequest& request) {
   for (const auto& [file, option] : {std::pair{request.csv, "--csv"}, {request.html, "--html"}})
     if (file) require_new_file(*file, request.force, option);
   for (const std::string& metric : request.metrics) require_metric(metric);
-  const auto metrics = request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics;
-  const auto rows = pages::leaderboard(request.folders, metrics);
-  if (request.csv) sim::files::write_atomically(*request.csv, pages::leaderboard_csv(rows, metrics));
-  if (request.html) sim::files::write_atomically(*request.html, pages::leaderboard_page(rows, metrics));
-  std::cout << pages::leaderboard_table(rows, metrics);
+  const pages::Leaderboard board = pages::leaderboard(
+      request.folders, request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics);
+  if (request.csv) sim::files::write_atomically(*request.csv, pages::leaderboard_csv(board));
+  if (request.html) sim::files::write_atomically(*request.html, pages::leaderboard_page(board));
+  std::cout << pages::leaderboard_table(board);
+  for (const std::string& why : board.left_out) std::cerr << "warning: left out: " << why << '\n';
   return 0;
 }
 

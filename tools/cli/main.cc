@@ -11,9 +11,9 @@
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/interruption.h"
-#include "tools/cli/usage_error.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/interruption.h"
+#include "tools/cli/shared/usage_error.h"
+#include "tools/cli/shared/version.h"
 
 namespace {
 
@@ -82,7 +82,8 @@ std::string wrapped(const std::string& help) {
   std::string text, rest;
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);) {
-    const bool joins = !line.empty() && line[0] != ' ' && !line.starts_with("Exit codes:");
+    const bool begins = line.starts_with("Usage:") || line.starts_with("Exit codes:") || line.ends_with(':');
+    const bool joins = !line.empty() && line[0] != ' ' && !begins;
     if (joins && !rest.empty()) line = rest + " " + line;
     if (!joins && !rest.empty()) text += rest + '\n';
     const std::size_t indent = indent_of(line);

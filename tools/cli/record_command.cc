@@ -7,13 +7,13 @@
 
 #include "sim/replay/replay.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/recordings.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/live.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
+#include "tools/cli/shared/interruption.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {

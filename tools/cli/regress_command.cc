@@ -13,10 +13,10 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/verdict_files.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/verdict_files.h"
+#include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {

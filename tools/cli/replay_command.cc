@@ -17,11 +17,11 @@
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/version.h"
-#include "tools/cli/view_session.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/version.h"
+#include "tools/cli/shared/view_session.h"
 
 namespace cli {
 namespace {

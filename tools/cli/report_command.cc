@@ -12,11 +12,11 @@
 #include "sim/pages/pages.h"
 #include "sim/pages/run_figures.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/interruption.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {
@@ -117,7 +117,7 @@ void write_plots(const std::vector<pages::Figure>& figures, const fs::path& fold
   for (const pages::Figure& figure : figures) {
     const fs::path svg = folder / (figure.name + ".svg"), png = folder / (figure.name + ".png");
     sim::files::write_atomically(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
-    if (wanted("png")) run_child({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()});
+    if (wanted("png")) FedChild({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()}).finish();
     if (!wanted("svg")) fs::remove(svg);
   }
 }

@@ -14,7 +14,7 @@ if(GIT)
   endif()
 endif()
 include(${CMAKE_CURRENT_LIST_DIR}/recording_sources.cmake)
-set(TEXT "#include \"tools/cli/version.h\"
+set(TEXT "#include \"tools/cli/shared/version.h\"
 const char* const cli::kRevision = \"${REVISION}\";
 const char* const cli::kRecordingSources = \"${RECORDING_SOURCES_HASH}\";
 ")

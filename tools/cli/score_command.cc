@@ -11,7 +11,7 @@
 #include "sim/trajectory_score/report.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {
@@ -31,7 +31,7 @@ Examples:
   gaitslam score results/tangent_circle/seed-1 -d 2 -u step      # over two footsteps
 Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders, with time
 stamps in seconds or nanoseconds. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
-computed without alignment. The score.json of a result starts at the first planned motion, this score at the first
+computed without alignment, over the poses with a covariance. The score.json of a result starts at the first planned motion, this score at the first
 pose.
 Exit codes: 0 scored; 2 nothing can be compared (the reason is printed).)";
 
@@ -118,6 +118,7 @@ void require_not_negative(const char* option, double value, double most) {
 void print(const ScoreRequest& request) {
   require_not_negative("--t-max-diff", request.options.pairing.most_apart_s, 1e9);
   require_not_negative("--delta-tol", request.delta_tolerance, 1e9);
+  require_not_negative("--max-gap", request.options.pairing.most_gap_s.value_or(0), 1e9);
   trajectory_score::Options options = request.options;
   options.alignment = alignment(request);
   options.relation = relation(request.relation);
@@ -169,6 +170,11 @@ void add_options(CLI::App& command, ScoreRequest& r) {
                      "time added to the stamps of the estimate, in s");
   command.add_flag("--interpolate", r.options.pairing.interpolate,
                    "interpolate the true trajectory at the stamps of the estimate");
+  command
+      .add_option("--max-gap,--max_gap", r.options.pairing.most_gap_s,
+                  "longest time between two true poses that --interpolate crosses, in s; unless given three "
+                  "times the median, at least 0.1")
+      ->needs("--interpolate");
 }
 
 }  // namespace

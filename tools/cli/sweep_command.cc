@@ -15,11 +15,11 @@
 #include "tools/cli/jobs/recordings.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/jobs/trials.h"
-#include "tools/cli/live.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {

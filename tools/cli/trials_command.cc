@@ -14,8 +14,8 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/processes.h"
 #include "tools/cli/jobs/recordings.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {

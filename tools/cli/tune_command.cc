@@ -12,10 +12,10 @@
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/recordings.h"
 #include "tools/cli/jobs/trials.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
@@ -27,12 +27,11 @@ constexpr const char* kTuneExamples = R"(
 Examples:
   gaitslam tune scenarios/tuning/circles.yaml --jobs 2
   gaitslam run scenarios/tangent_circle.yaml --with results/tune-circles/best.yaml
-CMA-ES searches the whole range of the parameters, then the Nelder-Mead method polishes the best setting, and the loss
-is profiled along each parameter. The results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished trial),
-history.csv, tune.json, report.html and best.yaml. Rerun the command to resume after an interruption, with the same
-result. A folder with the result of another tuning is rejected. Recordings that the spec names by scenario and seeds
-come from the cache; missing ones are recorded first. If its estimate steers a walk, each setting is simulated. On Slurm
-each generation of CMA-ES and each setting of the polish is a job array.
+CMA-ES searches the whole range of the parameters. The results go to results/tune-<spec>, or to DIR: trials.jsonl (each
+finished trial), history.csv, tune.json, report.html and best.yaml. Rerun the command to resume after an interruption,
+with the same result. A folder with the result of another tuning is rejected. Recordings that the spec names by scenario
+and seeds come from the cache; missing ones are recorded first. If its estimate steers a walk, each setting is
+simulated. On Slurm each generation of CMA-ES is a job array.
 To look at a grid or at samples instead of the best setting use gaitslam sweep.
 Exit codes: 0 tuned; 1 worse than the start on the hold-out recordings, so that there is no best.yaml; 2 wrong usage
 or configuration.)";
@@ -43,15 +42,6 @@ struct TuneRequest {
   fs::path models = standard_models();
   Backend backend;
 };
-
-/// About the number of settings: the search, and eight for each profile.
-int planned_settings(const trials::Spec& spec) {
-  return spec.trials + (spec.profiles ? 8 * static_cast<int>(spec.parameters.size()) : 0);
-}
-
-std::string stage_text(const trials::Progress& at) {
-  return at.of == 0 ? at.stage : fmt::format("{}, setting {}, best {:.5g}", at.stage, at.tried, at.best);
-}
 
 bool steered_by_estimate(const trials::RecordingSet& set) {
   return trials::first_scenario_of(set).scenario.walk.steering.by == walking::SteeredBy::estimate;
@@ -95,6 +85,7 @@ std::vector<sim::recording::CachedRecording> take_from_cache(trials::Spec& spec,
 int tune_by(const TuneRequest& request) {
   require_usable(request.backend, request.out.out.value_or(""));
   trials::Spec spec = trials::read_spec(request.spec);
+  if (!spec.warning.empty()) std::cerr << "gaitslam: warning: " << spec.warning << '\n';
   const fs::path standard = fs::path("results") / ("tune-" + spec.name);
   const OutFolder folder(
       request.out, standard,
@@ -114,10 +105,10 @@ int tune_by(const TuneRequest& request) {
   trials::TuningResult result;
   {
     ProgressLine progress("tune " + spec.name);
-    const int planned = planned_settings(spec);
     const auto show = [&](const trials::Progress& at) {
-      const int of = at.of == 0 ? 0 : std::max(at.of, planned);
-      progress.show(of == 0 ? 1 : static_cast<double>(at.tried) / of, stage_text(at));
+      progress.show(
+          at.of == 0 ? 1 : static_cast<double>(at.tried) / at.of,
+          at.of == 0 ? at.stage : fmt::format("{}, setting {}, best {:.5g}", at.stage, at.tried, at.best));
     };
     result = trials::tune(spec, out, execution, program_identity(), show);
   }

@@ -12,12 +12,12 @@
 #include "sim/view/session.h"
 #include "sim/view/video_frame.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/out_folder.h"
+#include "tools/cli/shared/interruption.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/out_folder.h"
 
 namespace cli {
 namespace {

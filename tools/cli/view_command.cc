@@ -10,9 +10,9 @@
 #include "sim/view/playback.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/model_files.h"
-#include "tools/cli/options.h"
-#include "tools/cli/view_session.h"
+#include "tools/cli/shared/model_files.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/view_session.h"
 
 namespace cli {
 namespace {

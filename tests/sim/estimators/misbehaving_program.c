@@ -54,11 +54,23 @@ static void misbehave(void) {
     for (;;) give(&behavior, sizeof behavior);
 }
 
+/* As OpenVINS answers: not ready at first, identity while lost, a stamp twice, a covariance missing once. */
+static void answer_like_openvins(gaitslam_answer* answer) {
+  static int64_t last_ns;
+  int i;
+  answer->has_covariance = message != 6;
+  for (i = 0; i < 36 && message != 6; i += 7) answer->covariance[i] = 1e-4;
+  if (message <= 2) answer->status = GAITSLAM_NOT_READY, answer->X_WC.translation_m[0] = NAN;
+  if (message == 3) last_ns = answer->t_ns;
+  if (message == 4) answer->status = GAITSLAM_LOST, memset(answer->X_WC.translation_m, 0, 24);
+  if (message == 5) answer->t_ns = last_ns;
+}
+
 static void give_answer(gaitslam_answer answer) {
   gaitslam_landmark landmark;
   size_t bytes = sizeof answer;
   memset(&landmark, 0, sizeof landmark);
-  if (is("nan")) answer.X_WC.translation_m[1] = NAN;
+  if (is("nan")) fprintf(stderr, "the scale is 0\n"), answer.X_WC.translation_m[1] = NAN;
   if (is("no_rotation")) answer.X_WC.rotation[0] = 2;
   if (is("nan_covariance")) answer.has_covariance = 1, answer.covariance[7] = NAN;
   if (is("not_symmetric")) answer.has_covariance = 1, answer.covariance[1] = 1;
@@ -66,6 +78,7 @@ static void give_answer(gaitslam_answer answer) {
   if (is("wrong_status")) answer.status = 9;
   if (is("future")) answer.t_ns += 1;
   if (is("past")) answer.t_ns = -1;
+  if (strcmp(planned_behavior, "openvins") == 0) answer_like_openvins(&answer);
   if (is("huge_counts")) answer.landmark_count = UINT32_MAX;
   if (is("huge_cause")) answer.cause_bytes = UINT32_MAX;
   if (is("counts_that_overflow")) answer.landmark_count = 0x80000000u, answer.cause_bytes = 1u << 30;
@@ -107,7 +120,8 @@ int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* obse
   (void)estimator, (void)observation, (void)gyro, (void)accelerometer, (void)image, (void)landmarks;
   next_message();
   answer->X_WC = start.X_WC;
-  if (is("print")) printf("printed by the estimator\n");
+  if (is("print") || is("print_and_crash")) printf("printed by the estimator\n");
+  if (is("print_and_crash")) abort();
   if (is("huge_counts")) answer->landmark_count = 3000000000u;
   if (is("no_landmarks")) answer->landmark_count = 3;
   *cause = "the map is broken";

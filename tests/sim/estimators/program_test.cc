@@ -89,7 +89,7 @@ TEST(Program, AFailureNamesItsCause) {
            {"huge_cause", "3", "a cause of 4294967295 bytes (at most 4096)"},
            {"counts_that_overflow", "3", "announces 2147483648 landmarks"},
            {"short", "3", "its ANSWER has 100 bytes, expected at least 408"},
-           {"nan", "3", "its pose is not finite"},
+           {"nan", "3", "at t = 0.066 s: its pose is not finite; its last lines: the scale is 0"},
            {"no_rotation", "3", "is not a rotation matrix"},
            {"nan_covariance", "3", "the covariance of its pose is not finite"},
            {"not_symmetric", "3", "the covariance of its pose is not symmetric"},
@@ -138,6 +138,24 @@ TEST(Program, ALongLogIsTruncatedAndDoesNotBlock) {
   EXPECT_LT(tracked.log.size(), 1100000U);
 }
 
+TEST(Program, OneThatIsNotReadyOrLostHasNoPose) {
+  const Tracked tracked = track_program("openvins");
+  EXPECT_FALSE(tracked.failed) << *tracked.failed;
+  EXPECT_EQ(tracked.frames.size(), 6U);
+  const auto estimates = tracked.estimates();
+  ASSERT_EQ(estimates.size(), 2U);
+  for (const PoseEstimate& estimate : estimates)
+    EXPECT_EQ(estimate.X_WC.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(estimates[0].t, std::chrono::milliseconds(66));
+  EXPECT_TRUE(estimates[0].covariance);
+  EXPECT_EQ(estimates[1].t, std::chrono::milliseconds(165));
+  EXPECT_FALSE(estimates[1].covariance);
+  const auto losses = tracked.losses();
+  ASSERT_EQ(losses.size(), 2U);
+  EXPECT_EQ(losses[0].cause, "the estimator is not ready");
+  EXPECT_EQ(losses[1].from, std::chrono::milliseconds(99));
+}
+
 TEST(Program, GivingUpIsADivergence) {
   const Tracked tracked = track_program("gives_up");
   EXPECT_FALSE(tracked.failed);
@@ -153,6 +171,7 @@ TEST(Program, OneMadeByTheHeaderPrintsToTheLog) {
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   EXPECT_EQ(tracked.frames.size(), 6U);
   EXPECT_EQ(tracked.log, "printed by the estimator\n");
+  EXPECT_EQ(track_program("print_and_crash", "3, header").log, "printed by the estimator\n");
 }
 
 TEST(Program, ItsLatestMapIsKept) {
@@ -199,7 +218,7 @@ TEST(Program, ExceptionsOfABuiltInEstimatorAreItsFailure) {
     answer.estimate.X_WC.translation().x() = std::nan("");
     return answer;
   });
-  EXPECT_EQ(nan.failed, "its pose is not finite");
+  EXPECT_EQ(nan.failed, "at t = 0.000 s: its pose is not finite");
 }
 
 /// Returns whether the process has ended.
@@ -224,25 +243,49 @@ bool is_soon_gone(pid_t process) {
   return is_gone(process);
 }
 
-TEST(Program, ItDiesWithTheBenchAndSoDoItsChildren) {
-  const files::TemporaryFolder folder;
-  const std::string its = (folder / "its").string(), theirs = (folder / "theirs").string();
+/// A program that starts another in a session of its own, whose parent ends at once.
+class Leaving : public testing::Test {
+ protected:
+  std::vector<std::string> words() const {
+    return {"sh", "-c",
+            "(setsid sleep 1000 & echo $! > " + theirs_ + "); echo $$ > " + its_ + "; read line; exit 0"};
+  }
+  /// Waits until both run.
+  void wait() {
+    program_ = wait_for_number(its_), started_ = wait_for_number(theirs_);
+    ASSERT_GT(program_, 0);
+    ASSERT_GT(started_, 0);
+    EXPECT_FALSE(is_gone(started_));
+  }
+  void expect_gone() const {
+    EXPECT_TRUE(is_soon_gone(program_));
+    EXPECT_TRUE(is_soon_gone(started_));
+  }
+
+ private:
+  const files::TemporaryFolder folder_;
+  const std::string its_ = (folder_ / "its").string(), theirs_ = (folder_ / "theirs").string();
+  pid_t program_ = 0, started_ = 0;
+};
+
+TEST_F(Leaving, AllDieWithTheBench) {
   const pid_t bench = ::fork();
   ASSERT_GE(bench, 0);
   if (bench == 0) {
-    const ChildProgram child(
-        {"sh", "-c", "sleep 1000 & echo $! > " + theirs + "; echo $$ > " + its + "; wait"});
+    const ChildProgram child(words());
     for (;;) ::pause();
   }
-  const pid_t program = wait_for_number(its), started = wait_for_number(theirs);
-  ASSERT_GT(program, 0);
-  ASSERT_GT(started, 0);
-  EXPECT_FALSE(is_gone(program));
-  EXPECT_FALSE(is_gone(started));
+  wait();
   ::kill(bench, SIGKILL);
   ::waitpid(bench, nullptr, 0);
-  EXPECT_TRUE(is_soon_gone(program));
-  EXPECT_TRUE(is_soon_gone(started));
+  expect_gone();
+}
+
+TEST_F(Leaving, AllDieWhenTheProgramHasEnded) {
+  ChildProgram child(words());
+  wait();
+  child.run(std::chrono::steady_clock::now() + std::chrono::seconds(20));
+  expect_gone();
 }
 
 }  // namespace

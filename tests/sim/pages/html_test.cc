@@ -90,20 +90,12 @@ class ReceivedTuning : public testing::Test {
                   {"start", 1},
                   {"best", 2}}}},
                {"training", side},
-               {"holdout", side},
-               {"profiles",
-                {{{"key", kPayload},
-                  {"at", {1, 2}},
-                  {"rises", {0, 1}},
-                  {"threshold", 0.5},
-                  {"low", 1},
-                  {"high", nullptr},
-                  {"identifiable", false}}}}};
+               {"holdout", side}};
   }
   std::string page() const {
     std::ofstream(folder_ / "tune.json") << tuning_.dump();
     std::ofstream(folder_ / "history.csv")
-        << "#setting,origin,complete," << kPayload << "," << kPayload << "2\n0,a,1,1.5,3\n1,a,1,1.2,2\n";
+        << "#setting,origin," << kPayload << "," << kPayload << "2\n0,a,1.5,3\n1,a,1.2,2\n";
     return tune_page(folder_.path());
   }
   nlohmann::json tuning_;
@@ -124,11 +116,6 @@ TEST_F(ReceivedTuning, AHoldOutOfOneRunIsAWarning) {
   EXPECT_THAT(page(), HasSubstr("<li id='holdout-1'>walks/seed-3: "));
 }
 
-TEST_F(ReceivedTuning, ThePageFollowsTheThemeOfTheBrowserAndFitsAPhone) {
-  EXPECT_THAT(page(), Not(HasSubstr("minmax(500px")));
-  EXPECT_THAT(page(), HasSubstr("<div class='scroll'"));
-}
-
 TEST_F(ReceivedTuning, AnotherTypeIsNamedWithItsKey) {
   const nlohmann::json whole = tuning_;
   const auto complaint = [&](const nlohmann::json& patch) -> std::string {
@@ -147,8 +134,6 @@ TEST_F(ReceivedTuning, AnotherTypeIsNamedWithItsKey) {
               HasSubstr("tune.json: parameters: expected a list, found number"));
   EXPECT_THAT(complaint({{"holdout", {{"runs", nlohmann::json::array()}}}}),
               HasSubstr("holdout.runs: is empty"));
-  EXPECT_THAT(complaint({{"profiles", {{{"key", "a"}}, {{"key", "b"}}}}}),
-              HasSubstr("profiles: has more items than there are parameters"));
 }
 
 TEST(PaperPage, TheRevisionIsShownAsItIs) { expect_harmless(paper_page({}, kPayload)); }

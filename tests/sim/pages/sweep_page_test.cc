@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <map>
 #include <regex>
 #include <string>
@@ -58,6 +59,17 @@ TEST_F(SweepPage, WhatASweepNamesIsOneWordEachOfACommandThatIsCopied) {
   EXPECT_THAT(
       html,
       HasSubstr("slam.vision.sigma_px=1&#39;\\&#39;&#39;; touch b; &#39;\\&#39;&#39;&#39; seed=1</pre>"));
+}
+
+TEST_F(SweepPage, NoCommandIsShownThatWouldStartAProgram) {
+  std::filesystem::create_directory(folder_ / "scenarios");
+  sim::files::write_text(folder_ / "scenarios/hall.yaml",
+                         "walk.commands: [{stand: {duration_s: 1}}]\ncamera: {}\nslam: {}\n");
+  add("hall", R"({"estimator": "{program: [sh, evil.sh]}"})", 1, R"({"rmse_m": 1})");
+  add("hall", R"({"estimator": "plan_alone"})", 1, R"({"rmse_m": 1})");
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("<pre>its scenario names an external program as estimator</pre>"));
+  EXPECT_THAT(html, HasSubstr("estimator=plan_alone seed=1</pre>"));
 }
 
 TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {

@@ -29,7 +29,9 @@ Comparison comparison() {
   walk.metrics.push_back({{"loop_landmarks", 0, 2}, 10, 18, 18, 0, {}, {}, Verdict::identical, "", 1});
   walk.metrics.push_back({{"rmse_m", 5, 0}, 10, {}, 1.0, {}, {}, {}, Verdict::added, "", 1});
   walk.limits.push_back({"loop_closed.worst >= 1", "0", false, false, 3});
-  walk.limits.push_back({"ending completed", "9/10", false, true, 4});
+  walk.limits.push_back(
+      {"ending completed", "9/10", false, true, 4, {"seed 4 fell: to the left\nits last lines:\na | b"}});
+  walk.wall_s = 12.5;
   walk.limits.push_back({"rmse_m <= 1", "10/10", true, false, 0});
   return {"a title, with 5 % & more",
           {walk},
@@ -62,27 +64,31 @@ TEST(VerdictReports, JunitHasFailuresErrorsAndSkips) {
   EXPECT_THAT(
       xml,
       HasSubstr("<testsuite name=\"a title, with 5 % &amp; more\" tests=\"6\" failures=\"2\" errors=\"1\" "
-                "skipped=\"1\">"));
-  EXPECT_THAT(
-      xml,
-      HasSubstr("<testcase classname=\"tangent_circle\" name=\"ate_se3_rmse_m\"><failure message=\"FAIL: "
-                "0.041 -&gt; 0.052 (+27 %; tolerance 10 % or 0.001 m)\">tools/gaitslam run"));
+                "skipped=\"1\" time=\"12.500\">"));
   EXPECT_THAT(xml,
-              HasSubstr("name=\"limit ending completed\"><error message=\"RUN FAILED: observed: 9/10\">"));
-  EXPECT_THAT(xml, HasSubstr("name=\"rmse_m\"><skipped message=\"NEW: none -&gt; 1 (-; tolerance 5 %)\"/>"));
+              HasSubstr("<testcase classname=\"tangent_circle\" name=\"ate_se3_rmse_m\" "
+                        "time=\"12.500\"><failure message=\"FAIL: "
+                        "0.041 m -&gt; 0.052 m (+27 %; tolerance 10 % or 0.001 m)\">tools/gaitslam run"));
+  EXPECT_THAT(
+      xml, HasSubstr("name=\"limit ending completed\" time=\"0.000\"><error message=\"RUN FAILED: observed: "
+                     "9/10; seed 4 fell: to the left\">tools/gaitslam run"));
+  EXPECT_THAT(xml, HasSubstr("seed 4 fell: to the left&#10;its last lines:&#10;a | b</error>"));
+  EXPECT_THAT(xml, HasSubstr("<skipped message=\"NEW: none -&gt; 1 m (-; tolerance 5 %)\"/>"));
 }
 
 TEST(VerdictReports, AnnotationsAreEscapedAsGithubWantsThem) {
   const std::string text = github_annotations(comparison());
   EXPECT_THAT(text, testing::StartsWith("::error file=scenarios/tangent_circle.yaml,title=tangent_circle "
-                                        "ate_se3_rmse_m%3A FAIL::0.041 -> 0.052 (+27 %25; "));
+                                        "ate_se3_rmse_m%3A FAIL::0.041 m -> 0.052 m (+27 %25; "));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }
 
 TEST(VerdictReports, MarkdownAndJsonHaveEveryRow) {
   const std::string text = markdown(comparison());
-  EXPECT_THAT(text, HasSubstr("| `ate_se3_rmse_m` | **FAIL** | 0.041 -> 0.052 (+27 %"));
+  EXPECT_THAT(text, HasSubstr("| `ate_se3_rmse_m` | **FAIL** | 0.041 m -> 0.052 m (+27 %"));
   EXPECT_THAT(text, HasSubstr("| `limit rmse_m <= 1` | ok | observed: 10/10 |"));
+  EXPECT_THAT(text, HasSubstr("observed: 9/10; seed 4 fell: to the left<br>`tools/gaitslam run"));
+  EXPECT_THAT(text, HasSubstr("<br>`its last lines:`<br>`a \\| b` |"));
   const auto json = nlohmann::json::parse(verdicts_json(comparison()));
   EXPECT_EQ(json["exit_code"], 3);
   EXPECT_EQ(json["scenarios"][0]["metrics"][0]["verdict"], "FAIL");

@@ -150,6 +150,12 @@ TEST(Verdict, ValuesThatVanishAreMissingAndOnesThatAppearAreNot) {
   EXPECT_EQ(judged(results({1, 2, 3}), results({1, {}, 3})).verdict, Verdict::missing);
   EXPECT_EQ(judged(results({1, 2, 3}), results({{}, {}, {}})).verdict, Verdict::missing);
   EXPECT_EQ(judged(results({{}, {}, {}}), results({1, 2, 3})).verdict, Verdict::added);
+  ScenarioResults fell = results({{}, {}, {}});
+  fell.seeds[0].ending = scenario::Ending::fell;
+  fell.seeds[0].cause = "to the left at 3 s";
+  const MetricVerdict missing = judged(results({1, 2, 3}), fell);
+  EXPECT_EQ(missing.baseline, 2);
+  EXPECT_EQ(missing.remark, "3 seeds lost the value: seed 1 fell: to the left at 3 s");
   EXPECT_EQ(judged(results({1, {}, 3}), results({1, 2, 3})).verdict, Verdict::same);
   EXPECT_EQ(judged(results({1}, "other"), results({1}, "other")).remark, "no run has a value");
 }
@@ -202,6 +208,7 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
   limits = judge_limits(scenario, runs.seeds);
   EXPECT_TRUE(limits[0].run_failed);
   EXPECT_EQ(limits[0].worst_seed, 2u);
+  EXPECT_THAT(limits[0].failures, ElementsAre("seed 2 fell"));
   EXPECT_EQ(exit_code({ScenarioVerdict{"", true, 3, 3, 0, {}, {}, limits}}), 3);
 }
 

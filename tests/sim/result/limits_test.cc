@@ -1,9 +1,9 @@
 #include "sim/result/limits.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"
@@ -12,259 +12,195 @@
 namespace sim::result {
 namespace {
 
-namespace fs = std::filesystem;
+using scenario::Bound, scenario::MetricLimit;
+using testing::HasSubstr;
+using testing::Not;
 
-class SummaryTest : public testing::Test {
- protected:
-  void write_score(std::uint64_t seed, const std::string& text) {
-    const fs::path folder = root_ / ("seed-" + std::to_string(seed));
-    fs::create_directories(folder);
-    std::ofstream(folder / "score.json") << text;
-  }
-  const files::TemporaryFolder folder_;
-  const fs::path root_ = folder_ / "results";
-};
+constexpr const char* kAte = "ate_se3_rmse_m";
 
-SeedScore seed(std::uint64_t number, std::optional<double> ate, std::optional<double> closed, int code = 0) {
-  return {number,
-          scenario::Ending::completed,
-          code,
-          {{"ate_se3_rmse_m", "m", ate}, {"loop_closed", "", closed}, {"drift", "m", -1.0}}};
-}
-
-scenario::Scenario scenario_limiting(std::vector<scenario::MetricLimit> limits) {
+scenario::Scenario limited(std::vector<MetricLimit> limits, bool filter = true) {
   scenario::Scenario scenario;
   scenario.name = "walk";
-  scenario.slam.emplace();
-  scenario.limits.metrics = std::move(limits);
-  return scenario;
-}
-
-TEST_F(SummaryTest, AggregatesAreThoseOfTheSeedsThatHaveTheMetric) {
-  const Summary s =
-      summarize(scenario_limiting({}), {seed(1, 0.1, {}), seed(2, 0.4, 1), seed(3, {}, 1), seed(4, 0.1, 1)});
-  ASSERT_EQ(s.metrics.size(), 3u);
-  EXPECT_EQ(s.metrics[0].over_seeds.n, 3u);
-  EXPECT_EQ(s.metrics[0].over_seeds.median, 0.1);
-  EXPECT_NEAR(s.metrics[0].over_seeds.mean, 0.2, 1e-16);  // rounding of the sum
-  EXPECT_NEAR(s.metrics[0].over_seeds.standard_deviation.value(), std::sqrt(0.03),
-              1e-16);  // 0.01 + 0.01 + 0.04 over 2
-  EXPECT_EQ(s.metrics[2].over_seeds.worst, -1);
-}
-
-TEST_F(SummaryTest, WorstIsOnTheSideThatTheLimitForbids) {
-  const std::vector<SeedScore> seeds{seed(1, -0.3, 0), seed(2, 0.1, 1)};
-  const scenario::MetricLimit at_least{"ate_se3_rmse_m", "", scenario::Bound::at_least, 1},
-      at_most{"loop_closed", "", scenario::Bound::at_most, 1};
-  EXPECT_EQ(summarize(scenario_limiting({at_least}), seeds).metrics[0].over_seeds.worst, -0.3);
-  EXPECT_EQ(summarize(scenario_limiting({at_most}), seeds).metrics[1].over_seeds.worst, 1);
-}
-
-TEST_F(SummaryTest, WithoutALimitTheWorstIsThatOfTheMetricsDefinition) {
-  const auto worst = [](const std::string& metric, const std::vector<double>& values) {
-    std::vector<SeedScore> seeds;
-    for (const double value : values)
-      seeds.push_back({1, scenario::Ending::completed, 0, {{metric, "1", value}}});
-    return summarize(scenario_limiting({}), seeds).metrics[0].over_seeds.worst;
-  };
-  EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
-  EXPECT_EQ(worst("ate_se3_rmse_m", {0.1, 0.4, 0.2}), 0.4);
-  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
-  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of what is expected, against twice
-  EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
-  EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
-}
-
-TEST_F(SummaryTest, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
-  const scenario::MetricLimit above{"nees_position_mean", "worst", scenario::Bound::at_most, 5},
-      below{"nees_position_mean", "worst", scenario::Bound::at_least, 1};
-  std::vector<SeedScore> seeds;
-  for (const double value : {0.2, 6.0})
-    seeds.push_back({1, scenario::Ending::completed, 0, {{"nees_position_mean", "1", value}}});
-  const Summary summary = summarize(scenario_limiting({above, below}), seeds);
-  EXPECT_TRUE(summary.limits.at(0).missed());
-  EXPECT_TRUE(summary.limits.at(1).missed());
-}
-
-TEST_F(SummaryTest, OneSeedHasNoStandardDeviation) {
-  const Summary one = summarize(scenario_limiting({}), {seed(1, 0.1, 1)});
-  EXPECT_FALSE(one.metrics[0].over_seeds.standard_deviation);
-  fs::create_directories(root_);
-  write_summary(root_ / "summary.json", one);
-  std::ifstream in(root_ / "summary.json");
-  EXPECT_TRUE(nlohmann::json::parse(in)["metrics"]["ate_se3_rmse_m"]["sd"].is_null());
-  const std::string table = summary_table(one);
-  EXPECT_NE(table.find("walk, 1 seed\n"), table.npos) << table;
-  EXPECT_NE(table.find("0.1        0.1          -        0.1\n"), table.npos) << table;
-  EXPECT_NE(
-      summary_table(summarize(scenario_limiting({}), {seed(1, 0.1, 1), seed(2, 0.1, 1)})).find("2 seeds\n"),
-      std::string::npos);
-}
-
-TEST_F(SummaryTest, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
-  SeedScore one = seed(1, 0.1, 1);
-  one.metrics.insert(one.metrics.begin(), {"poses_matched", "1", 100});
-  SeedScore other = one;
-  other.seed = 2, other.exit_code = 1;
-  const Summary summary = summarize(scenario_limiting({}), {one, other});
-  const std::string some = summary_table(summary), all = summary_table(summary, {.all_metrics = true});
-  EXPECT_EQ(some.find("poses_matched"), some.npos) << some;
-  EXPECT_NE(some.find("--all-metrics"), some.npos);
-  EXPECT_LT(all.find("ate_se3_rmse_m"), all.find("poses_matched"));
-  EXPECT_NE(all.find("poses_matched"), all.npos);
-  EXPECT_NE(summary_table(
-                summarize(scenario_limiting({{"poses_matched", "", scenario::Bound::at_least, 1}}), {one}))
-                .find("poses_matched"),
-            std::string::npos)
-      << "there is a limit on it";
-  EXPECT_NE(
-      some.find("  passed          completed         seed 1\n  missed a limit  completed         seed 2\n"),
-      some.npos)
-      << some;
-  EXPECT_NE(summary_table(summary, {.colors = true}).find("\033[31mmissed a limit\033[0m"),
-            std::string::npos);
-}
-
-TEST_F(SummaryTest, WithoutScoresTheTableHasNoMetrics) {
-  const std::string table = summary_table(summarize(
-      scenario_limiting({}), {{1, scenario::Ending::crashed, 3, {}}, {2, scenario::Ending::crashed, 3, {}}}));
-  EXPECT_NE(table.find("no metrics: no seed has a score\n"), table.npos) << table;
-  EXPECT_EQ(table.find("median"), table.npos) << table;
-}
-
-TEST_F(SummaryTest, ALimitOverSeedsThatIsMissedMakesTheExitCodeOne) {
-  const std::vector<SeedScore> seeds{seed(1, 0.1, 1), seed(2, 0.2, 1), seed(3, 0.6, 1)};
-  const auto code = [&](const std::string& aggregate, scenario::Bound bound, double value) {
-    return exit_code(summarize(scenario_limiting({{"ate_se3_rmse_m", aggregate, bound, value}}), seeds));
-  };
-  EXPECT_EQ(code("median", scenario::Bound::at_most, 0.2), 0);
-  EXPECT_EQ(code("median", scenario::Bound::at_most, 0.19), 1);
-  EXPECT_EQ(code("mean", scenario::Bound::at_most, 0.31), 0);
-  EXPECT_EQ(code("mean", scenario::Bound::at_most, 0.29), 1);
-  EXPECT_EQ(code("worst", scenario::Bound::at_most, 0.59), 1);
-  EXPECT_EQ(code("worst", scenario::Bound::at_least, 0.1), 0);
-}
-
-TEST_F(SummaryTest, ALimitOnAMetricOfNoSeedIsMissedUnlessNoFilterWasToRun) {
-  scenario::Scenario scenario =
-      scenario_limiting({{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 1}});
-  EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 1);
-  scenario.slam.reset();
-  EXPECT_EQ(exit_code(summarize(scenario, {seed(1, {}, 1)})), 0);
-}
-
-TEST_F(SummaryTest, ALimitOverSeedsIsMissedIfOneOfThemHasNoValue) {
-  const std::vector<SeedScore> seeds{seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)};
-  for (const char* const aggregate : {"worst", "median", "mean"})
-    for (const bool filter : {true, false}) {
-      scenario::Scenario scenario =
-          scenario_limiting({{"ate_se3_rmse_m", aggregate, scenario::Bound::at_most, 1}});
-      if (!filter) scenario.slam.reset();  // a metric of the walk itself
-      const Summary summary = summarize(scenario, seeds);
-      EXPECT_EQ(exit_code(summary), 1) << aggregate;
-      EXPECT_EQ(summary.metrics[0].over_seeds.n, 1u);
-      const std::string table = summary_table(summary);
-      EXPECT_NE(table.find(std::string("limit ate_se3_rmse_m.") + aggregate +
-                           " at_most 1: -  MISSED: no value of 2 of 3 seeds\n"),
-                table.npos)
-          << table;
-      EXPECT_EQ(to_json(summary)["limits"][0].dump(),
-                std::string(R"({"metric":"ate_se3_rmse_m.)") + aggregate +
-                    R"(","at_most":1.0,"value":null,"passed":false,"reason":"no value of 2 of 3 seeds"})");
-    }
-}
-
-TEST_F(SummaryTest, TheExitCodeIsThatOfTheWorstSeed) {
-  EXPECT_EQ(
-      exit_code(summarize(scenario_limiting({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})), 3);
-}
-
-TEST_F(SummaryTest, ScoresAreReadFromTheSeedsFolders) {
-  write_score(
-      7,
-      R"({"ending":"fell","metrics":{"rmse_m":{"value":0.5,"unit":"m"},"x":{"value":null,"unit":"","reason":"r"}}})");
-  const SeedScore score = read_seed_score(root_, 7, 3);
-  EXPECT_EQ(score.ending, scenario::Ending::fell);
-  ASSERT_EQ(score.metrics.size(), 2u);
-  EXPECT_EQ(score.metrics[0].value, 0.5);
-  EXPECT_FALSE(score.metrics[1].value);
-}
-
-TEST_F(SummaryTest, AProcessWithoutAScoreCrashedOrDidNotStart) {
-  EXPECT_EQ(read_seed_score(root_, 1, 3).ending, scenario::Ending::crashed);
-  EXPECT_EQ(read_seed_score(root_, 1, 2).ending, scenario::Ending::not_started);
-  EXPECT_THROW(read_seed_score(root_, 1, 0), files::FileError);
-}
-
-TEST_F(SummaryTest, ABrokenScoreIsAnErrorThatNamesTheFile) {
-  for (const char* text :
-       {"", "{", "[]", R"({"ending":1,"metrics":{}})", R"({"ending":"fell","metrics":{"a":3}})"}) {
-    write_score(1, text);
-    try {
-      read_seed_score(root_, 1, 0);
-      ADD_FAILURE() << text;
-    } catch (const files::FileError& e) {
-      EXPECT_NE(std::string(e.what()).find("seed-1/score.json"), std::string::npos);
-    }
-  }
-}
-
-TEST_F(SummaryTest, TheFileContainsEverythingUnderItsName) {
-  const scenario::MetricLimit limit{"ate_se3_rmse_m", "median", scenario::Bound::at_most, 0.2};
-  const Summary summary = summarize(scenario_limiting({limit}), {seed(1, 0.1, {}), seed(2, 0.3, {}, 1)});
-  fs::create_directories(root_);
-  write_summary(root_ / "summary.json", summary);
-  std::ifstream in(root_ / "summary.json");
-  const auto json = nlohmann::json::parse(in);
-  EXPECT_EQ(json["format_version"], 1);
-  EXPECT_EQ(json["scenario"], "walk");
-  EXPECT_EQ(json["seeds"][1]["exit_code"], 1);
-  EXPECT_EQ(json["metrics"]["ate_se3_rmse_m"]["n"], 2);
-  EXPECT_EQ(json["metrics"]["ate_se3_rmse_m"]["worst"], 0.3);
-  EXPECT_TRUE(json["metrics"]["loop_closed"]["median"].is_null());
-  EXPECT_EQ(json["limits"][0]["metric"], "ate_se3_rmse_m.median");
-  EXPECT_EQ(json["limits"][0]["at_most"], 0.2);
-  EXPECT_EQ(json["limits"][0]["passed"], true);
-}
-
-const scenario::MetricLimit kError{"rmse_m", "", scenario::Bound::at_most, 0.1},
-    kLandmarks{"loop_landmarks", "", scenario::Bound::at_least, 3},
-    kMedian{"rmse_m", "median", scenario::Bound::at_most, 0.1};
-
-scenario::Scenario scenario_with(std::vector<scenario::MetricLimit> limits, bool filter = true) {
-  scenario::Scenario scenario;
   if (filter) scenario.slam.emplace();
   scenario.limits.metrics = std::move(limits);
   scenario.limits.ending = {"completed", "diverged"};
   return scenario;
 }
 
-int code(const scenario::Scenario& scenario, std::optional<double> value,
-         scenario::Ending ending = scenario::Ending::completed) {
-  return exit_code(scenario, ending, judge_run(scenario, [&](const std::string&) { return value; }));
+SeedScore seed(std::uint64_t number, std::optional<double> ate, std::optional<double> closed, int code = 0) {
+  return {number,
+          scenario::Ending::completed,
+          code,
+          {{kAte, "m", ate}, {"loop_closed", "", closed}, {"drift", "m", -1.0}}};
+}
+
+/// A seed for each value of a metric.
+std::vector<SeedScore> seeds_of(const std::string& metric, const std::vector<double>& values) {
+  std::vector<SeedScore> seeds;
+  for (const double value : values)
+    seeds.push_back({seeds.size() + 1, scenario::Ending::completed, 0, {{metric, "1", value}}});
+  return seeds;
+}
+
+TEST(Summary, AggregatesAreThoseOfTheSeedsThatHaveTheMetric) {
+  const Summary s =
+      summarize(limited({}), {seed(1, 0.1, {}), seed(2, 0.4, 1), seed(3, {}, 1), seed(4, 0.1, 1)});
+  ASSERT_EQ(s.metrics.size(), 3u);
+  const score::Summary& ate = s.metrics[0].over_seeds;
+  EXPECT_EQ(ate.n, 3u);
+  EXPECT_EQ(ate.median, 0.1);
+  EXPECT_NEAR(ate.mean, 0.2, 1e-16);                                    // rounding of the sum
+  EXPECT_NEAR(ate.standard_deviation.value(), std::sqrt(0.03), 1e-16);  // 0.01 + 0.01 + 0.04 over 2
+  EXPECT_EQ(s.metrics[2].over_seeds.worst, -1);
+  EXPECT_FALSE(summarize(limited({}), {seed(1, 0.1, 1)}).metrics[0].over_seeds.standard_deviation);
+}
+
+TEST(Summary, TheWorstIsOnTheSideOfTheLimitElseByTheMetricsDefinition) {
+  const auto worst = [](const std::string& metric, const std::vector<double>& values,
+                        std::vector<MetricLimit> limits = {}) {
+    return summarize(limited(std::move(limits)), seeds_of(metric, values)).metrics[0].over_seeds.worst;
+  };
+  EXPECT_EQ(worst(kAte, {-0.3, 0.1}, {{kAte, "", Bound::at_least, 1}}), -0.3);
+  EXPECT_EQ(worst("loop_closed", {0, 1}, {{"loop_closed", "", Bound::at_most, 1}}), 1);
+  EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
+  EXPECT_EQ(worst(kAte, {0.1, 0.4, 0.2}), 0.4);
+  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
+  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of what is expected, against twice
+  EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
+  EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
+}
+
+TEST(Summary, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
+  const Summary summary = summarize(limited({{"nees_position_mean", "worst", Bound::at_most, 5},
+                                             {"nees_position_mean", "worst", Bound::at_least, 1}}),
+                                    seeds_of("nees_position_mean", {0.2, 6}));
+  EXPECT_TRUE(summary.limits.at(0).missed());
+  EXPECT_TRUE(summary.limits.at(1).missed());
+}
+
+TEST(Summary, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
+  SeedScore one = seed(1, 0.1, 1);
+  one.metrics.insert(one.metrics.begin(), {"poses_matched", "1", 100});
+  SeedScore other = one;
+  other.seed = 2, other.exit_code = 1;
+  const Summary summary = summarize(limited({}), {one, other});
+  const std::string some = summary_table(summary), all = summary_table(summary, {.all_metrics = true});
+  EXPECT_THAT(some, Not(HasSubstr("poses_matched")));
+  EXPECT_THAT(some, HasSubstr("--all-metrics"));
+  EXPECT_THAT(some, HasSubstr("walk, 2 seeds\n  passed          completed         seed 1\n"
+                              "  missed a limit  completed         seed 2\n"));
+  EXPECT_LT(all.find(kAte), all.find("poses_matched"));
+  EXPECT_THAT(all, HasSubstr("poses_matched"));
+  EXPECT_THAT(summary_table(summarize(limited({{"poses_matched", "", Bound::at_least, 1}}), {one})),
+              HasSubstr("poses_matched"))
+      << "there is a limit on it";
+  EXPECT_THAT(summary_table(summary, {.colors = true}), HasSubstr("\033[31mmissed a limit\033[0m"));
+  EXPECT_THAT(
+      summary_table(summarize(limited({}), {seed(1, 0.1, 1)})),
+      testing::AllOf(HasSubstr("walk, 1 seed\n"), HasSubstr("0.1        0.1          -        0.1\n")));
+}
+
+TEST(Summary, WithoutScoresTheTableHasNoMetrics) {
+  const std::string table = summary_table(summarize(limited({}), {{1, scenario::Ending::crashed, 3, {}}}));
+  EXPECT_THAT(table, HasSubstr("no metrics: no seed has a score\n"));
+  EXPECT_THAT(table, Not(HasSubstr("median")));
+}
+
+TEST(Summary, TheExitCodeIsThatOfTheWorstSeedOrOfAMissedLimitOverSeeds) {
+  EXPECT_EQ(exit_code(summarize(limited({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})), 3);
+  struct Case {
+    const char* aggregate;
+    Bound bound;
+    double value;
+    int code;
+  };
+  for (const auto& [aggregate, bound, value, code] : {Case{"median", Bound::at_most, 0.2, 0},
+                                                      {"median", Bound::at_most, 0.19, 1},
+                                                      {"mean", Bound::at_most, 0.31, 0},
+                                                      {"mean", Bound::at_most, 0.29, 1},
+                                                      {"worst", Bound::at_most, 0.59, 1},
+                                                      {"worst", Bound::at_least, 0.1, 0}})
+    EXPECT_EQ(
+        exit_code(summarize(limited({{kAte, aggregate, bound, value}}), seeds_of(kAte, {0.1, 0.2, 0.6}))),
+        code)
+        << aggregate << " " << value;
+}
+
+TEST(Summary, ALimitOverSeedsIsMissedIfOneOfThemHasNoValue) {
+  const MetricLimit median{kAte, "median", Bound::at_most, 1};
+  EXPECT_EQ(exit_code(summarize(limited({median}), {seed(1, {}, 1)})), 1);
+  EXPECT_EQ(exit_code(summarize(limited({median}, false), {seed(1, {}, 1)})), 0) << "no filter was to run";
+  for (const std::string aggregate : {"worst", "median", "mean"})
+    for (const bool filter : {true, false}) {  // without a filter: a metric of the walk itself
+      const Summary summary = summarize(limited({{kAte, aggregate, Bound::at_most, 1}}, filter),
+                                        {seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)});
+      EXPECT_EQ(exit_code(summary), 1) << aggregate;
+      EXPECT_THAT(summary_table(summary), HasSubstr("limit ate_se3_rmse_m." + aggregate +
+                                                    " at_most 1: -  MISSED: no value of 2 of 3 seeds\n"));
+      EXPECT_EQ(to_json(summary)["limits"][0].dump(),
+                R"({"metric":"ate_se3_rmse_m.)" + aggregate +
+                    R"(","at_most":1.0,"value":null,"passed":false,"reason":"no value of 2 of 3 seeds"})");
+    }
+}
+
+TEST(Summary, ScoresAreReadFromTheSeedsFolders) {
+  const files::TemporaryFolder root;
+  std::filesystem::create_directories(root / "seed-7");
+  const auto read = [&](const std::string& text) {
+    files::write_text(root / "seed-7" / "score.json", text);
+    return read_seed_score(root.path(), 7, 3);
+  };
+  const SeedScore score = read(
+      R"({"ending":"fell","metrics":{"rmse_m":{"value":0.5,"unit":"m"},"x":{"value":null,"unit":"","reason":"r"}}})");
+  EXPECT_EQ(score.ending, scenario::Ending::fell);
+  ASSERT_EQ(score.metrics.size(), 2u);
+  EXPECT_EQ(score.metrics[0].value, 0.5);
+  EXPECT_FALSE(score.metrics[1].value);
+  EXPECT_EQ(read_seed_score(root.path(), 1, 3).ending, scenario::Ending::crashed);
+  EXPECT_EQ(read_seed_score(root.path(), 1, 2).ending, scenario::Ending::not_started);
+  EXPECT_THROW(read_seed_score(root.path(), 1, 0), files::FileError);
+  for (const char* text :
+       {"", "{", "[]", R"({"ending":1,"metrics":{}})", R"({"ending":"fell","metrics":{"a":3}})"})
+    EXPECT_THAT([&] { read(text); }, testing::ThrowsMessage<files::FileError>(HasSubstr("seed-7/score.json")))
+        << text;
+}
+
+TEST(Summary, TheFileContainsEverythingUnderItsName) {
+  const files::TemporaryFolder root;
+  write_summary(root / "summary.json", summarize(limited({{kAte, "median", Bound::at_most, 0.2}}),
+                                                 {seed(1, 0.1, {}), seed(2, 0.3, {}, 1)}));
+  const auto json = nlohmann::json::parse(files::read_text(root / "summary.json"));
+  EXPECT_EQ(json["format_version"], 1);
+  EXPECT_EQ(json["scenario"], "walk");
+  EXPECT_EQ(json["seeds"][1]["exit_code"], 1);
+  EXPECT_EQ(json["metrics"][kAte]["n"], 2);
+  EXPECT_EQ(json["metrics"][kAte]["worst"], 0.3);
+  EXPECT_TRUE(json["metrics"]["loop_closed"]["sd"].is_null());
+  EXPECT_EQ(json["limits"][0].dump(),
+            R"({"at_most":0.2,"metric":"ate_se3_rmse_m.median","passed":true,"value":0.2})");
 }
 
 TEST(Limits, AMissedLimitIsExitCodeOneAndAForbiddenEndingThree) {
-  EXPECT_EQ(code(scenario_with({kError}), 0.1), 0);
-  EXPECT_EQ(code(scenario_with({kError}), 0.2), 1);
-  EXPECT_EQ(code(scenario_with({kLandmarks}), 3), 0);
-  EXPECT_EQ(code(scenario_with({kLandmarks}), 2), 1);
-  EXPECT_EQ(code(scenario_with({kError}), 0.2, scenario::Ending::diverged), 1);
-  EXPECT_EQ(code(scenario_with({kError}), 0.1, scenario::Ending::fell), 3);
-}
-
-TEST(Limits, OfARunAreThoseWithoutAnAggregate) { EXPECT_EQ(code(scenario_with({kMedian}), 0.2), 0); }
-
-TEST(Limits, AnAbsentValueMissesItsLimitUnlessNoFilterWasToRun) {
-  EXPECT_EQ(code(scenario_with({kError}), {}), 1);
-  EXPECT_EQ(code(scenario_with({kError}, false), {}), 0);
-  EXPECT_EQ(code(scenario_with({kError}, false), 0.2), 1);  // a value of the walk itself is judged
-}
-
-TEST(Limits, AreWrittenWithTheirValues) {
-  const auto json = to_json(judge(scenario_with({}), kMedian, 0.2));
-  EXPECT_EQ(json.dump(), R"({"metric":"rmse_m.median","at_most":0.1,"value":0.2,"passed":false})");
-  EXPECT_TRUE(to_json(judge(scenario_with({}, false), kMedian, {})).at("passed").is_null());
+  using enum scenario::Ending;
+  const MetricLimit error{"rmse_m", "", Bound::at_most, 0.1},
+      landmarks{"loop_landmarks", "", Bound::at_least, 3}, median{"rmse_m", "median", Bound::at_most, 0.1};
+  struct Case {
+    MetricLimit limit;
+    std::optional<double> value;
+    int code;
+    scenario::Ending ending = completed;
+    bool filter = true;
+  };
+  for (const Case& c :
+       {Case{error, 0.1, 0}, Case{error, 0.2, 1}, Case{landmarks, 3, 0}, Case{landmarks, 2, 1},
+        Case{error, 0.2, 1, diverged}, Case{error, 0.1, 3, fell}, Case{median, 0.2, 0}, Case{error, {}, 1},
+        Case{error, {}, 0, completed, false}, Case{error, 0.2, 1, completed, false}}) {
+    const scenario::Scenario scenario = limited({c.limit}, c.filter);
+    const auto judged = judge_run(scenario, [&](const std::string&) { return c.value; });
+    EXPECT_EQ(exit_code(scenario, c.ending, judged), c.code)
+        << c.limit.metric << c.limit.aggregate << " " << c.value.value_or(-1);
+  }
+  EXPECT_TRUE(to_json(judge(limited({}, false), median, {})).at("passed").is_null());
 }
 
 }  // namespace

@@ -86,13 +86,36 @@ TEST_F(ScoreFile, VerdictsAndEndingsHaveColors) {
   EXPECT_THAT(score_table(folder_.path(), {.colors = true}), HasSubstr("\033[32mok\033[0m"));
 }
 
-TEST_F(ScoreFile, TheTableStatesTheAlignmentOfATrajectory) {
-  const std::string poses = "\"metrics\": {\"poses_matched\": {\"value\": 7, \"unit\": \"1\"},";
-  EXPECT_THAT(table("\"metrics\": {", poses),
-              HasSubstr("errors over 7 poses, without alignment except ate_se3"));
+TEST_F(ScoreFile, TheTableStatesTheCoverageAndTheAlignmentOfATrajectory) {
+  const std::string metrics = "\"metrics\": {",
+                    poses = metrics + R"("poses_matched": {"value": 7, "unit": "1"},
+    "true_poses": {"value": 35, "unit": "1"}, "tracked_fraction": {"value": 0.2, "unit": "1"},)";
+  EXPECT_THAT(table(metrics, poses),
+              HasSubstr("7 of 35 true poses matched (stamps within 0.1 ms), tracked 20 % of the time\n"
+                        "  errors without alignment except ate_se3"));
   files::write_text(folder_ / "about.json", R"({"alignment": "sim3"})");
-  EXPECT_THAT(table("\"metrics\": {", poses),
-              HasSubstr("errors over 7 poses, after its sim3 alignment with the truth"));
+  EXPECT_THAT(table(metrics, poses), HasSubstr("errors after its sim3 alignment with the truth"));
+}
+
+TEST_F(ScoreFile, AnErrorBeforeTheEndOfTheWalkSaysWhen) {
+  EXPECT_THAT(table("\"value\": 0.25, \"unit\": \"m\"", R"("value": 0.25, "unit": "m", "note": "at 3.4 s")"),
+              HasSubstr("<= 0.5000  ok  at 3.4 s\n"));
+}
+
+TEST_F(ScoreFile, DetailsAreTheCauseTheTimeAndTheLastLinesOfTheLog) {
+  std::string log;
+  for (int i = 1; i <= 9; ++i) log += "line " + std::to_string(i) + "\n";
+  files::write_text(folder_ / "estimator.log", log);
+  files::write_text(folder_ / "about.json", R"({"cause": "killed"})");
+  files::write_text(folder_ / "timing.json", R"({"wall_s": 2.5})");
+  SeedScore score;
+  read_details(folder_.path(), score);
+  EXPECT_EQ(score.cause, "killed");
+  EXPECT_EQ(score.wall_s, 2.5);
+  EXPECT_EQ(score.last_lines, log.substr(log.find("line 5")));
+  files::write_text(folder_ / "estimator.log", "one");
+  read_details(folder_.path(), score);
+  EXPECT_EQ(score.last_lines, "one");
 }
 
 TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {

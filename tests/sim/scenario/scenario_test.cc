@@ -16,6 +16,8 @@
 namespace sim::scenario {
 namespace {
 
+using testing::HasSubstr;
+
 const std::filesystem::path kSource = GAITSLAM_SOURCE_DIR;
 
 TEST(Scenario, EveryShippedScenarioIsReadAndWrittenWhole) {
@@ -110,6 +112,30 @@ TEST(Scenario, DegreesOfAFileComeBackExactly) {
   EXPECT_EQ(to_degrees(std::numbers::pi / 2), 90);
 }
 
+const std::string kLongWalk = "walk: {commands: [{stand: {duration_s: 100}}]}\ncamera: {}\n";
+
+TEST(Scenario, WhatNeverHappensIsRejected) {
+  for (const auto& [argument, problem] : std::vector<std::pair<std::string, std::string>>{
+           {"errors.faults=[{frames_lost: {from_s: 300}}]",
+            "errors.faults: frames_lost: never happens: it begins at 300 s, the walk ends at 10"},
+           {"errors.faults=[{gyro_silent: {duration_s: 0}}]", "never happens: its duration_s is 0"},
+           {"errors.faults=[{frames_lost: {fraction: 0}}]", "never happens: its fraction is 0"},
+           {"world.pushes=[{push: {time_s: 300, impulse_ns: 5}}]",
+            "world.pushes: push: never happens: it begins"},
+           {"world.pushes=[{push: {time_s: 3}}]", "never happens: its impulse_ns is 0"},
+           {"world.lights_off.from_s=3", "world.lights_off: never happens: its duration_s is 0"},
+           {"world.lights_off={from_s: 300, duration_s: 1}", "world.lights_off: never happens: it begins"},
+           {"limits.rmse_m={at_most: 0.1, at_least: 0.2}",
+            "limits.rmse_m: contradicts itself: at_least 0.2 is above at_most 0.1"},
+           {"limits.loop_closed.worst.at_least=1",
+            "limits.loop_closed.worst: cannot be met: the walk turns by 0 degrees, expected at least 350"}})
+    EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), HasSubstr(problem)) << argument;
+  for (const std::string text : {"errors.faults: [{frames_lost: {}}]", "world.lights_off.duration_s: 1"}) {
+    EXPECT_THAT(complaint(kWalk + text), HasSubstr("never happens: this scenario has no section 'camera'"));
+    EXPECT_EQ(complaint(kAll + text, {{}, {"camera", "slam"}}), "");
+  }
+}
+
 TEST(Faults, AreReadInOrderAndPrintedBack) {
   const std::string faults = R"(
 errors:
@@ -119,7 +145,7 @@ errors:
     - plan_scaled: {duration_s: 100, factor: 0.8}
     - frames_frozen: {}
 )";
-  const Scenario scenario = read_text(kWalk + faults).scenario;
+  const Scenario scenario = read_text(kLongWalk + faults).scenario;
   ASSERT_EQ(scenario.errors.faults.size(), 4u);
   EXPECT_EQ(std::get<sensor_errors::FramesLost>(scenario.errors.faults[0]).from_s, 20);
   EXPECT_EQ(std::get<sensor_errors::GyroSpike>(scenario.errors.faults[1]).size_rad_s, 5);
@@ -132,7 +158,7 @@ errors:
 
 TEST(Faults, ThatAreWrongAreNamed) {
   const auto of = [](const std::string& faults) {
-    return complaint(kWalk, {{"errors.faults=" + faults}, {}});
+    return complaint(kLongWalk, {{"errors.faults=" + faults}, {}});
   };
   EXPECT_EQ(of("[]"), "");
   EXPECT_EQ(of("[frames_lost: {from_s: 1}]"), "");
@@ -145,6 +171,21 @@ TEST(Faults, ThatAreWrongAreNamed) {
             "duration_s");
   EXPECT_EQ(of("[{gyro_silent: {duration_s: -1}}]"),
             "<argument>:1:43: duration_s: is '-1', expected a number from 0 to 1000000");
+}
+
+TEST(Overrides, AcceptSections) {
+  const ReadScenario read = read_text(
+      kAll, {{"limits.rmse_m={at_most: 0.01, worst.at_most: 0.02}",
+              "errors={gyro: {sigma_rad_s: 0.3}, accelerometer.sigma_m_s2: 0.4}", "seed=2", "seed=3"},
+             {}});
+  EXPECT_EQ(read.scenario.limits.metrics.size(), 2u);
+  EXPECT_EQ(read.scenario.errors.gyro.sigma_rad_s, 0.3);
+  EXPECT_EQ(read.scenario.errors.accelerometer.sigma_m_s2, 0.4);
+  EXPECT_EQ(read.scenario.seed, 3u);
+  EXPECT_EQ(read.origin.at("errors.gyro.sigma_rad_s"), "argument 2");
+  EXPECT_THAT(complaint(kWalk, {{"slam={gyro: {sigma_rad_s: 1}}"}, {}}), HasSubstr("has no section 'slam'"));
+  EXPECT_THAT(complaint(kAll, {{"errors.gyro={sgima_rad_s: 1}"}, {}}),
+              HasSubstr("errors.gyro.sgima_rad_s: unknown key; did you mean 'errors.gyro.sigma_rad_s'?"));
 }
 
 TEST(Overrides, GoThroughTheSameTableAsTheFile) {
@@ -237,7 +278,7 @@ TEST(Scenario, RepeatedCharactersAndDeepNestingAreRejected) {
 
 TEST(Scenario, PushesAndFloorPatchesAreReadAndPrintedAlike) {
   const ReadScenario read =
-      read_text(kWalk +
+      read_text(kLongWalk +
                 "world:\n"
                 "  pushes: [{push: {time_s: 4, impulse_ns: 12, direction_deg: 90}}]\n"
                 "  floor_patches:\n"

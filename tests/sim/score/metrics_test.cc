@@ -332,6 +332,29 @@ TEST(Evaluate, AnEstimatorWithoutCovarianceHasNoNeesAndTheReasonSaysSo) {
     EXPECT_EQ(m.at(name).reason, "the estimator states no covariance") << name;
   }
   EXPECT_TRUE(m.at("rmse_m").value);
+  for (std::size_t i = 30; i < 40; ++i) (*run.estimate)[i].covariance = Matrix6d::Identity();
+  EXPECT_EQ(value(evaluate(run), "nees_position_mean"), 0) << "of the poses with a covariance";
+  EXPECT_EQ(value(evaluate(run), "poses_with_covariance"), 10);
+}
+
+TEST(Evaluate, AnEstimatorThatReportsNoMatchesHasNoLoopAndTheReasonSaysSo) {
+  auto run = circle();
+  run.no_matches = "no matches";
+  EXPECT_EQ(evaluate(run).at("loop_closed").reason, "no matches");
+  EXPECT_EQ(evaluate(run).at("loop_landmarks").reason, "no matches");
+}
+
+TEST(Evaluate, AnErrorAtAnEndBeforeThatOfTheWalkSaysWhenThatWas) {
+  auto run = circle();
+  EXPECT_EQ(evaluate(run).at("end_position_error_m").note, "");
+  run.estimate->resize(106);
+  EXPECT_EQ(evaluate(run).at("end_position_error_m").note, "at 10.5 s, 25 % of 42.0 s");
+  EXPECT_EQ(evaluate(run).at("rmse_m").note, "");
+  EXPECT_EQ(evaluate(run).at("plan_drift_x_m").note, "");
+  EXPECT_EQ(value(evaluate(run), "poses_matched"), 85);
+  EXPECT_EQ(value(evaluate(run), "true_poses"), 400);
+  run.planned = PlannedTimes{milliseconds(525000), {}};
+  EXPECT_EQ(evaluate(run).at("plan_drift_x_m").note, "at 42.0 s, 8 % of 525.0 s");
 }
 
 TEST(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {

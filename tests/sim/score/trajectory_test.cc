@@ -11,21 +11,19 @@ namespace {
 
 using std::numbers::pi;
 
-TEST(Trajectory, OnlyEqualStampsArePaired) {
-  const Trajectory truth{
-      {Stamp(1), upright(1, 0, 0)}, {Stamp(2), upright(2, 0, 0)}, {Stamp(4), upright(4, 0, 0)}};
-  const Trajectory estimate{{Stamp(0), upright(0, 0, 0)},
-                            {Stamp(2), upright(2.5, 0, 0)},
-                            {Stamp(3), upright(3, 0, 0)},
-                            {Stamp(4), upright(5, 0, 0)}};
-  const auto pairs = pair_by_stamp(truth, estimate);
+TEST(Trajectory, StampsOfOneMomentArePairedAlsoIfTheyAreRounded) {
+  const auto at = [](double ms, double x) {
+    return TimedPose{Stamp(static_cast<std::int64_t>(1e6 * ms)), upright(x, 0, 0)};
+  };
+  const Trajectory truth{at(1, 1), at(2, 2), at(4, 4)};
+  const auto pairs = pair_by_stamp(truth, {at(0, 0), at(2.000001, 2.5), at(2.01, 9), at(3, 3), at(3.9, 5)});
   ASSERT_EQ(pairs.size(), 2u);
-  EXPECT_EQ(pairs[0].t, Stamp(2));
+  EXPECT_EQ(pairs[0].t, Stamp(2'000'001));
   EXPECT_EQ(pairs[0].X_true.translation().x(), 2);
   EXPECT_EQ(pairs[0].X_estimate.translation().x(), 2.5);
-  EXPECT_EQ(pairs[1].t, Stamp(4));
+  EXPECT_EQ(pairs[1].X_true.translation().x(), 4);
   EXPECT_TRUE(pair_by_stamp(truth, {}).empty());
-  EXPECT_TRUE(pair_by_stamp({}, estimate).empty());
+  EXPECT_TRUE(pair_by_stamp({}, truth).empty());
 }
 
 TEST(Trajectory, InterpolatesPositionLinearlyAndOrientationAlongTheShortestTurn) {
@@ -41,13 +39,16 @@ TEST(Trajectory, InterpolatesPositionLinearlyAndOrientationAlongTheShortestTurn)
   EXPECT_FALSE(interpolate({}, Stamp(0)));
 }
 
-TEST(Trajectory, PairsByInterpolationWithinTheTruthsTime) {
-  const Trajectory truth{{Stamp(10), upright(1, 0, 0)}, {Stamp(20), upright(2, 0, 0)}};
-  const auto pairs = pair_by_interpolation(
-      truth, {{Stamp(5), upright(0, 0, 0)}, {Stamp(15), upright(7, 0, 0)}, {Stamp(25), upright(0, 0, 0)}});
-  ASSERT_EQ(pairs.size(), 1u);
+TEST(Trajectory, PairsByInterpolationWithinTheTruthsTimeAndAcrossNoLongGap) {
+  const Trajectory truth{
+      {Stamp(10), upright(1, 0, 0)}, {Stamp(20), upright(2, 0, 0)}, {Stamp(60), upright(6, 0, 0)}};
+  Trajectory estimate;
+  for (const int t : {5, 15, 40, 60, 65}) estimate.push_back({Stamp(t), upright(7, 0, 0)});
+  const auto pairs = pair_by_interpolation(truth, estimate, Stamp(10));
+  ASSERT_EQ(pairs.size(), 2u);
   EXPECT_EQ(pairs[0].X_true.translation().x(), 1.5);
-  EXPECT_EQ(pairs[0].X_estimate.translation().x(), 7);
+  EXPECT_EQ(pairs[1].t, Stamp(60)) << "a true pose needs no interpolation";
+  EXPECT_EQ(pair_by_interpolation(truth, estimate, Stamp(40)).size(), 3u);
 }
 
 TEST(Trajectory, PairsByNearestUseEachPoseOnceWithTheNearestOfSeveral) {

@@ -23,7 +23,8 @@ class SpecFile : public testing::Test {
       std::filesystem::create_directories(result / "recording");
       std::ofstream(result / "recording" / "manifest.csv") << '\n';
       std::ofstream(result / "scenario.yaml")
-          << "walk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {gyro.sigma_rad_s: 0.02}\n";
+          << "seed: " << seed
+          << "\nwalk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {gyro.sigma_rad_s: 0.02}\n";
     }
   }
   Spec read(const std::string& text) const {
@@ -80,8 +81,13 @@ TEST_F(SpecFile, IsRefusedWithItsPlaceWhereItIsWrong) {
       {gyro + "training: [{recordings: walks, seeds: 1..9}]\n", "has no finished recording"},
       {gyro + "training: [{recordings: walks, seeds: 3..1}]\n", "spec.yaml:2:39: seeds: "},
       {gyro + "training: []\n", "spec.yaml:2:11: training: expected a list"},
+      {gyro + "training: [{recordings: walks, seeds: 1..3}]\nholdout: [{recordings: walks/seed-3}]\n",
+       "spec.yaml:3:11: holdout: seed 3 of scenario is also in the training"},
+      {gyro +
+           "training: [{recordings: walks/seed-2}]\nholdout: [{recordings: walks/seed-2, set: [seed=9]}]\n",
+       "spec.yaml:3:11: holdout: seed 2 of scenario is also in the training"},
       {gyro + kSides + "objective: nll\n", "spec.yaml:4:12: objective: "},
-      {gyro + kSides + "trials: 20\n", "too few for a population of 10 and a polish of 40"},
+      {gyro + kSides + "trials: 10\n", "too few for a population of 10"},
       {gyro + kSides + "trails: 20\n", "spec.yaml:4:1: trails: unknown key; did you mean 'trials'?"},
       {"- a\n", "expected a tuning"},
   };
@@ -114,6 +120,13 @@ TEST_F(SpecFile, MayNameScenariosWhoseRecordingsTheCacheHas) {
   const scenario::Scenario third = scenario_of(spec.training[0], 3).scenario;
   EXPECT_EQ(third.seed, 3U);
   EXPECT_EQ(third.slam->height.sigma_m, 0.1);
+  EXPECT_EQ(spec.warning, "");
+  std::ofstream(folder_ / "long.yaml")
+      << "walk: {commands: [stand: {duration_s: 2}]}\ncamera: {}\nslam: {}\n";
+  EXPECT_THAT(read(gyro + "training: [{scenario: walk.yaml, seeds: 2..4}]\n"
+                          "holdout: [{scenario: long.yaml, seeds: 4}]\n")
+                  .warning,
+              HasSubstr("share seed 4 on different walks"));
   EXPECT_THAT(complaint(gyro + "training: [{seeds: 1..2}]\n"),
               HasSubstr("spec.yaml:2:12: training: expected a scenario"));
   EXPECT_THROW(read(gyro + "training: [{scenario: none.yaml}]\n"), scenario::ConfigError);

@@ -77,12 +77,5 @@ TEST(InnovationNll, JudgesMatchesByTheUpdateNotByTheGate) {
   EXPECT_NEAR(innovation_nll(report, 76800), (2 + 2 * kLn2Pi) / 2, 1e-12);
 }
 
-TEST(Consistency, IsZeroForWhatIsExpectedAndAlikeOnBothSides) {
-  EXPECT_EQ(consistency(3, 3, 6, 6), 0);
-  EXPECT_NEAR(consistency(6, 3, 6, 6), std::log(2), 1e-15);
-  EXPECT_NEAR(consistency(1.5, 3, 6, 6), std::log(2), 1e-15);
-  EXPECT_NEAR(consistency(3, 3, 24, 6), std::log(4), 1e-15);
-}
-
 }  // namespace
 }  // namespace sim::trials

@@ -49,7 +49,6 @@ training: [{recordings: walks, seeds: 1..3}]
 holdout: [{recordings: walks, seeds: 4}]
 trials: 26
 population: 5
-polish: 4
 )";
 
 class Tunings : public testing::Test {
@@ -65,8 +64,8 @@ class Tunings : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
-  static Spec spec(const std::string& more = "") {
-    std::ofstream(folder_ / "spec.yaml") << kSpec << more;
+  static Spec spec() {
+    std::ofstream(folder_ / "spec.yaml") << kSpec;
     return read_spec(folder_ / "spec.yaml");
   }
   static TuningResult tuned(const Spec& spec, const std::string& out, int jobs) {
@@ -111,7 +110,7 @@ TEST_F(Tunings, KilledAtRandomMomentsLoseNoFinishedTrialAndEndAlike) {
   int kills = 0;
   for (bool done = false; !done; ++kills) {
     ASSERT_LT(kills, 200);
-    done = killed_after(20 + static_cast<int>(400 * random.uniform()) * (1 + kills / 4), spec(), "killed");
+    done = killed_after(10 + static_cast<int>(120 * random.uniform()) * (1 + kills / 4), spec(), "killed");
     const std::size_t now = finished("killed");
     EXPECT_GE(now, before);
     before = now;
@@ -132,24 +131,6 @@ TEST_F(Tunings, GiveTheSameAnswerWhereTrialsRunRemotelyAGenerationAtOnce) {
   tune(spec(), folder_ / "remote", {1, remote}, "test", [](const Progress&) {});
   EXPECT_EQ(tests::differences(answer_of("in threads"), answer_of("remote")), std::vector<std::string>{});
   EXPECT_GE(most, 15U) << "a generation is five settings of three runs";
-}
-
-TEST_F(Tunings, AbortHopelessSettingsAfterTheFirstRunsAndTakeNoneOfThemForTheBest) {
-  tuned(spec("profiles: false\n"), "early", 2);
-  std::ifstream in(folder_ / "early" / "history.csv");
-  std::string line;
-  std::getline(in, line);
-  int aborted = 0, all = 0;
-  double best = INFINITY, best_aborted = INFINITY;
-  for (; std::getline(in, line); ++all) {
-    const double value = std::stod(line.substr(line.rfind(',') + 1));
-    const bool complete = line.find(",1,") == line.find(',', line.find(',') + 1);
-    aborted += complete ? 0 : 1;
-    (complete ? best : best_aborted) = std::min(complete ? best : best_aborted, value);
-  }
-  EXPECT_EQ(all, 26);
-  EXPECT_GT(aborted, 0);
-  EXPECT_LT(best, best_aborted);
 }
 
 TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {

@@ -95,9 +95,9 @@ TEST(Sobol, FirstPointsAreThoseOfJoeAndKuo) {
 }
 
 TEST(Sobol, FillsDimensionsAndSquaresOfNeighborsEvenly) {
-  constexpr std::size_t kPoints = 1023;
-  const auto points = sobol_points(kPoints, kMostSobolDimensions);
-  for (std::size_t d = 0; d < kMostSobolDimensions; ++d) {
+  constexpr std::size_t kPoints = 1023, kDimensions = 11;
+  const auto points = sobol_points(kPoints, kDimensions);
+  for (std::size_t d = 0; d < kDimensions; ++d) {
     std::set<int> parts{0};  // of the origin
     std::vector<int> hits(64);
     ++hits[0];

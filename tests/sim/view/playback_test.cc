@@ -3,10 +3,16 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <sstream>
 
 #include "sim/files/text.h"
+#include "sim/pages/run_data.h"
+#include "sim/recording/grey_png.h"
 #include "sim/replay/replay.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/trials/synthetic_result.h"
@@ -88,6 +94,57 @@ TEST_F(PlaybackTest, TheRecordingOfAnotherWalkIsNotTaken) {
   fs::remove_all(folder_ / "walk/recording");
   fs::rename(folder_ / "other/recording", folder_ / "walk/recording");
   EXPECT_TRUE(read_playback(result_, {}).images[0].empty());
+}
+
+/// Lists the files of a recording as they are now, as a stranger could.
+void list_again(const fs::path& recording) {
+  recording::ManifestWriter manifest(recording);
+  for (const auto& entry : fs::recursive_directory_iterator(recording)) {
+    if (!entry.is_regular_file() || entry.path().filename().string().starts_with("manifest")) continue;
+    files::Hash hash;
+    hash.add(files::read_text(entry.path()));
+    manifest.add(entry.path().lexically_relative(recording).generic_string(), hash);
+  }
+  manifest.finish();
+}
+
+TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
+  const fs::path recording = folder_ / "walk/recording";
+  const fs::path picture = read_playback(result_, {}).images[3];
+  EXPECT_NO_THROW(pages::Pictures(recording).png(picture));
+  const auto complaint = [&]() -> std::string {
+    try {
+      pages::Pictures(recording).png(picture);
+    } catch (const files::FileError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  std::string edited = files::read_text(picture);
+  edited[30] ^= 1;
+  files::write_text(picture, edited);
+  EXPECT_THAT(complaint(), HasSubstr(picture.filename().string()));
+  files::write_text(picture, recording::encode_grey_png(cv::Mat::zeros(2000, 2000, CV_8UC1)));
+  list_again(recording);
+  EXPECT_THAT(complaint(), HasSubstr("2000"));
+}
+
+TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
+  const auto whole = pages::read_run(result_);
+  std::istringstream text(files::read_text(result_ / "estimate_cov.txt"));
+  std::string kept;
+  int row = 0;
+  for (std::string line; std::getline(text, line); ++row)
+    if (row < 10 || row >= 20) kept += line + "\n";
+  files::write_text(result_ / "estimate_cov.txt", kept);
+  const auto gap = pages::read_run(result_);
+  EXPECT_EQ(gap.errors->t.size(), whole.errors->t.size() - 9) << "ten poses fewer and one break";
+  const auto breaks = [](const std::vector<double>& values) {
+    return std::count_if(values.begin(), values.end(), [](double value) { return std::isnan(value); });
+  };
+  EXPECT_EQ(breaks(whole.errors->distance), 0);
+  EXPECT_EQ(breaks(gap.errors->distance), 1);
+  EXPECT_EQ(breaks(gap.estimate->x), 1);
 }
 
 TEST_F(PlaybackTest, BrokenFilesAreNamed) {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <exception>
 
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 

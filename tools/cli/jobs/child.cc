@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 
@@ -35,10 +34,6 @@ void require_success(const std::string& program, int status, const std::string& 
 }
 
 }  // namespace
-
-void run_child(const std::vector<std::string>& argv) {
-  require_success(argv[0], std::system((shell_line(argv) + " </dev/null").c_str()), "");
-}
 
 FedChild::FedChild(const std::vector<std::string>& argv) : name_(argv[0]), errors_(std::tmpfile()) {
   ::signal(SIGPIPE, SIG_IGN);  // write() reports a child that ended early

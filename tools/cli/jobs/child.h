@@ -1,4 +1,4 @@
-// Runs other programs to their end.
+// Runs another program to its end.
 #pragma once
 
 #include <cstdio>
@@ -8,12 +8,8 @@
 
 namespace cli {
 
-/// Runs argv[0], searched in PATH, without input and with our standard error. Throws std::runtime_error if it
-/// cannot be started or its exit code is not 0.
-void run_child(const std::vector<std::string>& argv);
-
-/// A program with input from us; otherwise like run_child(), but the exception has the first line of its
-/// standard error.
+/// A program with input from us: argv[0], searched in PATH. Throws std::runtime_error, with the first line of
+/// its standard error, if it cannot be started or its exit code is not 0.
 class FedChild {
  public:
   explicit FedChild(const std::vector<std::string>& argv);

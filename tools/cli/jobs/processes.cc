@@ -17,7 +17,7 @@
 
 #include "sim/files/text.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {

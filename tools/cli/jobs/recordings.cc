@@ -9,8 +9,8 @@
 #include "sim/files/text.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/live.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {

@@ -19,7 +19,7 @@
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/version.h"
+#include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
@@ -194,10 +194,14 @@ std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFol
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
                                            const std::vector<Ended>& ended, const fs::path& out) {
   std::vector<result::SeedScore> scores;
-  for (std::size_t i = 0; i < jobs.size(); ++i)
-    scores.push_back(fs::exists(out / jobs[i].result() / "score.json")
-                         ? sim::regression::read_result(out / jobs[i].result())
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const fs::path folder = out / jobs[i].result();
+    const bool there = fs::exists(folder / "score.json");
+    scores.push_back(there
+                         ? sim::regression::read_result(folder)
                          : result::read_seed_score(out / jobs[i].folder, jobs[i].seed(), ended[i].exit_code));
+    if (!there) scores.back().last_lines = ended[i].complaint;
+  }
   return scores;
 }
 

@@ -10,7 +10,7 @@
 #include "sim/result/score_file.h"
 #include "sim/scenario/scenario.h"
 #include "tools/cli/jobs/backend.h"
-#include "tools/cli/out_folder.h"
+#include "tools/cli/shared/out_folder.h"
 
 namespace cli {
 

@@ -16,7 +16,7 @@
 #include "sim/files/text.h"
 #include "tools/cli/jobs/backend.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {
@@ -206,7 +206,7 @@ class Array {
     if (job.empty()) return false;
     const Queue queue = queue_of(job);
     failures_ = queue.failed.empty() ? 0 : failures_ + 1;
-    const std::string reason = queue.failed.empty() ? waits_for(queue.lines) : "squeue: " + queue.failed;
+    const std::string reason = queue.failed.empty() ? waits_for(queue.lines) : "squeue fails: " + queue.failed;
     if (failures_ > kSilentPolls)
       throw UsageError(
           fmt::format("{}; job {} and its folder {} are kept, and the same command continues with it", reason,

@@ -8,8 +8,8 @@
 #include "sim/regression/results.h"
 #include "sim/result/score_input.h"
 #include "sim/scenario/recording_key.h"
-#include "tools/cli/live.h"
-#include "tools/cli/options.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {

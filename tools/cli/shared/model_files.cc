@@ -1,4 +1,4 @@
-#include "tools/cli/model_files.h"
+#include "tools/cli/shared/model_files.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -10,7 +10,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/result/result.h"
-#include "tools/cli/interruption.h"
+#include "tools/cli/shared/interruption.h"
 
 namespace CLI {
 class App;

@@ -1,4 +1,4 @@
-#include "tools/cli/out_folder.h"
+#include "tools/cli/shared/out_folder.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -17,7 +17,7 @@
 #include "sim/result/score_file.h"
 #include "sim/result/score_table.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/cli/verdict_files.h"
+#include "tools/cli/shared/verdict_files.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/out_folder.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/out_folder.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {

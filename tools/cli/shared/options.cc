@@ -1,4 +1,4 @@
-#include "tools/cli/options.h"
+#include "tools/cli/shared/options.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include <iostream>
 
 #include "tools/cli/jobs/terminal.h"
-#include "tools/cli/view_session.h"
+#include "tools/cli/shared/view_session.h"
 
 namespace cli {
 

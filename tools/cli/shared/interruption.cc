@@ -1,4 +1,4 @@
-#include "tools/cli/interruption.h"
+#include "tools/cli/shared/interruption.h"
 
 #include <fmt/format.h>
 #include <signal.h>

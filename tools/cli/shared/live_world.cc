@@ -3,7 +3,7 @@
 #include "sim/live/room_check.h"
 #include "sim/live/run.h"
 #include "sim/physics/nominal_body.h"
-#include "tools/cli/live.h"
+#include "tools/cli/shared/live.h"
 
 namespace cli {
 

@@ -1,4 +1,4 @@
-#include "tools/cli/version.h"
+#include "tools/cli/shared/version.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "sim/files/hash.h"
-#include "tools/cli/live.h"
+#include "tools/cli/shared/live.h"
 
 namespace cli {
 namespace {

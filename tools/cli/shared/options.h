@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "sim/scenario/scenario.h"
-#include "tools/cli/usage_error.h"
+#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 

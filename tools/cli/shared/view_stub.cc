@@ -1,6 +1,6 @@
 // The runner, which tools/gaitslam builds for users without the view.
-#include "tools/cli/usage_error.h"
-#include "tools/cli/view_session.h"
+#include "tools/cli/shared/usage_error.h"
+#include "tools/cli/shared/view_session.h"
 
 namespace sim::view {
 namespace {
