@@ -209,7 +209,8 @@ TEST(PlanCause, IsTheLengthOfTheStepsWhereThatIsTooLong) {
 }
 
 TEST(PlanCause, IsTheKeyOfTheWalkThatThrowsTheBodyAside) {
-  WalkOptions options = walk_of(Straight{0, 1});
+  const Steps far_aside{{{0, 0.49, 0}, {0, -0.19, 0}, {0, 0.49, 0}, {0, -0.19, 0}}};
+  WalkOptions options = walk_of(far_aside);
   options.com_height_m = 0.3;
   EXPECT_THAT(refusal_of(options),
               EndsWith("the cause is walk.com_height_m 0.3, with 0.814 the legs can follow"));
