@@ -6,7 +6,7 @@ import sys
 
 TYPES = {'object': dict, 'array': list, 'string': str, 'boolean': bool, 'null': type(None)}
 KNOWN = {'$schema', 'title', 'description', 'type', 'required', 'properties', 'additionalProperties', 'items', 'const',
-         'enum', 'minimum', '$ref', '$defs'}
+         'enum', 'minimum', 'maximum', '$ref', '$defs'}
 
 
 def is_of(value, name):
@@ -33,6 +33,8 @@ def check(value, schema, root, path):
         assert any(is_of(value, name) for name in names), f'{path}: is {value!r}, expected {names}'
     if 'minimum' in schema:
         assert value >= schema['minimum'], f'{path}: is {value}'
+    if 'maximum' in schema:
+        assert value <= schema['maximum'], f'{path}: is {value}'
     if isinstance(value, dict):
         for name in schema.get('required', []):
             assert name in value, f'{path}.{name}: is missing'
