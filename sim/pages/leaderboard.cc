@@ -119,7 +119,9 @@ void name_changes(std::vector<Collected>& rows) {
       std::vector<Keys> keys;
       for (auto row = from; row != to; ++row) keys.push_back(keys_of(row->first));
       for (const auto& [key, value] : keys.front()) {
-        const auto same = [&](const Keys& k) { return k.empty() || (k.contains(key) && k.at(key) == value); };
+        const auto same = [&key = key, &value = value](const Keys& k) {
+          return k.empty() || (k.contains(key) && k.at(key) == value);
+        };
         if (std::all_of(keys.begin(), keys.end(), same)) continue;
         for (auto row = from; row != to; ++row)
           if (const Keys& own = keys[static_cast<std::size_t>(row - from)]; own.contains(key))
