@@ -50,7 +50,7 @@ std::vector<TumRow> broken_at_gaps(const std::vector<TumRow>& estimate, const st
     const auto at = std::lower_bound(next, truth.end(), row.t,
                                      [](const TumRow& pose, slam::Stamp t) { return pose.t < t; });
     if (!rows.empty() && at != next) {
-      rows.push_back({next->t, Eigen::Isometry3d::Identity(), std::nullopt});
+      rows.push_back({{next->t, Eigen::Isometry3d::Identity()}, std::nullopt});
       rows.back().X.matrix().topRows<3>().setConstant(NAN);
     }
     rows.push_back(row);
