@@ -158,8 +158,8 @@ Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark
   Answer answer;
   answer.estimate.t = slam::Stamp(words.t_ns);
   answer.has_pose = words.status == GAITSLAM_OK || words.status == GAITSLAM_DIVERGED;
-  if (ready) answer.estimate.X_WC = isometry_of(words.X_WC);
-  if (flag(words.has_covariance, "has_covariance") && ready)
+  if (answer.has_pose) answer.estimate.X_WC = isometry_of(words.X_WC);
+  if (flag(words.has_covariance, "has_covariance") && answer.has_pose)
     answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
   answer.report.health = ready ? static_cast<slam::Health>(words.status) : slam::Health::lost;
   answer.report.cause = printable(cause);

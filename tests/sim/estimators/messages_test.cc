@@ -92,7 +92,7 @@ TEST(Messages, MissingDataTakesNoBytes) {
 TEST(Messages, AnAnswerComesBackWithAllItsBits) {
   gaitslam_answer words{};
   words.t_ns = 33;
-  words.status = GAITSLAM_LOST;
+  words.status = GAITSLAM_DIVERGED;
   words.has_covariance = 1;
   for (int i = 0; i < 9; ++i) words.X_WC.rotation[i] = 0.1 * i;
   for (int i = 0; i < 36; ++i) words.covariance[i] = 1e-3 * i;
@@ -107,7 +107,7 @@ TEST(Messages, AnAnswerComesBackWithAllItsBits) {
   payload.append(reinterpret_cast<const char*>(landmarks), sizeof landmarks);
   const Answer answer = read_answer(payload + "d\nrk");
   EXPECT_EQ(answer.estimate.t.count(), 33);
-  EXPECT_EQ(answer.report.health, slam::Health::lost);
+  EXPECT_EQ(answer.report.health, slam::Health::diverged);
   EXPECT_EQ(answer.report.cause, "d rk");
   EXPECT_EQ(answer.estimate.X_WC.linear()(1, 2), 0.1 * 5);
   EXPECT_EQ(answer.estimate.X_WC.translation().z(), 1.0 / 3);
@@ -117,6 +117,17 @@ TEST(Messages, AnAnswerComesBackWithAllItsBits) {
   EXPECT_EQ((*answer.map)[1].id, 9);
   EXPECT_EQ((*answer.map)[1].covariance(1, 2), 0.25);
   EXPECT_TRUE((*answer.map)[0].covariance.isZero());
+}
+
+TEST(Messages, APoseOfALostAnswerIsNotRead) {
+  gaitslam_answer words{};
+  words.status = GAITSLAM_LOST;
+  words.has_covariance = 1;
+  words.X_WC.translation_m[2] = NAN;
+  const Answer answer = read_answer(std::string_view(reinterpret_cast<const char*>(&words), sizeof words));
+  EXPECT_FALSE(answer.has_pose);
+  EXPECT_TRUE(answer.estimate.X_WC.matrix().isIdentity(0));
+  EXPECT_FALSE(answer.estimate.covariance);
 }
 
 EstimatorChoice choice_of(const std::string& value) {
