@@ -74,13 +74,13 @@ void open_input(Ends& ends) {
   ::_exit(127);
 }
 
-/// What the supervisor writes when the program has ended.
+/// The supervisor's report at the end of the program.
 struct Ended {
   int status;
   rusage used;
 };
 
-// Kills the children of this process until there are none: those of a killed one become its own.
+// Kills the children of this process until none is left. It adopts the children of each killed process.
 void kill_descendants() {
   for (pid_t reaped = 0; reaped >= 0 || errno == EINTR; reaped = ::waitpid(-1, nullptr, WNOHANG)) {
     std::array<char, 4096> text;
@@ -287,7 +287,7 @@ void ChildProgram::kill() {
   ::close(std::exchange(alive_, -1));
   while (::waitpid(supervisor_, nullptr, 0) < 0 && errno == EINTR) continue;
   if (has_ended()) return;
-  status_ = SIGKILL;  // somebody killed the supervisor, and with it the program
+  status_ = SIGKILL;  // the supervisor was killed, and the program with it
   ended_ = true;
 }
 

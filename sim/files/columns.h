@@ -1,4 +1,4 @@
-// What files of other programs state about their columns: names, units, and the unit of their stamps.
+// Column names, units and stamp units that external files state.
 #pragma once
 
 #include <chrono>
@@ -44,7 +44,7 @@ struct Column {
 /// The titles of a file's columns, such as "p_RS_R_x [m]", "tx", "angular_velocity.x" or "gyro_x (deg/s)".
 class Header {
  public:
-  /// line: where it stands in the file, for errors.
+  /// line: its number in the file, for errors.
   Header(std::filesystem::path file, std::size_t line, const std::vector<std::string>& titles);
   /// Splits a line at commas, or at blanks outside of brackets if it has none.
   Header(std::filesystem::path file, std::size_t line, std::string_view text);

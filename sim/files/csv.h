@@ -25,7 +25,7 @@ class CsvReader {
   /// ignored.
   explicit CsvReader(const std::filesystem::path& file) : CsvReader(file, Writer::other) {}
 
-  /// An external file with a header of at least so many columns, whose first title is not a number.
+  /// An external file with a header of at least so many columns. The first title must not be a number.
   CsvReader(const std::filesystem::path& file, std::size_t least_fields);
 
   std::size_t header() const { return header_; }  ///< which of the headers the file has

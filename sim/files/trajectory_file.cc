@@ -52,7 +52,7 @@ double coordinate(const TextLine& line, const Column& column) {
   return value;
 }
 
-// Where the pose is in each line.
+// Indices of the pose's columns.
 struct PoseColumns {
   std::size_t stamp = 0;
   std::vector<Column> position{{1}, {2}, {3}}, orientation{{7}, {4}, {5}, {6}};  // w, x, y, z; may be empty

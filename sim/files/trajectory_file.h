@@ -56,7 +56,7 @@ struct TrajectoryFile {
 /// (w first) and anything else. A header that names its columns is obeyed; it and files of 4 columns may be
 /// without orientation. KITTI: 12 numbers, the upper rows of a matrix; stamps from times.txt beside it, else
 /// frame numbers, one a second. The unit of stamps is decided from all rows (unit_of_stamps); whole numbers
-/// with commas that rise by less than 1000 and are no dates are frame numbers. Comments (#) and blank lines
+/// with commas that rise by less than 1000 and are not dates are frame numbers. Comments (#) and blank lines
 /// are skipped. Stamps must rise; a last pose that repeats the stamp before is dropped with a warning. Throws
 /// FileError.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);

@@ -79,7 +79,7 @@ Figure paths(const std::string& scenario, const Runs& runs) {
   return f;
 }
 
-/// Of the runs with one alignment.
+/// The figure of the runs with one alignment.
 Figure errors_over_time(const std::string& scenario, const std::string& alignment, const Runs& runs) {
   const bool aligned = alignment != "none";
   Figure f = figure("error_over_time", scenario, "position error, median over seeds", "time [s]", "mm");

@@ -66,7 +66,7 @@ constexpr double kLengthTolerance_m = 1e-3, kComTolerance_m = 3e-3, kMassToleran
                   std::string(model.names), what));
 }
 
-/// Where the model's joints are with this posture, in the waist.
+/// Joint positions of the model in this posture, in the waist frame.
 class Posed {
  public:
   Posed(const mjModel& model, const walking::JointVector& q) : model_(model), data_(mj_makeData(&model)) {

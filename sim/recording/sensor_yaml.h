@@ -35,7 +35,7 @@ std::string body_yaml();
 // The readers get the text of a file and its name, and throw FileError. Matrices are maps with 16 numbers in
 // `data`, lists of 16 numbers, or lists of four rows. External rotations are orthonormal to 1e-4 only.
 
-/// What a camera's file states besides the calibration.
+/// Values of a camera's file besides the calibration.
 struct StatedCamera {
   std::optional<double> rate_hz;    ///< absent only in files of kalibr
   double timeshift_s = 0;           ///< timeshift_cam_imu: stamps of the IMU minus those of the camera

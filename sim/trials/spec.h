@@ -43,7 +43,7 @@ struct Spec {
   int trials = 200;     ///< settings tried by the search
   int population = 10;  ///< of a generation of CMA-ES
   std::uint64_t seed = 1;
-  std::string warning = {};  ///< that the hold-out is not quite independent; empty if it is
+  std::string warning = {};  ///< about a hold-out that is not fully independent; empty if it is
 };
 
 /// Reads a spec; its paths are relative to its folder. Throws ConfigError ("file:line:column: key: ...") at

@@ -68,7 +68,7 @@ std::string suggested_option(const CLI::App& app) {
   return "";
 }
 
-/// Where the rest of a wrapped line of help starts: below its description, or indented as the line.
+/// Returns the indent of the rest of a wrapped line of help: below its description, or indented as the line.
 std::size_t indent_of(const std::string& line) {
   const std::size_t words = line.find_first_not_of(' ');
   if (words == line.npos || words == 0 || words > 20) return words == line.npos ? 0 : words;

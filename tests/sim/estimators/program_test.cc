@@ -243,7 +243,7 @@ bool is_soon_gone(pid_t process) {
   return is_gone(process);
 }
 
-/// A program that starts another in a session of its own, whose parent ends at once.
+/// A program that starts another one in a new session. The parent of the other one ends at once.
 class Leaving : public testing::Test {
  protected:
   std::vector<std::string> words() const {

@@ -104,11 +104,12 @@ std::string job_id(const std::string& text) {
   return "";
 }
 
-/// What squeue reports about a job. An unknown job counts as queued: nothing is submitted again for it.
+/// The state of a job as squeue reports it. An unknown job counts as queued: nothing is submitted again for
+/// it.
 struct Queue {
   bool may_have_job = false;
   std::string lines;   ///< "STATE REASON", one for each element or group of elements
-  std::string failed;  ///< why squeue could not tell
+  std::string failed;  ///< the error message of squeue
 };
 
 /// Slurm forgets a job some minutes after its end and then calls its id invalid.
@@ -199,7 +200,7 @@ class Array {
     sim::files::write_atomically(folder_ / "element.sh", kElement);
   }
 
-  /// True if the job, possibly one of a killed command, is in the queue or squeue cannot tell. Prints once
+  /// True if the job, possibly one of a killed command, is in the queue or squeue fails. Prints once
   /// why a blocked job waits. Throws UsageError if squeue fails for ten minutes.
   bool is_in_queue() {
     const std::string job = text_if_there(folder_ / "job");
