@@ -100,12 +100,14 @@ void Filter::report(Stamp t, const InternalResult& internal, const VisualResult&
   report_.t = t;
   report_.landmarks = static_cast<int>(visual_.landmarks().size());
   report_.innovations = internal.innovations;
+  report_.use = internal.use;
   const VisionResult* vision = visual.vision;
   report_.predicted = vision ? static_cast<int>(vision->visible.size()) : 0;
   report_.measured = vision ? vision->matches : 0;
   report_.accepted = static_cast<int>(visual.matched.size());
   if (vision && vision->nis) report_.innovations.push_back({"vision", *vision->nis});
   report_.update = vision ? vision->update_nis : std::nullopt;
+  report_.use[static_cast<std::size_t>(SensorIndex::vision)] = visual.use;
   report_.initialized = visual.initialized;
   report_.matched = visual.matched;
   report_.searched = visual.searched;

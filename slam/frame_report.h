@@ -49,6 +49,15 @@ inline std::optional<Nis> nis_of(const std::vector<SensorInnovation>& innovation
   return std::nullopt;
 }
 
+/// The sensors of FrameReport::use, in its order.
+inline constexpr std::array<std::string_view, 5> kSensorNames{"vision", "gyro", "plan_velocity", "height",
+                                                              "accelerometer"};
+enum class SensorIndex { vision, gyro, plan_velocity, height, accelerometer };
+
+/// Whether an enabled sensor had readings in a frame, and whether they passed its gate and were used.
+enum class SensorUse { none, readings, accepted };
+using SensorUses = std::array<SensorUse, kSensorNames.size()>;
+
 /// By systematic error (kPlanScale, kLensDistortion, kLegScale).
 using Evidence = std::array<SystematicEvidence, kSystematicErrors>;
 
@@ -84,6 +93,7 @@ struct FrameReport {
   int measured = 0;                           ///< searched for and found by correlation
   int accepted = 0;                           ///< passed the gates and entered the update
   std::vector<SensorInnovation> innovations;  ///< of the sensors that gave a measurement
+  SensorUses use{};                           ///< by SensorIndex
   std::optional<Nis> update;          ///< of the accepted matches, with the noise that the update assumes
   std::vector<Sighting> initialized;  ///< landmarks initialized in this frame, at their first pixels
   std::vector<Sighting> matched;      ///< accepted matches of this frame

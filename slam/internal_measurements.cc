@@ -51,20 +51,20 @@ OptionalMeasurement height(const Inputs& in) {
   return measure_height(in.x, in.observation.plan->X_PC.translation().z(), in.options.height);
 }
 
-/// A sensor's measurement, if there is one, its gate, and its names in reports and in reasons.
+/// A sensor's measurement, if there is one, its gate, its place in reports and its name in reasons.
 struct Sensor {
   OptionalMeasurement (*measure)(const Inputs&);
   double gate;
-  std::string_view name;  // of its innovation; empty: not reported
+  std::optional<SensorIndex> index;  // nothing: not reported
   const char* reason;
 };
 
 constexpr std::array kSensors{
-    Sensor{gyro, kGate3, "gyro", "gyro is beyond its gate"},
-    Sensor{rest, kGate3, "", "rest is beyond its gate"},
-    Sensor{leg_velocity, kGate3, "plan_velocity", "leg odometry is beyond its gate"},
-    Sensor{plan_velocity, kGate3, "plan_velocity", "planned velocity is beyond its gate"},
-    Sensor{height, kGate1, "height", "planned height is beyond its gate"}};
+    Sensor{gyro, kGate3, SensorIndex::gyro, "gyro is beyond its gate"},
+    Sensor{rest, kGate3, std::nullopt, "rest is beyond its gate"},
+    Sensor{leg_velocity, kGate3, SensorIndex::plan_velocity, "leg odometry is beyond its gate"},
+    Sensor{plan_velocity, kGate3, SensorIndex::plan_velocity, "planned velocity is beyond its gate"},
+    Sensor{height, kGate1, SensorIndex::height, "planned height is beyond its gate"}};
 
 bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const State& state) {
   if (!m) return true;
@@ -87,6 +87,7 @@ std::optional<VelocityIncrement> InternalMeasurements::integrate_accelerometer(c
 
 const InternalResult& InternalMeasurements::skip() {
   result_.innovations.clear();
+  result_.use = {};
   result_.rejected.clear();
   result_.updated = true;
   return result_;
@@ -98,6 +99,8 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
   const double dt = seconds(o.t - previous);
   const RobotVector x = state.robot();
   const Options& options = planned && planned->legs ? leg_options_ : options_;
+  if (options.accelerometer.enabled && !o.accelerometer.empty())
+    note(SensorIndex::accelerometer, SensorUse::readings);
   const auto increment = integrate_accelerometer(o, previous, state);
   if (increment) {
     const Prediction prediction = predict_motion(x, dt, increment, options);
@@ -105,7 +108,10 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
     const double sigma = options.motion.sigma_acceleration_m_s2 * dt;
     const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_};
     const auto velocity = planned && planned->legs ? leg_velocity(in) : plan_velocity(in);
-    if (V.squaredNorm() < kGate3 * sigma * sigma && agrees(velocity, prediction, state)) return prediction;
+    if (V.squaredNorm() < kGate3 * sigma * sigma && agrees(velocity, prediction, state)) {
+      note(SensorIndex::accelerometer, SensorUse::accepted);
+      return prediction;
+    }
     add_reason(result_.rejected, "accelerometer is beyond its gate");
   }
   return predict_motion(x, dt, std::nullopt, options);
@@ -116,14 +122,19 @@ const InternalResult& InternalMeasurements::update(const Observation& o, Stamp p
                                                    Kalman& kalman) {
   accepted_.clear();
   if (options_.gyro.enabled && o.gyro.empty()) add_reason(result_.rejected, "the gyro is silent");
+  if (options_.gyro.enabled && !o.gyro.empty()) note(SensorIndex::gyro, SensorUse::readings);
   const RobotVector x = kalman.state().robot();
   for (const Sensor& sensor : kSensors) {
     auto m = sensor.measure({x, o, previous, planned, plan_.at_rest(), X_CG_, options_});
     if (!m) continue;
     kalman.constrain(*m);
     const Nis nis = normalized_innovation_squared(kalman.state(), *m);
-    if (!sensor.name.empty()) result_.innovations.push_back({sensor.name, nis});
-    if (nis.value < sensor.gate)
+    const bool accepted = nis.value < sensor.gate;
+    if (sensor.index) {
+      result_.innovations.push_back({kSensorNames[static_cast<std::size_t>(*sensor.index)], nis});
+      note(*sensor.index, accepted ? SensorUse::accepted : SensorUse::readings);
+    }
+    if (accepted)
       accepted_.push_back(*m);
     else
       add_reason(result_.rejected, sensor.reason);

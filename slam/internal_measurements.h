@@ -19,6 +19,7 @@ namespace slam {
 
 struct InternalResult {
   std::vector<SensorInnovation> innovations;  ///< of the sensors that gave a measurement
+  SensorUses use{};                           ///< without that of vision
   std::string rejected;                       ///< what was not used, and why
   bool updated = true;                        ///< false if S is not positive definite
 };
@@ -55,6 +56,9 @@ class InternalMeasurements {
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;
   InertialInterval earlier_, later_;  // of the last two frame intervals
+  /// Notes that a sensor has readings in this frame, or that they are accepted.
+  void note(SensorIndex sensor, SensorUse use) { result_.use[static_cast<std::size_t>(sensor)] = use; }
+
   // Work space, kept so that a step in the steady state takes no heap memory.
   InternalResult result_;
   std::vector<Measurement> accepted_;

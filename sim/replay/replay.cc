@@ -43,7 +43,8 @@ std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
     settings.push_back(setting("slam.accelerometer.sigma_m_s2",
                                sensors.noise.accelerometer_density / std::sqrt(slam::kReadingPeriod_s)));
   if (sensors.has_plan) return settings;
-  settings.push_back("slam.accelerometer.enabled=false");
+  for (const char* sensor : {"accelerometer", "plan_velocity", "height"})
+    settings.push_back(fmt::format("slam.{}.enabled=false", sensor));
   settings.push_back(setting("slam.gyro.sigma_bias_rad_s", 0.1));
   if (sensors.noise.gyro_walk > 0)
     settings.push_back(setting("slam.gyro.sigma_bias_walk_rad_s2", sensors.noise.gyro_walk));

@@ -38,7 +38,8 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
 
 /// Returns the scenario of a replay of an external recording: no additional sensor errors, default options,
 /// and the noise that the folder states. Without a walking plan the initial standard deviation of the gyro's
-/// bias is 0.1 rad/s and the accelerometer is unused. `changes` come last.
+/// bias is 0.1 rad/s and the accelerometer, like the plan's velocity and height, is unused. `changes` come
+/// last.
 scenario::ReadScenario external_scenario(const std::filesystem::path& folder,
                                          const scenario::Changes& changes);
 

@@ -25,13 +25,10 @@ struct RunRecord {
   std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
 };
 
+/// Returns whether the estimator is the built-in filter.
+bool uses_filter(const scenario::Scenario& scenario);
+
 /// Returns the ending of the walk, or of the estimate on a completed walk.
-inline scenario::Ended ending_of(const RunRecord& record) {
-  using enum scenario::Ending;
-  const auto failure = record.tracked ? record.tracked->failure() : std::nullopt;
-  // A robot stops if the estimator that steers it fails.
-  const bool explains_stop = record.walk.ending == stopped && failure && failure->ending == estimator_failed;
-  return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
-}
+scenario::Ended ending_of(const RunRecord& record);
 
 }  // namespace sim::result

@@ -50,10 +50,28 @@ auto innovations(const tracking::Tracked& tracked) {
   return all;
 }
 
-std::vector<score::TimedHealth> health(const tracking::Tracked& tracked) {
+std::vector<score::FrameUse> use(const tracking::Tracked& tracked) {
+  static_assert(score::kUsedSensors == slam::kSensorNames);
+  std::vector<score::FrameUse> all;
+  for (const tracking::TrackedFrame& frame : tracked.frames) {
+    score::FrameUse& use = all.emplace_back(frame.report.t);
+    for (std::size_t i = 0; i < slam::kSensorNames.size(); ++i) {
+      use.readings[i] = frame.report.use[i] != slam::SensorUse::none;
+      use.accepted[i] = frame.report.use[i] == slam::SensorUse::accepted;
+    }
+  }
+  return all;
+}
+
+/// by_landmarks: the estimator tracks from its first landmark on.
+std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by_landmarks) {
   std::vector<score::TimedHealth> all;
-  for (const tracking::TrackedFrame& frame : tracked.frames)
-    all.push_back({frame.report.t, frame.report.health == slam::Health::ok, !frame.report.suspect.empty()});
+  bool tracks = !by_landmarks;
+  for (const tracking::TrackedFrame& frame : tracked.frames) {
+    const slam::FrameReport& report = frame.report;
+    tracks = tracks || report.landmarks > 0;
+    all.push_back({report.t, tracks && report.health == slam::Health::ok, !report.suspect.empty()});
+  }
   const auto last = all.empty() ? slam::Stamp(0) : all.back().t;
   for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});
   if (!tracked.untracked.empty() && tracked.untracked.front() < last)  // poses of a file, with gaps
@@ -173,13 +191,13 @@ score::Run score_input(const RunRecord& record) {
   if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth.waist_plan);
   run.steered = walk.steering.by != walking::SteeredBy::plan;
   run.corrections = record.truth.corrected_steps;
-  run.planned = planned_times(record.scenario.scenario.walk);
+  if (!record.truth.waist_plan.empty()) run.planned = planned_times(walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);
-  run.health = health(*record.tracked);
+  const bool is_filter = uses_filter(record.scenario.scenario);
+  run.health = health(*record.tracked, is_filter && record.scenario.scenario.slam->vision.enabled);
+  if (is_filter) run.use = use(*record.tracked);
   run.landmarks = landmarks(*record.tracked);
-  const estimators::EstimatorChoice& estimator = record.scenario.scenario.estimator;
-  const bool is_filter = estimator.source == estimators::Source::built_in && estimator.name == "filter";
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   run.innovations = innovations(*record.tracked);
   run.map = map(*record.tracked);

@@ -11,6 +11,7 @@
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
 #include "sim/score/metrics.h"
+#include "sim/score/run.h"
 
 namespace sim::result {
 namespace {
@@ -154,6 +155,19 @@ std::string coverage(const Json& metrics) {
                      tracked ? fmt::format(", tracked {:.4g} % of the time", 100 * *tracked) : "");
 }
 
+// "  readings used: vision 98.3 %, gyro 100 % (in 96.7 % of the frames)", without sensors that had none.
+std::string sensor_use(const Json& metrics) {
+  std::string text;
+  for (const std::string_view sensor : score::kUsedSensors) {
+    const auto readings = value_of(metrics, fmt::format("readings_{}_fraction", sensor).c_str()),
+               accepted = value_of(metrics, fmt::format("accepted_{}_fraction", sensor).c_str());
+    if (!readings || *readings == 0) continue;
+    text += fmt::format("{}{} {:.3g} %", text.empty() ? "" : ", ", sensor, 100 * accepted.value_or(0));
+    if (*readings < 0.9995) text += fmt::format(" (in {:.3g} % of the frames)", 100 * *readings);
+  }
+  return text.empty() ? "" : "  readings used: " + text + "\n";
+}
+
 }  // namespace
 
 std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style, bool failed) {
@@ -164,7 +178,7 @@ std::string score_table(const std::filesystem::path& result_folder, const TableS
                   painted(scored.at("ending").text(), failed ? Paint::bad : Paint::none, style.colors),
                   failed ? "" : cause_of(scored.at("ending").text(), result_folder / "about.json"));
   text += tracking_faults(scored) + metric_lines(scored, style);
-  text += coverage(scored.at("metrics"));
+  text += coverage(scored.at("metrics")) + sensor_use(scored.at("metrics"));
   if (value_of(scored.at("metrics"), "poses_matched"))
     text += fmt::format("  {}; {}\n", alignment_text(result_folder / "about.json"),
                         style.all_metrics ? "report explains each metric" : "score.json has all metrics");

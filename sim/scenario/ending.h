@@ -10,7 +10,8 @@
 namespace sim::scenario {
 
 /// stopped: a steered walk had no estimate for too long. estimator_failed: the estimator crashed, missed a
-/// time limit or gave an invalid answer. failed: the simulator broke, which no scenario can allow. crashed,
+/// time limit or gave an invalid answer. sensor_unused: the filter did not use one of its sensors in any
+/// frame. failed: the simulator broke, which no scenario can allow. crashed,
 /// not_started: the process of the run left no result.
 enum class Ending {
   completed,
@@ -19,6 +20,7 @@ enum class Ending {
   diverged,
   stopped,
   estimator_failed,
+  sensor_unused,
   failed,
   crashed,
   not_started
@@ -31,15 +33,16 @@ struct EndingRow {
 };
 
 /// In the order of the enumerators.
-inline constexpr std::array<EndingRow, 9> kEndings{{{"completed", 3},
-                                                    {"fell", 3},
-                                                    {"collided", 3},
-                                                    {"diverged", 3},
-                                                    {"stopped", 3},
-                                                    {"estimator_failed", 3},
-                                                    {"failed", 3},
-                                                    {"crashed", 3},
-                                                    {"not started", 2}}};
+inline constexpr std::array<EndingRow, 10> kEndings{{{"completed", 3},
+                                                     {"fell", 3},
+                                                     {"collided", 3},
+                                                     {"diverged", 3},
+                                                     {"stopped", 3},
+                                                     {"estimator_failed", 3},
+                                                     {"sensor_unused", 3},
+                                                     {"failed", 3},
+                                                     {"crashed", 3},
+                                                     {"not started", 2}}};
 
 /// The names of the endings that a result can have: all but the last two.
 inline constexpr auto kResultEndings = [] {

@@ -125,6 +125,10 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
     fail(at, "slam",
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
   }
+  if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")
+    fail(at, "world.room",
+         "is floor, where the camera sees nothing to track; expected office or hall, or slam.vision.enabled: "
+         "false");
   using enum walking::SteeredBy;
   const walking::SteeredBy steered_by = scenario.walk.steering.by;
   if (steered_by == estimate && !scenario.slam)

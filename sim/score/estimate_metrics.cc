@@ -123,6 +123,31 @@ void add_nis(MetricDefinitions& all, std::size_t sensor) {
                  Direction::away_from(1)});
 }
 
+// The fraction of the answers from the first planned motion on with readings of a sensor, or, of those with
+// readings, with accepted ones.
+Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
+  if (c.run.use.empty()) return Absent{"the estimator does not report which sensors it uses"};
+  double all = 0, with_readings = 0, accepted = 0;
+  for (const FrameUse& frame : c.run.use) {
+    if (frame.t < *c.start) continue;
+    ++all, with_readings += frame.readings[sensor], accepted += frame.accepted[sensor];
+  }
+  if (with_readings == 0 && of_accepted) return Absent{"the filter had no readings of the sensor"};
+  return of_accepted ? accepted / with_readings : with_readings / all;
+}
+
+void add_use(MetricDefinitions& all, std::size_t sensor) {
+  const std::string name(kUsedSensors[sensor]);
+  all.push_back({"readings_" + name + "_fraction", "1",
+                 "Fraction of the frames in which the filter had readings of the sensor " + name +
+                     ", from the first planned motion on.",
+                 Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, false); }, smallest});
+  all.push_back({"accepted_" + name + "_fraction", "1",
+                 "Fraction of the frames with readings of the sensor " + name +
+                     " in which they passed its gate and were used.",
+                 Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, true); }, smallest});
+}
+
 // of(the errors of the final map's landmarks)
 template <typename F>
 auto of_landmarks(F of) {
@@ -226,6 +251,7 @@ MetricDefinitions consistency_metrics() {
   add_nees(all, "position", &PoseNees::position, Needs::scale);
   add_nees(all, "orientation", &PoseNees::orientation, Needs::estimate);
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) add_nis(all, sensor);
+  for (std::size_t sensor = 0; sensor < kUsedSensors.size(); ++sensor) add_use(all, sensor);
   return all;
 }
 

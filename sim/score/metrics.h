@@ -61,7 +61,7 @@ MetricDefinitions end_metrics();          ///< errors at the last frame
 MetricDefinitions walk_metrics();         ///< heights, and the drift of the walk from its plan
 MetricDefinitions navigation_metrics();   ///< true waist against the commanded path, and step corrections
 MetricDefinitions loop_metrics();         ///< whether and when the loop was closed, and the errors around it
-MetricDefinitions consistency_metrics();  ///< NEES of the camera pose, NIS of each sensor
+MetricDefinitions consistency_metrics();  ///< NEES of the camera pose, NIS and use of each sensor
 MetricDefinitions landmark_metrics();     ///< landmarks of the final map
 MetricDefinitions completion_metrics();   ///< path length, and the fraction of plan and time that was tracked
 

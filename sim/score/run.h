@@ -29,6 +29,17 @@ struct EstimatedPose {
 inline constexpr std::array kSensors{std::string_view("vision"), std::string_view("gyro"),
                                      std::string_view("plan_velocity"), std::string_view("height")};
 
+/// The sensors of FrameUse, named as in slam::kSensorNames.
+inline constexpr std::array kUsedSensors{std::string_view("vision"), std::string_view("gyro"),
+                                         std::string_view("plan_velocity"), std::string_view("height"),
+                                         std::string_view("accelerometer")};
+
+/// The sensors that had readings in the frame of that time, and those whose readings were used.
+struct FrameUse {
+  Stamp t{0};
+  std::array<bool, kUsedSensors.size()> readings{}, accepted{};
+};
+
 /// One sensor's innovation in the frame of that time.
 struct StampedInnovation {
   Stamp t{0};
@@ -66,6 +77,7 @@ struct Run {
   /// While it tracked; absent: the filter was not run.
   std::optional<std::vector<EstimatedPose>> estimate;
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
+  std::vector<FrameUse> use;        ///< of each answer; empty if the estimator does not report it
   std::vector<TimedHealth> health;  ///< after every observation; not tracking after a divergence
   std::vector<LandmarkHistory> landmarks;
   std::vector<MappedPoint> map;  ///< at the end

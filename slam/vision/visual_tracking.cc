@@ -38,6 +38,7 @@ VisualTracking::VisualTracking(const Options& options, const Camera& camera, std
 
 const VisualResult& VisualTracking::skip() {
   result_.good_image = result_.relocalized = false;
+  result_.use = SensorUse::none;
   result_.rejected.clear();
   result_.vision = nullptr;
   result_.statistics.reset();
@@ -57,10 +58,12 @@ const VisualResult& VisualTracking::step(const VisualInput& in) {
     in.tracking.blind(in.interval, "no image arrives");
     return result_;
   }
+  result_.use = SensorUse::readings;
   const ImageDefect defect = image_check_.defect(in.image, in.stands_still);
   result_.rejected = defect.reason;
   if (defect.blinds) in.tracking.blind(in.interval, defect.reason);
   if (defect.reason.empty()) track(in);
+  if (!result_.matched.empty()) result_.use = SensorUse::accepted;
   return result_;
 }
 

@@ -31,6 +31,7 @@ struct VisualInput {
 /// The result of the visual part of one step.
 struct VisualResult {
   bool good_image = false;               ///< not missing, flat or frozen, and without a gap before it
+  SensorUse use = SensorUse::none;       ///< accepted: a match entered the update
   std::string rejected;                  ///< what was not used, and why
   const VisionResult* vision = nullptr;  ///< absent without a measurement
   std::optional<TrackingStatistics> statistics;

@@ -57,6 +57,22 @@ TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) 
     EXPECT_LT(after(at), before(at)) << at;
 }
 
+TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherTheyWereUsed) {
+  const auto use = [](const Walking& walk, SensorIndex sensor) {
+    return walk.result.use[static_cast<std::size_t>(sensor)];
+  };
+  using enum SensorIndex;
+  Walking walk;
+  EXPECT_EQ(use(walk, gyro), SensorUse::accepted);
+  EXPECT_EQ(use(walk, height), SensorUse::accepted);
+  Observation o = walk.next();
+  for (InertialSample& reading : o.gyro) reading.value.setConstant(5);
+  o.plan.reset();
+  walk.step(o);
+  EXPECT_EQ(use(walk, gyro), SensorUse::readings);
+  EXPECT_EQ(use(walk, height), SensorUse::none);
+}
+
 /// The scale of a plan from a walk of 5 s with leg odometry and a step every 0.8 s, and the estimated speed
 /// at its end.
 struct PlanByLegs {

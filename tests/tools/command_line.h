@@ -40,7 +40,8 @@ slam: {}
 
 /// The cheapest scenario with camera and filter.
 inline constexpr const char* kStand =
-    "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: floor}\ncamera: {rate_hz: 10}\nslam: {}\n";
+    "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: office}\ncamera: {rate_hz: 10}\nslam: "
+    "{}\n";
 
 /// A test with its own temporary folder, in which its commands run.
 class CommandLine : public testing::Test {

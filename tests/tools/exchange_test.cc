@@ -105,9 +105,10 @@ TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsOneLine) {
 
 /// A change of a folder of another program, and what the replay must do with it.
 struct Foreign {
-  const char* edit;           ///< Python; f: the file of rows
-  const char* file;           ///< below mav0
-  const char* rejected = "";  ///< part of the message; "": the estimate is that of the folder as it was
+  const char* edit;          ///< Python; f: the file of rows
+  const char* file;          ///< below mav0
+  const char* message = "";  ///< part of it; "": the estimate is that of the folder as it was
+  int exit_code = 2;         ///< with a message
 };
 
 // Each is the same recording, stated otherwise, or one that cannot be replayed.
@@ -116,6 +117,7 @@ TEST_F(Exchange, AFolderIsReadByWhatItStatesOrRejectedBeforeItsFirstFrame) {
                     write_back = "; open(f, 'w').writelines(','.join(map(str, x)) + '\\n' for x in r)";
   ASSERT_EQ(gaitslam("replay e --out plain").exit_code, 0);
   const auto expected = metric("plain", "rmse_m")["value"].get<double>();
+  write("grey.pgm", "P5 320 240 255\n" + std::string(std::size_t{320} * 240, '\x80'));
   for (const Foreign& c : {
            Foreign{"r = [[x.replace('rad s', 'deg s') for x in r[0]]] + "
                    "[x[:1] + [float(y) * 57.29577951308232 for y in x[1:4]] + x[4:] for x in r[1:]]",
@@ -129,15 +131,20 @@ TEST_F(Exchange, AFolderIsReadByWhatItStatesOrRejectedBeforeItsFirstFrame) {
             "cam0/sensor.yaml"},
            {"r = r[:1] + [[int(x[0]) - 999999988000000000] + x[1:] for x in r[1:]]", "imu0/data.csv",
             "clock"},
+           {"r = r[:1] + [x[:1] + [5, 5, 5] + x[4:] for x in r[1:]]", "imu0/data.csv",
+            "sensor_unused: the filter accepted gyro in none of the ", 3},
+           {"import glob; [open(x, 'wb').write(open('grey.pgm', 'rb').read()) for x in "
+            "glob.glob('e/mav0/cam0/data/*')]",
+            "cam0/data.csv", "diverged: tracking lost: the image is flat", 3},
        }) {
     std::filesystem::remove_all(folder_ / "e");
     std::filesystem::copy(run_ / "e", folder_ / "e", std::filesystem::copy_options::recursive);
     write("edit.py", read + c.edit + write_back);
     ASSERT_EQ(shell(std::string("/usr/bin/python3 edit.py e/mav0/") + c.file).exit_code, 0) << c.edit;
     const tests::Ran ran = gaitslam("replay e --out back --force");
-    EXPECT_EQ(ran.exit_code, *c.rejected ? 2 : 0) << c.edit << ran.err;
-    if (*c.rejected)
-      EXPECT_THAT(ran.err, HasSubstr(c.rejected)) << c.edit;
+    EXPECT_EQ(ran.exit_code, *c.message ? c.exit_code : 0) << c.edit << ran.err;
+    if (*c.message)
+      EXPECT_THAT(ran.err, HasSubstr(c.message)) << c.edit;
     else
       EXPECT_NEAR(metric("back", "rmse_m")["value"].get<double>(), expected, 1e-6) << c.edit;
   }

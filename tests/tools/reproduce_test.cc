@@ -16,7 +16,7 @@ using tests::Ran;
 
 constexpr const char* kWalk =
     "walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}\n";
-constexpr const char* kStand = "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: floor}\n";
+constexpr const char* kStand = "walk: {commands: [{stand: {duration_s: 0.2}}]}\n";
 class ReproduceTest : public tests::CommandLineWithCache {
  protected:
   ReproduceTest() { write_experiments(kWalk); }
