@@ -28,8 +28,8 @@ constexpr double kRotation = 1e-6;          // bound on R^T R - I of numbers tha
 constexpr double kSymmetric = 1e-6;         // relative to the largest element
 constexpr double kExitWithin_s = 2;         // after END
 constexpr double kLastLinesWithin_s = 0.2;  // to write its last lines after it failed
-constexpr std::string_view kFilter = "filter", kPlanAlone = "plan_alone";
-constexpr std::array kNames{kFilter, kPlanAlone};
+constexpr std::string_view kFilter = "filter", kOdometry = "odometry", kPlanAlone = "plan_alone";
+constexpr std::array kNames{kFilter, kOdometry, kPlanAlone};
 
 void require_pose(const PoseEstimate& estimate) {
   if (!estimate.X_WC.matrix().allFinite()) throw EstimatorFailed("its pose is not finite");
@@ -100,6 +100,13 @@ class FunctionEstimator : public Estimator {
   slam::Stamp newest_{0}, last_{0};  // of the observations; of the last answer's pose
   std::vector<slam::MapPoint> map_;
 };
+
+/// The filter without its images: gyro, accelerometer and leg odometry, with their covariance.
+std::unique_ptr<Estimator> odometry(Start start) {
+  start.options.vision.enabled = false;
+  start.options.known_landmarks.at_m.clear();
+  return std::make_unique<FilterEstimator>(start);
+}
 
 /// The camera follows the walking plan.
 Step plan_alone(const Start& start) {
@@ -242,6 +249,7 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const S
   if (choice.source == Source::program) return program_estimator(choice, start);
   if (choice.source == Source::built_in && choice.name == kFilter)
     return std::make_unique<FilterEstimator>(start);
+  if (choice.source == Source::built_in && choice.name == kOdometry) return odometry(start);
   if (choice.source == Source::built_in && choice.name == kPlanAlone)
     return estimator_from(plan_alone(start));
   throw std::invalid_argument(

@@ -9,11 +9,12 @@ namespace {
 
 constexpr std::size_t kFewFrames = 10;  // fewer do not show that a sensor is unused
 
-bool is_enabled(const slam::Options& options, slam::SensorIndex sensor) {
+bool is_enabled(const scenario::Scenario& scenario, slam::SensorIndex sensor) {
   using enum slam::SensorIndex;
+  const slam::Options& options = *scenario.slam;
   switch (sensor) {
     case vision:
-      return options.vision.enabled;
+      return uses_images(scenario);
     case gyro:
       return options.gyro.enabled;
     case plan_velocity:
@@ -37,7 +38,7 @@ std::optional<scenario::Ended> unused_sensor(const RunRecord& record) {
     const auto uses = [i](const tracking::TrackedFrame& frame) {
       return frame.report.use[i] == slam::SensorUse::accepted;
     };
-    if (!is_enabled(*record.scenario.scenario.slam, static_cast<slam::SensorIndex>(i)) ||
+    if (!is_enabled(record.scenario.scenario, static_cast<slam::SensorIndex>(i)) ||
         std::ranges::any_of(frames, uses))
       continue;
     const auto readings = std::ranges::count_if(frames, has);
@@ -54,8 +55,13 @@ std::optional<scenario::Ended> unused_sensor(const RunRecord& record) {
 }  // namespace
 
 bool uses_filter(const scenario::Scenario& scenario) {
-  return scenario.estimator.source == estimators::Source::built_in && scenario.estimator.name == "filter" &&
-         scenario.slam;
+  const estimators::EstimatorChoice& estimator = scenario.estimator;
+  return scenario.slam && estimator.source == estimators::Source::built_in &&
+         (estimator.name == "filter" || estimator.name == "odometry");
+}
+
+bool uses_images(const scenario::Scenario& scenario) {
+  return uses_filter(scenario) && scenario.estimator.name == "filter" && scenario.slam->vision.enabled;
 }
 
 scenario::Ended ending_of(const RunRecord& record) {

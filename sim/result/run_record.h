@@ -25,8 +25,10 @@ struct RunRecord {
   std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
 };
 
-/// Returns whether the estimator is the built-in filter.
+/// Returns whether the estimator is the built-in filter, with or without images.
 bool uses_filter(const scenario::Scenario& scenario);
+/// Returns whether it is the filter with images, which tracks from its first landmark on.
+bool uses_images(const scenario::Scenario& scenario);
 
 /// Returns the ending of the walk, or of the estimate on a completed walk.
 scenario::Ended ending_of(const RunRecord& record);

@@ -195,7 +195,7 @@ score::Run score_input(const RunRecord& record) {
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);
   const bool is_filter = uses_filter(record.scenario.scenario);
-  run.health = health(*record.tracked, is_filter && record.scenario.scenario.slam->vision.enabled);
+  run.health = health(*record.tracked, uses_images(record.scenario.scenario));
   if (is_filter) run.use = use(*record.tracked);
   run.landmarks = landmarks(*record.tracked);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";

@@ -92,6 +92,13 @@ TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlan) {
       EXPECT_GT(without, with_all.at(name)) << name << " with " << changes;
 }
 
+// The limits ask for what only images give.
+TEST_F(TangentCircle, WithoutImagesMissesItsLimitsOnEverySeed) {
+  EXPECT_THAT(replay_all("estimator=odometry", "blind "), Each(1));
+  for (int n = 1; n <= kSeeds; ++n)
+    EXPECT_GT(tests::metric(folder_ / ("blind " + seed(n)), "ate_se3_rmse_m"), 0.004);
+}
+
 TEST_F(TangentCircle, APlanThatIsAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
   for (const auto& [factor, said] : {std::pair{"1.2", "too long"}, {"0.8", "too short"}}) {
     const std::string fault =

@@ -167,8 +167,8 @@ TEST(EstimatorKey, AnErrorNamesItsPlace) {
          "estimator.answer_within_s: is '0', expected a number from 0.001"},
         {"{program: a, name: filter}", "estimator.name: filter is a built-in estimator"},
         {"{program: a, name: a/b}", "estimator.name: is 'a/b', expected a name of letters"},
-        {"./a", "is './a', expected a built-in estimator (filter, plan_alone) or {program: ./a}"},
-        {"[a]", "estimator: is a list, expected one of filter, plan_alone"}})
+        {"./a", "is './a', expected a built-in estimator (filter, odometry, plan_alone) or {program: ./a}"},
+        {"[a]", "estimator: is a list, expected one of filter, odometry, plan_alone"}})
     EXPECT_THAT(scenario::complaint_of([&, text = value] { choice_of(text); }), HasSubstr(complaint))
         << value;
 }
