@@ -15,7 +15,7 @@ namespace walking {
 namespace {
 
 constexpr double kHalfSpacing = hrp2::kFootSpacing / 2;
-constexpr double kLargestAside_m = 0.25;  // of one foot in a step: at 0.30 the robot falls
+constexpr double kLargestAside_m = 0.14;  // of one foot in a step: from 0.17 on some walks end in a fall
 constexpr double kNegligible = 1e-9;      // of a step: a rest shorter than this is rounding, not a step
 
 Eigen::Vector2d rotated(double yaw, const Eigen::Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
@@ -112,7 +112,7 @@ std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
   const Eigen::Vector2d circle_center(arc.radius_m, 0);
   const Side lead = turn > 0 ? Side::right : Side::left;
   std::vector<Footstep> steps;
-  for (const double angle : progress(std::abs(arc.angle_rad), step / arc.radius_m)) {
+  for (const double angle : progress(std::abs(arc.angle_rad), std::min(step, arc.step_m) / arc.radius_m)) {
     const double yaw = turn * angle;
     const FootPose center{circle_center - rotated(yaw, circle_center), yaw};
     steps.push_back(footstep_at(center, lead));

@@ -109,11 +109,15 @@ struct PerpendicularArc {
   static constexpr const char* kName = "perpendicular_arc";
   double radius_m = 0.75;
   double angle_rad = 2 * std::numbers::pi;
+  double step_m = 0.12;
 
   static void keys(auto&& key) {
     number<&PerpendicularArc::radius_m>(key, 0.2, 1000, "radius of the circle");
     degrees<&PerpendicularArc::angle_rad>(key, -36000, 36000,
                                           "angle to walk along the circle; positive: the robot turns left");
+    number<&PerpendicularArc::step_m>(
+        key, 0.01, 0.4,
+        "longest advance in one step, if walk.step_length_m is longer; at 0.15 the robot may fall");
   }
 };
 /// A landing seen from the foot that stands: that frame is first turned, then the foot set down in it.

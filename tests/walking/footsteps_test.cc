@@ -117,11 +117,17 @@ TEST(Straight, NoFootIsSetFurtherAsideThanTheRobotCanStand) {
   for (const Straight& way : {Straight{0, 2.5}, Straight{0, -2.5}, Straight{0.2, 1.3}}) {
     std::map<Side, double> at{{Side::left, 0.095}, {Side::right, -0.095}};
     for (const Footstep& step : footsteps(way, {}, 0.4)) {
-      EXPECT_LE(std::abs(step.pose.position.y() - at[step.side]), 0.25 + kExact);
+      EXPECT_LE(std::abs(step.pose.position.y() - at[step.side]), 0.14 + kExact);
       at[step.side] = step.pose.position.y();
     }
     EXPECT_NEAR(at[Side::left], way.left_m + 0.095, kExact);
   }
+}
+
+TEST(PerpendicularArc, StepsAreAsLongAsItsOwnKeyAllows) {
+  EXPECT_EQ(footsteps(PerpendicularArc{1, 0.6}, {}, 0.4).size(), 10u);
+  EXPECT_EQ(footsteps(PerpendicularArc{1, 0.6, 0.15}, {}, 0.4).size(), 8u);
+  EXPECT_EQ(footsteps(PerpendicularArc{1, 0.6}, {}, 0.1).size(), 12u);
 }
 
 TEST(Straight, WholeNumberOfStepsHasNoRest) {

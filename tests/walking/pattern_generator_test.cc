@@ -214,7 +214,7 @@ TEST(PlanCause, IsTheKeyOfTheWalkThatThrowsTheBodyAside) {
   options.com_height_m = 0.3;
   EXPECT_THAT(refusal_of(options),
               EndsWith("the cause is walk.com_height_m 0.3, with 0.814 the legs can follow"));
-  options = walk_of(Straight{0, 1});
+  options = walk_of(Steps{{{0, 0.44, 0}, {0, -0.19, 0}, {0, 0.44, 0}, {0, -0.19, 0}}});
   options.preview_s = 0.1;
   EXPECT_THAT(refusal_of(options), HasSubstr("the cause is walk.preview_s 0.1, with 1.6"));
 }
