@@ -54,7 +54,8 @@ std::vector<score::FrameUse> use(const tracking::Tracked& tracked) {
   static_assert(score::kUsedSensors == slam::kSensorNames);
   std::vector<score::FrameUse> all;
   for (const tracking::TrackedFrame& frame : tracked.frames) {
-    score::FrameUse& use = all.emplace_back(frame.report.t);
+    score::FrameUse& use = all.emplace_back();
+    use.t = frame.report.t;
     for (std::size_t i = 0; i < slam::kSensorNames.size(); ++i) {
       use.readings[i] = frame.report.use[i] != slam::SensorUse::none;
       use.accepted[i] = frame.report.use[i] == slam::SensorUse::accepted;
