@@ -7,16 +7,17 @@
 namespace slam {
 namespace {
 
-/// An image point in px from the principal point, and its derivative with respect to the point that it was
-/// computed from.
+constexpr double kWidest = 1.5;  // rad; a ray (x, y, 1) cannot reach π/2
+constexpr double kNarrowest_rad = 0.1;
+constexpr double kLeastForward = 1e-6;  // of h.z()/|h|; points in or behind the image plane are not projected
+constexpr int kUndistortIterations = 50;
+constexpr double kConverged = 1e-13;  // of rays and angles, which are of order 1
+
+/// An image point in px from the principal point, and its derivative by that from which it was computed.
 struct Distorted {
   Eigen::Vector2d point;
   Eigen::Matrix2d J;
 };
-
-constexpr double kWidest = 1.5;  // rad; a ray (x, y, 1) cannot reach π/2
-constexpr int kUndistortIterations = 50;
-constexpr double kConverged = 1e-13;  // of rays and angles, which are of order 1
 
 // Brown's and the equidistant model map n = (x/z, y/z) to g(n), here with ∂g/∂n.
 
@@ -32,21 +33,21 @@ Distorted distort_normalized(const RadialTangential& k, const Eigen::Vector2d& n
   return distorted;
 }
 
-// θ + k₁θ³ + k₂θ⁵ + k₃θ⁷ + k₄θ⁹ and its derivative.
-double distorted_angle(const Equidistant& k, double a) {
+/// θ + k₁θ³ + k₂θ⁵ + k₃θ⁷ + k₄θ⁹ and its derivative.
+struct DistortedAngle {
+  double value, slope;
+};
+DistortedAngle distort_angle(const Equidistant& k, double a) {
   const double a2 = a * a;
-  return a * (1 + a2 * (k.k1 + a2 * (k.k2 + a2 * (k.k3 + a2 * k.k4))));
-}
-double distorted_angle_slope(const Equidistant& k, double a) {
-  const double a2 = a * a;
-  return 1 + a2 * (3 * k.k1 + a2 * (5 * k.k2 + a2 * (7 * k.k3 + a2 * 9 * k.k4)));
+  return {a * (1 + a2 * (k.k1 + a2 * (k.k2 + a2 * (k.k3 + a2 * k.k4)))),
+          1 + a2 * (3 * k.k1 + a2 * (5 * k.k2 + a2 * (7 * k.k3 + a2 * 9 * k.k4)))};
 }
 
 Distorted distort_normalized(const Equidistant& k, const Eigen::Vector2d& n) {
   const double r = n.norm();
   if (r < 1e-8) return {n, Eigen::Matrix2d::Identity()};
-  const double angle = std::atan(r), scale = distorted_angle(k, angle) / r;
-  const double slope = (distorted_angle_slope(k, angle) / (1 + r * r) - scale) / r;
+  const DistortedAngle angle = distort_angle(k, std::atan(r));
+  const double scale = angle.value / r, slope = (angle.slope / (1 + r * r) - scale) / r;
   return {scale * n, scale * Eigen::Matrix2d::Identity() + slope / r * n * n.transpose()};
 }
 
@@ -66,40 +67,43 @@ std::optional<Eigen::Vector2d> undistort_normalized(const Equidistant& k, const 
   if (distorted < 1e-8) return m;
   double angle = distorted;
   for (int i = 0; i < kUndistortIterations; ++i) {
-    const double step = (distorted - distorted_angle(k, angle)) / distorted_angle_slope(k, angle);
+    const DistortedAngle now = distort_angle(k, angle);
+    const double step = (distorted - now.value) / now.slope;
     angle += step;
-    if (std::abs(step) < kConverged)
-      return angle > 0 && angle < kWidest ? std::optional<Eigen::Vector2d>(std::tan(angle) / distorted * m)
-                                          : std::nullopt;
+    if (std::abs(step) >= kConverged) continue;
+    if (!(angle > 0 && angle < kWidest)) break;
+    return std::tan(angle) / distorted * m;
   }
   return std::nullopt;
 }
 
+/// The distorted image point of u_c = (fu x/z, fv y/z) in a pinhole camera with these focal lengths. Defined
+/// everywhere, but one-to-one only within the valid field of view.
 template <typename Model>
-Distorted distort_px(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
+Distorted distort(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
   const Distorted distorted = distort_normalized(k, u_c.cwiseQuotient(focal));
   return {focal.cwiseProduct(distorted.point),
           focal.asDiagonal() * distorted.J * focal.cwiseInverse().asDiagonal()};
 }
 
+/// The inverse of distort. Nothing without a ray; beyond the valid field of view it is meaningless.
 template <typename Model>
-std::optional<Distorted> undistort_px(const Model& k, const Eigen::Vector2d& focal,
-                                      const Eigen::Vector2d& d) {
+std::optional<Distorted> undistort(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {
   const auto n = undistort_normalized(k, d.cwiseQuotient(focal));
   if (!n) return std::nullopt;
   const Eigen::Vector2d u_c = focal.cwiseProduct(*n);
-  return Distorted{u_c, distort_px(k, focal, u_c).J.inverse()};
+  return Distorted{u_c, distort(k, focal, u_c).J.inverse()};
 }
 
 // u_d = u_c/√(1 + 2K₁|u_c|²), in px as K₁ refers to px.
-Distorted distort_px(const OneParameterRadial& k, const Eigen::Vector2d&, const Eigen::Vector2d& u) {
+Distorted distort(const OneParameterRadial& k, const Eigen::Vector2d&, const Eigen::Vector2d& u) {
   const double f = 1 + 2 * k.k1_px2 * u.squaredNorm();
   const double root = std::sqrt(f);
   return {u / root, Eigen::Matrix2d::Identity() / root - 2 * k.k1_px2 / (f * root) * u * u.transpose()};
 }
 
-std::optional<Distorted> undistort_px(const OneParameterRadial& k, const Eigen::Vector2d&,
-                                      const Eigen::Vector2d& d) {
+std::optional<Distorted> undistort(const OneParameterRadial& k, const Eigen::Vector2d&,
+                                   const Eigen::Vector2d& d) {
   const double g = 1 - 2 * k.k1_px2 * d.squaredNorm();
   if (!(g > 1e-3)) return std::nullopt;
   const double root = std::sqrt(g);
@@ -107,38 +111,13 @@ std::optional<Distorted> undistort_px(const OneParameterRadial& k, const Eigen::
                    Eigen::Matrix2d::Identity() / root + 2 * k.k1_px2 / (g * root) * d * d.transpose()};
 }
 
+/// The growth of the image's radius with the angle from the axis, but for a positive factor.
 double radial_slope(const OneParameterRadial&, double) { return 1; }
 double radial_slope(const RadialTangential& k, double angle) {
   const double r2 = std::tan(angle) * std::tan(angle);
   return 1 + r2 * (3 * k.k1 + r2 * 5 * k.k2);
 }
-double radial_slope(const Equidistant& k, double angle) { return distorted_angle_slope(k, angle); }
-
-constexpr double kLeastForward = 1e-6;  // of h.z()/|h|; points in or behind the image plane are not projected
-constexpr double kNarrowest_rad = 0.1;
-
-/// The distorted image point of u_c = (fu x/z, fv y/z) in a pinhole camera with these focal lengths. Defined
-/// everywhere, but one-to-one only within widest_angle().
-Distorted distort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& u_c) {
-  return std::visit([&](const auto& k) { return distort_px(k, focal, u_c); }, lens);
-}
-
-/// The inverse of distort. Nothing if no ray is found for the point d; a result beyond widest_angle() is
-/// meaningless.
-std::optional<Distorted> undistort(const Lens& lens, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {
-  return std::visit([&](const auto& k) { return undistort_px(k, focal, d); }, lens);
-}
-
-/// The angle from the axis, at most 1.5 rad, up to which the image radius increases with the angle. Beyond it
-/// the polynomials of the models fold back and are meaningless.
-double widest_angle(const Lens& lens) {
-  constexpr double kStep = 1e-3;
-  double angle = 0;
-  while (angle < kWidest &&
-         std::visit([&](const auto& k) { return radial_slope(k, angle + kStep); }, lens) > 0)
-    angle += kStep;
-  return angle;
-}
+double radial_slope(const Equidistant& k, double angle) { return distort_angle(k, angle).slope; }
 
 }  // namespace
 
@@ -151,11 +130,17 @@ Camera::Camera(const CameraIntrinsics& intrinsics)
     throw std::invalid_argument("camera: focal lengths must be positive and the image at least 32 px a side");
   if (const auto* radial = std::get_if<OneParameterRadial>(&intrinsics.lens)) {
     if (!(radial->k1_px2 >= 0)) throw std::invalid_argument("camera: k1_px2 must not be negative");
-  } else {
-    widest_ = std::tan(widest_angle(intrinsics.lens));
-    if (!(widest_ > std::tan(kNarrowest_rad)))
-      throw std::invalid_argument("camera: its distortion coefficients make no lens");
+    return;
   }
+  constexpr double kStep = 1e-3;
+  const auto slope = [&](double angle) {
+    return std::visit([&](const auto& k) { return radial_slope(k, angle); }, intrinsics.lens);
+  };
+  double angle = 0;  // beyond the largest valid one the polynomials of the models fold back
+  while (angle < kWidest && slope(angle + kStep) > 0) angle += kStep;
+  widest_ = std::tan(angle);
+  if (!(widest_ > std::tan(kNarrowest_rad)))
+    throw std::invalid_argument("camera: its distortion coefficients make no lens");
 }
 
 std::optional<Projection> Camera::project(const Eigen::Vector3d& h) const {
@@ -164,12 +149,15 @@ std::optional<Projection> Camera::project(const Eigen::Vector3d& h) const {
   const Eigen::Vector2d u = focal_.cwiseProduct(h.head<2>()) / h.z();
   Matrix23d du_dh;
   du_dh << focal_.x() / h.z(), 0, -u.x() / h.z(), 0, focal_.y() / h.z(), -u.y() / h.z();
-  const Distorted distorted = distort(intrinsics_.lens, focal_, u);
+  const Distorted distorted =
+      std::visit([&](const auto& k) { return distort(k, focal_, u); }, intrinsics_.lens);
   return Projection{center_ + distorted.point, distorted.J * du_dh};
 }
 
 std::optional<Ray> Camera::unproject(const Eigen::Vector2d& pixel) const {
-  const auto undistorted = undistort(intrinsics_.lens, focal_, pixel - center_);
+  const Eigen::Vector2d d = pixel - center_;
+  const auto undistorted =
+      std::visit([&](const auto& k) { return undistort(k, focal_, d); }, intrinsics_.lens);
   if (!undistorted) return std::nullopt;
   Ray ray{Eigen::Vector3d::Ones(), Matrix32d::Zero()};
   ray.h.head<2>() = undistorted->point.cwiseQuotient(focal_);

@@ -29,18 +29,15 @@ class Camera {
   /// Throws std::invalid_argument if a focal length is not positive, the image is smaller than 32 px, k1_px2
   /// is negative, a coefficient is not finite, or the lens is usable to less than 0.1 rad from its axis.
   explicit Camera(const CameraIntrinsics& intrinsics);
-
   /// Projects h, of any positive length. Nothing if it does not point forward or lies outside the valid field
   /// of view of the lens model.
   std::optional<Projection> project(const Eigen::Vector3d& h) const;
   /// The exact inverse of project. Nothing outside the image circle of the lens.
   std::optional<Ray> unproject(const Eigen::Vector2d& pixel) const;
-
   /// The displacement of a pixel by the lens, relative to a pinhole camera, px.
   Eigen::Vector2d displacement(const Eigen::Vector3d& h, const Eigen::Vector2d& pixel) const {
     return pixel - center_ - focal_.cwiseProduct(h.head<2>()) / h.z();
   }
-
   /// True if the pixel lies at least margin_px inside the image on every side.
   bool inside(const Eigen::Vector2d& pixel, double margin_px) const;
   /// Standard deviation of a measured pixel, px: sigma_px at the center, growing linearly to twice that at

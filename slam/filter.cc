@@ -1,7 +1,5 @@
 #include "slam/filter.h"
 
-#include <algorithm>
-
 namespace slam {
 namespace {
 

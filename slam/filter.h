@@ -1,19 +1,7 @@
-// The SLAM filter: observations in, pose and map out. step() follows sections III and IV of Stasse et al.
-// 2006.
+// The SLAM filter: observations in, pose and map out. step() follows sections III, IV of Stasse et al. 2006.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "slam/frame_report.h"
 #include "slam/internal_measurements.h"
-#include "slam/kalman.h"
-#include "slam/observation.h"
-#include "slam/options.h"
-#include "slam/sensor_monitor.h"
-#include "slam/tracking_monitor.h"
 #include "slam/vision/visual_tracking.h"
 
 namespace slam {
@@ -26,7 +14,6 @@ class Filter {
   /// std::invalid_argument if the calibration is not that of a camera.
   Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
          std::uint64_t seed);
-
   /// Processes one observation: prediction, internal measurements, active search, update and map management.
   /// A malformed observation, or one that is not later than the last, is rejected (FrameReport::refused) and
   /// changes nothing. The report is valid until the next call.

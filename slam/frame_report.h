@@ -1,12 +1,9 @@
 // The filter's output: the estimated pose, a report of each step, and the map.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "slam/observation.h"
 #include "slam/state.h"
@@ -105,9 +102,8 @@ struct FrameReport {
   std::string refused;       ///< why the observation or parts of it were not used; empty if all was used
   Health health = Health::ok;
   std::string cause;  ///< why the health is not ok
-  /// The sensor whose measurements contradict its model: "inconsistent: plan, ...", "inconsistent: leg
-  /// odometry,
-  /// ...", "inconsistent: gyro, ..." or "inconsistent: images, ..."; empty if there is none.
+  /// The sensor whose measurements contradict its model: "inconsistent: X, ...", where X is plan, leg
+  /// odometry, gyro or images; empty if there is none.
   std::string suspect;
 };
 

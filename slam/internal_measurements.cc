@@ -1,8 +1,6 @@
 #include "slam/internal_measurements.h"
 
 #include <Eigen/Cholesky>
-#include <array>
-#include <utility>
 
 namespace slam {
 namespace {
@@ -33,7 +31,7 @@ OptionalMeasurement gyro(const Inputs& in) {
 OptionalMeasurement rest(const Inputs& in) {
   const double sigma = in.options.start.sigma_rest_rad_s;
   if (!in.options.gyro.enabled || !(sigma > 0) || !in.planned || !in.at_rest) return std::nullopt;
-  return measure_rest(in.x, sigma);
+  return measure_rate(in.x, {Eigen::Vector3d::Zero(), sigma}, false);
 }
 
 OptionalMeasurement leg_velocity(const Inputs& in) {
@@ -75,14 +73,10 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
 
 }  // namespace
 
-std::optional<VelocityIncrement> InternalMeasurements::integrate_accelerometer(const Observation& o,
-                                                                               Stamp previous,
-                                                                               const State& state) {
-  if (!options_.accelerometer.enabled) return std::nullopt;
-  std::swap(earlier_, later_);
-  later_.from = previous, later_.to = o.t;
-  later_.gyro = o.gyro, later_.accelerometer = o.accelerometer;
-  return velocity_increment(earlier_, later_, X_CG_, state.robot().segment<3>(kGyroBias), options_);
+InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
+    : options_(options), leg_options_(options), X_CG_(X_CG) {
+  leg_options_.plan_velocity.sigma_stride = options.leg_odometry.sigma_stride;
+  leg_options_.plan_velocity.sigma_sway_m_s = options.leg_odometry.sigma_sway_m_s;
 }
 
 const InternalResult& InternalMeasurements::skip() {
@@ -99,10 +93,13 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
   const double dt = seconds(o.t - previous);
   const RobotVector x = state.robot();
   const Options& options = planned && planned->legs ? leg_options_ : options_;
-  if (options.accelerometer.enabled && !o.accelerometer.empty())
+  if (options_.accelerometer.enabled && !o.accelerometer.empty())
     note(SensorIndex::accelerometer, SensorUse::readings);
-  const auto increment = integrate_accelerometer(o, previous, state);
-  if (increment) {
+  std::swap(earlier_, later_);
+  later_.from = previous, later_.to = o.t;
+  later_.gyro = o.gyro, later_.accelerometer = o.accelerometer;
+  const auto increment = velocity_increment(earlier_, later_, X_CG_, x.segment<3>(kGyroBias), options_);
+  if (increment && options_.accelerometer.enabled) {
     const Prediction prediction = predict_motion(x, dt, increment, options);
     const Eigen::Vector3d V = prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
     const double sigma = options.motion.sigma_acceleration_m_s2 * dt;

@@ -2,18 +2,8 @@
 // and beyond the paper the accelerometer and leg odometry, each gated.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "slam/frame_report.h"
-#include "slam/inertial.h"
 #include "slam/kalman.h"
 #include "slam/motion_model.h"
-#include "slam/observation.h"
-#include "slam/options.h"
-#include "slam/plan.h"
 
 namespace slam {
 
@@ -26,32 +16,24 @@ struct InternalResult {
 
 class InternalMeasurements {
  public:
-  InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
-      : options_(options), leg_options_(with_leg_noises(options)), X_CG_(X_CG) {}
-
+  InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG);
   /// Adds the plan of an observation; returns the motion since the previous one, dt_s ago.
   std::optional<PlannedInterval> advance_plan(const Observation& observation, double dt_s) {
     return plan_.advance(observation.plan, dt_s, options_);
   }
-
   /// An empty result. The results of skip and update are valid until the next call.
   const InternalResult& skip();
-
   /// Starts a new result and predicts the robot's state at the observation. The accelerometer drives the
   /// prediction unless its readings are incomplete, or its increment is implausible for the motion model or
   /// contradicts the plan. previous: the time of `state`, that of the previous observation.
   Prediction predict(const Observation& observation, Stamp previous,
                      const std::optional<PlannedInterval>& planned, const State& state);
-
   /// Updates the predicted state with gyro, velocity and height at once, each only if the options enable it
   /// and it passes its gate. A plan that leg odometry replaces is compared with it.
   const InternalResult& update(const Observation& observation, Stamp previous,
                                const std::optional<PlannedInterval>& planned, Kalman& kalman);
 
  private:
-  std::optional<VelocityIncrement> integrate_accelerometer(const Observation& observation, Stamp previous,
-                                                           const State& state);
-
   Options options_, leg_options_;  // leg_options_: with the noises of leg odometry
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;

@@ -9,12 +9,6 @@ namespace {
 
 constexpr int kSpareParameters = 96;
 
-/// The number of parameters in storage once `size` are needed.
-Eigen::Index room_for(int size, const State& state) {
-  const Eigen::Index now = state.storage_x.size();
-  return size <= now ? now : size + std::max(kSpareParameters, size / 2);
-}
-
 }  // namespace
 
 RobotVector robot_null_yaw(const RobotVector& x) {
@@ -124,14 +118,9 @@ void Kalman::normalize_orientation() {
     P.block<1, 4>(row, kOrientation) = (P.block<1, 4>(row, kOrientation) * N).eval();
 }
 
-double Kalman::covariance_bytes_with(int count) const {
-  const double side = static_cast<double>(room_for(state_.size + count, state_));
-  return sizeof(double) * side * side;
-}
-
 void Kalman::reserve(int size) {
-  const Eigen::Index room = room_for(size, state_);
-  if (room == state_.storage_x.size()) return;
+  if (size <= state_.storage_x.size()) return;
+  const int room = size + std::max(kSpareParameters, size / 2);
   for (auto* values : {&state_.storage_x, &state_.storage_null}) values->conservativeResize(room);
   state_.storage_sensitivity.conservativeResize(room, kSystematicErrors);
   state_.storage_P.conservativeResize(room, room);

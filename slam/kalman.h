@@ -1,11 +1,9 @@
 // The extended Kalman filter: the only writer of the state's mean and covariance.
 #pragma once
 
-#include <Eigen/Core>
 #include <utility>
 
 #include "slam/measurement.h"
-#include "slam/state.h"
 
 namespace slam {
 
@@ -27,18 +25,14 @@ class Kalman {
   Kalman(const RobotState& initial, bool observability_constrained, int match_biases = 0);
 
   const State& state() const { return state_; }
-
   /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks follow.
   void predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q);
-
   /// Removes from H the part that observes the heading of the whole world, which is unobservable
   /// (Hesch et al. 2013: H' = H − HN(NᵀN)⁻¹Nᵀ). Does nothing when the constraint is switched off.
   void constrain(Measurement& measurement) const;
-
   /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalized. Returns false, and changes
   /// nothing, if S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
-
   /// Adds evidence of a systematic error from a measurement that enters no update.
   void add_evidence(int error, const SystematicEvidence& evidence) {
     SystematicEvidence& sum = evidence_[static_cast<std::size_t>(error)];
@@ -46,32 +40,22 @@ class Kalman {
   }
   /// The evidence of systematic errors, added and from updates, since the last call.
   Evidence take_evidence() { return std::exchange(evidence_, {}); }
-
   /// Adds a landmark at the end of the state; returns the first index of its parameters.
   int append(const LandmarkInitialization& landmark);
-  /// Adds a point known with standard deviation sigma_m, uncorrelated with the robot; returns its first
-  /// index.
+  /// Adds a point known with standard deviation sigma_m, uncorrelated with all; returns its first index.
   int append_point(const Eigen::Vector3d& p_W, double sigma_m);
-  /// Replaces `count` parameters from `at` on by the y.size() <= count given, y = g(parameters), with J =
-  /// ∂g/∂parameters.
+  /// Replaces `count` parameters from `at` on by no more of them, y = g(parameters), J = ∂g/∂parameters.
   void replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>& y,
                const Eigen::Ref<const Eigen::MatrixXd>& J);
   /// Removes `count` parameters from the state.
   void erase(int at, int count);
-
   /// Predicts the match bias, two parameters from `at` on: e ← decay e, plus noise of this variance. With
   /// decay 0 it becomes independent of all other parameters.
   void predict_match_bias(int at, double decay, double variance);
-
   /// Adds Q to the covariance of the three parameters from `at` on.
   void inflate(int at, const Eigen::Matrix3d& Q);
-
   /// Replaces the robot's mean and covariance and makes it independent of all landmarks.
   void reset_robot(const RobotState& robot);
-
-  /// The memory of the covariance once `count` more parameters have been added, bytes.
-  double covariance_bytes_with(int count) const;
-
   /// True if everything is finite, no variance is negative, and the covariance of the first `count`
   /// parameters, scaled to unit variances, is positive semidefinite to 1e-9.
   bool is_valid(int count);

@@ -1,13 +1,9 @@
-// Linearized measurements, single and stacked: innovation covariance, whitening and normalized innovation
-// squared (NIS).
+// Linearized measurements, single and stacked: covariance and whitening of the innovation, and its NIS.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
-#include <vector>
 
 #include "slam/frame_report.h"
-#include "slam/state.h"
 
 namespace slam {
 
@@ -71,8 +67,7 @@ struct StackedMeasurement {
 /// Fills `stacked` from the measurements and the covariance of the state.
 void stack(const State& state, const std::vector<Measurement>& measurements, StackedMeasurement& stacked);
 
-/// Multiplies the noise standard deviation of each measurement in S by `ratio`; `measurements` are those that
-/// were stacked.
+/// Multiplies the noise standard deviation of each of the measurements, which were stacked, in S by `ratio`.
 void scale_noise(StackedMeasurement& stacked, const std::vector<Measurement>& measurements, double ratio);
 
 /// Fills `selected` with the measurements of the given indices, which rise.
@@ -84,7 +79,6 @@ class Whitening {
  public:
   /// False if S is not positive definite or the innovation is not finite; the results are then meaningless.
   bool compute(const StackedMeasurement& stacked);
-
   /// The lower triangle is L; the rest is undefined.
   auto L() const { return storage_L_.topLeftCorner(rows_, rows_); }
   auto innovation() const { return storage_innovation_.head(rows_); }

@@ -1,6 +1,5 @@
 #include "slam/motion_model.h"
 
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>

@@ -1,13 +1,7 @@
-// The motion model: the state at the start, and MonoSLAM's constant velocity model, driven by unknown or
-// measured accelerations.
+// The start, and MonoSLAM's constant velocity model, driven by unknown or measured accelerations.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <optional>
-
-#include "slam/inertial.h"
-#include "slam/options.h"
-#include "slam/state.h"
+#include "slam/sensors.h"
 
 namespace slam {
 

@@ -61,26 +61,23 @@ struct Options {
     double sigma_position_m = 0.001, sigma_orientation_rad = 0.002;
     double sigma_velocity_m_s = 0.05, sigma_rate_rad_s = 0.05;
     double sigma_rest_rad_s = 0.01;
-
     static void keys(auto&& key) {
       number<&Start::sigma_position_m>(key, 1e-9, 1e6, "standard deviation of the first position");
       number<&Start::sigma_orientation_rad>(key, 1e-9, 1e6, "standard deviation of the first orientation");
       number<&Start::sigma_velocity_m_s>(key, 1e-9, 1e6, "standard deviation of the first velocity");
       number<&Start::sigma_rate_rad_s>(key, 1e-9, 1e6, "standard deviation of the first angular velocity");
       number<&Start::sigma_rest_rad_s>(
-          key, 0, 1e6,
-          "standard deviation of the rate at rest before the walk, which gives the gyro's bias; 0: not used");
+          key, 0, 1e6, "standard deviation of the rate at rest, for the gyro's bias; 0: not used");
     }
   } start;
 
   struct Motion {  ///< constant-velocity model
     double sigma_acceleration_m_s2 = 4.0, sigma_angular_acceleration_rad_s2 = 6.0;
-
     static void keys(auto&& key) {
       number<&Motion::sigma_acceleration_m_s2>(key, 1e-9, 1e6,
-                                               "standard deviation of the camera's unknown acceleration");
+                                               "standard deviation of the camera's acceleration");
       number<&Motion::sigma_angular_acceleration_rad_s2>(
-          key, 1e-9, 1e6, "standard deviation of the camera's unknown angular acceleration");
+          key, 1e-9, 1e6, "standard deviation of the camera's angular acceleration");
     }
   } motion;
 
@@ -89,15 +86,13 @@ struct Options {
     GyroReadings readings = GyroReadings::all;
     double sigma_rad_s = 0.01;
     double sigma_bias_rad_s = 0.01, sigma_bias_walk_rad_s2 = 0;
-
     static void keys(auto&& key) {
       value<&Gyro::enabled>(key, "whether the filter uses the gyro");
-      choice<&Gyro::readings>(key, kGyroReadings, "gyro readings of a frame interval that the filter uses");
-      number<&Gyro::sigma_rad_s>(key, 1e-9, 1e6, "assumed standard deviation of a 200 Hz gyro reading");
-      number<&Gyro::sigma_bias_rad_s>(key, 0, 1e3,
-                                      "standard deviation of the gyro's bias at the start; 0: no bias");
-      number<&Gyro::sigma_bias_walk_rad_s2>(
-          key, 0, 1e3, "assumed growth of the standard deviation of the gyro's bias in 1 s");
+      choice<&Gyro::readings>(key, kGyroReadings, "readings of a frame interval that the filter uses");
+      number<&Gyro::sigma_rad_s>(key, 1e-9, 1e6, "assumed standard deviation of a 200 Hz reading");
+      number<&Gyro::sigma_bias_rad_s>(key, 0, 1e3, "standard deviation of its bias at the start; 0: no bias");
+      number<&Gyro::sigma_bias_walk_rad_s2>(key, 0, 1e3,
+                                            "growth of the standard deviation of its bias in 1 s");
     }
   } gyro;
 
@@ -105,15 +100,14 @@ struct Options {
     bool enabled = true;
     double sigma_m_s2 = 0.05;
     double sigma_bias_m_s2 = 0.015, sigma_bias_walk_m_s3 = 0.01;
-
     static void keys(auto&& key) {
       value<&Accelerometer::enabled>(key, "whether the motion model uses the accelerometer");
       number<&Accelerometer::sigma_m_s2>(key, 1e-9, 1e6,
-                                         "assumed standard deviation of a 200 Hz accelerometer reading");
-      number<&Accelerometer::sigma_bias_m_s2>(
-          key, 0, 1e3, "standard deviation of the accelerometer's bias at the start; 0: no bias");
-      number<&Accelerometer::sigma_bias_walk_m_s3>(
-          key, 0, 1e3, "assumed growth of the standard deviation of the accelerometer's bias in 1 s");
+                                         "assumed standard deviation of a 200 Hz specific force");
+      number<&Accelerometer::sigma_bias_m_s2>(key, 0, 1e3,
+                                              "standard deviation of its bias at the start; 0: none");
+      number<&Accelerometer::sigma_bias_walk_m_s3>(key, 0, 1e3,
+                                                   "growth of the standard deviation of that bias in 1 s");
     }
   } accelerometer;
 
@@ -123,20 +117,15 @@ struct Options {
     bool pivots_on_foot = true;
     double sigma_m_s = 0.02, sigma_stride = 0.008, sigma_sway_m_s = 0.03;
     double sway_period_s = 1.6;
-
     static void keys(auto&& key) {
       value<&PlanVelocity::enabled>(key, "whether the filter uses the planned velocity");
-      choice<&PlanVelocity::axes>(key, kVelocityAxes,
-                                  "axes of the planned velocity: the robot's or those of the plan's world");
-      value<&PlanVelocity::pivots_on_foot>(
-          key, "whether unplanned rotation is about the support foot (with the robot's axes only)");
+      choice<&PlanVelocity::axes>(key, kVelocityAxes, "axes of the planned velocity");
+      value<&PlanVelocity::pivots_on_foot>(key, "whether unplanned rotation is about the support foot");
       number<&PlanVelocity::sigma_m_s>(key, 1e-9, 1e6,
-                                       "assumed standard deviation of the planned velocity of a frame");
+                                       "standard deviation of the planned velocity of a frame");
       number<&PlanVelocity::sigma_stride>(
-          key, 0, 1e3,
-          "standard deviation of the relative error of strides, in length and sideways; 0: none");
-      number<&PlanVelocity::sigma_sway_m_s>(
-          key, 0, 1e3, "standard deviation of the unplanned lateral sway velocity; 0: none");
+          key, 0, 1e3, "standard deviation of a stride's relative error, both ways; 0: none");
+      number<&PlanVelocity::sigma_sway_m_s>(key, 0, 1e3, "standard deviation of the unplanned sway velocity");
       number<&PlanVelocity::sway_period_s>(key, 1e-3, 1e6, "period of the sway: the time of two steps");
     }
   } plan_velocity;
@@ -146,22 +135,19 @@ struct Options {
   struct LegOdometry {
     bool enabled = true;
     double sigma_m_s = 0.008, sigma_stride = 0.005, sigma_sway_m_s = 0.005;
-
     static void keys(auto&& key) {
       value<&LegOdometry::enabled>(key, "whether leg odometry, if given, replaces the planned velocity");
-      number<&LegOdometry::sigma_m_s>(key, 1e-9, 1e6,
-                                      "assumed standard deviation of a frame's velocity from leg odometry");
-      number<&LegOdometry::sigma_stride>(
-          key, 0, 1e3, "standard deviation of the relative error of leg odometry, in length and sideways");
-      number<&LegOdometry::sigma_sway_m_s>(
-          key, 0, 1e3, "standard deviation of the lateral sway velocity missed by leg odometry");
+      number<&LegOdometry::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of the velocity of a frame");
+      number<&LegOdometry::sigma_stride>(key, 0, 1e3,
+                                         "standard deviation of a stride's relative error, both ways");
+      number<&LegOdometry::sigma_sway_m_s>(key, 0, 1e3,
+                                           "standard deviation of the sway velocity that it misses");
     }
   } leg_odometry;
 
   struct Height {
     bool enabled = true;
     double sigma_m = 0.03;
-
     static void keys(auto&& key) {
       value<&Height::enabled>(key, "whether the filter uses the planned height");
       number<&Height::sigma_m>(key, 1e-9, 1e6, "assumed standard deviation of the planned height");
@@ -181,30 +167,24 @@ struct Options {
     double minimum_correlation = 0.9;
     double corner_threshold = 20000;  ///< of the 11x11 gradient moments, gray levels squared
     bool warped_patches = true, estimate_normals = true, sub_pixel = true, consensus = true;
-
     static void keys(auto&& key) {
       value<&Vision::enabled>(key, "whether the filter uses the camera");
       number<&Vision::sigma_px>(key, 0.01, 100,
                                 "standard deviation of a match at the image's center; double at the corner");
-      number<&Vision::sigma_first_px>(
-          key, 0.001, 100, "standard deviation of a landmark's first pixel, at the image's center");
+      number<&Vision::sigma_first_px>(key, 0.001, 100, "standard deviation of a landmark's first pixel");
       number<&Vision::viewpoint_sigma_px>(key, 0, 100,
-                                          "standard deviation of the shift of a patch's apparent center when "
-                                          "the camera has moved by its distance");
-      number<&Vision::match_bias_sigma_px>(
-          key, 0, 100, "standard deviation of a match's bias, which is correlated over frames; 0: none");
+                                          "shift of a patch's center after a motion as long as its distance");
+      number<&Vision::match_bias_sigma_px>(key, 0, 100,
+                                           "standard deviation of a match's lasting bias; 0: none");
       number<&Vision::match_bias_s>(key, 1e-3, 1e6, "correlation time of a match's bias");
-      number<&Vision::gate_sigma_px>(key, 0.01, 100,
-                                     "standard deviation of a single correct match, for gating");
+      number<&Vision::gate_sigma_px>(key, 0.01, 100, "standard deviation of a correct match, for gating");
       number<&Vision::visible_landmarks>(key, 1, 1000, "number of landmarks to keep in view");
-      number<&Vision::measured_landmarks>(
-          key, 1, 1000, "number of landmarks to measure in a frame: the least certain in view");
+      number<&Vision::measured_landmarks>(key, 1, 1000, "number of landmarks to measure in a frame");
       number<&Vision::minimum_correlation>(key, -1, 1, "least normalized correlation of a match");
       number<&Vision::corner_threshold>(key, 0, 1e9,
                                         "least smaller eigenvalue of the gradient moments of a corner");
       value<&Vision::warped_patches>(key, "whether templates are warped to the predicted view");
-      value<&Vision::estimate_normals>(
-          key, "whether surface normals are estimated; otherwise they face the first view");
+      value<&Vision::estimate_normals>(key, "whether surface normals are estimated");
       value<&Vision::sub_pixel>(key, "whether matches are refined to sub-pixel accuracy");
       value<&Vision::consensus>(key, "whether only consistent matches are used (1-point RANSAC)");
     }
@@ -213,31 +193,23 @@ struct Options {
   struct Tracking {
     double lost_after_s = 2, give_up_s = 10;
     double plan_bound = 4, lens_bound = 6;
-
     static void keys(auto&& key) {
-      number<&Tracking::lost_after_s>(
-          key, 1e-3, 1e6,
-          "time without usable images or with almost no landmark found, until tracking is lost");
+      number<&Tracking::lost_after_s>(key, 1e-3, 1e6,
+                                      "time without an image or a landmark found, until tracking is lost");
       number<&Tracking::give_up_s>(key, 1e-3, 1e6,
-                                   "time for which tracking may be lost, until the filter has diverged");
-      number<&Tracking::plan_bound>(
-          key, 1e-3, 1e9,
-          "the plan is suspect if its scale is wrong by 2 % and this number of standard deviations");
+                                   "time that tracking may be lost, until the filter has diverged");
+      number<&Tracking::plan_bound>(key, 1e-3, 1e9,
+                                    "standard deviations beyond 2 % at which the plan's scale is suspect");
       number<&Tracking::lens_bound>(
-          key, 1e-3, 1e9,
-          "the images are suspect if the distortion is wrong by 2 % and this number of standard deviations");
+          key, 1e-3, 1e9, "standard deviations beyond 2 % at which the lens's distortion is suspect");
     }
   } tracking;
 
   struct Bounds {  ///< on the cost of a frame, whatever the other options request
     int landmarks = 300, measured = 100;
-    double memory_mb = 256;
-
     static void keys(auto&& key) {
-      number<&Bounds::landmarks>(key, 1, 10000, "greatest number of landmarks in the map");
+      number<&Bounds::landmarks>(key, 1, 1000, "greatest number of landmarks in the map");
       number<&Bounds::measured>(key, 1, 1000, "greatest number of landmarks measured in a frame");
-      number<&Bounds::memory_mb>(
-          key, 1, 1e6, "greatest memory of the covariance, in 10^6 bytes, which limits the map too");
     }
   } bounds;
 
@@ -252,28 +224,24 @@ struct Options {
       double converged = 0.3;
       int fewest = 20, attempts = 10, at_once = 1;
       double minimum_speed_m_s = 0.05;
-
       static void keys(auto&& key) {
         number<&Particles::count>(key, 2, 10000, "number of depth particles along a new landmark's ray");
         number<&Particles::nearest_m>(key, 0.01, 1000, "depth of the nearest particle");
         number<&Particles::furthest_m>(key, 0.02, 1000, "depth of the furthest particle");
-        number<&Particles::converged>(
-            key, 0.001, 1, "relative standard deviation of the depth below which a ray becomes a point");
+        number<&Particles::converged>(key, 0.001, 1,
+                                      "relative error of the depth below which a ray becomes a point");
         number<&Particles::fewest>(key, 1, 10000, "number of particles below which a ray is discarded");
         number<&Particles::attempts>(key, 1, 100000, "greatest number of frames that a ray is kept");
         number<&Particles::at_once>(key, 1, 1000, "greatest number of rays in the map at a time");
         number<&Particles::minimum_speed_m_s>(key, 0, 1e3, "camera speed below which no ray is initialized");
       }
     } particles;
-
     static void keys(auto&& key) {
-      choice<&Depth::first_sight>(
-          key, kFirstSights, "parameters of a new landmark: inverse depth, or a ray with depth particles");
+      choice<&Depth::first_sight>(key, kFirstSights,
+                                  "a new landmark: by inverse depth, or a ray with depth particles");
       number<&Depth::inverse_1_m>(key, 1e-6, 100, "inverse depth of a new landmark");
-      number<&Depth::sigma_inverse_1_m>(key, 1e-6, 100,
-                                        "standard deviation of a new landmark's inverse depth");
-      number<&Depth::linearity>(key, 0, 10,
-                                "linearity index below which inverse depth becomes a point; 0: never");
+      number<&Depth::sigma_inverse_1_m>(key, 1e-6, 100, "standard deviation of that inverse depth");
+      number<&Depth::linearity>(key, 0, 10, "linearity index below which it becomes a point; 0: never");
       part<&Depth::particles>(key);
     }
   } depth;
@@ -281,38 +249,24 @@ struct Options {
   struct KnownLandmarks {  ///< corners searched for in the first image, and points of the map from then on
     std::vector<Eigen::Vector3d> at_m;  ///< in W
     double sigma_m = 0.005;
-
     static void keys(auto&& key) {
-      number<&KnownLandmarks::at_m>(key, -1000, 1000,
-                                    "world positions of known corners, searched for in the first image");
-      number<&KnownLandmarks::sigma_m>(key, 1e-6, 10,
-                                       "standard deviation of the positions of the known landmarks");
+      number<&KnownLandmarks::at_m>(key, -1000, 1000, "corners that are searched for in the first image");
+      number<&KnownLandmarks::sigma_m>(key, 1e-6, 10, "standard deviation of their positions");
     }
   } known_landmarks;
 
   struct Consistency {
     bool observability_constrained = true;
-
     static void keys(auto&& key) {
       value<&Consistency::observability_constrained>(
-          key, "whether updates add no false information about the heading, which is unobservable");
+          key, "whether updates add no false information about the heading");
     }
   } consistency;
 
   static void keys(auto&& key) {
-    part<&Options::start>(key);
-    part<&Options::motion>(key);
-    part<&Options::gyro>(key);
-    part<&Options::accelerometer>(key);
-    part<&Options::plan_velocity>(key);
-    part<&Options::leg_odometry>(key);
-    part<&Options::height>(key);
-    part<&Options::vision>(key);
-    part<&Options::tracking>(key);
-    part<&Options::bounds>(key);
-    part<&Options::depth>(key);
-    part<&Options::known_landmarks>(key);
-    part<&Options::consistency>(key);
+    part<&Options::start, &Options::motion, &Options::gyro, &Options::accelerometer, &Options::plan_velocity,
+         &Options::leg_odometry, &Options::height, &Options::vision, &Options::tracking, &Options::bounds,
+         &Options::depth, &Options::known_landmarks, &Options::consistency>(key);
   }
 };
 

@@ -21,7 +21,7 @@ inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying
 inline constexpr int kStrideError = 28;   ///< relative error of the strides' length, and their angle, rad
 inline constexpr int kRobot = 30;
 
-// Systematic errors that the innovations reveal (sensor_monitor.h), all relative.
+// Systematic errors that the innovations reveal (monitors.h), all relative.
 inline constexpr int kPlanScale = 0;       ///< of the planned distances
 inline constexpr int kLensDistortion = 1;  ///< of the lens distortion in the calibration
 inline constexpr int kLegScale = 2;        ///< of the distances by leg odometry
@@ -31,7 +31,6 @@ using RobotVector = Eigen::Matrix<double, kRobot, 1>;
 using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
 /// The parameters of one landmark, and their derivatives, of a size that needs no heap memory.
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
@@ -55,8 +54,7 @@ struct RobotState {
 /// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
 /// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; the rest
 /// is undefined. null_yaw is the change of the state when the whole world turns about the vertical, which no
-/// measurement can observe. sensitivity is the derivative of the mean with respect to the systematic errors,
-/// a column for each.
+/// measurement can observe. sensitivity is the derivative of the mean by the systematic errors, in columns.
 struct State {
   int size = kRobot;
   Eigen::VectorXd storage_x = Eigen::VectorXd::Zero(kRobot), storage_null = Eigen::VectorXd::Zero(kRobot);

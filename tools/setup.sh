@@ -47,19 +47,6 @@ install_interop() {
   cp "$source/package-lock.json" "$folder/node_modules/.installed"
 }
 
-# configure PRESET [CMAKE OPTION...]
-configure() {
-  folder=$root/build/$1
-  if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
-  mkdir -p "$folder" || { say "$folder cannot be written"; exit 2; }
-  (cd "$root" && cmake --preset "$@" >"$folder/configure.log" 2>&1) || {
-    cat "$folder/configure.log" >&2
-    rm -f "$folder/build.ninja"
-    say "configuring failed"
-    exit 2
-  }
-}
-
 # build PRESET [TARGET...]: configures a new build folder and runs ninja.
 build() {
   folder=$root/build/$1
@@ -68,7 +55,13 @@ build() {
   flock 9  # one build at a time per folder
   if [ ! -f "$folder/build.ninja" ]; then
     say "building in build/$1 (the first time takes some minutes)"
-    configure "$1"
+    if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
+    (cd "$root" && cmake --preset "$1" >"$folder/configure.log" 2>&1) || {
+      cat "$folder/configure.log" >&2
+      rm -f "$folder/build.ninja"
+      say "configuring failed"
+      exit 2
+    }
   fi
   shift
   export CCACHE_SLOPPINESS=pch_defines,time_macros  # caches files with precompiled headers

@@ -2,7 +2,6 @@
 # A local Slurm cluster of three nodes, for tests and first tries:
 #   tools/slurm_local.sh start [DIR]     starts it and prints the settings: eval "$(tools/slurm_local.sh start)"
 #   tools/slurm_local.sh stop [DIR]      stops it
-#   tools/slurm_local.sh status [DIR]
 #   tools/slurm_local.sh lose DIR NODE   simulates a power failure: kills all processes of the node
 # DIR (default: $TMPDIR/gaitslam-slurm-UID) contains configuration, keys, logs and process ids; /etc is not touched. munge, slurmctld
 # and the slurmd listen on 127.0.0.1 only. Needs Debian's slurm-wlm and munge, and root. $GAITSLAM_SLURM_PORT: first of
@@ -15,16 +14,7 @@ nodes="n1 n2 n3"
 
 fail() { echo "slurm_local: $*" >&2; exit 2; }
 
-usage() { sed -n '2,9s/^# \{0,1\}//p' "$0" >&2; exit 2; }
-
 alive() { [ -s "$dir/run/$1.pid" ] && kill -0 "$(cat "$dir/run/$1.pid")" 2>/dev/null; }
-
-require_programs() {
-  for program in munged slurmctld slurmd sbatch; do
-    command -v "$program" >/dev/null || fail "$program is not installed (apt-get install slurm-wlm munge)"
-  done
-  [ "$(id -u)" = 0 ] || fail "needs root: munge and Slurm's nodes run as the user who starts them"
-}
 
 write_configuration() {
   cpus=$(nproc)
@@ -87,23 +77,22 @@ await() {  # await WHAT COMMAND...
 
 three_idle() { [ "$(sinfo -h -N -t idle -o %N | wc -l)" = 3 ]; }
 
-start_munge() {
-  [ -s "$dir/munge/munge.key" ] || (umask 077 && head -c 1024 /dev/urandom >"$dir/munge/munge.key")
-  chmod 0400 "$dir/munge/munge.key"
-  start_daemon munged munged --foreground --key-file="$dir/munge/munge.key" --socket="$dir/munge/munge.socket" \
-    --pid-file="$dir/munge/munged.pid" --log-file="$dir/munge/munged.log" --seed-file="$dir/munge/munged.seed" --num-threads=2
-  await munged munge -n -S "$dir/munge/munge.socket"
-}
-
 start() {
-  require_programs
+  for program in munged slurmctld slurmd sbatch; do
+    command -v "$program" >/dev/null || fail "$program is not installed (apt-get install slurm-wlm munge)"
+  done
+  [ "$(id -u)" = 0 ] || fail "needs root: munge and Slurm's nodes run as the user who starts them"
   if alive slurmctld; then settings; return; fi
   umask 022
   for folder in . munge run log state spool.n1 spool.n2 spool.n3; do mkdir -p "$dir/$folder"; done
   chmod 0755 "$dir" "$dir/munge"
   write_configuration
+  [ -s "$dir/munge/munge.key" ] || (umask 077 && head -c 1024 /dev/urandom >"$dir/munge/munge.key")
+  chmod 0400 "$dir/munge/munge.key"
+  start_daemon munged munged --foreground --key-file="$dir/munge/munge.key" --socket="$dir/munge/munge.socket" \
+    --pid-file="$dir/munge/munged.pid" --log-file="$dir/munge/munged.log" --seed-file="$dir/munge/munged.seed" --num-threads=2
+  await munged munge -n -S "$dir/munge/munge.socket"
   export SLURM_CONF="$dir/slurm.conf"
-  start_munge
   start_daemon slurmctld slurmctld -D -c -f "$SLURM_CONF"
   for node in $nodes; do start_daemon "$node" slurmd -D -N "$node" -f "$SLURM_CONF"; done
   await "the cluster" three_idle
@@ -112,17 +101,15 @@ start() {
 
 settings() { echo "export SLURM_CONF='$dir/slurm.conf'"; }
 
+any_alive() { for name in $nodes slurmctld munged; do if alive "$name"; then return; fi; done; return 1; }
+
 stop() {
-  for name in $nodes slurmctld munged; do
-    if alive "$name"; then kill "$(cat "$dir/run/$name.pid")" 2>/dev/null || true; fi
+  for signal in TERM KILL; do
+    for name in $nodes slurmctld munged; do
+      if alive "$name"; then kill -$signal "$(cat "$dir/run/$name.pid")" 2>/dev/null || true; fi
+    done
+    for _ in $(seq 50); do if any_alive; then sleep 0.1; fi; done
   done
-  for _ in $(seq 50); do
-    left=
-    for name in $nodes slurmctld munged; do if alive "$name"; then left="$left $name"; fi; done
-    [ -n "$left" ] || break
-    sleep 0.1
-  done
-  for name in $left; do kill -KILL "$(cat "$dir/run/$name.pid")" 2>/dev/null || true; done
   rm -f "$dir"/run/*.pid
 }
 
@@ -144,7 +131,6 @@ lose() {
 case $command in
   start) dir=$(mkdir -p "$dir" && readlink -f "$dir") && start ;;
   stop) [ ! -d "$dir/run" ] || stop ;;
-  status) alive slurmctld || { echo "not running"; exit 1; }; SLURM_CONF=$dir/slurm.conf sinfo -N ;;
-  lose) [ $# = 3 ] || usage; lose "$3" ;;
-  *) usage ;;
+  lose) [ $# = 3 ] || fail "expected DIR and NODE"; lose "$3" ;;
+  *) sed -n '2,8s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
 esac

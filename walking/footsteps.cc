@@ -1,14 +1,8 @@
 #include "walking/footsteps.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
-#include <stdexcept>
-#include <string>
 
-#include "walking/hrp2.h"
 #include "walking/keys.h"
 
 namespace walking {
@@ -39,9 +33,7 @@ void require(bool holds, const std::string& complaint) {
   if (!holds) throw std::invalid_argument(complaint);
 }
 
-std::vector<Footstep> steps_of(const Stand&, double) { return {}; }
-std::vector<Footstep> steps_of(const Repeat&, double) { return {}; }
-std::vector<Footstep> steps_of(const GoTo&, double) { return {}; }  // see steps_to()
+std::vector<Footstep> steps_of(const auto&, double) { return {}; }  // stand, repeat; for go_to see steps_to()
 
 /// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
 /// the foot spacing, so that the feet never cross and the lateral distance is never below the spacing. Steps
@@ -71,37 +63,33 @@ void check(const Arc& arc) {
   require(arc.angle_rad != 0, std::string(Arc::kName) + ".angle_deg must not be zero");
 }
 
-/// Feet alternate on two circles, the outer foot first.
-std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
-  check(arc);
-  const double turn = std::copysign(1.0, arc.angle_rad);
-  const Eigen::Vector2d circle_center(0, turn * arc.radius_m);
-  std::vector<double> angles = progress(std::abs(arc.angle_rad), step / arc.radius_m);
+/// Feet alternate along a circle to the left or right, or turn on the spot.
+std::vector<Footstep> alternate(double radius, double angle, double step_rad, Side side) {
+  const double turn = std::copysign(1.0, angle);
+  const Eigen::Vector2d circle_center(0, turn * radius);
+  std::vector<double> angles = progress(std::abs(angle), step_rad);
   angles.push_back(angles.back());  // the closing step
-  Side side = turn > 0 ? Side::right : Side::left;
   std::vector<Footstep> steps;
-  for (const double angle : angles) {
-    const double yaw = turn * angle;
+  for (const double along : angles) {
+    const double yaw = turn * along;
     steps.push_back(footstep_at({circle_center - rotated(yaw, circle_center), yaw}, side));
     side = other(side);
   }
   return steps;
 }
 
-/// Feet alternate, each one step of the turn ahead of the other; the foot on the side of the turn goes first,
-/// so that toes never meet.
+/// The outer foot goes first.
+std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
+  check(arc);
+  return alternate(arc.radius_m, arc.angle_rad, step / arc.radius_m,
+                   arc.angle_rad > 0 ? Side::right : Side::left);
+}
+
+/// Each foot is one step of the turn ahead of the other; the one on the side of the turn goes first, so that
+/// toes never meet.
 std::vector<Footstep> steps_of(const Turn& turn, double) {
   check(turn);
-  const double sign = std::copysign(1.0, turn.angle_rad);
-  std::vector<double> angles = progress(std::abs(turn.angle_rad), turn.step_rad);
-  angles.push_back(angles.back());  // the closing step
-  Side side = sign > 0 ? Side::left : Side::right;
-  std::vector<Footstep> steps;
-  for (const double angle : angles) {
-    steps.push_back(footstep_at({{0, 0}, sign * angle}, side));
-    side = other(side);
-  }
-  return steps;
+  return alternate(0, turn.angle_rad, turn.step_rad, turn.angle_rad > 0 ? Side::left : Side::right);
 }
 
 /// Facing the center, radius_m ahead: the foot on the side of travel goes to its place in the turned stance,
@@ -126,20 +114,13 @@ FootPose landing(const FootPose& standing, const Step& step) {
   return standing * FootPose{{0, 0}, step.turn_rad} * FootPose{{step.forward_m, step.left_m}, 0};
 }
 
-Side side_of(const Step& step) { return step.left_m > 0 ? Side::left : Side::right; }
-
-bool same(const FootPose& one, const FootPose& two) {
-  constexpr double kWritten = 1e-6;  // m and rad: steps are given with six decimals
-  return (one.position - two.position).norm() < kWritten && std::abs(one.yaw - two.yaw) < kWritten;
-}
-
 std::vector<Footstep> steps_of(const Steps& steps, double) {
   require(!steps.list.empty(), "steps: the list is empty");
   Stance stance = feet_together({});
   std::vector<Footstep> landings;
   for (const Step& step : steps.list) {
     check_ranges(step, Steps::kName);
-    const Side side = side_of(step);
+    const Side side = step.left_m > 0 ? Side::left : Side::right;
     require(step.left_m != 0 && (landings.empty() || landings.back().side != side),
             "steps: left_m of step " + std::to_string(landings.size() + 1) +
                 " must be more than 0 for the left foot, less for the right; the feet take turns");
@@ -148,15 +129,11 @@ std::vector<Footstep> steps_of(const Steps& steps, double) {
   }
   const Side last = landings.back().side, behind = other(last);
   const double spacing = last == Side::left ? -hrp2::kFootSpacing : hrp2::kFootSpacing;
-  const FootPose closed = landing(stance.of(last), {0, spacing, 0});
-  if (!same(closed, stance.of(behind))) landings.push_back({behind, closed});
+  const FootPose closed = landing(stance.of(last), {0, spacing, 0}), &now = stance.of(behind);
+  constexpr double kWritten = 1e-6;  // m and rad: steps are given with six decimals
+  if ((closed.position - now.position).norm() >= kWritten || std::abs(closed.yaw - now.yaw) >= kWritten)
+    landings.push_back({behind, closed});
   return landings;
-}
-
-/// Appends a command's landings, from feet together around `start`.
-void append(std::vector<Footstep>& steps, const Command& command, const FootPose& start, double step) {
-  const auto more = footsteps(command, start, step);
-  steps.insert(steps.end(), more.begin(), more.end());
 }
 
 std::vector<Footstep> steps_to(const GoTo& goal, const FootPose& start, double step) {
@@ -165,15 +142,19 @@ std::vector<Footstep> steps_to(const GoTo& goal, const FootPose& start, double s
   const FootPose end = FootPose{{goal.x_m, goal.y_m}, goal.heading_rad} * FootPose{{hrp2::kAnkleX, 0}, 0};
   FootPose at = start;
   std::vector<Footstep> steps;
+  const auto append = [&](const Command& command) {
+    const auto more = footsteps(command, at, step);
+    steps.insert(steps.end(), more.begin(), more.end());
+  };
   const auto turn_to = [&](double heading) {
     const double angle = std::remainder(heading - at.yaw, 2 * std::numbers::pi);
-    if (std::abs(angle) > kThere) append(steps, Turn{.angle_rad = angle}, at, step);
+    if (std::abs(angle) > kThere) append(Turn{.angle_rad = angle});
     at.yaw += angle;
   };
   const Eigen::Vector2d way = end.position - at.position;
   if (way.norm() > kThere) {
     turn_to(std::atan2(way.y(), way.x()));
-    append(steps, Straight{way.norm(), 0}, at, step);
+    append(Straight{way.norm(), 0});
     at.position = end.position;
   }
   turn_to(end.yaw);
@@ -208,56 +189,39 @@ std::vector<Footstep> footsteps(const Command& command, const FootPose& start, d
 namespace {
 
 using Eigen::Vector2d;
+using Corners = Eigen::Matrix<double, 2, 4>;
 
 constexpr double kOuterMargin = 0.04, kSoleClearance = 0.01;  // m
 
-/// The outer half-planes n · (|x|, |y|) <= d.
-struct HalfPlane {
-  Vector2d normal;
-  double most;
-};
-
-HalfPlane through(const Vector2d& a, const Vector2d& b) {
-  const Vector2d along = (b - a).normalized(), normal(-along.y(), along.x());
-  return {normal, normal.dot(a)};
-}
-
 double beyond_outer_edges(const Vector2d& place) {
-  static const std::array kEdges{HalfPlane{Vector2d(1, 0), 0.28}, through({0.20, 0.3}, {0.28, 0.2}),
-                                 through({0, 0.4}, {0.20, 0.3})};
+  constexpr double kCorners[][2] = {{0.28, 0}, {0.28, 0.2}, {0.2, 0.3}, {0, 0.4}};
   double beyond = 0;
-  for (const HalfPlane& edge : kEdges)
-    beyond = std::max(beyond, edge.normal.dot(place.cwiseAbs()) - edge.most + kOuterMargin);
+  for (int edge = 0; edge < 3; ++edge) {
+    const Vector2d from(kCorners[edge + 1]), along = (Vector2d(kCorners[edge]) - from).normalized(),
+                                             outwards(-along.y(), along.x());
+    beyond = std::max(beyond, outwards.dot(place.cwiseAbs()) - outwards.dot(from) + kOuterMargin);
+  }
   return beyond;
 }
 
-std::array<Vector2d, 4> corners(const FootPose& foot) {
+Corners corners(const FootPose& foot) {
   const Vector2d &a = hrp2::kSoleMin, &b = hrp2::kSoleMax;
-  std::array<Vector2d, 4> all{Vector2d(a), Vector2d(b.x(), a.y()), Vector2d(b), Vector2d(a.x(), b.y())};
-  for (Vector2d& corner : all) corner = (foot * FootPose{corner, 0}).position;
+  Corners all;
+  all << a.x(), b.x(), b.x(), a.x(), a.y(), a.y(), b.y(), b.y();
+  for (auto corner : all.colwise()) corner = (foot * FootPose{corner, 0}).position;
   return all;
 }
 
-/// The gap between two soles along an axis; negative if they overlap.
-double gap(const std::array<Vector2d, 4>& one, const std::array<Vector2d, 4>& two, const Vector2d& axis) {
-  const auto range = [&](const std::array<Vector2d, 4>& sole) {
-    std::array<double, 4> s{};
-    for (std::size_t i = 0; i < 4; ++i) s[i] = axis.dot(sole[i]);
-    const auto [least, most] = std::minmax_element(s.begin(), s.end());
-    return std::pair(*least, *most);
-  };
-  const auto [a, b] = range(one);
-  const auto [c, d] = range(two);
-  return std::max(c - b, a - d);
-}
-
-/// Two convex soles are as far apart as along the best of their edges' normals, or farther.
+/// Two convex soles are as far apart as along the best of their edges' normals, or farther; negative if they
+/// overlap.
 double gap_between_soles(const FootPose& one, const FootPose& two) {
   double widest = -1;
   for (const double yaw : {one.yaw, two.yaw})
     for (const Vector2d& axis :
-         {Vector2d(std::cos(yaw), std::sin(yaw)), Vector2d(-std::sin(yaw), std::cos(yaw))})
-      widest = std::max(widest, gap(corners(one), corners(two), axis));
+         {Vector2d(std::cos(yaw), std::sin(yaw)), Vector2d(-std::sin(yaw), std::cos(yaw))}) {
+      const Eigen::RowVector4d a = axis.transpose() * corners(one), b = axis.transpose() * corners(two);
+      widest = std::max({widest, b.minCoeff() - a.maxCoeff(), a.minCoeff() - b.maxCoeff()});
+    }
   return widest;
 }
 

@@ -2,10 +2,8 @@
 // command.
 #pragma once
 
-#include <Eigen/Core>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "walking/plan.h"
 

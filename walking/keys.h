@@ -51,9 +51,9 @@ void value(auto& visitor, const char* doc) {
   visitor.value(member_name<Member>(), Member, doc);
 }
 /// Nested options.
-template <auto Member>
+template <auto... Members>
 void part(auto& visitor) {
-  visitor.part(member_name<Member>(), Member);
+  (visitor.part(member_name<Members>(), Members), ...);
 }
 
 /// Visitor that throws std::invalid_argument at the first number out of its range, naming it.

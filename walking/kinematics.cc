@@ -1,13 +1,10 @@
 #include "walking/kinematics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
-
-#include "walking/hrp2.h"
 
 namespace walking {
+
 Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q) {
   using Eigen::AngleAxisd, Eigen::Translation3d, Eigen::Vector3d;
   const double outwards = side == Side::left ? 1 : -1;
@@ -20,8 +17,6 @@ Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q)
 }
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// The hip as seen from the ankle, turned about the ankle's roll axis into the plane of thigh and shank.
 Eigen::Vector3d chain_from_ankle(double outwards, const Eigen::Vector3d& hip, bool& reached) {
@@ -39,13 +34,6 @@ double knee_angle(double distance, bool& reached) {
   const double cosine = (distance * distance - a * a - b * b) / (2 * a * b);
   reached = reached && cosine <= 1 && cosine >= -1;
   return std::acos(std::clamp(cosine, -1.0, 1.0));
-}
-
-Eigen::Matrix3d about_x(double angle) {
-  return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
-}
-Eigen::Matrix3d about_y(double angle) {
-  return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
 }
 
 /// Hip yaw, roll and pitch with Rz(yaw) Rx(roll) Ry(pitch) = M.
@@ -74,10 +62,17 @@ LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
   const double distance = r.norm();
   const double knee = knee_angle(distance, solution.reached);
   const double at_ankle =
-      distance > 0 ? std::asin(std::clamp(hrp2::kThigh * std::sin(kPi - knee) / distance, -1.0, 1.0)) : 0;
+      distance > 0
+          ? std::asin(std::clamp(hrp2::kThigh * std::sin(std::numbers::pi - knee) / distance, -1.0, 1.0))
+          : 0;
   const double roll = std::atan2(r.y(), r.z());
   const double pitch = -std::atan2(r.x(), std::hypot(r.y(), r.z())) - at_ankle;
-  solution.q << hip_angles(X_BA.linear() * about_x(-roll) * about_y(-pitch - knee)), knee, pitch, roll;
+  const auto about = [](double angle, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  };
+  const Eigen::Matrix3d R_hip =
+      X_BA.linear() * about(-roll, Eigen::Vector3d::UnitX()) * about(-pitch - knee, Eigen::Vector3d::UnitY());
+  solution.q << hip_angles(R_hip), knee, pitch, roll;
   return solution;
 }
 

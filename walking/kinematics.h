@@ -1,7 +1,6 @@
 // Kinematics of HRP-2: soles from leg angles and back, joint limits, and the motion of the whole body.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <functional>
 #include <optional>
 #include <string>

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "walking/hrp2.h"
 #include "walking/kinematics.h"
 
 namespace walking {

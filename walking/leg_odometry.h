@@ -1,9 +1,6 @@
 // Leg odometry: how the legs moved the waist, from encoders and ankle forces.
 #pragma once
 
-#include <Eigen/Geometry>
-
-#include "walking/plan.h"
 #include "walking/stabilizer.h"
 
 namespace walking {

@@ -1,13 +1,10 @@
 // The paper's section II on one page: footsteps -> ZMP -> preview control -> center of mass, waist and feet.
 #pragma once
 
-#include <cstddef>
 #include <memory>
-#include <vector>
 
 #include "walking/footsteps.h"
 #include "walking/kinematics.h"
-#include "walking/plan.h"
 
 namespace walking {
 
@@ -16,8 +13,7 @@ class PatternGenerator {
  public:
   /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
   /// of range, a foot out of reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
-  /// The second preview stage and arms that compensate yaw momentum need a model of the whole body; without
-  /// one the plan is the cart-table's, with still arms.
+  /// The second preview stage needs a model of the whole body; without one the plan is the cart-table's.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
   /// Plays the checked plan from the same tick, independently of the other.
   PatternGenerator(const PatternGenerator& other);

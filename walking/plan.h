@@ -182,10 +182,9 @@ using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Step
 enum class SwingPolynomial { quintic, cubic };
 inline constexpr std::array<std::string_view, 2> kSwingPolynomials{"quintic", "cubic"};
 
-/// Motion of the arms: keep half-sitting, swing against the legs by a heuristic, or take up the yaw momentum
-/// of the rest of the body (resolved momentum control).
-enum class ArmMotion { still, swing, momentum };
-inline constexpr std::array<std::string_view, 3> kArmMotions{"still", "swing", "momentum"};
+/// Motion of the arms: keep half-sitting, or swing against the legs by a heuristic.
+enum class ArmMotion { still, swing };
+inline constexpr std::array<std::string_view, 2> kArmMotions{"still", "swing"};
 
 /// Sagittal angles of an arm, rad; half-sitting by default.
 struct ArmAngles {
@@ -218,15 +217,10 @@ struct WalkOptions {
     number<&WalkOptions::preview_s>(key, 0.1, 10, "horizon of the preview control of the ZMP");
     number<&WalkOptions::com_height_m>(key, 0.3, 1.5, "height of the center of mass in the cart-table model");
     choice<&WalkOptions::swing>(key, kSwingPolynomials, "polynomial of the swing foot's trajectory");
-    choice<&WalkOptions::arm_motion>(
-        key, kArmMotions,
-        "motion of the arms: still (half-sitting), swing (against the legs) or momentum (they compensate the "
-        "body's yaw momentum)");
+    choice<&WalkOptions::arm_motion>(key, kArmMotions,
+                                     "motion of the arms: still (half-sitting) or swing (against the legs)");
     value<&WalkOptions::second_preview>(
-        key,
-        "whether a second preview stage makes the ZMP of the whole body, not only the cart-table's, "
-        "follow the "
-        "reference");
+        key, "whether a second preview stage makes the ZMP of the whole body follow the reference");
     value<&WalkOptions::commands>(key,
                                   "walk commands, carried out in this order, in at most 7200 s altogether");
     part<&WalkOptions::steering>(key);

@@ -1,7 +1,10 @@
 #include "walking/preview_control.h"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
+
+#include "walking/step_motion.h"
 
 namespace walking {
 CartTable::CartTable(double com_height, double period, double gravity) {
@@ -90,6 +93,46 @@ void PreviewWindow::pop() {
   const Eigen::Index rest = values_.rows() - 1;
   values_.topRows(rest) = values_.bottomRows(rest).eval();
   --filled_;
+}
+
+SecondPreview::SecondPreview(WholeBody model, const CartTable& cart, const PreviewGains& gains)
+    : model_(std::move(model)),
+      horizon_(static_cast<int>(gains.preview.size())),
+      errors_(horizon_),
+      control_(cart, gains, Eigen::Vector2d::Zero()) {}
+
+void SecondPreview::push(const Reference& planned) {
+  const BodyPose pose = pose_of(planned);
+  if (planned_.empty()) pose_ = pose;
+  const BodyMomentum momentum = model_(motion_between(pose_, pose));
+  if (!planned_.empty()) {
+    // The constant error of standing (the model's center of mass differs from the plan's) is faded in over a
+    // preview, so that the walk starts in half-sitting.
+    const Eigen::Vector2d error = planned_.back().zmp_reference - multibody_zmp(momentum_, momentum);
+    const double share = quintic_blend(std::min(1.0, static_cast<double>(errors_pushed_++) / horizon_));
+    errors_.push(share * error);
+  }
+  pose_ = pose;
+  momentum_ = momentum;
+  planned_.push_back(planned);
+}
+
+/// The waist and the center of mass in it are moved by the state.
+Reference SecondPreview::pop() {
+  Reference reference = planned_.front();
+  const auto horizontal = [&](int row) {
+    return Eigen::Vector3d(control_.state()(row, 0), control_.state()(row, 1), 0);
+  };
+  reference.com += horizontal(0);
+  reference.com_velocity += horizontal(1);
+  reference.com_acceleration += horizontal(2);
+  reference.zmp += control_.zmp();
+  reference.X_PB.translation() += horizontal(0);
+  reference.waist_velocity += horizontal(1);
+  control_.advance(errors_);
+  errors_.pop();
+  planned_.pop_front();
+  return reference;
 }
 
 }  // namespace walking

@@ -1,9 +1,10 @@
 // The cart-table model, and preview control: the jerk that makes its ZMP follow a reference known in advance.
+// The second stage shifts the planned center of mass so that the ZMP of the whole body follows, too.
 #pragma once
 
-#include <Eigen/Core>
+#include <deque>
 
-#include "walking/plan.h"
+#include "walking/kinematics.h"
 
 namespace walking {
 
@@ -69,6 +70,33 @@ class PreviewControl {
   PreviewGains gains_;
   State x_ = State::Zero();
   Eigen::RowVector2d error_sum_ = Eigen::RowVector2d::Zero();
+};
+
+/// The "dynamic filter" of Kajita et al. 2003: the cart-table's plan is played through a model of all links,
+/// and the ZMP error found there, known a preview ahead, is the reference of a second preview control that
+/// corrects the first.
+class SecondPreview {
+ public:
+  SecondPreview(WholeBody model, const CartTable& cart, const PreviewGains& gains);
+
+  /// The first stage's plan, tick by tick.
+  void push(const Reference& planned);
+
+  /// Returns whether enough ticks have been pushed to correct the next one: preview + 2.
+  bool ready() const { return errors_.full(); }
+
+  /// The next tick's reference, corrected.
+  Reference pop();
+
+ private:
+  WholeBody model_;
+  int horizon_;
+  PreviewWindow errors_;
+  PreviewControl control_;
+  std::deque<Reference> planned_;  // pushed and not popped
+  BodyPose pose_;                  // of the last pushed
+  BodyMomentum momentum_;          // half a tick before it
+  int errors_pushed_ = 0;
 };
 
 }  // namespace walking

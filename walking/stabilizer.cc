@@ -1,16 +1,13 @@
 #include "walking/stabilizer.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "walking/hrp2.h"
 #include "walking/kinematics.h"
-#include "walking/plan.h"
 
 namespace walking {
-using Eigen::Vector3d;
+
+using Eigen::Vector2d, Eigen::Vector3d;
 
 Attitude::Attitude(const Eigen::Vector3d& up, const AttitudeOptions& options)
     : options_(options), up_(up.normalized()) {}
@@ -24,14 +21,10 @@ void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specif
   bias_ += options_.bias_gain_per_s2 * dt * correction;
   const Eigen::Vector3d turn = (gyro - bias_ - options_.accelerometer_gain_per_s * correction) * dt;
   const double angle = turn.norm();
-  if (angle > 0) {
-    up_ = (Eigen::AngleAxisd(-angle, turn / angle) * up_).normalized();
-  }
+  if (angle > 0) up_ = (Eigen::AngleAxisd(-angle, turn / angle) * up_).normalized();
 }
 
 namespace {
-
-using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double kWeight = hrp2::kMass * kGravity;  // N
 constexpr double kContactForce = 30.0;              // N: a foot that is loaded less is in the air
@@ -43,7 +36,8 @@ constexpr double kAnkleLeak = 1.5, kAnkleLeakInAir = 0.1, kForceLeak = 1.5, kFor
                  kTrunkLeak = 10;
 constexpr double kCompressionLag = 0.03;  // s, until a leg has given way under a new load
 
-const double kOmega = pendulum_frequency();
+/// Frequency of a pendulum as long as the height of the center of mass in half-sitting, 1/s.
+const double kOmega = std::sqrt(kGravity / hrp2::kComHeight);
 const Vector3d kAnkle(0, 0, hrp2::kAnkleHeight);  // in the axes of the sole
 
 Eigen::Matrix3d turned(const Vector2d& roll_pitch) {
@@ -74,10 +68,6 @@ double left_share(const Reference& reference, const SensorReadings& readings) {
 }
 
 }  // namespace
-
-double pendulum_frequency() { return std::sqrt(kGravity / hrp2::kComHeight); }
-
-Vector2d StabilizerState::capture_point_error() const { return com_error + com_velocity_error / kOmega; }
 
 Stabilizer::Stabilizer(const StabilizerOptions& options)
     : options_(options), attitude_(Vector3d::UnitZ(), options.attitude) {}
@@ -132,7 +122,9 @@ void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& 
 void Stabilizer::track_com(const Reference& reference) {
   const StabilizerOptions::Tracking& o = options_.tracking;
   state_.zmp_desired = reference.zmp;
-  if (o.enabled) state_.zmp_desired += (1 + o.gain_per_s / kOmega) * state_.capture_point_error();
+  if (!o.enabled) return;
+  const Vector2d capture_point_error = state_.com_error + state_.com_velocity_error / kOmega;
+  state_.zmp_desired += (1 + o.gain_per_s / kOmega) * capture_point_error;
 }
 
 Stabilizer::Loads Stabilizer::distribute_load(const Reference& reference) const {

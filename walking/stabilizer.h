@@ -2,9 +2,6 @@
 // never receives a true pose.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include "walking/plan.h"
 
 namespace walking {
@@ -171,18 +168,12 @@ struct StabilizerOptions {
 /// for the effect of a faulty sensor.
 inline constexpr double kLargestAnkle_rad = 0.17, kLargestFootDifference_m = 0.025, kLargestTrunk_rad = 0.1;
 
-/// Frequency of a pendulum as long as the height of the center of mass in half-sitting, 1/s.
-double pendulum_frequency();
-
 /// Estimates and set points of the stabilizer, for logs and tests.
 struct StabilizerState {
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero();       ///< roll, pitch of the waist, rad
   Eigen::Vector2d com_error = Eigen::Vector2d::Zero();  ///< measured minus planned, m in P
   Eigen::Vector2d com_velocity_error = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_desired = Eigen::Vector2d::Zero();  ///< m in P
-
-  /// Error of the capture point c + v/omega, m in P.
-  Eigen::Vector2d capture_point_error() const;
 };
 
 /// One step every kPeriod, from the first tick of the walk on.

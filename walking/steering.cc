@@ -1,25 +1,13 @@
 #include "walking/steering.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-
-#include "walking/footsteps.h"
 
 namespace walking {
 namespace {
 
 /// From the last landing to the decision whether the end of the path is reached.
 constexpr std::size_t kSettlingTicks = 160;
-
-/// Without its dead band, times the gain, within the limit.
-double limited(double error, double dead_band, double gain, double largest) {
-  const double beyond = std::copysign(std::max(0.0, std::abs(error) - dead_band), error);
-  return std::clamp(gain * beyond, -largest, largest);
-}
-
-FootPose scaled(double share, const FootPose& pose) { return {share * pose.position, share * pose.yaw}; }
 
 }  // namespace
 
@@ -69,12 +57,15 @@ Eigen::Vector3d Steering::sigma_at(const FootPose& landing) const {
   return Eigen::Vector3d(variance.x(), variance.y(), newest_->covariance(2, 2)).cwiseMax(0).cwiseSqrt();
 }
 
+/// Each part without its dead band, times the gain, within the limit.
 FootPose Steering::limited(const FootPose& error, const Eigen::Vector3d& sigma) const {
-  const Eigen::Vector3d band = options_.dead_band_sigma * sigma;
-  const double gain = options_.gain;
-  return {{walking::limited(error.position.x(), band.x(), gain, options_.largest_ahead_m),
-           walking::limited(error.position.y(), band.y(), gain, options_.largest_aside_m)},
-          walking::limited(error.yaw, band.z(), gain, options_.largest_turn_rad)};
+  const auto part = [&](double wanted, double sd, double largest) {
+    const double beyond = std::max(0.0, std::abs(wanted) - options_.dead_band_sigma * sd);
+    return std::clamp(options_.gain * std::copysign(beyond, wanted), -largest, largest);
+  };
+  return {{part(error.position.x(), sigma.x(), options_.largest_ahead_m),
+           part(error.position.y(), sigma.y(), options_.largest_aside_m)},
+          part(error.yaw, sigma.z(), options_.largest_turn_rad)};
 }
 
 /// The landings from `step` on, with the corrections so far.
@@ -95,7 +86,7 @@ void Steering::correct(PatternGenerator& plan, double now_s) {
     return distance_outside(standing, {desired_[step].side, pose});
   };
   for (const double share : {1.0, 0.5, 0.25, 0.0}) {
-    made.correction = scaled(share, wanted);
+    made.correction = {share * wanted.position, share * wanted.yaw};
     const FootPose landing = uncorrected * made.correction;
     X_PW_plan_ = share == 0 ? before : landing * inverse(desired);
     if (share == 0) break;

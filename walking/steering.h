@@ -1,14 +1,7 @@
 // Corrects the footsteps of a walk by estimates of the robot's place.
 #pragma once
 
-#include <Eigen/Core>
-#include <cstddef>
-#include <optional>
-#include <vector>
-
-#include "walking/footsteps.h"
 #include "walking/pattern_generator.h"
-#include "walking/plan.h"
 
 namespace walking {
 

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <stdexcept>
-#include <string>
 
 #include "walking/keys.h"
 
@@ -15,26 +12,12 @@ constexpr double kFinalStanding = 2.0;  // s: the center of mass comes to rest a
 
 int ticks_of(double seconds) { return static_cast<int>(std::lround(seconds / kPeriod)); }
 
-void check(const WalkOptions& options) {
-  check_ranges(options, "walk");
-  if (options.commands.empty()) throw std::invalid_argument("walk.commands: the list is empty");
-}
-
-int ticks_of(const Stand& stand) {
-  check_ranges(stand, Stand::kName);
-  return ticks_of(stand.duration_s);
-}
-
 }  // namespace
-
-Eigen::Vector2d Phase::zmp(int tick) const {
-  const double s = std::min(1.0, static_cast<double>(tick + zmp_ramp_start) / zmp_ramp_ticks);
-  return zmp_from + s * (zmp_to - zmp_from);
-}
 
 Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot)
     : zmp_in_foot_(zmp_in_foot), stance_(feet_together(start)), waist_yaw_(start.yaw) {
-  check(options);
+  check_ranges(options, "walk");
+  if (options.commands.empty()) throw std::invalid_argument("walk.commands: the list is empty");
   double_support_ticks_ = ticks_of(options.double_support_s);
   single_support_ticks_ = ticks_of(options.single_support_s);
   stop_ramp_ticks_ = std::max(1, double_support_ticks_ / 2);
@@ -52,7 +35,8 @@ void Timeline::carry_out(int command, const WalkOptions& options, int least_stan
   if (std::holds_alternative<Repeat>(what)) {
     repeat(command, options);
   } else if (const auto* standing = std::get_if<Stand>(&what)) {
-    stand(command, std::max(ticks_of(*standing), least_standing));
+    check_ranges(*standing, Stand::kName);
+    stand(command, std::max(ticks_of(standing->duration_s), least_standing));
   } else {
     const auto steps = footsteps(what, center_of(stance_), options.step_length_m);
     for (const Footstep& landing : steps) step(command, landing);
@@ -191,14 +175,18 @@ std::array<double, kSmoothingTicks + 1> smoothing_weights() {
   return w;
 }
 
-Eigen::Vector2d ZmpReference::raw(std::ptrdiff_t tick) const {
-  const Timeline::Moment moment = timeline_.at(tick);
-  return moment.phase.zmp(moment.tick);
+Eigen::Vector2d zmp_reference(const Timeline& timeline, std::ptrdiff_t tick) {
+  const auto [phase, tick_of_phase] = timeline.at(tick);
+  const double s =
+      std::min(1.0, static_cast<double>(tick_of_phase + phase.zmp_ramp_start) / phase.zmp_ramp_ticks);
+  return phase.zmp_from + s * (phase.zmp_to - phase.zmp_from);
 }
 
-Eigen::Vector2d ZmpReference::smoothed(std::ptrdiff_t tick) const {
+Eigen::Vector2d smoothed_zmp(const Timeline& timeline, std::ptrdiff_t tick) {
+  static const auto weights = smoothing_weights();
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (int j = 1; j < kSmoothingTicks; ++j) sum += weights_[j] * raw(tick - j + kSmoothingAdvance);
+  for (int j = 1; j < kSmoothingTicks; ++j)
+    sum += weights[j] * zmp_reference(timeline, tick - j + kSmoothingAdvance);
   return sum;
 }
 

@@ -2,11 +2,6 @@
 // reference at every tick.
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
-#include <cstddef>
-#include <vector>
-
 #include "walking/footsteps.h"
 
 namespace walking {
@@ -25,8 +20,6 @@ struct Phase {
   Eigen::Vector2d zmp_from = Eigen::Vector2d::Zero(), zmp_to = Eigen::Vector2d::Zero();
   int zmp_ramp_ticks = 1;  ///< ZMP goes from zmp_from to zmp_to in this many ticks, then stays
   int zmp_ramp_start = 0;  ///< 1: the first sample of the phase has already moved
-
-  Eigen::Vector2d zmp(int tick) const;  ///< the unsmoothed reference at a tick of the phase
 };
 
 /// The whole walk as phases, in order, with the standing that the preview needs before the first and after
@@ -99,17 +92,11 @@ inline constexpr int kSmoothingAdvance = 2;  ///< ticks the window looks ahead
 /// w_i proportional to sin²(pi i / 10), sum 1: the smoothing of Kajita's and the JRL's pattern generators.
 std::array<double, kSmoothingTicks + 1> smoothing_weights();
 
-/// The reference at any tick of a walk (before and after it: its first and last value), m in P.
-class ZmpReference {
- public:
-  explicit ZmpReference(const Timeline& timeline) : timeline_(timeline), weights_(smoothing_weights()) {}
+/// The ZMP reference at any tick of a walk (before and after it: its first and last value), m in P: linear in
+/// double support, constant in single support.
+Eigen::Vector2d zmp_reference(const Timeline& timeline, std::ptrdiff_t tick);
 
-  Eigen::Vector2d raw(std::ptrdiff_t tick) const;  ///< linear in double support, constant in single support
-  Eigen::Vector2d smoothed(std::ptrdiff_t tick) const;  ///< sum_j w_j raw(tick - j + kSmoothingAdvance)
-
- private:
-  const Timeline& timeline_;
-  std::array<double, kSmoothingTicks + 1> weights_;
-};
+/// sum_j w_j zmp_reference(tick - j + kSmoothingAdvance).
+Eigen::Vector2d smoothed_zmp(const Timeline& timeline, std::ptrdiff_t tick);
 
 }  // namespace walking

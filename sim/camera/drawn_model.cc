@@ -1,9 +1,10 @@
 #include "sim/camera/drawn_model.h"
 
-#include <mujoco/mujoco.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -17,26 +18,13 @@
 namespace sim::camera {
 namespace {
 
-int painted_texture(const mjModel& model, int geom) {
-  const int material = model.geom_matid[geom];
-  const int texture = material < 0 ? -1 : model.mat_texid[material];
-  return texture >= 0 && model.tex_type[texture] == mjTEXTURE_2D ? texture : -1;
+Eigen::Isometry3d pose_in_parent(const mjtNum* p, const mjtNum* q) {
+  return Eigen::Translation3d(p[0], p[1], p[2]) *
+         Eigen::Isometry3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
 }
 
-Eigen::Isometry3f pose_in_body(const mjModel& model, int geom) {
-  const mjtNum *p = model.geom_pos + 3 * geom, *q = model.geom_quat + 4 * geom;
-  Eigen::Isometry3f X = Eigen::Isometry3f::Identity();
-  X.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).cast<float>().toRotationMatrix();
-  X.translation() = Eigen::Vector3d(p[0], p[1], p[2]).cast<float>();
-  return X;
-}
-
-Eigen::Isometry3f pose_in_world(const mjData& data, int geom) {
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Eigen::Isometry3f X = Eigen::Isometry3f::Identity();
-  X.linear() = Eigen::Map<const RowMajor>(data.geom_xmat + 9 * geom).cast<float>();
-  X.translation() = Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom).cast<float>();
-  return X;
+Eigen::Isometry3d pose_in_body(const mjModel& model, int geom) {
+  return pose_in_parent(model.geom_pos + 3 * geom, model.geom_quat + 4 * geom);
 }
 
 void append(std::vector<float>& to, const auto& vector) {
@@ -56,72 +44,89 @@ void add_geom(DrawnPiece& piece, const mjModel& model, int geom, const Eigen::Is
   for (const std::uint32_t index : mesh.indices) piece.indices.push_back(first + index);
 }
 
-int index_of(std::vector<int>& list, int value) {
-  const auto found = std::find(list.begin(), list.end(), value);
+// Adds a value that is not in the list yet.
+template <class Value>
+int index_of(std::vector<Value>& list, const Value& value) {
+  const auto found = std::ranges::find(list, value);
   if (found != list.end()) return static_cast<int>(found - list.begin());
   list.push_back(value);
   return static_cast<int>(list.size()) - 1;
 }
 
-std::vector<std::string> names_of(const mjModel& model, const std::vector<int>& bodies) {
-  std::vector<std::string> names;
-  for (const int body : bodies) {
-    const char* const name = mj_id2name(&model, mjOBJ_BODY, body);
-    names.emplace_back(name ? name : "");
-  }
-  return names;
+std::string attributes(const Eigen::Isometry3d& X) {
+  const Eigen::Matrix3d R = X.linear();  // Rz(yaw) Ry(pitch) Rx(roll)
+  const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
+  return fmt::format(R"(xyz="{:.9g} {:.9g} {:.9g}" rpy="{:.9g} {:.9g} {:.9g}")", X.translation().x(),
+                     X.translation().y(), X.translation().z(), std::atan2(R(2, 1), R(2, 2)), pitch,
+                     std::atan2(R(1, 0), R(0, 0)));
 }
 
-// The largest that is not above x, which is positive.
-int power_of_two(int x) { return static_cast<int>(std::bit_floor(static_cast<unsigned>(x))); }
+std::string visuals(const mjModel& model, int geom) {
+  const mjtNum* const size = model.geom_size + 3 * geom;
+  const Eigen::Isometry3d X = pose_in_body(model, geom);
+  const Eigen::Vector3f rgb = paint_of(model, geom).rgb;
+  const auto visual = [&](double z, const std::string& shape) {
+    return fmt::format(
+        "    <visual><origin {}/><geometry><{}/></geometry>"
+        "<material name=\"\"><color rgba=\"{:.3g} {:.3g} {:.3g} 1\"/></material></visual>\n",
+        attributes(X * Eigen::Translation3d(0, 0, z)), shape, rgb.x(), rgb.y(), rgb.z());
+  };
+  const auto sphere = [&](double z, double radius) {
+    return visual(z, fmt::format("sphere radius=\"{:.9g}\"", radius));
+  };
+  const auto cylinder = [&] {
+    return visual(0, fmt::format(R"(cylinder radius="{:.9g}" length="{:.9g}")", size[0], 2 * size[1]));
+  };
+  switch (model.geom_type[geom]) {
+    case mjGEOM_BOX:
+      return visual(0,
+                    fmt::format(R"(box size="{:.9g} {:.9g} {:.9g}")", 2 * size[0], 2 * size[1], 2 * size[2]));
+    case mjGEOM_SPHERE:
+      return sphere(0, size[0]);
+    case mjGEOM_ELLIPSOID:
+      return sphere(0, std::cbrt(size[0] * size[1] * size[2]));
+    case mjGEOM_CYLINDER:
+      return cylinder();
+    case mjGEOM_CAPSULE:
+      return cylinder() + sphere(size[1], size[0]) + sphere(-size[1], size[0]);
+    default:
+      return "";
+  }
+}
+
+std::string link(const mjModel& model, int body, const std::string& name) {
+  std::string text;
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (model.geom_bodyid[geom] == body && is_drawn(model, geom)) text += visuals(model, geom);
+  return fmt::format("  <link name=\"{}\">\n{}  </link>\n", name, text);
+}
+
+// A body's only hinge is a joint of the robot; the ankles' bushes are fixed.
+std::string joint(const mjModel& model, int body, const std::string& parent, const std::string& child) {
+  const int first = model.body_jntadr[body];
+  const bool hinge = model.body_jntnum[body] == 1 && model.jnt_type[first] == mjJNT_HINGE;
+  std::string text = fmt::format(
+      "  <joint name=\"{}\" type=\"{}\">\n    <parent link=\"{}\"/><child link=\"{}\"/><origin {}/>\n",
+      hinge ? mj_id2name(&model, mjOBJ_JOINT, first) : child + "_fixed", hinge ? "revolute" : "fixed", parent,
+      child, attributes(pose_in_parent(model.body_pos + 3 * body, model.body_quat + 4 * body)));
+  if (hinge) {
+    const mjtNum *axis = model.jnt_axis + 3 * first, *range = model.jnt_range + 2 * first;
+    text += fmt::format(
+        "    <axis xyz=\"{:.9g} {:.9g} {:.9g}\"/><limit lower=\"{:.9g}\" upper=\"{:.9g}\" effort=\"0\" "
+        "velocity=\"0\"/>\n",
+        axis[0], axis[1], axis[2], range[0], range[1]);
+  }
+  return text + "  </joint>\n";
+}
 
 }  // namespace
 
-DrawnModel drawn_model(const mjModel& model) {
-  const physics::Data data(mj_makeData(&model));
-  mj_kinematics(&model, data.get());
-  DrawnModel drawn;
-  std::vector<int> bodies;
-  std::map<std::pair<int, int>, DrawnPiece> pieces;  // by body and picture
-  for (int geom = 0; geom < model.ngeom; ++geom) {
-    if (!is_drawn(model, geom)) continue;
-    const int body = model.geom_bodyid[geom], texture = painted_texture(model, geom);
-    const bool moves = model.body_weldid[body] != 0;
-    const std::pair key(moves ? index_of(bodies, body) : -1,
-                        texture < 0 ? -1 : index_of(drawn.pictures, texture));
-    DrawnPiece& piece = pieces[key];
-    std::tie(piece.body, piece.picture) = key;
-    add_geom(piece, model, geom, moves ? pose_in_body(model, geom) : pose_in_world(*data, geom));
-  }
-  for (auto& [key, piece] : pieces) drawn.pieces.push_back(std::move(piece));
-  drawn.bodies = names_of(model, bodies);
-  return drawn;
-}
-
-std::vector<cv::Mat3b> drawn_pictures(const mjModel& model, const DrawnModel& drawn, std::uint64_t seed,
-                                      int largest_px) {
-  const physics::Data data(mj_makeData(&model));
-  mj_kinematics(&model, data.get());
-  std::vector<cv::Mat3b> pictures;
-  for (const int texture : drawn.pictures) {
-    const cv::Mat3b whole = texture_picture(model, *data, texture, seed);
-    const cv::Size size(power_of_two(std::min(whole.cols, largest_px)),
-                        power_of_two(std::min(whole.rows, largest_px)));
-    cv::resize(whole, pictures.emplace_back(), size, 0, 0, cv::INTER_AREA);
-  }
-  return pictures;
-}
-
-BodyPoses::BodyPoses(const mjModel& model, const std::vector<std::string>& bodies) {
-  for (const std::string& body : bodies) {
-    ids_.push_back(mj_name2id(&model, mjOBJ_BODY, body.c_str()));
-    if (ids_.back() < 0) throw std::invalid_argument("the model has no body " + body);
-  }
-}
-
-std::vector<float> BodyPoses::of(const mjData& data) const {
+std::vector<float> body_poses(const mjModel& model, const mjData& data,
+                              const std::vector<std::string>& bodies) {
   std::vector<float> poses;
-  for (const int id : ids_) {
+  for (const std::string& body : bodies) {
+    const int id = mj_name2id(&model, mjOBJ_BODY, body.c_str());
+    if (id < 0) throw std::invalid_argument("the model has no body " + body);
     const mjtNum *p = data.xpos + 3 * id, *q = data.xquat + 4 * id;
     for (const mjtNum value : {p[0], p[1], p[2], q[1], q[2], q[3], q[0]})
       poses.push_back(static_cast<float>(value));
@@ -130,16 +135,54 @@ std::vector<float> BodyPoses::of(const mjData& data) const {
 }
 
 PosedRobot::PosedRobot(const std::string& robot, const std::string& room, const std::filesystem::path& models)
-    : model_(physics::load_model(robot, room, models)),
-      data_(mj_makeData(model_.get())),
-      drawn_(drawn_model(*model_)),
-      bodies_(*model_, drawn_.bodies) {}
+    : model_(physics::load_model(robot, room, models)), data_(data_at_rest(*model_)) {
+  std::map<std::pair<int, int>, DrawnPiece> pieces;  // by body and picture
+  for (int geom = 0; geom < model_->ngeom; ++geom) {
+    if (!is_drawn(*model_, geom)) continue;
+    const char* const body = mj_id2name(model_.get(), mjOBJ_BODY, model_->geom_bodyid[geom]);
+    const int texture = texture_of(*model_, geom);
+    const bool moving = moves(*model_, geom);
+    const std::pair key(moving ? index_of(bodies_, std::string(body ? body : "")) : -1,
+                        texture < 0 ? -1 : index_of(textures_, texture));
+    DrawnPiece& piece = pieces[key];
+    std::tie(piece.body, piece.picture) = key;
+    const Eigen::Isometry3d X = moving ? pose_in_body(*model_, geom) : geom_pose(*data_, geom);
+    add_geom(piece, *model_, geom, X.cast<float>());
+  }
+  for (auto& [key, piece] : pieces) pieces_.push_back(std::move(piece));
+}
+
+std::vector<cv::Mat3b> PosedRobot::pictures(std::uint64_t seed, int largest_px) const {
+  const physics::Data data = data_at_rest(*model_);
+  std::vector<cv::Mat3b> pictures;
+  for (const int texture : textures_) {
+    const cv::Mat3b whole = texture_picture(*model_, *data, texture, seed);
+    const auto side = [&](int px) { return int(std::bit_floor(unsigned(std::min(px, largest_px)))); };
+    cv::resize(whole, pictures.emplace_back(), {side(whole.cols), side(whole.rows)}, 0, 0, cv::INTER_AREA);
+  }
+  return pictures;
+}
 
 std::vector<float> PosedRobot::poses(const walking::BodyPose& pose) {
   const Eigen::VectorXd q = physics::robot_positions(*model_, pose);
   std::copy(q.begin(), q.end(), data_->qpos);
   mj_kinematics(model_.get(), data_.get());
-  return bodies_.of(*data_);
+  return body_poses(*model_, *data_, bodies_);
+}
+
+std::string urdf(const mjModel& model) {
+  const auto free = std::find(model.jnt_type, model.jnt_type + model.njnt, mjJNT_FREE) - model.jnt_type;
+  const int root = model.jnt_bodyid[free];
+  const auto name = [&](int body) -> std::string {
+    return body == root ? "waist" : mj_id2name(&model, mjOBJ_BODY, body);
+  };
+  std::string text = "<?xml version=\"1.0\"?>\n<robot name=\"gaitslam\">\n";
+  for (int body = root; body < model.nbody; ++body) {
+    if (model.body_rootid[body] != root) continue;
+    text += link(model, body, name(body));
+    if (body != root) text += joint(model, body, name(model.body_parentid[body]), name(body));
+  }
+  return text + "</robot>\n";
 }
 
 }  // namespace sim::camera

@@ -2,7 +2,6 @@
 
 #include <dlfcn.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
@@ -21,113 +20,191 @@ extern "C" const char* __asan_default_options() { return "intercept_tls_get_addr
 namespace sim::camera {
 namespace {
 
-constexpr char kLibrary[] = "libOSMesa.so.8";
+constexpr int kWindowPx = 8;
 
-[[noreturn]] void fail() {
-  const char* const why = dlerror();
-  throw std::runtime_error(std::string("off-screen OpenGL: ") + (why ? why : kLibrary));
+void require(bool works, const std::string& fault) {
+  if (!works) throw std::runtime_error("off-screen OpenGL: " + fault);
 }
 
 // One core draws. Mip levels are chosen approximately: faster, and corners are found as well.
-void* opened() {
+void* open_library() {
   setenv("LP_NUM_THREADS", "0", 1);
   setenv("GALLIVM_PERF", "rho_approx", 1);
-  void* const library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
-  if (!library) fail();
+  void* const library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_LOCAL);
+  if (!library) require(false, dlerror());
   return library;
 }
 
-}  // namespace
+enum Attribute : GLuint { kPoint, kLight, kTexturePoint };
 
-void* Gl::function(const char* name) {
-  static void* const library = opened();
-  void* const found = dlsym(library, name);
-  if (!found) fail();
-  return found;
+constexpr char kVertexShader[] = R"(
+uniform mat4 clip_from_points;
+attribute vec3 point;
+attribute LIGHT light;
+varying LIGHT surface_light;
+#ifdef TEXTURED
+attribute vec2 texture_point;
+varying vec2 surface_texture_point;
+#endif
+void main() {
+  gl_Position = clip_from_points * vec4(point, 1.0);
+  surface_light = light;
+#ifdef TEXTURED
+  surface_texture_point = texture_point;
+#endif
+}
+)";
+
+constexpr char kFragmentShader[] = R"(
+varying LIGHT surface_light;
+#ifdef TEXTURED
+uniform sampler2D picture;
+varying vec2 surface_texture_point;
+#endif
+void main() {
+#ifdef TEXTURED
+  gl_FragColor = vec4(vec3(surface_light * texture2D(picture, surface_texture_point).CHANNELS), 1.0);
+#else
+  gl_FragColor = vec4(vec3(surface_light), 1.0);
+#endif
+}
+)";
+
+// The shader is deleted with its program.
+void add_shader(GLuint program, GLenum kind, const std::string& source) {
+  const GLuint shader = GL(glCreateShader)(kind);
+  const char* const text = source.c_str();
+  GL(glShaderSource)(shader, 1, &text, nullptr);
+  GL(glCompileShader)(shader);
+  GLint compiles = 0;
+  GL(glGetShaderiv)(shader, GL_COMPILE_STATUS, &compiles);
+  require(compiles, "a shader does not compile");
+  GL(glAttachShader)(program, shader);
+  GL(glDeleteShader)(shader);
 }
 
-const Gl& gl() {
-  static const Gl functions;
-  return functions;
-}
-
-namespace {
-
-constexpr int kWindowPx = 8;
-
-}  // namespace
-
-GlContext::GlContext() : window_(4 * kWindowPx * kWindowPx) {
-  context_.reset(gl().OSMesaCreateContextExt(OSMESA_RGBA, 24, 8, 0, nullptr));
-  if (!context_) throw std::runtime_error("off-screen OpenGL: OSMesa gives no context");
-  make_current();
-}
-
-GlContext::~GlContext() {
-  if (gl().OSMesaGetCurrentContext() == context_.get())
-    gl().OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
-}
-
-void GlContext::make_current() {
-  if (gl().OSMesaGetCurrentContext() != context_.get() &&
-      !gl().OSMesaMakeCurrent(context_.get(), window_.data(), GL_UNSIGNED_BYTE, kWindowPx, kWindowPx))
-    throw std::runtime_error("off-screen OpenGL: OSMesa's context cannot be made current");
-}
-
-FrameBuffer::FrameBuffer(int width_px, int height_px, int samples, Channels channels)
-    : width_px_(width_px), height_px_(height_px), channels_(channels) {
-  GLint most = 0;
-  gl().glGetIntegerv(GL_MAX_SAMPLES, &most);
-  drawn_ = make(samples > 1 ? std::min(samples, most) : 0);
-  if (samples > 1) resolved_ = make(0);
-}
-
-FrameBuffer::~FrameBuffer() { free(drawn_), free(resolved_); }
-
-FrameBuffer::Buffers FrameBuffer::make(int samples) const {
-  Buffers made;
-  gl().glGenFramebuffers(1, &made.frame);
-  gl().glBindFramebuffer(GL_FRAMEBUFFER, made.frame);
-  const auto attach = [&](unsigned& buffer, GLenum format, GLenum place) {
-    gl().glGenRenderbuffers(1, &buffer);
-    gl().glBindRenderbuffer(GL_RENDERBUFFER, buffer);
-    gl().glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width_px_, height_px_);
-    gl().glFramebufferRenderbuffer(GL_FRAMEBUFFER, place, GL_RENDERBUFFER, buffer);
-  };
-  attach(made.color, channels_ == Channels::grey ? GL_R8 : GL_RGBA8, GL_COLOR_ATTACHMENT0);
-  attach(made.depth, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
-  if (gl().glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw std::runtime_error("off-screen OpenGL: the off-screen buffer is incomplete");
+GLuint program(Channels channels, bool textured) {
+  const std::string head = std::string("#version 120\n") +
+                           (channels == Channels::grey ? "#define LIGHT float\n#define CHANNELS r\n"
+                                                       : "#define LIGHT vec3\n#define CHANNELS rgb\n") +
+                           (textured ? "#define TEXTURED\n" : "");
+  const GLuint made = GL(glCreateProgram)();
+  add_shader(made, GL_VERTEX_SHADER, head + kVertexShader);
+  add_shader(made, GL_FRAGMENT_SHADER, head + kFragmentShader);
+  GL(glBindAttribLocation)(made, kPoint, "point");
+  GL(glBindAttribLocation)(made, kLight, "light");
+  if (textured) GL(glBindAttribLocation)(made, kTexturePoint, "texture_point");
+  GL(glLinkProgram)(made);
+  GLint links = 0;
+  GL(glGetProgramiv)(made, GL_LINK_STATUS, &links);
+  require(links, "a shader program does not link");
   return made;
 }
 
-void FrameBuffer::free(Buffers& buffers) {
-  gl().glDeleteFramebuffers(1, &buffers.frame);
-  gl().glDeleteRenderbuffers(1, &buffers.color);
-  gl().glDeleteRenderbuffers(1, &buffers.depth);
+}  // namespace
+
+void* gl_function(const char* name) {
+  static void* const library = open_library();
+  void* const found = dlsym(library, name);
+  if (!found) require(false, dlerror());
+  return found;
 }
 
-void FrameBuffer::clear() {
-  gl().glBindFramebuffer(GL_FRAMEBUFFER, drawn_.frame);
-  gl().glDisable(GL_SCISSOR_TEST);
-  gl().glClearColor(0, 0, 0, 0);
-  gl().glClearDepth(1);
-  gl().glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+Renderer::Renderer(const cv::Size& size_px, Channels channels)
+    : window_(4 * kWindowPx * kWindowPx),
+      context_(GL(OSMesaCreateContextExt)(OSMESA_RGBA, 24, 8, 0, nullptr)),
+      size_(size_px),
+      channels_(channels) {
+  require(context_, "OSMesa gives no context");
+  make_current();
+  make_frame();
+  plain_ = program(channels, false), textured_ = program(channels, true);
+  GL(glEnable)(GL_DEPTH_TEST);
+  GL(glDepthFunc)(GL_LESS);
+  GL(glEnable)(GL_CULL_FACE);
+  GL(glFrontFace)(GL_CW);  // OpenGL's rows count upwards
 }
 
-cv::Mat FrameBuffer::read() const {
-  gl().glBindFramebuffer(GL_READ_FRAMEBUFFER, drawn_.frame);
-  if (resolved_.frame) {
-    gl().glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.frame);
-    gl().glDisable(GL_SCISSOR_TEST);
-    gl().glBlitFramebuffer(0, 0, width_px_, height_px_, 0, 0, width_px_, height_px_, GL_COLOR_BUFFER_BIT,
-                           GL_NEAREST);
-    gl().glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.frame);
+Renderer::~Renderer() {
+  if (GL(OSMesaGetCurrentContext)() == context_)
+    GL(OSMesaMakeCurrent)(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+  GL(OSMesaDestroyContext)(context_);
+}
+
+void Renderer::make_current() {
+  require(GL(OSMesaGetCurrentContext)() == context_ ||
+              GL(OSMesaMakeCurrent)(context_, window_.data(), GL_UNSIGNED_BYTE, kWindowPx, kWindowPx),
+          "OSMesa's context cannot be made current");
+}
+
+void Renderer::make_frame() {
+  unsigned frame = 0;
+  GL(glGenFramebuffers)(1, &frame);
+  GL(glBindFramebuffer)(GL_FRAMEBUFFER, frame);
+  const auto attach = [&](GLenum format, GLenum place) {
+    unsigned buffer = 0;
+    GL(glGenRenderbuffers)(1, &buffer);
+    GL(glBindRenderbuffer)(GL_RENDERBUFFER, buffer);
+    GL(glRenderbufferStorage)(GL_RENDERBUFFER, format, size_.width, size_.height);
+    GL(glFramebufferRenderbuffer)(GL_FRAMEBUFFER, place, GL_RENDERBUFFER, buffer);
+  };
+  attach(channels_ == Channels::grey ? GL_R8 : GL_RGBA8, GL_COLOR_ATTACHMENT0);
+  attach(GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
+  require(GL(glCheckFramebufferStatus)(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE,
+          "the off-screen buffer is incomplete");
+}
+
+void Renderer::reserve(std::size_t vertices) {
+  unsigned buffer = 0;
+  GL(glGenBuffers)(1, &buffer);
+  GL(glBindBuffer)(GL_ARRAY_BUFFER, buffer);
+  GL(glBufferData)(GL_ARRAY_BUFFER, GLsizeiptr(vertices * sizeof(Vertex)), nullptr, GL_DYNAMIC_DRAW);
+  const auto attribute = [](Attribute which, int numbers, std::size_t offset) {
+    const void* const at = reinterpret_cast<const void*>(offset);
+    GL(glEnableVertexAttribArray)(which);
+    GL(glVertexAttribPointer)(which, numbers, GL_FLOAT, GL_FALSE, sizeof(Vertex), at);
+  };
+  attribute(kPoint, 3, offsetof(Vertex, p));
+  attribute(kLight, int(channels_), offsetof(Vertex, light));
+  attribute(kTexturePoint, 2, offsetof(Vertex, uv));
+}
+
+void Renderer::set_vertices(std::size_t first, std::span<const Vertex> vertices) {
+  const auto offset = GLintptr(first * sizeof(Vertex)), bytes = GLsizeiptr(vertices.size_bytes());
+  GL(glBufferSubData)(GL_ARRAY_BUFFER, offset, bytes, vertices.data());
+}
+
+void Renderer::clear() {
+  GL(glDisable)(GL_SCISSOR_TEST);
+  GL(glClearColor)(0, 0, 0, 0);
+  GL(glClearDepth)(1);
+  GL(glClear)(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+void Renderer::set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_from_points) {
+  GL(glViewport)(viewport.x, viewport.y, viewport.width, viewport.height);
+  GL(glScissor)(viewport.x, viewport.y, viewport.width, viewport.height);
+  GL(glEnable)(GL_SCISSOR_TEST);
+  for (const unsigned each : {plain_, textured_}) {
+    GL(glUseProgram)(each);
+    const int place = GL(glGetUniformLocation)(each, "clip_from_points");
+    GL(glUniformMatrix4fv)(place, 1, GL_FALSE, clip_from_points.data());
   }
+}
+
+void Renderer::draw(std::span<const std::uint32_t> indices, unsigned texture) {
+  if (indices.empty()) return;
+  GL(glUseProgram)(texture ? textured_ : plain_);
+  if (texture) GL(glBindTexture)(GL_TEXTURE_2D, texture);
+  GL(glDrawElements)(GL_TRIANGLES, GLsizei(indices.size()), GL_UNSIGNED_INT, indices.data());
+}
+
+cv::Mat Renderer::read() const {
   const bool grey = channels_ == Channels::grey;
-  cv::Mat picture(height_px_, width_px_, grey ? CV_8UC1 : CV_8UC3);
-  gl().glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  gl().glReadPixels(0, 0, width_px_, height_px_, grey ? GL_RED : GL_RGB, GL_UNSIGNED_BYTE, picture.data);
+  const GLenum format = grey ? GL_RED : GL_RGB;
+  cv::Mat picture(size_, grey ? CV_8UC1 : CV_8UC3);
+  GL(glPixelStorei)(GL_PACK_ALIGNMENT, 1);
+  GL(glReadPixels)(0, 0, size_.width, size_.height, format, GL_UNSIGNED_BYTE, picture.data);
   return picture;
 }
 

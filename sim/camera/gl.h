@@ -1,4 +1,4 @@
-// Off-screen OpenGL (OSMesa, software): its functions, a context and a frame buffer.
+// Off-screen OpenGL (OSMesa, software): a picture of lit, textured triangles.
 #pragma once
 
 #define GL_GLEXT_PROTOTYPES
@@ -6,126 +6,71 @@
 #include <GL/glext.h>
 #include <GL/osmesa.h>
 
-#include <memory>
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
 #include <opencv2/core.hpp>
+#include <span>
 #include <vector>
 
 namespace sim::camera {
-/// The OpenGL functions in use: gl().glClear(...). They are loaded with the first drawing, since OSMesa
-/// brings a compiler (LLVM) that would cost every process 20 ms at its start.
-struct Gl {
-#define GAITSLAM_GL(name) decltype(&::name) name = reinterpret_cast<decltype(&::name)>(function(#name))
-  GAITSLAM_GL(OSMesaCreateContextExt);
-  GAITSLAM_GL(OSMesaDestroyContext);
-  GAITSLAM_GL(OSMesaGetCurrentContext);
-  GAITSLAM_GL(OSMesaMakeCurrent);
-  GAITSLAM_GL(glAttachShader);
-  GAITSLAM_GL(glBindAttribLocation);
-  GAITSLAM_GL(glBindBuffer);
-  GAITSLAM_GL(glBindFramebuffer);
-  GAITSLAM_GL(glBindRenderbuffer);
-  GAITSLAM_GL(glBindTexture);
-  GAITSLAM_GL(glBlitFramebuffer);
-  GAITSLAM_GL(glBufferData);
-  GAITSLAM_GL(glBufferSubData);
-  GAITSLAM_GL(glCheckFramebufferStatus);
-  GAITSLAM_GL(glClear);
-  GAITSLAM_GL(glClearColor);
-  GAITSLAM_GL(glClearDepth);
-  GAITSLAM_GL(glCompileShader);
-  GAITSLAM_GL(glCreateProgram);
-  GAITSLAM_GL(glCreateShader);
-  GAITSLAM_GL(glDeleteBuffers);
-  GAITSLAM_GL(glDeleteFramebuffers);
-  GAITSLAM_GL(glDeleteProgram);
-  GAITSLAM_GL(glDeleteRenderbuffers);
-  GAITSLAM_GL(glDeleteShader);
-  GAITSLAM_GL(glDeleteTextures);
-  GAITSLAM_GL(glDepthFunc);
-  GAITSLAM_GL(glDisable);
-  GAITSLAM_GL(glDrawElements);
-  GAITSLAM_GL(glEnable);
-  GAITSLAM_GL(glEnableVertexAttribArray);
-  GAITSLAM_GL(glFramebufferRenderbuffer);
-  GAITSLAM_GL(glFrontFace);
-  GAITSLAM_GL(glGenBuffers);
-  GAITSLAM_GL(glGenFramebuffers);
-  GAITSLAM_GL(glGenRenderbuffers);
-  GAITSLAM_GL(glGenTextures);
-  GAITSLAM_GL(glGetIntegerv);
-  GAITSLAM_GL(glGetProgramiv);
-  GAITSLAM_GL(glGetShaderiv);
-  GAITSLAM_GL(glGetUniformLocation);
-  GAITSLAM_GL(glLinkProgram);
-  GAITSLAM_GL(glPixelStorei);
-  GAITSLAM_GL(glReadPixels);
-  GAITSLAM_GL(glRenderbufferStorageMultisample);
-  GAITSLAM_GL(glScissor);
-  GAITSLAM_GL(glShaderSource);
-  GAITSLAM_GL(glTexImage2D);
-  GAITSLAM_GL(glTexParameteri);
-  GAITSLAM_GL(glUniformMatrix4fv);
-  GAITSLAM_GL(glUseProgram);
-  GAITSLAM_GL(glVertexAttribPointer);
-  GAITSLAM_GL(glViewport);
-#undef GAITSLAM_GL
 
- private:
-  static void* function(const char* name);
-};
+/// The address of an OpenGL function. OSMesa is loaded with the first one, since it brings a compiler (LLVM)
+/// that would cost every process 20 ms at its start. Throws std::runtime_error if it is missing.
+void* gl_function(const char* name);
 
-/// Throws std::runtime_error if OSMesa is missing.
-const Gl& gl();
-
-/// An OSMesa context, current on the thread that made it. One core draws (LP_NUM_THREADS=0), so frames and
-/// their cost do not depend on the machine's load. Throws std::runtime_error without a usable OpenGL.
-class GlContext {
- public:
-  GlContext();
-  ~GlContext();
-  GlContext(const GlContext&) = delete;
-  GlContext& operator=(const GlContext&) = delete;
-
-  void make_current();  ///< on this thread
-
- private:
-  struct Destroy {
-    void operator()(OSMesaContext context) const { gl().OSMesaDestroyContext(context); }
-  };
-  std::vector<unsigned char> window_;  ///< OSMesa needs a window buffer; nothing is ever drawn in it
-  std::unique_ptr<osmesa_context, Destroy> context_;
-};
+/// A function of OpenGL or OSMesa: GL(glClear)(GL_COLOR_BUFFER_BIT).
+#define GL(name)                                                                                    \
+  ([] {                                                                                             \
+    static const auto found = reinterpret_cast<decltype(&::name)>(sim::camera::gl_function(#name)); \
+    return found;                                                                                   \
+  }())
 
 /// Channels of a picture: only brightness, as the head camera sees it, which costs less, or colors, for
 /// people.
 enum class Channels { grey = 1, rgb = 3 };
 
-/// A picture with its depth in the current OpenGL context, cleared and read as a whole. Row 0 is the one that
-/// OpenGL calls the lowest.
-class FrameBuffer {
- public:
-  /// `samples`: multisamples, at most as many as the renderer has (4); 0 or 1: none. Throws
-  /// std::runtime_error when the renderer has no such buffer.
-  FrameBuffer(int width_px, int height_px, int samples, Channels channels);
-  ~FrameBuffer();
-  FrameBuffer(const FrameBuffer&) = delete;
-  FrameBuffer& operator=(const FrameBuffer&) = delete;
+/// A corner of a triangle. Where only grey is drawn, `light` is (brightness, unused, unused).
+struct Vertex {
+  Eigen::Vector3f p;
+  Eigen::Vector2f uv;
+  Eigen::Vector3f light;  ///< 0-1; multiplied with the texture
+};
 
-  /// Draws go here from now on; black, and infinitely far.
+/// An OSMesa context with a picture, its depth, and triangles of one buffer of vertices. The nearer surface
+/// hides the farther one. Rows count downwards in what is drawn: the front of a triangle is the side that
+/// shows its corners counter-clockwise in a picture with its first row on top. One core draws
+/// (LP_NUM_THREADS=0), so frames and their cost do not depend on the machine's load.
+class Renderer {
+ public:
+  /// Makes the context current on this thread. Throws std::runtime_error without a usable OpenGL.
+  Renderer(const cv::Size& size_px, Channels channels);
+  /// Frees all that was made in the context, textures included.
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  void make_current();  ///< on this thread
+  /// Sets the number of vertices.
+  void reserve(std::size_t vertices);
+  void set_vertices(std::size_t first, std::span<const Vertex> vertices);
+  /// Makes the picture black, and infinitely far.
   void clear();
+  /// Sets the viewport of the next triangles, and the transformation of their points to clip coordinates.
+  void set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_from_points);
+  /// Three indices for each triangle; texture 0: none.
+  void draw(std::span<const std::uint32_t> indices, unsigned texture);
   /// CV_8UC1 or CV_8UC3 (RGB).
   cv::Mat read() const;
 
  private:
-  struct Buffers {
-    unsigned frame = 0, color = 0, depth = 0;
-  };
-  Buffers make(int samples) const;
-  static void free(Buffers& buffers);
+  void make_frame();
 
-  int width_px_, height_px_;
+  std::vector<unsigned char> window_;  ///< OSMesa needs a window buffer; nothing is ever drawn in it
+  OSMesaContext context_;
+  cv::Size size_;
   Channels channels_;
-  Buffers drawn_, resolved_;  // resolved_: only with multisampling
+  unsigned plain_ = 0, textured_ = 0;  ///< programs
 };
 
 }  // namespace sim::camera

@@ -1,48 +1,99 @@
 #include "sim/camera/head_camera.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 namespace sim::camera {
 namespace {
 
-constexpr char kName[] = "head_camera";
+// Integral from -infinity to x of the triangle of height 1 over [-1, 1].
+double below_triangle(double x) {
+  x = std::clamp(x, -1.0, 1.0);
+  return x < 0 ? 0.5 * (1 + x) * (1 + x) : 1 - 0.5 * (1 - x) * (1 - x);
+}
+
+// Mean over [from, to] of that triangle about 0: what a moment's picture adds to light gathered in that time,
+// all in steps between moments.
+double share(double from, double to) {
+  if (to - from < 1e-9) return std::max(0.0, 1 - std::abs(from));
+  return (below_triangle(to) - below_triangle(from)) / (to - from);
+}
 
 }  // namespace
 
-Eigen::Isometry3d camera_pose(const mjModel& model, const mjData& data, const std::string& name) {
-  const int id = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
-  if (id < 0) throw std::invalid_argument("the model has no camera \"" + name + "\"");
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-  X_WC.translation() = Eigen::Map<const Eigen::Vector3d>(data.cam_xpos + 3 * id);
-  const Eigen::Matrix3d R_WM = Eigen::Map<const RowMajor>(data.cam_xmat + 9 * id);
-  X_WC.linear() = R_WM * Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
-  return X_WC;
+Shutter::Shutter(const CameraOptions& options) {
+  const double exposure = options.exposure_s, readout = options.readout_s, span = exposure + readout;
+  const int count = span > 0 ? std::max(2, options.subframes) : 1;
+  const double step = count > 1 ? span / (count - 1) : 1;
+  for (int i = 0; i < count; ++i) moments_.push_back(count > 1 ? i * step - span / 2 : 0);
+  shares_.create(count, options.height_px);
+  for (int v = 0; v < options.height_px; ++v) {
+    const double middle = readout * ((v + 0.5) / options.height_px - 0.5);
+    for (int i = 0; i < count; ++i)
+      shares_(i, v) = float(
+          share((middle - exposure / 2 - moments_[i]) / step, (middle + exposure / 2 - moments_[i]) / step));
+  }
+}
+
+std::chrono::milliseconds Shutter::lead() const {
+  return std::chrono::milliseconds(std::llround(std::ceil(1e3 * moments_.back() - 1e-9)));
+}
+
+cv::Mat1b Shutter::expose(const std::vector<cv::Mat>& pictures) const {
+  if (pictures.size() == 1) return pictures.front();
+  cv::Mat1b frame(pictures.front().size());
+  for (int v = 0; v < frame.rows; ++v) {
+    cv::Mat1f light(1, frame.cols, 0.0f), row;
+    for (int i = 0; i < int(pictures.size()); ++i) {
+      if (shares_(i, v) <= 0) continue;
+      pictures[i].row(v).convertTo(row, CV_32F);
+      cv::scaleAdd(row, shares_(i, v), light, light);
+    }
+    light.convertTo(frame.row(v), CV_8U);
+  }
+  return frame;
+}
+
+void RecentMotion::add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data) {
+  const double t_s = 1e-9 * double(t.count());
+  poses_.push_back({t_s, Eigen::Map<const Eigen::VectorXd>(data.qpos, model.nq)});
+  while (poses_.size() > 2 && poses_[1].t_s < t_s - 1e-9 * double(kept_.count())) poses_.pop_front();
+}
+
+Eigen::VectorXd RecentMotion::at(double t_s, const mjModel& model) const {
+  const auto after = std::find_if(poses_.begin(), poses_.end(), [&](const Pose& p) { return p.t_s >= t_s; });
+  if (after == poses_.end()) return poses_.back().q;
+  if (after == poses_.begin() || after->t_s == t_s) return after->q;
+  const Pose& before = *std::prev(after);
+  Eigen::VectorXd change(model.nv), q = before.q;
+  mj_differentiatePos(&model, change.data(), 1, before.q.data(), after->q.data());
+  mj_integratePos(&model, q.data(), change.data(), (t_s - before.t_s) / (after->t_s - before.t_s));
+  return q;
 }
 
 HeadCamera::HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed)
     : model_(std::move(robot_in_room)),
-      data_(mj_makeData(model_.get())),
-      camera_(camera_model(options)),
-      lens_(camera_, source_density(options)),
-      scene_(*model_, lens_.views(), options.samples, texture_seed, Channels::grey),
-      shutter_(options) {
-  mj_kinematics(model_.get(), data_.get());
-  camera_pose(*model_, *data_, kName);
+      data_(data_at_rest(*model_)),
+      lens_(camera_model(options)),
+      scene_(*model_, lens_.views(), texture_seed, Channels::grey),
+      shutter_(options),
+      id_(mj_name2id(model_.get(), mjOBJ_CAMERA, "head_camera")) {
+  if (id_ < 0) throw std::invalid_argument("the model has no camera \"head_camera\"");
 }
 
 cv::Mat HeadCamera::picture(const double* q, float light) {
   std::copy_n(q, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
   mj_camlight(model_.get(), data_.get());
-  const Eigen::Isometry3d X_WC = camera_pose(*model_, *data_, kName);
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const Eigen::Matrix3d R_WM = Eigen::Map<const RowMajor>(data_->cam_xmat + 9 * id_);
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  X_WC.translation() = Eigen::Map<const Eigen::Vector3d>(data_->cam_xpos + 3 * id_);
+  X_WC.linear() = R_WM * Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
   return lens_.warp(scene_.draw(*data_, X_WC, light));
 }
-
-cv::Mat HeadCamera::render(const mjData& plant) { return picture(plant.qpos, 1); }
 
 cv::Mat HeadCamera::render(const RecentMotion& motion, std::chrono::nanoseconds t,
                            const physics::WorldOptions::LightsOff& off) {

@@ -1,4 +1,4 @@
-// The head camera: 8-bit grey frames of the room through the lens of a real camera.
+// The head camera: 8-bit grey frames of the room through the lens and the shutter of a real camera.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -6,22 +6,55 @@
 #include <Eigen/Geometry>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <opencv2/core.hpp>
-#include <string>
+#include <vector>
 
 #include "sim/camera/lens.h"
 #include "sim/camera/options.h"
 #include "sim/camera/scene.h"
-#include "sim/camera/shutter.h"
 #include "sim/physics/model.h"
 #include "sim/physics/options.h"
 
 namespace sim::camera {
 
-/// Pose of a camera of the model in W, optical axes (x right, y down, z forward); positions must be computed
-/// (mj_kinematics and mj_camlight, or mj_step1, or mj_forward). Throws std::invalid_argument for an unknown
-/// name.
-Eigen::Isometry3d camera_pose(const mjModel& model, const mjData& data, const std::string& name);
+/// The exposure of each row of a frame. Row v of H of a frame stamped t is exposed from
+/// t + readout ((v + 1/2) / H - 1/2) - exposure/2 on for the exposure: the stamp is the middle of the middle
+/// row's exposure. Pictures are drawn at evenly spaced moments, light between two of them being interpolated.
+class Shutter {
+ public:
+  explicit Shutter(const CameraOptions& options);
+  /// When pictures are to be drawn, s from the stamp; one, at 0, for a shutter that takes no time.
+  const std::vector<double>& moments() const { return moments_; }
+  /// Time from the stamp to the end of the exposure, in whole milliseconds.
+  std::chrono::milliseconds lead() const;
+  /// The frame, of one picture for each moment.
+  cv::Mat1b expose(const std::vector<cv::Mat>& pictures) const;
+
+ private:
+  std::vector<double> moments_;
+  cv::Mat1f shares_;  ///< of each moment's picture (rows) in each image row (columns)
+};
+
+/// The robot's positions of the last moments, a millisecond apart or less.
+class RecentMotion {
+ public:
+  explicit RecentMotion(std::chrono::nanoseconds kept) : kept_(kept) {}
+
+  /// Adds positions at a later moment than all before.
+  void add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data);
+  /// Positions at a moment (s), interpolated between the nearest two; outside them the first or the last that
+  /// is still kept. Needs at least one.
+  Eigen::VectorXd at(double t_s, const mjModel& model) const;
+
+ private:
+  struct Pose {
+    double t_s;
+    Eigen::VectorXd q;
+  };
+  std::chrono::nanoseconds kept_;
+  std::deque<Pose> poses_;
+};
 
 /// Renders what the camera "head_camera" of a model sees. The same positions give the same bytes.
 /// The model is the robot in its furnished room, and the camera's own: the physics that moves the robot knows
@@ -29,20 +62,14 @@ Eigen::Isometry3d camera_pose(const mjModel& model, const mjData& data, const st
 /// thread that made it; draw from that thread only.
 class HeadCamera {
  public:
-  /// Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no
-  /// head_camera.
+  /// Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1);
 
-  const CameraModel& camera() const { return camera_; }
   const mjModel& model() const { return *model_; }
-  /// Grey frame (CV_8UC1, height x width of the options) of a robot with the joint positions of
-  /// `plant`.
-  cv::Mat render(const mjData& plant);
-
-  /// Time from a frame's stamp to the end of its exposure: 0 for a shutter that takes no time.
-  std::chrono::milliseconds lead() const { return shutter_.lead(); }
-  /// Frame stamped t, through the shutter: of a robot with this `motion` from t - lead() to t +
-  /// lead(), while the room's lamps were on or off.
+  /// Grey frame (CV_8UC1, height x width of the options) of a robot with the joint positions of `plant`.
+  cv::Mat render(const mjData& plant) { return picture(plant.qpos, 1); }
+  /// Frame stamped t, through the shutter: of a robot with this `motion` from t - Shutter::lead()
+  /// to t + lead(), while the room's lamps were on or off.
   cv::Mat render(const RecentMotion& motion, std::chrono::nanoseconds t,
                  const physics::WorldOptions::LightsOff& lights_off);
 
@@ -51,10 +78,10 @@ class HeadCamera {
 
   physics::Model model_;
   physics::Data data_;
-  CameraModel camera_;
   LensWarp lens_;
   Scene scene_;
   Shutter shutter_;
+  int id_;  ///< of the camera in the model
 };
 
 }  // namespace sim::camera

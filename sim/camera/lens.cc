@@ -1,5 +1,6 @@
 #include "sim/camera/lens.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
@@ -13,15 +14,9 @@ namespace {
 constexpr int kMargin = 3;           // px of the source around a sample: bilinear, after smoothing
 constexpr double kSmoothing = 0.55;  // px of the source: standard deviation that removes the stairs of edges
 
-constexpr int kMostViews = 2;
-
-// Columns [first, last) of an image.
-struct Columns {
-  int first, last;
-};
-
-Columns part_of(const CameraModel& camera, int part, int parts) {
-  return {camera.width_px * part / parts, camera.width_px * (part + 1) / parts};
+// Columns of the image that a view covers.
+cv::Range columns_of(const CameraModel& camera, int view) {
+  return {camera.width_px * view / 2, camera.width_px * (view + 1) / 2};
 }
 
 // Direction (x/z, y/z) seen at a pixel, in axes turned by `yaw` about the camera's y.
@@ -31,20 +26,13 @@ Eigen::Vector2d turned_direction(const CameraModel& camera, double yaw, const Ei
   return {(std::cos(yaw) * d.x() - std::sin(yaw)) / z, d.y() / z};
 }
 
-// Towards the middle of what the columns see.
-double yaw_towards(const CameraModel& camera, const Columns& columns) {
-  return (std::atan(camera.direction({columns.first, camera.v0_px}).x()) +
-          std::atan(camera.direction({columns.last - 1, camera.v0_px}).x())) /
-         2;
-}
-
 // The least distance between the directions of two neighboring pixels of the columns: the smaller singular
 // value of the direction's derivative, at pixels some degrees apart.
-double finest_step(const CameraModel& camera, double yaw, const Columns& columns) {
+double finest_step(const CameraModel& camera, double yaw, const cv::Range& columns) {
   const int stride = std::max(1, camera.width_px / 64);
   double least = 1e9;
   for (int v = 0; v < camera.height_px; v += stride)
-    for (int u = columns.first; u < columns.last; u += stride) {
+    for (int u = columns.start; u < columns.end; u += stride) {
       const auto at = [&](double du, double dv) { return turned_direction(camera, yaw, {u + du, v + dv}); };
       Eigen::Matrix2d J;
       J << at(0.5, 0) - at(-0.5, 0), at(0, 0.5) - at(0, -0.5);
@@ -53,59 +41,31 @@ double finest_step(const CameraModel& camera, double yaw, const Columns& columns
   return least;
 }
 
-struct Bounds {
-  Eigen::Vector2d low, high;
-};
-
 // Directions seen along the border of the columns: those inside lie between, as the lens is monotonic along
 // each ray.
-Bounds seen_directions(const CameraModel& camera, double yaw, const Columns& columns) {
-  Bounds bounds{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
+Eigen::AlignedBox2d seen_directions(const CameraModel& camera, double yaw, const cv::Range& columns) {
+  Eigen::AlignedBox2d seen;
   const auto include = [&](int u, int v) {
-    const Eigen::Vector2d direction = turned_direction(camera, yaw, Eigen::Vector2d(u, v));
-    bounds.low = bounds.low.cwiseMin(direction);
-    bounds.high = bounds.high.cwiseMax(direction);
+    seen.extend(turned_direction(camera, yaw, Eigen::Vector2d(u, v)));
   };
-  for (int u = columns.first; u < columns.last; ++u) include(u, 0), include(u, camera.height_px - 1);
-  for (int v = 0; v < camera.height_px; ++v) include(columns.first, v), include(columns.last - 1, v);
-  return bounds;
+  for (int u = columns.start; u < columns.end; ++u) include(u, 0), include(u, camera.height_px - 1);
+  for (int v = 0; v < camera.height_px; ++v) include(columns.start, v), include(columns.end - 1, v);
+  return seen;
 }
 
-Pinhole covering(const CameraModel& camera, const Columns& columns, double density) {
+// Looks towards the middle of what the columns see.
+Pinhole covering(const CameraModel& camera, const cv::Range& columns) {
+  const auto yaw_of = [&](int u) { return std::atan(camera.direction({u, camera.v0_px}).x()); };
   Pinhole view{};
-  view.yaw = yaw_towards(camera, columns);
-  view.focal_px = density / finest_step(camera, view.yaw, columns);
-  const Bounds seen = seen_directions(camera, view.yaw, columns);
+  view.yaw = (yaw_of(columns.start) + yaw_of(columns.end - 1)) / 2;
+  view.focal_px = kSourceDensity / finest_step(camera, view.yaw, columns);
+  const Eigen::AlignedBox2d seen = seen_directions(camera, view.yaw, columns);
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant((kMargin + 0.5) / view.focal_px);
-  const Eigen::Vector2d low = seen.low - margin, size_px = (seen.high + margin - low) * view.focal_px;
+  const Eigen::Vector2d low = seen.min() - margin, size_px = (seen.max() + margin - low) * view.focal_px;
   view.left = low.x(), view.top = low.y();
   view.width_px = static_cast<int>(std::ceil(size_px.x()));
   view.height_px = static_cast<int>(std::ceil(size_px.y()));
   return view;
-}
-
-std::vector<Pinhole> covering(const CameraModel& camera, int parts, double density) {
-  std::vector<Pinhole> views;
-  int column = 0;
-  for (int part = 0; part < parts; ++part) {
-    views.push_back(covering(camera, part_of(camera, part, parts), density));
-    views.back().first_column = std::exchange(column, column + views.back().width_px);
-  }
-  return views;
-}
-
-double pixel_count(const std::vector<Pinhole>& views) {
-  double sum = 0;
-  for (const Pinhole& view : views) sum += double(view.width_px) * view.height_px;
-  return sum;
-}
-
-std::vector<Pinhole> fewest_pixels(const CameraModel& camera, double density) {
-  std::vector<Pinhole> best = covering(camera, 1, density);
-  for (int parts = 2; parts <= kMostViews; ++parts)
-    if (std::vector<Pinhole> views = covering(camera, parts, density); pixel_count(views) < pixel_count(best))
-      best = std::move(views);
-  return best;
 }
 
 // Strips along the four sides of a view that no pixel samples: the corners of the image reach far out, the
@@ -117,13 +77,12 @@ std::vector<cv::Rect> unsampled_strips(const cv::Mat2f& map, const Pinhole& view
   left.fill(w), right.fill(0), top.fill(h), bottom.fill(0);
   for (const cv::Vec2f& sample : map) {
     const int x = int(sample[0]) - view.first_column, y = int(sample[1]);
-    for (int column : {x - kMargin, x + kMargin}) {
-      const int strip = std::clamp(column, 0, w - 1) * strips / w;
-      top[strip] = std::min(top[strip], y - kMargin), bottom[strip] = std::max(bottom[strip], y + kMargin);
-    }
-    for (int row : {y - kMargin, y + kMargin}) {
-      const int strip = std::clamp(row, 0, h - 1) * strips / h;
-      left[strip] = std::min(left[strip], x - kMargin), right[strip] = std::max(right[strip], x + kMargin);
+    for (const int side : {-kMargin, kMargin}) {
+      const int column = std::clamp(x + side, 0, w - 1) * strips / w,
+                row = std::clamp(y + side, 0, h - 1) * strips / h;
+      top[column] = std::min(top[column], y - kMargin),
+      bottom[column] = std::max(bottom[column], y + kMargin);
+      left[row] = std::min(left[row], x - kMargin), right[row] = std::max(right[row], x + kMargin);
     }
   }
   std::vector<cv::Rect> unsampled;
@@ -153,24 +112,14 @@ Eigen::Vector2d CameraModel::direction(const Eigen::Vector2d& uv) const {
 }
 
 CameraModel camera_model(const CameraOptions& options) {
-  const int w = options.width_px, h = options.height_px;
-  if (options.lens == Lens::pinhole) return {w, h, w / 2.0, w / 2.0, (w - 1) / 2.0, (h - 1) / 2.0, 0};
-  const double s = w / 320.0;
-  return {w,
-          h,
-          197 * s,
-          195 * s,
-          (157 + 0.5) * s - 0.5,
-          (127 + 0.5) * s - 0.5,
-          7.37e-6 * options.distortion / (s * s)};
+  const int w = options.width_px;
+  const double s = w / 320.0, k1_px2 = 7.37e-6 * options.distortion / (s * s);
+  return {w, options.height_px, 197 * s, 195 * s, (157 + 0.5) * s - 0.5, (127 + 0.5) * s - 0.5, k1_px2};
 }
 
-// Without multisampling a slightly denser picture, smoothed, takes its place: corners are then found again
-// within 0.161 px (rms) in the office, with it within 0.150 px (tests/sim/camera/corner_error_test.cc).
-double source_density(const CameraOptions& options) { return options.samples > 1 ? 1.0 : 1.2; }
-
-LensWarp::LensWarp(const CameraModel& camera, double density)
-    : camera_(camera), density_(density), views_(fewest_pixels(camera, density)) {
+LensWarp::LensWarp(const CameraModel& camera) : camera_(camera) {
+  for (const int half : {0, 1}) views_.push_back(covering(camera, columns_of(camera, half)));
+  views_[1].first_column = views_[0].width_px;
   cv::Mat2f map(camera.height_px, camera.width_px);
   for (int v = 0; v < map.rows; ++v)
     for (int u = 0; u < map.cols; ++u) {
@@ -178,28 +127,20 @@ LensWarp::LensWarp(const CameraModel& camera, double density)
       map(v, u) = cv::Vec2f(float(pixel.x()), float(pixel.y()));
     }
   cv::convertMaps(map, cv::noArray(), map_, fraction_, CV_16SC2);
-  for (int part = 0; part < int(views_.size()); ++part) {
-    const Columns columns = part_of(camera, part, int(views_.size()));
-    views_[part].unsampled = unsampled_strips(map.colRange(columns.first, columns.last), views_[part]);
-  }
-}
-
-const Pinhole& LensWarp::view_of(int u) const {
-  std::size_t part = 0;
-  while (u >= part_of(camera_, int(part), int(views_.size())).last) ++part;
-  return views_[part];
+  for (const int half : {0, 1})
+    views_[half].unsampled = unsampled_strips(map.colRange(columns_of(camera, half)), views_[half]);
 }
 
 Eigen::Vector2d LensWarp::source_pixel(int u, int v) const {
-  const Pinhole& view = view_of(u);
+  const Pinhole& view = views_[u < columns_of(camera_, 0).end ? 0 : 1];
   const Eigen::Vector2d direction = turned_direction(camera_, view.yaw, Eigen::Vector2d(u, v));
   return (direction - Eigen::Vector2d(view.left, view.top)) * view.focal_px +
          Eigen::Vector2d(view.first_column - 0.5, -0.5);
 }
 
 cv::Mat LensWarp::warp(const cv::Mat& views) const {
-  cv::Mat smooth = views, image;
-  if (density_ > 1) cv::GaussianBlur(views, smooth, {0, 0}, kSmoothing);
+  cv::Mat smooth, image;
+  cv::GaussianBlur(views, smooth, {0, 0}, kSmoothing);
   cv::remap(smooth, image, map_, fraction_, cv::INTER_LINEAR);
   return image;
 }

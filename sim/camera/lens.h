@@ -17,7 +17,6 @@ struct CameraModel {
   int width_px, height_px;
   double fu_px, fv_px, u0_px, v0_px;
   double k1_px2;
-
   /// Pixel of a point of the camera's frame (x right, y down, z forward; z > 0).
   Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;
   /// Direction (x/z, y/z) seen at a pixel; needs 2 k1 |uv - u0|² < 1.
@@ -25,8 +24,7 @@ struct CameraModel {
 };
 
 /// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; center 157, 127;
-/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size, or a centerd
-/// pinhole of 90° across.
+/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size.
 CameraModel camera_model(const CameraOptions& options);
 
 /// A pinhole picture with square pixels, or one of several side by side. Its frame is the
@@ -41,19 +39,17 @@ struct Pinhole {
   std::vector<cv::Rect> unsampled{};  ///< parts of this one that no pixel of the image samples
 };
 
-/// Pixels of the renderer's picture per pixel of the image: more than 1 without multisampling.
-double source_density(const CameraOptions& options);
+/// Pixels of the pinhole pictures per pixel of the image, at least, in any direction. They are smoothed
+/// before they are sampled, as a lens would, so that finer detail does not alias.
+inline constexpr double kSourceDensity = 1.2;
 
 /// Warps the renderer's pinhole pictures through the camera's lens. A wide lens that compresses the outer
 /// parts of its image is covered by two pinholes turned apart, each for half of the columns: a single one
 /// would draw these parts with more pixels than are sampled.
 class LensWarp {
  public:
-  /// `density`: pixels of the pinhole pictures per pixel of the image, at least, in any direction. Above 1
-  /// the picture is smoothed before it is sampled, as a lens would, so that finer detail does not alias.
-  LensWarp(const CameraModel& camera, double density);
-
-  /// One or two, whichever has fewer pixels.
+  explicit LensWarp(const CameraModel& camera);
+  /// Of the left and the right half of the image.
   const std::vector<Pinhole>& views() const { return views_; }
   /// Returns the position in the picture of the views side by side that pixel (u, v) samples (pixel centers
   /// are whole).
@@ -62,10 +58,7 @@ class LensWarp {
   cv::Mat warp(const cv::Mat& views) const;
 
  private:
-  const Pinhole& view_of(int u) const;
-
   CameraModel camera_;
-  double density_;
   std::vector<Pinhole> views_;
   cv::Mat map_, fraction_;  ///< cv::remap's fixed-point maps
 };

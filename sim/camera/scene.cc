@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <span>
 #include <utility>
 
-#include "sim/physics/model.h"
+#include "sim/camera/textures.h"
 
 namespace sim::camera {
 namespace {
@@ -34,22 +33,6 @@ Eigen::Matrix4f clip_from_view(const Pinhole& view) {
   return clip;
 }
 
-Eigen::Isometry3f pose_of(const mjData& data, int geom) {
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Eigen::Isometry3f X_WG = Eigen::Isometry3f::Identity();
-  X_WG.translation() = Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom).cast<float>();
-  X_WG.linear() = Eigen::Map<const RowMajor>(data.geom_xmat + 9 * geom).cast<float>();
-  return X_WG;
-}
-
-Eigen::Vector3f mesh_half_extents(const GeomMesh& mesh) {
-  Eigen::Vector3f half = Eigen::Vector3f::Zero();
-  for (const GeomMesh::Vertex& vertex : mesh.vertices) half = half.cwiseMax(vertex.p.cwiseAbs());
-  return half;
-}
-
-bool moves(const mjModel& model, int geom) { return model.body_weldid[model.geom_bodyid[geom]] != 0; }
-
 cv::Size joint_size(const std::vector<Pinhole>& views) {
   cv::Size size(0, 0);
   for (const Pinhole& view : views) {
@@ -59,49 +42,39 @@ cv::Size joint_size(const std::vector<Pinhole>& views) {
   return size;
 }
 
-Lamps lamps_of(const mjModel& model) {
-  const physics::Data data(mj_makeData(&model));
-  mj_kinematics(&model, data.get());
-  mj_camlight(&model, data.get());
-  return Lamps(model, *data);
-}
-
-// OpenCV's weights, as in its conversion of pictures.
-Eigen::Vector3f in_channels(const Eigen::Vector3f& rgb, Channels channels) {
-  return channels == Channels::rgb ? rgb
-                                   : Eigen::Vector3f(rgb.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)), 0, 0);
-}
-
 }  // namespace
 
-Scene::Scene(const mjModel& model, std::vector<Pinhole> views, int samples, std::uint64_t texture_seed,
-             Channels channels, Robot robot)
+Scene::Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
+             Robot robot)
     : model_(model),
       views_(std::move(views)),
       channels_(channels),
-      frame_(joint_size(views_).width, joint_size(views_).height, samples, channels),
-      textures_(model, texture_seed, channels),
-      lamps_(lamps_of(model)) {
+      renderer_(joint_size(views_), channels),
+      lamps_(model) {
+  const std::vector<unsigned> textures = load_textures(model, texture_seed, channels);
   for (const bool moving : {false, true}) {
     if (moving) still_vertices_ = vertices_.size();
     for (int geom = 0; geom < model.ngeom; ++geom)
-      if (is_drawn(model, geom, robot) && moves(model, geom) == moving)
-        add_piece(geom, textures_.on(model, geom));
+      if (const int texture = texture_of(model, geom);
+          is_drawn(model, geom, robot) && moves(model, geom) == moving)
+        add_piece(geom, texture < 0 ? 0 : textures[std::size_t(texture)]);
   }
   add_masks();
-  rasterizer_ = std::make_unique<Rasterizer>(channels, vertices_.size());
-  rasterizer_->set_vertices(0, vertices_);
+  renderer_.reserve(vertices_.size());
+  renderer_.set_vertices(0, vertices_);
 }
 
-Scene::~Scene() { gl_.make_current(); }  // for its buffers and textures to be freed there
-
 void Scene::add_piece(int geom, unsigned texture) {
-  const std::size_t first = vertices_.size();
-  Piece piece{geom, texture, moves(model_, geom), paint_of(model_, geom), geom_mesh(model_, geom), first,
-              {},   {}};
-  piece.half = mesh_half_extents(piece.mesh);
-  for (std::uint32_t& index : piece.mesh.indices) index += std::uint32_t(first);
-  vertices_.resize(first + piece.mesh.vertices.size());
+  Piece piece{.geom = geom,
+              .texture = texture,
+              .moves = moves(model_, geom),
+              .paint = paint_of(model_, geom),
+              .mesh = geom_mesh(model_, geom),
+              .first_vertex = vertices_.size()};
+  for (const GeomMesh::Vertex& vertex : piece.mesh.vertices)
+    piece.half = piece.half.cwiseMax(vertex.p.cwiseAbs());
+  for (std::uint32_t& index : piece.mesh.indices) index += std::uint32_t(piece.first_vertex);
+  vertices_.resize(piece.first_vertex + piece.mesh.vertices.size());
   pieces_.push_back(std::move(piece));
 }
 
@@ -111,46 +84,36 @@ void Scene::add_masks() {
     std::vector<std::uint32_t> mask;
     for (const cv::Rect& area : view.unsampled) {
       const auto first = std::uint32_t(vertices_.size());
-      for (const auto& [x, y] :
-           {std::pair(area.x, area.y), std::pair(area.x, area.y + area.height),
-            std::pair(area.x + area.width, area.y + area.height), std::pair(area.x + area.width, area.y)})
-        vertices_.push_back(
-            {{2.0f * float(x) / float(view.width_px) - 1, 2.0f * float(y) / float(view.height_px) - 1, -1},
-             {0, 0},
-             {0, 0, 0}});
+      const cv::Point low = area.tl(), high = area.br();
+      for (const cv::Point& corner : {low, cv::Point(low.x, high.y), high, cv::Point(high.x, low.y)}) {
+        const float x = 2.0f * float(corner.x) / float(view.width_px) - 1,
+                    y = 2.0f * float(corner.y) / float(view.height_px) - 1;
+        vertices_.push_back({{x, y, -1}, {0, 0}, {0, 0, 0}});
+      }
       for (const std::uint32_t i : {0, 1, 2, 0, 2, 3}) mask.push_back(first + i);
     }
     masks_.push_back(std::move(mask));
   }
 }
 
-void Scene::place(const Piece& piece, float light) {
+// Brightness has OpenCV's weights, as in its conversion of pictures.
+void Scene::light_piece(const Piece& piece, float light) {
   Paint paint = piece.paint;
   const bool ceiling = model_.geom_type[piece.geom] == mjGEOM_PLANE && piece.X_WG.linear()(2, 2) < -0.9f;
   if (ceiling) paint.emission *= light;
   Vertex* vertex = vertices_.data() + piece.first_vertex;
-  for (const GeomMesh::Vertex& corner : piece.mesh.vertices)
-    *vertex++ = {piece.X_WG * corner.p, corner.uv,
-                 in_channels(lamps_.lit(paint, piece.X_WG.linear() * corner.normal, light), channels_)};
-}
-
-void Scene::place_still(const mjData& data, float light) {
-  if (light == placed_light_) return;
-  placed_light_ = light;
-  for (Piece& piece : pieces_) {
-    if (piece.moves) continue;
-    piece.X_WG = pose_of(data, piece.geom);
-    place(piece, light);
+  for (const GeomMesh::Vertex& corner : piece.mesh.vertices) {
+    Eigen::Vector3f lit = lamps_.lit(paint, piece.X_WG.linear() * corner.normal, light);
+    if (channels_ == Channels::grey) lit = {lit.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)), 0, 0};
+    *vertex++ = {piece.X_WG * corner.p, corner.uv, lit};
   }
-  rasterizer_->set_vertices(0, std::span(vertices_).first(still_vertices_));
 }
 
-void Scene::place_moving(float light, const std::vector<std::vector<Seen>>& seen) {
-  bool any = false;
-  for (const std::vector<Seen>& view : seen)
-    for (const auto& [piece, depth] : view)
-      if (piece->moves) place(*piece, light), any = true;
-  if (any) rasterizer_->set_vertices(still_vertices_, std::span(vertices_).subspan(still_vertices_));
+void Scene::light_still(float light) {
+  for (const Piece& piece : pieces_)
+    if (!piece.moves) light_piece(piece, light);
+  renderer_.set_vertices(0, std::span(vertices_).first(still_vertices_));
+  lit_by_ = light;
 }
 
 // From near to far, so that hidden surfaces cost no texturing.
@@ -176,33 +139,35 @@ std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isomet
 void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen) {
   const Pinhole& pinhole = views_[view];
   const cv::Rect viewport(pinhole.first_column, 0, pinhole.width_px, pinhole.height_px);
-  rasterizer_->set_view(viewport, Eigen::Matrix4f::Identity());
-  rasterizer_->draw(masks_[view], 0);
-  rasterizer_->set_view(viewport, clip_from_view(pinhole) * X_VW.matrix());
+  renderer_.set_view(viewport, Eigen::Matrix4f::Identity());
+  renderer_.draw(masks_[view], 0);
+  renderer_.set_view(viewport, clip_from_view(pinhole) * X_VW.matrix());
   std::vector<std::uint32_t> plain;
   for (const auto& [piece, depth] : seen)
     if (!piece->texture) plain.insert(plain.end(), piece->mesh.indices.begin(), piece->mesh.indices.end());
-  rasterizer_->draw(plain, 0);
+  renderer_.draw(plain, 0);
   for (const auto& [piece, depth] : seen)
-    if (piece->texture) rasterizer_->draw(piece->mesh.indices, piece->texture);
+    if (piece->texture) renderer_.draw(piece->mesh.indices, piece->texture);
 }
 
 cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light) {
-  gl_.make_current();
-  place_still(data, light);
+  renderer_.make_current();
   for (Piece& piece : pieces_)
-    if (piece.moves) piece.X_WG = pose_of(data, piece.geom);
+    if (piece.moves || lit_by_ < 0) piece.X_WG = geom_pose(data, piece.geom).cast<float>();
+  if (light != lit_by_) light_still(light);
   std::vector<Eigen::Isometry3f> X_VW;
   std::vector<std::vector<Seen>> seen;
+  bool any_moves = false;
   for (const Pinhole& view : views_) {
     const Eigen::AngleAxisd turn(view.yaw, Eigen::Vector3d::UnitY());
     X_VW.push_back((X_WC * turn).inverse().cast<float>());
-    seen.push_back(seen_by(view, X_VW.back()));
+    for (const auto& [piece, depth] : seen.emplace_back(seen_by(view, X_VW.back())))
+      if (piece->moves) light_piece(*piece, light), any_moves = true;
   }
-  place_moving(light, seen);
-  frame_.clear();
+  if (any_moves) renderer_.set_vertices(still_vertices_, std::span(vertices_).subspan(still_vertices_));
+  renderer_.clear();
   for (std::size_t view = 0; view < views_.size(); ++view) draw_view(view, X_VW[view], seen[view]);
-  return frame_.read();
+  return renderer_.read();
 }
 
 }  // namespace sim::camera

@@ -6,15 +6,12 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "sim/camera/gl.h"
 #include "sim/camera/lens.h"
-#include "sim/camera/rasterizer.h"
 #include "sim/camera/shapes.h"
-#include "sim/camera/textures.h"
 
 namespace sim::camera {
 
@@ -24,14 +21,10 @@ namespace sim::camera {
 /// that never moves.
 class Scene {
  public:
-  /// Pictures are as `views` say, side by side in one; `samples`: multisamples. Throws std::runtime_error
-  /// without OpenGL, std::invalid_argument for a model that cannot be drawn.
-  Scene(const mjModel& model, std::vector<Pinhole> views, int samples, std::uint64_t texture_seed,
-        Channels channels, Robot robot = Robot::without_head);
-  ~Scene();
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
-
+  /// Pictures are as `views` say, side by side in one. Throws std::runtime_error without OpenGL,
+  /// std::invalid_argument for a model that cannot be drawn.
+  Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
+        Robot robot = Robot::without_head);
   /// The views of `data` (positions computed) from X_WC (x right, y down, z forward): CV_8UC1 or RGB.
   /// `light`: share of the room's light that is on; what emits light stays as bright, except the ceiling with
   /// the lamps.
@@ -45,8 +38,8 @@ class Scene {
     Paint paint;
     GeomMesh mesh;  // its indices count from the buffer's first vertex
     std::size_t first_vertex;
-    Eigen::Vector3f half;  // of a box around the geom, about its center
-    Eigen::Isometry3f X_WG;
+    Eigen::Vector3f half = Eigen::Vector3f::Zero();  // of a box around the geom, about its center
+    Eigen::Isometry3f X_WG = Eigen::Isometry3f::Identity();
   };
   struct Seen {
     const Piece* piece;
@@ -55,10 +48,9 @@ class Scene {
 
   void add_piece(int geom, unsigned texture);
   void add_masks();
-  void place(const Piece& piece, float light);
-  void place_still(const mjData& data, float light);
+  void light_still(float light);
+  void light_piece(const Piece& piece, float light);
   std::vector<Seen> seen_by(const Pinhole& view, const Eigen::Isometry3f& X_VW) const;
-  void place_moving(float light, const std::vector<std::vector<Seen>>& seen);
   void draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen);
 
   const mjModel& model_;
@@ -68,12 +60,9 @@ class Scene {
   std::vector<Vertex> vertices_;
   std::size_t still_vertices_ = 0;                 // at the buffer's beginning
   std::vector<std::vector<std::uint32_t>> masks_;  // of each view: what its image does not sample
-  float placed_light_ = -1;                        // that the still vertices are lit by; -1: none yet
-  GlContext gl_;
-  FrameBuffer frame_;
-  Textures textures_;
+  float lit_by_ = -1;                              // light on the still vertices; -1: none yet
+  Renderer renderer_;
   Lamps lamps_;
-  std::unique_ptr<Rasterizer> rasterizer_;
 };
 
 }  // namespace sim::camera

@@ -3,27 +3,34 @@
 
 #include <mujoco/mujoco.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
+#include "sim/physics/model.h"
 #include "sim/score/types.h"
 
 namespace sim::camera {
+
+/// The model's state at its reference positions, with the places of shapes, cameras and lights computed.
+physics::Data data_at_rest(const mjModel& model);
+
+/// X_WG of a geom; positions must be computed.
+Eigen::Isometry3d geom_pose(const mjData& data, int geom);
+
 /// Triangles in a geom's own frame, counter-clockwise seen from outside.
 struct GeomMesh {
   struct Vertex {
     Eigen::Vector3f p, normal;
-    Eigen::Vector2f uv{
-        0, 0};  ///< texture coordinates: (0, 0) is the picture's upper left, (1, 1) its lower right
+    Eigen::Vector2f uv{0, 0};  ///< (0, 0) is the picture's upper left, (1, 1) its lower right
   };
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;  ///< three for each triangle
 };
 
 /// Planes only have a front; round shapes are 20-sided. A picture covers a shape's extent along its x and y
-/// once, or as the material's texrepeat and texuniform say, upper left at (-x, +y): well mapped on planes and
-/// on two faces of a box. Throws std::invalid_argument for height fields.
+/// once, or as often as the material's texrepeat says, upper left at (-x, +y): well mapped on planes and on
+/// two faces of a box. Throws std::invalid_argument for meshes and height fields.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
 /// Parts of a robot to draw: the head camera does not see the head around it.
@@ -32,6 +39,12 @@ enum class Robot { without_head, whole };
 /// Returns whether a geom is drawn: groups 0 and 1, and group 2 (the head) of a whole robot, unless fully
 /// transparent.
 bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
+
+/// Returns whether a geom belongs to the robot, not to the room.
+inline bool moves(const mjModel& model, int geom) { return model.body_weldid[model.geom_bodyid[geom]] != 0; }
+
+/// Texture of a geom's material; -1 for none.
+int texture_of(const mjModel& model, int geom);
 
 /// Color of a surface in full white light, and its emission relative to that.
 struct Paint {
@@ -47,10 +60,8 @@ Paint paint_of(const mjModel& model, int geom);
 /// highlights and cast shadows are omitted.
 class Lamps {
  public:
-  /// `data`: positions computed (mj_kinematics and mj_camlight). Throws std::invalid_argument for a lamp that
-  /// is not directional or that moves.
-  Lamps(const mjModel& model, const mjData& data);
-
+  /// Throws std::invalid_argument for a lamp that is not directional or that moves.
+  explicit Lamps(const mjModel& model);
   /// RGB, 0-1, of a surface of that normal in W. `share` of the lamps' light is on.
   Eigen::Vector3f lit(const Paint& paint, const Eigen::Vector3f& normal_W, float share) const;
 

@@ -4,94 +4,18 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
-#include <string>
 
-#include "sim/camera/gl.h"
-#include "sim/physics/model.h"
-#include "sim/room/canvas.h"
+#include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
 
 namespace sim::camera {
 namespace {
 
-// Area-averaged mipmaps: each level from the one above, down to one texel. Only the nearest level is sampled:
-// blending two costs 6 % of a frame and finds corners no better.
-void load(unsigned texture, cv::Mat picture) {
-  const bool grey = picture.channels() == 1;
-  gl().glBindTexture(GL_TEXTURE_2D, texture);
-  gl().glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
-  gl().glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  for (int level = 0;; ++level) {
-    gl().glTexImage2D(GL_TEXTURE_2D, level, grey ? GL_R8 : GL_RGB8, picture.cols, picture.rows, 0,
-                      grey ? GL_RED : GL_RGB, GL_UNSIGNED_BYTE, picture.data);
-    if (picture.cols == 1 && picture.rows == 1) break;
-    cv::Mat half;
-    cv::resize(picture, half, {std::max(1, picture.cols / 2), std::max(1, picture.rows / 2)}, 0, 0,
-               cv::INTER_AREA);
-    picture = half;
-  }
-}
-
-// The large planes of the room: floor and walls. A picture that is repeated over its plane takes none.
-bool takes_shadows(const mjModel& model, int geom) {
-  const mjtNum* size = model.geom_size + 3 * geom;
-  const int material = model.geom_matid[geom];
-  return model.geom_type[geom] == mjGEOM_PLANE && std::max(size[0], size[1]) > 3 && material >= 0 &&
-         model.mat_texrepeat[2 * material] == 1;
-}
-
-int texture_of(const mjModel& model, int geom) {
-  const int material = model.geom_matid[geom];
-  return material < 0 ? -1 : model.mat_texid[material];
-}
-
-}  // namespace
-
-cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed) {
-  const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
-  const cv::Mat3b painted = name ? room::paint_texture(name, seed) : cv::Mat3b();
-  if (painted.empty())
-    return cv::Mat(model.tex_height[texture], model.tex_width[texture], CV_8UC3,
-                   model.tex_rgb + model.tex_adr[texture])
-        .clone();
-  for (int geom = 0; geom < model.ngeom; ++geom)
-    if (takes_shadows(model, geom) && texture_of(model, geom) == texture)
-      bake_shadows(painted, model, data, geom);
-  return painted;
-}
-
-Textures::Textures(const mjModel& model, std::uint64_t seed, Channels channels)
-    : names_(std::size_t(model.ntex)) {
-  const physics::Data data(mj_makeData(&model));
-  mj_kinematics(&model, data.get());
-  gl().glGenTextures(model.ntex, names_.data());
-  for (int texture = 0; texture < model.ntex; ++texture) {
-    if (model.tex_type[texture] != mjTEXTURE_2D) continue;
-    cv::Mat picture = texture_picture(model, *data, texture, seed);
-    if (channels == Channels::grey) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
-    load(names_[std::size_t(texture)], picture);
-  }
-}
-
-Textures::~Textures() { gl().glDeleteTextures(int(names_.size()), names_.data()); }
-
-unsigned Textures::on(const mjModel& model, int geom) const {
-  const int texture = texture_of(model, geom);
-  if (texture < 0) return 0;
-  if (model.tex_type[texture] != mjTEXTURE_2D)
-    throw std::invalid_argument("only 2d textures can be drawn on a geom");
-  return names_[std::size_t(texture)];
-}
-
-namespace {
-
+constexpr double kLarge = 3;       // m: half of a wall or floor
 constexpr double kCell = 0.02;     // m, of the shadow's grid
 constexpr double kReach = 0.8;     // m, beyond which nothing shades
 constexpr double kFlush = 0.002;   // m: a plane this near another is part of it
 constexpr double kDarkest = 0.55;  // share of the light that contact takes
-
-using AxesByRow = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 struct Neighbor {
   Eigen::Vector2d center, half;  // m, in the plane's frame
@@ -99,11 +23,9 @@ struct Neighbor {
 };
 
 Neighbor neighbor(const mjModel& model, const mjData& data, int plane, int geom) {
-  const Eigen::Matrix3d R_WP = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * plane);
-  const Eigen::Matrix3d R_WG = Eigen::Map<const AxesByRow>(data.geom_xmat + 9 * geom);
-  const Eigen::Vector3d p_PG =
-      R_WP.transpose() * (Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom) -
-                          Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * plane));
+  const Eigen::Isometry3d X_WP = geom_pose(data, plane), X_WG = geom_pose(data, geom);
+  const Eigen::Matrix3d R_WP = X_WP.linear(), R_WG = X_WG.linear();
+  const Eigen::Vector3d p_PG = R_WP.transpose() * (X_WG.translation() - X_WP.translation());
   Eigen::Vector3d size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom);
   const int type = model.geom_type[geom];
   if (type == mjGEOM_PLANE) size.z() = 0;
@@ -124,9 +46,9 @@ void shade(cv::Mat1f& light, const Eigen::Vector2d& half_plane, const Neighbor& 
   const auto column = [&](double x) { return int((x + half_plane.x()) / kCell); };
   const auto row = [&](double y) { return int((half_plane.y() - y) / kCell); };
   const Eigen::Vector2d extent = shape.half.array() + softness;
+  const Eigen::Vector2d low = shape.center - extent, high = shape.center + extent;
   const cv::Rect area =
-      cv::Rect(cv::Point(column(shape.center.x() - extent.x()), row(shape.center.y() + extent.y())),
-               cv::Point(column(shape.center.x() + extent.x()) + 1, row(shape.center.y() - extent.y()) + 1)) &
+      cv::Rect(cv::Point(column(low.x()), row(high.y())), cv::Point(column(high.x()) + 1, row(low.y()) + 1)) &
       cv::Rect({0, 0}, light.size());
   for (int v = area.y; v < area.y + area.height; ++v)
     for (int u = area.x; u < area.x + area.width; ++u) {
@@ -137,20 +59,76 @@ void shade(cv::Mat1f& light, const Eigen::Vector2d& half_plane, const Neighbor& 
     }
 }
 
-}  // namespace
-
+// Darkens the picture on a plane of the room under and beside whatever of the room stands close to its front.
+// The picture shows the plane from its front, upper left at (-x, +y) of its frame.
 void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, int plane) {
   const Eigen::Vector2d half(model.geom_size[3 * plane], model.geom_size[3 * plane + 1]);
   cv::Mat1f light(int(2 * half.y() / kCell), int(2 * half.x() / kCell), 1.0f);
   for (int geom = 0; geom < model.ngeom; ++geom) {
-    if (geom == plane || model.body_weldid[model.geom_bodyid[geom]] != 0) continue;
+    if (geom == plane || moves(model, geom)) continue;
     const Neighbor shape = neighbor(model, data, plane, geom);
-    const bool shell = shape.half.maxCoeff() > 3;
+    const bool shell = shape.half.maxCoeff() > kLarge;
     const bool part_of_plane = model.geom_type[geom] == mjGEOM_PLANE && std::abs(shape.gap) < kFlush;
     if (!shell && !part_of_plane && shape.gap > -0.01 && shape.gap < kReach) shade(light, half, shape);
   }
   cv::GaussianBlur(light, light, {0, 0}, 1.5);
   room::multiply(picture, light);
+}
+
+// The large planes of the room: floor and walls. A picture that is repeated over its plane takes none.
+bool takes_shadows(const mjModel& model, int geom) {
+  const mjtNum* size = model.geom_size + 3 * geom;
+  const int material = model.geom_matid[geom];
+  return model.geom_type[geom] == mjGEOM_PLANE && std::max(size[0], size[1]) > kLarge && material >= 0 &&
+         model.mat_texrepeat[2 * material] == 1;
+}
+
+// Area-averaged mipmaps: each level from the one above, down to one texel. Only the nearest level is sampled:
+// blending two costs 6 % of a frame and finds corners no better.
+void load(unsigned texture, cv::Mat picture) {
+  const bool grey = picture.channels() == 1;
+  const GLint kept = grey ? GL_R8 : GL_RGB8;
+  const GLenum given = grey ? GL_RED : GL_RGB;
+  GL(glBindTexture)(GL_TEXTURE_2D, texture);
+  GL(glTexParameteri)(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  GL(glPixelStorei)(GL_UNPACK_ALIGNMENT, 1);
+  for (int level = 0;; ++level) {
+    GL(glTexImage2D)
+    (GL_TEXTURE_2D, level, kept, picture.cols, picture.rows, 0, given, GL_UNSIGNED_BYTE, picture.data);
+    if (picture.total() == 1) break;
+    cv::Mat half;
+    const cv::Size size(std::max(1, picture.cols / 2), std::max(1, picture.rows / 2));
+    cv::resize(picture, half, size, 0, 0, cv::INTER_AREA);
+    picture = half;
+  }
+}
+
+}  // namespace
+
+cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed) {
+  const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
+  const cv::Mat3b painted = name ? room::paint_texture(name, seed) : cv::Mat3b();
+  if (painted.empty())
+    return cv::Mat(model.tex_height[texture], model.tex_width[texture], CV_8UC3,
+                   model.tex_rgb + model.tex_adr[texture])
+        .clone();
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (takes_shadows(model, geom) && texture_of(model, geom) == texture)
+      bake_shadows(painted, model, data, geom);
+  return painted;
+}
+
+std::vector<unsigned> load_textures(const mjModel& model, std::uint64_t seed, Channels channels) {
+  const physics::Data data = data_at_rest(model);
+  std::vector<unsigned> names(std::size_t(model.ntex));
+  GL(glGenTextures)(model.ntex, names.data());
+  for (int texture = 0; texture < model.ntex; ++texture) {
+    if (model.tex_type[texture] != mjTEXTURE_2D) continue;
+    cv::Mat picture = texture_picture(model, *data, texture, seed);
+    if (channels == Channels::grey) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
+    load(names[std::size_t(texture)], picture);
+  }
+  return names;
 }
 
 }  // namespace sim::camera

@@ -44,19 +44,6 @@ struct Ends {
   int release(std::size_t end) { return std::exchange(file[end], -1); }
 };
 
-void require(bool made, const char* what) {
-  if (!made) throw std::invalid_argument(fmt::format("estimator: {}: {}", what, std::strerror(errno)));
-}
-
-void open_pipe(Ends& ends) { require(::pipe2(ends.file.data(), O_CLOEXEC) == 0, "no pipe to the program"); }
-
-// A socket: writing to a closed one is an error, not a signal.
-void open_input(Ends& ends) {
-  require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.file.data()) == 0,
-          "no socket to the program");
-  ::setsockopt(ends.file[0], SOL_SOCKET, SO_SNDBUF, &kBuffer, sizeof kBuffer);
-}
-
 // After fork, only async-signal-safe calls.
 [[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent) {
   ::setpgid(0, 0);
@@ -172,10 +159,15 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   Ends in, out, error, failure, alive, report;
-  open_input(in);
-  for (Ends* const ends : {&out, &error, &failure, &alive, &report}) open_pipe(*ends);
-  supervisor_ = ::fork();
-  require(supervisor_ >= 0, "no process for the program");
+  // A socket: writing to a closed one is an error, not a signal.
+  bool made = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, in.file.data()) == 0;
+  ::setsockopt(in.file[0], SOL_SOCKET, SO_SNDBUF, &kBuffer, sizeof kBuffer);
+  for (Ends* const ends : {&out, &error, &failure, &alive, &report})
+    made = made && ::pipe2(ends->file.data(), O_CLOEXEC) == 0;
+  supervisor_ = made ? ::fork() : -1;
+  if (supervisor_ < 0)
+    throw std::invalid_argument(
+        fmt::format("estimator: no process for the program: {}", std::strerror(errno)));
   if (supervisor_ == 0)
     start(arguments.data(), {in.file[1], out.file[1], error.file[1]}, failure.file[1], alive.file[0],
           report.file[1]);
@@ -266,17 +258,17 @@ bool ChildProgram::has_ended() {
   return ended_ = true;
 }
 
-void ChildProgram::wait_until_ended(Deadline deadline) {
+bool ChildProgram::wait_until_ended(Deadline deadline) {
   while (!has_ended() && Clock::now() < deadline) {
     read_log();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   read_log();
+  return has_ended();
 }
 
 void ChildProgram::fail_ended() {
-  wait_until_ended(Clock::now() + kToEnd);
-  const bool ended = has_ended();
+  const bool ended = wait_until_ended(Clock::now() + kToEnd);
   kill();
   throw EstimatorFailed(ended ? ended_text(status_) : "it closed its standard input or output");
 }
@@ -286,9 +278,7 @@ void ChildProgram::kill() {
   if (alive_ < 0) return;
   ::close(std::exchange(alive_, -1));
   while (::waitpid(supervisor_, nullptr, 0) < 0 && errno == EINTR) continue;
-  if (has_ended()) return;
-  status_ = SIGKILL;  // the supervisor was killed, and the program with it
-  ended_ = true;
+  if (!has_ended()) status_ = SIGKILL, ended_ = true;  // the supervisor was killed, and the program with it
 }
 
 void ChildProgram::run(Deadline deadline) {

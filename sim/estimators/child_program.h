@@ -15,25 +15,20 @@ namespace sim::estimators {
 class ChildProgram {
  public:
   using Deadline = std::chrono::steady_clock::time_point;
-
   /// words: the program, searched in PATH, and its arguments. Throws std::invalid_argument if it cannot be
   /// started.
   explicit ChildProgram(const std::vector<std::string>& words);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
-
   /// Throw EstimatorFailed if the program ends, or at the deadline.
   void send(std::string_view bytes, Deadline deadline);
   std::string receive(std::size_t bytes, Deadline deadline);
-
   /// Closes its standard input, waits for its exit and kills it at the deadline.
   void end(Deadline deadline);
-
   /// Runs a program without messages to its exit. Throws EstimatorFailed if its exit code is not 0, or at the
   /// deadline.
   void run(Deadline deadline);
-
   /// Returns its standard error, or the last MiB of it.
   std::string log() const;
   /// Returns the last lines of the log for a message; empty if there are none.
@@ -46,7 +41,7 @@ class ChildProgram {
   void wait_for(int file, short events, Deadline deadline);
   void read_log();
   bool has_ended();
-  void wait_until_ended(Deadline deadline);
+  bool wait_until_ended(Deadline deadline);
   void kill();
 
   pid_t supervisor_ = -1, process_ = -1;

@@ -78,7 +78,7 @@ using Step = std::function<Answer(const slam::Observation&)>;
 
 /// Returns an estimator that is a function. Its answers are checked (require_valid()); its map is the latest
 /// one in an answer.
-std::unique_ptr<Estimator> estimator_from(Step step, std::function<std::string()> finish = {});
+std::unique_ptr<Estimator> estimator_from(Step step);
 
 /// Names of the built-in estimators, which are values of the scenario's key `estimator`. To add one, write it
 /// in estimators.cc.

@@ -31,15 +31,6 @@ constexpr double kLastLinesWithin_s = 0.2;  // to write its last lines after it 
 constexpr std::string_view kFilter = "filter", kOdometry = "odometry", kPlanAlone = "plan_alone";
 constexpr std::array kNames{kFilter, kOdometry, kPlanAlone};
 
-void require_pose(const PoseEstimate& estimate) {
-  if (!estimate.X_WC.matrix().allFinite()) throw EstimatorFailed("its pose is not finite");
-  const Eigen::Matrix3d R = estimate.X_WC.linear();
-  if (!(R.transpose() * R).isIdentity(kRotation) || R.determinant() < 0)
-    throw EstimatorFailed("the orientation of its pose is not a rotation matrix");
-  if (estimate.X_WC.translation().cwiseAbs().maxCoeff() > kMost_m)
-    throw EstimatorFailed("its position is more than 1e9 m away");
-}
-
 template <class Matrix>
 void require_covariance(const Matrix& P, std::string_view of) {
   if (!P.allFinite()) throw EstimatorFailed(fmt::format("the covariance of {} is not finite", of));
@@ -64,25 +55,16 @@ class FilterEstimator : public Estimator {
   slam::Filter filter_;
 };
 
-/// Throws EstimatorFailed for an invalid answer. when: "at t = 1.000 s".
-using Fail = std::function<void(const std::string& when, const std::string& cause)>;
-
-void fail_built_in(const std::string& when, const std::string& cause) {
-  throw EstimatorFailed(fmt::format("{}: {}", when, cause));
-}
-
-class FunctionEstimator : public Estimator {
+/// An estimator whose answers are checked; its map is the latest one in an answer.
+class CheckedEstimator : public Estimator {
  public:
-  FunctionEstimator(Step step, std::function<std::string()> finish, Fail fail)
-      : step_(std::move(step)), finish_(std::move(finish)), fail_(std::move(fail)) {}
-
-  Answer step(const slam::Observation& observation) override {
+  Answer step(const slam::Observation& observation) final {
     newest_ = std::max(newest_, observation.t);
-    Answer answer = step_(observation);
+    Answer answer = ask(observation);
     try {
       require_valid(answer, last_, newest_);
     } catch (const EstimatorFailed& invalid) {
-      fail_(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), invalid.what());
+      fail(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), invalid.what());
     }
     if (answer.has_pose) last_ = answer.estimate.t;
     if (answer.map) map_ = *answer.map;
@@ -91,14 +73,26 @@ class FunctionEstimator : public Estimator {
     return answer;
   }
   std::vector<slam::MapPoint> map() const override { return map_; }
-  std::string finish() override { return finish_ ? finish_() : ""; }
 
  private:
-  Step step_;
-  std::function<std::string()> finish_;
-  Fail fail_;
+  virtual Answer ask(const slam::Observation& observation) = 0;
+  /// Throws EstimatorFailed for an invalid answer. when: "at t = 1.000 s".
+  [[noreturn]] virtual void fail(const std::string& when, const std::string& cause) {
+    throw EstimatorFailed(fmt::format("{}: {}", when, cause));
+  }
+
   slam::Stamp newest_{0}, last_{0};  // of the observations; of the last answer's pose
   std::vector<slam::MapPoint> map_;
+};
+
+class FunctionEstimator : public CheckedEstimator {
+ public:
+  explicit FunctionEstimator(Step step) : step_(std::move(step)) {}
+
+ private:
+  Answer ask(const slam::Observation& observation) override { return step_(observation); }
+
+  Step step_;
 };
 
 /// The filter without its images: gyro, accelerometer and leg odometry, with their covariance.
@@ -123,17 +117,30 @@ Clock::time_point after(double seconds) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// The conversation with a program, from START to END.
-class Conversation {
+/// The conversation with a program, from START to END. Failures contain the time and the program's last
+/// lines.
+class ProgramEstimator : public CheckedEstimator {
  public:
-  Conversation(const EstimatorChoice& choice, const Start& start) : choice_(choice), program_(choice.words) {
+  ProgramEstimator(const EstimatorChoice& choice, const Start& start)
+      : choice_(choice), program_(choice.words) {
     exchange("at its start", choice.start_within_s, [&](ChildProgram::Deadline deadline) {
       program_.send(start_message(choice, start), deadline);
       read_ready(receive(GAITSLAM_MESSAGE_READY, deadline));
     });
   }
 
-  Answer step(const slam::Observation& observation) {
+  std::string finish() override {
+    try {
+      program_.send(end_message(), after(kExitWithin_s));
+    } catch (const EstimatorFailed&) {
+      // It has already exited.
+    }
+    program_.end(after(kExitWithin_s));
+    return program_.log();
+  }
+
+ private:
+  Answer ask(const slam::Observation& observation) override {
     Answer answer;
     const double before_ms = program_.cpu_ms();
     exchange(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), choice_.answer_within_s,
@@ -145,8 +152,7 @@ class Conversation {
     return answer;
   }
 
-  /// Throws EstimatorFailed with the cause and the program's last lines.
-  [[noreturn]] void fail(const std::string& when, const std::string& cause) {
+  [[noreturn]] void fail(const std::string& when, const std::string& cause) override {
     program_.end(after(kLastLinesWithin_s));
     const std::string lines = program_.last_lines();
     throw EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause,
@@ -154,23 +160,11 @@ class Conversation {
                           program_.log());
   }
 
-  std::string finish() {
-    try {
-      program_.send(end_message(), after(kExitWithin_s));
-    } catch (const EstimatorFailed&) {
-      // It has already exited.
-    }
-    program_.end(after(kExitWithin_s));
-    return program_.log();
-  }
-
- private:
   std::string receive(std::uint32_t type, ChildProgram::Deadline deadline) {
     const std::size_t bytes = payload_bytes(program_.receive(kHeaderBytes, deadline), type);
     return program_.receive(bytes, deadline);
   }
 
-  /// Exchanges messages within a time limit. Adds the time and the program's last lines to a failure.
   template <class Messages>
   void exchange(const std::string& when, double within_s, const Messages& messages) {
     try {
@@ -184,19 +178,10 @@ class Conversation {
   ChildProgram program_;
 };
 
-std::unique_ptr<Estimator> program_estimator(const EstimatorChoice& choice, const Start& start) {
-  const auto program = std::make_shared<Conversation>(choice, start);
-  return std::make_unique<FunctionEstimator>(
-      [program](const slam::Observation& observation) { return program->step(observation); },
-      [program] { return program->finish(); },
-      [program](const std::string& when, const std::string& cause) { program->fail(when, cause); });
-}
-
 std::optional<std::string> hash_of(const fs::path& file) {
   std::error_code fault;
-  std::ifstream in;
-  if (fs::is_regular_file(file, fault)) in.open(file, std::ios::binary);
-  if (!in.is_open()) return std::nullopt;
+  std::ifstream in(file, std::ios::binary);
+  if (!in || !fs::is_regular_file(file, fault)) return std::nullopt;
   files::Hash hash;
   for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
     hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
@@ -220,7 +205,13 @@ void require_valid(const Answer& answer, slam::Stamp earliest, slam::Stamp newes
     if (t < earliest || t > newest)
       throw EstimatorFailed(fmt::format("its pose has the stamp {} ns, expected one from {} to {} ns",
                                         t.count(), earliest.count(), newest.count()));
-    require_pose(answer.estimate);
+    const Eigen::Isometry3d& X = answer.estimate.X_WC;
+    if (!X.matrix().allFinite()) throw EstimatorFailed("its pose is not finite");
+    if (const Eigen::Matrix3d R = X.linear();
+        !(R.transpose() * R).isIdentity(kRotation) || R.determinant() < 0)
+      throw EstimatorFailed("the orientation of its pose is not a rotation matrix");
+    if (X.translation().cwiseAbs().maxCoeff() > kMost_m)
+      throw EstimatorFailed("its position is more than 1e9 m away");
     if (answer.estimate.covariance) require_covariance(*answer.estimate.covariance, "its pose");
   }
   if (!answer.map) return;
@@ -239,14 +230,14 @@ std::string printable(std::string_view text) {
   return line;
 }
 
-std::unique_ptr<Estimator> estimator_from(Step step, std::function<std::string()> finish) {
-  return std::make_unique<FunctionEstimator>(std::move(step), std::move(finish), fail_built_in);
+std::unique_ptr<Estimator> estimator_from(Step step) {
+  return std::make_unique<FunctionEstimator>(std::move(step));
 }
 
 std::span<const std::string_view> estimator_names() { return kNames; }
 
 std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const Start& start) {
-  if (choice.source == Source::program) return program_estimator(choice, start);
+  if (choice.source == Source::program) return std::make_unique<ProgramEstimator>(choice, start);
   if (choice.source == Source::built_in && choice.name == kFilter)
     return std::make_unique<FilterEstimator>(start);
   if (choice.source == Source::built_in && choice.name == kOdometry) return odometry(start);

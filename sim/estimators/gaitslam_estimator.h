@@ -187,27 +187,23 @@ void gaitslam_estimator_destroy(void* estimator);
 #include <string.h>
 #include <unistd.h>
 
-/* Writes a message. Returns 0 if the other end is closed. */
-static int gaitslam_write(int out, uint32_t type, const void* part, size_t bytes, const void* list,
-                          size_t list_bytes, const char* text, size_t text_bytes) {
-  gaitslam_header header = {{'G', 'S', 'L', 'M'}, 0, 0};
-  const size_t whole = sizeof header + bytes + list_bytes + text_bytes;
-  char* const message = (char*)malloc(whole);
-  size_t at = 0;
-  header.type = type;
-  header.bytes = bytes + list_bytes + text_bytes;
-  if (!message) return 0;
-  memcpy(message, &header, sizeof header);
-  memcpy(message + sizeof header, part, bytes);
-  if (list_bytes) memcpy(message + sizeof header + bytes, list, list_bytes);
-  if (text_bytes) memcpy(message + sizeof header + bytes + list_bytes, text, text_bytes);
-  while (at < whole) {
-    const ssize_t written = write(out, message + at, whole - at);
-    if (written < 0 && errno != EINTR) break;
-    if (written > 0) at += (size_t)written;
+/* Writes all bytes. Returns 0 if the other end is closed. */
+static int gaitslam_write(int out, const void* bytes, size_t count) {
+  const char* at = (const char*)bytes;
+  while (count > 0) {
+    const ssize_t written = write(out, at, count);
+    if (written < 0 && errno != EINTR) return 0;
+    if (written > 0) at += written, count -= (size_t)written;
   }
-  free(message);
-  return at == whole;
+  return 1;
+}
+
+/* Writes the header of a message and its first structure. */
+static int gaitslam_begin(int out, uint32_t type, const void* part, size_t bytes, size_t bytes_after) {
+  gaitslam_header header = {{'G', 'S', 'L', 'M'}, 0, 0};
+  header.type = type;
+  header.bytes = bytes + bytes_after;
+  return gaitslam_write(out, &header, sizeof header) && gaitslam_write(out, part, bytes);
 }
 
 /* Answers the observation in `payload`. Returns 0 if the estimator failed or the message is invalid. */
@@ -217,6 +213,7 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
   const gaitslam_landmark* landmarks = NULL;
   const char* cause = NULL;
   const char *gyro, *accelerometer, *image;
+  size_t landmark_bytes;
   if (bytes < sizeof observation) return 0;
   memcpy(&observation, payload, sizeof observation);
   gyro = payload + sizeof observation;
@@ -240,8 +237,10 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
   answer.cause_bytes = 0;
   if (!cause) cause = "";
   while (cause[answer.cause_bytes] && answer.cause_bytes < GAITSLAM_MOST_TEXT_BYTES) ++answer.cause_bytes;
-  return gaitslam_write(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer, landmarks,
-                        answer.landmark_count * sizeof(gaitslam_landmark), cause, answer.cause_bytes);
+  landmark_bytes = answer.landmark_count * sizeof(gaitslam_landmark);
+  return gaitslam_begin(out, GAITSLAM_MESSAGE_ANSWER, &answer, sizeof answer,
+                        landmark_bytes + answer.cause_bytes) &&
+         gaitslam_write(out, landmarks, landmark_bytes) && gaitslam_write(out, cause, answer.cause_bytes);
 }
 
 /* Creates the estimator of the START message in `payload` and answers READY. Returns NULL on failure. */
@@ -259,7 +258,8 @@ static void* gaitslam_answer_start(const char* payload, uint64_t bytes, int out)
     if (!estimator && !error[0]) strcpy(error, "the estimator could not be created");
   }
   ready.error_bytes = (uint32_t)strlen(error);
-  gaitslam_write(out, GAITSLAM_MESSAGE_READY, &ready, sizeof ready, NULL, 0, error, ready.error_bytes);
+  if (gaitslam_begin(out, GAITSLAM_MESSAGE_READY, &ready, sizeof ready, ready.error_bytes))
+    gaitslam_write(out, error, ready.error_bytes);
   return estimator;
 }
 

@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <span>
 #include <variant>
 #include <vector>
 
@@ -46,17 +45,19 @@ Eigen::Isometry3d isometry_of(const gaitslam_pose& pose) {
   return X;
 }
 
-void set_lens(const slam::OneParameterRadial& lens, gaitslam_start& start) {
-  start.lens = GAITSLAM_LENS_ONE_PARAMETER_RADIAL;
-  start.lens_parameters[0] = lens.k1_px2;
+template <class Lens>
+void set_lens(gaitslam_start& start, std::uint32_t kind, const Lens& parameters) {
+  start.lens = kind;
+  std::ranges::copy(parameters, start.lens_parameters);
 }
-void set_lens(const slam::RadialTangential& lens, gaitslam_start& start) {
-  start.lens = GAITSLAM_LENS_RADIAL_TANGENTIAL;
-  std::ranges::copy(std::array{lens.k1, lens.k2, lens.p1, lens.p2}, start.lens_parameters);
-}
-void set_lens(const slam::Equidistant& lens, gaitslam_start& start) {
-  start.lens = GAITSLAM_LENS_EQUIDISTANT;
-  std::ranges::copy(std::array{lens.k1, lens.k2, lens.k3, lens.k4}, start.lens_parameters);
+
+void set_lens(gaitslam_start& start, const slam::Lens& lens) {
+  if (const auto* one = std::get_if<slam::OneParameterRadial>(&lens))
+    set_lens(start, GAITSLAM_LENS_ONE_PARAMETER_RADIAL, std::array{one->k1_px2});
+  if (const auto* k = std::get_if<slam::RadialTangential>(&lens))
+    set_lens(start, GAITSLAM_LENS_RADIAL_TANGENTIAL, std::array{k->k1, k->k2, k->p1, k->p2});
+  if (const auto* k = std::get_if<slam::Equidistant>(&lens))
+    set_lens(start, GAITSLAM_LENS_EQUIDISTANT, std::array{k->k1, k->k2, k->k3, k->k4});
 }
 
 std::vector<gaitslam_reading> readings_of(const std::vector<slam::InertialSample>& samples) {
@@ -123,51 +124,17 @@ bool flag(std::uint32_t word, const char* of) {
   return word == 1;
 }
 
-slam::MapPoint point_of(const gaitslam_landmark& landmark) {
-  slam::MapPoint point;
-  point.id = static_cast<int>(landmark.id);
-  point.kind = "point";
-  point.p_W = Eigen::Map<const Eigen::Vector3d>(landmark.p_W_m);
-  if (flag(landmark.has_covariance, "landmark's has_covariance"))
-    point.covariance = Eigen::Map<const RowMajor3d>(landmark.covariance);
-  return point;
-}
-
-gaitslam_start start_of(const Start& start, std::size_t options_bytes) {
-  const slam::CameraIntrinsics& camera = start.calibration.camera;
-  gaitslam_start words{};
-  words.version = GAITSLAM_ESTIMATOR_VERSION;
-  words.width_px = static_cast<std::uint32_t>(camera.width_px);
-  words.height_px = static_cast<std::uint32_t>(camera.height_px);
-  words.focal_px[0] = camera.fu_px, words.focal_px[1] = camera.fv_px;
-  words.center_px[0] = camera.u0_px, words.center_px[1] = camera.v0_px;
-  std::visit([&](const auto& lens) { set_lens(lens, words); }, camera.lens);
-  words.X_CG = pose_of(start.calibration.X_CG);
-  words.X_WC = pose_of(start.X_WC);
-  words.seed = start.seed;
-  words.options_bytes = options_bytes;
-  return words;
-}
-
-Answer answer_of(const gaitslam_answer& words, std::span<const gaitslam_landmark> landmarks,
-                 std::string_view cause) {
-  if (words.status > GAITSLAM_NOT_READY)
-    throw EstimatorFailed(fmt::format(
-        "its status is {}, expected 0 (ok), 1 (lost), 2 (diverged) or 3 (not ready)", words.status));
-  const bool ready = words.status != GAITSLAM_NOT_READY;
-  Answer answer;
-  answer.estimate.t = slam::Stamp(words.t_ns);
-  answer.has_pose = words.status == GAITSLAM_OK || words.status == GAITSLAM_DIVERGED;
-  if (answer.has_pose) answer.estimate.X_WC = isometry_of(words.X_WC);
-  if (flag(words.has_covariance, "has_covariance") && answer.has_pose)
-    answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
-  answer.report.health = ready ? static_cast<slam::Health>(words.status) : slam::Health::lost;
-  answer.report.cause = printable(cause);
-  if (words.status != GAITSLAM_OK && cause.empty())
-    answer.report.cause = ready ? "the estimator gave no cause" : "the estimator is not ready";
-  if (!landmarks.empty()) answer.map.emplace();
-  for (const gaitslam_landmark& landmark : landmarks) answer.map->push_back(point_of(landmark));
-  return answer;
+std::vector<slam::MapPoint> pop_map(std::string_view& bytes, std::uint32_t landmarks) {
+  std::vector<slam::MapPoint> map(landmarks);
+  for (slam::MapPoint& point : map) {
+    const auto landmark = pop<gaitslam_landmark>(bytes, "landmark");
+    point.id = static_cast<int>(landmark.id);
+    point.kind = "point";
+    point.p_W = Eigen::Map<const Eigen::Vector3d>(landmark.p_W_m);
+    if (flag(landmark.has_covariance, "landmark's has_covariance"))
+      point.covariance = Eigen::Map<const RowMajor3d>(landmark.covariance);
+  }
+  return map;
 }
 
 }  // namespace
@@ -177,9 +144,22 @@ std::string options_text(const EstimatorChoice& choice) {
   for (const auto& [key, value] : choice.options) text += fmt::format("{}={}\n", key, value);
   return text;
 }
+
 std::string start_message(const EstimatorChoice& choice, const Start& start) {
   const std::string options = options_text(choice);
-  return message(GAITSLAM_MESSAGE_START, {bytes_of(start_of(start, options.size())), options});
+  const slam::CameraIntrinsics& camera = start.calibration.camera;
+  gaitslam_start words{};
+  words.version = GAITSLAM_ESTIMATOR_VERSION;
+  words.width_px = static_cast<std::uint32_t>(camera.width_px);
+  words.height_px = static_cast<std::uint32_t>(camera.height_px);
+  words.focal_px[0] = camera.fu_px, words.focal_px[1] = camera.fv_px;
+  words.center_px[0] = camera.u0_px, words.center_px[1] = camera.v0_px;
+  set_lens(words, camera.lens);
+  words.X_CG = pose_of(start.calibration.X_CG);
+  words.X_WC = pose_of(start.X_WC);
+  words.seed = start.seed;
+  words.options_bytes = options.size();
+  return message(GAITSLAM_MESSAGE_START, {bytes_of(words), options});
 }
 
 std::string observation_message(const slam::Observation& observation) {
@@ -237,10 +217,22 @@ Answer read_answer(std::string_view payload) {
                     "and {} bytes follow",
                     words.landmark_count, GAITSLAM_MOST_LANDMARKS, words.cause_bytes,
                     GAITSLAM_MOST_TEXT_BYTES, payload.size()));
-  std::vector<gaitslam_landmark> landmarks(words.landmark_count);
-  if (!landmarks.empty())
-    std::memcpy(landmarks.data(), payload.data(), static_cast<std::size_t>(landmark_bytes));
-  return answer_of(words, landmarks, payload.substr(static_cast<std::size_t>(landmark_bytes)));
+  if (words.status > GAITSLAM_NOT_READY)
+    throw EstimatorFailed(fmt::format(
+        "its status is {}, expected 0 (ok), 1 (lost), 2 (diverged) or 3 (not ready)", words.status));
+  Answer answer;
+  answer.estimate.t = slam::Stamp(words.t_ns);
+  answer.has_pose = words.status == GAITSLAM_OK || words.status == GAITSLAM_DIVERGED;
+  if (answer.has_pose) answer.estimate.X_WC = isometry_of(words.X_WC);
+  if (flag(words.has_covariance, "has_covariance") && answer.has_pose)
+    answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
+  if (words.landmark_count > 0) answer.map = pop_map(payload, words.landmark_count);
+  const bool ready = words.status != GAITSLAM_NOT_READY;
+  answer.report.health = ready ? static_cast<slam::Health>(words.status) : slam::Health::lost;
+  answer.report.cause = printable(payload);
+  if (words.status != GAITSLAM_OK && payload.empty())
+    answer.report.cause = ready ? "the estimator gave no cause" : "the estimator is not ready";
+  return answer;
 }
 
 }  // namespace sim::estimators

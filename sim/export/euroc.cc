@@ -30,22 +30,6 @@ files::HashedFile rows(const ExportContext& out, const std::string& name, const 
   return file;
 }
 
-void write_imu(files::HashedFile& imu, const ImuReading& reading, bool& begun) {
-  if (!begun) imu.write((reading.accelerometer ? kImuHeader : kGyroHeader) + "\n");
-  begun = true;
-  imu.write(fmt::format("{},{}{}\n", recording::file_stamp(reading.t), files::csv_fields(reading.gyro),
-                        reading.accelerometer ? "," + files::csv_fields(*reading.accelerometer) : ""));
-}
-
-void write_sensors(const ExportContext& out) {
-  out.write(kBody, recording::body_yaml());
-  out.write(kCameraSensor, recording::camera_yaml(out.setup));
-  out.write(kImuSensor, recording::imu_yaml(out.setup, out.noise));
-  out.write(kPlanSensor, recording::plan_yaml(out.setup));
-  out.write_truth(kMotionSensor, recording::motion_yaml());
-  out.write_truth(kMotionRows, recording::Manifest(out.run.result / "recording").read(kMotionRows));
-}
-
 /// Images and their stamps. Some programs read beyond their arrays if an image lacks readings on either side:
 /// images_within_imu skips such images.
 class ImageWriter {
@@ -71,17 +55,13 @@ class ImageWriter {
   }
 
  private:
-  struct Image {
-    slam::Stamp t{0};
-    cv::Mat image;
-  };
-
   void write_until(slam::Stamp t) {
-    for (; !waiting_.empty() && waiting_.front().t <= t; waiting_.pop_front()) {
-      const std::string name = fmt::format("{}.png", recording::file_stamp(waiting_.front().t));
-      out_.write_png(kCameraFolder + name, waiting_.front().image);
-      camera_.write(fmt::format("{},{}\n", recording::file_stamp(waiting_.front().t), name));
-      times_.write(fmt::format("{}\n", recording::file_stamp(waiting_.front().t)));
+    for (; !waiting_.empty() && waiting_.front().first <= t; waiting_.pop_front()) {
+      const std::int64_t stamp = recording::file_stamp(waiting_.front().first);
+      const std::string name = fmt::format("{}.png", stamp);
+      out_.write_png(kCameraFolder + name, waiting_.front().second);
+      camera_.write(fmt::format("{},{}\n", stamp, name));
+      times_.write(fmt::format("{}\n", stamp));
     }
   }
 
@@ -89,7 +69,7 @@ class ImageWriter {
   bool within_;
   files::HashedFile camera_, times_;
   std::optional<slam::Stamp> first_reading_;
-  std::deque<Image> waiting_;  // for a later reading
+  std::deque<std::pair<slam::Stamp, cv::Mat>> waiting_;  // for a later reading
 };
 
 constexpr const char* kOrbslam3Readme =
@@ -113,16 +93,16 @@ where there are such images.
 
 std::string camera_section(const ExportContext& out) {
   const slam::CameraIntrinsics& camera = out.camera();
-  const auto [equidistant, k] = lens_model(camera);
+  const auto k = equidistant_lens(camera);
   return fmt::format(
       "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"{}\"\nCamera1.fx: {}\nCamera1.fy: {}\n"
       "Camera1.cx: {}\nCamera1.cy: {}\n{}Camera.width: {}\nCamera.height: {}\nCamera.fps: {:.0f}\n"
       "Camera.RGB: 1\n\n",
-      equidistant ? "KannalaBrandt8" : "PinHole", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
+      k ? "KannalaBrandt8" : "PinHole", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
       real(camera.v0_px),
-      equidistant ? fmt::format("Camera1.k1: {}\nCamera1.k2: {}\nCamera1.k3: {}\nCamera1.k4: {}\n",
-                                real(k[0]), real(k[1]), real(k[2]), real(k[3]))
-                  : "",
+      k ? fmt::format("Camera1.k1: {}\nCamera1.k2: {}\nCamera1.k3: {}\nCamera1.k4: {}\n", real((*k)[0]),
+                      real((*k)[1]), real((*k)[2]), real((*k)[3]))
+        : "",
       camera.width_px, camera.height_px, out.setup.camera_rate_hz);
 }
 
@@ -156,14 +136,15 @@ Viewer.ViewpointF: 500.0
 }  // namespace
 
 void write_mav0(const ExportContext& out, bool images_within_imu) {
-  files::HashedFile imu = rows(out, kImuRows, ""), plan = rows(out, kPlanRows, "");
+  files::HashedFile imu = rows(out, kImuRows, kImuHeader), plan = rows(out, kPlanRows, "");
   bool plan_begun = false;
   ImageWriter images(out, images_within_imu);
   ImuMerger imu_merger(out.setup.imu_rate_hz);
-  bool imu_begun = false;
   for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
     for (const ImuReading& reading : imu_merger.merge(*o)) {
-      write_imu(imu, reading, imu_begun);
+      if (!reading.accelerometer) continue;  // silent
+      imu.write(fmt::format("{},{},{}\n", recording::file_stamp(reading.t), files::csv_fields(reading.gyro),
+                            files::csv_fields(*reading.accelerometer)));
       images.note_reading(reading.t);
     }
     if (o->plan && !std::exchange(plan_begun, true)) plan.write(recording::plan_header(*o->plan) + "\n");
@@ -174,7 +155,12 @@ void write_mav0(const ExportContext& out, bool images_within_imu) {
   images.close();
   if (!plan_begun) plan.write(kPlanHeader + "\n");
   for (files::HashedFile* file : {&imu, &plan}) file->close();
-  write_sensors(out);
+  out.write(kBody, recording::body_yaml());
+  out.write(kCameraSensor, recording::camera_yaml(out.setup));
+  out.write(kImuSensor, recording::imu_yaml(out.setup, out.noise));
+  out.write(kPlanSensor, recording::plan_yaml(out.setup));
+  out.write_truth(kMotionSensor, recording::motion_yaml());
+  out.write_truth(kMotionRows, recording::Manifest(out.run.result / "recording").read(kMotionRows));
 }
 
 void export_euroc(const ExportContext& out) {

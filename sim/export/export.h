@@ -2,17 +2,42 @@
 // settings that each program needs and a README with its command line.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "sim/export/exported_run.h"
 #include "sim/files/atomic_file.h"
+#include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::exports {
 
+/// The robot of a run, for viewers. The simulator's model supplies it, which exports do not see.
+struct RobotDescription {
+  std::string urdf;                ///< its root is the link "waist"
+  std::vector<std::string> links;  ///< those that joints move
+  /// The poses of these links in the waist's frame, by the angles (rad) of the encoders. Throws
+  /// std::runtime_error for another number of angles than the robot has.
+  std::function<std::vector<Eigen::Isometry3d>(const Eigen::VectorXd& q)> poses;
+};
+
+/// A recorded run. result: its folder, with recording/ and, if a filter was run, estimate_cov.txt.
+struct ExportedRun {
+  std::filesystem::path result;
+  std::string name;  ///< of the scenario
+  std::uint64_t seed = 1;
+  sensor_errors::ErrorOptions errors;
+  bool with_truth = true;  ///< include the true poses and the filter's estimate
+  bool undistort = false;  ///< remove the lens distortion also for formats that know lenses
+  std::shared_ptr<const RobotDescription> robot = nullptr;  ///< null: viewers draw none
+  std::function<void(double)> progress = [](double) {};     ///< called with the completed fraction, 0 to 1
+};
+
 /// The names of the formats.
-const std::vector<std::string>& export_formats();
+std::vector<std::string> export_formats();
 
 /// Writes the folder, completely or not at all. Memory does not grow with the run's length. Throws
 /// std::out_of_range for an unknown format, FileError if a file cannot be read or written.

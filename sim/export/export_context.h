@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/export/exported_run.h"
+#include "sim/export/export.h"
 #include "sim/export/lens_conversion.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
@@ -84,12 +84,8 @@ std::string matrix_text(const Eigen::Isometry3d& X, std::string_view before, std
 /// "t tx ty tz qx qy qz qw" with the stamps of the exports.
 std::string tum_text(const std::vector<files::TimedPose>& poses);
 
-/// The lens of an exported camera in the terms of other programs.
-struct LensModel {
-  bool equidistant;         ///< else a pinhole without distortion
-  std::array<double, 4> k;  ///< all zero without distortion
-};
-LensModel lens_model(const slam::CameraIntrinsics& camera);
+/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
+std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera);
 
 /// A ROS 2 bag: run.mcap and metadata.yaml.
 struct BagLayout {

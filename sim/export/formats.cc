@@ -76,7 +76,8 @@ image is left out.
 // T_imu_cam maps from the camera to the IMU.
 std::string camera_chain(const ExportContext& out) {
   const slam::CameraIntrinsics& camera = out.camera();
-  const auto [equidistant, k] = lens_model(camera);
+  const auto lens = equidistant_lens(camera);
+  const auto k = lens.value_or(std::array<double, 4>{});
   const Eigen::Isometry3d X_GC = out.setup.calibration.X_CG.inverse();
   return fmt::format(
       "%YAML:1.0\n\ncam0:\n  T_imu_cam:\n{}\n  cam_overlaps: []\n  camera_model: pinhole\n  "
@@ -84,7 +85,7 @@ std::string camera_chain(const ExportContext& out) {
       "  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
       "  rostopic: /cam0/image_raw\n  timeshift_cam_imu: {}\n",
       matrix_text(X_GC, "    - [", "]", "\n"), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
-      equidistant ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
+      lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
       real(camera.v0_px), camera.width_px, camera.height_px, real(out.run.errors.motion.time_offset_s));
 }
 

@@ -19,25 +19,6 @@ struct Sightline {
   Eigen::Vector2d pixel, n;
 };
 
-std::vector<Sightline> sightlines(const slam::CameraIntrinsics& intrinsics) {
-  const slam::Camera camera(intrinsics);
-  std::vector<Sightline> all;
-  for (int row = 0; row < kGrid; ++row)
-    for (int column = 0; column < kGrid; ++column) {
-      const Eigen::Vector2d pixel((intrinsics.width_px - 1.0) * column / (kGrid - 1),
-                                  (intrinsics.height_px - 1.0) * row / (kGrid - 1));
-      if (const auto ray = camera.unproject(pixel)) all.push_back({pixel, ray->h.head<2>()});
-    }
-  return all;
-}
-
-slam::CameraIntrinsics with(slam::CameraIntrinsics camera, const Vector6d& p) {
-  camera.fu_px = p(0);
-  camera.fv_px = p(1);
-  camera.lens = slam::Equidistant{p(2), p(3), p(4), p(5)};
-  return camera;
-}
-
 // One Gauss-Newton step: the pixel is (u0, v0) + (fu x, fv y)/r (θ + k1 θ³ + ...), linear in each parameter.
 Vector6d step(const std::vector<Sightline>& sights, const slam::CameraIntrinsics& camera, const Vector6d& p) {
   Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
@@ -89,11 +70,20 @@ unsigned char bilinear(const cv::Mat& image, const Eigen::Vector2d& at) {
 }  // namespace
 
 FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera) {
-  const std::vector<Sightline> grid = sightlines(camera);
+  const slam::Camera original(camera);
+  std::vector<Sightline> grid;
+  for (int row = 0; row < kGrid; ++row)
+    for (int column = 0; column < kGrid; ++column) {
+      const Eigen::Vector2d pixel((camera.width_px - 1.0) * column / (kGrid - 1),
+                                  (camera.height_px - 1.0) * row / (kGrid - 1));
+      if (const auto ray = original.unproject(pixel)) grid.push_back({pixel, ray->h.head<2>()});
+    }
   Vector6d p;
   p << camera.fu_px, camera.fv_px, 0, 0, 0, 0;
   for (int i = 0; i < 20; ++i) p += step(grid, camera, p);
-  FittedCamera fitted{with(camera, p)};
+  FittedCamera fitted{camera};
+  fitted.camera.fu_px = p(0), fitted.camera.fv_px = p(1);
+  fitted.camera.lens = slam::Equidistant{p(2), p(3), p(4), p(5)};
   const slam::Camera equidistant(fitted.camera);
   for (const Sightline& sight : grid) {
     const auto at = equidistant.project(sight.n.homogeneous());

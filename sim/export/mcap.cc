@@ -22,8 +22,7 @@ enum class Op : std::uint8_t {
   message_index,
   chunk_index,
   statistics = 0x0b,
-  summary_offset = 0x0e,
-  data_end
+  data_end = 0x0f
 };
 
 template <typename Number>
@@ -75,10 +74,6 @@ std::string record(Op op, std::string_view fields) {
   return bytes;
 }
 
-std::uint32_t add_to_crc32(std::uint32_t crc, std::string_view bytes) {
-  return libdeflate_crc32(crc, bytes.data(), bytes.size());
-}
-
 }  // namespace
 
 McapWriter::McapWriter(const std::filesystem::path& file) : out_(file) {
@@ -88,7 +83,6 @@ McapWriter::McapWriter(const std::filesystem::path& file) : out_(file) {
 
 void McapWriter::put(std::string_view bytes) {
   out_.write(bytes);
-  crc_ = add_to_crc32(crc_, bytes);
   at_ += bytes.size();
 }
 
@@ -123,12 +117,8 @@ void McapWriter::close_chunk() {
   if (chunk_.empty()) return;
   const std::uint64_t size = chunk_.size();
   Fields fields;
-  fields.number(chunk_begin_)
-      .number(chunk_end_)
-      .number(size)
-      .number(add_to_crc32(0, chunk_))
-      .text("")
-      .number(size);
+  fields.number(chunk_begin_).number(chunk_end_).number(size);
+  fields.number(libdeflate_crc32(0, chunk_.data(), chunk_.size())).text("").number(size);
   const std::uint64_t offset = at_;
   put(record(Op::chunk, fields.bytes + chunk_));
   Chunk index{chunk_begin_, chunk_end_, offset, at_ - offset, 0, size, {}};
@@ -144,63 +134,33 @@ void McapWriter::close_chunk() {
   chunk_begin_ = ~0ull, chunk_end_ = 0;
 }
 
-std::string McapWriter::chunk_index(const Chunk& chunk) const {
-  Fields fields;
-  fields.number(chunk.begin).number(chunk.end).number(chunk.offset).number(chunk.length);
-  fields.pairs(chunk.index_offsets).number(chunk.index_length).text("").number(chunk.size).number(chunk.size);
-  return record(Op::chunk_index, fields.bytes);
-}
-
 std::uint64_t McapWriter::messages() const {
   return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0});
 }
 
 std::uint64_t McapWriter::messages(std::uint16_t channel) const { return counts_.at(channel - 1u); }
 
-std::string McapWriter::statistics() const {
+void McapWriter::finish() {
+  close_chunk();
+  put(record(Op::data_end, Fields{}.number(0u).bytes));  // without a checksum: the chunks have theirs
+  const std::uint64_t summary = at_;
+  for (const auto* records : {&schemas_, &channels_})
+    for (const std::string& one : *records) put(one);
   const auto n = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
   std::map<std::uint16_t, std::uint64_t> counts;
   for (std::uint16_t channel = 1; channel <= counts_.size(); ++channel) counts[channel] = messages(channel);
-  Fields fields;
-  fields.number(messages()).number(static_cast<std::uint16_t>(n(schemas_))).number(n(channels_));
-  fields.number(std::uint32_t{0}).number(std::uint32_t{0}).number(n(chunks_));
-  fields.number(messages() ? begin_ : 0).number(end_).pairs(counts);
-  return record(Op::statistics, fields.bytes);
-}
-
-// The summary groups the records by kind; after it come the offsets of the groups.
-void McapWriter::write_summary() {
-  std::vector<std::string> indexes;
-  for (const Chunk& chunk : chunks_) indexes.push_back(chunk_index(chunk));
-  const std::uint64_t summary = at_;
-  crc_ = 0;
-  std::string offsets;
-  const auto group = [&](Op op, const std::vector<std::string>& records) {
-    const std::uint64_t begin = at_;
-    for (const std::string& one : records) put(one);
-    if (at_ > begin)
-      offsets +=
-          record(Op::summary_offset,
-                 Fields{}.number(static_cast<std::uint8_t>(op)).number(begin).number(at_ - begin).bytes);
-  };
-  group(Op::schema, schemas_);
-  group(Op::channel, channels_);
-  group(Op::statistics, {statistics()});
-  group(Op::chunk_index, indexes);
-  const std::uint64_t summary_offsets = at_;
-  put(offsets);
-  std::string footer = record(Op::footer, Fields{}.number(summary).number(summary_offsets).number(0u).bytes);
-  footer.resize(footer.size() - 4);  // without the checksum, which covers all before it
-  put(footer);
-  std::string checksum;
-  put_number(checksum, crc_);
-  put(checksum);
-}
-
-void McapWriter::finish() {
-  close_chunk();
-  put(record(Op::data_end, Fields{}.number(crc_).bytes));
-  write_summary();
+  Fields statistics;
+  statistics.number(messages()).number(static_cast<std::uint16_t>(n(schemas_))).number(n(channels_));
+  statistics.number(0u).number(0u).number(n(chunks_)).number(messages() ? begin_ : 0).number(end_);
+  put(record(Op::statistics, statistics.pairs(counts).bytes));
+  for (const Chunk& chunk : chunks_) {
+    Fields index;
+    index.number(chunk.begin).number(chunk.end).number(chunk.offset).number(chunk.length);
+    index.pairs(chunk.index_offsets).number(chunk.index_length).text("");
+    put(record(Op::chunk_index, index.number(chunk.size).number(chunk.size).bytes));
+  }
+  constexpr std::uint64_t kNoOffsets = 0;
+  put(record(Op::footer, Fields{}.number(summary).number(kNoOffsets).number(0u).bytes));
   put(kMagic);
   out_.close();
 }

@@ -1,4 +1,5 @@
-// Writes MCAP files (mcap.dev, version 0 of the format): chunked, indexed, with checksums, not compressed.
+// Writes MCAP files (mcap.dev, version 0 of the format): chunked, indexed, with a checksum of each chunk, not
+// compressed.
 #pragma once
 
 #include <cstdint>
@@ -43,12 +44,8 @@ class McapWriter {
 
   void put(std::string_view bytes);
   void close_chunk();
-  std::string chunk_index(const Chunk& chunk) const;
-  std::string statistics() const;
-  void write_summary();
 
   files::HashedFile out_;
-  std::uint32_t crc_ = 0;  // of all bytes of the section so far
   std::uint64_t at_ = 0;
   std::vector<std::string> schemas_, channels_;  // their records
   std::vector<std::uint64_t> counts_;            // of each channel

@@ -1,127 +1,313 @@
-#include "sim/export/ros_bag.h"
-
+// ROS 2 bags: the sensors, poses, and the topics that viewers draw.
 #include <fmt/format.h>
 
-#include "sim/recording/grey_png.h"
-#include "sim/recording/recording.h"
+#include <map>
+
+#include "sim/export/export_context.h"
+#include "sim/export/imu_merger.h"
+#include "sim/export/mcap.h"
+#include "sim/export/ros_messages.h"
+#include "sim/files/csv.h"
+#include "sim/recording/image_file.h"
+#include "sim/recording/manifest.h"
+#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 namespace {
 
-constexpr const char *kCameraFrame = "camera", *kImuFrame = "imu", *kWorld = "world";
+namespace fs = std::filesystem;
+using Poses = std::vector<files::TimedPose>;
+using Topic = std::uint16_t;
 
-class BagWriter {
+constexpr const char *kWorld = "world", *kWaist = "waist", *kCamera = "camera", *kImu = "imu";
+const std::string kTrue = "ground_truth/";
+
+/// run.mcap, and the content of metadata.yaml.
+class Bag {
  public:
-  BagWriter(const ExportContext& out, const BagLayout& layout);
-  void write();
+  explicit Bag(const fs::path& mcap_file) : mcap_(mcap_file) {}
+
+  /// To be called before the first message. latched: late subscribers get its last message (transient_local).
+  Topic add_topic(const std::string& name, const MessageType& type, bool latched = false) {
+    // As version 5 of metadata.yaml writes them: numbers of rmw's enumerations.
+    static const std::string forever = "\n    sec: 9223372036\n    nsec: 854775807\n";
+    static const std::string profile =
+        "- history: 1  # keep_last\n  depth: 1\n  reliability: 1  # reliable\n"
+        "  durability: 1  # transient_local\n  deadline:" +
+        forever + "  lifespan:" + forever + "  liveliness: 1\n  liveliness_lease_duration:" + forever +
+        "  avoid_ros_namespace_conventions: false\n";
+    const std::string qos = latched ? profile : "";
+    topics_.push_back({name, type.name, qos, mcap_.add_channel(name, type, qos)});
+    return topics_.back().channel;
+  }
+
+  /// cdr: a message with the stamp t.
+  void add(Topic topic, slam::Stamp t, const std::string& cdr) {
+    mcap_.add_message(topic, recording::file_stamp(t), cdr);
+  }
+
+  /// Closes the file. Returns the text of metadata.yaml.
+  std::string finish() {
+    mcap_.finish();
+    std::string topics;
+    for (const NamedTopic& topic : topics_) {
+      std::string qos;
+      for (const char c : topic.qos) qos += c == '\n' ? std::string("\\n") : std::string(1, c);
+      topics += fmt::format(
+          "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: cdr\n"
+          "        offered_qos_profiles: \"{}\"\n      message_count: {}\n",
+          topic.name, topic.type, qos, mcap_.messages(topic.channel));
+    }
+    const auto span = [this](const char* indent) {
+      return fmt::format(
+          "{0}duration:\n{0}  nanoseconds: {1}\n{0}starting_time:\n{0}  nanoseconds_since_epoch: {2}\n"
+          "{0}message_count: {3}\n",
+          indent, mcap_.end_ns() - mcap_.begin_ns(), mcap_.begin_ns(), mcap_.messages());
+    };
+    return "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n" + span("  ") +
+           "  topics_with_message_count:\n" + topics +
+           "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - run.mcap\n"
+           "  files:\n    - path: run.mcap\n" +
+           span("      ");
+  }
 
  private:
-  void add_image(const slam::Observation& o);
-  void add_imu(const ImuReading& reading);
-  void add_estimate(const files::TumRow& row);
+  struct NamedTopic {
+    std::string name, type, qos;
+    Topic channel;
+  };
 
-  const ExportContext& out_;
-  const BagLayout& layout_;
-  std::vector<files::TumRow> estimate_ = out_.estimate();
-  Bag bag_;
-  Bag::Topic image_, info_, imu_, truth_, plan_;
-  std::optional<Bag::Topic> slam_;
-  std::optional<ViewerTopics> viewer_;
+  McapWriter mcap_;
+  std::vector<NamedTopic> topics_;
 };
 
-BagWriter::BagWriter(const ExportContext& out, const BagLayout& layout)
-    : out_(out),
-      layout_(layout),
-      bag_(out.new_file(layout.folder + "run.mcap")),
-      image_(bag_.add_topic(layout.image_topic, layout.compressed ? ros::kCompressedImage : ros::kImage)),
-      info_(bag_.add_topic(layout.info_topic, ros::kCameraInfo)),
-      imu_(bag_.add_topic(layout.imu_topic, ros::kImu)),
-      truth_(bag_.add_topic("/ground_truth/pose", ros::kPoseStamped)),
-      plan_(bag_.add_topic("/plan/pose", ros::kPoseStamped)) {
-  if (!estimate_.empty()) slam_.emplace(bag_.add_topic("/slam/pose", ros::kPoseWithCovarianceStamped));
-  if (layout.for_viewers) viewer_.emplace(out, bag_);
-}
-
-void BagWriter::add_image(const slam::Observation& o) {
-  const cv::Mat image = out_.exported(o.image);
-  bag_.add(image_, o.t,
-           layout_.compressed ? ros::compressed_image(o.t, kCameraFrame, recording::encode_grey_png(image))
-                              : ros::image(o.t, kCameraFrame, image));
-  bag_.add(info_, o.t, ros::camera_info(o.t, kCameraFrame, out_.camera()));
-}
-
-void BagWriter::add_imu(const ImuReading& reading) {
-  const double gyro = out_.noise.gyro_density, accelerometer = out_.noise.accelerometer_density;
-  const double rate = out_.setup.imu_rate_hz;
-  bag_.add(imu_, reading.t,
-           ros::imu(reading, kImuFrame, gyro * gyro * rate, accelerometer * accelerometer * rate));
-}
-
-void BagWriter::add_estimate(const files::TumRow& row) {
-  const files::Matrix6d P = row.covariance.value_or(files::Matrix6d::Zero());
-  bag_.add(*slam_, row.t, ros::pose_with_covariance_stamped(row.t, kWorld, row.X, P));
-}
-
-// Truth and estimate have the stamps of the frames; they are merged with the observations by time.
-void BagWriter::write() {
-  const std::vector<files::TimedPose> truth = out_.truth().camera;
-  auto true_pose = truth.begin();
-  auto estimate = estimate_.begin();
-  ImuMerger imu_merger(out_.setup.imu_rate_hz);
-  for (recording::FilterInput input = out_.filter_input(); auto o = out_.next(input);) {
-    for (const ImuReading& reading : imu_merger.merge(*o)) add_imu(reading);
-    if (!o->image.empty()) add_image(*o);
-    if (o->plan) bag_.add(plan_, o->t, ros::pose_stamped(o->t, kWorld, o->plan->X_PC));
-    for (; true_pose != truth.end() && true_pose->t <= o->t; ++true_pose)
-      bag_.add(truth_, true_pose->t, ros::pose_stamped(true_pose->t, kWorld, true_pose->X));
-    for (; estimate != estimate_.end() && estimate->t <= o->t; ++estimate) add_estimate(*estimate);
-    if (viewer_) viewer_->write(*o);
+/// The rows of mav0/<sensor>/data.csv, merged with the observations by time; none without such a file.
+struct RecordedRows {
+  RecordedRows(const fs::path& folder, const std::string& sensor) {
+    const recording::Manifest manifest(folder);
+    const std::string file = recording::recording_format::body_sensor_rows(sensor);
+    if (!manifest.lists(file)) return;
+    rows.emplace(files::CsvReader(manifest.check(file), 1), recording::kEpoch);
+    const std::vector<std::string>& titles = rows->row().titles();
+    for (std::size_t i = 1; i < titles.size(); ++i)
+      names.push_back(titles[i].substr(0, titles[i].find(" [")));
   }
-  if (viewer_) viewer_->finish();
-  out_.write(layout_.folder + "metadata.yaml", bag_.finish());
+
+  struct Row {
+    slam::Stamp t{0};
+    std::vector<double> values;
+  };
+  /// Returns the rows until then that no earlier call has returned.
+  std::vector<Row> until(slam::Stamp t) {
+    std::vector<Row> passed;
+    for (; rows && rows->stamp() && *rows->stamp() <= t; rows->advance()) {
+      Row& row = passed.emplace_back(Row{*rows->stamp(), {}});
+      for (std::size_t i = 1; i < rows->row().fields(); ++i) row.values.push_back(rows->row().number(i));
+    }
+    return passed;
+  }
+
+  std::optional<recording::StampedRows> rows;
+  std::vector<std::string> names;  ///< the titles of the columns after the stamp, without units
+};
+
+Poses feet_of(const std::vector<recording::TrueFeet>& feet, recording::TrueFoot recording::TrueFeet::*which) {
+  Poses poses;
+  for (const recording::TrueFeet& at : feet) {
+    const Eigen::Vector3d& foot = (at.*which).truth;  // x, y, yaw
+    poses.push_back({at.t, Eigen::Translation3d(foot.x(), foot.y(), 0) *
+                               Eigen::Isometry3d(Eigen::AngleAxisd(foot.z(), Eigen::Vector3d::UnitZ()))});
+  }
+  return poses;
 }
+
+/// Writes frames, paths, map, joints and feet into a bag, observation by observation. An export without truth
+/// has neither true poses nor those of the filter.
+class ViewerTopics {
+ public:
+  /// The bag must outlive it.
+  ViewerTopics(const ExportContext& out, Bag& bag)
+      : bag_(bag),
+        X_CG_(out.setup.calibration.X_CG),
+        joints_(out.run.result / "recording", "encoders0"),
+        forces_(out.run.result / "recording", "forces0"),
+        robot_(out.run.robot),
+        transforms_(bag.add_topic("/tf", ros::kTransforms)),
+        fixed_transforms_(bag.add_topic("/tf_static", ros::kTransforms, true)) {
+    add("plan_camera", transforms_, {}, "/plan/path");
+    add_truth(out.truth());
+    const std::vector<files::TumRow> estimate = out.estimate();
+    add("slam_camera", transforms_, Poses(estimate.begin(), estimate.end()), "/slam/path");
+    read_maps(out);
+    if (robot_) description_ = bag.add_topic("/robot_description", ros::kString, true);
+    if (!joints_.names.empty()) joint_states_ = bag.add_topic("/joint_states", ros::kJointState);
+    if (forces_.names.empty()) return;
+    left_wrench_ = bag.add_topic("/left_foot/wrench", ros::kWrench);
+    right_wrench_ = bag.add_topic("/right_foot/wrench", ros::kWrench);
+  }
+
+  /// Writes the messages up to the stamp of an observation; stamps rise.
+  void write(const slam::Observation& observation) {
+    const slam::Stamp t = observation.t;
+    if (!last_) write_start(t);
+    last_ = t;
+    if (observation.plan) moving_.front().poses.push_back({t, observation.plan->X_PC});
+    write_transforms(t);
+    write_body(t);
+    for (; !maps_.empty() && maps_.begin()->first <= t; maps_.erase(maps_.begin()))
+      bag_.add(*map_, maps_.begin()->first,
+               ros::point_cloud(maps_.begin()->first, kWorld, maps_.begin()->second));
+    if (!paths_written_ || t - *paths_written_ >= std::chrono::seconds(1)) write_paths(t);
+  }
+
+  /// Writes the whole paths at the stamp of the last observation.
+  void finish() {
+    if (last_ && *last_ != paths_written_) write_paths(*last_);
+  }
+
+ private:
+  /// Poses of one frame in the world until now, and those to come.
+  struct Moving {
+    std::string frame;
+    Topic transforms;
+    Poses poses;
+    std::size_t passed = 0;  ///< of the poses
+    std::optional<Topic> path = {};
+  };
+
+  // Skips frames without poses, except the planned one: its poses come with the observations.
+  void add(const std::string& frame, Topic transforms, Poses poses, const char* path = nullptr) {
+    if (poses.empty() && frame != "plan_camera") return;
+    moving_.push_back({frame, transforms, std::move(poses)});
+    if (path) moving_.back().path = bag_.add_topic(path, ros::kPath);
+  }
+
+  // Not in /tf: there the program under test publishes the poses of the robot (REP 105).
+  void add_truth(const recording::Truth& truth) {
+    if (truth.camera.empty()) return;
+    const Topic moving = bag_.add_topic("/ground_truth/tf", ros::kTransforms);
+    true_fixed_transforms_ = bag_.add_topic("/ground_truth/tf_static", ros::kTransforms, true);
+    add(kTrue + kCamera, moving, truth.camera, "/ground_truth/path");
+    add(kTrue + kWaist, moving, truth.waist);
+    add(kTrue + "left_foot", moving, feet_of(truth.feet, &recording::TrueFeet::left));
+    add(kTrue + "right_foot", moving, feet_of(truth.feet, &recording::TrueFeet::right));
+  }
+
+  // Once a second, each landmark a row: stamp, id, position.
+  void read_maps(const ExportContext& out) {
+    const fs::path file = out.run.result / "map_over_time.csv";
+    if (!out.run.with_truth || !fs::exists(file)) return;
+    for (files::CsvReader rows(file, 5); rows.next();)
+      maps_[slam::Stamp(rows.integer(0))].push_back(
+          {rows.vector(2), static_cast<std::uint32_t>(rows.integer(1))});
+    if (!maps_.empty()) map_ = bag_.add_topic("/slam/map", ros::kPointCloud);
+  }
+
+  void write_start(slam::Stamp t) {
+    const auto same = Eigen::Isometry3d::Identity();
+    bag_.add(fixed_transforms_, t, ros::transforms({{t, kCamera, kImu, X_CG_}}));
+    if (true_fixed_transforms_)
+      bag_.add(*true_fixed_transforms_, t,
+               ros::transforms({{t, kTrue + kCamera, kCamera, same}, {t, kTrue + kWaist, kWaist, same}}));
+    if (description_) bag_.add(*description_, t, ros::string(robot_->urdf));
+  }
+
+  void write_transforms(slam::Stamp t) {
+    std::map<Topic, std::vector<ros::Transform>> all;
+    for (Moving& moving : moving_) {
+      const std::size_t before = moving.passed;
+      while (moving.passed < moving.poses.size() && moving.poses[moving.passed].t <= t) ++moving.passed;
+      if (moving.passed == before) continue;
+      const files::TimedPose& now = moving.poses[moving.passed - 1];
+      all[moving.transforms].push_back({now.t, kWorld, moving.frame, now.X});
+    }
+    for (const auto& [topic, now] : all) bag_.add(topic, t, ros::transforms(now));
+  }
+
+  // Readings at their full rate, the links at the last one until each frame.
+  void write_body(slam::Stamp t) {
+    const std::vector<RecordedRows::Row> joints = joints_.until(t);
+    for (const RecordedRows::Row& row : joints)
+      if (joint_states_) bag_.add(*joint_states_, row.t, ros::joint_state(row.t, joints_.names, row.values));
+    if (robot_ && !joints.empty()) {
+      const std::vector<double>& q = joints.back().values;
+      const auto poses =
+          robot_->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())));
+      std::vector<ros::Transform> links;
+      for (std::size_t i = 0; i < poses.size(); ++i)
+        links.push_back({joints.back().t, kWaist, robot_->links[i], poses[i]});
+      bag_.add(transforms_, joints.back().t, ros::transforms(links));
+    }
+    for (const RecordedRows::Row& row : forces_.until(t)) {
+      if (row.values.size() < 12) continue;
+      const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&row.values[first]); };
+      bag_.add(*left_wrench_, row.t, ros::wrench(row.t, "left_foot", vector(0), vector(3)));
+      bag_.add(*right_wrench_, row.t, ros::wrench(row.t, "right_foot", vector(6), vector(9)));
+    }
+  }
+
+  void write_paths(slam::Stamp t) {
+    paths_written_ = t;
+    for (const Moving& moving : moving_)
+      if (moving.path)
+        bag_.add(*moving.path, t, ros::path(t, kWorld, std::span(moving.poses).first(moving.passed)));
+  }
+
+  Bag& bag_;
+  const Eigen::Isometry3d X_CG_;
+  std::vector<Moving> moving_;
+  std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_;
+  RecordedRows joints_, forces_;
+  const std::shared_ptr<const RobotDescription> robot_;
+  Topic transforms_, fixed_transforms_;
+  std::optional<Topic> true_fixed_transforms_, description_, joint_states_, left_wrench_, right_wrench_, map_;
+  std::optional<slam::Stamp> last_, paths_written_;
+};
 
 }  // namespace
 
-// As version 5 of metadata.yaml writes them: numbers of rmw's enumerations.
-Bag::Topic Bag::add_topic(const std::string& name, const MessageType& type, Durability durability) {
-  static const std::string forever = "\n    sec: 9223372036\n    nsec: 854775807\n";
-  static const std::string latched =
-      "- history: 1  # keep_last\n  depth: 1\n  reliability: 1  # reliable\n"
-      "  durability: 1  # transient_local\n  deadline:" +
-      forever + "  lifespan:" + forever + "  liveliness: 1\n  liveliness_lease_duration:" + forever +
-      "  avoid_ros_namespace_conventions: false\n";
-  const std::string qos = durability == Durability::transient_local ? latched : "";
-  topics_.push_back({name, type.name, qos, mcap_.add_channel(name, type, qos)});
-  return topics_.back().channel;
-}
-
-void Bag::add(Topic topic, slam::Stamp t, const std::string& cdr) {
-  mcap_.add_message(topic, recording::file_stamp(t), cdr);
-}
-
-std::string Bag::finish() {
-  mcap_.finish();
-  std::string topics;
-  for (const NamedTopic& topic : topics_) {
-    std::string qos = "\"";
-    for (const char c : topic.qos) qos += c == '\n' ? std::string("\\n") : std::string(1, c);
-    topics += fmt::format(
-        "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: cdr\n"
-        "        offered_qos_profiles: {}\n      message_count: {}\n",
-        topic.name, topic.type, qos + "\"", mcap_.messages(topic.channel));
+// Truth and estimate have the stamps of the frames; they are merged with the observations by time.
+void write_ros_bag(const ExportContext& out, const BagLayout& layout) {
+  Bag bag(out.new_file(layout.folder + "run.mcap"));
+  const Topic images =
+                  bag.add_topic(layout.image_topic, layout.compressed ? ros::kCompressedImage : ros::kImage),
+              infos = bag.add_topic(layout.info_topic, ros::kCameraInfo),
+              readings = bag.add_topic(layout.imu_topic, ros::kImu),
+              true_poses = bag.add_topic("/ground_truth/pose", ros::kPoseStamped),
+              plans = bag.add_topic("/plan/pose", ros::kPoseStamped);
+  const Poses truth = out.truth().camera;
+  const std::vector<files::TumRow> estimate = out.estimate();
+  const Topic estimates =
+      estimate.empty() ? Topic{0} : bag.add_topic("/slam/pose", ros::kPoseWithCovarianceStamped);
+  std::optional<ViewerTopics> viewer;
+  if (layout.for_viewers) viewer.emplace(out, bag);
+  const auto variance = [&](double density) { return density * density * out.setup.imu_rate_hz; };
+  auto true_pose = truth.begin();
+  auto estimated = estimate.begin();
+  ImuMerger imu_merger(out.setup.imu_rate_hz);
+  for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
+    for (const ImuReading& reading : imu_merger.merge(*o))
+      bag.add(readings, reading.t,
+              ros::imu(reading, kImu, variance(out.noise.gyro_density),
+                       variance(out.noise.accelerometer_density)));
+    if (!o->image.empty()) {
+      const cv::Mat image = out.exported(o->image);
+      bag.add(images, o->t,
+              layout.compressed ? ros::compressed_image(o->t, kCamera, recording::encode_grey_png(image))
+                                : ros::image(o->t, kCamera, image));
+      bag.add(infos, o->t, ros::camera_info(o->t, kCamera, out.camera()));
+    }
+    if (o->plan) bag.add(plans, o->t, ros::pose_stamped(o->t, kWorld, o->plan->X_PC));
+    for (; true_pose != truth.end() && true_pose->t <= o->t; ++true_pose)
+      bag.add(true_poses, true_pose->t, ros::pose_stamped(true_pose->t, kWorld, true_pose->X));
+    for (; estimated != estimate.end() && estimated->t <= o->t; ++estimated)
+      bag.add(estimates, estimated->t,
+              ros::pose_with_covariance_stamped(estimated->t, kWorld, estimated->X,
+                                                estimated->covariance.value_or(files::Matrix6d::Zero())));
+    if (viewer) viewer->write(*o);
   }
-  const std::string span = fmt::format(
-      "{{0}}duration:\n{{0}}  nanoseconds: {}\n{{0}}starting_time:\n{{0}}  nanoseconds_since_epoch: {}\n"
-      "{{0}}message_count: {}\n",
-      mcap_.end_ns() - mcap_.begin_ns(), mcap_.begin_ns(), mcap_.messages());
-  return "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n" +
-         fmt::format(fmt::runtime(span), "  ") + "  topics_with_message_count:\n" + topics +
-         "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - run.mcap\n"
-         "  files:\n    - path: run.mcap\n" +
-         fmt::format(fmt::runtime(span), "      ");
+  if (viewer) viewer->finish();
+  out.write(layout.folder + "metadata.yaml", bag.finish());
 }
-
-void write_ros_bag(const ExportContext& out, const BagLayout& layout) { BagWriter(out, layout).write(); }
 
 }  // namespace sim::exports

@@ -41,6 +41,10 @@ MessageType type(const std::string& name, std::string definition) {
   return {name, definition};
 }
 
+MessageType stamped(const std::string& name, const std::string& fields) {
+  return type(name, "std_msgs/Header header\n" + fields);
+}
+
 // Common Data Representation: little-endian numbers aligned to their size, after four bytes that state the
 // encoding.
 class Cdr {
@@ -88,46 +92,39 @@ std::array<double, 9> diagonal(double x) { return {x, 0, 0, 0, x, 0, 0, 0, x}; }
 }  // namespace
 
 const MessageType kCompressedImage =
-    type("sensor_msgs/msg/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n");
-const MessageType kImage = type("sensor_msgs/msg/Image",
-                                "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\n"
-                                "uint8 is_bigendian\nuint32 step\nuint8[] data\n");
+    stamped("sensor_msgs/msg/CompressedImage", "string format\nuint8[] data\n");
+const MessageType kImage = stamped("sensor_msgs/msg/Image",
+                                   "uint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\n"
+                                   "uint32 step\nuint8[] data\n");
 const MessageType kImu =
-    type("sensor_msgs/msg/Imu",
-         "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
-         "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
-         "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n");
+    stamped("sensor_msgs/msg/Imu",
+            "geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+            "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
+            "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n");
 const MessageType kCameraInfo =
-    type("sensor_msgs/msg/CameraInfo",
-         "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n"
-         "float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\n"
-         "sensor_msgs/RegionOfInterest roi\n");
-const MessageType kPoseStamped =
-    type("geometry_msgs/msg/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n");
+    stamped("sensor_msgs/msg/CameraInfo",
+            "uint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] k\nfloat64[9] r\n"
+            "float64[12] p\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n");
+const MessageType kPoseStamped = stamped("geometry_msgs/msg/PoseStamped", "geometry_msgs/Pose pose\n");
 const MessageType kPoseWithCovarianceStamped =
-    type("geometry_msgs/msg/PoseWithCovarianceStamped",
-         "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n");
+    stamped("geometry_msgs/msg/PoseWithCovarianceStamped", "geometry_msgs/PoseWithCovariance pose\n");
 const MessageType kTransforms =
     type("tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n");
-const MessageType kPath =
-    type("nav_msgs/msg/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n");
+const MessageType kPath = stamped("nav_msgs/msg/Path", "geometry_msgs/PoseStamped[] poses\n");
 const MessageType kPointCloud =
-    type("sensor_msgs/msg/PointCloud2",
-         "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
-         "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n");
+    stamped("sensor_msgs/msg/PointCloud2",
+            "uint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n"
+            "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n");
 const MessageType kJointState =
-    type("sensor_msgs/msg/JointState",
-         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n");
-const MessageType kWrench =
-    type("geometry_msgs/msg/WrenchStamped", "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n");
+    stamped("sensor_msgs/msg/JointState",
+            "string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n");
+const MessageType kWrench = stamped("geometry_msgs/msg/WrenchStamped", "geometry_msgs/Wrench wrench\n");
 const MessageType kString{"std_msgs/msg/String", "string data\n"};
 
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png) {
-  return Cdr{}
-      .header(t, frame)
-      .text("png")
-      .raw(reinterpret_cast<const unsigned char*>(png.data()), png.size())
-      .bytes();
+  Cdr cdr;
+  cdr.header(t, frame).text("png");
+  return cdr.raw(reinterpret_cast<const unsigned char*>(png.data()), png.size()).bytes();
 }
 
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey) {
@@ -171,8 +168,8 @@ std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::I
 
 std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
                                          const files::Matrix6d& P) {
-  files::Matrix6d J =
-      files::Matrix6d::Zero();  // of (position, rotation about W's axes) by (rotation about C's, position)
+  // Of (position, rotation about W's axes) by (rotation about C's, position).
+  files::Matrix6d J = files::Matrix6d::Zero();
   J.topRightCorner<3, 3>().setIdentity();
   J.bottomLeftCorner<3, 3>() = X.linear();
   const files::Matrix6d covariance = J * P * J.transpose();

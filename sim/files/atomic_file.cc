@@ -24,20 +24,11 @@ constexpr useconds_t kPauseUs = 20'000;  // 3 s in all: enough for a killed proc
   throw FileError(file, what + ": " + std::strerror(errno));
 }
 
-// Returns true if the open file still has that name: it may have been renamed or removed before the lock.
-bool has_name(int fd, const fs::path& file) {
-  struct stat locked {
-  }, named{};
-  return ::fstat(fd, &locked) == 0 && ::lstat(file.c_str(), &named) == 0 && locked.st_dev == named.st_dev &&
-         locked.st_ino == named.st_ino;
-}
-
 // False, with errno, if it cannot be locked.
 bool lock_open(int fd, int operation) {
-  int result;
-  do result = ::flock(fd, operation);
-  while (result != 0 && errno == EINTR);
-  return result == 0;
+  while (::flock(fd, operation) != 0)
+    if (errno != EINTR) return false;
+  return true;
 }
 
 // Opens a file to lock it: for reading if it cannot be written.
@@ -81,10 +72,6 @@ void rename_file(const fs::path& from, const fs::path& to) {
   if (::rename(from.c_str(), to.c_str()) != 0) fail_by_errno(to, "cannot be written");
 }
 
-void set_permissions(int fd, const fs::path& file, mode_t permissions) {
-  if (::fchmod(fd, permissions) != 0) fail_by_errno(file, "cannot be given its permissions");
-}
-
 bool is_there(const fs::path& path) {
   std::error_code fault;
   return fs::exists(fs::symlink_status(path, fault));
@@ -97,28 +84,6 @@ fs::path free_name(const fs::path& target) {
   return name;
 }
 
-// Makes the folder, unless a killed process left it.
-void make_partial(const fs::path& partial, const fs::path& target) {
-  std::error_code error;
-  fs::create_directories(parent_of(target), error);
-  if (error) throw FileError(parent_of(target), "cannot be made: " + error.message());
-  fs::create_directory(partial, error);
-  if (error || !fs::is_directory(fs::symlink_status(partial)))
-    throw FileError(target, "cannot be made: " + (error ? error.message() : partial.string() + " exists"));
-  if (!is_there(partial / kMarker) && !fs::is_empty(partial))
-    throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
-}
-
-// Nothing if another process has the lock, or removes the folder as a leftover.
-std::optional<FileLock> try_lock(const fs::path& partial) {
-  try {
-    return FileLock::take(partial / kMarker, How::try_exclusive);
-  } catch (const FileError&) {
-    if (is_there(partial)) throw;
-    return std::nullopt;
-  }
-}
-
 // Removes what is in the folder except its marker; does not follow links.
 void empty_but_marker(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -129,19 +94,29 @@ void empty_but_marker(const fs::path& folder) {
   }
 }
 
+// Makes and locks the folder; empties it if a killed process left it.
 FileLock begin_partial(const fs::path& partial, const fs::path& target) {
-  for (int attempt = 0;; ++attempt) {
-    make_partial(partial, target);
-    if (auto lock = try_lock(partial)) {
-      if (has_marker(partial)) require_replaceable(partial);  // an old result, exchanged but not removed
-      empty_but_marker(partial);
-      write_whole(lock->fd(), partial, "");
-      return std::move(*lock);
+  for (int attempt = 0; attempt <= kAttempts; ++attempt, ::usleep(kPauseUs)) {
+    std::error_code error;
+    fs::create_directories(parent_of(target), error);
+    if (error) throw FileError(parent_of(target), "cannot be made: " + error.message());
+    fs::create_directory(partial, error);
+    if (error || !fs::is_directory(fs::symlink_status(partial)))
+      throw FileError(target, "cannot be made: " + (error ? error.message() : partial.string() + " exists"));
+    if (!is_there(partial / kMarker) && !fs::is_empty(partial))
+      throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
+    try {
+      if (auto lock = FileLock::take(partial / kMarker, How::try_exclusive)) {
+        if (has_marker(partial)) require_replaceable(partial);  // an old result, exchanged but not removed
+        empty_but_marker(partial);
+        write_whole(lock->fd(), partial, "");
+        return std::move(*lock);
+      }
+    } catch (const FileError&) {
+      if (is_there(partial)) throw;  // else another process has removed it as a leftover
     }
-    if (attempt == kAttempts)
-      throw FileError(target, "is being written by another process: wait for it, or name another folder");
-    ::usleep(kPauseUs);
   }
+  throw FileError(target, "is being written by another process: wait for it, or name another folder");
 }
 
 // Removes a folder that this process has locked. What cannot be removed stays, with the marker.
@@ -176,7 +151,11 @@ std::optional<FileLock> FileLock::take(const fs::path& file, How how) {
       if (errno == EWOULDBLOCK) return std::nullopt;
       fail_by_errno(file, "cannot be locked");
     }
-    if (has_name(lock.fd(), file)) return lock;
+    struct stat locked {
+    }, named{};
+    if (::fstat(lock.fd(), &locked) == 0 && ::lstat(file.c_str(), &named) == 0 &&
+        locked.st_dev == named.st_dev && locked.st_ino == named.st_ino)
+      return lock;  // else it was renamed or removed before the lock
   }
 }
 
@@ -198,16 +177,14 @@ void write_atomically(const fs::path& file, std::string_view bytes) {
   require_regular(file);
   struct stat replaced {};
   const bool replaces = ::stat(file.c_str(), &replaced) == 0;
-  const mode_t permissions = replaced.st_mode & ACCESSPERMS;
   const fs::path temporary = partial_of(file);
   const auto lock = FileLock::take(temporary, How::exclusive);
   try {
-    // Readable and writable until the rename, so that the next process can use what a killed one left.
-    if (replaces) set_permissions(lock->fd(), temporary, permissions | S_IRUSR | S_IWUSR);
     write_whole(lock->fd(), temporary, bytes);
     if (::fsync(lock->fd()) != 0) fail_by_errno(temporary, "cannot be forced to the disk");
+    if (replaces && ::fchmod(lock->fd(), replaced.st_mode & ACCESSPERMS) != 0)
+      fail_by_errno(file, "cannot be given its permissions");
     rename_file(temporary, file);
-    if (replaces) set_permissions(lock->fd(), file, permissions);
   } catch (...) {
     ::unlink(temporary.c_str());
     throw;
@@ -217,7 +194,7 @@ void write_atomically(const fs::path& file, std::string_view bytes) {
 
 bool is_partial(const fs::path& path) {
   const std::string name = path.filename().string();
-  return name.starts_with('.') && (name.ends_with(".partial") || name.find(".partial-") != name.npos);
+  return name.starts_with('.') && name.ends_with(".partial");
 }
 
 std::optional<FileLock> lock_leftover(const fs::path& path) {
@@ -267,7 +244,7 @@ void AtomicFolder::commit() {
 
 // Exchanges the two in one step, or renames the old one first if the file system cannot. The old marker is
 // locked until the folder is gone, so that no process takes it for a leftover.
-void AtomicFolder::replace() {
+void AtomicFolder::replace() const {
   const auto old = FileLock::take(target_ / kMarker, How::try_existing);
   if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) != 0) {
     const fs::path aside = free_name(target_);
@@ -275,12 +252,7 @@ void AtomicFolder::replace() {
     rename_file(path_, target_);
     rename_file(aside, path_);
   }
-  discard_old();
-}
-
-// The old folder now has the name of the partial one.
-void AtomicFolder::discard_old() const {
-  if (!unlisted_in(path_)) return remove_partial(path_);
+  if (!unlisted_in(path_)) return remove_partial(path_);  // the old folder, which has this name now
   const fs::path kept = free_name(target_);
   rename_file(path_, kept);
   throw FileError(target_,

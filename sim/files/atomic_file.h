@@ -77,8 +77,7 @@ class AtomicFolder {
   void commit();
 
  private:
-  void replace();
-  void discard_old() const;
+  void replace() const;
 
   std::filesystem::path target_, path_;
   Existing existing_;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include "sim/files/text.h"
@@ -15,23 +16,23 @@ namespace {
 
 constexpr double kLongest = 9e18;  // ns
 
-const std::map<std::string, Quantity, std::less<>> kNames = [] {
-  std::map<std::string, Quantity, std::less<>> names;
-  const auto add = [&](Quantity quantity, std::initializer_list<const char*> all) {
-    for (const char* name : all) names.emplace(name, quantity);
-  };
-  add(Quantity::time, {"time", "timestamp", "timestamps", "stamp", "times", "ts", "sec", "nsec", "epoch"});
-  add(Quantity::position, {"p", "t", "pos", "position", "trans", "translation", "loc", "location"});
-  add(Quantity::orientation,
-      {"q", "quat", "quaternion", "orient", "orientation", "rot", "rotation", "attitude"});
-  add(Quantity::angular_rate,
-      {"w", "g", "gyr", "gyro", "gyroscope", "omega", "angularvelocity", "angvel", "angularrate"});
-  add(Quantity::acceleration, {"a", "acc", "accel", "accelerometer", "acceleration", "linearacceleration",
-                               "linacc", "alpha", "specificforce"});
-  add(Quantity::other, {"v", "vel", "velocity", "linearvelocity", "linvel", "b", "bias", "ba", "bg", "bw",
-                        "m", "mag", "magnetometer", "roll", "pitch", "yaw", "temperature", "cov"});
-  return names;
-}();
+// Names between blanks.
+const std::map<Quantity, std::string> kNames{
+    {Quantity::time, " time timestamp timestamps stamp times ts sec nsec epoch "},
+    {Quantity::position, " p t pos position trans translation loc location "},
+    {Quantity::orientation, " q quat quaternion orient orientation rot rotation attitude "},
+    {Quantity::angular_rate, " w g gyr gyro gyroscope omega angularvelocity angvel angularrate "},
+    {Quantity::acceleration,
+     " a acc accel accelerometer acceleration linearacceleration linacc alpha specificforce "},
+    {Quantity::other,
+     " v vel velocity linearvelocity linvel b bias ba bg bw m mag magnetometer roll pitch yaw temperature "
+     "cov "}};
+
+std::optional<Quantity> quantity_named(const std::string& name) {
+  for (const auto& [quantity, names] : kNames)
+    if (names.find(" " + name + " ") != names.npos) return quantity;
+  return std::nullopt;
+}
 
 // Units without blanks, '^', '*', '_' and braces, in lower case. Lengths are in m, rates in rad/s.
 const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnits{
@@ -52,10 +53,12 @@ std::optional<double> factor_of(Quantity quantity, const std::string& unit) {
   return std::nullopt;
 }
 
+char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+
 std::string plain_unit(std::string_view text) {
-  std::string unit(text);
-  for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  std::erase_if(unit, [](char c) { return std::string_view(" \t^*_{}").find(c) != std::string_view::npos; });
+  std::string unit;
+  for (const char c : text)
+    if (std::string_view(" \t^*_{}").find(c) == std::string_view::npos) unit += lower(c);
   return unit;
 }
 
@@ -63,14 +66,13 @@ std::vector<std::string> words_of(std::string_view name) {
   std::vector<std::string> words(1);
   for (const char c : name)
     if (std::isalnum(static_cast<unsigned char>(c)))
-      words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      words.back() += lower(c);
     else if (!words.back().empty())
       words.emplace_back();
   if (words.back().empty()) words.pop_back();
   // Messages that were printed have these in front: field.pose.position.x
-  while (words.size() > 1 && (words[0] == "field" || words[0] == "pose" || words[0] == "msg" ||
-                              words[0] == "imu" || words[0] == "header"))
-    words.erase(words.begin());
+  static const std::set<std::string> kInFront{"field", "pose", "msg", "imu", "header"};
+  while (words.size() > 1 && kInFront.contains(words[0])) words.erase(words.begin());
   return words;
 }
 
@@ -80,9 +82,8 @@ bool is_axis(std::string_view word) { return word.size() == 1 && word[0] >= 'w' 
 std::optional<Quantity> quantity_of(const std::vector<std::string>& words) {
   std::string joined;
   for (const std::string& word : words) joined += word;
-  for (const std::string& name : {joined, words.front()})
-    if (const auto found = kNames.find(name); found != kNames.end()) return found->second;
-  return std::nullopt;
+  const auto whole = quantity_named(joined);
+  return whole ? whole : quantity_named(words.front());
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -116,23 +117,13 @@ std::vector<std::string> split_titles(std::string_view text) {
 }  // namespace
 
 std::optional<std::chrono::nanoseconds> parse_stamp(std::string_view text, const TimeUnit& unit) {
-  const auto value = parse_finite(text);
-  if (!value || std::abs(*value) * static_cast<double>(unit.ns) > kLongest) return std::nullopt;
-  const bool negative = text.front() == '-';
-  const std::size_t e = std::min(text.find_first_of("eE"), text.size());
-  const std::string_view mantissa = text.substr(0, e);
-  const std::size_t dot = std::min(mantissa.find('.'), mantissa.size());
-  int power = 0;
-  if (e < text.size()) power = parse_number<int>(text.substr(e + 1 + (text[e + 1] == '+'))).value_or(0);
-  for (std::int64_t scale = unit.ns; scale > 1; scale /= 10) ++power;
-  // Digits up to the place of 1 ns; what is beyond is cut off.
-  std::int64_t ns = 0;
-  const auto places = static_cast<std::ptrdiff_t>(dot) + power;
-  std::ptrdiff_t place = 0;
-  for (std::size_t i = negative; i < mantissa.size() && place < places - negative; ++i)
-    if (i != dot) ns = ns * 10 + (mantissa[i] - '0'), ++place;
-  for (; place < places - negative && ns != 0; ++place) ns *= 10;
-  return std::chrono::nanoseconds(negative ? -ns : ns);
+  const auto whole = parse_number<std::int64_t>(text);
+  const auto value = whole ? std::optional(static_cast<long double>(*whole))
+                           : parse_number<long double>(text);  // x86's 64 bits of mantissa keep each ns
+  if (!value) return std::nullopt;
+  const long double ns = *value * static_cast<long double>(unit.ns);
+  if (!(std::abs(ns) <= kLongest)) return std::nullopt;
+  return std::chrono::nanoseconds(std::llround(ns));
 }
 
 std::optional<double> median_step(const std::vector<double>& stamps) {
@@ -192,9 +183,8 @@ Header::Title Header::parse(std::string_view text) {
     return title;
   }
   if (words.size() == 1 && words[0].size() > 1 && is_axis(words[0].substr(words[0].size() - 1)))
-    if (const auto found = kNames.find(words[0].substr(0, words[0].size() - 1)); found != kNames.end()) {
+    if (title.quantity = quantity_named(words[0].substr(0, words[0].size() - 1)); title.quantity) {
       title.axis = words[0].back();  // tx, qw, gyrox
-      title.quantity = found->second;
       return title;
     }
   if (words[0] == "t" || words[0] == "time" || words[0] == "stamp" || words[0] == "timestamp") {
@@ -221,13 +211,12 @@ void Header::fail(std::size_t field, const std::string& why) const {
 }
 
 bool Header::names(Quantity quantity) const {
-  return std::any_of(titles_.begin(), titles_.end(), [&](const Title& t) { return t.quantity == quantity; });
+  return std::ranges::any_of(titles_, [&](const Title& t) { return t.quantity == quantity; });
 }
 
 bool Header::are_titles() const {
   const auto with_axis = [](const Title& title) { return title.axis != 0; };
-  return (!with_axis(titles_[0]) || names(Quantity::time)) &&
-         std::count_if(titles_.begin(), titles_.end(), with_axis) >= 3;
+  return (!with_axis(titles_[0]) || names(Quantity::time)) && std::ranges::count_if(titles_, with_axis) >= 3;
 }
 
 // A title without a quantity, such as "x", fits any quantity with its axis.
@@ -250,41 +239,27 @@ double Header::factor(std::size_t field, Quantity quantity) const {
 std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, std::size_t first) const {
   static constexpr std::array kWords{"the time", "the position", "the orientation", "the angular rate",
                                      "the acceleration"};
-  const auto all = [&](const auto& holds) {
-    for (std::size_t i = 0; i < axes.size(); ++i)
-      if (!holds(i)) return false;
-    return true;
-  };
-  const auto count = [&](char axis, bool named) {
-    std::size_t n = 0;
-    for (std::size_t field = 0; field < titles_.size(); ++field)
-      n += titles_[field].axis == axis && fits(field, quantity, axis, named);
-    return n;
-  };
-  const auto found_by = [&](bool named, std::size_t i) {
-    std::size_t field = 0;
-    while (titles_[field].axis != axes[i] || !fits(field, quantity, axes[i], named)) ++field;
-    return field;
-  };
-  std::vector<Column> columns;
-  const auto add = [&](std::size_t field) { columns.push_back({field, factor(field, quantity)}); };
   const bool named = names(quantity);
-  if (all([&](std::size_t i) { return fits(first + i, quantity, axes[i], named); }))
-    for (std::size_t i = 0; i < axes.size(); ++i) add(first + i);
-  else if (all([&](std::size_t i) { return count(axes[i], named) == 1; }))
-    for (std::size_t i = 0; i < axes.size(); ++i) add(found_by(named, i));
-  else
-    for (std::size_t i = 0; i < axes.size(); ++i)
-      if (first + i >= titles_.size() || !fits(first + i, quantity, axes[i], named))
-        fail(std::min(first + i, titles_.size() - 1),
-             fmt::format("expected {} along {} here, or columns that name it once each",
-                         kWords.at(static_cast<std::size_t>(quantity)), axes[i]));
+  std::vector<std::size_t> in_order, by_name;
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (in_order.size() == i && fits(first + i, quantity, axes[i], named)) in_order.push_back(first + i);
+    std::vector<std::size_t> fitting;
+    for (std::size_t field = 0; field < titles_.size(); ++field)
+      if (titles_[field].axis == axes[i] && fits(field, quantity, axes[i], named)) fitting.push_back(field);
+    if (fitting.size() == 1) by_name.push_back(fitting[0]);
+  }
+  const std::vector<std::size_t>& found = in_order.size() == axes.size() ? in_order : by_name;
+  if (found.size() < axes.size())
+    fail(std::min(first + in_order.size(), titles_.size() - 1),
+         fmt::format("expected {} along {} here, or columns that name it once each",
+                     kWords.at(static_cast<std::size_t>(quantity)), axes[in_order.size()]));
+  std::vector<Column> columns;
+  for (const std::size_t field : found) columns.push_back({field, factor(field, quantity)});
   return columns;
 }
 
 std::size_t Header::time_field() const {
-  const auto is_time = [](const Title& title) { return title.quantity == Quantity::time; };
-  const auto found = std::find_if(titles_.begin(), titles_.end(), is_time);
+  const auto found = std::ranges::find(titles_, std::optional(Quantity::time), &Title::quantity);
   return found == titles_.end() ? 0 : static_cast<std::size_t>(found - titles_.begin());
 }
 

@@ -3,33 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "sim/files/text.h"
 
 namespace sim::files {
-namespace {
-
-constexpr std::size_t kLongestRow = 1 << 20;
-
-// Returns true if a line ends within a quoted field. quoted: it starts within one.
-bool ends_in_quotes(std::string_view line, bool quoted) {
-  if (line.find('"') == line.npos) return quoted;
-  bool may_open = true;  // a quote within an unquoted field is part of it
-  for (const char c : line) {
-    if (c == '"' && (quoted || may_open))
-      quoted = !quoted, may_open = true;
-    else
-      may_open = c == ',';
-  }
-  return quoted;
-}
-
-}  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
     : file_(file), input_(file, kMostOfRows), strict_(writer == Writer::own) {
-  if (!read_row()) throw FileError(file_, "is empty");
+  if (!read_line()) throw FileError(file_, "is empty");
+  if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
   split();
   titles_.assign(fields_.begin(), fields_.end());
   fields_.clear();
@@ -53,42 +35,25 @@ CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields
         fmt::format("expected a header of at least {} columns, found {}", least_fields, titles_.size()));
 }
 
-void CsvReader::fail_length() const {
-  throw FileError(file_, line_number_, fmt::format("has more than {} characters", kLongestRow));
-}
-
-bool CsvReader::read_line(std::string& line) {
-  line.clear();
-  for (;;) {
-    if (piece_.empty() && (piece_ = input_.next()).empty()) break;
+bool CsvReader::read_line() {
+  constexpr std::size_t kLongestRow = 1 << 20;
+  line_.clear();
+  ++line_number_;
+  for (bool ends = false; !ends && (!piece_.empty() || !(piece_ = input_.next()).empty());) {
     const std::size_t end = std::min(piece_.find('\n'), piece_.size());
-    const bool ends = end < piece_.size();
-    line += piece_.substr(0, end);
-    if (line.size() > kLongestRow) fail_length();
+    ends = end < piece_.size();
+    line_ += piece_.substr(0, end);
+    if (line_.size() > kLongestRow)
+      throw FileError(file_, line_number_, fmt::format("has more than {} characters", kLongestRow));
     piece_.remove_prefix(end + ends);
     read_ += end + ends;
-    if (ends) return true;
+    if (!ends) continue;
+    if (line_.ends_with('\r')) line_.pop_back();
+    return true;
   }
-  if (!line.empty() && strict_)
+  if (!line_.empty() && strict_)
     throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
-  return !line.empty();
-}
-
-bool CsvReader::read_row() {
-  line_number_ += std::exchange(lines_, 1);
-  if (!read_line(line_)) return false;
-  if (!strict_ && line_number_ == 1 && line_.starts_with("\xef\xbb\xbf"))
-    line_.erase(0, 3);  // UTF-8's byte order mark
-  bool open = ends_in_quotes(line_, false);
-  for (std::string more; open; ++lines_) {
-    if (!read_line(more)) throw FileError(file_, line_number_, "a quoted field does not end");
-    open = ends_in_quotes(more, true);
-    line_ += '\n';
-    line_ += more;
-    if (line_.size() > kLongestRow) fail_length();
-  }
-  if (!line_.empty() && line_.back() == '\r') line_.pop_back();
-  return true;
+  return !line_.empty();
 }
 
 double CsvReader::part() const {
@@ -103,7 +68,12 @@ void CsvReader::split() {
       begin = split_quoted(begin);
     } else {
       const std::size_t end = std::min(line_.find(',', begin), line_.size());
-      fields_.push_back(std::string_view(line_).substr(begin, end - begin));
+      std::string_view field = std::string_view(line_).substr(begin, end - begin);
+      if (!strict_) {  // blanks around it
+        field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
+        field = field.substr(0, field.find_last_not_of(" \t") + 1);
+      }
+      fields_.push_back(field);
       begin = end;
     }
     if (begin == line_.size()) return;
@@ -112,7 +82,8 @@ void CsvReader::split() {
 
 std::size_t CsvReader::split_quoted(std::size_t begin) {
   std::size_t from = begin + 1, to = from;
-  for (; from < line_.size(); ++from, ++to) {
+  for (;; ++from, ++to) {
+    if (from == line_.size()) throw FileError(file_, line_number_, "a quoted field does not end");
     if (line_[from] == '"' && (++from == line_.size() || line_[from] != '"')) break;
     line_[to] = line_[from];
   }
@@ -122,20 +93,11 @@ std::size_t CsvReader::split_quoted(std::size_t begin) {
   return from;
 }
 
-void CsvReader::trim() {
-  for (std::string_view& field : fields_) {
-    if (field.data() != line_.data() && field.data()[-1] == '"') continue;  // it was quoted
-    field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
-    field.remove_suffix(field.size() - 1 - std::min(field.find_last_not_of(" \t"), field.size() - 1));
-  }
-}
-
 bool CsvReader::next() {
   do
-    if (!read_row()) return false;
+    if (!read_line()) return false;
   while (!strict_ && line_.empty());
   split();
-  if (!strict_) trim();
   if (fields_.size() != titles_.size())
     throw FileError(file_, line_number_,
                     fmt::format("expected {} fields, found {}", titles_.size(), fields_.size()));
@@ -179,7 +141,7 @@ std::string csv_field(std::string_view text) {
   const bool trimmed = text.empty() || (!is_blank(text.front()) && !is_blank(text.back()));
   if (trimmed && text.find_first_of(",\"\r\n") == text.npos) return std::string(text);
   std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  for (const char c : text) (quoted += c == '\r' || c == '\n' ? ' ' : c) += c == '"' ? "\"" : "";
   return quoted + "\"";
 }
 

@@ -12,9 +12,9 @@
 
 namespace sim::files {
 
-/// Reads a file row by row; the first row is its header, and each row must have as many fields. A quoted
-/// field is as in RFC 4180: quotes in it are doubled, commas and line feeds are part of it. Errors name the
-/// first line of a row. All members throw FileError.
+/// Reads a file line by line; the first one is its header, and each must have as many fields. A quoted field
+/// is as in RFC 4180, but ends on its line: quotes in it are doubled, commas are part of it. All members
+/// throw FileError.
 class CsvReader {
  public:
   /// A file that the program wrote: the first line must be one of `headers`, and each line ends with a line
@@ -28,13 +28,11 @@ class CsvReader {
   /// An external file with a header of at least so many columns. The first title must not be a number.
   CsvReader(const std::filesystem::path& file, std::size_t least_fields);
 
-  std::size_t header() const { return header_; }  ///< which of the headers the file has
-  const std::vector<std::string>& titles() const {
-    return titles_;
-  }                                                      ///< of the columns, as the header has them
-  std::size_t fields() const { return fields_.size(); }  ///< of the row
-  bool next();                                           ///< reads the next row; false at the end of the file
-  double part() const;                                   ///< of the file's bytes that were read, 0 to 1
+  std::size_t header() const { return header_; }                      ///< which of the headers the file has
+  const std::vector<std::string>& titles() const { return titles_; }  ///< of the header's columns
+  std::size_t fields() const { return fields_.size(); }               ///< of the row
+  bool next();          ///< reads the next row; false at the end of the file
+  double part() const;  ///< of the file's bytes that were read, 0 to 1
 
   std::string_view text(std::size_t field) const { return fields_.at(field); }
   std::int64_t integer(std::size_t field) const;    ///< the whole field, decimal
@@ -47,25 +45,22 @@ class CsvReader {
  private:
   enum class Writer { own, other };
   CsvReader(const std::filesystem::path& file, Writer writer);
-  [[noreturn]] void fail_length() const;
-  bool read_line(std::string& line);
-  bool read_row();
+  bool read_line();
   void split();
   std::size_t split_quoted(std::size_t begin);  // returns the end of the field
-  void trim();
 
   std::filesystem::path file_;
   InputFile input_;
   std::string_view piece_;  // what is left of the piece at hand
   bool strict_;
-  std::uintmax_t read_ = 0;                               // bytes
-  std::size_t header_ = 0, line_number_ = 1, lines_ = 0;  // first line of the row; number of its lines
+  std::uintmax_t read_ = 0;  // bytes
+  std::size_t header_ = 0, line_number_ = 0;
   std::vector<std::string> titles_;
   std::string line_;
   std::vector<std::string_view> fields_;
 };
 
-/// A text as a field, quoted as in RFC 4180 if needed: any text is read back.
+/// A text as a field, quoted as in RFC 4180 if needed; line breaks in it become blanks.
 std::string csv_field(std::string_view text);
 /// Fewest digits that round-trip, separated by commas.
 std::string csv_fields(const Eigen::Vector3d& v);

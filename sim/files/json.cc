@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 constexpr int kDeepest = 64;  // levels: what is nested deeper would exhaust the stack when it is written
 
 std::string key_below(const std::string& key, std::string_view name) {
-  return key.empty() ? std::string(name) : fmt::format("{}.{}", key, name);
+  return fmt::format("{}{}{}", key, key.empty() ? "" : ".", name);
 }
 
 }  // namespace
@@ -60,8 +60,7 @@ Json Json::at(std::string_view key) const {
 std::optional<Json> Json::find(std::string_view key) const {
   require(value_->is_object(), "an object");
   const auto found = value_->find(std::string(key));
-  if (found == value_->end() || found->is_null()) return std::nullopt;
-  return Json(document_, *found, key_below(key_, key));
+  return found == value_->end() || found->is_null() ? std::nullopt : std::optional(at(key));
 }
 
 std::string Json::text() const {

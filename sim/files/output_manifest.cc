@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <sstream>
 
 #include "sim/files/atomic_file.h"
 
@@ -32,12 +32,7 @@ std::string listed_as(const fs::path& path, const fs::path& folder) {
   return path.lexically_relative(folder).generic_string() + (is_real_folder(path) ? "/" : "");
 }
 
-std::vector<fs::path> sorted_entries(const fs::path& folder) {
-  std::vector<fs::path> all;
-  for (const auto& entry : fs::directory_iterator(folder)) all.push_back(entry.path());
-  std::sort(all.begin(), all.end());
-  return all;
-}
+std::set<fs::path> entries_of(const fs::path& folder) { return {fs::directory_iterator(folder), {}}; }
 
 // True for the marker, a listed file, or the temporary sibling of such a file.
 bool is_listed_file(const fs::path& path, const fs::path& folder, const OutputNames& made) {
@@ -50,7 +45,7 @@ bool is_listed_file(const fs::path& path, const fs::path& folder, const OutputNa
 
 std::optional<fs::path> unlisted_below(const fs::path& below, const fs::path& folder,
                                        const OutputNames& made) {
-  for (const fs::path& path : sorted_entries(below)) {
+  for (const fs::path& path : entries_of(below)) {
     if (is_listed_file(path, folder, made) || lock_leftover(path)) continue;
     if (!is_real_folder(path) || !made.contains(listed_as(path, folder))) return path;
     if (auto found = has_marker(path) ? unlisted_in(path) : unlisted_below(path, folder, made)) return found;
@@ -75,11 +70,8 @@ std::optional<OutputNames> listed_in(const fs::path& folder) {
   const std::string text = read_text(folder / kMarker);
   if (!text.starts_with(kHeader)) return std::nullopt;
   OutputNames names;
-  for (std::size_t at = kHeader.size(); at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    names.insert(text.substr(at, end - at));
-    at = end + 1;
-  }
+  std::istringstream lines(text.substr(kHeader.size()));
+  for (std::string line; std::getline(lines, line);) names.insert(line);
   return names;
 }
 
@@ -94,8 +86,8 @@ std::string marker_of_all(const fs::path& folder) {
 
 std::optional<fs::path> unlisted_in(const fs::path& folder) {
   if (const auto made = listed_in(folder)) return unlisted_below(folder, folder, *made);
-  const std::vector<fs::path> entries = sorted_entries(folder);
-  return entries.empty() ? std::nullopt : std::optional(entries.front());
+  const std::set<fs::path> entries = entries_of(folder);
+  return entries.empty() ? std::nullopt : std::optional(*entries.begin());
 }
 
 void require_replaceable(const fs::path& folder) {

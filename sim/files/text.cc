@@ -21,15 +21,9 @@ constexpr std::size_t kPiece = 1 << 16;  // bytes
   throw FileError(file, std::string("cannot be read: ") + std::strerror(fault));
 }
 
-bool is_descriptor(const fs::path& file) {
-  return file == "/dev/stdin" || file.parent_path() == "/dev/fd" || file.parent_path() == "/proc/self/fd";
-}
-
 bool is_between(std::string_view character, std::string_view first, std::string_view last) {
   return character.size() == first.size() && character >= first && character <= last;
 }
-
-bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
 // The bytes of the first character; 0 if it is not UTF-8.
 std::size_t bytes_of_first(std::string_view text) {
@@ -40,8 +34,8 @@ std::size_t bytes_of_first(std::string_view text) {
                         : first >= 0xF0 && first < 0xF5 ? 4
                                                         : 0;
   if (n == 0 || n > text.size()) return 0;
-  const std::string_view others = text.substr(1, n - 1);
-  return std::all_of(others.begin(), others.end(), is_continuation) ? n : 0;
+  const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
+  return std::ranges::all_of(text.substr(1, n - 1), continues) ? n : 0;
 }
 
 bool is_obeyed(std::string_view character) {
@@ -91,10 +85,10 @@ InputFile::InputFile(const fs::path& file, std::uintmax_t most)
   if (S_ISDIR(found.st_mode)) fail(file, EISDIR);
   if (S_ISREG(found.st_mode))
     size_ = static_cast<std::uintmax_t>(found.st_size);
-  else if (!is_descriptor(file))
-    throw FileError(file, kNotRegular);
-  else
+  else if (file == "/dev/stdin" || file.parent_path() == "/dev/fd" || file.parent_path() == "/proc/self/fd")
     ::fcntl(fd, F_SETFL, 0);  // waits for its bytes
+  else
+    throw FileError(file, kNotRegular);
   if (size_ > most) throw FileError(file, fmt::format("has {} bytes, expected at most {}", size_, most));
 }
 

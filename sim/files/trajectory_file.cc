@@ -7,24 +7,94 @@
 #include <cstdint>
 #include <stdexcept>
 
+#include "sim/files/columns.h"
+
 namespace sim::files {
 namespace {
 
 namespace fs = std::filesystem;
 using std::chrono::nanoseconds;
 
-constexpr std::int64_t kSecond = 1'000'000'000;
+// One line; blanks, tabs or commas separate its fields. Errors name file, line and column.
+class Line {
+ public:
+  Line(const fs::path& file, std::size_t number, std::string_view text)
+      : file_(file), number_(number), text_(text) {
+    constexpr std::string_view kApart = " \t\r,";
+    for (std::size_t at = 0; (at = text.find_first_not_of(kApart, at)) != text.npos;) {
+      const std::size_t end = std::min(text.find_first_of(kApart, at), text.size());
+      fields_.push_back(text.substr(at, end - at));
+      at = end;
+    }
+  }
+
+  std::size_t size() const { return fields_.size(); }
+  bool is_comment() const { return fields_.empty() || fields_[0].front() == '#'; }
+  bool has_commas() const { return text_.find(',') != text_.npos; }
+  std::string_view text(std::size_t field) const { return fields_.at(field); }
+
+  double number(std::size_t field) const {
+    const auto value = parse_finite(text(field));
+    if (!value) fail(field, fmt::format("expected a finite number, found \"{}\"", text(field)));
+    return *value;
+  }
+  nanoseconds stamp(std::size_t field, const TimeUnit& unit) const {
+    number(field);
+    const auto t = parse_stamp(text(field), unit);
+    if (!t) fail(field, "a time of more than 9e9 s: is it in nanoseconds?");
+    return *t;
+  }
+  double coordinate(const Column& column) const {
+    constexpr double kMost_m = 1e9;
+    const double value = column.factor * number(column.field);
+    if (!(std::abs(value) <= kMost_m)) fail(column.field, "a position of more than 1e9 m");
+    return value;
+  }
+
+  [[noreturn]] void fail(std::size_t field, const std::string& why) const {
+    const auto column = static_cast<std::size_t>(text(field).data() - text_.data()) + 1;
+    throw FileError(file_, number_, column, why);
+  }
+  [[noreturn]] void fail(const std::string& why) const { throw FileError(file_, number_, why); }
+
+ private:
+  const fs::path& file_;
+  std::size_t number_;
+  std::string_view text_;
+  std::vector<std::string_view> fields_;
+};
+
+// The lines of a file that are neither blank nor comments. header: the last line before the poses, a comment
+// or not, that has titles of columns.
+struct Lines {
+  explicit Lines(const fs::path& file_) : file(file_), text(read_text(file)) {
+    std::size_t number = 0;
+    for (std::string_view rest = text; !rest.empty();) {
+      std::string_view line_text = rest.substr(0, rest.find('\n'));
+      rest.remove_prefix(std::min(line_text.size() + 1, rest.size()));
+      if (++number == 1 && line_text.starts_with("\xef\xbb\xbf")) line_text.remove_prefix(3);  // UTF-8's mark
+      Line line(file, number, line_text);
+      if (lines.empty() && line.size() >= 4 && !parse_number<double>(line.text(0)))
+        if (Header titles(file, number, line_text); titles.are_titles()) {
+          header.emplace(std::move(titles));
+          continue;
+        }
+      if (!line.is_comment()) lines.push_back(std::move(line));
+    }
+  }
+  Lines(const Lines&) = delete;
+  Lines& operator=(const Lines&) = delete;
+
+  const fs::path file;
+  const std::string text;
+  std::optional<Header> header;
+  std::vector<Line> lines;
+};
 
 std::string seconds(nanoseconds t) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
   const std::int64_t ns = t.count(), whole = ns / kSecond, rest = std::abs(ns % kSecond);
   return fmt::format("{}{}.{:09}", ns < 0 && whole == 0 ? "-" : "", whole, rest);
-}
-
-std::string triangle(const Matrix6d& P, int first) {
-  std::string text;
-  for (int row = first; row < first + 3; ++row)
-    for (int column = row; column < first + 3; ++column) text += fmt::format(" {}", P(row, column));
-  return text;
 }
 
 std::string tum_pose(nanoseconds t, const Eigen::Isometry3d& X) {
@@ -35,27 +105,40 @@ std::string tum_pose(nanoseconds t, const Eigen::Isometry3d& X) {
   return fmt::format("{} {} {} {} {} {} {} {}", seconds(t), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
-Matrix6d covariance(const TextLine& line) {
-  Matrix6d P = Matrix6d::Zero();
-  std::size_t field = 8;
+// Calls `each` with row and column of the upper triangles of the orientation's block, then the position's.
+void for_each_covariance(const auto& each) {
   for (const int first : {0, 3})
     for (int row = first; row < first + 3; ++row)
-      for (int column = row; column < first + 3; ++column)
-        P(row, column) = P(column, row) = line.number(field++);
+      for (int column = row; column < first + 3; ++column) each(row, column);
+}
+
+Matrix6d covariance(const Line& line) {
+  Matrix6d P = Matrix6d::Zero();
+  std::size_t field = 8;
+  for_each_covariance([&](int row, int column) { P(row, column) = P(column, row) = line.number(field++); });
   return P;
 }
 
-double coordinate(const TextLine& line, const Column& column) {
-  constexpr double kMost_m = 1e9;
-  const double value = column.factor * line.number(column.field);
-  if (!(std::abs(value) <= kMost_m)) line.fail(column.field, "a position of more than 1e9 m");
-  return value;
-}
-
-// Indices of the pose's columns.
+// The columns of a pose; orientation: w, x, y, z, or none.
 struct PoseColumns {
   std::size_t stamp = 0;
-  std::vector<Column> position{{1}, {2}, {3}}, orientation{{7}, {4}, {5}, {6}};  // w, x, y, z; may be empty
+  std::vector<Column> position{{1}, {2}, {3}}, orientation{{7}, {4}, {5}, {6}};
+
+  /// As the header names them, else in the order of EuRoC (with commas) or TUM.
+  explicit PoseColumns(const Lines& text) {
+    const std::size_t n = text.lines.front().size();
+    const bool commas = text.lines.front().has_commas();
+    const auto& header = text.header;
+    if (commas) orientation = {{4}, {5}, {6}, {7}};
+    const bool names_orientation = header && (header->names(Quantity::orientation) || n == 20);
+    if ((n < 8 || (header && header->names(Quantity::position))) && !names_orientation) orientation.clear();
+    if (!header) return;
+    stamp = header->time_field();
+    position = header->columns(Quantity::position, "xyz", 1);
+    if (orientation.empty()) return;
+    orientation = header->columns(Quantity::orientation, commas ? "wxyz" : "xyzw", 4);
+    if (!commas) std::rotate(orientation.begin(), orientation.end() - 1, orientation.end());
+  }
 
   /// The number of fields that a line needs.
   std::size_t least() const {
@@ -64,144 +147,94 @@ struct PoseColumns {
       for (const Column& column : *columns) last = std::max(last, column.field);
     return last + 1;
   }
+
+  Eigen::Isometry3d pose(const Line& line) const {
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    if (const auto& c = orientation; !c.empty()) {
+      const Eigen::Quaterniond q(line.number(c[0].field), line.number(c[1].field), line.number(c[2].field),
+                                 line.number(c[3].field));
+      if (std::abs(q.norm() - 1) > 1e-2)
+        line.fail(std::min(c[0].field, c[1].field), "the quaternion is not of length 1");
+      X.linear() = q.normalized().toRotationMatrix();
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      X.translation()[axis] = line.coordinate(position[static_cast<std::size_t>(axis)]);
+    return X;
+  }
 };
 
-Eigen::Isometry3d parse_pose(const TextLine& line, const PoseColumns& columns) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  if (const auto& c = columns.orientation; !c.empty()) {
-    const Eigen::Quaterniond q(line.number(c[0].field), line.number(c[1].field), line.number(c[2].field),
-                               line.number(c[3].field));
-    if (std::abs(q.norm() - 1) > 1e-2)
-      line.fail(std::min(c[0].field, c[1].field), "the quaternion is not of length 1");
-    X.linear() = q.normalized().toRotationMatrix();
-  }
-  const auto& p = columns.position;
-  X.translation() = Eigen::Vector3d(coordinate(line, p[0]), coordinate(line, p[1]), coordinate(line, p[2]));
-  return X;
-}
-
-void require_rising_stamps(const std::vector<TumRow>& rows, const std::vector<TextLine>& lines) {
-  for (std::size_t i = 1; i < rows.size(); ++i)
-    if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "the stamp is not after the one before");
-}
-
-Eigen::Isometry3d kitti_pose(const TextLine& line) {
-  Eigen::Matrix<double, 3, 4> M;
-  for (int i = 0; i < 12; ++i) M(i / 4, i % 4) = line.number(static_cast<std::size_t>(i));
-  const Eigen::Matrix3d R = M.leftCols<3>();
+Eigen::Isometry3d kitti_pose(const Line& line) {
+  if (line.size() != 12) line.fail(fmt::format("expected 12 numbers, found {}", line.size()));
+  Eigen::Matrix3d R;
+  for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = line.number(static_cast<std::size_t>(i / 3 * 4 + i % 3));
   if (!(R.transpose() * R).isIdentity(1e-2) || R.determinant() < 0)
     line.fail(0, "the first three columns are not a rotation");
   Eigen::Isometry3d X(Eigen::Quaterniond(R).normalized());
-  X.translation() = Eigen::Vector3d(coordinate(line, {3}), coordinate(line, {7}), coordinate(line, {11}));
+  X.translation() = Eigen::Vector3d(line.coordinate({3}), line.coordinate({7}), line.coordinate({11}));
   return X;
 }
 
 // Drops a last pose that repeats the stamp before. Throws FileError if stamps do not rise otherwise.
-void settle_stamps(TrajectoryFile& read, const std::vector<TextLine>& lines) {
-  const std::size_t n = read.rows.size();
-  if (n > 2 && read.rows[n - 1].t == read.rows[n - 2].t) {
-    read.rows.pop_back();
+void settle_stamps(TrajectoryFile& read, const std::vector<Line>& lines) {
+  std::vector<TumRow>& rows = read.rows;
+  if (rows.size() > 2 && rows.back().t == rows[rows.size() - 2].t) {
+    rows.pop_back();
     read.warning = "its last pose has the stamp of the one before and is left out";
   }
-  require_rising_stamps(read.rows, lines);
-}
-
-// Columns of poses with commas (EuRoC) or without (TUM), as the header names them or in the format's order.
-PoseColumns columns_of(const TextLines& text) {
-  const std::size_t n = text.lines().front().size();
-  const bool commas = text.lines().front().has_commas();
-  const auto& header = text.header();
-  PoseColumns columns;
-  if (commas) columns.orientation = {{4}, {5}, {6}, {7}};
-  const bool names_all = header && (header->names(Quantity::orientation) || n == 20);
-  if (n < 8 || (header && header->names(Quantity::position))) {
-    if (!names_all) columns.orientation.clear();
-  }
-  if (!header) return columns;
-  columns.stamp = header->time_field();
-  columns.position = header->columns(Quantity::position, "xyz", 1);
-  auto& c = columns.orientation;
-  if (c.empty()) return columns;
-  c = header->columns(Quantity::orientation, commas ? "wxyz" : "xyzw", 4);
-  if (!commas) std::rotate(c.begin(), c.end() - 1, c.end());
-  return columns;
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "the stamp is not after the one before");
 }
 
 // Throws FileError if the stamps are not in the unit that the header states.
-const TimeUnit& unit_of(const fs::path& file, const std::vector<TextLine>& lines, std::size_t field,
-                        const TimeUnit* stated) {
+const TimeUnit& unit_of(const Lines& text, std::size_t field, const TimeUnit* stated) {
   std::vector<double> stamps;
-  for (const TextLine& line : lines) stamps.push_back(line.number(field));
+  for (const Line& line : text.lines) stamps.push_back(line.number(field));
   try {
     return unit_of_stamps(stamps, stated);
   } catch (const std::invalid_argument& contradiction) {
-    throw FileError(file, contradiction.what());
+    throw FileError(text.file, contradiction.what());
   }
 }
 
-// Whole numbers that rise by less than 1000 from pose to pose, and are neither dates nor of a stated unit.
-bool are_frame_numbers(const std::vector<TextLine>& lines, std::size_t field, const TimeUnit* stated) {
-  const double first = lines.front().number(field), last = lines.back().number(field);
-  const auto is_whole = [&](const TextLine& line) {
-    return line.text(field).find_first_of(".eE") == std::string_view::npos;
-  };
-  return !stated && last < 1e9 && last - first < 1000 * static_cast<double>(lines.size() - 1) &&
-         std::all_of(lines.begin(), lines.end(), is_whole);
-}
-
-void require_length(const TextLine& line, const TextLine& first, std::size_t least, bool with_covariance) {
-  const std::size_t n = line.size();
-  if (n < least && first.has_commas())
-    line.fail(fmt::format("expected at least {} numbers, found {}", least, n));
-  if (first.has_commas() || n == first.size() || (with_covariance && (n == 8 || n == 20))) return;
-  line.fail(fmt::format("expected {} numbers, found {}", with_covariance ? 20 : first.size(), n));
-}
-
-TrajectoryFile read_poses(const fs::path& file, const TextLines& text) {
-  const std::vector<TextLine>& lines = text.lines();
-  const bool commas = lines.front().has_commas();
-  const bool with_covariance = !commas && std::any_of(lines.begin(), lines.end(),
-                                                      [](const TextLine& line) { return line.size() == 20; });
-  const PoseColumns columns = columns_of(text);
-  const TimeUnit* const stated = text.header() ? text.header()->time_unit() : nullptr;
-  for (const TextLine& line : lines) require_length(line, lines.front(), columns.least(), with_covariance);
-  const bool counted = commas && are_frame_numbers(lines, columns.stamp, stated);
-  const TimeUnit& unit = counted ? kSeconds : unit_of(file, lines, columns.stamp, stated);
-  TrajectoryFile read{commas            ? "EuRoC csv"
-                      : with_covariance ? "TUM with covariance"
-                                        : "TUM",
-                      counted ? "frame numbers" : unit.name,
-                      {}};
+TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
+  const Line& first = text.lines.front();
+  const bool commas = first.has_commas();
+  const bool with_covariance = !commas && std::any_of(text.lines.begin(), text.lines.end(),
+                                                      [](const Line& line) { return line.size() == 20; });
+  const PoseColumns columns(text);
+  if (!stated && text.header) stated = text.header->time_unit();
+  for (const Line& line : text.lines) {
+    const std::size_t n = line.size();
+    if (commas && n < columns.least())
+      line.fail(fmt::format("expected at least {} numbers, found {}", columns.least(), n));
+    if (!commas && n != first.size() && !(with_covariance && (n == 8 || n == 20)))
+      line.fail(fmt::format("expected {} numbers, found {}", with_covariance ? 20 : first.size(), n));
+  }
+  const TimeUnit& unit = unit_of(text, columns.stamp, stated);
+  TrajectoryFile read;
+  read.format = commas ? "EuRoC csv" : with_covariance ? "TUM with covariance" : "TUM";
+  read.stamps = unit.name;
   read.has_orientation = !columns.orientation.empty();
-  for (const TextLine& line : lines) {
-    TumRow row;
-    row.t = line.stamp(columns.stamp, unit);
-    row.X = parse_pose(line, columns);
-    if (with_covariance && line.size() == 20) row.covariance = covariance(line);
-    read.rows.push_back(row);
+  for (const Line& line : text.lines) {
+    read.rows.push_back({{line.stamp(columns.stamp, unit), columns.pose(line)}, std::nullopt});
+    if (with_covariance && line.size() == 20) read.rows.back().covariance = covariance(line);
   }
-  settle_stamps(read, lines);
+  settle_stamps(read, text.lines);
   return read;
 }
 
-TrajectoryFile read_kitti(const fs::path& file, const std::vector<TextLine>& lines) {
+TrajectoryFile read_kitti(const Lines& text) {
   TrajectoryFile read{"KITTI", "frame numbers", {}};
-  for (const TextLine& line : lines) {
-    if (line.size() != 12) line.fail(fmt::format("expected 12 numbers, found {}", line.size()));
-    TumRow row;
-    row.t = std::chrono::seconds(read.rows.size());
-    row.X = kitti_pose(line);
-    read.rows.push_back(row);
-  }
-  const fs::path times = file.parent_path() / "times.txt";
-  if (!fs::exists(times)) return read;
-  const TextLines text(times);
-  const std::vector<TextLine>& stamps = text.lines();
-  if (stamps.size() != read.rows.size())
-    throw FileError(times, fmt::format("has {} times for {} poses", stamps.size(), read.rows.size()));
-  const TimeUnit& unit = unit_of(times, stamps, 0, nullptr);
-  for (std::size_t i = 0; i < stamps.size(); ++i) read.rows[i].t = stamps[i].stamp(0, unit);
-  settle_stamps(read, stamps);
+  for (const Line& line : text.lines)
+    read.rows.push_back({{std::chrono::seconds(read.rows.size()), kitti_pose(line)}, std::nullopt});
+  const fs::path file = text.file.parent_path() / "times.txt";
+  if (!fs::exists(file)) return read;
+  const Lines times(file);
+  if (times.lines.size() != read.rows.size())
+    throw FileError(file, fmt::format("has {} times for {} poses", times.lines.size(), read.rows.size()));
+  const TimeUnit& unit = unit_of(times, 0, nullptr);
+  for (std::size_t i = 0; i < read.rows.size(); ++i) read.rows[i].t = times.lines[i].stamp(0, unit);
+  settle_stamps(read, times.lines);
   read.stamps = unit.name;
   return read;
 }
@@ -214,36 +247,29 @@ const char* const kTumCovarianceHeader =
 std::string tum_row(nanoseconds t, const Eigen::Isometry3d& X) { return tum_pose(t, X) + "\n"; }
 
 std::string tum_row(nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& covariance) {
-  return tum_pose(t, X) + triangle(covariance, 0) + triangle(covariance, 3) + "\n";
+  std::string text = tum_pose(t, X);
+  for_each_covariance([&](int row, int column) { text += fmt::format(" {}", covariance(row, column)); });
+  return text + "\n";
 }
 
 std::vector<TumRow> read_tum(const fs::path& file) {
-  const TextLines text(file);
-  std::vector<TumRow> rows;
-  for (const TextLine& line : text.lines()) {
-    const std::size_t n = line.size();
-    if (n != 8 && n != 20) line.fail(fmt::format("expected 8 or 20 numbers, found {}", n));
-    TumRow& row = rows.emplace_back();
-    row.t = line.stamp(0, kSeconds);
-    row.X = parse_pose(line, {});
-    if (n == 20) row.covariance = covariance(line);
-  }
-  require_rising_stamps(rows, text.lines());
-  return rows;
+  const Lines text(file);
+  if (text.lines.empty()) return {};
+  if (const std::size_t n = text.lines.front().size(); n != 8 && n != 20)
+    text.lines.front().fail(fmt::format("expected 8 or 20 numbers, found {}", n));
+  return read_poses(text, &kSeconds).rows;
 }
 
 TrajectoryFile read_trajectory(const fs::path& file) {
-  const TextLines text(file);
-  if (text.lines().empty()) throw FileError(file, "has no pose in it");
-  const TextLine& first = text.lines().front();
+  const Lines text(file);
+  if (text.lines.empty()) throw FileError(file, "has no pose in it");
+  const Line& first = text.lines.front();
   const std::size_t n = first.size();
-  if (n == 12 && !first.has_commas()) return read_kitti(file, text.lines());
-  const bool named = text.header() && text.header()->names(Quantity::position);
-  if (n == 8 || n == 20 || named || n == 4 || first.has_commas()) {
-    if (first.has_commas() && n < 8 && !named)
-      first.fail(fmt::format("expected at least 8 numbers, found {}", n));
-    return read_poses(file, text);
-  }
+  if (n == 12 && !first.has_commas()) return read_kitti(text);
+  const bool named = text.header && text.header->names(Quantity::position);
+  if (first.has_commas() && n < 8 && !named)
+    first.fail(fmt::format("expected at least 8 numbers, found {}", n));
+  if (n == 4 || n == 8 || n == 20 || named || first.has_commas()) return read_poses(text, nullptr);
   first.fail(fmt::format("has {} numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)", n));
 }
 

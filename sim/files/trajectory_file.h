@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/files/text_line.h"
+#include "sim/files/text.h"
 
 namespace sim::files {
 
@@ -40,8 +40,7 @@ extern const char* const kTumCovarianceHeader;
 /// project's own, and the position's in W.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& covariance);
 
-/// Reads 8- and 20-column lines; comments (#) and blank lines are skipped. Stamps must rise. Throws
-/// FileError.
+/// Reads a TUM file as read_trajectory() does; a file without poses is empty. Throws FileError.
 std::vector<TumRow> read_tum(const std::filesystem::path& file);
 
 struct TrajectoryFile {
@@ -55,10 +54,9 @@ struct TrajectoryFile {
 /// TUM: stamp, position, quaternion (x first), or 20 numbers with covariance. EuRoC: with commas, quaternion
 /// (w first) and anything else. A header that names its columns is obeyed; it and files of 4 columns may be
 /// without orientation. KITTI: 12 numbers, the upper rows of a matrix; stamps from times.txt beside it, else
-/// frame numbers, one a second. The unit of stamps is decided from all rows (unit_of_stamps); whole numbers
-/// with commas that rise by less than 1000 and are not dates are frame numbers. Comments (#) and blank lines
-/// are skipped. Stamps must rise; a last pose that repeats the stamp before is dropped with a warning. Throws
-/// FileError.
+/// frame numbers, one a second. The unit of stamps is decided from all rows (unit_of_stamps). Comments (#)
+/// and blank lines are skipped. Stamps must rise; a last pose that repeats the stamp before is dropped with a
+/// warning. Throws FileError.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);
 
 }  // namespace sim::files

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <functional>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -14,7 +13,6 @@
 #include <vector>
 
 #include "sim/camera/head_camera.h"
-#include "sim/camera/shutter.h"
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
@@ -27,30 +25,41 @@ namespace sim::live {
 /// by such functions. Functions that have not started when the worker is destroyed are dropped.
 class OrderedWorker {
  public:
-  explicit OrderedWorker(bool own_thread);
-  ~OrderedWorker();
-  OrderedWorker(const OrderedWorker&) = delete;
-  OrderedWorker& operator=(const OrderedWorker&) = delete;
-
+  explicit OrderedWorker(bool own_thread) {
+    if (own_thread) thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  }
   /// The future has the function's result or exception.
   template <typename Function>
   auto do_next(Function function) {
-    // Shared, since std::function copies.
-    auto task = std::make_shared<std::packaged_task<std::invoke_result_t<Function>()>>(std::move(function));
-    auto result = task->get_future();
-    add([task] { (*task)(); });
+    std::packaged_task<std::invoke_result_t<Function>()> task(std::move(function));
+    auto result = task.get_future();
+    if (thread_.joinable()) {
+      const std::lock_guard lock(mutex_);
+      waiting_.emplace_back(std::move(task));
+      changed_.notify_one();
+    } else {
+      task();
+    }
     return result;
   }
 
  private:
-  void add(std::function<void()> task);
-  void work();
+  void work(const std::stop_token& stop) {
+    for (std::unique_lock lock(mutex_);;) {
+      changed_.wait(lock, stop, [this] { return !waiting_.empty(); });
+      if (stop.stop_requested()) return;
+      std::packaged_task<void()> task = std::move(waiting_.front());
+      waiting_.pop_front();
+      lock.unlock();
+      task();
+      lock.lock();
+    }
+  }
 
   std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<std::function<void()>> waiting_;
-  bool stopping_ = false;
-  std::thread thread_;  // last: it uses the members above
+  std::condition_variable_any changed_;
+  std::deque<std::packaged_task<void()>> waiting_;
+  std::jthread thread_;  // last: it uses the members above
 };
 
 /// A frame and the true pose of the camera at its stamp.
@@ -68,46 +77,47 @@ class FramePipeline {
  public:
   /// beside: images are drawn on a separate thread, a few frames behind the walk.
   FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
-
   /// The surfaces that the camera can see.
   const std::vector<score::Surface>& surfaces() const { return surfaces_; }
-
   /// To be called at each millisecond: the positions that later images are drawn at.
-  void add_positions(const physics::World& world);
+  void add_positions(const physics::World& world) {
+    if (camera_) motion_.add(world.time(), *world.model(), *world.data());
+  }
   /// When the next frame is stamped.
   std::chrono::nanoseconds next_due() const;
   /// When there is something to do next: a frame to stamp, or an image to draw.
   std::chrono::nanoseconds next_event() const;
-  void push(Frame frame);
-
-  /// Draws the images with shutters closed at this time.
-  void draw_complete(std::chrono::nanoseconds t);
-  /// Draws all remaining images at the end of the walk.
-  void draw_all();
+  void push(Frame frame) { frames_.push_back(std::move(frame)), ++next_; }
+  /// Draws the images with shutters closed at this time; all remaining ones at the end of the walk.
+  void draw_complete(std::chrono::nanoseconds t = std::chrono::nanoseconds::max());
   /// Returns whether the oldest frame must be popped because enough images are in flight.
   bool is_full() const { return drawn_.size() > in_flight_; }
   bool empty() const { return drawn_.empty(); }
   /// The stamp of the frame that pop() gives next; there must be one.
-  std::chrono::nanoseconds next_stamp() const { return drawn_stamps_.front(); }
+  std::chrono::nanoseconds next_stamp() const { return drawn_.front().t; }
   /// Time from a frame's stamp until its shutter has closed.
   std::chrono::nanoseconds lead() const { return lead_; }
   /// The oldest frame, with its image, once that is drawn. Throws what drawing it has thrown.
   Frame pop();
-
   /// Frees the room's textures, which take more memory than truth and estimates of a long walk.
-  void close_camera();
+  void close_camera() {
+    worker_.do_next([this] { camera_.reset(); }).get();
+  }
 
  private:
-  void draw_oldest();
+  struct Drawn {
+    std::chrono::nanoseconds t;
+    std::future<Frame> frame;
+  };
+  Frame drawn(Frame frame, const camera::RecentMotion& motion);
 
   camera::CameraOptions options_;
   physics::WorldOptions::LightsOff lights_off_;
   std::chrono::nanoseconds lead_;
   std::vector<score::Surface> surfaces_;
   camera::RecentMotion motion_;
-  std::deque<Frame> frames_;              // their shutters are open
-  std::deque<std::future<Frame>> drawn_;  // or being drawn
-  std::deque<std::chrono::nanoseconds> drawn_stamps_;
+  std::deque<Frame> frames_;  // their shutters are open
+  std::deque<Drawn> drawn_;   // or being drawn
   std::size_t in_flight_;
   int next_ = 0;
   std::unique_ptr<camera::HeadCamera> camera_;  // made, used and destroyed by the worker

@@ -1,10 +1,17 @@
 #include "sim/live/recorded.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string_view>
+#include <variant>
 
+#include "sim/physics/clearance.h"
+#include "sim/physics/nominal_body.h"
+#include "sim/result/limits.h"
 #include "sim/sensor_errors/random.h"
 #include "walking/kinematics.h"
 #include "walking/plan.h"
@@ -42,7 +49,52 @@ std::vector<physics::FloorWave> floor(std::uint64_t seed, double sigma) {
   return waves;
 }
 
+slam::Support support(walking::Support s) {
+  if (s == walking::Support::both) return slam::Support::both;
+  return s == walking::Support::left ? slam::Support::left : slam::Support::right;
+}
+
+Eigen::Vector3d support_sole(const walking::Reference& reference) {
+  const Eigen::Vector3d left = reference.X_PL.translation(), right = reference.X_PR.translation();
+  if (reference.support == walking::Support::both) return (left + right) / 2;
+  return reference.support == walking::Support::left ? left : right;
+}
+
+Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
+  return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
+}
+
+Eigen::Vector3d planar(const walking::FootPose& pose) {
+  return {pose.position.x(), pose.position.y(), pose.yaw};
+}
+
+recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
+                              const physics::SoleContact& contact) {
+  return {on_ground(X_WS), on_ground(X_PS), planned_down, contact.load,
+          Eigen::Vector3d(contact.creep.x(), contact.creep.y(), contact.creep_yaw)};
+}
+
 }  // namespace
+
+walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
+  const scenario::Scenario& s = read.scenario;
+  walking::PatternGenerator plan(s.walk, physics::nominal_body(copy_of(models.on_floor)));
+  if (result::is_allowed(s, scenario::Ending::collided)) return plan;
+  const auto found = physics::first_collision(plan, copy_of(models.in_room));
+  if (!found) return plan;
+  const auto command = static_cast<std::size_t>(found->command);
+  const auto word = std::visit([](const auto& c) { return c.kName; }, s.walk.commands[command]);
+  const Eigen::Vector3d& p = found->p_W;
+  scenario::Yaml at;  // scenarios that were not read from text only have a name
+  at.origin.file = s.name;
+  if (command < read.command_origins.size()) at.origin = read.command_origins[command];
+  fail(at, fmt::format("walk.commands[{}]: {}", command, word),
+       fmt::format(
+           "at {:.2f} s the planned {} is within {} m of {}, at ({:.2f}, {:.2f}, {:.2f}) m in world.room "
+           "{}; expected a walk clear of it, or limits.ending with collided",
+           found->t_s, found->link, physics::kPlannedMargin_m, found->object, p.x(), p.y(), p.z(),
+           s.world.room));
+}
 
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world) {
   constexpr int kJoints = walking::kJoints, kLinks = kJoints + 1;
@@ -59,35 +111,6 @@ physics::PlantVariation plant_variation(std::uint64_t seed, const physics::World
   drawn.floor = floor(seed, spread.floor_height_m);
   return drawn;
 }
-
-namespace {
-
-slam::Support support(walking::Support s) {
-  switch (s) {
-    case walking::Support::left:
-      return slam::Support::left;
-    case walking::Support::right:
-      return slam::Support::right;
-    case walking::Support::both:
-      break;
-  }
-  return slam::Support::both;
-}
-
-Eigen::Vector3d support_sole(const walking::Reference& reference) {
-  const Eigen::Vector3d left = reference.X_PL.translation(), right = reference.X_PR.translation();
-  switch (reference.support) {
-    case walking::Support::left:
-      return left;
-    case walking::Support::right:
-      return right;
-    case walking::Support::both:
-      break;
-  }
-  return (left + right) / 2;
-}
-
-}  // namespace
 
 Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s) {
   const double part = (t_s - from.t_s) / walking::kPeriod;
@@ -113,39 +136,9 @@ slam::PlannedMotion planned_motion(const walking::Reference& from, const walking
   return motion;
 }
 
-slam::LegMotion leg_motion(const walking::LegOdometry& legs, const walking::JointVector& q,
-                           const Eigen::Isometry3d& X_BC) {
-  const auto [X_OB, p_OS] = legs.motion(q);
-  const Eigen::Isometry3d X_OC = X_OB * X_BC;
-  return {X_OC, X_OC.inverse() * p_OS};
-}
-
-namespace {
-
-Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
-  return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
-}
-
-Eigen::Vector3d planar(const walking::FootPose& pose) {
-  return {pose.position.x(), pose.position.y(), pose.yaw};
-}
-
-recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
-                              const physics::SoleContact& contact) {
-  return {on_ground(X_WS), on_ground(X_PS), planned_down, contact.load,
-          Eigen::Vector3d(contact.creep.x(), contact.creep.y(), contact.creep_yaw)};
-}
-
-}  // namespace
-
 slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens) {
-  return {lens.width_px,
-          lens.height_px,
-          lens.fu_px,
-          lens.fv_px,
-          lens.u0_px,
-          lens.v0_px,
-          slam::OneParameterRadial{lens.k1_px2}};
+  const slam::OneParameterRadial radial{lens.k1_px2};
+  return {lens.width_px, lens.height_px, lens.fu_px, lens.fv_px, lens.u0_px, lens.v0_px, radial};
 }
 
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
@@ -195,17 +188,9 @@ recording::TrueFeet true_feet(physics::World& world, const walking::Reference& p
 }
 
 scenario::Ending ending(physics::Condition condition) {
-  switch (condition) {
-    case physics::Condition::fell:
-      return scenario::Ending::fell;
-    case physics::Condition::collided:
-      return scenario::Ending::collided;
-    case physics::Condition::physics_failed:
-      return scenario::Ending::failed;
-    case physics::Condition::ok:
-      break;
-  }
-  return scenario::Ending::completed;
+  using enum scenario::Ending;
+  constexpr std::array kEndings{completed, fell, collided, failed};  // in the order of the conditions
+  return kEndings[static_cast<std::size_t>(condition)];
 }
 
 }  // namespace sim::live

@@ -1,4 +1,4 @@
-// Conversion between scenario, simulator, plan and recording.
+// The checked plan of a run, and conversion between scenario, simulator, plan and recording.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,12 +13,17 @@
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
 #include "slam/observation.h"
-#include "walking/leg_odometry.h"
+#include "walking/pattern_generator.h"
 #include "walking/plan.h"
 #include "walking/stabilizer.h"
 #include "walking/steering.h"
 
 namespace sim::live {
+
+/// Plans the walk. Throws std::invalid_argument if it cannot be planned, and ConfigError at a walk command
+/// with a planned posture too near to a wall or to furniture, unless the scenario allows a run to end as
+/// "collided".
+walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
 
 /// Each is drawn from its named stream, so that setting one spread to 0 does not change the others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
@@ -31,10 +36,6 @@ Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::R
 /// The planned motion of a camera fixed to the waist at X_BC. Velocities: those of the tick before t.
 slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
                                    const Eigen::Isometry3d& X_BC);
-
-/// Pose by leg odometry of a camera fixed to the waist at X_BC, by the encoders at this moment.
-slam::LegMotion leg_motion(const walking::LegOdometry& legs, const walking::JointVector& q,
-                           const Eigen::Isometry3d& X_BC);
 
 /// The mounting of head camera and chest IMU on the robot in its planned posture, by the nominal model.
 struct Mounting {

@@ -8,11 +8,11 @@
 
 #include "sim/live/frame_pipeline.h"
 #include "sim/live/recorded.h"
-#include "sim/live/room_check.h"
 #include "sim/live/self_check.h"
 #include "sim/live/steering_pose_buffer.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/sensor_errors/random.h"
+#include "walking/leg_odometry.h"
 #include "walking/steering.h"
 
 namespace sim::live {
@@ -60,12 +60,6 @@ class SensingRobot {
   walking::LegOdometry legs_;
 };
 
-/// Steering, and the poses on their way to it.
-struct SteeringLoop {
-  walking::Steering steering;
-  SteeringPoseBuffer poses;
-};
-
 /// One run. walk() and the functions it calls are in the order of a simulated tick.
 class Run {
  public:
@@ -86,10 +80,8 @@ class Run {
   void stamp_frame();
   void read_imu();
   void deliver_frame();
-  void track(slam::Observation observation);
   void add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
   void steer();
-  scenario::Ended walk_ending() const;
 
   const scenario::ReadScenario& read_;
   const RunObserver& observer_;
@@ -97,10 +89,12 @@ class Run {
   Mounting mounting_;
   recording::RecordingSetup setup_;
   FramePipeline frames_;
-  CheckedRecording recording_;
+  recording::RecordingWriter writer_;
+  SelfCheck check_;
   std::optional<tracking::Tracking> tracking_;
-  std::optional<SteeringLoop> steering_;
-  slam::Observation next_;  // the IMU readings since the last frame
+  std::optional<walking::Steering> steering_;
+  std::optional<SteeringPoseBuffer> poses_;  // on their way to steering
+  slam::Observation next_;                   // the IMU readings since the last frame
   struct {
     walking::Wrench left, right;  // of the ground on the feet
     recording::TrueFeet feet;     // at its end
@@ -119,13 +113,16 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
       mounting_(mounting(read.scenario, robot_->reference(), models)),
       setup_(recording_setup(read.scenario, mounting_, robot_->reference().X_PB)),
       frames_(read.scenario, models, threads > 1),
-      recording_(folder, setup_, true_motion(robot_->world()), frames_.surfaces()) {
+      writer_(folder, setup_),
+      check_{InertialCheck(true_motion(robot_->world())), {}} {
+  for (const score::Surface& surface : frames_.surfaces()) writer_.add(surface);
+  if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
   const walking::SteeringOptions& steering = read.scenario.walk.steering;
   if (steering.by == walking::SteeredBy::plan) return;
-  steering_.emplace(
-      SteeringLoop{{steering, robot_->plan()}, {steering, read.scenario.errors.faults, frames_.lead()}});
+  steering_.emplace(steering, robot_->plan());
+  poses_.emplace(steering, read.scenario.errors.faults, frames_.lead());
 }
 
 void Run::walk(const result::Progress& progress) {
@@ -140,13 +137,13 @@ void Run::walk(const result::Progress& progress) {
     }
     read_imu();
     last_tick_.feet = true_feet(robot_->world(), robot_->reference());
-    recording_.add(last_tick_.feet);
+    writer_.add(last_tick_.feet);
     steer();
     robot_->advance();
     progress(robot_->progress());
     if (observer_.ticked) observer_.ticked(robot_->world().time());
   }
-  frames_.draw_all();
+  frames_.draw_complete();
   while (!frames_.empty()) deliver_frame();
 }
 
@@ -155,7 +152,7 @@ void Run::command() {
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   const slam::Stamp now = robot_->world().time();
   const walking::SensorReadings readings = robot_.command();
-  recording_.add(recorded(now, readings));
+  writer_.add(recorded(now, readings));
   last_tick_.left = readings.left, last_tick_.right = readings.right;
 }
 
@@ -181,13 +178,15 @@ void Run::stamp_frame() {
   read_imu();
   next_.t = world.time();
   next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
-  next_.plan->legs = leg_motion(robot_.legs(), world.leg_readings().q, mounting_.X_BC);
-  if (steering_) steering_->poses.add(next_.t, *next_.plan);
+  const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q);
+  const Eigen::Isometry3d X_OC = X_OB * mounting_.X_BC;
+  next_.plan->legs = {X_OC, X_OC.inverse() * p_OS};
+  if (poses_) poses_->add(next_.t, *next_.plan);
   if (observer_.stamped)
     observer_.stamped(
         {next_.t, world, from, next_.plan->X_PC, last_tick_.feet, last_tick_.left, last_tick_.right});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
-  recording_.add(
+  writer_.add(
       recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
 }
 
@@ -197,7 +196,9 @@ void Run::read_imu() {
   if (reading.begin == reading.end) return;
   next_.gyro.push_back({reading.begin, reading.end, reading.gyro});
   next_.accelerometer.push_back({reading.begin, reading.end, reading.specific_force});
-  recording_.add(next_.gyro.back(), next_.accelerometer.back(), true_motion(robot_->world()));
+  const recording::TrueMotion motion = true_motion(robot_->world());
+  writer_.add(motion);
+  check_.inertial.add(next_.gyro.back(), next_.accelerometer.back(), motion);
 }
 
 // To the recording and, when the scenario has one, to the filter.
@@ -209,31 +210,30 @@ void Run::deliver_frame() {
   timing_.frame.encode_ms = frame.encode_ms;
   {
     const result::StageClock clock(timing_.frame.record_ms);
-    recording_.add(frame);
+    writer_.add(frame.observation, frame.png);
+    if (check_.view) check_.view->add(frame.observation.image, t, frame.X_WC);
   }
+  const auto track = [this](slam::Observation observation) {
+    if (!tracking_) return;
+    const result::StageClock clock(timing_.frame.filter_ms);
+    tracking_->process(std::move(observation));
+    timing_.frame.filter_ms += tracking_->external_cpu_ms();
+    timing_.frame.landmarks = tracking_->landmarks();
+  };
   tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
-                             observer_.tracking,
-                             [this](slam::Observation observation) { track(std::move(observation)); });
+                             observer_.tracking, track);
   if (steering_) add_steering_pose(t, frame.X_WC);
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
-}
-
-void Run::track(slam::Observation observation) {
-  if (!tracking_) return;
-  const result::StageClock clock(timing_.frame.filter_ms);
-  tracking_->process(std::move(observation));
-  timing_.frame.filter_ms += tracking_->external_cpu_ms();
-  timing_.frame.landmarks = tracking_->landmarks();
 }
 
 // The estimate after a frame, or the truth if the truth steers.
 void Run::add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true) {
   if (read_.scenario.walk.steering.by == walking::SteeredBy::truth) {
-    steering_->poses.add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
+    poses_->add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
   } else if (const tracking::TrackedFrame* const newest = tracking_->newest()) {
     const estimators::PoseEstimate& pose = newest->estimate;
-    steering_->poses.add(frame, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
-                         newest->report.health == slam::Health::ok && !tracking_->failed());
+    poses_->add(frame, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
+                newest->report.health == slam::Health::ok && !tracking_->failed());
   }
 }
 
@@ -241,29 +241,28 @@ void Run::add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_tru
 // walk makes no difference.
 void Run::steer() {
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
-  if (!steering_ || !robot_->is_ok() || !steering_->steering.is_due(robot_->plan(), tick)) return;
-  const slam::Stamp until = steering_->poses.usable_until(robot_->world().time());
+  if (!steering_ || !robot_->is_ok() || !steering_->is_due(robot_->plan(), tick)) return;
+  const slam::Stamp until = poses_->usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
-  steering_->steering.decide(robot_->plan(), tick, steering_->poses.newest(until));
-}
-
-scenario::Ended Run::walk_ending() const {
-  const physics::Status& status = robot_->world().status();
-  if (status.condition == physics::Condition::ok && steering_ && steering_->steering.stopped_s())
-    return {scenario::Ending::stopped,
-            fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
-                        read_.scenario.walk.steering.lost_s, *steering_->steering.stopped_s())};
-  return {ending(status.condition), status.cause};
+  steering_->decide(robot_->plan(), tick, poses_->newest(until));
 }
 
 result::RunRecord Run::record(const std::filesystem::path& folder) {
   frames_.close_camera();
-  if (steering_) recording_.add(recorded(steering_->steering.corrections()));
-  const std::string complaint = recording_.finish();
-  result::RunRecord left{read_, walk_ending(), setup_, recording::read_truth(folder), std::nullopt, ""};
-  if (left.walk.ending != scenario::Ending::failed && !complaint.empty())
-    left.walk = {scenario::Ending::failed, complaint};
+  if (steering_) writer_.add(recorded(steering_->corrections()));
+  const std::string complaint = check_.complaint();
+  writer_.add("self_check.json", check_.json());
+  writer_.finish();
+  const physics::Status& status = robot_->world().status();
+  scenario::Ended ended{ending(status.condition), status.cause};
+  if (ended.ending == scenario::Ending::completed && steering_ && steering_->stopped_s())
+    ended = {scenario::Ending::stopped,
+             fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
+                         read_.scenario.walk.steering.lost_s, *steering_->stopped_s())};
+  if (ended.ending != scenario::Ending::failed && !complaint.empty())
+    ended = {scenario::Ending::failed, complaint};
+  result::RunRecord left{read_, ended, setup_, recording::read_truth(folder), std::nullopt, ""};
   if (tracking_) left.tracked = tracking_->finish();
   left.recording_hash = recording::RecordingReader(folder).hash();
   return left;

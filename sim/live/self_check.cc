@@ -22,46 +22,16 @@ constexpr slam::Stamp kBegin = 10s, kLast = 30s;
 constexpr double kBlow_m_s2 = 50;  // walking reaches 17
 const Eigen::Vector3d kGravity_W(0, 0, -walking::kGravity);
 
-Eigen::Matrix3d turn(const Eigen::Vector3d& rotation_vector) {
-  const double angle = rotation_vector.norm();
-  if (angle == 0) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
-}
-
 void integrate(recording::TrueMotion& at, const Eigen::Vector3d& gyro, const Eigen::Vector3d& force,
                double dt) {
-  const Eigen::Matrix3d R = at.X_WG.linear(), R_end = R * turn(gyro * dt);
+  const Eigen::Vector3d turned = gyro * dt;
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(turned.norm(), turned.normalized()).toRotationMatrix();
+  const Eigen::Matrix3d R = at.X_WG.linear(), R_end = R * turn;
   const Eigen::Vector3d a_W = (R * force + R_end * force) / 2 + kGravity_W, v = at.v_WG;
   at.v_WG += dt * a_W;
   at.X_WG.translation() += dt / 2 * (v + at.v_WG);
   at.X_WG.linear() = R_end;
 }
-
-}  // namespace
-
-InertialCheck::InertialCheck(const recording::TrueMotion& start) { integrations_.push_back(start); }
-
-void InertialCheck::add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,
-                        const recording::TrueMotion& end) {
-  if (accelerometer.value.norm() > kBlow_m_s2) return integrations_.assign(1, end);
-  for (recording::TrueMotion& at : integrations_) {
-    integrate(at, gyro.value, accelerometer.value, slam::seconds(gyro.end - gyro.begin));
-    compare(at, end);
-  }
-  if (end.t - integrations_.back().t >= kBegin) integrations_.push_back(end);
-  if (end.t - integrations_.front().t >= kLast) integrations_.pop_front();
-}
-
-void InertialCheck::compare(const recording::TrueMotion& integrated, const recording::TrueMotion& truth) {
-  const Eigen::Isometry3d &X = integrated.X_WG, &X_true = truth.X_WG;
-  longest_ = std::max(longest_, truth.t - integrated.t);
-  worst_position_m_ = std::max(worst_position_m_, (X.translation() - X_true.translation()).norm());
-  worst_yaw_rad_ = std::max(worst_yaw_rad_, std::abs(score::yaw(X.linear() * X_true.linear().transpose())));
-}
-
-namespace {
-
-using namespace std::chrono_literals;
 
 constexpr slam::Stamp kBetweenPairs = 1s, kApart = 400ms;
 constexpr int kHalfPatch = 6, kSearch = 6, kMargin = kHalfPatch + kSearch + 2;
@@ -94,16 +64,32 @@ std::optional<Eigen::Vector2d> find(const cv::Mat& window, const cv::Mat& patch)
 
 }  // namespace
 
+void InertialCheck::add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,
+                        const recording::TrueMotion& end) {
+  if (accelerometer.value.norm() > kBlow_m_s2) return integrations.assign(1, end);
+  for (recording::TrueMotion& at : integrations) {
+    integrate(at, gyro.value, accelerometer.value, slam::seconds(gyro.end - gyro.begin));
+    const Eigen::Isometry3d &X = at.X_WG, &X_true = end.X_WG;
+    const double yaw = std::abs(score::yaw(X.linear() * X_true.linear().transpose()));
+    longest = std::max(longest, end.t - at.t);
+    worst_position_m = std::max(worst_position_m, (X.translation() - X_true.translation()).norm());
+    worst_yaw_deg = std::max(worst_yaw_deg, yaw * 180 / std::numbers::pi);
+  }
+  if (end.t - integrations.back().t >= kBegin) integrations.push_back(end);
+  if (end.t - integrations.front().t >= kLast) integrations.pop_front();
+}
+
 ViewCheck::ViewCheck(const slam::CameraIntrinsics& intrinsics, std::vector<score::Surface> surfaces)
     : camera_(intrinsics), surfaces_(std::move(surfaces)) {}
 
 void ViewCheck::add(const cv::Mat& image, slam::Stamp t, const Eigen::Isometry3d& X_WC) {
   if (!first_.empty() && t - *first_t_ >= kApart) find_corners(image, X_WC);
-  if (!first_t_ || t - *first_t_ >= kBetweenPairs) extract_corners(image, t, X_WC);
+  if (first_t_ && t - *first_t_ < kBetweenPairs) return;
+  first_t_ = t;
+  extract_corners(image, X_WC);
 }
 
-void ViewCheck::extract_corners(const cv::Mat& image, slam::Stamp t, const Eigen::Isometry3d& X_WC) {
-  first_t_ = t;
+void ViewCheck::extract_corners(const cv::Mat& image, const Eigen::Isometry3d& X_WC) {
   first_ = image;
   corners_.clear();
   std::vector<cv::Point2f> found;
@@ -150,22 +136,17 @@ std::optional<double> ViewCheck::median_px() const {
   return (static_cast<double>(bin) + 0.5) / 20;
 }
 
-namespace {
-
-double yaw_deg(const InertialCheck& inertial) { return inertial.worst_yaw_rad() * 180 / std::numbers::pi; }
-
-}  // namespace
-
 std::string SelfCheck::complaint() const {
-  const std::string path =
-      fmt::format("self-check: the ideal gyro and accelerometer, integrated over {:.1f} s, leave the true ",
-                  slam::seconds(inertial.longest()));
-  if (!(inertial.worst_position_m() <= kInertialPosition_m))
-    return fmt::format("{}path by {:.4f} m, more than {} m", path, inertial.worst_position_m(),
-                       kInertialPosition_m);
-  if (!(yaw_deg(inertial) <= kInertialYaw_deg))
-    return fmt::format("{}heading by {:.4f} deg, more than {} deg", path, yaw_deg(inertial),
-                       kInertialYaw_deg);
+  const auto path = [&](const char* what, double worst, double most, const char* unit) {
+    return fmt::format(
+        "self-check: the ideal gyro and accelerometer, integrated over {:.1f} s, leave the true {} by {:.4f} "
+        "{}, more than {} {}",
+        slam::seconds(inertial.longest), what, worst, unit, most, unit);
+  };
+  if (!(inertial.worst_position_m <= kInertialPosition_m))
+    return path("path", inertial.worst_position_m, kInertialPosition_m, "m");
+  if (!(inertial.worst_yaw_deg <= kInertialYaw_deg))
+    return path("heading", inertial.worst_yaw_deg, kInertialYaw_deg, "deg");
   const std::optional<double> distance = view ? view->median_px() : std::nullopt;
   if (distance && !(*distance <= kView_px))
     return fmt::format(
@@ -176,43 +157,17 @@ std::string SelfCheck::complaint() const {
 }
 
 std::string SelfCheck::json() const {
-  nlohmann::ordered_json json{
-      {"inertial_position_m", {{"worst", inertial.worst_position_m()}, {"at_most", kInertialPosition_m}}},
-      {"inertial_yaw_deg", {{"worst", yaw_deg(inertial)}, {"at_most", kInertialYaw_deg}}}};
+  using Json = nlohmann::ordered_json;
+  Json json{{"inertial_position_m", {{"worst", inertial.worst_position_m}, {"at_most", kInertialPosition_m}}},
+            {"inertial_yaw_deg", {{"worst", inertial.worst_yaw_deg}, {"at_most", kInertialYaw_deg}}}};
   if (view) {
     const std::optional<double> distance = view->median_px();
-    json["view_px"] = {
-        {"median", distance ? nlohmann::ordered_json(*distance) : nlohmann::ordered_json(nullptr)},
-        {"points", view->points()},
-        {"at_most", kView_px}};
+    json["view_px"] = {{"median", distance ? Json(*distance) : Json(nullptr)},
+                       {"points", view->points()},
+                       {"at_most", kView_px}};
   }
   json["complaint"] = complaint();
   return json.dump(2) + "\n";
-}
-
-CheckedRecording::CheckedRecording(const std::filesystem::path& folder,
-                                   const recording::RecordingSetup& setup, const recording::TrueMotion& start,
-                                   const std::vector<score::Surface>& surfaces)
-    : writer_(folder, setup), check_{InertialCheck(start), {}} {
-  for (const score::Surface& surface : surfaces) writer_.add(surface);
-  if (!surfaces.empty()) check_.view.emplace(setup.calibration.camera, surfaces);
-}
-
-void CheckedRecording::add(const Frame& frame) {
-  writer_.add(frame.observation, frame.png);
-  if (check_.view) check_.view->add(frame.observation.image, frame.observation.t, frame.X_WC);
-}
-
-void CheckedRecording::add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,
-                           const recording::TrueMotion& end) {
-  writer_.add(end);
-  check_.inertial.add(gyro, accelerometer, end);
-}
-
-std::string CheckedRecording::finish() {
-  writer_.add("self_check.json", check_.json());
-  writer_.finish();
-  return check_.complaint();
 }
 
 }  // namespace sim::live

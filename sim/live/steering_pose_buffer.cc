@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <utility>
 
 namespace sim::live {
 namespace {
@@ -25,13 +24,6 @@ Eigen::Matrix3d covariance_of_sole(const slam::Estimate& estimate, const Eigen::
   return J * estimate.covariance * J.transpose();
 }
 
-slam::Estimate displaced(slam::Estimate estimate, const sensor_errors::EstimateJump& jump) {
-  const Eigen::Vector3d shift(jump.x_m, jump.y_m, 0);
-  estimate.X_WC.linear() = Eigen::AngleAxisd(jump.yaw_rad, Eigen::Vector3d::UnitZ()) * estimate.X_WC.linear();
-  estimate.X_WC.translation() += shift;
-  return estimate;
-}
-
 }  // namespace
 
 walking::PlaceEstimate place_estimate(const slam::Estimate& estimate, const slam::PlannedMotion& planned) {
@@ -49,10 +41,6 @@ SteeringPoseBuffer::SteeringPoseBuffer(const walking::SteeringOptions& options,
       frozen_(sensor_errors::faults_of<sensor_errors::EstimateFrozen>(faults)),
       lost_(sensor_errors::faults_of<sensor_errors::EstimateLost>(faults)) {}
 
-void SteeringPoseBuffer::add(slam::Stamp t, const slam::PlannedMotion& planned) {
-  planned_.push_back({t, planned});
-}
-
 void SteeringPoseBuffer::add(slam::Stamp frame, slam::Estimate estimate, bool tracks) {
   const auto holds = [frame](const auto& fault) { return fault.holds(frame); };
   if (!tracks || std::any_of(lost_.begin(), lost_.end(), holds)) return;
@@ -60,8 +48,12 @@ void SteeringPoseBuffer::add(slam::Stamp frame, slam::Estimate estimate, bool tr
     estimate.X_WC = last_unfrozen_->X_WC;
   else
     last_unfrozen_ = estimate;
-  for (const sensor_errors::EstimateJump& jump : jumps_)
-    if (jump.holds(frame)) estimate = displaced(std::move(estimate), jump);
+  for (const sensor_errors::EstimateJump& jump : jumps_) {
+    if (!jump.holds(frame)) continue;
+    estimate.X_WC.linear() =
+        Eigen::AngleAxisd(jump.yaw_rad, Eigen::Vector3d::UnitZ()) * estimate.X_WC.linear();
+    estimate.X_WC.translation() += Eigen::Vector3d(jump.x_m, jump.y_m, 0);
+  }
   while (!planned_.empty() && planned_.front().t < estimate.t) planned_.pop_front();
   if (planned_.empty() || planned_.front().t != estimate.t) return;
   places_.push_back({frame, place_estimate(estimate, planned_.front().motion)});

@@ -22,12 +22,10 @@ class SteeringPoseBuffer {
  public:
   SteeringPoseBuffer(const walking::SteeringOptions& options, const std::vector<sensor_errors::Fault>& faults,
                      slam::Stamp exposure);
-
   /// The motion that was really planned at a frame's stamp.
-  void add(slam::Stamp t, const slam::PlannedMotion& planned);
+  void add(slam::Stamp t, const slam::PlannedMotion& planned) { planned_.push_back({t, planned}); }
   /// The estimate after the frame of that stamp. tracks: neither lost nor diverged.
   void add(slam::Stamp frame, slam::Estimate estimate, bool tracks);
-
   /// Stamp of the last frame with an estimate that may be used now: as old as the latency, its image
   /// complete.
   slam::Stamp usable_until(slam::Stamp now) const { return now - delay_; }

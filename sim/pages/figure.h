@@ -1,11 +1,14 @@
 // A figure as data, and its drawing as SVG: the one plot engine of pages, pictures and the view.
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace sim::pages {
+
+/// Text for HTML and SVG, in elements and in attributes with quotes of either kind. Every text from a file or
+/// a user goes through here.
+std::string escaped(std::string_view text);
 
 /// Selects the color: style sheets and pictures give each role its own.
 enum class Role { truth, plan, estimate, first, second, third };
@@ -27,48 +30,24 @@ struct Envelope {
   std::vector<double> x{}, low{}, high{};
 };
 
-/// A horizontal line, such as the edge of a confidence band.
-struct Level {
+/// A line across the figure at a value of an axis, such as the edge of a band or the time of the loop
+/// closure.
+struct Mark {
   std::string name;
-  double y = 0;
+  double at = 0;
 };
 
-/// A vertical line, such as the time of the loop closure.
-struct Moment {
-  std::string name;
-  double x = 0;
-};
-
-/// Quartiles of some values, with the values as dots beside them: one box of a row.
-struct Box {
-  std::string name;
-  Role role = Role::first;
-  std::vector<double> values{};
-};
-
-/// A cell of a heat map: column and row from 0. A larger loss is drawn darker. href: link target, or empty.
-struct Cell {
-  std::size_t column = 0, row = 0;
-  double value = 0, loss = 0;
-  std::string href{};
-};
-
-/// name: used for its file. x_label, y_label: with units. A figure with boxes or cells has nothing else.
-/// runs: the result folders shown, if there are several.
+/// name: used for its file. x_label, y_label: with units.
 struct Figure {
   std::string name, title, x_label, y_label;
   std::vector<Line> lines{};
   std::vector<Envelope> envelopes{};
-  std::vector<Level> levels{};
-  std::vector<Moment> moments{};
-  bool equal_axes = false;   ///< a meter has the same length along x and y
-  bool logarithmic = false;  ///< y
+  std::vector<Mark> levels{};   ///< horizontal, at y
+  std::vector<Mark> moments{};  ///< vertical, at x
+  bool equal_axes = false;      ///< a meter has the same length along x and y
+  bool logarithmic = false;     ///< y
   bool logarithmic_x = false;
   bool whole_x = false, whole_y = false;  ///< ticks are whole numbers
-  std::vector<Box> boxes{};
-  std::vector<Cell> cells{};
-  std::vector<std::string> columns{}, rows{};  ///< names of a heat map's
-  std::vector<std::string> runs{};
 
   bool is_over_time() const { return x_label.starts_with("time"); }
 };
@@ -88,9 +67,6 @@ struct Axis {
 /// The range of all finite values (positive ones on a logarithmic axis), widened by a margin; 0 to 1 if there
 /// are none.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
-
-/// A tick's value in few digits; below 0.001 and from 100 000 on with a power of ten, as in 5·10⁻⁴.
-std::string tick_text(double value);
 
 /// An SVG document of the given size (px) with title and legend.
 std::string to_svg(const Figure& figure, double width, double height);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
+#include "sim/score/consistency.h"
 #include "slam/frame_report.h"
 #include "slam/observation.h"
 
@@ -33,32 +35,28 @@ struct Frame {
   cv::Mat image = {};              ///< 8-bit grey
   std::vector<float> bodies = {};  ///< of the robot: position, quaternion (x, y, z, w) each
   std::optional<Eigen::Isometry3d> truth = {}, plan = {}, estimate = {};  ///< X_WC; plan: X_PC
-  std::optional<files::Matrix6d> covariance = {};             ///< of the estimate, as in slam::Estimate
-  std::optional<std::array<FootPlace, 2>> feet = {};          ///< left, right
-  std::optional<Eigen::Vector2d> zmp = {}, planned_zmp = {};  ///< m on the ground; planned_zmp in P
-  std::vector<Eigen::Vector2d> support = {};                  ///< corners of the support polygon, in W
+  std::optional<files::Matrix6d> covariance = {};     ///< of the estimate, as in slam::Estimate
+  std::optional<std::array<FootPlace, 2>> feet = {};  ///< left, right
+  std::optional<Eigen::Vector2d> zmp = {};            ///< m on the ground
+  std::vector<cv::Point2f> support = {};              ///< corners of the support polygon, in W
   std::optional<slam::FrameReport> report = {};
   std::optional<std::vector<slam::MapPoint>> map = {};  ///< absent if it is the one before
 };
 
-/// The state of the filter as a sentence.
-std::string state_in_words(const slam::FrameReport& report);
 /// Estimate minus truth: x, y, z (m, axes of W) and heading (rad); their standard deviations; the normalized
-/// error squared of the position.
+/// errors squared. NaN without a covariance.
 struct FrameError {
-  Eigen::Vector4d error, sigma = Eigen::Vector4d::Constant(NAN);
-  double nees = NAN;
+  Eigen::Vector4d error = Eigen::Vector4d::Constant(NAN), sigma = error;
+  score::PoseNees nees{NAN, NAN};
 };
-/// Empty without truth or estimate; NaN without a covariance.
+/// Empty without truth or estimate.
 std::optional<FrameError> error_of(const Frame& frame);
-/// Standard deviation of the heading: of the orientation error's component along the world's vertical.
-double sigma_yaw(const Eigen::Isometry3d& X_WC, const files::Matrix6d& covariance);
 /// Half axes (longer first) and angle (rad) of the 3-sigma ellipse of a covariance.
 Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
 
 /// JSON of a frame for the page's script (web/run.js documents the keys). Lengths in m, angles in rad; values
 /// that are not finite are null.
-std::string to_json(const Frame& frame);
+nlohmann::ordered_json to_json(const Frame& frame);
 
 /// A WebSocket message: the length of the JSON (little-endian, four bytes), the JSON, the grey image row by
 /// row.

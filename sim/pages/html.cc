@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <stdexcept>
 
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
@@ -33,19 +32,11 @@ std::string content_security_policy(const std::vector<std::string_view>& scripts
       allowed.empty() ? " 'none'" : allowed);
 }
 
-// A browser would end such a script early, or hash other bytes.
-void require_embeddable(std::string_view script) {
-  for (const std::string_view breaking : {"</script", "<!--", "\r"})
-    if (script.find(breaking) != script.npos)
-      throw std::logic_error(fmt::format("the script of the pages contains {}", breaking));
-}
-
-std::string row_html(const TableRow& row, const char* tag, bool button = false) {
+std::string row_html(const TableRow& row, const char* tag) {
   std::string html = row.id.empty() ? "<tr>" : fmt::format("<tr id='{}'>", escaped(row.id));
   for (const TableCell& cell : row.cells)
     html += fmt::format("<{0}{1}>{2}</{0}>", tag,
-                        cell.style.empty() ? "" : fmt::format(" class='{}'", cell.style),
-                        button ? fmt::format("<button type='button'>{}</button>", cell.html) : cell.html);
+                        cell.style.empty() ? "" : fmt::format(" class='{}'", cell.style), cell.html);
   return html + "</tr>\n";
 }
 
@@ -62,18 +53,6 @@ std::string legend_html(const Figure& figure) {
 }
 
 }  // namespace
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : files::sanitize(std::string(text)))
-    out += c == '&'    ? "&amp;"
-           : c == '<'  ? "&lt;"
-           : c == '>'  ? "&gt;"
-           : c == '"'  ? "&quot;"
-           : c == '\'' ? "&#39;"
-                       : std::string(1, c);
-  return out;
-}
 
 std::string base64(std::string_view bytes) {
   constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -103,11 +82,11 @@ std::string number_text(std::optional<double> value) {
 }
 
 std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
-                       const std::vector<TableRow>& rows, bool sortable) {
+                       const std::vector<TableRow>& rows) {
   std::string html = fmt::format(
-      "<div class='scroll' tabindex='0' role='region' aria-label='{}'><table class='named-rows{}'><thead>",
-      escaped(name), sortable ? " sortable" : "");
-  html += row_html({titles}, "th", sortable) + "</thead><tbody>\n";
+      "<div class='scroll' tabindex='0' role='region' aria-label='{}'><table class='named-rows'><thead>",
+      escaped(name));
+  html += row_html({titles}, "th") + "</thead><tbody>\n";
   for (const TableRow& row : rows) html += row_html(row, "td");
   return html + "</tbody></table></div>\n";
 }
@@ -127,21 +106,15 @@ std::string section_html(const std::string& id, std::string_view title, const st
   return fmt::format("<section id='{}'><h2>{}</h2>\n{}</section>\n", escaped(id), escaped(title), inside);
 }
 
-std::string navigation_html(const std::vector<std::pair<std::string, std::string>>& sections) {
+std::string navigation_html(const Sections& sections) {
   std::string html = "<nav aria-label='sections'>";
   for (const auto& [id, title] : sections)
     html += fmt::format("<a href='#{}'>{}</a> ", escaped(id), escaped(title));
   return html + "</nav>\n";
 }
 
-std::string command_html(std::string_view command) {
-  return fmt::format("<div><pre>{}</pre><button type='button' class='copy no-print'>copy</button></div>\n",
-                     escaped(command));
-}
-
 std::string_view page_script() { return {gaitslam_page_script_begin, gaitslam_page_script_end}; }
 std::string_view map_script() { return {gaitslam_map_script_begin, gaitslam_map_script_end}; }
-std::string_view page_style() { return {gaitslam_page_style_begin, gaitslam_page_style_end}; }
 
 std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
                       const std::vector<std::string_view>& scripts) {
@@ -151,14 +124,11 @@ std::string html_page(std::string_view title, const std::string& subtitle, const
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>GaitSLAM: "
       "{}</title>\n"
       "<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{}</style>\n</head>\n<body>\n"
-      "<header><div><h1>{}</h1>\n<p class='soft'>{}</p></div>\n"
-      "<button type='button' id='theme' class='no-print'>light / dark</button></header>\n{}",
-      content_security_policy(scripts), escaped(title), page_style(), figure_style(), escaped(title),
+      "<header><h1>{}</h1>\n<p class='soft'>{}</p></header>\n{}",
+      content_security_policy(scripts), escaped(title),
+      std::string_view(gaitslam_page_style_begin, gaitslam_page_style_end), figure_style(), escaped(title),
       subtitle, body);
-  for (const std::string_view script : scripts) {
-    require_embeddable(script);
-    html.append("<script>").append(script).append("</script>\n");
-  }
+  for (const std::string_view script : scripts) html.append("<script>").append(script).append("</script>\n");
   return html + "</body>\n</html>\n";
 }
 

@@ -10,9 +10,6 @@
 
 namespace sim::pages {
 
-/// Text for HTML and SVG, in elements and in attributes with quotes of either kind. Every text from a file or
-/// a user goes through here.
-std::string escaped(std::string_view text);
 /// RFC 4648.
 std::string base64(std::string_view bytes);
 /// A script element with JSON as data under that id. Browsers never run it, whatever the JSON contains.
@@ -32,9 +29,9 @@ struct TableRow {
   std::vector<TableCell> cells;
   std::string id = "";
 };
-/// The first column stays visible when the table is scrolled. sortable: a click on a title sorts.
+/// The first column stays visible when the table is scrolled.
 std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
-                       const std::vector<TableRow>& rows, bool sortable = false);
+                       const std::vector<TableRow>& rows);
 
 /// A figure with caption, drawing and legend, followed by `below` (HTML).
 std::string figure_html(const Figure& figure, const std::string& below = "", double height = 300,
@@ -42,19 +39,17 @@ std::string figure_html(const Figure& figure, const std::string& below = "", dou
 /// HTML of figures as a grid.
 std::string figures_html(const std::string& figures);
 std::string section_html(const std::string& id, std::string_view title, const std::string& inside);
-/// Links to the sections of a page: id and title.
-std::string navigation_html(const std::vector<std::pair<std::string, std::string>>& sections);
-/// A command with a button that copies it.
-std::string command_html(std::string_view command);
+/// Id and title of the sections of a page.
+using Sections = std::vector<std::pair<std::string, std::string>>;
+/// Links to them.
+std::string navigation_html(const Sections& sections);
 
 /// The scripts of the pages: behavior of tables and figures, and the map in three dimensions.
 std::string_view page_script();
 std::string_view map_script();
-std::string_view page_style();
 
 /// A page that is one file. subtitle, body: HTML. The Content-Security-Policy names the scripts by their
-/// hashes, so that a browser runs no other script, loads nothing and sends nothing. Throws std::logic_error
-/// if a script would end its own element.
+/// hashes, so that a browser runs no other script, loads nothing and sends nothing.
 std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
                       const std::vector<std::string_view>& scripts = {page_script()});
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -32,11 +31,6 @@ constexpr const char* kOrder =
     "The best row comes first: by coverage, then by the first metric. coverage: mean over the runs of the "
     "share of true poses with an estimate; a run that did not complete counts 0.";
 
-/// A row before its medians are taken.
-struct Collected : LeaderboardRow {
-  std::map<std::string, std::vector<double>> values;  // by column
-  fs::path first;                                     // of its results
-};
 using RowKey = std::tuple<std::string, std::string, fs::path, std::string>;
 
 bool is_left_out(const fs::path& folder) {
@@ -68,9 +62,32 @@ double coverage_of(const files::Json& score) {
   return std::min(all, tracked.value_or(all));
 }
 
+std::vector<std::string> settings_of(const fs::path& result) try {
+  const scenario::Scenario read = scenario::read_scenario(result / "scenario.yaml").scenario;
+  std::vector<std::string> settings;
+  for (const auto& key : scenario::scenario_keys())
+    if (key.name != "seed")
+      settings.push_back(key.name + "=" + (scenario::has_section(read, key.name) ? key.print(read) : "none"));
+  return settings;
+} catch (const std::exception&) {  // a part of a result, or of another version
+  return {};
+}
+
+/// The settings in which other rows of its scenario and estimator differ.
+std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < row.settings.size(); ++i)
+    if (std::any_of(rows.begin(), rows.end(), [&](const LeaderboardRow& other) {
+          return other.scenario == row.scenario && other.estimator == row.estimator &&
+                 !other.settings.empty() && other.settings[i] != row.settings[i];
+        }))
+      all.push_back(row.settings[i]);
+  return all.empty() ? "-" : fmt::format("{}", fmt::join(all, " "));
+}
+
 /// Reads a whole result before anything is added. Throws FileError.
 void add_result(const fs::path& result, const std::vector<std::string>& metrics,
-                std::map<RowKey, Collected>& all) {
+                std::map<RowKey, LeaderboardRow>& all) {
   const files::Json score = result::read_whole_score(result / "score.json");
   const auto estimator = score.find("estimator");
   const fs::path about = result / "about.json", timing = result / "timing.json";
@@ -88,56 +105,21 @@ void add_result(const fs::path& result, const std::vector<std::string>& metrics,
   const std::string scenario = score.at("scenario").text(), name = estimator ? estimator->text() : "filter";
   const fs::path folder = fs::absolute(result / "x").lexically_normal().parent_path().parent_path();
 
-  Collected& row = all[{scenario, name, folder, alignment}];
+  LeaderboardRow& row = all[{scenario, name, folder, alignment}];
   row.scenario = scenario, row.estimator = name, row.folder = folder, row.alignment = alignment;
-  if (row.runs++ == 0) row.first = result;
+  if (row.runs++ == 0) row.settings = settings_of(result);
   row.completed += score.at("ending").text() == "completed" ? 1 : 0;
   row.coverage += coverage;
   row.seeds.insert(seed);
   for (const auto& [column, value] : values) row.values[column].push_back(value);
 }
 
-using Keys = std::map<std::string, std::string>;
-
-Keys keys_of(const fs::path& result) try {
-  const scenario::Scenario read = scenario::read_scenario(result / "scenario.yaml").scenario;
-  Keys keys;
-  for (const auto& key : scenario::scenario_keys())
-    if (key.name != "seed") keys[key.name] = scenario::has_section(read, key.name) ? key.print(read) : "none";
-  return keys;
-} catch (const std::exception&) {  // a part of a result, or of another version
-  return {};
-}
-
-/// Names the keys that differ between rows of one scenario and estimator.
-void name_changes(std::vector<Collected>& rows) {
-  for (auto from = rows.begin(); from != rows.end();) {
-    const auto to = std::find_if(from, rows.end(), [&](const Collected& row) {
-      return row.scenario != from->scenario || row.estimator != from->estimator;
-    });
-    if (to - from > 1) {
-      std::vector<Keys> keys;
-      for (auto row = from; row != to; ++row) keys.push_back(keys_of(row->first));
-      for (const auto& [key, value] : keys.front()) {
-        const auto same = [&key = key, &value = value](const Keys& k) {
-          return k.empty() || (k.contains(key) && k.at(key) == value);
-        };
-        if (std::all_of(keys.begin(), keys.end(), same)) continue;
-        for (auto row = from; row != to; ++row)
-          if (const Keys& own = keys[static_cast<std::size_t>(row - from)]; own.contains(key))
-            row->changes += fmt::format("{}{}={}", row->changes.empty() ? "" : " ", key, own.at(key));
-      }
-    }
-    from = to;
-  }
-}
-
 /// Orders the rows of a scenario: small is good. An aligned error is never compared with an unaligned one.
 std::tuple<double, std::string, double> badness(const LeaderboardRow& row, const std::string& metric) {
   const std::string column = column_of(metric, row.alignment);
-  const auto value = row.medians.find(column);
+  const auto value = row.median(column);
   return {-std::round(100 * row.coverage), column == metric ? "" : column,
-          value == row.medians.end() ? INFINITY : score::loss(value->second, score::direction_of(metric))};
+          value ? score::loss(*value, score::direction_of(metric)) : INFINITY};
 }
 
 /// The metrics, each as its columns by alignment, and the CPU times, as far as a row has them.
@@ -162,45 +144,37 @@ std::string field(std::string name) {
   return files::csv_field(name);
 }
 
-std::string seeds_text(const std::set<std::uint64_t>& seeds) {
-  const bool chain = seeds.size() > 2 && *seeds.rbegin() - *seeds.begin() == seeds.size() - 1;
-  return chain ? fmt::format("{}-{}", *seeds.begin(), *seeds.rbegin())
-               : fmt::format("{}", fmt::join(seeds, ","));
-}
-
-std::vector<std::string> titles(const Leaderboard& board) {
-  std::vector<std::string> all{"scenario", "estimator", "coverage", "completed"};
-  const auto columns = value_columns(board);
-  all.insert(all.end(), columns.begin(), columns.end());
-  all.insert(all.end(), {"seeds", "alignment", "changed", "folder"});
-  return all;
-}
-
-std::vector<std::string> cells(const LeaderboardRow& row, const std::vector<std::string>& columns) {
-  std::vector<std::string> all{row.scenario, row.estimator, fmt::format("{:.0f} %", 100 * row.coverage),
-                               fmt::format("{}/{}", row.completed, row.runs)};
-  for (const std::string& column : columns) {
-    const auto value = row.medians.find(column);
-    all.push_back(value == row.medians.end() ? "-" : fmt::format("{:.4g}", value->second));
+/// The titles and the rows. exact: all digits and columns; else without columns that no row has a value in.
+std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool exact) {
+  const auto number = [&](double x) { return exact ? fmt::format("{}", x) : fmt::format("{:.4g}", x); };
+  const std::vector<std::string> columns = value_columns(board);
+  std::vector<std::vector<std::string>> all{{"scenario", "estimator", "coverage", "runs", "completed"}};
+  all[0].insert(all[0].end(), columns.begin(), columns.end());
+  all[0].insert(all[0].end(), {"alignment", "seeds", "changed", "folder"});
+  for (const LeaderboardRow& row : board.rows) {
+    auto& line = all.emplace_back(std::vector{row.scenario, row.estimator, number(row.coverage),
+                                              fmt::format("{}", row.runs), fmt::format("{}", row.completed)});
+    for (const std::string& column : columns) {
+      const auto value = row.median(column);
+      line.push_back(value ? number(*value) : "-");
+    }
+    line.insert(line.end(),
+                {row.alignment == "none" ? "-" : row.alignment, fmt::format("{}", fmt::join(row.seeds, " ")),
+                 changed(row, board.rows), fs::proximate(row.folder).string()});
   }
-  const std::string alignment = row.alignment == "none" ? "-" : row.alignment;
-  all.insert(all.end(), {seeds_text(row.seeds), alignment, row.changes.empty() ? "-" : row.changes,
-                         fs::proximate(row.folder).string()});
-  return all;
-}
-
-/// The titles and the rows, without columns that no row has a value in.
-std::vector<std::vector<std::string>> lines_of(const Leaderboard& board) {
-  std::vector<std::vector<std::string>> all{titles(board)}, lines(board.rows.size() + 1);
-  for (const LeaderboardRow& row : board.rows) all.push_back(cells(row, value_columns(board)));
-  for (std::size_t i = 0; i < all[0].size(); ++i) {
-    if (std::all_of(all.begin() + 1, all.end(), [&](const auto& line) { return line[i] == "-"; })) continue;
-    for (std::size_t k = 0; k < all.size(); ++k) lines[k].push_back(all[k][i]);
-  }
+  std::vector<std::vector<std::string>> lines(all.size());
+  for (std::size_t i = 0; i < all[0].size(); ++i)
+    if (exact || std::any_of(all.begin() + 1, all.end(), [&](const auto& line) { return line[i] != "-"; }))
+      for (std::size_t k = 0; k < all.size(); ++k) lines[k].push_back(all[k][i]);
   return lines;
 }
 
 }  // namespace
+
+std::optional<double> LeaderboardRow::median(const std::string& column) const {
+  const auto found = values.find(column);
+  return found == values.end() ? std::nullopt : std::optional(score::median(found->second));
+}
 
 std::vector<std::string> leaderboard_metrics() {
   return {"ate_se3_rmse_m",       "ate_sim3_rmse_m",  "rmse_m",
@@ -208,7 +182,7 @@ std::vector<std::string> leaderboard_metrics() {
 }
 
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics) {
-  std::map<RowKey, Collected> all;
+  std::map<RowKey, LeaderboardRow> all;
   std::set<fs::path> counted;  // a folder may be below several of those given
   Leaderboard board{metrics, {}, {}};
   for (const fs::path& folder : folders) {
@@ -224,14 +198,10 @@ Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<
   }
   if (all.empty())
     throw files::FileError(folders.front(), "no result can be read: " + board.left_out.front());
-  std::vector<Collected> rows;
-  for (auto& [key, row] : all) rows.push_back(std::move(row));
-  for (Collected& row : rows) {
+  for (auto& [key, row] : all) {
     row.coverage /= static_cast<double>(row.runs);
-    for (const auto& [column, values] : row.values) row.medians[column] = score::median(values);
+    board.rows.push_back(std::move(row));
   }
-  name_changes(rows);
-  board.rows.assign(rows.begin(), rows.end());
   std::stable_sort(board.rows.begin(), board.rows.end(),
                    [&](const LeaderboardRow& a, const LeaderboardRow& b) {
                      if (a.scenario != b.scenario) return a.scenario < b.scenario;
@@ -241,31 +211,24 @@ Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<
 }
 
 std::string leaderboard_table(const Leaderboard& board) {
-  return files::text_table(lines_of(board), {.naming = 2, .text = 2, .last_text = true}) +
+  return files::text_table(lines_of(board, false), {.naming = 2, .text = 2, .last_text = true}) +
          "medians over the runs of a row that have a value; results of different scenarios are not "
          "compared\n";
 }
 
 std::string leaderboard_csv(const Leaderboard& board) {
-  const std::vector<std::string> columns = value_columns(board);
-  std::string text =
-      fmt::format("scenario,estimator,alignment,runs,completed,coverage,{},seeds,changed,folder\n",
-                  fmt::join(columns, ","));
-  for (const LeaderboardRow& row : board.rows) {
-    text += fmt::format("{},{},{},{},{},{}", field(row.scenario), field(row.estimator), field(row.alignment),
-                        row.runs, row.completed, row.coverage);
-    for (const std::string& column : columns) {
-      const auto value = row.medians.find(column);
-      text += "," + (value == row.medians.end() ? "" : fmt::format("{}", value->second));
-    }
-    text += fmt::format(",{},{},{}\n", field(fmt::format("{}", fmt::join(row.seeds, " "))),
-                        field(row.changes), field(fs::proximate(row.folder).string()));
+  std::string text;
+  for (const std::vector<std::string>& line : lines_of(board, true)) {
+    std::vector<std::string> fields;
+    for (const std::string& cell : line)
+      fields.push_back(cell == "-" ? "" : files::parse_number<double>(cell) ? cell : field(cell));
+    text += fmt::format("{}\n", fmt::join(fields, ","));
   }
   return text;
 }
 
 std::string leaderboard_page(const Leaderboard& board) {
-  const auto all = lines_of(board);
+  const auto all = lines_of(board, false);
   std::vector<TableCell> heads;
   for (const std::string& title : all[0]) heads.push_back(text_cell(title));
   std::string html;

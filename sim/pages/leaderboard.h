@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,10 +18,13 @@ struct LeaderboardRow {
   std::filesystem::path folder;  ///< of the results
   std::size_t runs = 0, completed = 0;
   std::set<std::uint64_t> seeds;
-  double coverage =
-      0;  ///< mean over all runs of the share of true poses with an estimate; 0 of an incomplete run
-  std::map<std::string, double> medians;  ///< by column, over the runs that have a value
-  std::string changes;  ///< keys with other values than in a row of the same scenario and estimator
+  /// The mean over all runs of the share of true poses with an estimate; 0 of an incomplete run.
+  double coverage = 0;
+  std::map<std::string, std::vector<double>> values;  ///< by column, of the runs that have one
+  std::vector<std::string> settings;  ///< "key=value" of each key but seed; empty if they cannot be read
+
+  /// Over the runs that have a value; empty if none has.
+  std::optional<double> median(const std::string& column) const;
 };
 
 struct Leaderboard {

@@ -35,30 +35,18 @@ std::string agreement_text(Agreement agreement);
 
 /// A row of the table: what is compared (with the section of the paper), and both results.
 struct PaperRow {
-  std::string what, paper, bench;
+  std::string what, paper, bench = "not run";
   Agreement agreement = Agreement::none;
 };
 /// All rows; the result of an experiment without runs is "not run".
 std::vector<PaperRow> paper_rows(const PaperRuns& runs);
 
-/// Figures 1, 3, 4, 6, 7 and 8 of the paper, each from the first seed that shows it. Throws FileError if a
-/// table of a run is broken.
-std::vector<Figure> paper_figures(const PaperRuns& runs);
 /// Figure 3, from a depths.csv: the depth hypotheses of the landmark that took most images until its depth
 /// was known (standard deviation below 0.3 of it), after the first image, thirds of them and the last.
 /// Without lines if there is none.
 Figure depths_figure(const std::filesystem::path& depths_csv);
 
-/// Compares the change of the estimated height in the 0.1 s after foot impacts with the rest of each step;
-/// the paper leaves open whether they differ. p: signed rank test over steps. ratio: of both changes.
-struct ImpactLink {
-  double p = 1, ratio = 1;
-};
-/// t, z: a height over time; impacts: s, rising. Empty for fewer than 100 frames or 5 steps.
-std::optional<ImpactLink> impact_link(const Column& t, const Column& z, const Column& impacts);
-PaperRow impact_row(const std::vector<RunData>& runs, const std::string& filter);
-
-/// The page: table and figures.
+/// The page: table and figures. Throws FileError if a table of a run is broken.
 std::string paper_page(const PaperRuns& runs, const std::string& revision);
 
 }  // namespace sim::pages

@@ -1,16 +1,86 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <iterator>
 
 #include "sim/files/text.h"
 #include "sim/pages/html.h"
+#include "sim/pages/pages.h"
 #include "sim/pages/paper.h"
-#include "sim/pages/run_sections.h"
 
 namespace sim::pages {
 namespace {
 
 constexpr int kHeadViews = 4;
+
+Figure depths(const RunData& run) {
+  const auto file = run.folder / "depths.csv";
+  return std::filesystem::exists(file) ? depths_figure(file) : Figure{};
+}
+
+/// A figure of the paper, drawn from the first run of an experiment, or from the first that closed its loop.
+struct PaperFigure {
+  const char *name, *title, *experiment;
+  Figure (*draw)(const RunData& run);
+  bool closed = false;
+};
+
+constexpr PaperFigure kFigures[]{
+    {"figure_1", "Figure 1: waist, planned and walked, a tangent quadrant", "tangent_quadrant",
+     waist_from_above},
+    {"figure_1_circle", "Figure 1: waist, planned and walked, facing the center, first trial",
+     "perpendicular_circle_trial1", waist_from_above},
+    {"figure_3", "Figure 3: depth hypotheses of a new landmark collapse to a peak", "tangent_circle_paper",
+     depths, true},
+    {"figure_4", "Figure 4: uncertainty of the position until the loop closes; vision and gyro",
+     "vision_gyro_known_landmarks", [](const RunData& run) { return uncertainty(run); }, true},
+    {"figure_6_paper", "Figure 6: plan and SLAM, experiment 1, the paper's filter", "tangent_circle_paper",
+     camera_from_above, true},
+    {"figure_6", "Figure 6: the same walk, this bench's filter", "tangent_circle", camera_from_above},
+    {"figure_7_paper", "Figure 7: plan and SLAM, experiment 2, the paper's filter",
+     "perpendicular_circle_paper", camera_from_above, true},
+    {"figure_7", "Figure 7: experiment 2, this bench's filter", "perpendicular_circle", camera_from_above},
+    {"figure_8", "Figure 8: height of the camera in experiment 1, the paper's filter", "tangent_circle_paper",
+     camera_height, true}};
+
+const RunData* run_of(const PaperFigure& figure, const PaperRuns& all) {
+  const std::vector<RunData>& runs = runs_of(all, figure.experiment);
+  for (const RunData& run : runs)
+    if (!figure.closed || run.metric("loop_time_s")) return &run;
+  return runs.empty() ? nullptr : &runs.front();
+}
+
+constexpr double kKnown = 0.3;  // standard deviation by mean: Davison 2003
+
+struct Hypotheses {
+  Column depth, probability;
+};
+using History = std::map<double, Hypotheses>;  // of a landmark, by time
+
+double relative_sigma(const Hypotheses& h) {
+  double mean = 0, square = 0;
+  for (std::size_t i = 0; i < h.depth.size(); ++i) {
+    mean += h.probability[i] * h.depth[i];
+    square += h.probability[i] * h.depth[i] * h.depth[i];
+  }
+  return std::sqrt(std::max(0.0, square - mean * mean)) / mean;
+}
+
+/// Figures 1, 3, 4, 6, 7 and 8 of the paper, each from the first seed that shows it.
+std::string figures(const PaperRuns& all) {
+  std::string html;
+  for (const PaperFigure& figure : kFigures) {
+    const RunData* const run = run_of(figure, all);
+    Figure drawn = run ? figure.draw(*run) : Figure{};
+    if (drawn.lines.empty()) continue;
+    drawn.name = figure.name;
+    drawn.title = fmt::format("{} (seed {})", figure.title, run->seed);
+    html += figure_html(drawn);
+  }
+  return figures_html(html);
+}
 
 std::string table(const std::vector<PaperRow>& rows) {
   constexpr std::array kClasses{"soft", "good", "good", "bad"};
@@ -20,15 +90,6 @@ std::string table(const std::vector<PaperRow>& rows) {
         {{text_cell(row.what), text_cell(row.paper), text_cell(row.bench),
           text_cell(agreement_text(row.agreement), kClasses[static_cast<std::size_t>(row.agreement)])}});
   return table_html("paper and bench", {{"experiment"}, {"paper"}, {"this bench"}, {""}}, cells);
-}
-
-std::string differences(const std::vector<PaperRow>& rows) {
-  std::string items;
-  for (const PaperRow& row : rows)
-    if (row.agreement == Agreement::differs)
-      items += fmt::format("<li>{}. Paper: {}. Here: {}.</li>\n", escaped(row.what), escaped(row.paper),
-                           escaped(row.bench));
-  return items.empty() ? "<p>No row differs.</p>\n" : "<ul>\n" + items + "</ul>\n";
 }
 
 std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
@@ -71,19 +132,41 @@ std::string head_views(const PaperRuns& runs) {
 
 }  // namespace
 
+Figure depths_figure(const std::filesystem::path& depths_csv) {
+  Figure f{"", "", "depth [m]", "probability of a hypothesis"};
+  const Table table(depths_csv);
+  const Column t = table.seconds("timestamp"), id = table.numbers("landmark"), depth = table.numbers("depth"),
+               probability = table.numbers("probability");
+  std::map<double, History> all;  // by landmark
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    Hypotheses& at = all[id[i]][t[i]];
+    at.depth.push_back(depth[i]), at.probability.push_back(probability[i]);
+  }
+  const History* longest = nullptr;
+  for (const auto& [landmark, history] : all)
+    if (relative_sigma(history.rbegin()->second) < kKnown && (!longest || history.size() > longest->size()))
+      longest = &history;
+  if (!longest) return f;
+  constexpr Role kRoles[] = {Role::third, Role::second, Role::first, Role::estimate};
+  const std::size_t last = longest->size() - 1;
+  for (std::size_t k = 0; k < std::size(kRoles); ++k) {
+    const std::size_t image = k * last / (std::size(kRoles) - 1);
+    const Hypotheses& h = std::next(longest->begin(), static_cast<std::ptrdiff_t>(image))->second;
+    f.lines.push_back({fmt::format("after {} image{}", image + 1, image == 0 ? "" : "s"), kRoles[k], h.depth,
+                       h.probability});
+  }
+  return f;
+}
+
 std::string paper_page(const PaperRuns& runs, const std::string& revision) {
   const std::vector<PaperRow> rows = paper_rows(runs);
-  std::string figures;
-  for (const Figure& figure : paper_figures(runs)) figures += figure_html(figure);
   return html_page(
       "The paper reproduced",
       "Stasse, Davison, Sellaouti, Yokoi: Real-time 3D SLAM for Humanoid Robot considering Pattern "
       "Generator Information, IROS 2006. GaitSLAM, revision " +
           escaped(revision),
       summary(runs, rows) + section_html("rows", "Paper and bench", table(rows) + kHowToRead) +
-          section_html("differences", "Differences", differences(rows)) +
-          section_html("figures", "The figures of the paper reproduced", figures_html(figures)) +
-          head_views(runs));
+          section_html("figures", "The figures of the paper reproduced", figures(runs)) + head_views(runs));
 }
 
 }  // namespace sim::pages

@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/recording/recording.h"
-#include "sim/result/score_file.h"
-#include "sim/score/consistency.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::pages {
@@ -22,97 +19,46 @@ namespace fs = std::filesystem;
 using files::Json;
 using files::TumRow;
 
-std::string column_name(std::string title) {
-  if (title.starts_with('#')) title.erase(0, 1);
-  return title.substr(0, title.find(" ["));
+void add(Path& path, slam::Stamp t, const std::optional<Eigen::Isometry3d>& X) {
+  path.t.push_back(slam::seconds(t));
+  path.x.push_back(X ? X->translation().x() : NAN);
+  path.y.push_back(X ? X->translation().y() : NAN);
+  path.z.push_back(X ? X->translation().z() : NAN);
 }
 
-Path path_of(const std::vector<TumRow>& rows) {
+Path read_path(const fs::path& file) {
   Path path;
-  for (const TumRow& row : rows) {
-    path.t.push_back(slam::seconds(row.t));
-    path.x.push_back(row.X.translation().x());
-    path.y.push_back(row.X.translation().y());
-    path.z.push_back(row.X.translation().z());
-    path.yaw.push_back(score::yaw(row.X.linear()));
-  }
+  for (const TumRow& row : files::read_tum(file)) add(path, row.t, row.X);
   return path;
 }
 
-Path read_path(const fs::path& file) { return path_of(files::read_tum(file)); }
-
-/// The estimate's rows with a NaN before each one that does not follow at the next true stamp: a line breaks
-/// there.
-std::vector<TumRow> broken_at_gaps(const std::vector<TumRow>& estimate, const std::vector<TumRow>& truth) {
-  std::vector<TumRow> rows;
-  auto next = truth.begin();
-  for (const TumRow& row : estimate) {
-    const auto at = std::lower_bound(next, truth.end(), row.t,
-                                     [](const TumRow& pose, slam::Stamp t) { return pose.t < t; });
-    if (!rows.empty() && at != next) {
-      rows.push_back({{next->t, Eigen::Isometry3d::Identity()}, std::nullopt});
-      rows.back().X.matrix().topRows<3>().setConstant(NAN);
-    }
-    rows.push_back(row);
-    next = at != truth.end() && at->t == row.t ? std::next(at) : at;
-  }
-  return rows;
+/// A pose of all frames, seen from the camera at X.
+Path path_of(const std::vector<Frame>& frames, std::optional<Eigen::Isometry3d> Frame::*pose,
+             const Eigen::Isometry3d& X = Eigen::Isometry3d::Identity()) {
+  Path path;
+  for (const Frame& frame : frames)
+    add(path, frame.t, frame.*pose ? std::optional(*(frame.*pose) * X) : std::nullopt);
+  return path;
 }
 
-std::vector<TumRow> tum_if_there(const fs::path& file) {
-  return fs::exists(file) ? files::read_tum(file) : std::vector<TumRow>{};
-}
-
-std::optional<Table> table_if_there(const fs::path& file) {
-  if (!fs::exists(file)) return std::nullopt;
-  return Table(file);
-}
-
-// Without a covariance there is neither envelope nor NEES: figures leave out NaNs.
-void add(Errors& errors, const score::PosePair& pair, const std::optional<score::Matrix6d>& estimated) {
-  const score::Matrix6d covariance = estimated.value_or(score::Matrix6d::Constant(NAN));
-  const Eigen::Vector3d e = pair.X_estimate.translation() - pair.X_true.translation();
-  const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, covariance);
-  errors.t.push_back(slam::seconds(pair.t));
-  errors.x.push_back(e.x());
-  errors.y.push_back(e.y());
-  errors.z.push_back(e.z());
-  errors.distance.push_back(e.norm());
-  errors.yaw.push_back(score::yaw(pair.X_estimate.linear() * pair.X_true.linear().transpose()));
-  errors.sigma_x.push_back(std::sqrt(covariance(3, 3)));
-  errors.sigma_y.push_back(std::sqrt(covariance(4, 4)));
-  errors.sigma_z.push_back(std::sqrt(covariance(5, 5)));
-  errors.sigma_yaw.push_back(sigma_yaw(pair.X_estimate, covariance));
-  errors.nees_position.push_back(nees ? nees->position : NAN);
-  errors.nees_orientation.push_back(nees ? nees->orientation : NAN);
-}
-
-score::Trajectory trajectory(const std::vector<TumRow>& rows) {
-  score::Trajectory all;
-  for (const TumRow& row : rows) all.push_back({row.t, row.X});
-  return all;
-}
-
-Errors errors_of(const std::vector<TumRow>& truth, const std::vector<TumRow>& estimate) {
+Errors errors_of(const std::vector<Frame>& frames) {
   Errors errors;
-  std::size_t row = 0;
-  for (const score::PosePair& pair : score::pair_by_stamp(trajectory(truth), trajectory(estimate))) {
-    while (estimate[row].t != pair.t) ++row;
-    add(errors, pair, estimate[row].covariance);
+  for (const Frame& frame : frames) {
+    const FrameError e = error_of(frame).value_or(FrameError{});
+    errors.t.push_back(slam::seconds(frame.t));
+    for (std::size_t i = 0; i < 4; ++i) {
+      errors.error[i].push_back(e.error(static_cast<Eigen::Index>(i)));
+      errors.sigma[i].push_back(e.sigma(static_cast<Eigen::Index>(i)));
+    }
+    errors.distance.push_back(e.error.head<3>().norm());
+    errors.nees_position.push_back(e.nees.position);
+    errors.nees_orientation.push_back(e.nees.orientation);
   }
   return errors;
 }
 
-// The estimated waist, assuming the planned distance of the camera at the start.
-std::optional<Path> waist_of_estimate(const fs::path& folder, const std::vector<TumRow>& truth) {
-  if (!fs::exists(folder / "estimate.tum")) return std::nullopt;
-  const auto waist = files::read_tum(folder / "waist_plan.tum"),
-             camera = files::read_tum(folder / "plan.tum");
-  auto estimate = broken_at_gaps(files::read_tum(folder / "estimate.tum"), truth);
-  if (waist.empty() || camera.empty()) return std::nullopt;
-  const Eigen::Isometry3d X_CB = camera.front().X.inverse() * waist.front().X;
-  for (TumRow& row : estimate) row.X = row.X * X_CB;
-  return path_of(estimate);
+std::optional<Table> table_if_there(const fs::path& file) {
+  return fs::exists(file) ? std::optional<Table>(file) : std::nullopt;
 }
 
 void read_score(RunData& run, const Json& score) {
@@ -123,11 +69,10 @@ void read_score(RunData& run, const Json& score) {
   const auto number = [](const std::optional<Json>& value) {
     return value ? value->number_or_null() : std::nullopt;
   };
-  for (const auto& [name, metric] : score.at("metrics").entries()) {
-    const auto unit = metric.find("unit"), reason = metric.find("reason");
+  const auto text = [](const std::optional<Json>& value) { return value ? value->text() : ""; };
+  for (const auto& [name, metric] : score.at("metrics").entries())
     run.metrics.push_back(
-        {name, unit ? unit->text() : "", reason ? reason->text() : "", number(metric.find("value"))});
-  }
+        {name, text(metric.find("unit")), text(metric.find("reason")), number(metric.find("value"))});
   for (const Json& limit : score.at("limits").items()) {
     const auto passed = limit.find("passed");
     run.limits.push_back({limit.at("metric").text(), number(limit.find("at_most")),
@@ -141,122 +86,102 @@ void read_score(RunData& run, const Json& score) {
         run.faults.push_back({kind, one.at("cause").text(), one.at("from_s").number()});
 }
 
-/// The frames of a result by their stamps.
-class Timeline {
- public:
-  explicit Timeline(std::vector<Frame>& frames) : frames_(frames) {}
-
-  Frame* at(slam::Stamp t) {
-    const auto found = std::lower_bound(frames_.begin(), frames_.end(), t,
-                                        [](const Frame& f, slam::Stamp s) { return f.t < s; });
-    return found != frames_.end() && found->t == t ? &*found : nullptr;
-  }
-  /// The frame at a stamp of a file in nanoseconds.
-  Frame* at(const std::string& field, const fs::path& file) {
-    const auto ns = files::parse_number<std::int64_t>(field);
-    if (!ns) throw files::FileError(file, fmt::format("'{}' is not a time stamp", field));
-    return at(slam::Stamp(*ns));
-  }
-
- private:
-  std::vector<Frame>& frames_;
-};
-
-slam::Health health_of(const std::string& name) {
-  return name == "lost" ? slam::Health::lost : name == "diverged" ? slam::Health::diverged : slam::Health::ok;
+/// The frame of a stamp, which other programs round; null if there is none.
+Frame* frame_at(std::vector<Frame>& frames, slam::Stamp t) {
+  constexpr slam::Stamp kSame = std::chrono::microseconds(100);
+  const auto found = std::lower_bound(frames.begin(), frames.end(), t - kSame,
+                                      [](const Frame& f, slam::Stamp s) { return f.t < s; });
+  return found != frames.end() && found->t <= t + kSame ? &*found : nullptr;
 }
 
-void add_reports(Timeline& frames, const fs::path& file, const Table& table) {
-  const auto &t = table.text("timestamp"), &health = table.text("health"), &cause = table.text("cause"),
-             &refused = table.text("refused");
-  const auto landmarks = table.numbers("landmarks");
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    Frame* const frame = frames.at(t[i], file);
-    if (!frame) continue;
-    slam::FrameReport& report = frame->report.emplace();
-    report.t = frame->t;
+/// Calls add(frame, row) for each row of a table that has a frame.
+void for_rows(std::vector<Frame>& frames, const std::vector<slam::Stamp>& stamps, const auto& add) {
+  for (std::size_t i = 0; i < stamps.size(); ++i)
+    if (Frame* const frame = frame_at(frames, stamps[i])) add(*frame, i);
+}
+
+void add_reports(std::vector<Frame>& frames, const Table& table) {
+  const auto &health = table.text("health"), &cause = table.text("cause"), &refused = table.text("refused");
+  const Column landmarks = table.numbers("landmarks");
+  for_rows(frames, table.stamps("timestamp"), [&](Frame& frame, std::size_t i) {
+    slam::FrameReport& report = frame.report.emplace();
+    report.t = frame.t;
     report.landmarks = landmarks[i] >= 0 && landmarks[i] < 1e6 ? static_cast<int>(landmarks[i]) : 0;
-    report.health = health_of(health[i]);
+    report.health = health[i] == "lost"       ? slam::Health::lost
+                    : health[i] == "diverged" ? slam::Health::diverged
+                                              : slam::Health::ok;
     report.cause = cause[i], report.refused = refused[i];
     if (table.has("suspect")) report.suspect = table.text("suspect")[i];
-  }
+  });
 }
 
-// Results of earlier versions lack the positions of rejected matches.
-Column numbers_if_there(const Table& table, const char* column) {
-  return table.has(column) ? table.numbers(column) : Column(table.rows(), NAN);
-}
-
-void add_searches(Timeline& frames, const fs::path& file) {
-  if (!fs::exists(file)) return;
-  const Table table(file);
-  const auto& t = table.text("timestamp");
+void add_searches(std::vector<Frame>& frames, const Table& table) {
   const Column landmark = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v"),
                uu = table.numbers("S_uu"), uv = table.numbers("S_uv"), vv = table.numbers("S_vv"),
                found_u = table.numbers("found_u"), found_v = table.numbers("found_v"),
-               rejected_u = numbers_if_there(table, "refused_u"),
-               rejected_v = numbers_if_there(table, "refused_v");
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    Frame* const frame = frames.at(t[i], file);
-    if (!frame || !frame->report || !(std::abs(landmark[i]) < 1e9)) continue;
+               rejected_u = table.numbers("refused_u"), rejected_v = table.numbers("refused_v");
+  for_rows(frames, table.stamps("timestamp"), [&](Frame& frame, std::size_t i) {
+    if (!frame.report || !(std::abs(landmark[i]) < 1e9)) return;
     slam::Search search{static_cast<int>(landmark[i]), {u[i], v[i]}, Eigen::Matrix2d::Zero()};
     search.S << uu[i], uv[i], uv[i], vv[i];
-    if (!search.S.allFinite() || !search.pixel.allFinite()) continue;
+    if (!search.S.allFinite() || !search.pixel.allFinite()) return;
     search.used = std::isfinite(found_u[i]);
     if (search.used) search.match = {found_u[i], found_v[i]};
     if (std::isfinite(rejected_u[i])) search.match = {rejected_u[i], rejected_v[i]};
-    frame->report->searched.push_back(search);
-  }
+    frame.report->searched.push_back(search);
+  });
 }
 
-void add_new_landmarks(Timeline& frames, const fs::path& file) {
-  if (!fs::exists(file)) return;
-  const Table table(file);
-  const auto& t = table.text("begun");
+void add_new_landmarks(std::vector<Frame>& frames, const Table& table) {
   const Column u = table.numbers("u"), v = table.numbers("v");
-  for (std::size_t i = 0; i < table.rows(); ++i)
-    if (Frame* const frame = frames.at(t[i], file); frame && frame->report && std::isfinite(u[i] + v[i]))
-      frame->report->initialized.push_back({0, {u[i], v[i]}});
+  for_rows(frames, table.stamps("begun"), [&](Frame& frame, std::size_t i) {
+    if (frame.report && std::isfinite(u[i] + v[i])) frame.report->initialized.push_back({0, {u[i], v[i]}});
+  });
 }
 
-// Rows of map_over_time.csv by their stamps, or of map.csv, which has none, in the last frame.
-void add_maps(std::vector<Frame>& all, const fs::path& file) {
-  if (!fs::exists(file) || all.empty()) return;
+/// Rows of map_over_time.csv by their stamps, or of map.csv, which has none, in the last frame.
+void add_maps(std::vector<Frame>& frames, const Table& table) {
   constexpr std::array kColumns{"p_W_x", "p_W_y", "p_W_z", "P_xx", "P_xy", "P_xz", "P_yy", "P_yz", "P_zz"};
-  const Table table(file);
-  Timeline frames(all);
-  if (!table.has("timestamp")) all.back().map.reset();
+  const bool over_time = table.has("timestamp");
+  if (!over_time) frames.back().map.reset();
   const Column id = table.numbers("id");
   std::vector<Column> c;
   for (const char* const column : kColumns) c.push_back(table.numbers(column));
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    Frame* const frame = table.has("timestamp") ? frames.at(table.text("timestamp")[i], file) : &all.back();
-    if (!frame || !(std::abs(id[i]) < 1e9)) continue;
+  const auto stamps = over_time ? table.stamps("timestamp") : std::vector(table.rows(), frames.back().t);
+  for_rows(frames, stamps, [&](Frame& frame, std::size_t i) {
     slam::MapPoint point;
-    point.id = static_cast<int>(id[i]);
     point.p_W = {c[0][i], c[1][i], c[2][i]};
     point.covariance << c[3][i], c[4][i], c[5][i], c[4][i], c[6][i], c[7][i], c[5][i], c[7][i], c[8][i];
-    if (!point.p_W.allFinite() || !point.covariance.allFinite()) continue;
-    if (!frame->map) frame->map.emplace();
-    frame->map->push_back(point);
-  }
+    if (!(std::abs(id[i]) < 1e9) || !point.p_W.allFinite() || !point.covariance.allFinite()) return;
+    point.id = static_cast<int>(id[i]);
+    if (!frame.map) frame.map.emplace();
+    frame.map->push_back(point);
+  });
 }
 
-std::vector<Frame> frames_of(const RunData& run, const std::vector<TumRow>& truth,
-                             const std::vector<TumRow>& plan, const std::vector<TumRow>& estimate) {
-  std::vector<Frame> all(truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) all[i].t = truth[i].t, all[i].truth = truth[i].X;
-  Timeline frames(all);
-  for (const TumRow& row : plan)
-    if (Frame* const frame = frames.at(row.t)) frame->plan = row.X;
-  for (const TumRow& row : estimate)
-    if (Frame* const frame = frames.at(row.t)) frame->estimate = row.X, frame->covariance = row.covariance;
-  if (run.filter_frames) add_reports(frames, run.folder / "frames.csv", *run.filter_frames);
-  add_searches(frames, run.folder / "searches.csv");
-  add_new_landmarks(frames, run.folder / "landmarks.csv");
-  add_maps(all, run.folder / "map_over_time.csv");
-  add_maps(all, run.folder / "map.csv");
-  return all;
+void read_frames(RunData& run) {
+  std::vector<Frame>& frames = run.frames;
+  for (const TumRow& row : files::read_tum(run.folder / "truth.tum"))
+    frames.push_back({.t = row.t, .truth = row.X});
+  const auto for_poses = [&](const char* file, const auto& add) {
+    for (const TumRow& row : files::read_tum(run.folder / file))
+      if (Frame* const frame = frame_at(frames, row.t)) add(*frame, row);
+  };
+  for_poses("plan.tum", [](Frame& frame, const TumRow& row) { frame.plan = row.X; });
+  if (fs::exists(run.folder / "estimate_cov.txt")) {
+    for_poses("estimate_cov.txt", [](Frame& frame, const TumRow& row) {
+      frame.estimate = row.X, frame.covariance = row.covariance;
+    });
+    run.estimate = path_of(frames, &Frame::estimate);
+    run.errors = errors_of(frames);
+  }
+  run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
+  if (run.filter_frames) add_reports(frames, *run.filter_frames);
+  if (frames.empty()) return;
+  for (const auto& [file, add] :
+       {std::pair{"searches.csv", &add_searches}, std::pair{"landmarks.csv", &add_new_landmarks},
+        std::pair{"map_over_time.csv", &add_maps}, std::pair{"map.csv", &add_maps}})
+    if (fs::exists(run.folder / file)) add(frames, Table(run.folder / file));
 }
 
 }  // namespace
@@ -264,8 +189,9 @@ std::vector<Frame> frames_of(const RunData& run, const std::vector<TumRow>& trut
 Table::Table(const fs::path& file) : file_(file) {
   files::CsvReader csv(file);
   std::vector<std::vector<std::string>*> columns;
-  for (const std::string& title : csv.titles()) {
-    const auto [column, is_new] = columns_.try_emplace(column_name(title));
+  for (std::string title : csv.titles()) {
+    if (title.starts_with('#')) title.erase(0, 1);
+    const auto [column, is_new] = columns_.try_emplace(title.substr(0, title.find(" [")));
     if (!is_new) throw files::FileError(file_, 1, fmt::format("has the column '{}' twice", column->first));
     columns.push_back(&column->second);
   }
@@ -282,7 +208,7 @@ const std::vector<std::string>& Table::text(std::string_view column) const {
 Column Table::numbers(std::string_view column) const {
   Column values;
   for (const std::string& field : text(column))
-    values.push_back(files::parse_number<double>(field).value_or(std::numeric_limits<double>::quiet_NaN()));
+    values.push_back(files::parse_number<double>(field).value_or(NAN));
   return values;
 }
 
@@ -290,6 +216,16 @@ Column Table::seconds(std::string_view column) const {
   Column values = numbers(column);
   for (double& value : values) value *= 1e-9;
   return values;
+}
+
+std::vector<slam::Stamp> Table::stamps(std::string_view column) const {
+  std::vector<slam::Stamp> all;
+  for (const std::string& field : text(column)) {
+    const auto ns = files::parse_number<std::int64_t>(field);
+    if (!ns) throw files::FileError(file_, fmt::format("'{}' is not a time stamp", field));
+    all.emplace_back(*ns);
+  }
+  return all;
 }
 
 std::string RunData::label() const {
@@ -334,26 +270,21 @@ RunData read_run(const fs::path& folder) {
                                     {"frame_cpu_ms_median", &RunData::frame_cpu_ms_median},
                                     {"frame_cpu_ms_p99", &RunData::frame_cpu_ms_p99}})
     if (const auto value = timing.find(key)) run.*member = value->number();
-  const auto truth = files::read_tum(folder / "truth.tum"), plan = files::read_tum(folder / "plan.tum"),
-             estimate = tum_if_there(folder / "estimate_cov.txt");
-  run.truth = path_of(truth);
-  run.plan = path_of(plan);
-  run.waist_truth = read_path(folder / "waist_truth.tum");
-  run.waist_plan = read_path(folder / "waist_plan.tum");
-  if (fs::exists(folder / "estimate_cov.txt")) {
-    const std::vector<TumRow> rows = broken_at_gaps(estimate, truth);
-    run.estimate = path_of(rows);
-    run.errors = errors_of(truth, rows);
-  }
-  if (fs::exists(folder / "waist_desired.tum")) {
-    run.waist_desired = read_path(folder / "waist_desired.tum");
-    run.waist_estimate = waist_of_estimate(folder, truth);
-    run.corrected_steps = table_if_there(folder / "corrected_steps.csv");
-  }
   run.filter_frames = table_if_there(folder / "frames.csv");
   run.feet = table_if_there(folder / "feet.csv");
   run.frame_times = table_if_there(folder / "timing.csv");
-  run.frames = frames_of(run, truth, plan, estimate);
+  read_frames(run);
+  run.waist_truth = read_path(folder / "waist_truth.tum");
+  run.waist_plan = read_path(folder / "waist_plan.tum");
+  if (fs::exists(folder / "waist_desired.tum")) {
+    run.waist_desired = read_path(folder / "waist_desired.tum");
+    run.corrected_steps = table_if_there(folder / "corrected_steps.csv");
+    // The estimated waist, assuming the planned distance of the camera at the start.
+    const auto waist = files::read_tum(folder / "waist_plan.tum");
+    if (run.estimate && !waist.empty() && run.frames.front().plan)
+      run.waist_estimate =
+          path_of(run.frames, &Frame::estimate, run.frames.front().plan->inverse() * waist.front().X);
+  }
   return run;
 }
 

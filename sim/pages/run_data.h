@@ -2,6 +2,7 @@
 // of sim/score.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -37,6 +38,8 @@ class Table {
   Column numbers(std::string_view column) const;
   /// Nanoseconds as seconds.
   Column seconds(std::string_view column) const;
+  /// Time stamps. Throws FileError if a field is none.
+  std::vector<slam::Stamp> stamps(std::string_view column) const;
 
  private:
   std::filesystem::path file_;
@@ -44,18 +47,16 @@ class Table {
   std::map<std::string, std::vector<std::string>, std::less<>> columns_;
 };
 
-/// A trajectory as columns: time (s), position (m), yaw (rad).
+/// A trajectory as columns: time (s) and position (m); NaN where there is none.
 struct Path {
-  Column t, x, y, z, yaw;
+  Column t, x, y, z;
 };
 
-/// Estimate minus truth at the estimate's stamps: axes of W, m and rad, with the filter's standard
-/// deviations.
+/// Errors of the frames (FrameError) as columns, in SI units; NaN where there is none.
 struct Errors {
   Column t;
-  Column x, y, z, yaw;
-  Column sigma_x, sigma_y, sigma_z, sigma_yaw;
-  Column distance;  ///< m
+  std::array<Column, 4> error, sigma;  ///< x, y, z, yaw
+  Column distance;
   Column nees_position, nees_orientation;
 };
 

@@ -1,5 +1,3 @@
-#include "sim/pages/run_sections.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/html.h"
-#include "sim/pages/run_figures.h"
+#include "sim/pages/pages.h"
 #include "sim/recording/image_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
@@ -21,7 +21,6 @@ namespace {
 
 constexpr int kPictures = 8;
 constexpr int kEvery = 6;  // frames between the poses of the map's slider
-using Sections = std::vector<std::pair<std::string, std::string>>;  // id and title
 
 std::string view_command(const RunData& run) {
   return "tools/gaitslam view " + files::shell_word(run.folder.string());
@@ -84,9 +83,9 @@ class RunSections {
     add("metrics", "All metrics", metrics_table());
     add("configuration", "Configuration", configuration());
     add("again", "View it and run it again",
-        "<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens that "
-        "time.</p>" +
-            command_html(view_command(run_)) + command_to_run());
+        fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens "
+                    "that time.</p><pre>{}</pre>{}",
+                    escaped(view_command(run_)), command_to_run()));
     return navigation_html(sections_) + html_;
   }
 
@@ -98,10 +97,10 @@ class RunSections {
   }
 
   std::string verdict() const {
-    const Verdict verdict = verdict_of(run_);
+    const std::string verdict = verdict_of(run_);
     std::string html =
-        fmt::format("<p><span class='verdict {}'>{}</span> {}", verdict.exit_code == 0 ? "good" : "bad",
-                    escaped(verdict.text), escaped(run_.about.cause));
+        fmt::format("<p><span class='verdict {}'>{}</span> {}", verdict == "passed" ? "good" : "bad",
+                    escaped(verdict), escaped(run_.about.cause));
     if (!run_.about.counterfactual.empty())
       html += fmt::format(" Counterfactual: {}.", escaped(run_.about.counterfactual));
     if (run_.about.alignment == "none")
@@ -113,31 +112,15 @@ class RunSections {
   }
 
   std::string cards() const {
-    constexpr std::array kCards{"ate_se3_rmse_m",
-                                "rmse_m",
-                                "end_position_error_m",
-                                "end_yaw_error_deg",
-                                "loop_landmarks",
-                                "nees_position_mean",
-                                "navigation_rmse_m",
-                                "navigation_end_position_error_m",
-                                "navigation_end_yaw_error_deg"};
     std::string html = "<div class='cards'>";
-    for (const std::string_view name : kCards) {
+    for (const std::string name : kShownMetrics) {
       const auto value = run_.metric(name);
       if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
-      const bool length = name.ends_with("_m"), angle = name.ends_with("_deg");
-      html += fmt::format("<div class='card'><b>{} {}</b><span class='soft'>{}{}",
-                          number_text(length ? kMm * *value : *value),
-                          length  ? "mm"
-                          : angle ? "deg"
-                                  : "",
-                          name.substr(0, name.size() - (length  ? 2
-                                                        : angle ? 4
-                                                                : 0)),
-                          name.starts_with("nees") ? " (3 expected)" : "") +
-              (column_of(std::string(name), run_.alignment) == name ? "" : " after " + run_.alignment) +
-              "</span></div>";
+      const bool length = name.ends_with("_m");
+      html += fmt::format("<div class='card'><b>{}{}</b><span class='soft'>{}{}</span></div>",
+                          number_text(length ? kMm * *value : *value), length ? " mm" : "",
+                          column_of(length ? name.substr(0, name.size() - 2) : name, run_.alignment),
+                          name.starts_with("nees") ? " (3 expected)" : "");
     }
     return html + "</div>";
   }
@@ -164,7 +147,7 @@ class RunSections {
     std::string html;
     for (const Figure& figure : figures_)
       if (std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return figure.name.starts_with(p); }))
-        html += figure_html(figure, figure.is_over_time() ? instant(figure) : command_of_figure());
+        html += figure_html(figure, figure.is_over_time() ? instant(figure) : "");
     return html.empty() ? "" : figures_html(html);
   }
 
@@ -173,33 +156,24 @@ class RunSections {
     if (scenario_.estimator.source != estimators::Source::built_in)
       return "<p class='soft'>Its scenario.yaml names an external program as estimator; running it again "
              "starts that program.</p>";
-    return command_html(fmt::format("tools/gaitslam run {} --out DIR",
-                                    files::shell_word((run_.folder / "scenario.yaml").string())));
+    return "<pre>tools/gaitslam run " + escaped(files::shell_word((run_.folder / "scenario.yaml").string())) +
+           " --out DIR</pre>";
   }
 
-  std::string command_of_figure() const {
-    return fmt::format("<p class='soft no-print'>this run: <code>{}</code></p>", escaped(view_command(run_)));
-  }
-
-  /// Names a time of a figure, how to see it in the view, and the nearest image; a click in the figure
-  /// changes it. Initially the greatest value, or the middle of a figure without a meaningful peak.
+  /// Names a time of a figure, at first its middle, how to see it in the view, and the nearest image; a click
+  /// in the figure changes it (web/pages.js).
   std::string instant(const Figure& figure) const {
-    const auto line =
-        std::find_if(figure.lines.begin(), figure.lines.end(), [](const Line& l) { return !l.x.empty(); });
-    if (line == figure.lines.end()) return "";
-    const bool peak = figure.name != "height" && figure.name != "matches";
-    std::size_t at = peak ? 0 : line->x.size() / 2;
-    for (std::size_t i = 0; peak && i < line->y.size(); ++i)
-      if (std::isfinite(line->y[i]) && !(std::abs(line->y[i]) <= std::abs(line->y[at]))) at = i;
+    const std::vector<double>& t = figure.lines.front().x;
+    if (t.empty()) return "";
+    const double middle = t[t.size() / 2];
     std::string html = fmt::format(
-        "<p class='soft instant no-print'><span>{0}</span> <span>{1:.2f}</span> s: <code>{2}</code> and "
-        "<code>#t=<span>{1:.2f}</span></code> after its address",
-        peak ? escaped(line->name) + " greatest at" : "at", line->x[at], escaped(view_command(run_)));
+        "<p class='soft instant no-print'>at <span>{0:.2f}</span> s: <code>{1}</code> and "
+        "<code>#t=<span>{0:.2f}</span></code> after its address",
+        middle, escaped(view_command(run_)));
     if (pictures_.empty()) return html + "</p>";
-    const auto distance = [&](const Picture& p) { return std::abs(p.t - line->x[at]); };
-    const auto nearest =
-        std::min_element(pictures_.begin(), pictures_.end(),
-                         [&](const Picture& a, const Picture& b) { return distance(a) < distance(b); });
+    const auto nearest = std::min_element(
+        pictures_.begin(), pictures_.end(),
+        [&](const Picture& a, const Picture& b) { return std::abs(a.t - middle) < std::abs(b.t - middle); });
     return html + fmt::format("; <a href='#{}picture-{}'>image at {} s</a></p>", prefix_,
                               nearest - pictures_.begin(), nearest->t);
   }
@@ -232,23 +206,23 @@ class RunSections {
 
   /// The map in three dimensions, drawn by web/map.js from the frames of the run.
   std::string map() const {
-    if (!run_.errors || std::none_of(run_.frames.begin(), run_.frames.end(),
-                                     [](const Frame& frame) { return frame.map.has_value(); }))
-      return "";
-    std::string frames;
+    nlohmann::ordered_json frames = nlohmann::ordered_json::array();
+    bool any = false;
     for (std::size_t i = 0; i < run_.frames.size(); ++i) {
       Frame frame = run_.frames[i];
       if (i % kEvery != 0 && i + 1 < run_.frames.size() && !frame.map) continue;
+      any = any || frame.map;
       frame.report.reset();
-      frames += (frames.empty() ? "" : ",") + to_json(frame);
+      frames.push_back(to_json(frame));
     }
+    if (!any) return "";
     return fmt::format(
                "<figure><figcaption>Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma "
-               "ellipsoid "
-               "ten times as large. Drag or arrow keys to turn, wheel or + and - to zoom.</figcaption><div "
-               "class='map' data-figure='map_3d' data-frames='{}frames'></div></figure>",
+               "ellipsoid ten times as large. Drag or arrow keys to turn, wheel or + and - to "
+               "zoom.</figcaption><div class='map' data-figure='map_3d' "
+               "data-frames='{}frames'></div></figure>",
                prefix_) +
-           data_script(prefix_ + "frames", "[" + frames + "]");
+           data_script(prefix_ + "frames", files::json_text(frames));
   }
 
   std::string metrics_table() const {
@@ -311,12 +285,12 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   return all;
 }
 
-Verdict verdict_of(const RunData& run) {
+std::string verdict_of(const RunData& run) {
   const auto allowed = scenario::read_scenario(run.folder / "scenario.yaml").scenario.limits.ending;
-  if (std::find(allowed.begin(), allowed.end(), run.ending) == allowed.end()) return {3, run.ending};
-  for (const RunLimit& limit : run.limits)
-    if (limit.passed == false) return {1, "missed a limit"};
-  return {0, "passed"};
+  if (std::find(allowed.begin(), allowed.end(), run.ending) == allowed.end()) return run.ending;
+  const bool missed = std::any_of(run.limits.begin(), run.limits.end(),
+                                  [](const RunLimit& limit) { return limit.passed == false; });
+  return missed ? "missed a limit" : "passed";
 }
 
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title) {

@@ -1,14 +1,18 @@
+// The trials of a sweep, read from scores.jsonl, their figures, and the page.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
-#include <vector>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/pages.h"
-#include "sim/pages/sweep.h"
+#include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
@@ -17,12 +21,218 @@ namespace sim::pages {
 namespace {
 
 namespace fs = std::filesystem;
+using files::Json;
+
+constexpr std::size_t kMostKeys = 6;     // with figures: 15 heat maps of each metric
+constexpr std::size_t kMostDots = 2000;  // of more trials only the medians are drawn
+constexpr std::size_t kMostOfGrid = 20;  // values of a key; others have one for each sample
+
+// Shown if the sweep has them. The first one names the worst seeds.
+constexpr std::array kMetrics{"ate_se3_rmse_m", "rmse_m", "end_position_error_m", "nees_position_mean",
+                              "loop_landmarks"};
+
+/// One line of scores.jsonl.
+struct Trial {
+  std::string scenario;
+  std::vector<std::string> settings;  ///< the value of each key, as it is typed
+  std::uint64_t seed = 0;
+  std::string ending, cause;
+  std::map<std::string, double> values;
+};
+using Trials = std::vector<const Trial*>;
+
+/// A swept key. values: numbers ascend, others are as they came. numbers: the values, if all are numbers.
+struct Key {
+  std::string name;
+  std::vector<std::string> values;
+  std::vector<double> numbers;
+  std::map<std::string, std::size_t> place;  ///< of a value in `values`
+
+  bool is_grid() const { return values.size() <= kMostOfGrid; }
+  /// "slam.vision.sigma_px [px]"
+  std::string label() const {
+    const std::string unit(scenario::unit_of(name));
+    return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
+  }
+};
+
+/// The trials of one scenario.
+struct Sweep {
+  std::string scenario;
+  std::vector<Trial> trials;
+  std::vector<Key> keys;
+
+  /// The id in the page of the row of a setting.
+  std::string anchor(const Trial& trial) const {
+    std::string name = "setting-" + scenario;
+    for (std::size_t k = 0; k < keys.size(); ++k)
+      name += fmt::format("-{}", keys[k].place.at(trial.settings[k]) + 1);
+    return name;
+  }
+};
+
+Trial trial_of(const Json& line, std::vector<std::string>& keys) {
+  Trial trial{line.at("scenario").text(), {}, line.at("seed").whole(), line.at("ending").text(), "", {}};
+  if (const auto cause = line.find("cause")) trial.cause = cause->text();
+  std::vector<std::string> names;
+  for (const auto& [key, value] : line.at("settings").entries()) {
+    names.push_back(key);
+    trial.settings.push_back(value.value().is_string() ? value.text() : files::json_text(value.value()));
+  }
+  if (keys.empty()) keys = names;
+  if (keys != names) line.at("settings").fail("has other keys than the lines before");
+  for (const auto& [name, value] : line.at("values").entries())
+    if (value.value().is_number()) trial.values[name] = value.number();
+  return trial;
+}
+
+Key key_of(const std::string& name, std::size_t k, const std::vector<Trial>& trials) {
+  Key key{name, {}, {}, {}};
+  for (const Trial& trial : trials)
+    if (key.place.emplace(trial.settings[k], 0).second) key.values.push_back(trial.settings[k]);
+  const auto number = [](const std::string& value) { return files::parse_number<double>(value); };
+  if (std::all_of(key.values.begin(), key.values.end(), [&](const auto& v) { return !!number(v); })) {
+    std::stable_sort(key.values.begin(), key.values.end(),
+                     [&](const auto& a, const auto& b) { return *number(a) < *number(b); });
+    for (const std::string& value : key.values) key.numbers.push_back(*number(value));
+  }
+  for (std::size_t i = 0; i < key.values.size(); ++i) key.place[key.values[i]] = i;
+  return key;
+}
+
+/// By scenario, in the order of the file.
+std::vector<Sweep> read_sweep(const fs::path& folder) {
+  const fs::path file = folder / "scores.jsonl";
+  std::istringstream text(files::read_text(file));
+  std::vector<Sweep> all;
+  std::vector<std::string> keys;
+  for (std::string line; std::getline(text, line);) {
+    Trial trial = trial_of(Json(file, line), keys);
+    auto found =
+        std::find_if(all.begin(), all.end(), [&](const Sweep& s) { return s.scenario == trial.scenario; });
+    if (found == all.end()) found = all.insert(all.end(), {trial.scenario, {}, {}});
+    found->trials.push_back(std::move(trial));
+  }
+  if (all.empty()) throw files::FileError(file, "has no trial");
+  for (Sweep& sweep : all)
+    for (std::size_t k = 0; k < keys.size(); ++k) sweep.keys.push_back(key_of(keys[k], k, sweep.trials));
+  return all;
+}
+
+std::vector<std::string> metrics_of(const Sweep& sweep) {
+  std::vector<std::string> shown;
+  for (const char* metric : kMetrics)
+    if (std::any_of(sweep.trials.begin(), sweep.trials.end(),
+                    [&](const Trial& trial) { return trial.values.contains(metric); }))
+      shown.emplace_back(metric);
+  return shown;
+}
+
+/// "rmse_m [m]"
+std::string metric_label(const std::string& name) {
+  const score::MetricDefinition* defined = score::find_metric(name);
+  return defined && defined->unit != "1" ? fmt::format("{} [{}]", name, defined->unit) : name;
+}
+
+std::optional<double> value_of(const Trial& trial, const std::string& metric) {
+  const auto found = trial.values.find(metric);
+  return found == trial.values.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::optional<double> median_of(const Trials& trials, const std::string& metric) {
+  std::vector<double> values;
+  for (const Trial* trial : trials)
+    if (const auto value = value_of(*trial, metric)) values.push_back(*value);
+  return values.empty() ? std::nullopt : std::optional(score::median(values));
+}
+
+/// Of a key of numbers.
+Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric) {
+  const Key& key = sweep.keys[k];
+  Figure f{fmt::format("{}_{}_{}", sweep.scenario, metric, key.name),
+           fmt::format("{} over {}", metric, key.name), key.label(), metric_label(metric)};
+  f.logarithmic_x = key.numbers.front() > 0 && key.numbers.back() > 8 * key.numbers.front();
+  f.whole_y = metric == "loop_landmarks";
+  std::vector<Trials> trials(key.numbers.size());
+  Line dots{"a trial", Role::truth, {}, {}, true}, median{"median", Role::estimate};
+  for (const Trial& trial : sweep.trials) {
+    const std::size_t i = key.place.at(trial.settings[k]);
+    trials[i].push_back(&trial);
+    const auto value = value_of(trial, metric);
+    if (value && sweep.trials.size() <= kMostDots) dots.x.push_back(key.numbers[i]), dots.y.push_back(*value);
+  }
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    if (const auto value = median_of(trials[i], metric))
+      median.x.push_back(key.numbers[i]), median.y.push_back(*value);
+  f.lines = {dots};
+  if (key.is_grid() || dots.x.empty()) f.lines.push_back(median);
+  return f;
+}
+
+/// A table of two keys, the first across; its cells open the rows of their settings.
+std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std::string& metric) {
+  const Key &across = sweep.keys[a], &down = sweep.keys[b];
+  std::map<std::pair<std::string, std::string>, Trials> cells;
+  for (const Trial& trial : sweep.trials) cells[{trial.settings[a], trial.settings[b]}].push_back(&trial);
+  std::vector<double> losses;
+  const auto loss_of = [&](const Trials& trials) {
+    return score::loss(median_of(trials, metric).value_or(NAN), score::direction_of(metric));
+  };
+  for (const auto& [at, trials] : cells)
+    if (const double loss = loss_of(trials); std::isfinite(loss)) losses.push_back(loss);
+  std::sort(losses.begin(), losses.end());
+  std::vector<TableCell> titles{text_cell(down.label() + " \\ " + across.label())};
+  for (const std::string& value : across.values) titles.push_back(text_cell(value, "number"));
+  std::vector<TableRow> rows;
+  for (const std::string& y : down.values) {
+    TableRow& row = rows.emplace_back(TableRow{{text_cell(y)}});
+    for (const std::string& x : across.values) {
+      const auto found = cells.find({x, y});
+      TableCell& cell = row.cells.emplace_back(TableCell{"-", "number"});
+      if (found == cells.end()) continue;
+      cell.html = fmt::format("<a href='#{}'>{}</a>", escaped(sweep.anchor(*found->second.front())),
+                              number_text(median_of(found->second, metric)));
+      const auto rank =
+          std::lower_bound(losses.begin(), losses.end(), loss_of(found->second)) - losses.begin();
+      cell.style += fmt::format(" heat-{}", 9 * rank / std::max(std::ssize(losses), 1l));  // web/pages.css
+    }
+  }
+  return fmt::format("<figure><figcaption>{}: median over {}; dark is worse</figcaption>{}</figure>",
+                     escaped(metric_label(metric)),
+                     sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds",
+                     table_html(metric, titles, rows));
+}
+
+/// Heat maps of pairs of keys and lines over one key, for each metric. Only the first of many keys have
+/// figures, so that the page of a large sweep can still be opened.
+std::string figures_of(const Sweep& sweep) {
+  std::vector<std::size_t> varied;
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
+    if (sweep.keys[k].values.size() > 1) varied.push_back(k);
+  std::string html, figures;
+  if (varied.size() > kMostKeys) {
+    html = fmt::format("<p>Figures are drawn of the first {} of {} keys with several values.</p>\n",
+                       kMostKeys, varied.size());
+    varied.resize(kMostKeys);
+  }
+  for (const std::string& metric : metrics_of(sweep)) {
+    bool mapped = false;
+    for (const std::size_t a : varied)
+      for (const std::size_t b : varied)
+        if (a < b && sweep.keys[a].is_grid() && sweep.keys[b].is_grid())
+          figures += heat_map(sweep, a, b, metric), mapped = true;
+    if (mapped && sweep.keys.size() == 2) continue;  // it has both keys already
+    for (const std::size_t k : varied)
+      if (!sweep.keys[k].numbers.empty()) figures += figure_html(lines_figure(sweep, k, metric));
+  }
+  return html + figures_html(figures);
+}
 
 /// The trials of each setting, in the order of the file.
-std::vector<std::vector<const SweepTrial*>> by_setting(const ScenarioSweep& sweep) {
-  std::vector<std::vector<const SweepTrial*>> groups;
+std::vector<Trials> by_setting(const Sweep& sweep) {
+  std::vector<Trials> groups;
   std::map<std::vector<std::string>, std::size_t> group_of;
-  for (const SweepTrial& trial : sweep.trials) {
+  for (const Trial& trial : sweep.trials) {
     const auto [group, is_new] = group_of.emplace(trial.settings, groups.size());
     if (is_new) groups.emplace_back();
     groups[group->second].push_back(&trial);
@@ -31,28 +241,27 @@ std::vector<std::vector<const SweepTrial*>> by_setting(const ScenarioSweep& swee
 }
 
 /// The trial that did not complete, else the one with the worst value of the metric.
-const SweepTrial& worst_of(const std::vector<const SweepTrial*>& trials, const std::string& metric) {
-  const auto badness = [&](const SweepTrial* trial) {
-    const auto value = trial->values.find(metric);
-    return value == trial->values.end() ? INFINITY : score::loss(value->second, score::direction_of(metric));
+const Trial& worst_of(const Trials& trials, const std::string& metric) {
+  const auto badness = [&](const Trial* trial) {
+    const auto value = value_of(*trial, metric);
+    return std::pair(trial->ending != "completed",
+                     value ? score::loss(*value, score::direction_of(metric)) : INFINITY);
   };
-  return **std::max_element(trials.begin(), trials.end(), [&](const SweepTrial* a, const SweepTrial* b) {
-    const bool a_failed = a->ending != "completed", b_failed = b->ending != "completed";
-    return a_failed != b_failed ? b_failed : badness(a) < badness(b);
-  });
+  return **std::max_element(trials.begin(), trials.end(),
+                            [&](const Trial* a, const Trial* b) { return badness(a) < badness(b); });
 }
 
 /// The command of a trial, unless it would start a program that the sweep names.
-std::string command_of(const ScenarioSweep& sweep, const SweepTrial& trial, const fs::path& folder) {
-  std::string command =
-      "tools/gaitslam run " + files::shell_word((folder / "scenarios" / (trial.scenario + ".yaml")).string());
-  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
-    command += " " + files::shell_word(fmt::format("{}={}", sweep.keys[k], trial.settings[k]));
+std::string command_of(const Sweep& sweep, const Trial& trial, const fs::path& folder) {
+  const fs::path file = folder / "scenarios" / (trial.scenario + ".yaml");
+  std::string command = "tools/gaitslam run " + files::shell_word(file.string());
   scenario::Changes changes;
-  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
-    changes.overrides.push_back(fmt::format("{}={}", sweep.keys[k], trial.settings[k]));
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k) {
+    changes.overrides.push_back(fmt::format("{}={}", sweep.keys[k].name, trial.settings[k]));
+    command += " " + files::shell_word(changes.overrides.back());
+  }
   try {
-    const auto read = scenario::read_scenario(folder / "scenarios" / (trial.scenario + ".yaml"), changes);
+    const auto read = scenario::read_scenario(file, changes);
     if (read.scenario.estimator.source != estimators::Source::built_in)
       return "its scenario names an external program as estimator";
   } catch (const std::exception&) {  // nor does the command run
@@ -60,87 +269,29 @@ std::string command_of(const ScenarioSweep& sweep, const SweepTrial& trial, cons
   return fmt::format("{} seed={}", command, trial.seed);
 }
 
-std::string value_text(const SweepTrial& trial, const std::string& metric) {
-  const auto found = trial.values.find(metric);
-  return found == trial.values.end() ? "-" : fmt::format("{:.4g}", found->second);
-}
-
-std::string median_text(const std::vector<const SweepTrial*>& trials, const std::string& metric) {
-  std::vector<double> values;
-  for (const SweepTrial* trial : trials)
-    if (const auto v = trial->values.find(metric); v != trial->values.end()) values.push_back(v->second);
-  return values.empty() ? "-" : fmt::format("{:.4g}", score::median(values));
-}
-
-/// Medians of the trials of one setting, their worst seed, and the command that runs that one.
-TableRow setting_row(const ScenarioSweep& sweep, const std::vector<const SweepTrial*>& trials,
-                     const std::vector<std::string>& metrics, const fs::path& folder) {
-  TableRow row{{}, anchor(sweep, trials.front()->settings)};
-  for (const std::string& value : trials.front()->settings) row.cells.push_back(text_cell(value));
-  const auto completed = std::count_if(trials.begin(), trials.end(),
-                                       [](const SweepTrial* t) { return t->ending == "completed"; });
-  row.cells.push_back({fmt::format("{} of {}", completed, trials.size()), "number"});
-  const SweepTrial& worst = worst_of(trials, metrics.empty() ? "" : metrics.front());
-  const bool failed = worst.ending != "completed" || metrics.empty();
-  row.cells.push_back(
-      {fmt::format("<details><summary>seed {}: {}</summary>{}<pre>{}</pre></details>", worst.seed,
-                   escaped(failed ? worst.ending : value_text(worst, metrics.front())), escaped(worst.cause),
-                   escaped(command_of(sweep, worst, folder)))});
-  for (const std::string& metric : metrics) row.cells.push_back({median_text(trials, metric), "number"});
-  return row;
-}
-
-std::string settings_table(const ScenarioSweep& sweep, const fs::path& folder) {
+/// Medians of the trials of each setting, their worst seed, and the command that runs that one.
+std::string settings_table(const Sweep& sweep, const fs::path& folder) {
   const std::vector<std::string> metrics = metrics_of(sweep);
+  const std::string first = metrics.empty() ? "" : metrics.front();
   std::vector<TableCell> titles;
-  for (const std::string& key : sweep.keys) titles.push_back(text_cell(with_unit(key)));
+  for (const Key& key : sweep.keys) titles.push_back(text_cell(key.label()));
   titles.insert(titles.end(), {{"completed", "number"}, {"worst seed"}});
   for (const std::string& metric : metrics) titles.push_back(text_cell(metric_label(metric), "number"));
   std::vector<TableRow> rows;
-  for (const auto& trials : by_setting(sweep)) rows.push_back(setting_row(sweep, trials, metrics, folder));
+  for (const Trials& trials : by_setting(sweep)) {
+    TableRow& row = rows.emplace_back(TableRow{{}, sweep.anchor(*trials.front())});
+    for (const std::string& value : trials.front()->settings) row.cells.push_back(text_cell(value));
+    const auto completed =
+        std::count_if(trials.begin(), trials.end(), [](const Trial* t) { return t->ending == "completed"; });
+    row.cells.push_back({fmt::format("{} of {}", completed, trials.size()), "number"});
+    const Trial& worst = worst_of(trials, first);
+    const auto value = worst.ending == "completed" ? value_of(worst, first) : std::nullopt;
+    row.cells.push_back({fmt::format("<details><summary>seed {}: {}</summary>{}<pre>{}</pre></details>",
+                                     worst.seed, value ? number_text(value) : escaped(worst.ending),
+                                     escaped(worst.cause), escaped(command_of(sweep, worst, folder)))});
+    for (const std::string& metric : metrics) row.cells.push_back(number_cell(median_of(trials, metric)));
+  }
   return table_html("settings", titles, rows);
-}
-
-/// The worst trials, each with a link to the row of its setting.
-std::string worst_list(const ScenarioSweep& sweep) {
-  constexpr std::size_t kNamed = 5;
-  const std::vector<std::string> metrics = metrics_of(sweep);
-  if (metrics.empty()) return "";
-  const std::string& metric = metrics.front();
-  std::vector<const SweepTrial*> all;
-  for (const SweepTrial& trial : sweep.trials) all.push_back(&trial);
-  std::string html = fmt::format("<p>The worst trials by {}: ", escaped(metric));
-  for (std::size_t n = 0; n < std::min(kNamed, sweep.trials.size()); ++n) {
-    const SweepTrial* const worst = &worst_of(all, metric);
-    all.erase(std::find(all.begin(), all.end(), worst));
-    std::string name;
-    for (std::size_t k = 0; k < sweep.keys.size(); ++k)
-      name += fmt::format("{}={}, ", sweep.keys[k].substr(sweep.keys[k].rfind('.') + 1), worst->settings[k]);
-    html += fmt::format("{}<a href='#{}'>{}seed {}</a> ({})", n == 0 ? "" : " · ",
-                        escaped(anchor(sweep, worst->settings)), escaped(name), worst->seed,
-                        escaped(worst->ending == "completed" ? value_text(*worst, metric) : worst->ending));
-  }
-  return html + ".</p>\n";
-}
-
-std::string order_of_values(const ScenarioSweep& sweep) {
-  std::string html;
-  for (std::size_t k = 0; k < sweep.keys.size(); ++k) {
-    if (axis_of_key(sweep.at[k]).numbers) continue;
-    html += fmt::format("<p>Values of {}:", escaped(sweep.keys[k]));
-    for (std::size_t i = 0; i < sweep.at[k].size(); ++i)
-      html += fmt::format(" {}: <code>{}</code>", i + 1, escaped(sweep.at[k][i]));
-    html += "</p>\n";
-  }
-  return html;
-}
-
-std::string inside_of(const ScenarioSweep& sweep, const fs::path& folder) {
-  std::string figures;
-  for (const Figure& figure : sweep_figures(sweep)) figures += figure_html(figure, "", 320);
-  return worst_list(sweep) + about_left_out(sweep) + figures_html(figures) + order_of_values(sweep) +
-         "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n" +
-         settings_table(sweep, folder);
 }
 
 }  // namespace
@@ -150,14 +301,17 @@ bool is_sweep(const fs::path& folder) {
 }
 
 std::string sweep_page(const fs::path& folder) {
-  const std::vector<ScenarioSweep> all = read_sweep(folder);
+  const std::vector<Sweep> all = read_sweep(folder);
   std::size_t trials = 0;
-  for (const ScenarioSweep& sweep : all) trials += sweep.trials.size();
-  std::vector<std::pair<std::string, std::string>> sections;
+  Sections sections;
   std::string html;
-  for (const ScenarioSweep& sweep : all) {
+  for (const Sweep& sweep : all) {
+    trials += sweep.trials.size();
     sections.emplace_back("scenario-" + sweep.scenario, sweep.scenario);
-    html += section_html(sections.back().first, sweep.scenario, inside_of(sweep, folder));
+    html += section_html(sections.back().first, sweep.scenario,
+                         figures_of(sweep) +
+                             "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n" +
+                             settings_table(sweep, folder));
   }
   return html_page(
       "Sweep " + folder.filename().string(),

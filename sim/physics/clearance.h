@@ -1,16 +1,11 @@
-// How near the robot is to the walls and the furniture of its room.
-// Checks of a plan against walls and furniture.
+// How near the robot is to the walls and the furniture of its room, and checks of a plan against them.
 #pragma once
-
-#include <Eigen/Geometry>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/physics/model.h"
 #include "walking/pattern_generator.h"
 
 namespace sim::physics {
+
 /// No part of the robot moves faster, m/s: a fall from a man's height reaches half of it. While the
 /// room is d away, nothing can touch it within d / kFastest_m_s.
 inline constexpr double kFastest_m_s = 10;

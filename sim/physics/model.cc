@@ -25,11 +25,6 @@ void keep_warning(const char* message) {
   std::snprintf(last_warning.data(), last_warning.size(), "%s", message);
 }
 
-void set_handlers() {
-  mju_user_error = end_process;
-  mju_user_warning = keep_warning;
-}
-
 // A main file that only exists in memory, "in" the models folder so that relative paths start there.
 std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, const std::string& text) {
   std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
@@ -42,12 +37,6 @@ std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, cons
   return files;
 }
 
-void require_file(const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(file)) {
-    throw std::runtime_error("no model " + file.string());
-  }
-}
-
 }  // namespace
 
 void FreeModel::operator()(mjModel_* model) const { mj_deleteModel(model); }
@@ -55,9 +44,12 @@ void FreeData::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes) {
-  set_handlers();
-  require_file(models / (robot + ".xml"));
-  require_file(models / (room + ".xml"));
+  mju_user_error = end_process;
+  mju_user_warning = keep_warning;
+  for (const std::string& part : {robot, room}) {
+    const std::filesystem::path file = models / (part + ".xml");
+    if (!std::filesystem::is_regular_file(file)) throw std::runtime_error("no model " + file.string());
+  }
   const std::string name = (models / (robot + "_in_" + room + ".xml")).string();
   const std::string discard = shapes == Shapes::colliding ? "<compiler discardvisual=\"true\"/>" : "";
   const std::string text = "<mujoco model=\"" + robot + " in " + room + "\">" + discard + "<include file=\"" +
@@ -65,9 +57,8 @@ Model load_model(const std::string& robot, const std::string& room, const std::f
   const auto files = main_file(name, text);
   std::array<char, 1000> message{};
   Model model(mj_loadXML(name.c_str(), files.get(), message.data(), static_cast<int>(message.size())));
-  if (!model) {
+  if (!model)
     throw std::runtime_error("models " + robot + ".xml and " + room + ".xml do not load: " + message.data());
-  }
   return model;
 }
 

@@ -3,16 +3,9 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
-#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <memory>
-#include <numbers>
 #include <stdexcept>
-#include <utility>
-
-#include "sim/physics/model.h"
-#include "walking/hrp2.h"
 
 namespace sim::physics {
 namespace {
@@ -29,23 +22,17 @@ class NominalBody {
   walking::BodyMomentum momentum(const walking::BodyMotion& motion);
 
  private:
-  void place(const walking::BodyMotion& motion);
-
   Model model_;
   Data data_;
   std::array<int, walking::kJoints> velocity_{};
 };
 
-void NominalBody::place(const walking::BodyMotion& motion) {
+walking::BodyMomentum NominalBody::momentum(const walking::BodyMotion& motion) {
   Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = robot_positions(*model_, motion.pose);
   const Eigen::Quaterniond turn(motion.pose.X_PB.linear());
   // The velocity of a free joint: linear in the world, angular in the body.
   Eigen::Map<Eigen::Matrix<double, 6, 1>>(data_->qvel) << motion.v, turn.conjugate() * motion.w;
   for (int joint = 0; joint < walking::kJoints; ++joint) data_->qvel[velocity_[joint]] = motion.dq[joint];
-}
-
-walking::BodyMomentum NominalBody::momentum(const walking::BodyMotion& motion) {
-  place(motion);
   mj_kinematics(model_.get(), data_.get());
   mj_comPos(model_.get(), data_.get());
   mj_comVel(model_.get(), data_.get());
@@ -66,53 +53,19 @@ constexpr double kLengthTolerance_m = 1e-3, kComTolerance_m = 3e-3, kMassToleran
                   std::string(model.names), what));
 }
 
-/// Joint positions of the model in this posture, in the waist frame.
-class Posed {
- public:
-  Posed(const mjModel& model, const walking::JointVector& q) : model_(model), data_(mj_makeData(&model)) {
-    Eigen::Map<Eigen::VectorXd>(data_->qpos, model.nq) =
-        robot_positions(model, {Eigen::Isometry3d::Identity(), q});
-    mj_kinematics(&model, data_.get());
-  }
-
-  Eigen::Vector3d joint(int actuator) const {
-    return Eigen::Vector3d(data_->xanchor + 3 * model_.actuator_trnid[2 * actuator]);
-  }
-
-  Eigen::Isometry3d body(int id) const {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translation() = Eigen::Vector3d(data_->xpos + 3 * id);
-    pose.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data_->xmat + 9 * id);
-    return pose;
-  }
-
- private:
-  const mjModel& model_;
-  Data data_;
-};
-
-void require_length(const mjModel& model, const std::string& what, double length, double nominal) {
-  if (std::abs(length - nominal) > kLengthTolerance_m)
-    reject(model, fmt::format("{} is {:.3f} m, expected {:.3f} m", what, length, nominal));
+/// The pose of a body in the waist in this posture.
+Eigen::Isometry3d body_in_waist(const mjModel& model, const walking::JointVector& q, int body) {
+  const Data data(mj_makeData(&model));
+  Eigen::Map<Eigen::VectorXd>(data->qpos, model.nq) =
+      robot_positions(model, {Eigen::Isometry3d::Identity(), q});
+  mj_kinematics(&model, data.get());
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = Eigen::Vector3d(data->xpos + 3 * body);
+  pose.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->xmat + 9 * body);
+  return pose;
 }
 
-void require_lengths(const mjModel& model) {
-  using namespace walking::hrp2;
-  const Posed zero(model, walking::JointVector::Zero());
-  for (const bool left : {false, true}) {
-    const std::string side = left ? "left" : "right";
-    const int leg = left ? kLeftLeg : kRightLeg, elbow = (left ? kLeftArm : kRightArm) + kElbow;
-    const Eigen::Vector3d hip = zero.joint(leg + 2), knee = zero.joint(leg + 3), ankle = zero.joint(leg + 4);
-    require_length(model, "the " + side + " thigh", hip.z() - knee.z(), kThigh);
-    require_length(model, "the " + side + " shank", knee.z() - ankle.z(), kShank);
-    require_length(model, "the " + side + " upper arm",
-                   (zero.joint(elbow) - zero.joint(elbow - kElbow)).norm(), kUpperArm);
-    require_length(model, "the " + side + " forearm", (zero.joint(elbow + 2) - zero.joint(elbow)).norm(),
-                   kUpperArm);
-  }
-}
-
-/// In half-sitting and with each joint of a leg moved, which shows its axis and the offsets.
+/// In half-sitting and with each joint of a leg moved, which shows its axis, the lengths and the offsets.
 void require_legs(const mjModel& model) {
   for (const walking::Side side : {walking::Side::right, walking::Side::left}) {
     const bool left = side == walking::Side::left;
@@ -124,7 +77,7 @@ void require_legs(const mjModel& model) {
       walking::JointVector q = walking::hrp2::half_sitting();
       if (moved >= 0) q[leg + moved] += 0.3;
       const Eigen::Isometry3d error =
-          walking::sole_in_waist(side, q.segment<6>(leg)).inverse() * Posed(model, q).body(sole);
+          walking::sole_in_waist(side, q.segment<6>(leg)).inverse() * body_in_waist(model, q, sole);
       if (!error.isApprox(Eigen::Isometry3d::Identity(), kLengthTolerance_m))
         reject(model, fmt::format("{} is {:.1f} mm and {:.2f} deg from its place{}", name,
                                   1e3 * error.translation().norm(),
@@ -144,13 +97,6 @@ void require_masses(const mjModel& model, const walking::BodyMomentum& still) {
                               1e3 * error.x(), 1e3 * error.y(), 1e3 * error.z()));
 }
 
-void require_nominal(const mjModel& model) {
-  if (model.nu != walking::kJoints || model.njnt == 0 || model.jnt_type[0] != mjJNT_FREE)
-    reject(model, fmt::format("has {} actuators, expected a free body with {}", model.nu, walking::kJoints));
-  require_lengths(model);
-  require_legs(model);
-}
-
 }  // namespace
 
 walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models) {
@@ -158,8 +104,10 @@ walking::WholeBody nominal_body(const std::string& robot, const std::filesystem:
 }
 
 walking::WholeBody nominal_body(Model on_floor) {
-  require_nominal(*on_floor);
   const mjModel& model = *on_floor;
+  if (model.nu != walking::kJoints || model.njnt == 0 || model.jnt_type[0] != mjJNT_FREE)
+    reject(model, fmt::format("has {} actuators, expected a free body with {}", model.nu, walking::kJoints));
+  require_legs(model);
   const auto body = std::make_shared<NominalBody>(std::move(on_floor));
   walking::BodyMotion still;
   still.pose.q = walking::hrp2::half_sitting();

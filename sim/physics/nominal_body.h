@@ -1,20 +1,14 @@
-// The plan's own model of the whole robot: momentum by multibody dynamics, of the model file as it is.
-// A pose of the robot as the positions of its model.
+// The plan's own model of the whole robot: momentum by multibody dynamics, of the model file as it is. A pose
+// of the robot as the positions of its model.
 #pragma once
-
-#include <Eigen/Core>
-#include <filesystem>
-#include <string>
 
 #include "sim/physics/model.h"
 #include "walking/kinematics.h"
 
-struct mjModel_;
-
 namespace sim::physics {
 /// models/<robot>.xml, used only by the plan: without the variations and disturbances of a run, the ankles'
 /// bushes at rest. Copies share one state: not for use from several threads. Throws std::runtime_error if
-/// the model does not load, or if its lengths, axes, mass or center of mass differ from walking/hrp2.h.
+/// the model does not load, or if its legs, mass or center of mass differ from walking/hrp2.h.
 walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models);
 walking::WholeBody nominal_body(Model on_floor);
 

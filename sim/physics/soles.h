@@ -1,10 +1,7 @@
 // The pads under the soles, the only contacts with the floor: friction, height, load and creep.
-// The floor: its friction and its height at each point.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
-#include <vector>
 
 #include "sim/physics/options.h"
 
@@ -12,6 +9,7 @@ struct mjModel_;
 struct mjData_;
 
 namespace sim::physics {
+
 /// Load and creep of one foot over an interval. Creep is the motion below the friction cone that MuJoCo's
 /// softened friction allows and a real sole would not show; sliding beyond the cone is not part of it.
 struct SoleContact {

@@ -31,7 +31,6 @@ class WalkingRobot {
 
   const walking::Reference& reference() const { return reference_; }  ///< of this tick
   const walking::Reference& following() const { return following_; }  ///< of the next one
-  const walking::StabilizerState& stabilizer() const { return stabilizer_.state(); }
   walking::PatternGenerator& plan() { return plan_; }
   World& world() { return world_; }
   const World& world() const { return world_; }

@@ -4,11 +4,8 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
-#include <utility>
 
 namespace sim::physics {
 namespace {
@@ -30,34 +27,31 @@ Eigen::Isometry3d pose(const mjtNum* position, const mjtNum* rotation) {
 
 int id(const mjModel* model, mjtObj type, const std::string& name) {
   const int found = mj_name2id(model, type, name.c_str());
-  if (found < 0) {
-    throw std::runtime_error(std::string("the model has no ") + mju_type2Str(type) + " named '" + name + "'");
-  }
+  if (found < 0)
+    throw std::runtime_error(fmt::format("the model has no {} named '{}'", mju_type2Str(type), name));
   return found;
 }
 
-int sensor_address(const mjModel* model, const std::string& name) {
-  return model->sensor_adr[id(model, mjOBJ_SENSOR, name)];
-}
-
-void scale_mass(mjModel* model, int body, double scale) {
-  model->body_mass[body] *= scale;
-  for (int axis = 0; axis < 3; ++axis) {
-    model->body_inertia[3 * body + axis] *= scale;
-  }
-}
-
 }  // namespace
+
+ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen::Vector3d& gravity) {
+  ImuReading reading{.begin = from.t, .end = to.t};
+  const double dt = std::chrono::duration<double>(to.t - from.t).count();
+  if (dt <= 0) return reading;
+  const Eigen::AngleAxisd turn(Eigen::Quaterniond(from.R_WG.transpose() * to.R_WG).normalized());
+  reading.gyro = turn.axis() * (turn.angle() / dt);
+  // In the middle of the interval.
+  const Eigen::Matrix3d R_WG = from.R_WG * Eigen::AngleAxisd(turn.angle() / 2, turn.axis());
+  reading.specific_force = R_WG.transpose() * ((to.v_WG - from.v_WG) / dt - gravity);
+  return reading;
+}
 
 std::vector<std::string> joint_names() {
   std::vector<std::string> names;
   const std::array<std::pair<const char*, int>, 6> groups{
       {{"RLEG", 6}, {"LLEG", 6}, {"CHEST", 2}, {"HEAD", 2}, {"RARM", 7}, {"LARM", 7}}};
-  for (const auto& [group, count] : groups) {
-    for (int i = 0; i < count; ++i) {
-      names.push_back(std::string(group) + "_JOINT" + std::to_string(i));
-    }
-  }
+  for (const auto& [group, count] : groups)
+    for (int i = 0; i < count; ++i) names.push_back(fmt::format("{}_JOINT{}", group, i));
   return names;
 }
 
@@ -85,10 +79,11 @@ void World::find_ids() {
   ids_.right_sole = id(m, mjOBJ_SITE, "RLEG_SOLE");
   ids_.left_sole_geom = id(m, mjOBJ_GEOM, "LLEG_SOLE");
   ids_.right_sole_geom = id(m, mjOBJ_GEOM, "RLEG_SOLE");
-  ids_.left_force = sensor_address(m, "LLEG_force");
-  ids_.left_torque = sensor_address(m, "LLEG_torque");
-  ids_.right_force = sensor_address(m, "RLEG_force");
-  ids_.right_torque = sensor_address(m, "RLEG_torque");
+  const auto sensor = [m](const char* name) { return m->sensor_adr[id(m, mjOBJ_SENSOR, name)]; };
+  ids_.left_force = sensor("LLEG_force");
+  ids_.left_torque = sensor("LLEG_torque");
+  ids_.right_force = sensor("RLEG_force");
+  ids_.right_torque = sensor("RLEG_torque");
   for (const std::string& name : joint_names()) {
     const int joint = id(m, mjOBJ_JOINT, name);
     ids_.position.push_back(m->jnt_qposadr[joint]);
@@ -123,7 +118,10 @@ void World::apply_masses(const PlantVariation& draw) {
   bodies.insert(bodies.end(), ids_.body.begin(), ids_.body.end());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
-    if (draw.mass_scale.size() != 0) scale_mass(m, bodies[i], draw.mass_scale[column]);
+    if (draw.mass_scale.size() != 0) {
+      m->body_mass[bodies[i]] *= draw.mass_scale[column];
+      Eigen::Map<Eigen::Vector3d>(m->body_inertia + 3 * bodies[i]) *= draw.mass_scale[column];
+    }
     if (draw.com_offset_m.cols() == 0) continue;
     Eigen::Map<Eigen::Vector3d>(m->body_ipos + 3 * bodies[i]) += draw.com_offset_m.col(column);
     m->body_sameframe[bodies[i]] = 0;
@@ -135,11 +133,9 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   mj_resetData(model_.get(), data_.get());
   const Eigen::Quaterniond turn(X_WB.linear());
   mjtNum* base = data_->qpos + model_->jnt_qposadr[model_->body_jntadr[ids_.waist]];
-  Eigen::Map<Eigen::Matrix<double, 7, 1>> free_joint(base);
-  free_joint << X_WB.translation(), turn.w(), turn.vec();
-  for (int joint = 0; joint < walking::kJoints; ++joint) {
+  Eigen::Map<Eigen::Matrix<double, 7, 1>>(base) << X_WB.translation(), turn.w(), turn.vec();
+  for (int joint = 0; joint < walking::kJoints; ++joint)
     data_->qpos[ids_.position[joint]] = q[joint] + offset_[joint];
-  }
   for (int pass = 0; pass < 2; ++pass) {  // the place of a pad determines its length
     mj_kinematics(model_.get(), data_.get());
     soles_.apply_floor(*model_, *data_);
@@ -158,11 +154,12 @@ void World::command(const walking::JointVector& q, const walking::JointVector& d
 }
 
 const Status& World::step() {
-  if (status_.condition != Condition::ok) {
-    return status_;
-  }
+  if (status_.condition != Condition::ok) return status_;
   push();
-  read_forces_at(time_ + kStep);
+  // Ankle forces take 3 % of a step; they are only computed at the end of a tick.
+  int& disabled = model_->opt.disableflags;
+  disabled =
+      (time_ + kStep) % walking::kTick == kStep.zero() ? disabled & ~mjDSBL_SENSOR : disabled | mjDSBL_SENSOR;
   mj_step2(model_.get(), data_.get());
   soles_.add_contact_forces(*model_, *data_);
   soles_.apply_floor(*model_, *data_);
@@ -171,12 +168,6 @@ const Status& World::step() {
   status_ = check();
   if (status_.condition == Condition::ok && room_ && time_ >= next_look_) look_around();
   return status_;
-}
-
-// Ankle forces take 3 % of a step; they are only computed at the end of a tick.
-void World::read_forces_at(std::chrono::nanoseconds end) {
-  int& disabled = model_->opt.disableflags;
-  disabled = end % walking::kTick == end.zero() ? disabled & ~mjDSBL_SENSOR : disabled | mjDSBL_SENSOR;
 }
 
 // Distant shapes cannot be touched soon: most steps need no check.
@@ -214,38 +205,30 @@ void World::push() {
 Status World::check() const {
   const double lag = data_->time - std::chrono::duration<double>(time_).count();
   const std::string warning = take_warning();
-  if (!warning.empty()) {
-    return {Condition::physics_failed, warning};
-  }
+  if (!warning.empty()) return {Condition::physics_failed, warning};
   const auto raised = [](const mjWarningStat& w) { return w.number > 0; };
-  if (std::any_of(data_->warning, data_->warning + mjNWARNING, raised)) {
+  if (std::any_of(data_->warning, data_->warning + mjNWARNING, raised))
     return {Condition::physics_failed, "a warning of MuJoCo"};
-  }
   // On a state that is not finite MuJoCo restarts the robot and its clock and continues.
-  if (!(std::abs(lag) < 1e-6)) {
-    return {Condition::physics_failed, "the physics has restarted itself"};
-  }
-  if (feet_touch()) {
-    return {Condition::collided, "one foot touched the other"};
-  }
+  if (!(std::abs(lag) < 1e-6)) return {Condition::physics_failed, "the physics has restarted itself"};
+  if (feet_touch()) return {Condition::collided, "one foot touched the other"};
   const Eigen::Isometry3d X = X_WB();
-  if (X.translation().z() < kFallenHeight || X.linear()(2, 2) < std::cos(kFallenTilt)) {
+  if (X.translation().z() < kFallenHeight || X.linear()(2, 2) < std::cos(kFallenTilt))
     return {Condition::fell, fall_text(X)};
-  }
   return {};
 }
 
-// "to the left at 3.20 s, 0.4 s after a push of 40 N s", as seen from the robot.
+// "to the left at 3.20 s: ..., 0.4 s after the start of a push of 40 N s", as seen from the robot.
 std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
-  constexpr double kBlamed_s = 5;
   constexpr std::array<const char*, 4> kWays{"forward", "to the left", "backward", "to the right"};
-  const double now = std::chrono::duration<double>(time_).count();
   const Eigen::Vector3d up = X_WB.linear().col(2), ahead = X_WB.linear().col(0);
   const double way = std::remainder(std::atan2(up.y(), up.x()) - std::atan2(ahead.y(), ahead.x()), 2 * M_PI);
+  const double now = std::chrono::duration<double>(time_).count();
   std::string text =
       fmt::format("{} at {:.2f} s: the waist is {:.2f} m high and tilted by {:.0f} deg",
                   kWays[static_cast<std::size_t>(std::lround(way / M_PI_2) + 4) % 4], now,
                   X_WB.translation().z(), std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / M_PI);
+  constexpr double kBlamed_s = 5;  // after a push
   for (const Push& push : pushes_)
     if (now >= push.time_s && now < push.time_s + push.duration_s + kBlamed_s)
       text +=
@@ -273,9 +256,8 @@ walking::SensorReadings World::leg_readings() const {
   walking::SensorReadings readings;
   readings.left = wrench(model_->site_bodyid[ids_.left_sole], ids_.left_force, ids_.left_torque);
   readings.right = wrench(model_->site_bodyid[ids_.right_sole], ids_.right_force, ids_.right_torque);
-  for (int joint = 0; joint < walking::kJoints; ++joint) {
+  for (int joint = 0; joint < walking::kJoints; ++joint)
     readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
-  }
   return readings;
 }
 

@@ -8,11 +8,11 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "sim/files/columns.h"
 #include "sim/files/contained_path.h"
 #include "sim/files/text.h"
-#include "sim/recording/external_rows.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"
 
@@ -22,11 +22,53 @@ namespace {
 namespace fs = std::filesystem;
 using namespace recording_format;
 
-constexpr slam::Stamp kLongestGap{
-    100'000'000};  // between true poses that are interpolated, and between readings that join
+/// Between true poses that are interpolated, and between readings that join.
+constexpr slam::Stamp kLongestGap{100'000'000};
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt"};
 
-constexpr std::size_t kCameraColumns = 2, kImuColumns = 4, kPlanColumns = 23, kTruthColumns = 8;
+constexpr std::size_t kCameraColumns = 2, kImuColumns = 4, kPlanColumns = 23;
+
+std::string seconds_text(slam::Stamp t) { return fmt::format("{:.3f} s", slam::seconds(t)); }
+
+std::string span_text(slam::Stamp first, slam::Stamp last) {
+  return fmt::format("from {} to {}", seconds_text(first), seconds_text(last));
+}
+
+/// All stamps of a file, in the unit that fits them, and its rows.
+struct Stamps {
+  /// rate_hz: as a sensor.yaml states it; slack: how many times as high as that of the rows it may be, since
+  /// cameras skip frames.
+  Stamps(fs::path file_, std::size_t least_columns_, std::optional<double> rate_hz = {}, double slack = 1)
+      : file(std::move(file_)), least_columns(least_columns_) {
+    std::vector<double> numbers;
+    files::CsvReader csv(file, least_columns);
+    const files::Header header(file, 1, csv.titles());
+    field = header.time_field();
+    while (csv.next()) numbers.push_back(csv.number(field));
+    try {
+      unit = &files::unit_of_stamps(numbers, header.time_unit(), 1 / rate_hz.value_or(20));
+    } catch (const std::invalid_argument& contradiction) {
+      throw files::FileError(file, contradiction.what());
+    }
+    for (StampedRows again = rows(); again.stamp(); again.advance()) all.push_back(*again.stamp());
+    const auto step = files::median_step(numbers);
+    if (!step || !rate_hz) return;
+    const double hz = 1e9 / (*step * static_cast<double>(unit->ns)), ratio = *rate_hz / hz;
+    if (ratio > slack || ratio < 1 / 1.5)
+      throw files::FileError(
+          file, fmt::format("its rows come at {:.4g} Hz, its sensor.yaml states rate_hz: {}", hz, *rate_hz));
+  }
+
+  StampedRows rows() const {
+    return StampedRows(files::CsvReader(file, least_columns), slam::Stamp{0}, field, *unit);
+  }
+  std::string span() const { return span_text(all.front(), all.back()); }  ///< there must be stamps
+
+  fs::path file;
+  std::size_t least_columns, field = 0;
+  const files::TimeUnit* unit = &files::kNanoseconds;
+  std::vector<slam::Stamp> all;
+};
 
 /// The columns of an IMU; no accelerometer if the header names the gyro but not it.
 struct ImuColumns {
@@ -42,17 +84,17 @@ struct ImuColumns {
 // Readings of an IMU one after another. Each applies until halfway to its neighbors.
 class Readings {
  public:
-  Readings(const fs::path& file, Stamps stamps, slam::Stamp ahead)
-      : rows_(file, kImuColumns, std::move(stamps)), columns_(rows_.header()), ahead_(ahead) {
+  Readings(const Stamps& stamps, slam::Stamp ahead)
+      : rows_(stamps.rows()), columns_(files::Header(stamps.file, 1, rows_.row().titles())), ahead_(ahead) {
     read();
   }
 
-  /// Moves the readings before `until` into the observation.
-  void move_to(slam::Stamp until, slam::Observation& o) {
+  /// Moves the readings before `until` into the observation, whose clock starts at `start`.
+  void move_to(slam::Stamp until, slam::Stamp start, slam::Observation& o) {
     while (now_ && now_->begin < until) {
-      const slam::Stamp end = std::min(now_->end, until);
-      o.gyro.push_back({now_->begin, end, now_->gyro});
-      if (now_->accelerometer) o.accelerometer.push_back({now_->begin, end, *now_->accelerometer});
+      const slam::Stamp begin = now_->begin, end = std::min(now_->end, until);
+      o.gyro.push_back({begin - start, end - start, now_->gyro});
+      if (now_->accelerometer) o.accelerometer.push_back({begin - start, end - start, *now_->accelerometer});
       now_->begin = end;
       if (end == now_->end) read();
     }
@@ -66,8 +108,7 @@ class Readings {
   };
 
   void read() {
-    const std::optional<Reading> before = now_;
-    now_.reset();
+    const std::optional<Reading> before = std::exchange(now_, std::nullopt);
     if (!rows_.stamp()) return;
     Reading reading{*rows_.stamp() - ahead_, {}, {}, angular_rate(rows_.row(), columns_.gyro), std::nullopt};
     if (!columns_.accelerometer.empty())
@@ -82,7 +123,7 @@ class Readings {
     now_ = reading;
   }
 
-  ExternalRows rows_;
+  StampedRows rows_;
   ImuColumns columns_;
   slam::Stamp ahead_;
   std::optional<Reading> now_;
@@ -90,9 +131,9 @@ class Readings {
 };
 
 // Rotation from the mean of the accelerometer's first readings to the z axis.
-Eigen::Matrix3d upright(const fs::path& imu_rows, const Eigen::Matrix3d& R_CG) {
-  files::CsvReader rows(imu_rows, kImuColumns);
-  const ImuColumns columns(header_of(imu_rows, rows));
+Eigen::Matrix3d upright(const Stamps& imu, const Eigen::Matrix3d& R_CG) {
+  files::CsvReader rows(imu.file, kImuColumns);
+  const ImuColumns columns(files::Header(imu.file, 1, rows.titles()));
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int i = 0; i < 20 && !columns.accelerometer.empty() && rows.next(); ++i)
     sum += acceleration(rows, columns.accelerometer);
@@ -110,55 +151,48 @@ fs::path sensor_file(const fs::path& folder, const std::string& own, const char*
   return folder / own;
 }
 
-void remark(AslSensors& sensors, const fs::path& file, const std::vector<std::string>& unread) {
-  if (unread.empty()) return;
-  sensors.remarks.push_back(
-      fmt::format("{}: keys that are not read: {}", file.string(), fmt::join(unread, ", ")));
-}
-
 struct ReadSensors : AslSensors {
   explicit ReadSensors(const fs::path& folder) {
     const fs::path camera_file = sensor_file(folder, kCameraSensor, "camchain.yaml"),
                    imu_file = sensor_file(folder, kImuSensor, "imu_config.yaml");
     const StatedCamera stated = read_camera_yaml(camera_file, sensor_text(camera_file), setup);
     const MountedImu mounted = read_mounted_imu(imu_file, sensor_text(imu_file));
-    remark(*this, camera_file, stated.unread);
-    remark(*this, imu_file, mounted.unread);
+    for (const auto& [file, unread] : {std::pair(camera_file, stated.unread), {imu_file, mounted.unread}})
+      if (!unread.empty())
+        remarks.push_back(
+            fmt::format("{}: keys that are not read: {}", file.string(), fmt::join(unread, ", ")));
     setup.imu_rate_hz = mounted.rate_hz;
     noise = mounted.noise;
     const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();
     X_BC = stated.by_imu ? mounted.X_BS * X_SC : X_SC;
     setup.calibration.X_CG = X_BC.inverse() * mounted.X_BS;
     imu_ahead = slam::Stamp(std::llround(1e9 * stated.timeshift_s));
-    camera = stamps_of(folder / kCameraRows, kCameraColumns, {stated.rate_hz, 4});
-    if (camera.all.empty()) throw files::FileError(folder / kCameraRows, "has no images");
-    first_image = camera.all.front();
-    imu = stamps_of(folder / kImuRows, kImuColumns, {mounted.rate_hz, 1.5});
-    require_one_clock(folder);
+    camera.emplace(folder / kCameraRows, kCameraColumns, stated.rate_hz, 4);
+    if (camera->all.empty()) throw files::FileError(camera->file, "has no images");
+    first_image = camera->all.front();
+    imu.emplace(folder / kImuRows, kImuColumns, mounted.rate_hz, 1.5);
+    require_one_clock();
     has_plan = fs::exists(folder / kPlanRows);
     if (has_plan)
       read_plan_yaml(folder / kPlanSensor, sensor_text(folder / kPlanSensor), setup);
     else
-      setup.X_WC_start.linear() = upright(folder / kImuRows, setup.calibration.X_CG.linear());
+      setup.X_WC_start.linear() = upright(*imu, setup.calibration.X_CG.linear());
   }
 
-  void require_one_clock(const fs::path& folder) const {
+  void require_one_clock() const {
     constexpr slam::Stamp kBefore = std::chrono::seconds(1);  // of a single image
-    const slam::Stamp from = camera.all.size() > 1 ? first_image : first_image - kBefore;
-    const auto between = [&](slam::Stamp t) {
-      return t - imu_ahead >= from && t - imu_ahead <= camera.all.back();
-    };
-    if (!std::any_of(imu.all.begin(), imu.all.end(), between))
-      throw files::FileError(
-          folder / kImuRows,
-          imu.all.empty()
-              ? "has no readings"
-              : fmt::format("none of its readings is between the images: they are {}, the images {}; "
-                            "expected one clock",
-                            imu.span(), camera.span()));
+    const slam::Stamp from = camera->all.size() > 1 ? first_image : first_image - kBefore;
+    for (const slam::Stamp t : imu->all)
+      if (t - imu_ahead >= from && t - imu_ahead <= camera->all.back()) return;
+    throw files::FileError(
+        imu->file, imu->all.empty()
+                       ? "has no readings"
+                       : fmt::format("none of its readings is between the images: they are {}, the images "
+                                     "{}; expected one clock",
+                                     imu->span(), camera->span()));
   }
 
-  Stamps camera, imu;
+  std::optional<Stamps> camera, imu;
 };
 
 // Each image of the list must exist.
@@ -169,25 +203,6 @@ void require_images(const fs::path& folder) {
   }
 }
 
-/// The columns of a true pose: position, and orientation with w first.
-struct PoseColumns {
-  explicit PoseColumns(const files::Header& header)
-      : p(header.columns(files::Quantity::position, "xyz", 1)),
-        q(header.columns(files::Quantity::orientation, "wxyz", 4)) {}
-  std::vector<files::Column> p, q;
-};
-
-files::TimedPose true_pose(const ExternalRows& rows, const PoseColumns& columns) {
-  const files::CsvReader& row = rows.row();
-  const auto& [p, q] = columns;
-  const auto at = [&](const files::Column& column) { return column.factor * row.number(column.field); };
-  files::TimedPose pose{*rows.stamp(), Eigen::Isometry3d::Identity()};
-  const Eigen::Quaterniond orientation(at(q[0]), at(q[1]), at(q[2]), at(q[3]));
-  if (std::abs(orientation.norm() - 1) > 1e-2) row.fail(q[0].field, "the quaternion is not of length 1");
-  pose.X = Eigen::Translation3d(at(p[0]), at(p[1]), at(p[2])) * orientation.normalized();
-  return pose;
-}
-
 Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose& b, slam::Stamp t) {
   const double part = slam::seconds(t - a.t) / slam::seconds(b.t - a.t);
   const Eigen::Vector3d p = (1 - part) * a.X.translation() + part * b.X.translation();
@@ -195,43 +210,29 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
   return Eigen::Translation3d(p) * qa.slerp(part, qb);
 }
 
-std::optional<fs::path> truth_folder(const fs::path& folder) {
-  for (const char* name : kTruthFolders)
-    if (fs::exists(folder / name / "data.csv")) return folder / name;
-  return std::nullopt;
-}
-
-// Why a truth has no pose at any of the times.
-std::string why_none(const Stamps& truth, const std::vector<slam::Stamp>& times) {
-  if (truth.all.empty()) return "has no poses";
-  if (truth.all.back() < times.front() || truth.all.front() > times.back())
-    return fmt::format(
-        "none of its poses is near the time of an image: they are {}, the images from {} to {}", truth.span(),
-        seconds_text(times.front()), seconds_text(times.back()));
-  return fmt::format(
-      "its poses are more than {} s apart around each image, too far to interpolate between them",
-      slam::seconds(kLongestGap));
-}
-
 // Poses of the truth's body at the given times of the recording's clock.
 std::vector<files::TimedPose> interpolated(const fs::path& file, const std::vector<slam::Stamp>& times) {
+  const files::TrajectoryFile truth = files::read_trajectory(file);
+  if (!truth.has_orientation) throw files::FileError(file, "has no orientations");
   std::vector<files::TimedPose> poses;
-  const Stamps stamps = stamps_of(file, kTruthColumns);
-  ExternalRows rows(file, kTruthColumns, stamps);
-  const PoseColumns columns(rows.header());
-  std::optional<files::TimedPose> before;
-  for (auto t = times.begin(); rows.stamp(); rows.advance()) {  // to the end: each row is checked
-    const files::TimedPose now = true_pose(rows, columns);
-    for (; t != times.end() && *t <= now.t; ++t) {
+  auto t = times.begin();
+  for (std::size_t i = 0; i < truth.rows.size(); ++i)
+    for (const files::TimedPose& now = truth.rows[i]; t != times.end() && *t <= now.t; ++t) {
       if (*t == now.t)
         poses.push_back(now);
-      else if (before && now.t - before->t <= kLongestGap)
-        poses.push_back({*t, interpolate(*before, now, *t)});
+      else if (i > 0 && now.t - truth.rows[i - 1].t <= kLongestGap)
+        poses.push_back({*t, interpolate(truth.rows[i - 1], now, *t)});
     }
-    before = now;
-  }
-  if (poses.empty()) throw files::FileError(file, why_none(stamps, times));
-  return poses;
+  if (!poses.empty()) return poses;
+  const slam::Stamp first = truth.rows.front().t, last = truth.rows.back().t;
+  if (last < times.front() || first > times.back())
+    throw files::FileError(
+        file, fmt::format("none of its poses is near the time of an image: they are {}, the images {}",
+                          span_text(first, last), span_text(times.front(), times.back())));
+  throw files::FileError(
+      file,
+      fmt::format("its poses are more than {} s apart around each image, too far to interpolate between them",
+                  slam::seconds(kLongestGap)));
 }
 
 }  // namespace
@@ -239,25 +240,24 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const std::vect
 struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     require_images(folder);
-    for (const slam::Stamp t : sensors.camera.all) times.push_back(t - sensors.first_image);
+    const std::vector<slam::Stamp>& images = sensors.camera->all;
+    for (const slam::Stamp t : images) times.push_back(t - sensors.first_image);
     if (!sensors.has_plan) return;
-    const Stamps planned = stamps_of(folder / kPlanRows, kPlanColumns);
-    const auto is_of_image = [&](slam::Stamp t) {
-      return std::binary_search(sensors.camera.all.begin(), sensors.camera.all.end(), t);
-    };
-    if (!planned.all.empty() && std::none_of(planned.all.begin(), planned.all.end(), is_of_image))
-      throw files::FileError(folder / kPlanRows,
+    const Stamps planned(folder / kPlanRows, kPlanColumns);
+    const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(images, t); };
+    if (!planned.all.empty() && std::ranges::none_of(planned.all, is_of_image))
+      throw files::FileError(planned.file,
                              fmt::format("none of its stamps is that of an image: they are {}, the images {}",
-                                         planned.span(), sensors.camera.span()));
-    plan.emplace(folder / kPlanRows, kPlanColumns, planned);
+                                         planned.span(), sensors.camera->span()));
+    plan.emplace(files::CsvReader(planned.file, kPlanColumns), slam::Stamp{0}, planned.field, *planned.unit);
   }
 
   fs::path folder;
   ReadSensors sensors{folder};
   std::vector<slam::Stamp> times;
-  ExternalRows camera{folder / kCameraRows, kCameraColumns, sensors.camera};
-  Readings readings{folder / kImuRows, sensors.imu, sensors.imu_ahead};
-  std::optional<ExternalRows> plan;
+  StampedRows camera = sensors.camera->rows();
+  Readings readings{*sensors.imu, sensors.imu_ahead};
+  std::optional<StampedRows> plan;
 
   cv::Mat image() const {
     const fs::path file = files::contained_path(folder / kCameraFolder, camera.row().text(1));
@@ -283,10 +283,7 @@ std::optional<slam::Observation> AslFolder::next() {
   slam::Observation o;
   o.t = t - f.sensors.first_image;
   o.image = f.image();
-  f.readings.move_to(t, o);
-  for (auto* samples : {&o.gyro, &o.accelerometer})
-    for (slam::InertialSample& sample : *samples)
-      sample.begin -= f.sensors.first_image, sample.end -= f.sensors.first_image;
+  f.readings.move_to(t, f.sensors.first_image, o);
   while (f.plan && f.plan->stamp() && *f.plan->stamp() < t) f.plan->advance();
   if (f.plan && f.plan->stamp() == t) o.plan = read_plan_row(f.plan->row());
   f.camera.advance();
@@ -297,15 +294,17 @@ bool is_asl_folder(const fs::path& folder) { return fs::exists(folder / "mav0");
 
 std::vector<files::TimedPose> read_asl_truth(const fs::path& folder, const AslSensors& sensors,
                                              const std::vector<slam::Stamp>& times) {
-  const auto truth = truth_folder(folder);
-  if (!truth) return {};
+  const auto has_rows = [&](const char* name) { return fs::exists(folder / name / "data.csv"); };
+  const auto found = std::ranges::find_if(kTruthFolders, has_rows);
+  if (found == kTruthFolders.end()) return {};
+  const fs::path truth = folder / *found;
   const slam::Stamp start = sensors.first_image;
   std::vector<slam::Stamp> own_clock;
   for (const slam::Stamp t : times) own_clock.push_back(t + start);
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
-  if (fs::exists(*truth / "sensor.yaml"))
-    X_BS = read_mounting(*truth / "sensor.yaml", sensor_text(*truth / "sensor.yaml"));
-  std::vector<files::TimedPose> poses = interpolated(*truth / "data.csv", own_clock);
+  if (fs::exists(truth / "sensor.yaml"))
+    X_BS = read_mounting(truth / "sensor.yaml", sensor_text(truth / "sensor.yaml"));
+  std::vector<files::TimedPose> poses = interpolated(truth / "data.csv", own_clock);
   const Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,
                           X_WT = sensors.setup.X_WC_start * (poses.front().X * X_SC).inverse();
   for (files::TimedPose& pose : poses) pose = {pose.t - start, X_WT * pose.X * X_SC};

@@ -1,14 +1,5 @@
-// An external recording in the EuRoC/ASL layout: one camera and a gyro; accelerometer, walking plan
-// and truth if present.
-//
-//   mav0/cam0/{sensor.yaml,data.csv,data/*}       pinhole with radial-tangential or equidistant lens, T_BS
-//   mav0/imu0/{sensor.yaml,data.csv}              readings at instants; T_BS; noise densities
-//   mav0/plan0/{sensor.yaml,data.csv}             may be missing; as in GaitSLAM's exports
-//   mav0/{state_groundtruth_estimate0,mocap0}/... may be missing; p, q (w first) of the sensor in any world
-//
-// Without a sensor.yaml the calibration is camchain.yaml and imu_config.yaml of kalibr, in the folder or in
-// dso/. Columns are those that a header names, with its units; stamps are in the unit of unit_of_stamps().
-// Lines may end in CR LF, fields may have blanks around them. Times count from the first image.
+// An external recording in the EuRoC/ASL layout (README.md): one camera and a gyro; accelerometer, walking
+// plan and truth if present. Times count from the first image.
 #pragma once
 
 #include <filesystem>

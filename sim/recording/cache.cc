@@ -13,7 +13,6 @@
 #include <stdexcept>
 
 #include "sim/files/atomic_file.h"
-#include "sim/files/csv.h"
 #include "sim/files/hash.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
@@ -32,14 +31,6 @@ std::optional<std::string> environment(const char* name) {
   return value && *value ? std::optional<std::string>(value) : std::nullopt;
 }
 
-std::uintmax_t bytes_of_gigabytes(const std::string& text) {
-  const auto gigabytes = files::parse_finite(text);
-  if (!gigabytes || *gigabytes < 0 || *gigabytes > 1e9)
-    throw std::invalid_argument(
-        fmt::format("GAITSLAM_CACHE_GB is '{}', expected a number of gigabytes", text));
-  return static_cast<std::uintmax_t>(*gigabytes * 1e9);
-}
-
 // Leaves out timing.*, which differ between two recordings of the same walk.
 std::uintmax_t size_of(const fs::path& folder) {
   std::uintmax_t bytes = 0;
@@ -50,11 +41,6 @@ std::uintmax_t size_of(const fs::path& folder) {
   return bytes;
 }
 
-constexpr std::size_t kKeyLetters = 32;
-constexpr int kAttempts = 5;  // to get a recording that other processes keep removing
-
-constexpr std::uint64_t kEntryFormat = 3;
-
 /// A hash of the names and contents of the files beside the recording, which its manifest does not list.
 /// Leaves out timing.*, which differ each time, and the marker, which lists what commands add.
 std::string hash_of_files_in(const fs::path& result) {
@@ -64,29 +50,15 @@ std::string hash_of_files_in(const fs::path& result) {
       beside.insert(entry.path());
   files::Hash hash;
   for (const fs::path& file : beside) {
-    const std::string content = files::read_text(file);
-    hash.add(fmt::format("{}:{}:", file.filename().string(), content.size()));
-    hash.add(content);
+    hash.add(file.filename().string() + ":");
+    hash.add_part(files::read_text(file));
   }
   return hash.hex();
 }
 
-/// The files that the manifest of a recording lists.
-std::vector<std::string> listed(const fs::path& recording) {
-  std::vector<std::string> files;
-  files::CsvReader rows(recording / "manifest.csv", {"#xxh3_128,bytes,path"});
-  while (rows.next()) files.emplace_back(rows.text(2));
-  return files;
-}
-
 bool is_key(const std::string& name) {
-  return name.size() == kKeyLetters && name.find_first_not_of("0123456789abcdef") == name.npos;
-}
-
-std::int64_t last_change_ns(const fs::path& file) {
-  struct stat status {};
-  return ::stat(file.c_str(), &status) == 0 ? status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec
-                                            : 0;
+  constexpr std::size_t kLetters = 32;
+  return name.size() == kLetters && name.find_first_not_of("0123456789abcdef") == name.npos;
 }
 
 void require_writable(const fs::path& folder, const char* but) {
@@ -109,21 +81,24 @@ CachePlace cache_place() {
     throw std::invalid_argument(
         "no folder for recordings: GAITSLAM_CACHE, XDG_CACHE_HOME and HOME are not set");
   place.folder = fs::absolute(place.folder);
-  if (const auto gigabytes = environment("GAITSLAM_CACHE_GB"))
-    place.most_bytes = bytes_of_gigabytes(*gigabytes);
+  if (const auto text = environment("GAITSLAM_CACHE_GB")) {
+    const auto gigabytes = files::parse_finite(*text);
+    if (!gigabytes || *gigabytes < 0 || *gigabytes > 1e9)
+      throw std::invalid_argument(
+          fmt::format("GAITSLAM_CACHE_GB is '{}', expected a number of gigabytes", *text));
+    place.most_bytes = static_cast<std::uintmax_t>(*gigabytes * 1e9);
+  }
   return place;
 }
 
 fs::path Cache::lock_file(const std::string& key) const { return place_.folder / (key + ".lock"); }
-
-bool Cache::is_own(const std::string& key) const { return files::has_marker(place_.folder / key); }
 
 bool Cache::is_whole(const std::string& key, const Say& say) const {
   const fs::path entry = place_.folder / key;
   if (!fs::exists(entry)) return false;
   try {
     const Manifest manifest(entry / "result/recording");
-    for (const std::string& file : listed(entry / "result/recording")) manifest.check(file);
+    manifest.check_all();
     const files::Json stored = files::read_json(entry / "entry.json");
     const bool same_recording = stored.at("recording").text() == manifest.hash();
     if (same_recording && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result"))
@@ -140,7 +115,7 @@ void Cache::make_entry(const std::string& key, const Label& label, const Make& m
   files::AtomicFolder folder(place_.folder / key, files::Existing::replace);
   const fs::path result = folder.path() / "result";
   make(result);
-  const json entry{{"format_version", kEntryFormat},
+  const json entry{{"format_version", 3},
                    {"recording", Manifest(result / "recording").hash()},
                    {"files_xxh3_128", hash_of_files_in(result)},
                    {"scenario", label.scenario},
@@ -160,6 +135,7 @@ std::optional<CachedRecording> Cache::find(const std::string& key, const Say& sa
 
 CachedRecording Cache::get(const std::string& key, const Label& label, const Make& make,
                            const Say& say) const {
+  constexpr int kAttempts = 5;  // other processes may keep removing it
   const Say nothing = [](const std::string&) {};
   std::error_code fault;
   fs::create_directories(place_.folder, fault);
@@ -182,7 +158,9 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
 
 Cache::Entry Cache::read_entry(const std::string& key) const {
   const bool in_use = !FileLock::take(lock_file(key), FileLock::How::try_exclusive);
-  const std::int64_t last_used = last_change_ns(lock_file(key));
+  struct stat status {};
+  ::stat(lock_file(key).c_str(), &status);
+  const std::int64_t last_used = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec;
   try {
     const files::Json read = files::read_json(place_.folder / key / "entry.json");
     return {{read.at("scenario").text(), read.at("seed").whole()},
@@ -199,7 +177,7 @@ std::vector<Cache::Entry> Cache::list() const {
   std::vector<Entry> entries;
   std::error_code none;
   for (const auto& folder : fs::directory_iterator(place_.folder, none))
-    if (const std::string key = folder.path().filename(); is_key(key) && is_own(key))
+    if (const std::string key = folder.path().filename(); is_key(key) && files::has_marker(folder.path()))
       entries.push_back(read_entry(key));
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::pair(a.last_used_ns, a.key) < std::pair(b.last_used_ns, b.key);
@@ -230,12 +208,8 @@ Cache::Cleaned Cache::clean(std::uintmax_t most_bytes) const {
   for (const Entry& entry : entries) total += entry.bytes;
   for (const Entry& entry : entries) {
     if (total <= most_bytes) break;
-    if (files::unlisted_in(place_.folder / entry.key)) {
-      ++cleaned.foreign;
-      continue;
-    }
-    if (!remove_if_unused(entry.key)) {
-      ++cleaned.in_use;
+    if (files::unlisted_in(place_.folder / entry.key) || !remove_if_unused(entry.key)) {
+      ++cleaned.kept;
       continue;
     }
     ++cleaned.removed;

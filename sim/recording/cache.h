@@ -64,9 +64,8 @@ class Cache {
   std::vector<Entry> list() const;
 
   struct Cleaned {
-    std::size_t removed = 0, in_use = 0;  ///< entries; in_use: kept only because they are in use
-    std::size_t foreign = 0;              ///< kept because they contain files that the program did not make
-    std::uintmax_t bytes = 0;             ///< removed
+    std::size_t removed = 0, kept = 0;  ///< kept: in use, or with files that the program did not make
+    std::uintmax_t bytes = 0;           ///< removed
   };
   /// Removes the least recently used entries until the others take at most that much. Keeps entries in use
   /// and those with files that the program did not make.
@@ -76,7 +75,6 @@ class Cache {
 
  private:
   std::filesystem::path lock_file(const std::string& key) const;
-  bool is_own(const std::string& key) const;
   bool is_whole(const std::string& key, const Say& say) const;
   void make_entry(const std::string& key, const Label& label, const Make& make) const;
   Entry read_entry(const std::string& key) const;

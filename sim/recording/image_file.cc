@@ -2,38 +2,66 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <libdeflate.h>
 
-#include <charconv>
-#include <cstddef>
-#include <cstdint>
+#include <algorithm>
 #include <limits>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
 
 #include "sim/files/text.h"
-#include "sim/recording/grey_png.h"
 
 namespace sim::recording {
 namespace {
 
 using std::string_view_literals::operator""sv;
+using Byte = unsigned char;
 
-constexpr std::uint32_t kMostASide = 1u << 30;
+constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
+/// Bytes of a header after width and height: 8 bits, grey, deflate, adaptive filtering, not interlaced.
+constexpr std::string_view kGrey8("\x08\0\0\0\0", 5);
+/// The last chunk, with its length and its checksum.
+constexpr std::string_view kEnd("\0\0\0\0IEND\xae\x42\x60\x82", 12);
+/// The filter of each row (ISO/IEC 15948, section 9): its difference from the one above.
+constexpr Byte kUp = 2;
+constexpr std::size_t kLargest = 1 << 14;  // width and height, pixels
 
-std::uint32_t image_number(std::string_view bytes, std::size_t at, std::size_t count) {
-  std::uint32_t n = 0;
-  for (std::size_t i = at; i < at + count; ++i) n = n << 8 | static_cast<unsigned char>(bytes[i]);
+std::size_t big_endian(std::string_view bytes) {
+  std::size_t n = 0;
+  for (const char c : bytes.substr(0, 4)) n = n << 8 | static_cast<Byte>(c);
   return n;
 }
 
-std::optional<ImageSize> checked_size(std::uint32_t width, std::uint32_t height) {
-  if (width == 0 || height == 0 || width > kMostASide || height > kMostASide) return std::nullopt;
-  return ImageSize{static_cast<int>(width), static_cast<int>(height)};
+void append_big_endian(std::string& out, std::size_t n) {
+  for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(n >> shift & 0xff);
 }
 
-/// The header is the first chunk (ISO/IEC 15948).
-std::optional<ImageSize> png_size(std::string_view bytes) {
-  if (bytes.size() < 24 || bytes.substr(12, 4) != "IHDR") return std::nullopt;
-  return checked_size(image_number(bytes, 16, 4), image_number(bytes, 20, 4));
+void append_chunk(std::string& out, std::string_view name, std::string_view data) {
+  append_big_endian(out, data.size());
+  const std::size_t start = out.size();
+  out.append(name).append(data);
+  append_big_endian(out, libdeflate_crc32(0, out.data() + start, out.size() - start));
+}
+
+std::string compressed(const cv::Mat& image) {
+  std::string coded(static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.cols + 1), '\0');
+  auto* to = reinterpret_cast<Byte*>(coded.data());
+  const cv::Mat nothing = cv::Mat::zeros(1, image.cols, CV_8UC1);
+  for (int v = 0; v < image.rows; ++v) {
+    const Byte *row = image.ptr(v), *above = v > 0 ? image.ptr(v - 1) : nothing.ptr(0);
+    *to++ = kUp;
+    for (int i = 0; i < image.cols; ++i) *to++ = static_cast<Byte>(row[i] - above[i]);
+  }
+  constexpr int kFastest = 1;
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(kFastest), &libdeflate_free_compressor);
+  std::string out(libdeflate_zlib_compress_bound(compressor.get(), coded.size()), '\0');
+  out.resize(libdeflate_zlib_compress(compressor.get(), coded.data(), coded.size(), out.data(), out.size()));
+  return out;
+}
+
+int image_number(std::string_view bytes, std::size_t at, std::size_t count) {
+  return static_cast<int>(std::min<std::size_t>(big_endian(bytes.substr(at, count)), 1u << 30));
 }
 
 /// Segments of a marker and a length, up to the start of a frame (ITU-T T.81, B.2.2).
@@ -41,31 +69,16 @@ std::optional<ImageSize> jpeg_size(std::string_view bytes) {
   std::size_t at = 2;
   while (at + 9 <= bytes.size()) {
     if (bytes[at] != '\xff') return std::nullopt;
-    const std::uint32_t marker = image_number(bytes, at + 1, 1);
+    const int marker = image_number(bytes, at + 1, 1);
     if (marker == 0xff) {  // fill bytes may precede a marker
       ++at;
       continue;
     }
     const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (frame) return checked_size(image_number(bytes, at + 7, 2), image_number(bytes, at + 5, 2));
-    at += 2 + image_number(bytes, at + 2, 2);
+    if (frame) return ImageSize{image_number(bytes, at + 7, 2), image_number(bytes, at + 5, 2)};
+    at += 2 + static_cast<std::size_t>(image_number(bytes, at + 2, 2));
   }
   return std::nullopt;
-}
-
-/// Width and height as decimals between blanks and comments.
-std::optional<ImageSize> pnm_size(std::string_view bytes) {
-  std::uint32_t sides[2] = {};
-  std::size_t at = 2;
-  for (std::uint32_t& side : sides) {
-    while (at < bytes.size() && (" \t\r\n"sv.find(bytes[at]) != std::string_view::npos || bytes[at] == '#'))
-      at = bytes[at] == '#' ? bytes.find('\n', at) : at + 1;
-    if (at >= bytes.size()) return std::nullopt;
-    const auto [end, fault] = std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), side);
-    if (fault != std::errc{}) return std::nullopt;
-    at = static_cast<std::size_t>(end - bytes.data());
-  }
-  return checked_size(sides[0], sides[1]);
 }
 
 [[noreturn]] void fail_size(const std::filesystem::path& file, int width, int height, const ImageSize& size) {
@@ -83,30 +96,19 @@ auto opencv_decoder(const std::filesystem::path& file) {
   return reinterpret_cast<cv::Mat (*)(cv::InputArray, int)>(function);
 }
 
-// Empty if OpenCV cannot decode it.
-cv::Mat decoded_by_opencv(const std::filesystem::path& file, std::string_view bytes, int flags) {
-  const auto imdecode = opencv_decoder(file);
-  const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
-  try {
-    return imdecode(row, flags);
-  } catch (const cv::Exception&) {
-    return {};
-  }
-}
-
 }  // namespace
 
 std::optional<ImageSize> image_size(std::string_view bytes) {
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return png_size(bytes);
+  if (bytes.size() >= 24 && bytes.starts_with(kSignature) && bytes.substr(12, 4) == "IHDR")
+    return ImageSize{image_number(bytes, 16, 4), image_number(bytes, 20, 4)};
   if (bytes.starts_with("\xff\xd8"sv)) return jpeg_size(bytes);
-  if (bytes.starts_with("P5"sv) || bytes.starts_with("P6"sv)) return pnm_size(bytes);
   return std::nullopt;
 }
 
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size) {
   const auto found = image_size(bytes);
   if (!found || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-    throw files::FileError(file, "cannot be read as an image: expected PNG, JPEG, PGM or PPM");
+    throw files::FileError(file, "cannot be read as an image: expected PNG or JPEG");
   if (*found != size) fail_size(file, found->width, found->height, size);
 }
 
@@ -114,9 +116,52 @@ cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, 
                      int flags) {
   require_image_size(file, bytes, size);
   if (auto grey = decode_grey_png(bytes)) return *grey;  // twice as fast as OpenCV
-  const cv::Mat image = decoded_by_opencv(file, bytes, flags);
+  const auto imdecode = opencv_decoder(file);
+  const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+  cv::Mat image;
+  try {
+    image = imdecode(row, flags);
+  } catch (const cv::Exception&) {  // leaves it empty, as most faults of its bytes do
+  }
   if (image.empty()) throw files::FileError(file, "cannot be read as an image");
   if (image.cols != size.width || image.rows != size.height) fail_size(file, image.cols, image.rows, size);
+  return image;
+}
+
+std::string encode_grey_png(const cv::Mat& image) {
+  CV_Assert(image.type() == CV_8UC1);
+  std::string header, png(kSignature);
+  append_big_endian(header, static_cast<std::size_t>(image.cols));
+  append_big_endian(header, static_cast<std::size_t>(image.rows));
+  append_chunk(png, "IHDR", header.append(kGrey8));
+  append_chunk(png, "IDAT", compressed(image));
+  return png.append(kEnd);
+}
+
+std::optional<cv::Mat> decode_grey_png(std::string_view png) {
+  constexpr std::size_t kPixels = 41;  // after the header and the begin of the pixels' chunk
+  if (png.size() < kPixels + 4 + kEnd.size() || !png.starts_with(kSignature) || png.substr(12, 4) != "IHDR" ||
+      png.substr(24, 5) != kGrey8 || png.substr(37, 4) != "IDAT" || !png.ends_with(kEnd) ||
+      kPixels + big_endian(png.substr(33)) + 4 + kEnd.size() != png.size())
+    return std::nullopt;
+  const std::size_t width = big_endian(png.substr(16)), height = big_endian(png.substr(20));
+  if (width == 0 || height == 0 || width > kLargest || height > kLargest) return std::nullopt;
+  std::string coded(height * (width + 1), '\0');
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(
+      libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
+  if (libdeflate_zlib_decompress(decompressor.get(), png.data() + kPixels, png.size() - kPixels - 16,
+                                 coded.data(), coded.size(), nullptr) != LIBDEFLATE_SUCCESS)
+    return std::nullopt;
+  cv::Mat image(static_cast<int>(height), static_cast<int>(width), CV_8UC1);
+  const std::string nothing(width, '\0');
+  const auto* from = reinterpret_cast<const Byte*>(coded.data());
+  const auto* above = reinterpret_cast<const Byte*>(nothing.data());
+  for (int v = 0; v < image.rows; ++v, from += width + 1) {
+    if (from[0] != kUp) return std::nullopt;
+    Byte* const row = image.ptr(v);
+    for (std::size_t i = 0; i < width; ++i) row[i] = static_cast<Byte>(from[1 + i] + above[i]);
+    above = row;
+  }
   return image;
 }
 

@@ -86,6 +86,10 @@ void Manifest::read_pieces(const std::string& path, std::uintmax_t most,
     throw files::FileError(folder_ / path, "edited: its content is not what was recorded");
 }
 
+void Manifest::check_all() const {
+  for (const auto& [path, entry] : entries_) check(path);
+}
+
 fs::path Manifest::check(const std::string& path) const {
   read_pieces(path, files::kMostOfRows, [](std::string_view) {});
   return folder_ / path;

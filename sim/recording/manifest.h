@@ -37,6 +37,8 @@ class Manifest {
   /// Checks that every listed file exists and has its size, without reading it. Throws FileError with the
   /// first other one.
   void check_sizes() const;
+  /// Checks every listed file as check() does.
+  void check_all() const;
   /// Checks a listed file against its hash, reading it in pieces. Returns its full path. Throws FileError.
   std::filesystem::path check(const std::string& path) const;
   /// Returns the content of a listed file, `most` bytes at most. Throws FileError if it is not the recorded

@@ -1,21 +1,6 @@
 // The readings of ideal sensors on one run, kept in a folder of the EuRoC/ASL layout and read back bit for
-// bit.
-//
-// clang-format off
-//   mav0/body.yaml
-//   mav0/cam0/{sensor.yaml,data.csv,data/<stamp>.png}        8-bit grey, lossless
-//   mav0/imu0/{sensor.yaml,data.csv}                         chest IMU; stamps: end of the interval averaged over
-//   mav0/encoders0/{sensor.yaml,data.csv}                    joint angles of the encoders, every 5 ms
-//   mav0/forces0/{sensor.yaml,data.csv}                      forces and torques of the ground on the soles, every 5 ms
-//   mav0/plan0/{sensor.yaml,data.csv}                        planned motion of the camera at each frame
-//   mav0/state_groundtruth_estimate0/{sensor.yaml,data.csv}  true motion of the chest IMU, 17 columns
-//   frames.csv                                               stamps of all observations, with or without an image
-//   truth/{camera,waist,waist_plan,feet,surfaces}.csv        only for the score
-//   manifest.csv                                             sizes and hashes; written last
-// clang-format on
-//
-// Stamps in files are kEpoch later than slam::Stamp, because readers of this layout expect 19 digits. Numbers
-// are written with the digits that bring the same bits back. Positions in m, angles in rad.
+// bit: README.md lists its files. Stamps in files are kEpoch later than slam::Stamp, because readers of this
+// layout expect 19 digits. Positions in m, angles in rad.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -87,7 +72,7 @@ struct BodyReading {
 
 /// Writes a recording during a run; memory does not grow with its length. Throws FileError if a file cannot
 /// be written, std::logic_error for readings that ideal sensors cannot give (inertial readings that do not
-/// chain, gyro and accelerometer over different intervals, stamps that do not rise, a joint too many).
+/// chain, gyro and accelerometer of different number, stamps that do not rise, a joint too many).
 class RecordingWriter {
  public:
   /// `folder` is made; it must not exist.
@@ -140,7 +125,7 @@ class RecordingReader {
 /// Ground truth of a run, for the score.
 struct Truth {
   std::vector<files::TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
-  std::vector<TrueFeet> feet;                               ///< empty in a recording that has none
+  std::vector<TrueFeet> feet;
   std::vector<score::Surface> surfaces;
   std::vector<score::StepCorrection> corrected_steps;  ///< empty unless the walk was steered
 };

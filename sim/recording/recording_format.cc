@@ -13,15 +13,7 @@ using recording_format::kSupport;
 
 namespace {
 
-constexpr std::int64_t kLastStamp = 9'000'000'000'000'000'000;  // ns: sums and differences stay in range
 constexpr double kLargestReading = 1e7;  // rad/s, m/s^2: ten times the largest spike that a scenario may have
-
-constexpr std::size_t kFirstOfLegs = 23;  // field
-
-/// External files may have further columns after the plan.
-bool has_legs(const files::CsvReader& row) {
-  return row.titles().size() >= kFirstOfLegs + 15 && row.titles()[kFirstOfLegs].starts_with("p_OC_x");
-}
 
 Eigen::Vector3d reading(const files::CsvReader& row, const std::vector<files::Column>& columns,
                         const char* sensor, const char* unit) {
@@ -38,39 +30,15 @@ Eigen::Vector3d reading(const files::CsvReader& row, const std::vector<files::Co
 
 using Joints = std::vector<std::string>;
 
-std::string joint_columns(const Joints& joints) {
-  std::string columns;
-  for (const std::string& joint : joints) columns += "," + joint + " [rad]";
-  return columns;
-}
-
-std::string joint_angles(const BodyReading& reading) {
-  std::string fields;
-  for (const double angle : reading.q) fields += fmt::format(",{}", angle);
-  return fields;
-}
-
-std::string wrenches(const BodyReading& reading) {
-  std::string fields;
-  for (const BodyReading::Wrench& foot : {reading.left, reading.right})
-    fields += "," + files::csv_fields(foot.force) + "," + files::csv_fields(foot.torque);
-  return fields;
-}
-
 }  // namespace
 
-StampedRows::StampedRows(files::CsvReader csv, slam::Stamp epoch) : csv_(std::move(csv)), epoch_(epoch) {
-  advance();
-}
-
 void StampedRows::advance() {
-  const std::optional<slam::Stamp> before = stamp_;
-  stamp_.reset();
+  const std::optional<slam::Stamp> before = std::exchange(stamp_, std::nullopt);
   if (!csv_.next()) return;
-  const std::int64_t ns = csv_.integer(0);
-  if (ns < 0 || ns > kLastStamp) csv_.fail(0, fmt::format("expected a stamp from 0 to {} ns", kLastStamp));
-  stamp_ = slam::Stamp(ns) - epoch_;
-  if (before && *stamp_ <= *before) csv_.fail(0, "the stamp is not after the one before");
+  const auto t = files::parse_stamp(csv_.text(field_), unit_);
+  if (!t || t->count() < 0) csv_.fail(field_, "expected a stamp from 0 to 9000000000000000000 ns");
+  stamp_ = *t - epoch_;
+  if (before && *stamp_ <= *before) csv_.fail(field_, "the stamp is not after the one before");
 }
 
 const std::string& plan_header(const slam::PlannedMotion& plan) {
@@ -96,7 +64,9 @@ slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
   if (support == kSupport.end()) row.fail(19, "expected both, left or right");
   plan.support = static_cast<slam::Support>(support - kSupport.begin());
   plan.p_CF = row.vector(20);
-  if (has_legs(row)) plan.legs = slam::LegMotion{row.pose(kFirstOfLegs), row.vector(kFirstOfLegs + 12)};
+  constexpr std::size_t kLegs = 23;  // field; external files may have columns of their own there
+  if (row.titles().size() >= kLegs + 15 && row.titles()[kLegs].starts_with("p_OC_x"))
+    plan.legs = slam::LegMotion{row.pose(kLegs), row.vector(kLegs + 12)};
   return plan;
 }
 
@@ -111,18 +81,31 @@ const std::vector<BodySensor>& body_sensors() {
   static const std::vector<BodySensor> all{
       {"encoders0", "encoders", "joint encoders, ideal: their zeros may be off those of the true joints",
        [](const Joints& joints) { return fmt::format("joints: [{}]\n", fmt::join(joints, ", ")); },
-       joint_columns, joint_angles},
+       [](const Joints& joints) {
+         std::string columns;
+         for (const std::string& joint : joints) columns += "," + joint + " [rad]";
+         return columns;
+       },
+       [](const BodyReading& reading) {
+         std::string fields;
+         for (const double angle : reading.q) fields += fmt::format(",{}", angle);
+         return fields;
+       }},
       {"forces0", "forces",
        "six-axis force sensors of the ankles, ideal: force and torque of the ground on each foot, axes of "
-       "the sole, "
-       "about the point of the sole below the ankle",
+       "the sole, about the point of the sole below the ankle",
        [](const Joints&) { return std::string("feet: [left, right]\n"); },
        [](const Joints&) {
          return std::string(
              ",f_L_x [N],f_L_y [N],f_L_z [N],m_L_x [N m],m_L_y [N m],m_L_z [N m]"
              ",f_R_x [N],f_R_y [N],f_R_z [N],m_R_x [N m],m_R_y [N m],m_R_z [N m]");
        },
-       wrenches},
+       [](const BodyReading& reading) {
+         std::string fields;
+         for (const BodyReading::Wrench& foot : {reading.left, reading.right})
+           fields += "," + files::csv_fields(foot.force) + "," + files::csv_fields(foot.torque);
+         return fields;
+       }},
   };
   return all;
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/files/columns.h"
@@ -14,23 +15,29 @@
 
 namespace sim::recording {
 
-/// Has one row, read ahead. Stamps in the file are from 0 to 9e18 ns and rise from row to row. All members
-/// throw FileError.
+/// The rows of a file with their stamps, one after another. Stamps in the file are from 0 to 9e18 ns and rise
+/// from row to row. All members throw FileError.
 class StampedRows {
  public:
-  /// epoch: offset of the stamps in the file from those that stamp() returns.
-  explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0});
+  /// epoch: offset of the stamps in the file from those that stamp() returns. field, unit: of the stamps.
+  explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0}, std::size_t field = 0,
+                       const files::TimeUnit& unit = files::kNanoseconds)
+      : csv_(std::move(csv)), epoch_(epoch), field_(field), unit_(unit) {
+    advance();
+  }
   StampedRows(const StampedRows&) = delete;
   StampedRows& operator=(const StampedRows&) = delete;
 
   /// Stamp of the current row; nothing after the last.
-  std::optional<slam::Stamp> stamp() const { return stamp_; }
+  const std::optional<slam::Stamp>& stamp() const { return stamp_; }
   const files::CsvReader& row() const { return csv_; }
   void advance();
 
  private:
   files::CsvReader csv_;
   slam::Stamp epoch_;
+  std::size_t field_;
+  const files::TimeUnit& unit_;
   std::optional<slam::Stamp> stamp_;
 };
 
@@ -91,9 +98,9 @@ inline std::string body_sensor_rows(const std::string& sensor) { return "mav0/" 
 
 inline const std::string kStampColumn = "#timestamp [ns]";
 inline const std::string kCameraHeader = kStampColumn + ",filename";
-inline const std::string kGyroHeader =
-    kStampColumn + ",w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1]";
-inline const std::string kImuHeader = kGyroHeader + ",a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]";
+inline const std::string kImuHeader = kStampColumn +
+                                      ",w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1]"
+                                      ",a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]";
 inline const std::string kPlanHeader = kStampColumn + "," + files::pose_columns("PC") +
                                        ",v_PC_C_x [m s^-1],v_PC_C_y [m s^-1],v_PC_C_z [m s^-1]"
                                        ",w_PC_C_x [rad s^-1],w_PC_C_y [rad s^-1],w_PC_C_z [rad s^-1]"

@@ -22,17 +22,6 @@ StampedRows rows_of(const Manifest& manifest, const std::string& name,
   return StampedRows(files::CsvReader(manifest.check(name), headers), kEpoch);
 }
 
-// Files not used here but checked with the rest of the recording.
-std::vector<std::string> files_for_other_readers() {
-  std::vector<std::string> names{kBody};
-  for (const BodySensor& sensor : body_sensors()) {
-    names.push_back(body_sensor_file(sensor.name));
-    names.push_back(body_sensor_rows(sensor.name));
-  }
-  names.insert(names.end(), {kMotionSensor, kMotionRows});
-  return names;
-}
-
 std::vector<files::TimedPose> read_poses(const Manifest& manifest, const std::string& name,
                                          const std::string& header) {
   std::vector<files::TimedPose> poses;
@@ -46,14 +35,6 @@ TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
   const std::int64_t down = row.integer(first + 6);
   if (down != 0 && down != 1) row.fail(first + 6, "expected 0 or 1");
   return {row.vector(first), row.vector(first + 3), down == 1, row.number(first + 7), row.vector(first + 8)};
-}
-
-std::vector<TrueFeet> read_feet(const Manifest& manifest) {
-  std::vector<TrueFeet> feet;
-  if (!manifest.lists(kFeet)) return feet;
-  for (StampedRows rows = rows_of(manifest, kFeet, {kFeetHeader}); rows.stamp(); rows.advance())
-    feet.push_back({*rows.stamp(), read_foot(rows.row(), 1), read_foot(rows.row(), 12)});
-  return feet;
 }
 
 // Steps are decided at least a tick apart; the time is that of the decision.
@@ -86,7 +67,11 @@ std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
 struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
-    for (const std::string& name : files_for_other_readers()) manifest.check(name);
+    for (const std::string& name : {kBody, kMotionSensor, kMotionRows}) manifest.check(name);  // for others
+    for (const BodySensor& sensor : body_sensors()) {
+      manifest.check(body_sensor_file(sensor.name));
+      manifest.check(body_sensor_rows(sensor.name));
+    }
     read_camera_yaml(folder / kCameraSensor, sensor_text(kCameraSensor), setup);
     read_plan_yaml(folder / kPlanSensor, sensor_text(kPlanSensor), setup);
     const auto begin = read_imu_yaml(folder / kImuSensor, sensor_text(kImuSensor), setup);
@@ -100,18 +85,17 @@ struct RecordingReader::Files {
   RecordingSetup setup;
   StampedRows frames = rows_of(manifest, kFrames, {kStampColumn}),
               camera = rows_of(manifest, kCameraRows, {kCameraHeader}),
-              imu = rows_of(manifest, kImuRows, {kImuHeader, kGyroHeader}),
+              imu = rows_of(manifest, kImuRows, {kImuHeader}),
               plan = rows_of(manifest, kPlanRows, {kPlanHeader, kPlanAndLegsHeader});
   slam::Stamp imu_end{0};
 
   std::string sensor_text(const std::string& name) const { return manifest.read(name, files::kMostOfYaml); }
 
   cv::Mat image(std::string_view name) const {
-    const std::string path = kCameraFolder + std::string(name),
-                      png = manifest.read(path, files::kMostOfImage);
-    const slam::CameraIntrinsics& camera_model = setup.calibration.camera;
-    const cv::Mat decoded = decode_image(folder / path, png, {camera_model.width_px, camera_model.height_px},
-                                         cv::IMREAD_UNCHANGED);
+    const std::string path = kCameraFolder + std::string(name);
+    const slam::CameraIntrinsics& size = setup.calibration.camera;
+    const cv::Mat decoded = decode_image(folder / path, manifest.read(path, files::kMostOfImage),
+                                         {size.width_px, size.height_px}, cv::IMREAD_UNCHANGED);
     if (decoded.type() != CV_8UC1) throw files::FileError(folder / path, "is not an 8-bit grey image");
     return decoded;
   }
@@ -122,8 +106,7 @@ struct RecordingReader::Files {
       imu_end = *imu.stamp();
       if (imu_end <= begin) imu.row().fail(0, "the interval ends before its start");
       observation.gyro.push_back({begin, imu_end, angular_rate(imu.row())});
-      if (imu.row().header() == 0)
-        observation.accelerometer.push_back({begin, imu_end, acceleration(imu.row())});
+      observation.accelerometer.push_back({begin, imu_end, acceleration(imu.row())});
     }
   }
 
@@ -170,7 +153,8 @@ Truth read_truth(const fs::path& folder) {
   truth.camera = read_poses(manifest, kTrueCamera, kTrueCameraHeader);
   truth.waist = read_poses(manifest, kTrueWaist, kTrueWaistHeader);
   truth.waist_plan = read_poses(manifest, kPlannedWaist, kPlannedWaistHeader);
-  truth.feet = read_feet(manifest);
+  for (StampedRows rows = rows_of(manifest, kFeet, {kFeetHeader}); rows.stamp(); rows.advance())
+    truth.feet.push_back({*rows.stamp(), read_foot(rows.row(), 1), read_foot(rows.row(), 12)});
   truth.surfaces = read_surfaces(manifest);
   if (manifest.lists(kCorrectedSteps)) truth.corrected_steps = read_corrected_steps(manifest);
   return truth;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "sim/recording/grey_png.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
@@ -19,29 +19,16 @@ void require(bool holds, const std::string& what) {
   if (!holds) throw std::logic_error("recording: " + what);
 }
 
-void make_folder(const fs::path& folder) {
+fs::path made_folder(const fs::path& folder) {
   std::error_code error;
   if (!fs::create_directories(folder, error))
     throw files::FileError(folder, error ? "cannot be made: " + error.message() : "exists already");
-  fs::create_directories(folder / kCameraFolder);
+  return folder;
 }
 
 files::HashedFile new_file(const fs::path& file) {
   fs::create_directories(file.parent_path());
   return files::HashedFile(file);
-}
-
-std::string motion_fields(const TrueMotion& motion) {
-  Eigen::Quaterniond q(motion.X_WG.linear());
-  q.normalize();
-  return fmt::format(",{},{},{},{},{},{},0,0,0,0,0,0",
-                     files::csv_fields(Eigen::Vector3d(motion.X_WG.translation())), q.w(), q.x(), q.y(),
-                     q.z(), files::csv_fields(motion.v_WG));
-}
-
-std::string foot_fields(const TrueFoot& foot) {
-  return fmt::format(",{},{},{},{},{}", files::csv_fields(foot.truth), files::csv_fields(foot.plan),
-                     foot.planned_down ? 1 : 0, foot.load_n, files::csv_fields(foot.creep));
 }
 
 // One csv file of the recording, written row by row.
@@ -64,8 +51,7 @@ struct Rows {
 }  // namespace
 
 struct RecordingWriter::Files {
-  Files(const fs::path& folder_, const RecordingSetup& setup_)
-      : folder((make_folder(folder_), folder_)), setup(setup_) {
+  Files(const fs::path& folder_, const RecordingSetup& setup_) : folder(made_folder(folder_)), setup(setup_) {
     for (const BodySensor& sensor : body_sensors())
       body.emplace_back(folder, body_sensor_rows(sensor.name), kStampColumn + sensor.columns(setup.joints));
   }
@@ -74,14 +60,13 @@ struct RecordingWriter::Files {
   RecordingSetup setup;
   ManifestWriter manifest{folder};
   Rows frames{folder, kFrames, kStampColumn}, camera{folder, kCameraRows, kCameraHeader},
-      imu{folder, kImuRows}, plan{folder, kPlanRows}, motion{folder, kMotionRows, kMotionHeader},
+      imu{folder, kImuRows, kImuHeader}, plan{folder, kPlanRows}, motion{folder, kMotionRows, kMotionHeader},
       true_camera{folder, kTrueCamera, kTrueCameraHeader}, true_waist{folder, kTrueWaist, kTrueWaistHeader},
       planned_waist{folder, kPlannedWaist, kPlannedWaistHeader}, feet{folder, kFeet, kFeetHeader},
       surfaces{folder, kSurfaces, kSurfacesHeader};
   std::vector<Rows> body;  // in the order of body_sensors()
   std::optional<slam::Stamp> imu_begin, imu_end;
-  std::optional<bool> with_accelerometer;  // known from the first reading on
-  std::optional<bool> with_legs;           // known from the first plan on
+  std::optional<bool> with_legs;  // known from the first plan on
 
   void write_whole(const std::string& name, std::string_view bytes) {
     files::HashedFile file = new_file(folder / name);
@@ -107,33 +92,16 @@ struct RecordingWriter::Files {
     plan.add(t, "," + plan_fields(planned));
   }
 
-  void begin_inertial(const slam::InertialSample& first, bool accelerometer) {
-    imu_begin = imu_end = first.begin;
-    with_accelerometer = accelerometer;
-    imu.file.write((accelerometer ? kImuHeader : kGyroHeader) + "\n");
-  }
-
-  void add_inertial(const slam::InertialSample& gyro, const slam::InertialSample* accelerometer) {
-    if (!with_accelerometer) begin_inertial(gyro, accelerometer != nullptr);
-    require(gyro.begin == *imu_end && gyro.end > gyro.begin, "inertial readings do not chain");
-    require(*with_accelerometer == (accelerometer != nullptr), "the accelerometer comes and goes");
-    imu.file.write(fmt::format("{},{}", file_stamp(gyro.end), files::csv_fields(gyro.value)));
-    if (accelerometer) {
-      require(accelerometer->begin == gyro.begin && accelerometer->end == gyro.end,
-              "gyro and accelerometer differ in time");
-      imu.file.write("," + files::csv_fields(accelerometer->value));
-    }
-    imu.file.write("\n");
-    imu_end = gyro.end;
-  }
-
-  void add_inertial(const slam::Observation& ideal, std::optional<slam::Stamp> last_frame) {
-    require(ideal.accelerometer.empty() || ideal.accelerometer.size() == ideal.gyro.size(),
-            "gyro and accelerometer differ in number");
+  void add_inertial(const slam::Observation& ideal) {
+    require(ideal.accelerometer.size() == ideal.gyro.size(), "gyro and accelerometer differ in number");
     for (std::size_t i = 0; i < ideal.gyro.size(); ++i) {
-      require(ideal.gyro[i].end <= ideal.t && (!last_frame || ideal.gyro[i].end > *last_frame),
-              "an inertial reading is not of its frame");
-      add_inertial(ideal.gyro[i], ideal.accelerometer.empty() ? nullptr : &ideal.accelerometer[i]);
+      const slam::InertialSample& gyro = ideal.gyro[i];
+      if (!imu_begin) imu_begin = imu_end = gyro.begin;
+      require(gyro.begin == imu_end && gyro.end > gyro.begin, "inertial readings do not chain");
+      require(gyro.end <= ideal.t, "an inertial reading is not of its frame");
+      imu_end = gyro.end;
+      imu.add(gyro.end,
+              "," + files::csv_fields(gyro.value) + "," + files::csv_fields(ideal.accelerometer[i].value));
     }
   }
 };
@@ -145,9 +113,8 @@ RecordingWriter::~RecordingWriter() = default;
 
 void RecordingWriter::add(const slam::Observation& ideal, std::string_view png) {
   Files& f = *files_;
-  const std::optional<slam::Stamp> last_frame = f.frames.last;
   f.frames.add(ideal.t, "");
-  f.add_inertial(ideal, last_frame);
+  f.add_inertial(ideal);
   if (!ideal.image.empty()) f.add_image(ideal.t, ideal.image, png);
   if (ideal.plan) f.add_plan(ideal.t, *ideal.plan);
 }
@@ -165,10 +132,20 @@ void RecordingWriter::add(const TruePoses& poses) {
   files_->planned_waist.add(poses.t, "," + files::csv_fields(poses.X_PB));
 }
 
-void RecordingWriter::add(const TrueMotion& motion) { files_->motion.add(motion.t, motion_fields(motion)); }
+void RecordingWriter::add(const TrueMotion& motion) {
+  Eigen::Quaterniond q(motion.X_WG.linear());
+  q.normalize();
+  files_->motion.add(motion.t, fmt::format(",{},{},{},{},{},{},0,0,0,0,0,0",
+                                           files::csv_fields(Eigen::Vector3d(motion.X_WG.translation())),
+                                           q.w(), q.x(), q.y(), q.z(), files::csv_fields(motion.v_WG)));
+}
 
 void RecordingWriter::add(const TrueFeet& feet) {
-  files_->feet.add(feet.t, foot_fields(feet.left) + foot_fields(feet.right));
+  std::string fields;
+  for (const TrueFoot& foot : {feet.left, feet.right})
+    fields += fmt::format(",{},{},{},{},{}", files::csv_fields(foot.truth), files::csv_fields(foot.plan),
+                          foot.planned_down ? 1 : 0, foot.load_n, files::csv_fields(foot.creep));
+  files_->feet.add(feet.t, fields);
 }
 
 void RecordingWriter::add(const score::Surface& surface) {
@@ -189,11 +166,10 @@ void RecordingWriter::add(const std::string& name, std::string_view text) { file
 
 void RecordingWriter::finish() {
   Files& f = *files_;
-  if (!f.with_accelerometer) f.imu.file.write(kImuHeader + "\n");
   if (!f.with_legs) f.plan.file.write(kPlanHeader + "\n");
   f.write_whole(kBody, body_yaml());
   f.write_whole(kCameraSensor, camera_yaml(f.setup));
-  f.write_whole(kImuSensor, imu_yaml(f.setup, f.imu_begin));
+  f.write_whole(kImuSensor, imu_yaml(f.setup, std::nullopt, f.imu_begin));
   for (const BodySensor& sensor : body_sensors())
     f.write_whole(body_sensor_file(sensor.name), body_sensor_yaml(sensor, f.setup));
   f.write_whole(kPlanSensor, plan_yaml(f.setup));

@@ -48,15 +48,6 @@ std::string lens(const slam::Lens& lens) {
   return text(kOneParameter, std::get<slam::OneParameterRadial>(lens).k1_px2);
 }
 
-std::string imu_keys(const RecordingSetup& setup, const ImuNoise& noise) {
-  return matrix("T_BS", Eigen::Isometry3d::Identity()) +
-         fmt::format(
-             "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
-             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
-             setup.imu_rate_hz, noise.gyro_density, noise.gyro_walk, noise.accelerometer_density,
-             noise.accelerometer_walk);
-}
-
 // A parsed file. Members throw FileError with file, line and column.
 class Yaml {
  public:
@@ -78,7 +69,13 @@ class Yaml {
         require_keys_once(root_);
         break;
       }
-    require_plausible();
+    for (const char* pose : {"T_BS", "T_SB", "T_WC_start"})
+      if (has(pose) && at(pose).IsMap()) require_keys_once(at(pose));
+    for (const char* rate : {"rate_hz", "update_rate"})
+      if (const auto hz = has(rate) ? files::parse_finite(at(rate).Scalar()) : kLeastRate;
+          !hz || *hz < kLeastRate || *hz > kLargestRate)
+        fail(at(rate).Mark(), fmt::format("{}: expected a number of Hz from {} to {:.0f}, found \"{}\"", rate,
+                                          kLeastRate, kLargestRate, at(rate).Scalar()));
   }
 
   YAML::Node at(const std::string& key) const {
@@ -108,12 +105,6 @@ class Yaml {
     return *value;
   }
 
-  std::int64_t integer(const YAML::Node& node) const {
-    const auto value = node.IsScalar() ? files::parse_number<std::int64_t>(node.Scalar()) : std::nullopt;
-    if (!value) fail(node.Mark(), "expected an integer");
-    return *value;
-  }
-
   std::vector<double> numbers(const YAML::Node& node, std::size_t count) const {
     if (!node.IsSequence() || node.size() != count)
       fail(node.Mark(), fmt::format("expected {} numbers", count));
@@ -122,12 +113,22 @@ class Yaml {
     return values;
   }
 
-  Eigen::Isometry3d pose(const std::string& key) const { return checked_pose(key, 1e-9); }
-
-  /// As pose(), for files with few digits; the rotation is made orthonormal.
-  Eigen::Isometry3d rounded_pose(const std::string& key) const {
-    Eigen::Isometry3d X = checked_pose(key, 1e-4);
-    X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();
+  /// From 16 numbers in `data`, a list of them, or four rows. rounded: the file has few digits, and the
+  /// rotation is made orthonormal.
+  Eigen::Isometry3d pose(const std::string& key, bool rounded = true) const {
+    const YAML::Node node = at(key), data = node.IsMap() ? node["data"] : node;
+    if (!data || !data.IsSequence()) fail(node.Mark(), "expected a matrix");
+    std::vector<double> values;
+    if (data.size() != 4) values = numbers(data, 16);
+    for (std::size_t row = 0; data.size() == 4 && row < 4; ++row)
+      for (const double value : numbers(data[row], 4)) values.push_back(value);
+    Eigen::Isometry3d X;
+    X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+    const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
+    if (residual.norm() > (rounded ? 1e-4 : 1e-9) || X.linear().determinant() < 0 ||
+        X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+      fail(node.Mark(), "not a pose: expected a rotation and a translation above the row 0 0 0 1");
+    if (rounded) X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();
     return X;
   }
 
@@ -138,13 +139,6 @@ class Yaml {
   }
 
  private:
-  void require_plausible() const {
-    for (const char* pose : {"T_BS", "T_SB", "T_WC_start"})
-      if (has(pose) && at(pose).IsMap()) require_keys_once(at(pose));
-    for (const char* rate : {"rate_hz", "update_rate"})
-      if (has(rate)) require_rate(at(rate), rate);
-  }
-
   void require_keys_once(const YAML::Node& map) const {
     std::map<std::string, int> lines;
     for (const auto& entry : map) {
@@ -154,35 +148,6 @@ class Yaml {
       if (!is_new && entry.first.IsScalar())
         fail(mark, fmt::format("{}: given twice, first in line {}, expected once", key, first->second));
     }
-  }
-
-  void require_rate(const YAML::Node& rate, const char* key) const {
-    const auto hz = files::parse_finite(rate.Scalar());
-    if (!hz || *hz < kLeastRate || *hz > kLargestRate)
-      fail(rate.Mark(), fmt::format("{}: expected a number of Hz from {} to {:.0f}, found \"{}\"", key,
-                                    kLeastRate, kLargestRate, rate.Scalar()));
-  }
-
-  std::vector<double> matrix_of(const YAML::Node& node) const {
-    const YAML::Node data = node.IsMap() ? node["data"] : node;
-    if (!data || !data.IsSequence()) fail(node.Mark(), "expected a matrix");
-    if (data.size() != 4) return numbers(data, 16);
-    std::vector<double> values;
-    for (const YAML::Node& row : data)
-      for (const double value : numbers(row, 4)) values.push_back(value);
-    return values;
-  }
-
-  Eigen::Isometry3d checked_pose(const std::string& key, double tolerance) const {
-    const YAML::Node node = at(key);
-    const std::vector<double> values = matrix_of(node);
-    Eigen::Isometry3d X;
-    X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
-    const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
-    if (residual.norm() > tolerance || X.linear().determinant() < 0 ||
-        X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-      fail(node.Mark(), "not a pose: expected a rotation and a translation above the row 0 0 0 1");
-    return X;
   }
 
   std::filesystem::path file_;
@@ -202,13 +167,6 @@ slam::Lens read_lens(const Yaml& yaml) {
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
 }
 
-// Throws FileError if the filter rejects the camera.
-void require_usable(const std::filesystem::path& file, const slam::CameraIntrinsics& camera) try {
-  slam::Camera{camera};
-} catch (const std::invalid_argument& error) {
-  throw files::FileError(file, error.what());
-}
-
 }  // namespace
 
 std::string camera_yaml(const RecordingSetup& setup) {
@@ -221,14 +179,18 @@ std::string camera_yaml(const RecordingSetup& setup) {
              camera.u0_px, camera.v0_px, lens(camera.lens));
 }
 
-std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin) {
-  return head("imu", "chest IMU, ideal: means over (previous stamp, stamp]; +g up at rest") +
-         imu_keys(setup, {}) +
+std::string imu_yaml(const RecordingSetup& setup, const std::optional<ImuNoise>& stated,
+                     std::optional<slam::Stamp> begin) {
+  const ImuNoise noise = stated.value_or(ImuNoise{});
+  return head("imu", stated ? "chest IMU; +g up at rest"
+                            : "chest IMU, ideal: means over (previous stamp, stamp]; +g up at rest") +
+         matrix("T_BS", Eigen::Isometry3d::Identity()) +
+         fmt::format(
+             "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
+             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
+             setup.imu_rate_hz, noise.gyro_density, noise.gyro_walk, noise.accelerometer_density,
+             noise.accelerometer_walk) +
          (begin ? fmt::format("first_interval_begins_ns: {}\n", (kEpoch + *begin).count()) : "");
-}
-
-std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise) {
-  return head("imu", "chest IMU; +g up at rest") + imu_keys(setup, noise);
 }
 
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup) {
@@ -265,14 +227,18 @@ StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::stri
   camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
   camera.v0_px = intrinsics[3];
   camera.lens = read_lens(yaml);
-  require_usable(file, camera);
+  try {
+    slam::Camera{camera};
+  } catch (const std::invalid_argument& error) {  // the filter rejects it
+    throw files::FileError(file, error.what());
+  }
   StatedCamera stated;
   stated.by_imu = !yaml.has("T_SB") && !yaml.has("T_BS") && (yaml.has("T_cam_imu") || yaml.has("T_imu_cam"));
   if (stated.by_imu)
     setup.calibration.X_CG =
-        yaml.has("T_cam_imu") ? yaml.rounded_pose("T_cam_imu") : yaml.rounded_pose("T_imu_cam").inverse();
+        yaml.has("T_cam_imu") ? yaml.pose("T_cam_imu") : yaml.pose("T_imu_cam").inverse();
   else
-    setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB") : yaml.rounded_pose("T_BS").inverse();
+    setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB", false) : yaml.pose("T_BS").inverse();
   if (!stated.by_imu || yaml.has("rate_hz"))
     stated.rate_hz = setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
   if (yaml.has("timeshift_cam_imu")) stated.timeshift_s = yaml.number(yaml.at("timeshift_cam_imu"));
@@ -291,8 +257,9 @@ std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, cons
   setup.imu_rate_hz = yaml.number(yaml.at("rate_hz"));
   if (text.find("first_interval_begins_ns") == text.npos) return std::nullopt;
   const YAML::Node begin = yaml.at("first_interval_begins_ns");
-  if (yaml.integer(begin) < 0) yaml.fail(begin.Mark(), "a stamp below zero");
-  return slam::Stamp(yaml.integer(begin)) - kEpoch;
+  const auto ns = files::parse_number<std::int64_t>(begin.IsScalar() ? begin.Scalar() : "");
+  if (!ns || *ns < 0) yaml.fail(begin.Mark(), "expected an integer from 0");
+  return slam::Stamp(*ns) - kEpoch;
 }
 
 MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text) {
@@ -304,7 +271,7 @@ MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string
     return stated;
   };
   MountedImu imu;
-  if (yaml.has("T_BS") || !yaml.has("update_rate")) imu.X_BS = yaml.rounded_pose("T_BS");
+  if (yaml.has("T_BS") || !yaml.has("update_rate")) imu.X_BS = yaml.pose("T_BS");
   imu.rate_hz = yaml.number(yaml.at(yaml.either("rate_hz", "update_rate")));
   imu.noise = {density("gyroscope_noise_density"), density("gyroscope_random_walk"),
                density("accelerometer_noise_density"), density("accelerometer_random_walk")};
@@ -315,11 +282,11 @@ MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string
 }
 
 Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text) {
-  return Yaml(file, text).rounded_pose("T_BS");
+  return Yaml(file, text).pose("T_BS");
 }
 
 void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {
-  setup.X_WC_start = Yaml(file, text).pose("T_WC_start");
+  setup.X_WC_start = Yaml(file, text).pose("T_WC_start", false);
 }
 
 }  // namespace sim::recording

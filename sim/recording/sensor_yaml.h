@@ -23,10 +23,9 @@ struct ImuNoise {
 /// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
 /// 1999), radial-tangential or equidistant.
 std::string camera_yaml(const RecordingSetup& setup);
-/// imu0 of ideal readings, without noise. begin: start of the first interval, if there is a reading.
-std::string imu_yaml(const RecordingSetup& setup, std::optional<slam::Stamp> begin);
-/// imu0 of noisy readings, each of an instant.
-std::string imu_yaml(const RecordingSetup& setup, const ImuNoise& noise);
+/// imu0. noise: nothing for ideal readings. begin: start of the first interval, if readings are means.
+std::string imu_yaml(const RecordingSetup& setup, const std::optional<ImuNoise>& noise,
+                     std::optional<slam::Stamp> begin = {});
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
 std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();

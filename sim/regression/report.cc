@@ -32,17 +32,17 @@ std::string band_text(const MetricVerdict& metric) {
                      percent(metric.band->second, *metric.baseline));
 }
 
-std::string p_text(const std::optional<double>& p) {
-  return !p ? "-" : *p < 0.001 ? "<0.001" : fmt::format("{:.3f}", *p);
+// " m", or nothing for a count or a ratio.
+std::string unit_of(const std::string& metric) {
+  const score::MetricDefinition* defined = score::find_metric(metric);
+  return defined && defined->unit != "1" ? " " + defined->unit : "";
 }
 
 // "10 %", "0.002 m", "10 % or 0.002 m"; "a factor of 1.3" for a metric with an expected value.
 std::string tolerance_text(const Gate& gate) {
-  const score::MetricDefinition* defined = score::find_metric(gate.metric);
   if (const auto factor = tolerated_factor(gate)) return fmt::format("a factor of {:.3g}", *factor);
-  const std::string unit = defined && defined->unit != "1" ? " " + defined->unit : "";
   const std::string percents = fmt::format("{} %", gate.percent),
-                    absolute = fmt::format("{}{}", gate.absolute, unit);
+                    absolute = fmt::format("{}{}", gate.absolute, unit_of(gate.metric));
   if (gate.absolute == 0) return percents;
   return gate.percent == 0 ? absolute : percents + " or " + absolute;
 }
@@ -70,9 +70,6 @@ std::string count_text(const Comparison& comparison) {
 std::string pairing_text(const ScenarioVerdict& s) {
   if (s.n_baseline == 0) return "not in the baseline";
   if (s.n_now == 0) return "only in the baseline";
-  if (!s.paired)
-    return fmt::format("no seeds in common: {} and {} compared by the rank sum test", s.n_baseline,
-                       files::counted(s.n_now, "seed"));
   const std::string recordings =
       s.other_recordings == 0
           ? "the same recordings"
@@ -93,21 +90,13 @@ std::string worst_seed(std::uint64_t seed, WorstSeeds& worst) {
   return fmt::format("worst seed {}", seed);
 }
 
-// The commands that repeat these runs, each once.
-std::string repro_lines(const Comparison& comparison, const std::string& scenario, const WorstSeeds& worst) {
-  std::string text;
-  for (const std::uint64_t seed : worst)
-    if (const std::string repro = comparison.repro(scenario, seed); !repro.empty())
-      text += fmt::format("    {}\n", repro);
-  return text.empty() ? "" : "  again:\n" + text;
-}
-
 std::string row(const MetricVerdict& m, bool colors, WorstSeeds& worst) {
   const Paint paint = fails(m.verdict)               ? Paint::bad
                       : m.verdict == Verdict::better ? Paint::good
                                                      : Paint::none;
+  const std::string p = !m.p ? "-" : *m.p < 0.001 ? "<0.001" : fmt::format("{:.3f}", *m.p);
   std::string text = fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric,
-                                 number(m.baseline), number(m.now), change_text(m), band_text(m), p_text(m.p),
+                                 number(m.baseline), number(m.now), change_text(m), band_text(m), p,
                                  painted(std::string(word(m.verdict)), paint, colors));
   const bool has_run = fails(m.verdict) && m.n > 0;
   if (has_run || !m.remark.empty())
@@ -135,12 +124,11 @@ std::string scenario_table(const Comparison& comparison, const ScenarioVerdict& 
   WorstSeeds worst;
   for (const MetricVerdict& metric : scenario.metrics) text += row(metric, colors, worst);
   for (const LimitVerdict& limit : scenario.limits) text += row(limit, colors, worst);
-  return text + repro_lines(comparison, scenario.name, worst);
-}
-
-bool misses_a_limit(const ScenarioVerdict& scenario) {
-  return std::any_of(scenario.limits.begin(), scenario.limits.end(),
-                     [](const LimitVerdict& limit) { return !limit.passed; });
+  std::string again;
+  for (const std::uint64_t seed : worst)
+    if (const std::string repro = comparison.repro(scenario.name, seed); !repro.empty())
+      again += fmt::format("    {}\n", repro);
+  return text + (again.empty() ? "" : "  again:\n") + again;
 }
 
 std::string replaced(std::string_view text, const std::vector<std::pair<char, std::string_view>>& table) {
@@ -158,19 +146,9 @@ std::string xml(std::string_view text) {
   return replaced(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "&#10;"}});
 }
 
-// Escaped as GitHub requires for messages and for properties.
-std::string escaped(std::string_view text) {
-  return replaced(text, {{'%', "%25"}, {'\r', "%0D"}, {'\n', "%0A"}});
-}
-std::string escaped_property(std::string_view text) {
-  return replaced(text, {{'%', "%25"}, {'\r', "%0D"}, {'\n', "%0A"}, {':', "%3A"}, {',', "%2C"}});
-}
-
 std::string values_text(const MetricVerdict& m) {
-  const score::MetricDefinition* defined = score::find_metric(m.gate.metric);
-  const std::string unit = defined && defined->unit != "1" ? " " + defined->unit : "";
   const auto number = [&](const std::optional<double>& v) {
-    return v ? fmt::format("{:.6g}{}", *v, unit) : "none";
+    return v ? fmt::format("{:.6g}{}", *v, unit_of(m.gate.metric)) : "none";
   };
   return fmt::format("{} -> {} ({}; tolerance {})", number(m.baseline), number(m.now), change_text(m),
                      tolerance_text(m.gate));
@@ -240,8 +218,6 @@ std::string verdict_table(const Comparison& comparison, bool colors) {
   for (const ScenarioVerdict& scenario : comparison.scenarios)
     text += scenario_table(comparison, scenario, colors);
   text += "\n";
-  if (std::any_of(comparison.scenarios.begin(), comparison.scenarios.end(), misses_a_limit))
-    text += "Limits do not depend on the baseline.\n";
   const std::string count = count_text(comparison);
   return text + painted(count, count.starts_with("0 ") ? Paint::good : Paint::bad, colors) + "\n";
 }
@@ -251,7 +227,7 @@ std::string junit(const Comparison& comparison) {
   int tests = 0, failures = 0, errors = 0, skipped = 0;
   double wall_s = 0;
   for (const ScenarioVerdict& scenario : comparison.scenarios) {
-    double left_s = scenario.wall_s;  // the first row has the time of all runs of the scenario
+    double left_s = scenario.wall_s;  // the first row has the time of all runs
     wall_s += left_s;
     for (const Line& line : lines_of(comparison, scenario)) {
       cases += testcase(scenario.name, line, std::exchange(left_s, 0));
@@ -269,34 +245,37 @@ std::string junit(const Comparison& comparison) {
 
 std::string markdown(const Comparison& comparison) {
   const auto cell = [](std::string_view text) { return replaced(text, {{'|', "\\|"}, {'\n', " "}}); };
-  const auto code_lines = [&](const std::string& text) {
-    std::string all;
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);)
-      all += fmt::format("<br>`{}`", replaced(cell(line), {{'`', "'"}}));
-    return all;
-  };
   std::string text = fmt::format("### {}\n\n{}\n", comparison.title, count_text(comparison));
   for (const ScenarioVerdict& scenario : comparison.scenarios) {
     text += fmt::format("\n**{}**: {}\n\n| metric | verdict | |\n|---|---|---|\n", scenario.name,
                         pairing_text(scenario));
-    for (const Line& line : lines_of(comparison, scenario))
-      text += fmt::format("| `{}` | {} | {}{} |\n", line.name,
-                          line.failed ? fmt::format("**{}**", line.verdict) : line.verdict,
-                          cell(line.message), line.failed ? code_lines(line.details) : "");
+    for (const Line& line : lines_of(comparison, scenario)) {
+      text += fmt::format("| `{0}` | {2}{1}{2} | {3}", line.name, line.verdict, line.failed ? "**" : "",
+                          cell(line.message));
+      std::istringstream details(line.failed ? line.details : "");
+      for (std::string detail; std::getline(details, detail);)
+        text += fmt::format("<br>`{}`", replaced(cell(detail), {{'`', "'"}}));
+      text += " |\n";
+    }
   }
   return text;
 }
 
 std::string github_annotations(const Comparison& comparison) {
+  // Escaped as GitHub requires for messages and for properties.
+  const auto message = [](std::string_view text) {
+    return replaced(text, {{'%', "%25"}, {'\r', "%0D"}, {'\n', "%0A"}});
+  };
+  const auto property = [&](std::string_view text) {
+    return replaced(message(text), {{':', "%3A"}, {',', "%2C"}});
+  };
   std::string text;
   for (const ScenarioVerdict& scenario : comparison.scenarios)
     for (const Line& line : lines_of(comparison, scenario))
       if (line.failed)
-        text +=
-            fmt::format("::error file={},title={}::{}\n", escaped_property(comparison.file(scenario.name)),
-                        escaped_property(fmt::format("{} {}: {}", scenario.name, line.name, line.verdict)),
-                        escaped(line.message + "\n" + line.details));
+        text += fmt::format("::error file={},title={}::{}\n", property(comparison.file(scenario.name)),
+                            property(fmt::format("{} {}: {}", scenario.name, line.name, line.verdict)),
+                            message(line.message + "\n" + line.details));
   return text;
 }
 
@@ -305,7 +284,6 @@ std::string verdicts_json(const Comparison& comparison) {
   json["scenarios"] = ordered_json::array();
   for (const ScenarioVerdict& s : comparison.scenarios) {
     ordered_json entry{{"scenario", s.name},
-                       {"paired", s.paired},
                        {"seeds_baseline", s.n_baseline},
                        {"seeds_now", s.n_now},
                        {"recordings_that_differ", s.other_recordings},

@@ -23,7 +23,7 @@ struct Comparison {
 /// verdicts for a terminal.
 std::string verdict_table(const Comparison& comparison, bool colors);
 /// JUnit XML with a testcase for each row: a failure for FAIL, MISSING and missed limits, an error for runs
-/// that failed, skipped for NEW.
+/// that failed, skipped for NEW. The first row of a scenario has the wall time of its runs.
 std::string junit(const Comparison& comparison);
 /// Markdown tables for a pull request.
 std::string markdown(const Comparison& comparison);

@@ -25,8 +25,6 @@ struct ScenarioResults {
 /// The configuration that determines the runs of a scenario, key to value: the keys that its file and changes
 /// set, except limits, name and seed; and the sections that it has.
 std::map<std::string, std::string> config_of(const scenario::ReadScenario& read);
-/// A hash of a scenario's configuration.
-std::string config_hash(const std::map<std::string, std::string>& config);
 
 /// A scenario's results and the scenario of its first seed.
 struct ResultSet {
@@ -47,7 +45,8 @@ struct BaselineChange {
   std::string revision, reason, processor;
 };
 
-/// The scores of an earlier program, seed by seed, with configurations and hashes of the recordings.
+/// The scores of an earlier program, seed by seed, with configurations and hashes of the recordings. Seeds
+/// have neither endings nor units.
 struct Baseline {
   std::vector<BaselineChange> history;  ///< the latest last
   std::vector<ScenarioResults> scenarios;
@@ -56,11 +55,11 @@ struct Baseline {
   const ScenarioResults* find(const std::string& scenario) const;
 };
 
-/// Throws FileError if the file is missing, not a baseline, or was not written by write_baseline.
+/// Throws FileError if the file is missing or not a baseline.
 Baseline read_baseline(const std::filesystem::path& file);
 
 /// Writes a baseline completely or not at all: one line per metric with the values of its seeds, in decimals
-/// that read back to the same bits; the last line is the hash of all bytes before it. Throws FileError.
+/// that read back to the same bits. Throws FileError.
 void write_baseline(const std::filesystem::path& file, const Baseline& baseline);
 
 }  // namespace sim::regression

@@ -8,7 +8,7 @@
 
 #include "sim/scenario/limits.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml_map.h"
+#include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
 
 namespace sim::regression {

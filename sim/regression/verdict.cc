@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "sim/files/text.h"
 #include "sim/score/metrics.h"
@@ -15,65 +16,43 @@ namespace {
 
 constexpr double kLevel = 0.05;
 
-// A metric's values of both sides; paired: seed by seed, those that both have.
+// A metric's values on the seeds that both sides have.
 struct Values {
   std::vector<std::uint64_t> seeds;
   std::vector<double> baseline, now;
-  std::size_t lost = 0, won = 0;  // values of only one side
-  std::vector<double> lost_from;  // of the baseline
-  std::string why_lost;           // how the first run without its value ended
+  std::vector<double> lost;  // values of the baseline that have gone
+  std::size_t won = 0;       // values that only the results have
+  std::string why_lost;      // how the first run without its value ended
   bool identical = true;
 };
 
-Values paired_values(const ScenarioResults& baseline, const ScenarioResults& now, const std::string& metric) {
+Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, const std::string& metric) {
   Values values;
   for (const result::SeedScore& seed : now.seeds) {
     const result::SeedScore* other = baseline.find(seed.seed);
     if (!other) continue;
     const auto a = other->value(metric), b = seed.value(metric);
     values.identical &= a == b;
-    values.won += b && !a;
-    if (a && !b) {
-      values.lost_from.push_back(*a);
-      if (values.lost++ == 0) values.why_lost = ending_text(seed);
-    }
-    if (!a || !b) continue;
-    values.seeds.push_back(seed.seed);
-    values.baseline.push_back(*a);
-    values.now.push_back(*b);
-  }
-  return values;
-}
-
-Values unpaired_values(const ScenarioResults& baseline, const ScenarioResults& now,
-                       const std::string& metric) {
-  Values values;
-  for (const result::SeedScore& seed : baseline.seeds)
-    if (const auto v = seed.value(metric)) values.baseline.push_back(*v);
-  for (const result::SeedScore& seed : now.seeds)
-    if (const auto v = seed.value(metric)) {
-      values.now.push_back(*v);
+    if (a && b) {
       values.seeds.push_back(seed.seed);
+      values.baseline.push_back(*a);
+      values.now.push_back(*b);
+    } else if (a) {
+      if (values.lost.empty()) values.why_lost = ending_text(seed);
+      values.lost.push_back(*a);
+    } else {
+      values.won += b.has_value();
     }
-  // Single values cannot be missing, since the seeds differ; all of them can.
-  if (values.now.empty()) {
-    values.lost = values.baseline.size();
-    values.lost_from = values.baseline;
-    if (!now.seeds.empty()) values.why_lost = ending_text(now.seeds.front());
   }
-  if (values.baseline.empty()) values.won = values.now.size();
-  values.identical = values.baseline.empty() && values.now.empty();
   return values;
 }
 
-std::vector<double> losses(const std::string& metric, std::vector<double> values) {
-  for (double& value : values) value = score::loss(value, score::direction_of(metric));
-  return values;
-}
-
-std::vector<double> differences(const std::vector<double>& before, std::vector<double> after) {
-  for (std::size_t i = 0; i < after.size(); ++i) after[i] -= before[i];
-  return after;
+// By how much each seed increased; on the losses by how much it got worse.
+std::vector<double> differences(const Values& values, const std::function<double(double)>& of) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < values.now.size(); ++i)
+    all.push_back(of(values.now[i]) - of(values.baseline[i]));
+  return all;
 }
 
 // The verdict for too few seeds for a test: by the number of seeds that changed by more than the tolerance.
@@ -96,74 +75,59 @@ double tolerance(const Gate& gate, double baseline) {
   return std::max(gate.absolute, gate.percent / 100 * std::abs(baseline));
 }
 
-// The verdict on a metric before its p-value is adjusted. worse_by: the increase of its loss.
+// The verdict on a metric, before its p-value is adjusted.
 struct Judged {
   MetricVerdict verdict;
-  double worse_by = 0;
+  double worse_by = 0;  // the increase of its loss
   bool tested = false;
 };
 
-Judged judge_values(const Gate& gate, const Values& values, bool paired) {
-  const std::vector<double> before = losses(gate.metric, values.baseline),
-                            after = losses(gate.metric, values.now),
-                            worse_by = paired ? differences(before, after) : after;
-  Judged judged{{gate}, score::median(worse_by) - (paired ? 0 : score::median(before)), true};
+Judged judge(const Gate& gate, const Values& values) {
+  Judged judged{{gate}};
   MetricVerdict& v = judged.verdict;
-  v.n = std::min(before.size(), after.size());
-  v.baseline = score::median(values.baseline);
-  v.now = score::median(values.now);
-  const auto worst = std::max_element(worse_by.begin(), worse_by.end()) - worse_by.begin();
-  v.worst_seed = values.seeds[static_cast<std::size_t>(worst)];
-  if (!paired) {
-    v.change = *v.now - *v.baseline;
-    v.p = score::rank_sum(before, after);
-    return judged;
-  }
-  const std::vector<double> changes = differences(values.baseline, values.now);
-  v.change = score::median(changes);
-  v.band = score::median_interval(changes);
-  judged.tested = worse_by.size() >= kSeedsForTest;
-  if (judged.tested)
-    v.p = score::wilcoxon_signed_rank(worse_by);
-  else
-    v.verdict = by_seeds(worse_by, tolerance(gate, *v.baseline), v.remark);
-  return judged;
-}
-
-Judged judge(const Gate& gate, const Values& values, bool paired) {
-  Judged judged{{gate}, 0, false};
-  MetricVerdict& v = judged.verdict;
-  if (!values.baseline.empty() && !values.now.empty())
-    judged = judge_values(gate, values, paired);
-  else if (values.identical)
+  v.n = values.now.size();
+  if (v.n > 0) {
+    v.baseline = score::median(values.baseline);
+    v.now = score::median(values.now);
+    const auto worse_by = differences(
+        values, [&](double value) { return score::loss(value, score::direction_of(gate.metric)); });
+    const auto changes = differences(values, [](double value) { return value; });
+    judged.worse_by = score::median(worse_by);
+    v.change = score::median(changes);
+    v.band = score::median_interval(changes);
+    v.worst_seed = values.seeds[static_cast<std::size_t>(std::max_element(worse_by.begin(), worse_by.end()) -
+                                                         worse_by.begin())];
+    if (v.n >= kSeedsForTest)
+      v.p = score::wilcoxon_signed_rank(worse_by);
+    else
+      v.verdict = by_seeds(worse_by, tolerance(gate, *v.baseline), v.remark);
+  } else if (values.identical) {
     v.remark = "no run has a value";
+  }
   if (values.identical) {
     v.verdict = Verdict::identical;
-    judged.tested = false;
-    v.p.reset();
-  } else if (values.lost > 0) {
+  } else if (!values.lost.empty()) {
     v.verdict = Verdict::missing;
-    v.remark = fmt::format("{} lost the value: {}", files::counted(values.lost, "seed"), values.why_lost);
-    if (!v.baseline) v.baseline = score::median(values.lost_from);
-    judged.tested = false;
-    v.p.reset();
-  } else if (values.baseline.empty()) {
-    v.verdict = Verdict::added;
-  } else if (values.won > 0) {
-    v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
+    v.remark =
+        fmt::format("{} lost the value: {}", files::counted(values.lost.size(), "seed"), values.why_lost);
+    if (!v.baseline) v.baseline = score::median(values.lost);
+  } else {
+    judged.tested = v.p.has_value();
+    if (v.n == 0) v.verdict = Verdict::added;
+    if (v.n > 0 && values.won > 0)
+      v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
   }
+  if (!judged.tested) v.p.reset();
   return judged;
 }
 
 void decide(Judged& judged) {
   MetricVerdict& v = judged.verdict;
-  const bool beyond = std::abs(judged.worse_by) > tolerance(v.gate, *v.baseline);
-  if (!beyond) {
+  if (std::abs(judged.worse_by) <= tolerance(v.gate, *v.baseline)) {
     v.verdict = Verdict::same;
   } else if (*v.p >= kLevel) {
     v.verdict = Verdict::noisy;
-    v.remark = v.n < kSeedsForTest ? "too few seeds for a significance test: 8 are needed"
-                                   : "not significant: more seeds are needed";
+    v.remark = "not significant: more seeds are needed";
   } else {
     v.verdict = judged.worse_by > 0 ? Verdict::fail : Verdict::better;
   }
@@ -181,15 +145,12 @@ void add_distances(MetricVerdict& v) {
 }
 
 std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const ScenarioResults& now,
-                                       const std::vector<Gate>& gates, bool paired) {
+                                       const std::vector<Gate>& gates) {
   std::vector<Judged> judged;
   std::vector<double> p;
   for (const Gate& gate : gates) {
-    judged.push_back(judge(
-        gate,
-        paired ? paired_values(baseline, now, gate.metric) : unpaired_values(baseline, now, gate.metric),
-        paired));
-    p.push_back(judged.back().tested ? *judged.back().verdict.p : 1);
+    judged.push_back(judge(gate, values_of(baseline, now, gate.metric)));
+    p.push_back(judged.back().verdict.p.value_or(1));
   }
   p = score::holm(p);
   std::vector<MetricVerdict> verdicts;
@@ -204,19 +165,22 @@ std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const Sc
   return verdicts;
 }
 
-std::vector<std::string> config_differences(const std::map<std::string, std::string>& a,
-                                            const std::map<std::string, std::string>& b) {
-  std::vector<std::string> all;
-  const auto text = [](const std::map<std::string, std::string>& config, const std::string& key) {
-    const auto found = config.find(key);
-    return found == config.end() ? std::string("not set") : found->second;
-  };
-  std::map<std::string, std::string> keys = a;
-  keys.insert(b.begin(), b.end());
-  for (const auto& [key, value] : keys)
-    if (text(a, key) != text(b, key))
-      all.push_back(fmt::format("{}: {} -> {}", key, text(a, key), text(b, key)));
-  return all;
+// The verdict on gates of a scenario that only one side has.
+std::vector<MetricVerdict> one_sided(const std::vector<result::SeedScore>& seeds,
+                                     const std::vector<Gate>& gates, Verdict verdict) {
+  std::vector<MetricVerdict> verdicts;
+  for (const Gate& gate : gates) {
+    MetricVerdict v{.gate = gate,
+                    .verdict = verdict,
+                    .remark = verdict == Verdict::missing ? "the scenario was not run" : ""};
+    std::vector<double> values;
+    for (const result::SeedScore& seed : seeds)
+      if (const auto value = seed.value(gate.metric)) values.push_back(*value);
+    v.n = values.size();
+    if (v.n > 0) (verdict == Verdict::added ? v.now : v.baseline) = score::median(values);
+    verdicts.push_back(v);
+  }
+  return verdicts;
 }
 
 }  // namespace
@@ -247,46 +211,44 @@ const std::vector<Gate>& default_gates() {
   return gates;
 }
 
+std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
+                                            const std::map<std::string, std::string>& now) {
+  const auto text = [](const auto& config, const std::string& key) {
+    const auto found = config.find(key);
+    return found == config.end() ? std::string("not set") : found->second;
+  };
+  std::map<std::string, std::string> keys = baseline;
+  keys.insert(now.begin(), now.end());
+  std::vector<std::string> all;
+  for (const auto& [key, value] : keys)
+    if (text(baseline, key) != text(now, key))
+      all.push_back(fmt::format("{}: {} -> {}", key, text(baseline, key), text(now, key)));
+  return all;
+}
+
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates) {
-  ScenarioVerdict result;
-  result.name = now.name;
+  ScenarioVerdict verdict;
+  verdict.name = now.name;
   std::size_t common = 0;
   for (const result::SeedScore& seed : now.seeds) {
     const result::SeedScore* other = baseline.find(seed.seed);
-    if (!other) continue;
-    ++common;
-    result.other_recordings += other->recording != seed.recording;
+    common += other != nullptr;
+    verdict.other_recordings += other && other->recording != seed.recording;
+    verdict.wall_s += seed.wall_s;
   }
-  result.paired = common > 0;
-  result.n_baseline = result.paired ? common : baseline.seeds.size();
-  result.n_now = result.paired ? common : now.seeds.size();
-  result.other_config = config_differences(baseline.config, now.config);
-  for (const result::SeedScore& seed : now.seeds) result.wall_s += seed.wall_s;
-  result.metrics = judge_gates(baseline, now, gates, result.paired);
-  return result;
-}
-
-ScenarioVerdict without_counterpart(const ScenarioResults& there, const std::vector<Gate>& gates,
-                                    Verdict verdict) {
-  ScenarioVerdict result;
-  result.name = there.name;
-  result.n_now = verdict == Verdict::added ? there.seeds.size() : 0;
-  result.n_baseline = verdict == Verdict::added ? 0 : there.seeds.size();
-  if (verdict == Verdict::added)
-    for (const result::SeedScore& seed : there.seeds) result.wall_s += seed.wall_s;
-  for (const Gate& gate : gates) {
-    MetricVerdict v{gate};
-    std::vector<double> values;
-    for (const result::SeedScore& seed : there.seeds)
-      if (const auto value = seed.value(gate.metric)) values.push_back(*value);
-    v.n = values.size();
-    if (!values.empty()) (verdict == Verdict::added ? v.now : v.baseline) = score::median(values);
-    v.verdict = verdict;
-    if (verdict == Verdict::missing) v.remark = "the scenario was not run";
-    result.metrics.push_back(v);
+  if (common > 0) {
+    verdict.n_baseline = verdict.n_now = common;
+    verdict.other_config = config_differences(baseline.config, now.config);
+    verdict.metrics = judge_gates(baseline, now, gates);
+  } else if (now.seeds.empty()) {
+    verdict.n_baseline = baseline.seeds.size();
+    verdict.metrics = one_sided(baseline.seeds, gates, Verdict::missing);
+  } else {
+    verdict.n_now = now.seeds.size();
+    verdict.metrics = one_sided(now.seeds, gates, Verdict::added);
   }
-  return result;
+  return verdict;
 }
 
 int exit_code(const std::vector<ScenarioVerdict>& verdicts) {

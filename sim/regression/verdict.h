@@ -45,9 +45,9 @@ bool fails(Verdict verdict);
 /// One metric of one scenario: the baseline compared with the results now.
 struct MetricVerdict {
   Gate gate{};
-  std::size_t n = 0;                        ///< seeds compared; of unpaired sets the smaller number
+  std::size_t n = 0;                        ///< seeds compared
   std::optional<double> baseline{}, now{};  ///< medians over them
-  std::optional<double> change{};           ///< median of the seeds' changes; unpaired: of the medians
+  std::optional<double> change{};           ///< median of the seeds' changes
   /// Confidence interval of at least 95 % of the median change.
   std::optional<std::pair<double, double>> band{};
   std::optional<double> p{};  ///< after Holm; absent without a test
@@ -71,8 +71,7 @@ std::string_view word(const LimitVerdict& verdict);
 
 struct ScenarioVerdict {
   std::string name;
-  bool paired = true;                     ///< the same seeds on both sides
-  std::size_t n_baseline = 0, n_now = 0;  ///< seeds compared
+  std::size_t n_baseline = 0, n_now = 0;  ///< seeds compared, the same number if both sides have any
   std::size_t other_recordings = 0;       ///< of the pairs, how many recordings differ
   std::vector<std::string> other_config;  ///< "key: baseline's -> now's"
   std::vector<MetricVerdict> metrics;
@@ -83,15 +82,15 @@ struct ScenarioVerdict {
 /// "seed 4 fell: CAUSE"
 std::string ending_text(const result::SeedScore& seed);
 
-/// Judges each gate by the metric's loss (score::loss): on the seeds in common by the signed rank test, or
-/// without any on all seeds by the rank sum test. p-values are adjusted for the number of gates. Limits are
-/// left to judge_limits.
+/// "key: baseline's -> now's" for each key that differs.
+std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
+                                            const std::map<std::string, std::string>& now);
+
+/// Judges each gate by the metric's loss (score::loss) on the seeds in common, by the signed rank test.
+/// p-values are adjusted for the number of gates. Without a seed in common every gate is added, or missing if
+/// nothing was run. Limits are left to judge_limits.
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates);
-
-/// The verdict on a scenario that only one side has. verdict: added or missing.
-ScenarioVerdict without_counterpart(const ScenarioResults& there, const std::vector<Gate>& gates,
-                                    Verdict verdict);
 
 /// First the allowed endings, then the limits on each seed, then those over seeds. They do not depend on
 /// the baseline. Leaves out a limit without a value on any seed if no filter was to run.

@@ -1,4 +1,3 @@
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,13 +32,6 @@ Frames frames_of(recording::RecordingReader& reader) {
   return frames;
 }
 
-/// Returns the offset from stamps of the file to those of the run.
-slam::Stamp shift_of(const files::TrajectoryFile& file, const Frames& frames) {
-  if (file.format == "KITTI") return frames.first_image;
-  const bool exported = file.rows.front().t > recording::kEpoch / 2;
-  return exported ? -recording::kEpoch : slam::Stamp(0);
-}
-
 using Poses = std::vector<estimators::PoseEstimate>;
 
 /// The covariance of the camera's pose from that of the body's, see slam::Estimate.
@@ -57,7 +49,11 @@ slam::Matrix6d moved_covariance(const slam::Matrix6d& P, const Eigen::Isometry3d
 /// The poses of the camera at the stamps of the frames, in the program's own world.
 Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, PosedBody body,
                       const slam::Calibration& calibration) {
-  const slam::Stamp shift = shift_of(file, frames);
+  slam::Stamp shift{0};  // from stamps of the file to those of the run
+  if (file.format == "KITTI")
+    shift = frames.first_image;
+  else if (file.rows.front().t > recording::kEpoch / 2)
+    shift = -recording::kEpoch;
   const Eigen::Isometry3d X_BodyC =
       body == PosedBody::imu ? calibration.X_CG.inverse() : Eigen::Isometry3d::Identity();
   Poses raw, poses;
@@ -93,20 +89,6 @@ void place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, sc
 }
 
 /// Frames with a pose are tracked, the others are not.
-void add_poses(const Poses& poses, const Frames& frames, tracking::Tracked& tracked) {
-  auto pose = poses.begin();
-  for (const slam::Stamp t : frames.stamps) {
-    if (pose == poses.end() || pose->t != t) {
-      tracked.untracked.push_back(t);
-      continue;
-    }
-    slam::FrameReport report;
-    report.t = t;
-    tracked.frames.push_back({*pose, report});
-    ++pose;
-  }
-}
-
 void read_run(const ExternalRun& run, const Frames& frames, const result::RunRecord& record,
               tracking::Tracked& tracked) {
   const files::TrajectoryFile file = files::read_trajectory(run.trajectory);
@@ -120,12 +102,16 @@ void read_run(const ExternalRun& run, const Frames& frames, const result::RunRec
     throw estimators::EstimatorFailed(
         fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
   place_in_world(poses, record.truth.camera, run.alignment);
-  add_poses(poses, frames, tracked);
-}
-
-std::optional<std::string> why_no_scale(score::Alignment alignment) {
-  if (alignment != score::Alignment::sim3 && alignment != score::Alignment::scale) return std::nullopt;
-  return "the estimate was scaled to the truth: see ate_sim3_rmse_m";
+  auto pose = poses.begin();
+  for (const slam::Stamp t : frames.stamps) {
+    if (pose == poses.end() || pose->t != t) {
+      tracked.untracked.push_back(t);
+      continue;
+    }
+    tracking::TrackedFrame& frame = tracked.frames.emplace_back();
+    frame.estimate = *pose++;
+    frame.report.t = t;
+  }
 }
 
 }  // namespace
@@ -139,7 +125,8 @@ result::Outcome score_external(const scenario::ReadScenario& scenario, const std
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
                            std::nullopt, reader.hash()};
   record.alignment = score::name_of(run.alignment);
-  record.no_scale = why_no_scale(run.alignment);
+  if (run.alignment == score::Alignment::sim3 || run.alignment == score::Alignment::scale)
+    record.no_scale = "the estimate was scaled to the truth: see ate_sim3_rmse_m";
   tracking::Tracked tracked;
   tracked.log = run.log;
   tracked.failed = run.failed;

@@ -31,23 +31,20 @@ std::string name_of(const fs::path& folder) {
   return name.empty() ? "recording" : name;
 }
 
-std::string setting(const char* key, double value) { return fmt::format("{}={}", key, value); }
-
 // The IMU noise that the folder states.
 std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
   std::vector<std::string> settings;
-  if (sensors.noise.gyro_density > 0)
-    settings.push_back(
-        setting("slam.gyro.sigma_rad_s", sensors.noise.gyro_density / std::sqrt(slam::kReadingPeriod_s)));
-  if (sensors.noise.accelerometer_density > 0)
-    settings.push_back(setting("slam.accelerometer.sigma_m_s2",
-                               sensors.noise.accelerometer_density / std::sqrt(slam::kReadingPeriod_s)));
+  const auto set = [&](const char* key, double value) {
+    if (value > 0) settings.push_back(fmt::format("{}={}", key, value));
+  };
+  const double readings = std::sqrt(slam::kReadingPeriod_s);
+  set("slam.gyro.sigma_rad_s", sensors.noise.gyro_density / readings);
+  set("slam.accelerometer.sigma_m_s2", sensors.noise.accelerometer_density / readings);
   if (sensors.has_plan) return settings;
   for (const char* sensor : {"accelerometer", "plan_velocity", "height"})
     settings.push_back(fmt::format("slam.{}.enabled=false", sensor));
-  settings.push_back(setting("slam.gyro.sigma_bias_rad_s", 0.1));
-  if (sensors.noise.gyro_walk > 0)
-    settings.push_back(setting("slam.gyro.sigma_bias_walk_rad_s2", sensors.noise.gyro_walk));
+  set("slam.gyro.sigma_bias_rad_s", 0.1);
+  set("slam.gyro.sigma_bias_walk_rad_s2", sensors.noise.gyro_walk);
   return settings;
 }
 
@@ -58,13 +55,15 @@ std::optional<std::string> why_no_scale(const slam::Options& options, bool has_p
 }
 
 // Processes the whole recording. Returns the stamp of the last observation.
-slam::Stamp track(recording::RecordingReader& reader, std::optional<tracking::Tracking>& tracking,
-                  result::Timing& timing, const result::Progress& progress,
-                  const tracking::TrackingObserver& observer) {
+template <class Reader>
+slam::Stamp track(Reader& reader, std::optional<tracking::Tracking>& tracking, result::Timing& timing,
+                  const result::Progress& progress, const tracking::TrackingObserver& observer,
+                  std::vector<files::TimedPose>* plan = nullptr) {
   slam::Stamp last{0};
   while (auto observation = reader.next()) {
     result::FrameTiming frame{.t = observation->t};
     last = observation->t;
+    if (plan && observation->plan) plan->push_back({last, observation->plan->X_PC});
     const auto process = [&](slam::Observation ideal) {
       if (!tracking) return;
       const result::StageClock clock(frame.filter_ms);
@@ -127,28 +126,18 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs
   const recording::AslSensors& sensors = reader.sensors();
   // Before the first frame: what is wrong with the truth costs no estimate. The filter never receives it.
   std::vector<files::TimedPose> truth = recording::read_asl_truth(folder, sensors, reader.times());
-  tracking::Tracking tracking(scenario.scenario, sensors.setup.calibration, sensors.setup.X_WC_start);
+  std::optional<tracking::Tracking> tracking(std::in_place, scenario.scenario, sensors.setup.calibration,
+                                             sensors.setup.X_WC_start);
   result::Timing timing;
-  std::vector<slam::Stamp> times;
   std::vector<files::TimedPose> plan;
-  while (auto observation = reader.next()) {
-    result::FrameTiming frame{.t = observation->t};
-    times.push_back(observation->t);
-    if (observation->plan) plan.push_back({observation->t, observation->plan->X_PC});
-    {
-      const result::StageClock clock(frame.filter_ms);
-      tracking.process(std::move(*observation));
-      frame.filter_ms += tracking.external_cpu_ms();
-    }
-    timing.frames.push_back(frame);
-    progress(reader.part());
-  }
-  result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking.finish(), ""};
+  const slam::Stamp last = track(reader, tracking, timing, progress, {}, &plan);
+  result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking->finish(),
+                           ""};
   record.truth.camera = std::move(truth);
   record.planned_camera = std::move(plan);
   record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_plan);
-  const result::Outcome outcome = result::write_result(result.path(), record, place, timing,
-                                                       times.empty() ? 0 : slam::seconds(times.back()));
+  const result::Outcome outcome =
+      result::write_result(result.path(), record, place, timing, slam::seconds(last));
   result.commit();
   return outcome;
 }

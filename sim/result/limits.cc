@@ -26,11 +26,6 @@ score::Direction direction_of(const std::string& metric, const scenario::Scenari
   return own;
 }
 
-bool is_limited(const std::string& metric, const scenario::Scenario& scenario) {
-  return std::any_of(scenario.limits.metrics.begin(), scenario.limits.metrics.end(),
-                     [&](const scenario::MetricLimit& limit) { return limit.metric == metric; });
-}
-
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
   std::vector<double> values;
   for (const SeedScore& seed : seeds)
@@ -59,24 +54,23 @@ JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario:
 
 ordered_json json_of(const MetricSummary& metric) {
   const score::Summary& s = metric.over_seeds;
-  if (s.n == 0)
-    return {{"unit", metric.unit}, {"n", 0},        {"median", nullptr},
-            {"mean", nullptr},     {"sd", nullptr}, {"worst", nullptr}};
+  const auto number = [&](double value) { return s.n > 0 ? ordered_json(value) : ordered_json(nullptr); };
   return {{"unit", metric.unit},
           {"n", s.n},
-          {"median", s.median},
-          {"mean", s.mean},
+          {"median", number(s.median)},
+          {"mean", number(s.mean)},
           {"sd", or_null(s.standard_deviation)},
-          {"worst", s.worst}};
+          {"worst", number(s.worst)}};
 }
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
 
 std::string row(const MetricSummary& metric) {
   const score::Summary& s = metric.over_seeds;
-  if (s.n == 0) return fmt::format("{:<26} {:<5} {:>3}\n", metric.name, metric.unit, 0);
-  return fmt::format("{:<26} {:<5} {:>3} {:>10.4g} {:>10.4g} {:>10} {:>10.4g}\n", metric.name, metric.unit,
-                     s.n, s.median, s.mean, number(s.standard_deviation), s.worst);
+  const std::string start = fmt::format("{:<26} {:<5} {:>3}", metric.name, metric.unit, s.n);
+  if (s.n == 0) return start + "\n";
+  return fmt::format("{} {:>10.4g} {:>10.4g} {:>10} {:>10.4g}\n", start, s.median, s.mean,
+                     number(s.standard_deviation), s.worst);
 }
 
 // "1..5, 7"
@@ -91,28 +85,19 @@ std::string ranges(std::vector<std::uint64_t> seeds) {
   return text;
 }
 
-const char* exit_text(int exit_code) {
-  constexpr const char* kTexts[]{"passed", "missed a limit", "not started", "failed"};
-  return kTexts[std::clamp(exit_code, 0, 3)];
-}
-
 // A line for all seeds with the same ending, the passed ones first.
 std::string endings(const Summary& summary, const TableStyle& style) {
   std::map<std::pair<int, scenario::Ending>, std::vector<std::uint64_t>> alike;
   for (const SeedScore& seed : summary.seeds) alike[{seed.exit_code, seed.ending}].push_back(seed.seed);
   std::string text;
   for (const auto& [how, seeds] : alike) {
-    const std::string passed = fmt::format("{:<14}", exit_text(how.first));
+    constexpr const char* kTexts[]{"passed", "missed a limit", "not started", "failed"};
+    const std::string passed = fmt::format("{:<14}", kTexts[std::clamp(how.first, 0, 3)]);
     text += fmt::format("  {}  {:<16}  {} {}\n",
                         painted(passed, how.first == 0 ? Paint::good : Paint::bad, style.colors),
                         name_of(how.second), seeds.size() == 1 ? "seed" : "seeds", ranges(seeds));
   }
   return text;
-}
-
-bool is_headline(const MetricSummary& metric) {
-  const score::MetricDefinition* defined = score::find_metric(metric.name);
-  return metric.limited || (defined && defined->headline);
 }
 
 // Headline metrics first; then, on request, the others.
@@ -121,7 +106,10 @@ std::string metrics(const Summary& summary, const TableStyle& style) {
   std::string head = fmt::format("{:<26} {:<5} {:>3} {:>10} {:>10} {:>10} {:>10}\n", "metric", "unit", "n",
                                  "median", "mean", "sd", "worst"),
               others;
-  for (const MetricSummary& m : summary.metrics) (is_headline(m) ? head : others) += row(m);
+  for (const MetricSummary& m : summary.metrics) {
+    const score::MetricDefinition* defined = score::find_metric(m.name);
+    (m.limited || (defined && defined->headline) ? head : others) += row(m);
+  }
   if (style.all_metrics) return head + (others.empty() ? "" : "\n") + others;
   return head + (others.empty() ? "" : "--all-metrics shows all metrics, as summary.json has them\n");
 }
@@ -181,17 +169,17 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
   const auto fullest = std::max_element(
       seeds.begin(), seeds.end(),
       [](const SeedScore& a, const SeedScore& b) { return a.metrics.size() < b.metrics.size(); });
-  if (fullest != seeds.end()) {
-    for (const SeedMetric& metric : fullest->metrics) {
+  if (fullest != seeds.end())
+    for (const auto& [name, unit, value] : fullest->metrics) {
+      const auto limits_it = [&, &metric = name](const scenario::MetricLimit& l) {
+        return l.metric == metric;
+      };
       summary.metrics.push_back(
-          {metric.name, metric.unit,
-           score::summarize(values_of(metric.name, seeds), direction_of(metric.name, scenario)),
-           is_limited(metric.name, scenario)});
+          {name, unit, score::summarize(values_of(name, seeds), direction_of(name, scenario)),
+           std::any_of(scenario.limits.metrics.begin(), scenario.limits.metrics.end(), limits_it)});
     }
-  }
-  for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
+  for (const scenario::MetricLimit& limit : scenario.limits.metrics)
     if (!limit.aggregate.empty()) summary.limits.push_back(judge_over_seeds(scenario, limit, seeds));
-  }
   return summary;
 }
 
@@ -205,14 +193,11 @@ int exit_code(const Summary& summary) {
 ordered_json to_json(const Summary& summary) {
   ordered_json json{{"format_version", 1}, {"scenario", summary.scenario}};
   json["seeds"] = ordered_json::array();
-  for (const SeedScore& seed : summary.seeds) {
+  for (const SeedScore& seed : summary.seeds)
     json["seeds"].push_back(
         {{"seed", seed.seed}, {"ending", scenario::name_of(seed.ending)}, {"exit_code", seed.exit_code}});
-  }
   json["metrics"] = ordered_json::object();
-  for (const MetricSummary& m : summary.metrics) {
-    json["metrics"][m.name] = json_of(m);
-  }
+  for (const MetricSummary& m : summary.metrics) json["metrics"][m.name] = json_of(m);
   json["limits"] = ordered_json::array();
   for (const JudgedLimit& limit : summary.limits) json["limits"].push_back(to_json(limit));
   return json;
@@ -225,11 +210,10 @@ void write_summary(const fs::path& file, const Summary& summary) {
 std::string summary_table(const Summary& summary, const TableStyle& style) {
   std::string text = fmt::format("{}, {}\n", summary.scenario, files::counted(summary.seeds.size(), "seed"));
   text += endings(summary, style) + "\n" + metrics(summary, style);
-  for (const JudgedLimit& limit : summary.limits) {
+  for (const JudgedLimit& limit : summary.limits)
     text += fmt::format("limit {} {} {}: {}  {}{}{}\n", subject(limit.limit), word(limit.limit.bound),
                         limit.limit.value, number(limit.value), verdict_text(limit.passed, style.colors),
                         limit.reason.empty() ? "" : ": ", limit.reason);
-  }
   return text;
 }
 

@@ -1,4 +1,5 @@
-// The limits of a scenario, judged on one run and over seeds, and the statistics of each metric over seeds.
+// The limits of a scenario, judged on one run and over seeds; the statistics of each metric over seeds; and
+// the style of tables.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +11,25 @@
 #include <vector>
 
 #include "sim/result/score_file.h"
-#include "sim/result/table_style.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/statistics.h"
 
 namespace sim::result {
+
+/// colors: escape sequences of a terminal. all_metrics: not only headline metrics and those with limits.
+struct TableStyle {
+  bool colors = false;
+  bool all_metrics = false;
+};
+
+/// good: passed. bad: missed or failed.
+enum class Paint { none, good, bad };
+
+/// Returns the text in green or red, if colors are wanted.
+inline std::string painted(const std::string& text, Paint paint, bool colors) {
+  if (!colors || paint == Paint::none) return text;
+  return (paint == Paint::bad ? "\033[31m" : "\033[32m") + text + "\033[0m";
+}
 
 /// A limit on a metric or on an aggregate of it over seeds. Without a value the limit is missed; without a
 /// filter in the scenario it is not judged, and `passed` is absent too. reason: why a value over seeds is

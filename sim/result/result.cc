@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
@@ -10,7 +11,6 @@
 #include "sim/files/trajectory_file.h"
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
-#include "sim/result/score_input.h"
 #include "sim/score/metrics.h"
 
 namespace sim::result {
@@ -19,10 +19,37 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-std::string tum(const std::vector<files::TimedPose>& poses) {
+constexpr std::size_t kFewFrames = 10;  // fewer do not show that a sensor is unused
+
+// The first enabled sensor of the filter that was used in no frame.
+std::optional<scenario::Ended> unused_sensor(const RunRecord& record) {
+  const scenario::Scenario& scenario = record.scenario.scenario;
+  const auto& frames = record.tracked->frames;
+  if (!uses_filter(scenario) || frames.size() < kFewFrames) return std::nullopt;
+  const slam::Options& options = *scenario.slam;
+  const std::array<bool, slam::kSensorNames.size()> enabled{
+      uses_images(scenario), options.gyro.enabled, options.plan_velocity.enabled, options.height.enabled,
+      options.accelerometer.enabled};
+  for (std::size_t i = 0; i < enabled.size(); ++i) {
+    const auto frames_with = [&](slam::SensorUse use) {
+      return std::ranges::count_if(frames, [&](const auto& frame) { return frame.report.use[i] >= use; });
+    };
+    const auto name = slam::kSensorNames[i];
+    if (!enabled[i] || frames_with(slam::SensorUse::accepted) > 0) continue;
+    const auto readings = frames_with(slam::SensorUse::readings);
+    return scenario::Ended{
+        scenario::Ending::sensor_unused,
+        readings == 0
+            ? fmt::format("the filter had no readings of {0}; slam.{0}.enabled: false expects none", name)
+            : fmt::format("the filter accepted {} in none of the {} frames with readings", name, readings)};
+  }
+  return std::nullopt;
+}
+
+void write_tum(const fs::path& file, const std::vector<files::TimedPose>& poses) {
   std::string text;
   for (const files::TimedPose& pose : poses) text += files::tum_row(pose.t, pose.X);
-  return text;
+  files::write_text(file, text);
 }
 
 // A pose without covariance has eight columns in both files.
@@ -38,17 +65,9 @@ void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
   files::write_text(folder / "estimate_cov.txt", with_covariance);
 }
 
-void write_trajectories(const fs::path& folder, const RunRecord& record) {
-  files::write_text(folder / "truth.tum", tum(record.truth.camera));
-  files::write_text(folder / "plan.tum", tum(planned_camera(record)));
-  files::write_text(folder / "waist_truth.tum", tum(record.truth.waist));
-  files::write_text(folder / "waist_plan.tum", tum(record.truth.waist_plan));
-  if (record.tracked) write_estimate(folder, *record.tracked);
-}
-
 /// A steered walk's desired path, and the corrections of its steps.
 void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
-  files::write_text(folder / "waist_desired.tum", tum(desired.waist));
+  write_tum(folder / "waist_desired.tum", desired.waist);
   std::string steps =
       "#time [ns],foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],"
       "expected_yaw [rad],ahead [m],aside [m],turn [rad]\n";
@@ -74,15 +93,6 @@ void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
   files::write_text(file, text);
 }
 
-// The metrics of a run that failed: none has a value.
-score::Metrics unscored(const std::string& cause) {
-  const std::string reason = "not scored: " + (cause.empty() ? "the run failed" : cause);
-  score::Metrics metrics;
-  for (const score::MetricDefinition& defined : score::metric_definitions())
-    metrics[defined.name] = {std::nullopt, defined.unit, reason};
-  return metrics;
-}
-
 ordered_json metrics_json(const score::Metrics& metrics) {
   ordered_json json;
   for (const score::MetricDefinition& defined : score::metric_definitions()) {
@@ -105,26 +115,6 @@ ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
   return json;
 }
 
-// The times and causes of lost tracking and of suspect sensors, and the number of observations that were
-// rejected, wholly or in part.
-ordered_json tracking_json(const tracking::Tracked& tracked) {
-  const auto refused =
-      std::count_if(tracked.frames.begin(), tracked.frames.end(),
-                    [](const tracking::TrackedFrame& frame) { return !frame.report.refused.empty(); });
-  return {{"observations_refused", refused},
-          {"lost", faults_json(tracked.losses())},
-          {"suspect", faults_json(tracked.suspicions())}};
-}
-
-ordered_json limits_json(const std::vector<JudgedLimit>& limits) {
-  ordered_json json = ordered_json::array();
-  for (const JudgedLimit& judged : limits) {
-    json.push_back(to_json(judged));
-    if (!judged.passed) json.back()["reason"] = "no filter was to run";
-  }
-  return json;
-}
-
 void write_score(const fs::path& file, const scenario::Scenario& scenario, scenario::Ending ending,
                  const score::Metrics& metrics, const tracking::Tracked* tracked,
                  const std::vector<JudgedLimit>& limits) {
@@ -134,8 +124,17 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, scena
                     {"seed", scenario.seed},
                     {"ending", scenario::name_of(ending)}};
   json["metrics"] = metrics_json(metrics);
-  if (tracked) json["tracking"] = tracking_json(*tracked);
-  json["limits"] = limits_json(limits);
+  if (tracked)
+    json["tracking"] = {{"observations_refused",
+                         std::count_if(tracked->frames.begin(), tracked->frames.end(),
+                                       [](const auto& frame) { return !frame.report.refused.empty(); })},
+                        {"lost", faults_json(tracked->losses())},
+                        {"suspect", faults_json(tracked->suspicions())}};
+  json["limits"] = ordered_json::array();
+  for (const JudgedLimit& judged : limits) {
+    json["limits"].push_back(to_json(judged));
+    if (!judged.passed) json["limits"].back()["reason"] = "no filter was to run";
+  }
   write_json(file, json);
 }
 
@@ -166,6 +165,25 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
 
 }  // namespace
 
+bool uses_filter(const scenario::Scenario& scenario) {
+  const estimators::EstimatorChoice& estimator = scenario.estimator;
+  return scenario.slam && estimator.source == estimators::Source::built_in &&
+         (estimator.name == "filter" || estimator.name == "odometry");
+}
+
+bool uses_images(const scenario::Scenario& scenario) {
+  return uses_filter(scenario) && scenario.estimator.name == "filter" && scenario.slam->vision.enabled;
+}
+
+scenario::Ended ending_of(const RunRecord& record) {
+  using enum scenario::Ending;
+  auto failure = record.tracked ? record.tracked->failure() : std::nullopt;
+  if (!failure && record.tracked) failure = unused_sensor(record);
+  // A robot stops if the estimator that steers it fails.
+  const bool explains_stop = record.walk.ending == stopped && failure && failure->ending == estimator_failed;
+  return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
+}
+
 void write_json(const fs::path& file, const ordered_json& json) {
   files::write_text(file, files::json_text(json, 2) + "\n");
 }
@@ -175,13 +193,24 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
   const scenario::Scenario& scenario = record.scenario.scenario;
   const scenario::Ended ended = ending_of(record);
   files::write_text(folder / "scenario.yaml", scenario::to_yaml(scenario));
-  write_trajectories(folder, record);
-  if (record.tracked) write_tracked(folder, *record.tracked);
+  write_tum(folder / "truth.tum", record.truth.camera);
+  write_tum(folder / "plan.tum", planned_camera(record));
+  write_tum(folder / "waist_truth.tum", record.truth.waist);
+  write_tum(folder / "waist_plan.tum", record.truth.waist_plan);
+  if (record.tracked) {
+    write_estimate(folder, *record.tracked);
+    write_tracked(folder, *record.tracked);
+  }
   const score::Run input = score_input(record);
   write_feet(folder / "feet.csv", input.feet);
   if (input.steered && input.desired) write_steering(folder, record, *input.desired);
-  const score::Metrics metrics =
-      ended.ending == scenario::Ending::failed ? unscored(ended.cause) : score::evaluate(input);
+  score::Metrics metrics;
+  if (ended.ending != scenario::Ending::failed)
+    metrics = score::evaluate(input);
+  else
+    for (const score::MetricDefinition& defined : score::metric_definitions())
+      metrics[defined.name] = {std::nullopt, defined.unit,
+                               "not scored: " + (ended.cause.empty() ? "the run failed" : ended.cause)};
   const auto limits = judge_run(scenario, [&](const std::string& name) { return metrics.at(name).value; });
   write_score(folder / "score.json", scenario, ended.ending, metrics,
               record.tracked ? &*record.tracked : nullptr, limits);

@@ -13,34 +13,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Throws FileError unless it is a limit as to_json(JudgedLimit) writes it.
-void check_limit(const files::Json& limit) {
-  limit.at("metric").text();
-  limit.at("value").number_or_null();
-  limit.at(limit.find("at_most") ? "at_most" : "at_least").number();
-  if (const files::Json passed = limit.at("passed"); !passed.is_null()) passed.flag();
-}
-
-std::string text_or_empty(const files::Json& json, std::string_view key) {
-  const auto value = json.find(key);
-  return value ? value->text() : "";
-}
-
 About about_of(const files::Json& json) {
   About about;
-  about.program = text_or_empty(json, "program");
-  about.version = text_or_empty(json, "version");
-  about.revision = text_or_empty(json, "revision");
-  about.scenario = text_or_empty(json, "scenario");
-  about.estimator = text_or_empty(json, "estimator");
+  for (const auto& [key, text] : {std::pair{"program", &About::program},
+                                  {"version", &About::version},
+                                  {"revision", &About::revision},
+                                  {"scenario", &About::scenario},
+                                  {"estimator", &About::estimator},
+                                  {"cause", &About::cause},
+                                  {"counterfactual", &About::counterfactual},
+                                  {"alignment", &About::alignment},
+                                  {"recording_xxh3_128", &About::recording},
+                                  {"models_xxh3_128", &About::models}})
+    if (const auto value = json.find(key)) about.*text = value->text();
   if (const auto seed = json.find("seed")) about.seed = seed->whole();
-  about.cause = text_or_empty(json, "cause");
-  if (const auto ending = json.find("walk_ending"))
-    about.walk = {read_ending(*ending), text_or_empty(json, "walk_cause")};
-  about.counterfactual = text_or_empty(json, "counterfactual");
-  about.alignment = text_or_empty(json, "alignment");
-  about.recording = text_or_empty(json, "recording_xxh3_128");
-  about.models = text_or_empty(json, "models_xxh3_128");
+  if (const auto ending = json.find("walk_ending")) {
+    const auto cause = json.find("walk_cause");
+    about.walk = {read_ending(*ending), cause ? cause->text() : ""};
+  }
   if (const auto set_by = json.find("set_by"))
     for (const auto& [key, origin] : set_by->entries()) about.set_by[key] = origin.text();
   return about;
@@ -81,7 +71,12 @@ files::Json read_whole_score(const fs::path& file) {
     for (const char* text : {"reason", "note"})
       if (const auto found = metric.find(text)) found->text();
   }
-  for (const files::Json& limit : json.at("limits").items()) check_limit(limit);
+  for (const files::Json& limit : json.at("limits").items()) {
+    limit.at("metric").text();
+    limit.at("value").number_or_null();
+    limit.at(limit.find("at_most") ? "at_most" : "at_least").number();
+    if (const files::Json passed = limit.at("passed"); !passed.is_null()) passed.flag();
+  }
   if (const auto tracking = json.find("tracking"))
     for (const char* kind : {"lost", "suspect"})
       if (const auto faults = tracking->find(kind))

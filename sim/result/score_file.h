@@ -39,7 +39,7 @@ struct SeedScore {
 /// Reads the name of an ending. Throws FileError.
 scenario::Ending read_ending(const files::Json& json);
 
-/// Reads cause, last lines and time of a result, as far as its folder has them. Throws FileError.
+/// Reads cause, wall time and last lines of a result, as far as its folder has them. Throws FileError.
 void read_details(const std::filesystem::path& folder, SeedScore& score);
 
 /// Reads a score.json; the exit code is not in it. Throws FileError.

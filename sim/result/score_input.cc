@@ -1,11 +1,10 @@
-#include "sim/result/score_input.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include "sim/result/result.h"
 #include "slam/camera.h"
 #include "walking/hrp2.h"
 #include "walking/pattern_generator.h"
@@ -45,7 +44,7 @@ auto innovations(const tracking::Tracked& tracked) {
     const slam::FrameReport& r = frame.report;
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
       if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i]))
-        all[i].push_back({r.t, {nis->value, nis->dof}});
+        all[i].push_back({r.t, nis->value, nis->dof});
   }
   return all;
 }
@@ -84,10 +83,6 @@ std::vector<score::MappedPoint> map(const tracking::Tracked& tracked) {
   std::vector<score::MappedPoint> points;
   for (const slam::MapPoint& point : tracked.map) points.push_back({point.id, point.p_W, point.covariance});
   return points;
-}
-
-score::Stamp at_tick(std::size_t tick) {
-  return std::chrono::nanoseconds(std::llround(1e9 * walking::kPeriod)) * static_cast<std::int64_t>(tick);
 }
 
 score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
@@ -157,17 +152,29 @@ score::Trajectory uncorrected(walking::WalkOptions walk, const std::vector<files
   return path;
 }
 
+/// The commanded path, laid into the world at the start. waist_plan: the planned waist at the frames, with
+/// all corrections. The path of a steered walk is the cart-table plan of its commands, at the same stamps.
+score::DesiredPath desired_path(const walking::WalkOptions& walk,
+                                const std::vector<files::TimedPose>& waist_plan) {
+  const walking::Timeline timeline(walk, kFeet, Eigen::Vector2d::Zero());
+  score::DesiredPath path;
+  path.end = waist_above(walking::center_of(timeline.phases().back().to));
+  for (const walking::Timeline::Lap& lap : timeline.laps())
+    path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
+                           static_cast<std::int64_t>(lap.end) * walking::kTick);
+  if (walk.steering.by == walking::SteeredBy::plan)
+    path.waist = waist_plan;
+  else
+    path.waist = uncorrected(walk, waist_plan);
+  return path;
+}
+
 }  // namespace
 
-score::PlannedTimes planned_times(const walking::WalkOptions& walk) {
+score::Stamp plan_end(const walking::WalkOptions& walk) {
   const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
-  score::PlannedTimes planned{at_tick(timeline.ticks()), {}};
-  std::size_t tick = 0;
-  for (const walking::Phase& phase : timeline.phases()) {
-    tick += static_cast<std::size_t>(phase.ticks);
-    if (phase.support != walking::Support::both) planned.footsteps.push_back(at_tick(tick));
-  }
-  return planned;
+  return std::chrono::nanoseconds(std::llround(1e9 * walking::kPeriod)) *
+         static_cast<std::int64_t>(timeline.ticks());
 }
 
 std::vector<files::TimedPose> planned_camera(const RunRecord& record) {
@@ -192,7 +199,7 @@ score::Run score_input(const RunRecord& record) {
   if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth.waist_plan);
   run.steered = walk.steering.by != walking::SteeredBy::plan;
   run.corrections = record.truth.corrected_steps;
-  if (!record.truth.waist_plan.empty()) run.planned = planned_times(walk);
+  if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);
   const bool is_filter = uses_filter(record.scenario.scenario);
@@ -206,21 +213,6 @@ score::Run score_input(const RunRecord& record) {
   const auto failure = record.tracked->failure();
   if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;
   return run;
-}
-
-score::DesiredPath desired_path(const walking::WalkOptions& walk,
-                                const std::vector<files::TimedPose>& waist_plan) {
-  const walking::Timeline timeline(walk, kFeet, Eigen::Vector2d::Zero());
-  score::DesiredPath path;
-  path.end = waist_above(walking::center_of(timeline.phases().back().to));
-  for (const walking::Timeline::Lap& lap : timeline.laps())
-    path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
-                           static_cast<std::int64_t>(lap.end) * walking::kTick);
-  if (walk.steering.by == walking::SteeredBy::plan)
-    path.waist = waist_plan;
-  else
-    path.waist = uncorrected(walk, waist_plan);
-  return path;
 }
 
 }  // namespace sim::result

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "sim/result/table_style.h"
+#include "sim/result/limits.h"
 
 namespace sim::result {
 

@@ -18,23 +18,14 @@ double clock_ms(clockid_t clock) {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-double quantile(const std::vector<double>& values, double q) {
-  return values.empty() ? 0 : score::quantile(values, q);
-}
-
 std::vector<double> column(const std::vector<FrameTiming>& frames, double FrameTiming::*member) {
   std::vector<double> values;
   for (const FrameTiming& frame : frames) values.push_back(frame.*member);
   return values;
 }
 
-double total_s(const std::vector<double>& values_ms) {
-  return 1e-3 * std::accumulate(values_ms.begin(), values_ms.end(), 0.0);
-}
-
 }  // namespace
 
-double process_cpu_ms() { return clock_ms(CLOCK_PROCESS_CPUTIME_ID); }
 double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
 
 void Timing::write(const std::filesystem::path& folder, double simulated_s) const {
@@ -45,23 +36,26 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
                        f.render_ms, f.encode_ms, f.record_ms, f.filter_ms, f.landmarks);
   files::write_text(folder / "timing.csv", csv);
 
+  const auto total_s = [&](double FrameTiming::*stage) {
+    const auto values_ms = column(frames, stage);
+    return 1e-3 * std::accumulate(values_ms.begin(), values_ms.end(), 0.0);
+  };
   const auto filter = column(frames, &FrameTiming::filter_ms);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   nlohmann::ordered_json json;
-  json["frame_cpu_ms_mean"] = filter.empty() ? 0 : 1e3 * total_s(filter) / static_cast<double>(filter.size());
-  if (each_frame) {
-    json["frame_cpu_ms_median"] = quantile(filter, 0.5);
-    json["frame_cpu_ms_p99"] = quantile(filter, 0.99);
-  }
+  json["frame_cpu_ms_mean"] = filter.empty() ? 0 : score::mean(filter);
+  if (each_frame)
+    for (const auto& [name, p] : {std::pair{"frame_cpu_ms_median", 0.5}, {"frame_cpu_ms_p99", 0.99}})
+      json[name] = filter.empty() ? 0 : score::quantile(filter, p);
   json["realtime_factor"] = simulated_s / wall_s;
   json["simulated_s"] = simulated_s;
   json["wall_s"] = wall_s;
-  json["cpu_s"] = {{"all", 1e-3 * process_cpu_ms()},
-                   {"plan_and_physics", total_s(column(frames, &FrameTiming::plan_and_physics_ms))},
-                   {"render", total_s(column(frames, &FrameTiming::render_ms))},
-                   {"encode", total_s(column(frames, &FrameTiming::encode_ms))},
-                   {"record", total_s(column(frames, &FrameTiming::record_ms))},
-                   {"filter", total_s(filter)}};
+  json["cpu_s"] = {{"all", 1e-3 * clock_ms(CLOCK_PROCESS_CPUTIME_ID)},
+                   {"plan_and_physics", total_s(&FrameTiming::plan_and_physics_ms)},
+                   {"render", total_s(&FrameTiming::render_ms)},
+                   {"encode", total_s(&FrameTiming::encode_ms)},
+                   {"record", total_s(&FrameTiming::record_ms)},
+                   {"filter", total_s(&FrameTiming::filter_ms)}};
   write_json(folder / "timing.json", json);
 }
 

@@ -10,8 +10,6 @@
 
 namespace sim::result {
 
-/// CPU time of this process, all threads (ms).
-double process_cpu_ms();
 /// CPU time of the calling thread (ms).
 double thread_cpu_ms();
 

@@ -10,13 +10,6 @@ namespace {
 
 constexpr int kSubpixelBits = 4;
 
-// A channel of neighboring texels times their factors, which have 8 bits after the point; at most 255.
-cv::v_uint8 product(const cv::v_uint8& channel, const cv::v_uint16& by_first, const cv::v_uint16& by_last) {
-  cv::v_uint16 first, last;
-  cv::v_expand(channel, first, last);
-  return cv::v_pack(cv::v_mul_hi(first << 8, by_first), cv::v_mul_hi(last << 8, by_last));
-}
-
 }  // namespace
 
 void multiply(cv::Mat3b image, const cv::Mat1f& factor) {
@@ -24,20 +17,20 @@ void multiply(cv::Mat3b image, const cv::Mat1f& factor) {
   factor.convertTo(fixed, CV_16U, 256);
   if (fixed.size() != image.size()) cv::resize(fixed, fixed, image.size(), 0, 0, cv::INTER_LINEAR);
   for (int row = 0; row < image.rows; ++row) {
-    unsigned char* texels = image.ptr<unsigned char>(row);
-    const unsigned short* by = fixed[row];
-    int column = 0;
-    constexpr int kTexels = cv::v_uint8::nlanes;
-    for (; column + kTexels <= image.cols; column += kTexels) {
-      cv::v_uint8 red, green, blue;
-      cv::v_load_deinterleave(texels + 3 * column, red, green, blue);
-      const cv::v_uint16 first = cv::vx_load(by + column), last = cv::vx_load(by + column + kTexels / 2);
-      cv::v_store_interleave(texels + 3 * column, product(red, first, last), product(green, first, last),
-                             product(blue, first, last));
+    cv::Mat by;  // each factor three times
+    cv::cvtColor(fixed.row(row), by, cv::COLOR_GRAY2RGB);
+    unsigned char* const texels = image.ptr<unsigned char>(row);
+    const unsigned short* const factors = by.ptr<unsigned short>();
+    int i = 0;
+    for (constexpr int kLanes = cv::v_uint8::nlanes; i + kLanes <= 3 * image.cols; i += kLanes) {
+      cv::v_uint16 first, last;
+      cv::v_expand(cv::vx_load(texels + i), first, last);
+      first = cv::v_mul_hi(first << 8, cv::vx_load(factors + i));
+      last = cv::v_mul_hi(last << 8, cv::vx_load(factors + i + kLanes / 2));
+      cv::v_store(texels + i, cv::v_pack(first, last));
     }
-    for (; column < image.cols; ++column)
-      for (int c = 3 * column; c < 3 * column + 3; ++c)
-        texels[c] = static_cast<unsigned char>(std::min(255, texels[c] * by[column] >> 8));
+    for (; i < 3 * image.cols; ++i)
+      texels[i] = static_cast<unsigned char>(std::min(255, texels[i] * factors[i] >> 8));
   }
 }
 
@@ -48,8 +41,6 @@ cv::RNG paint_stream(std::uint64_t seed, std::string_view name) {
   hash = (hash ^ seed) * 0x9e3779b97f4a7c15u;
   return cv::RNG(hash ^ (hash >> 29));
 }
-
-Color shade(const Color& color, double factor) { return color * factor; }
 
 Canvas::Canvas(double width_m, double height_m, double texel_m, const Color& ground)
     : texel_m_(texel_m), image_(int(std::lround(height_m / texel_m)), int(std::lround(width_m / texel_m))) {
@@ -89,11 +80,6 @@ void Canvas::line(cv::Point2d a, cv::Point2d b, double thickness, const Color& c
 void Canvas::disc(cv::Point2d center, double radius, const Color& color) {
   const int r = int(std::lround(radius / texel_m_ * (1 << kSubpixelBits)));
   cv::circle(image_, pixel(center), r, color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
-}
-
-void Canvas::ring(cv::Point2d center, double radius, double thickness, const Color& color) {
-  const int r = int(std::lround(radius / texel_m_ * (1 << kSubpixelBits)));
-  cv::circle(image_, pixel(center), r, color, thick(thickness), cv::LINE_AA, kSubpixelBits);
 }
 
 void Canvas::polygon(const std::vector<cv::Point2d>& corners, const Color& color) {

@@ -14,7 +14,11 @@ using Color = cv::Scalar;  ///< red, green, blue, 0-255
 cv::RNG paint_stream(std::uint64_t seed, std::string_view name);
 
 /// The color with its brightness multiplied.
-Color shade(const Color& color, double factor);
+inline Color shade(const Color& color, double factor) { return color * factor; }
+/// The same by a random factor of at most `spread` from 1.
+inline Color random_shade(const Color& color, cv::RNG& random, double spread) {
+  return shade(color, 1 + random.uniform(-spread, spread));
+}
 
 /// Multiplies a picture's brightness by a field of any size, interpolated over the picture.
 void multiply(cv::Mat3b image, const cv::Mat1f& factor);
@@ -39,7 +43,6 @@ class Canvas {
   void frame(const Box& box, double thickness, const Color& color);
   void line(cv::Point2d a, cv::Point2d b, double thickness, const Color& color);
   void disc(cv::Point2d center, double radius, const Color& color);
-  void ring(cv::Point2d center, double radius, double thickness, const Color& color);
   void polygon(const std::vector<cv::Point2d>& corners, const Color& color);
   /// Text with capitals `height` tall; `at` is the left end of its baseline.
   void text(const std::string& words, cv::Point2d at, double height, double thickness, const Color& color);

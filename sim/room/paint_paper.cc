@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/room/painters.h"
+#include "sim/room/paint.h"
 
 namespace sim::room {
 namespace {
@@ -112,27 +112,25 @@ void map(Canvas& page, cv::RNG& random) {
   for (double y = 0.1; y < 1.0; y += 0.1) page.line({0, y}, {0.7, y}, 0.003, {130, 150, 165});
 }
 
-}  // namespace
-
-Canvas paint_poster(PaintRequest& request) {
+Canvas paint_poster(cv::RNG& random, int number) {
   Canvas page(0.7, 1.0, 0.0025, {244, 243, 238});
   void (*const kinds[])(Canvas&, cv::RNG&) = {scientific_poster, landscape, abstract_art, calendar, map};
-  kinds[request.number % 5](page, request.random);
-  page.frame(page.all(), 0.012, request.number % 2 ? Color(40, 38, 36) : Color(226, 222, 214));
+  kinds[number % 5](page, random);
+  page.frame(page.all(), 0.012, number % 2 ? Color(40, 38, 36) : Color(226, 222, 214));
   return page;
 }
 
-Canvas paint_whiteboard(PaintRequest& request) {
+Canvas paint_whiteboard(cv::RNG& random, int) {
   Canvas board(2.4, 1.2, 0.003, {242, 243, 244});
-  board.grain(request.random, 0.012, 0.1);
+  board.grain(random, 0.012, 0.1);
   const Color pens[] = {{30, 50, 150}, {170, 30, 36}, {24, 110, 60}, {30, 30, 34}};
   board.text("x' = A x + B u", {0.12, 0.24}, 0.07, 0.009, pens[0]);
   board.text("p = C x", {0.12, 0.40}, 0.07, 0.009, pens[0]);
   board.text("ZMP?", {0.7, 0.42}, 0.06, 0.009, pens[1]);
   for (int row = 0; row < 6; ++row) {
     const double y = 0.6 + 0.09 * row;
-    board.line({0.12, y}, {0.12 + request.random.uniform(0.3, 0.9), y + request.random.uniform(-0.01, 0.01)},
-               0.01, pens[row % 4]);
+    board.line({0.12, y}, {0.12 + random.uniform(0.3, 0.9), y + random.uniform(-0.01, 0.01)}, 0.01,
+               pens[row % 4]);
   }
   const Box axes{1.3, 0.14, 0.9, 0.5};
   board.line({axes.x, axes.y}, {axes.x, axes.y + axes.height}, 0.01, pens[3]);
@@ -155,18 +153,23 @@ Canvas paint_whiteboard(PaintRequest& request) {
   return board;
 }
 
-Canvas paint_notices(PaintRequest& request) {
+Canvas paint_notices(cv::RNG& random, int) {
   Canvas board(1.5, 1.0, 0.003, {176, 132, 86});
-  board.grain(request.random, 0.12, 0.008);
+  board.grain(random, 0.12, 0.008);
   for (int sheet = 0; sheet < 13; ++sheet) {
-    const Box paper{request.random.uniform(0.05, 1.2), request.random.uniform(0.05, 0.65),
-                    request.random.uniform(0.12, 0.22), request.random.uniform(0.15, 0.3)};
-    board.fill(paper, sheet % 4 ? Color(244, 243, 238) : vivid(request.random) * 0.4 + Color(140, 140, 140));
-    lines_of_text(board, paper.inset(0.02), request.random);
-    board.disc({paper.x + paper.width / 2, paper.y + 0.015}, 0.009, vivid(request.random));
+    const Box paper{random.uniform(0.05, 1.2), random.uniform(0.05, 0.65), random.uniform(0.12, 0.22),
+                    random.uniform(0.15, 0.3)};
+    board.fill(paper, sheet % 4 ? Color(244, 243, 238) : vivid(random) * 0.4 + Color(140, 140, 140));
+    lines_of_text(board, paper.inset(0.02), random);
+    board.disc({paper.x + paper.width / 2, paper.y + 0.015}, 0.009, vivid(random));
   }
   board.frame(board.all(), 0.03, {120, 84, 50});
   return board;
 }
+
+}  // namespace
+
+const Painters kPaperPainters{
+    {"poster", paint_poster}, {"whiteboard", paint_whiteboard}, {"notices", paint_notices}};
 
 }  // namespace sim::room

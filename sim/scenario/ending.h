@@ -1,9 +1,10 @@
-// How a walk, an estimate or a run ended: one table of names and exit codes.
+// How a walk, an estimate or a run ended: names and exit codes.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -26,40 +27,24 @@ enum class Ending {
   not_started
 };
 
-/// exit_code: of a run whose scenario does not allow the ending.
-struct EndingRow {
-  std::string_view name;
-  int exit_code;
-};
-
 /// In the order of the enumerators.
-inline constexpr std::array<EndingRow, 10> kEndings{{{"completed", 3},
-                                                     {"fell", 3},
-                                                     {"collided", 3},
-                                                     {"diverged", 3},
-                                                     {"stopped", 3},
-                                                     {"estimator_failed", 3},
-                                                     {"sensor_unused", 3},
-                                                     {"failed", 3},
-                                                     {"crashed", 3},
-                                                     {"not started", 2}}};
+inline constexpr std::array<std::string_view, 10> kEndings{
+    "completed",        "fell",          "collided", "diverged", "stopped",
+    "estimator_failed", "sensor_unused", "failed",   "crashed",  "not started"};
 
-/// The names of the endings that a result can have: all but the last two.
-inline constexpr auto kResultEndings = [] {
-  std::array<std::string_view, kEndings.size() - 2> names{};
-  std::transform(kEndings.begin(), kEndings.end() - 2, names.begin(),
-                 [](const EndingRow& row) { return row.name; });
-  return names;
-}();
+/// The names of the endings that a result can have.
+inline constexpr auto kResultEndings = std::span(kEndings).first<8>();
 
-constexpr std::string_view name_of(Ending ending) { return kEndings[static_cast<std::size_t>(ending)].name; }
-constexpr int exit_code_of(Ending ending) { return kEndings[static_cast<std::size_t>(ending)].exit_code; }
+constexpr std::string_view name_of(Ending ending) { return kEndings[static_cast<std::size_t>(ending)]; }
+
+/// Of a run whose scenario does not allow the ending.
+constexpr int exit_code_of(Ending ending) { return ending == Ending::not_started ? 2 : 3; }
 
 /// Returns the ending of this name, or nullopt.
 constexpr std::optional<Ending> ending_named(std::string_view name) {
-  for (std::size_t i = 0; i < kEndings.size(); ++i)
-    if (kEndings[i].name == name) return static_cast<Ending>(i);
-  return std::nullopt;
+  const auto found = std::find(kEndings.begin(), kEndings.end(), name);
+  if (found == kEndings.end()) return std::nullopt;
+  return static_cast<Ending>(found - kEndings.begin());
 }
 
 /// An ending and its cause in words; a completed run has none.

@@ -66,8 +66,8 @@ void read_options(const Yaml& node, const std::string& key, const std::string& s
   }
 }
 
-bool is_built_in(const std::string& name) {
-  const auto names = estimators::estimator_names();
+bool is_built_in(std::string_view name) {
+  const auto& names = named().choices;
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
@@ -76,37 +76,34 @@ bool is_built_in(const std::string& name) {
 std::string standard_name(const EstimatorChoice& choice) {
   const std::string& first = choice.words.front();
   std::string name = std::filesystem::path(first.substr(0, first.find(' '))).stem().string();
-  const auto allowed = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-  };
-  std::replace_if(
-      name.begin(), name.end(), [&](char c) { return !allowed(c); }, '_');
+  for (char& c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-') c = '_';
   if (name.empty()) name = "estimator";
   return is_built_in(name) ? name + "_external" : name.substr(0, 100);
-}
-
-void read_source(const Yaml& at, const std::string& key, EstimatorChoice& choice, Source source,
-                 const Yaml& value) {
-  if (!choice.words.empty()) fail(at, key, "names a program and a command, expected one of them");
-  choice.source = source;
-  choice.words = source == Source::program ? words(value, key) : std::vector{word(value, key)};
 }
 
 void read_field(const Yaml& at, const std::string& key, const Yaml& value, EstimatorChoice& choice) {
   const std::string& field = at.text;
   const std::string path = key + "." + field;
-  if (field == "program") return read_source(at, path, choice, Source::program, value);
-  if (field == "library")
+  if (field == "program" || field == "command") {
+    if (!choice.words.empty()) fail(at, path, "names a program and a command, expected one of them");
+    choice.source = field == "program" ? Source::program : Source::command;
+    choice.words = field == "program" ? words(value, path) : std::vector{word(value, path)};
+  } else if (field == "name") {
+    read(value, path, {}, choice.name);
+  } else if (field == "options") {
+    read_options(value, path, "", choice);
+  } else if (field == "start_within_s" || field == "answer_within_s") {
+    read(value, path, kLimit, field == "start_within_s" ? choice.start_within_s : choice.answer_within_s);
+  } else if (field == "library") {
     fail(at, path,
          "was removed: compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give "
          "estimator.program");
-  if (field == "command") return read_source(at, path, choice, Source::command, value);
-  if (field == "name") return read(value, path, {}, choice.name);
-  if (field == "options") return read_options(value, path, "", choice);
-  if (field == "start_within_s") return read(value, path, kLimit, choice.start_within_s);
-  if (field == "answer_within_s") return read(value, path, kLimit, choice.answer_within_s);
-  fail(at, path,
-       fmt::format("unknown, expected one of {}{}", fmt::join(kFields, ", "), did_you_mean(field, kFields)));
+  } else {
+    fail(
+        at, path,
+        fmt::format("unknown, expected one of {}{}", fmt::join(kFields, ", "), did_you_mean(field, kFields)));
+  }
 }
 
 EstimatorChoice read_section(const Yaml& node, const std::string& key) {
@@ -120,31 +117,20 @@ EstimatorChoice read_section(const Yaml& node, const std::string& key) {
   return choice;
 }
 
-std::string quoted(const std::vector<std::string>& all) {
-  std::vector<std::string> each;
-  for (const std::string& text : all) each.push_back(quote_if_needed(text));
-  return fmt::format("[{}]", fmt::join(each, ", "));
-}
-
-std::string print_source(const EstimatorChoice& choice) {
-  if (choice.source == Source::program) return "program: " + quoted(choice.words);
-  return "command: " + quote_if_needed(choice.words.front());
-}
-
 }  // namespace
 
-std::string expected(const Domain&, const estimators::EstimatorChoice&) {
+std::string expected(const Domain&, const EstimatorChoice&) {
   return fmt::format("a built-in estimator ({}) or {{program: [FILE, ARGUMENT...], options: {{...}}}}",
                      fmt::join(named().choices, ", "));
 }
 
-void read(const Yaml& node, std::string_view key, const Domain&, estimators::EstimatorChoice& choice) {
+void read(const Yaml& node, std::string_view key, const Domain&, EstimatorChoice& choice) {
   if (node.kind == Yaml::Kind::map) {
     choice = read_section(node, std::string(key));
     return;
   }
   if (node.kind == Yaml::Kind::scalar && node.text.find_first_of("/.") != node.text.npos)
-    fail(node, std::string(key),
+    fail(node, key,
          fmt::format("is '{0}', expected a built-in estimator ({1}) or {{program: {0}}}", node.text,
                      fmt::join(named().choices, ", ")));
   EstimatorChoice found;
@@ -152,14 +138,18 @@ void read(const Yaml& node, std::string_view key, const Domain&, estimators::Est
   choice = found;
 }
 
-std::string print(const Domain&, const estimators::EstimatorChoice& choice) {
+std::string print(const Domain&, const EstimatorChoice& choice) {
   if (choice.source == Source::built_in) return choice.name;
-  std::string text = fmt::format("{{{}, name: {}", print_source(choice), quote_if_needed(choice.name));
-  std::vector<std::string> options;
+  std::vector<std::string> words, options;
+  for (const std::string& word : choice.words) words.push_back(quote_if_needed(word));
   for (const auto& [name, value] : choice.options)
     options.push_back(fmt::format("{}: {}", quote_if_needed(name), quote_if_needed(value)));
+  const bool program = choice.source == Source::program;
+  std::string text = program ? fmt::format("{{program: [{}]", fmt::join(words, ", "))
+                             : fmt::format("{{command: {}", words.front());
+  text += ", name: " + quote_if_needed(choice.name);
   if (!options.empty()) text += fmt::format(", options: {{{}}}", fmt::join(options, ", "));
-  if (choice.source == Source::program)
+  if (program)
     text += fmt::format(", start_within_s: {}, answer_within_s: {}", choice.start_within_s,
                         choice.answer_within_s);
   return text + "}";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
 
 #include "sim/scenario/lists.h"
@@ -17,6 +18,24 @@ const Key* find_key(std::string_view name) {
   const auto& all = scenario_keys();
   const auto found = std::find_if(all.begin(), all.end(), [&](const auto& key) { return key.name == name; });
   return found == all.end() ? nullptr : &*found;
+}
+
+std::string former_name(std::string_view name) {
+  static const std::map<std::string_view, std::string_view> kRenamed{
+      {"slam.vision.sigma_lasting_px", "slam.vision.match_bias_sigma_px"},
+      {"slam.vision.lasting_s", "slam.vision.match_bias_s"},
+      {"slam.vision.sigma_view_px", "slam.vision.viewpoint_sigma_px"},
+      {"tracked_share", "tracked_fraction"},
+      {"suspect_share", "fault_flag_fraction"}};
+  const auto renamed = kRenamed.find(name);
+  return renamed == kRenamed.end() ? "" : "was renamed to " + std::string(renamed->second);
+}
+
+std::string unknown_key(std::string_view name) {
+  if (const std::string former = former_name(name); !former.empty()) return former;
+  std::vector<std::string_view> names;
+  for (const Key& key : scenario_keys()) names.push_back(key.name);
+  return "unknown key" + did_you_mean(name, names);
 }
 
 const Scenario& default_scenario() {
@@ -46,15 +65,9 @@ bool shapes_estimate(std::string_view key) {
 }
 
 bool shapes_recording(const Scenario& scenario, std::string_view key) {
-  switch (scenario.walk.steering.by) {
-    case walking::SteeredBy::plan:
-      break;
-    case walking::SteeredBy::truth:
-      return shapes_recording(key) || key == "errors.faults";
-    case walking::SteeredBy::estimate:
-      return shapes_recording(key) || shapes_estimate(key);
-  }
-  return shapes_recording(key);
+  const walking::SteeredBy by = scenario.walk.steering.by;
+  return shapes_recording(key) || (by == walking::SteeredBy::truth && key == "errors.faults") ||
+         (by == walking::SteeredBy::estimate && shapes_estimate(key));
 }
 
 std::string_view unit_of(std::string_view key) {

@@ -17,7 +17,7 @@ const std::vector<Key>& scenario_keys();
 /// The key of that name, or nullptr.
 const Key* find_key(std::string_view name);
 
-/// Returns "was renamed to NAME" or "is gone: REASON" for a former name, "" for any other.
+/// Returns "was renamed to NAME" for a former name, "" for any other.
 std::string former_name(std::string_view name);
 
 /// Returns the error for a name that is not a key: its present name if it is a former one, else the nearest

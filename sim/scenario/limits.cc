@@ -20,14 +20,6 @@ constexpr std::array kAggregates{"median"sv, "mean"sv, "worst"sv};
 constexpr std::array kBounds{"at_most"sv, "at_least"sv};
 constexpr Domain kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 
-/// Removes and returns the last dotted part of a name.
-std::string_view take_last(std::string_view& name) {
-  const std::size_t dot = name.rfind('.');
-  const std::string_view last = name.substr(dot + 1);
-  name = dot == std::string_view::npos ? "" : name.substr(0, dot);
-  return last;
-}
-
 /// Returns the index of name among the choices, or throws a ConfigError that lists them.
 std::size_t choose(const Yaml& at, const std::string& key, std::string_view name,
                    std::span<const std::string_view> choices) {
@@ -54,22 +46,21 @@ std::string unknown_metric(std::string_view name) {
 
 void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
                 std::vector<MetricLimit>& limits) {
-  MetricLimit limit;
-  std::string_view rest = std::string_view(key).substr("limits."sv.size());
-  if (rest.find('.') == std::string_view::npos) {
+  const std::string_view rest = std::string_view(key).substr("limits."sv.size());
+  const std::size_t first = rest.find('.'), last = rest.rfind('.');
+  MetricLimit limit{std::string(rest.substr(0, first)), ""};
+  if (first == std::string_view::npos) {
     static constexpr std::array kOther{"limits.ending"sv};
     const std::string hint = did_you_mean(key, kOther);
     if (!hint.empty()) fail(named_at, key, "unknown key" + hint);
     check_metric(named_at, key, rest);
     fail(named_at, key, "expected a bound below the metric, as in {at_most: 0.1} or {at_least: 1}");
   }
-  limit.bound = static_cast<Bound>(choose(named_at, key, take_last(rest), kBounds));
-  if (const std::size_t dot = rest.find('.'); dot != std::string_view::npos) {
-    limit.aggregate = kAggregates[choose(named_at, key, rest.substr(dot + 1), kAggregates)];
-    rest = rest.substr(0, dot);
-  }
-  check_metric(named_at, key, rest);
-  limit.metric = rest;
+  limit.bound = static_cast<Bound>(choose(named_at, key, rest.substr(last + 1), kBounds));
+  if (last > first)
+    limit.aggregate =
+        kAggregates[choose(named_at, key, rest.substr(first + 1, last - first - 1), kAggregates)];
+  check_metric(named_at, key, limit.metric);
   read(value, key, kAnyNumber, limit.value);
   const auto same = [&](const MetricLimit& l) {
     return subject(l) == subject(limit) && l.bound == limit.bound;
@@ -87,13 +78,5 @@ std::string subject(const MetricLimit& limit) {
 }
 
 std::string_view word(Bound bound) { return kBounds[static_cast<std::size_t>(bound)]; }
-
-std::string print_limits(const std::vector<MetricLimit>& limits) {
-  std::string text;
-  for (const MetricLimit& limit : limits) {
-    text += fmt::format("  {}.{}: {}\n", subject(limit), word(limit.bound), print(kAnyNumber, limit.value));
-  }
-  return text;
-}
 
 }  // namespace sim::scenario

@@ -27,7 +27,4 @@ std::string subject(const MetricLimit& limit);
 /// "at_most" or "at_least"
 std::string_view word(Bound bound);
 
-/// The lines of to_yaml below "limits:".
-std::string print_limits(const std::vector<MetricLimit>& limits);
-
 }  // namespace sim::scenario

@@ -88,32 +88,6 @@ void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
                        turn_rad * 180 / std::numbers::pi));
 }
 
-/// Writes "a: \n  b: value" for "a.b", repeating only the sections that change from key to key.
-class YamlWriter {
- public:
-  void write(std::string_view path, const std::string& value) {
-    const std::vector<std::string_view> parts = split(path);
-    std::size_t same = 0;
-    while (same + 1 < parts.size() && same < open_.size() && open_[same] == parts[same]) ++same;
-    open_.assign(parts.begin(), parts.end() - 1);
-    for (std::size_t i = same; i + 1 < parts.size(); ++i)
-      text += fmt::format("{:{}}{}:\n", "", 2 * i, parts[i]);
-    text += fmt::format("{:{}}{}: {}\n", "", 2 * (parts.size() - 1), parts.back(), value);
-  }
-  std::string text;
-
- private:
-  static std::vector<std::string_view> split(std::string_view path) {
-    std::vector<std::string_view> parts;
-    for (std::size_t dot; (dot = path.find('.')) != std::string_view::npos; path.remove_prefix(dot + 1)) {
-      parts.push_back(path.substr(0, dot));
-    }
-    parts.push_back(path);
-    return parts;
-  }
-  std::vector<std::string_view> open_;
-};
-
 }  // namespace
 
 void check_whole(const ReadScenario& read, const Yaml& at) {
@@ -148,11 +122,20 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
 }
 
 std::string to_yaml(const Scenario& scenario) {
-  YamlWriter yaml;
-  for (const auto& key : scenario_keys()) {
-    if (has_section(scenario, key.name)) yaml.write(key.name, key.print(scenario));
+  std::string text, before;
+  for (const Key& key : scenario_keys()) {
+    const std::string& name = key.name;
+    if (!has_section(scenario, name)) continue;
+    std::size_t begin = 0, indent = 0;  // "a: \n  b: value" for "a.b", with sections that are not open yet
+    for (std::size_t dot; (dot = name.find('.', begin)) != name.npos; begin = dot + 1, indent += 2)
+      if (!before.starts_with(name.substr(0, dot + 1)))
+        text += fmt::format("{:{}}{}:\n", "", indent, name.substr(begin, dot - begin));
+    text += fmt::format("{:{}}{}: {}\n", "", indent, name.substr(begin), key.print(scenario));
+    before = name;
   }
-  return yaml.text + print_limits(scenario.limits.metrics);
+  for (const MetricLimit& limit : scenario.limits.metrics)
+    text += fmt::format("  {}.{}: {}\n", subject(limit), word(limit.bound), limit.value);
+  return text;
 }
 
 }  // namespace sim::scenario

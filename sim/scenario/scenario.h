@@ -19,9 +19,6 @@ struct ReadScenario {
   std::vector<Origin> command_origins = {};  ///< of each of walk.commands
 };
 
-/// Returns the text of a scenario file. Throws ConfigError if it cannot be read or is larger than 1 MiB.
-std::string file_text(const std::filesystem::path& file);
-
 /// Changes to a scenario file: overlays in the order typed, which replace keys (as the best.yaml of a tuning
 /// does), then overrides "key=value", then sections to remove.
 struct Changes {

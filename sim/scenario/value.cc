@@ -14,16 +14,9 @@ namespace {
 
 /// "'0.1 m'": the input, shortened, for a message.
 std::string as_written(const Yaml& node) {
-  switch (node.kind) {
-    case Yaml::Kind::empty:
-      return "empty";
-    case Yaml::Kind::list:
-      return "a list";
-    case Yaml::Kind::map:
-      return "a section";
-    case Yaml::Kind::scalar:
-      break;
-  }
+  if (node.kind == Yaml::Kind::empty) return "empty";
+  if (node.kind == Yaml::Kind::list) return "a list";
+  if (node.kind == Yaml::Kind::map) return "a section";
   const std::string text = node.text.size() > 40 ? fmt::format("{:.37}...", node.text) : node.text;
   return node.quoted ? fmt::format("the text \"{}\"", text) : fmt::format("'{}'", text);
 }

@@ -8,7 +8,11 @@
 #include <algorithm>
 #include <cctype>
 #include <numeric>
+#include <set>
 #include <sstream>
+#include <stdexcept>
+
+#include "sim/files/text.h"
 
 namespace sim::scenario {
 namespace {
@@ -110,21 +114,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
-/// True if the text contains `word` between '_', '.' or its ends.
-bool has_word(std::string_view text, std::string_view word) {
-  const auto apart = [&](std::size_t i) { return i >= text.size() || text[i] == '_' || text[i] == '.'; };
-  for (std::size_t at = text.find(word); at != text.npos; at = text.find(word, at + 1))
-    if ((at == 0 || apart(at - 1)) && apart(at + word.size())) return true;
-  return false;
+constexpr std::uint64_t kMostSeeds = 100'000;
+
+[[noreturn]] void reject_seeds(const std::string& why) {
+  throw std::invalid_argument(why + ", expected for example 1..5 or 1,2,7");
 }
 
-/// Returns the first candidate that contains the typed word: "ate" for ate_se3_rmse_m; "" without one.
-std::string_view word_of_candidate(std::string_view typed, std::span<const std::string_view> candidates) {
-  constexpr std::size_t kShortest = 3;
-  if (typed.size() < kShortest) return "";
-  const auto found = std::find_if(candidates.begin(), candidates.end(),
-                                  [&](std::string_view candidate) { return has_word(candidate, typed); });
-  return found == candidates.end() ? "" : *found;
+std::uint64_t parse_seed(std::string_view text) {
+  const auto seed = files::parse_number<std::uint64_t>(text);
+  if (!seed) reject_seeds(fmt::format("'{}' is not a seed", text));
+  return *seed;
 }
 
 }  // namespace
@@ -173,7 +172,8 @@ std::string did_you_mean(std::string_view typed, std::span<const std::string_vie
       best_distance = distance;
     }
   }
-  if (best.empty()) best = word_of_candidate(typed, candidates);
+  for (const std::string_view candidate : candidates)
+    if (best.empty() && typed.size() > 2 && candidate.find(typed) != candidate.npos) best = candidate;
   return best.empty() ? "" : fmt::format("; did you mean '{}'?", best);
 }
 
@@ -184,6 +184,81 @@ std::string quote_if_needed(std::string_view text) {
   YAML::Emitter out;
   out << YAML::DoubleQuoted << std::string(text);
   return out.c_str();
+}
+
+std::string yaml_text(const std::filesystem::path& file) {
+  std::error_code fault;
+  if (std::filesystem::is_directory(file, fault))
+    throw ConfigError(fmt::format("{}: is a folder, expected a YAML file", file.string()));
+  try {
+    return files::read_text(file, files::kMostOfYaml);
+  } catch (const files::FileError& e) {
+    throw ConfigError(e.what());
+  }
+}
+
+Yaml parse_yaml_file(const std::filesystem::path& file) {
+  return parse_yaml(yaml_text(file), {file.string()});
+}
+
+void require_map(const Yaml& node, std::string_view key, std::string_view example) {
+  if (node.kind != Yaml::Kind::map) fail(node, key, fmt::format("expected {}", example));
+}
+
+void read_map(const Yaml& map, const MapReaders& readers) {
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const Yaml& key = map.keys[i];
+    const auto reader = std::find_if(readers.begin(), readers.end(),
+                                     [&](const auto& known) { return known.first == key.text; });
+    if (reader == readers.end()) {
+      std::vector<std::string_view> names;
+      for (const auto& [name, read] : readers) names.push_back(name);
+      fail(key, key.text, "unknown key" + did_you_mean(key.text, names));
+    }
+    reader->second(map.items[i]);
+  }
+}
+
+std::vector<std::string> read_texts(const Yaml& node, std::string_view key, std::string_view example) {
+  if (node.kind != Yaml::Kind::list) fail(node, key, fmt::format("expected a list, as in {}", example));
+  std::vector<std::string> all;
+  for (const Yaml& item : node.items) {
+    if (item.kind != Yaml::Kind::scalar) fail(item, key, fmt::format("expected text, as in {}", example));
+    all.push_back(item.text);
+  }
+  return all;
+}
+
+std::filesystem::path read_path(const Yaml& node, std::string_view key, const std::filesystem::path& folder) {
+  if (node.kind != Yaml::Kind::scalar) fail(node, key, "expected the path of a file or folder");
+  return (folder / node.text).lexically_normal();
+}
+
+std::vector<std::uint64_t> parse_seeds(std::string_view text) {
+  std::vector<std::uint64_t> seeds;
+  while (true) {
+    const std::string_view range = text.substr(0, text.find(','));
+    const std::size_t dots = range.find("..");
+    const std::uint64_t first = parse_seed(range.substr(0, dots));
+    const std::uint64_t last = dots == range.npos ? first : parse_seed(range.substr(dots + 2));
+    if (last < first) reject_seeds(fmt::format("'{}' goes backwards", range));
+    if (last - first >= kMostSeeds - seeds.size())
+      reject_seeds(fmt::format("more than {} seeds", kMostSeeds));
+    for (std::uint64_t i = 0; i <= last - first; ++i) seeds.push_back(first + i);
+    if (range.size() == text.size()) break;
+    text.remove_prefix(range.size() + 1);
+  }
+  if (std::set(seeds.begin(), seeds.end()).size() != seeds.size()) reject_seeds("a seed is given twice");
+  return seeds;
+}
+
+std::vector<std::uint64_t> read_seeds(const Yaml& node) {
+  if (node.kind != Yaml::Kind::scalar) fail(node, "seeds", "expected seeds, as in 1..5 or 1,2,7");
+  try {
+    return parse_seeds(node.text);
+  } catch (const std::invalid_argument& e) {
+    fail(node, "seeds", e.what());
+  }
 }
 
 }  // namespace sim::scenario

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/chi_squared.hpp>
-#include <cmath>
 #include <map>
 
 #include "sim/score/statistics.h"
@@ -41,9 +40,8 @@ std::optional<BandFractions> band_fractions(const std::vector<std::vector<double
   double inside = 0, below = 0;
   for (const std::vector<double>& squares : moments) {
     if (squares.empty()) continue;
-    auto band = bands.find(squares.size());
-    if (band == bands.end())
-      band = bands.emplace(squares.size(), mean_band(dof, static_cast<int>(squares.size()))).first;
+    const auto [band, is_new] = bands.try_emplace(squares.size());
+    if (is_new) band->second = mean_band(dof, static_cast<int>(squares.size()));
     means.push_back(mean(squares));
     below += means.back() < band->second.low;
     inside += means.back() >= band->second.low && means.back() <= band->second.high;
@@ -51,21 +49,6 @@ std::optional<BandFractions> band_fractions(const std::vector<std::vector<double
   if (means.empty()) return std::nullopt;
   const auto count = static_cast<double>(means.size());
   return BandFractions{mean(means), inside / count, below / count};
-}
-
-std::optional<InnovationSummary> summarize(const std::vector<Innovation>& innovations) {
-  std::vector<double> z;
-  double squares = 0, dof = 0, variance = 0;
-  for (const Innovation& innovation : innovations) {
-    if (innovation.dof <= 0) continue;
-    squares += innovation.square;
-    dof += innovation.dof;
-    z.push_back((innovation.square - innovation.dof) / std::sqrt(2.0 * innovation.dof));
-  }
-  if (z.size() < 2) return std::nullopt;
-  const double about = mean(z);
-  for (const double each : z) variance += (each - about) * (each - about);
-  return InnovationSummary{squares / dof, variance / static_cast<double>(z.size())};
 }
 
 }  // namespace sim::score

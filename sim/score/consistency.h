@@ -46,18 +46,4 @@ struct BandFractions {
 /// one. Returns nothing if no run has any.
 std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof);
 
-/// One sensor's normalized innovation squared in one frame.
-struct Innovation {
-  double square = 0;
-  int dof = 0;
-};
-
-/// One sensor's innovations over a run. ratio: sum of squares by sum of degrees of freedom, 1 expected.
-/// variance_ratio: variance of (square − dof) / √(2 dof) about its mean, 1 expected.
-struct InnovationSummary {
-  double ratio = 0, variance_ratio = 0;
-};
-/// Summarizes the innovations with dof > 0; nothing if they are fewer than two.
-std::optional<InnovationSummary> summarize(const std::vector<Innovation>& innovations);
-
 }  // namespace sim::score

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace sim::score {
 namespace {
@@ -10,17 +9,13 @@ namespace {
 constexpr double kTouch = 0.01, kCarries = 0.4;   // of the weight
 constexpr std::chrono::milliseconds kBounce{30};  // a foot in the air for less has not left the ground
 
-std::size_t index(Foot foot) { return static_cast<std::size_t>(foot); }
-Foot other(Foot foot) { return foot == Foot::left ? Foot::right : Foot::left; }
-
-double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
-
-Pose2 operator-(const Pose2& a, const Pose2& b) { return {a.x - b.x, a.y - b.y, wrapped(a.yaw - b.yaw)}; }
+Pose2 operator-(const Pose2& a, const Pose2& b) {
+  return {a.x - b.x, a.y - b.y, std::remainder(a.yaw - b.yaw, 2 * std::numbers::pi)};
+}
 Pose2& operator+=(Pose2& a, const Pose2& b) {
   a = {a.x + b.x, a.y + b.y, a.yaw + b.yaw};
   return a;
 }
-
 Pose2 operator*(const Pose2& a, const Pose2& b) {
   const double c = std::cos(a.yaw), s = std::sin(a.yaw);
   return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, a.yaw + b.yaw};
@@ -38,150 +33,129 @@ struct Stance {
   std::size_t carries = 0, carried = 0;  // first and past the last sample with its share of the weight
 };
 
+/// Orders stances and rows by their beginning.
+constexpr auto kEarlier = [](const auto& a, const auto& b) { return a.begin < b.begin; };
+
 class DriftDecomposition {
  public:
   DriftDecomposition(const std::vector<FeetSample>& samples, const Pose2& waist_truth,
                      const Pose2& waist_plan)
-      : samples_(samples), waist_truth_(waist_truth), waist_plan_(waist_plan) {}
+      : samples_(samples), last_(samples.size() - 1), waist_truth_(waist_truth), waist_plan_(waist_plan) {}
 
-  std::vector<FootRow> rows();
+  std::vector<FootRow> rows() {
+    std::vector<Stance> all;
+    for (const Foot foot : {Foot::left, Foot::right}) add_stances(foot, all);
+    std::stable_sort(all.begin(), all.end(), kEarlier);
+    find_anchors(all);
+    add_jumps();
+    for (const Stance& stance : all) {
+      add(stance, FootPhase::landing, stance.begin, stance.carries);
+      add(stance, FootPhase::support, stance.carries, stance.carried);
+      add(stance, FootPhase::lift_off, std::max(stance.carries, stance.carried), stance.end);
+    }
+    std::stable_sort(rows_.begin(), rows_.end(), kEarlier);
+    return rows_;
+  }
 
  private:
-  const FootSample& at(Foot foot, std::size_t i) const { return samples_[i].feet[index(foot)]; }
-  bool touches(Foot foot, std::size_t i) const { return at(foot, i).load > kTouch; }
-  std::size_t leaves(Foot foot, std::size_t i) const;
-  std::vector<Stance> stances(Foot foot) const;
-  std::optional<Stance> stance(Foot foot, std::size_t begin, std::size_t end) const;
-  void find_anchors(const std::vector<Stance>& landings);
-
-  /// The final waist if everything follows the plan from sample i on, as seen from the stance foot.
-  Pose2 end_seen_from(const Stance& stance, std::size_t i) const {
-    return at(stance.foot, std::min(i, samples_.size() - 1)).truth * inverse(stance.plan) * waist_plan_;
-  }
-  void add_stance(const Stance& stance);
-  void add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end);
-  void add_jumps();
-
   // Successive stances carry the motion of the robot, each from sample `from` on.
   struct Anchor {
     Stance stance;
     std::size_t from = 0;
   };
 
+  const FootSample& at(Foot foot, std::size_t i) const {
+    return samples_[i].feet[static_cast<std::size_t>(foot)];
+  }
+  bool touches(Foot foot, std::size_t i) const { return at(foot, i).load > kTouch; }
+
+  /// The final waist if everything follows the plan from sample i on, as seen from the stance foot.
+  Pose2 end_seen_from(const Stance& stance, std::size_t i) const {
+    return at(stance.foot, i).truth * inverse(stance.plan) * waist_plan_;
+  }
+
+  /// Returns the contact as a stance; nothing for a foot that scuffs the ground in mid-swing.
+  std::optional<Stance> stance(Foot foot, std::size_t begin, std::size_t end) const {
+    Stance found{foot, begin, end, {}, end, end};
+    bool planned = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      const FootSample& sample = at(foot, i);
+      if (sample.planned_down && !planned) found.plan = sample.plan;
+      planned |= sample.planned_down;
+      if (sample.load < kCarries) continue;
+      if (found.carries == end) found.carries = i;
+      found.carried = i + 1;
+    }
+    if (begin == 0) found.carries = 0;
+    if (!planned) return std::nullopt;
+    return found;
+  }
+
+  void add_stances(Foot foot, std::vector<Stance>& all) const {
+    for (std::size_t i = 0; i <= last_; ++i) {
+      if (i != 0 && !touches(foot, i)) continue;
+      std::size_t end = i + 1;  // after the last sample of the contact
+      for (std::size_t k = end; k <= last_ && samples_[k].t - samples_[end - 1].t <= kBounce; ++k)
+        if (touches(foot, k)) end = k + 1;
+      if (const auto found = stance(foot, i, end)) all.push_back(*found);
+      i = end - 1;
+    }
+  }
+
+  /// Between two landings the foot that does not land next stands throughout: it carries the motion.
+  void find_anchors(const std::vector<Stance>& landings) {
+    for (std::size_t k = 0; k < landings.size(); ++k) {
+      const bool last = k + 1 == landings.size(), begins = landings[k].begin == 0;
+      if (begins && !last && landings[k + 1].begin == 0) continue;
+      if (last || landings[k + 1].foot != landings[k].foot) {
+        anchors_.push_back({landings[k], landings[k].begin});
+      } else if (begins && k > 0) {
+        anchors_.push_back({landings[k - 1], 0});
+      }
+    }
+  }
+
+  void add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end) {
+    if (begin >= end) return;
+    const std::size_t last = std::min(end, last_);
+    FootRow row{samples_[begin].t, samples_[last].t, stance.foot, phase, {}, {}, {}};
+    row.moved = at(stance.foot, last).truth - at(stance.foot, begin).truth;
+    for (std::size_t i = begin + 1; i <= last; ++i) row.creep += at(stance.foot, i).creep;
+    for (std::size_t k = 0; k < anchors_.size(); ++k) {
+      if (anchors_[k].stance.foot != stance.foot || anchors_[k].stance.begin != stance.begin) continue;
+      const std::size_t until = k + 1 < anchors_.size() ? anchors_[k + 1].from : last_;
+      const std::size_t from = std::max(begin, anchors_[k].from), to = std::min(last, until);
+      if (from < to) row.drift += end_seen_from(stance, to) - end_seen_from(stance, from);
+    }
+    rows_.push_back(row);
+  }
+
+  /// Adds the start, each landing error, and the body over the last foot.
+  void add_jumps() {
+    if (anchors_.empty()) return;
+    const auto jump = [&](FootPhase phase, Foot foot, std::size_t i, const Pose2& drift, const Pose2& moved) {
+      rows_.push_back({samples_[i].t, samples_[i].t, foot, phase, moved, {}, drift});
+    };
+    const Stance &first = anchors_.front().stance, &end = anchors_.back().stance;
+    const Pose2 start = end_seen_from(first, 0) - waist_plan_,
+                body = waist_truth_ - end_seen_from(end, last_);
+    jump(FootPhase::start, first.foot, 0, start, start);
+    for (std::size_t k = 1; k < anchors_.size(); ++k) {
+      const auto& [stance, from] = anchors_[k];
+      const Stance& before = anchors_[k - 1].stance;
+      const Pose2 wanted = at(before.foot, from).truth * inverse(before.plan) * stance.plan;
+      jump(FootPhase::put_down, stance.foot, from, end_seen_from(stance, from) - end_seen_from(before, from),
+           at(stance.foot, from).truth - wanted);
+    }
+    jump(FootPhase::body, end.foot, last_, body, body);
+  }
+
   const std::vector<FeetSample>& samples_;
+  std::size_t last_;
   Pose2 waist_truth_, waist_plan_;
   std::vector<Anchor> anchors_;
   std::vector<FootRow> rows_;
 };
-
-/// Returns the index after the last sample of the contact that includes sample i.
-std::size_t DriftDecomposition::leaves(Foot foot, std::size_t i) const {
-  std::size_t end = i + 1;
-  for (std::size_t k = end; k < samples_.size() && samples_[k].t - samples_[end - 1].t <= kBounce; ++k) {
-    if (touches(foot, k)) end = k + 1;
-  }
-  return end;
-}
-
-/// Returns the contact as a stance; nothing for a foot that scuffs the ground in mid-swing.
-std::optional<Stance> DriftDecomposition::stance(Foot foot, std::size_t begin, std::size_t end) const {
-  Stance found{foot, begin, end, {}, end, end};
-  bool planned = false;
-  for (std::size_t i = begin; i < end; ++i) {
-    const FootSample& sample = at(foot, i);
-    if (sample.planned_down && !planned) found.plan = sample.plan;
-    planned |= sample.planned_down;
-    if (sample.load < kCarries) continue;
-    if (found.carries == end) found.carries = i;
-    found.carried = i + 1;
-  }
-  if (begin == 0) found.carries = 0;
-  if (!planned) return std::nullopt;
-  return found;
-}
-
-std::vector<Stance> DriftDecomposition::stances(Foot foot) const {
-  std::vector<Stance> all;
-  for (std::size_t i = 0; i < samples_.size();) {
-    if (i != 0 && !touches(foot, i)) {
-      ++i;
-      continue;
-    }
-    const std::size_t end = leaves(foot, i);
-    if (const auto found = stance(foot, i, end)) all.push_back(*found);
-    i = end;
-  }
-  return all;
-}
-
-/// Between two landings the foot that does not land next stands throughout: it carries the motion.
-void DriftDecomposition::find_anchors(const std::vector<Stance>& landings) {
-  for (std::size_t k = 0; k < landings.size(); ++k) {
-    const bool last = k + 1 == landings.size();
-    const bool begins = landings[k].begin == 0;
-    const Foot standing = last ? landings[k].foot : other(landings[k + 1].foot);
-    if (begins && !last && landings[k + 1].begin == 0) continue;
-    if (standing == landings[k].foot) {
-      anchors_.push_back({landings[k], landings[k].begin});
-    } else if (begins && k > 0) {
-      anchors_.push_back({landings[k - 1], 0});
-    }
-  }
-}
-
-void DriftDecomposition::add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end) {
-  if (begin >= end) return;
-  const std::size_t last = std::min(end, samples_.size() - 1);
-  FootRow row{samples_[begin].t, samples_[last].t, stance.foot, phase, {}, {}, {}};
-  row.moved = at(stance.foot, last).truth - at(stance.foot, begin).truth;
-  for (std::size_t i = begin + 1; i <= last; ++i) row.creep += at(stance.foot, i).creep;
-  for (std::size_t k = 0; k < anchors_.size(); ++k) {
-    if (anchors_[k].stance.foot != stance.foot || anchors_[k].stance.begin != stance.begin) continue;
-    const std::size_t until = k + 1 < anchors_.size() ? anchors_[k + 1].from : samples_.size() - 1;
-    const std::size_t from = std::max(begin, anchors_[k].from), to = std::min(last, until);
-    if (from < to) row.drift += end_seen_from(stance, to) - end_seen_from(stance, from);
-  }
-  rows_.push_back(row);
-}
-
-void DriftDecomposition::add_stance(const Stance& stance) {
-  add(stance, FootPhase::landing, stance.begin, stance.carries);
-  add(stance, FootPhase::support, stance.carries, stance.carried);
-  add(stance, FootPhase::lift_off, std::max(stance.carries, stance.carried), stance.end);
-}
-
-/// Adds the start, each landing error, and the body over the last foot.
-void DriftDecomposition::add_jumps() {
-  if (anchors_.empty()) return;
-  const auto jump = [&](FootPhase phase, Foot foot, std::size_t at, const Pose2& drift, const Pose2& moved) {
-    rows_.push_back({samples_[at].t, samples_[at].t, foot, phase, moved, {}, drift});
-  };
-  const Pose2 start = end_seen_from(anchors_.front().stance, 0) - waist_plan_;
-  jump(FootPhase::start, anchors_.front().stance.foot, 0, start, start);
-  for (std::size_t k = 1; k < anchors_.size(); ++k) {
-    const auto& [stance, from] = anchors_[k];
-    const Stance& before = anchors_[k - 1].stance;
-    const Pose2 wanted = at(before.foot, from).truth * inverse(before.plan) * stance.plan;
-    jump(FootPhase::put_down, stance.foot, from, end_seen_from(stance, from) - end_seen_from(before, from),
-         at(stance.foot, from).truth - wanted);
-  }
-  const Pose2 body = waist_truth_ - end_seen_from(anchors_.back().stance, samples_.size() - 1);
-  jump(FootPhase::body, anchors_.back().stance.foot, samples_.size() - 1, body, body);
-}
-
-std::vector<FootRow> DriftDecomposition::rows() {
-  std::vector<Stance> all = stances(Foot::left);
-  const std::vector<Stance> right = stances(Foot::right);
-  all.insert(all.end(), right.begin(), right.end());
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Stance& a, const Stance& b) { return a.begin < b.begin; });
-  find_anchors(all);
-  add_jumps();
-  for (const Stance& stance : all) add_stance(stance);
-  const auto earlier = [](const FootRow& a, const FootRow& b) { return a.begin < b.begin; };
-  std::stable_sort(rows_.begin(), rows_.end(), earlier);
-  return rows_;
-}
 
 }  // namespace
 

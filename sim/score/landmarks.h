@@ -2,44 +2,12 @@
 // map.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <functional>
 #include <optional>
 #include <vector>
 
-#include "sim/score/surfaces.h"
-#include "sim/score/trajectory.h"
+#include "sim/score/run.h"
 
 namespace sim::score {
-
-/// The pixel of a landmark in one image.
-struct StampedPixel {
-  Stamp t{0};
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-};
-
-/// A landmark from its initialization on.
-struct LandmarkHistory {
-  int id = 0;
-  StampedPixel first_seen;
-  std::vector<StampedPixel> accepted;  ///< matches that entered an update, in order of time
-};
-
-/// The true camera.
-struct TrueCamera {
-  /// The pixel of a point in W; nothing if it is behind the camera or outside the image.
-  std::function<std::optional<Eigen::Vector2d>(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W)>
-      project;
-  /// The unit vector in C along which a pixel looks.
-  std::function<Eigen::Vector3d(const Eigen::Vector2d& pixel)> bearing;
-};
-
-/// Returns the pose of exactly that time, or null.
-const TimedPose* pose_at(const Trajectory& trajectory, Stamp t);
-
-/// Returns the first point of the room on the ray through a pixel, from the true camera at that time.
-std::optional<Eigen::Vector3d> surface_point(const StampedPixel& seen, const Trajectory& truth_X_WC,
-                                             const std::vector<Surface>& surfaces, const TrueCamera& camera);
 
 /// The times after a quarter and after three quarters of the plan's total turn.
 struct TurnMarks {
@@ -50,29 +18,13 @@ struct TurnMarks {
 /// turns counted.
 std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 
-/// An early landmark that was found again.
-struct LoopLandmark {
-  int id = 0;
-  Stamp found{0};       ///< its first match that counts, anywhere on the path
-  bool closes = false;  ///< also matched after three quarters of the turn
-};
+/// Returns the landmarks that were found again, in their order. Each was first seen in the first quarter of
+/// the turn. Its surface point, the first point of the room on the ray through its first pixel from the true
+/// camera, was then outside the camera's field of view (occlusion does not matter) in all frames over at
+/// least 5 s in one stretch, and a later match was accepted within 3 px of its true projection.
+std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks);
 
-/// Returns the landmarks that were found again, in the order of `landmarks`. Each was first seen in the first
-/// quarter of the turn. Its surface_point() was then outside the camera's field of view (occlusion does not
-/// matter) in all frames over at least 5 s in one stretch, and a later match was accepted within 3 px of its
-/// true projection. truth_X_WC: at the frames.
-std::vector<LoopLandmark> loop_landmarks(const std::vector<LandmarkHistory>& landmarks,
-                                         const TurnMarks& marks, const Trajectory& truth_X_WC,
-                                         const std::vector<Surface>& surfaces, const TrueCamera& camera);
-
-/// A landmark of the filter's final map.
-struct MappedPoint {
-  int id = 0;
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
-};
-
-/// The distance of a landmark from its surface_point().
+/// The distance of a landmark from its surface point, see loop_landmarks().
 struct LandmarkError {
   int id = 0;
   double distance = 0;         ///< m
@@ -83,11 +35,8 @@ struct LandmarkError {
   std::optional<double> nees_of_template;
 };
 
-/// Returns the errors of the landmarks with a history and a surface point. template_half_px: a template has
-/// 2 template_half_px + 1 rows and columns around the first pixel.
-std::vector<LandmarkError> landmark_errors(const std::vector<MappedPoint>& map,
-                                           const std::vector<LandmarkHistory>& histories,
-                                           const Trajectory& truth_X_WC, const std::vector<Surface>& surfaces,
-                                           const TrueCamera& camera, int template_half_px = 0);
+/// Returns the errors of the map's landmarks with a history and a surface point. template_half_px: a template
+/// has 2 template_half_px + 1 rows and columns around the first pixel.
+std::vector<LandmarkError> landmark_errors(const Run& run, int template_half_px = 0);
 
 }  // namespace sim::score

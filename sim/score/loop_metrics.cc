@@ -1,39 +1,24 @@
 #include <algorithm>
 
 #include "sim/score/metrics.h"
-#include "sim/score/score_context.h"
+#include "sim/score/run.h"
 
 namespace sim::score {
 namespace {
 
 using enum Worst;
 using C = const ScoreContext&;
-
-// The time of the first early landmark that was found again, and the last poses before it and until 1 s
-// after it.
-struct Closure {
-  Stamp found{0};
-  PosePair before, after;
-};
-
-// of(the early landmarks that were found again)
-template <typename F>
-Value of_loop(C c, F of) {
-  if (const auto* absent = std::get_if<Absent>(&c.loop)) return *absent;
-  return of(std::get<std::vector<LoopLandmark>>(c.loop));
-}
+using Loop = std::vector<LoopLandmark>;
 
 Value landmark_count(C c) {
-  return of_loop(c, [](const auto& loop) {
-    return static_cast<double>(
-        std::count_if(loop.begin(), loop.end(), [](const auto& l) { return l.closes; }));
+  return value_of(c.loop, [](const Loop& loop) -> Value {
+    const auto closes = [](const LoopLandmark& landmark) { return landmark.closes; };
+    return static_cast<double>(std::count_if(loop.begin(), loop.end(), closes));
   });
 }
 
 Value is_closed(C c) {
-  Value count = landmark_count(c);
-  if (double* const number = std::get_if<double>(&count)) *number = *number >= 3 ? 1 : 0;
-  return count;
+  return value_of(landmark_count(c), [](double count) -> Value { return count >= 3 ? 1.0 : 0.0; });
 }
 
 const PosePair* last_until(C c, Stamp t) {
@@ -42,20 +27,30 @@ const PosePair* last_until(C c, Stamp t) {
   return last == c.pairs.rend() ? nullptr : &*last;
 }
 
-template <typename F>
-Value of_closure(C c, F of) {
-  return of_loop(c, [&](const std::vector<LoopLandmark>& loop) -> Value {
-    if (loop.empty()) return Absent{"no early landmark was found again"};
-    const auto is_earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
-    const Stamp found = std::min_element(loop.begin(), loop.end(), is_earlier)->found;
-    const PosePair *before = last_until(c, found - Stamp(1)),
-                   *after = last_until(c, found + std::chrono::seconds(1));
-    if (!before || !after) return Absent{"no estimate before the closure"};
-    return of(Closure{found, *before, *after});
-  });
+// The first early landmark that was found again, and the errors (m) of the last positions before it and until
+// 1 s after it.
+struct Closure {
+  double time_s = 0, error_before = 0, error_after = 0;
+};
+
+OrAbsent<Closure> closure(C c) {
+  if (const auto* absent = std::get_if<Absent>(&c.loop)) return *absent;
+  const Loop& loop = std::get<Loop>(c.loop);
+  if (loop.empty()) return Absent{"no early landmark was found again"};
+  const auto is_earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
+  const Stamp found = std::min_element(loop.begin(), loop.end(), is_earlier)->found;
+  const PosePair *before = last_until(c, found - Stamp(1)),
+                 *after = last_until(c, found + std::chrono::seconds(1));
+  if (!before || !after) return Absent{"no estimate before the closure"};
+  return Closure{static_cast<double>(found.count()) * 1e-9, position_errors({*before}).front(),
+                 position_errors({*after}).front()};
 }
 
-double error(const PosePair& at) { return position_errors({at}).front(); }
+auto of_closure(double Closure::*part) {
+  return [part](C c) {
+    return value_of(closure(c), [part](const Closure& found) -> Value { return found.*part; });
+  };
+}
 
 }  // namespace
 
@@ -67,27 +62,19 @@ MetricDefinitions loop_metrics() {
   return {{"loop_landmarks", "1",
            "Number of landmarks that close the loop: " + early +
                ", and matched again after three quarters of the turn, within 3 px of the true projection of "
-               "their "
-               "surface point. Defined for plans that turn by at least 350 degrees.",
+               "their surface point. Defined for plans that turn by at least 350 degrees.",
            Needs::estimate, landmark_count, smallest, kHeadline},
           {"loop_closed", "1", "1 if loop_landmarks is at least 3, else 0.", Needs::estimate, is_closed,
            smallest, kHeadline},
           {"loop_time_s", "s",
            "Time of the first early landmark that was found again, anywhere on the path: " + early +
                ", and matched within 3 px of its true projection.",
-           Needs::estimate,
-           [](C c) {
-             return of_closure(
-                 c, [](const Closure& at) { return static_cast<double>(at.found.count()) * 1e-9; });
-           },
-           largest, kHeadline},
+           Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
           {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
-           [](C c) { return of_closure(c, [](const Closure& at) { return error(at.before); }); }, largest,
-           kHeadline},
+           of_closure(&Closure::error_before), largest, kHeadline},
           {"loop_error_after_m", "m",
            position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
-           [](C c) { return of_closure(c, [](const Closure& at) { return error(at.after); }); }, largest,
-           kHeadline}};
+           of_closure(&Closure::error_after), largest, kHeadline}};
 }
 
 }  // namespace sim::score

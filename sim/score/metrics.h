@@ -55,14 +55,10 @@ Metrics evaluate(const Run& run);
 Metrics evaluate(const ScoreContext& context);
 
 // The groups of metric_definitions(), in its order.
-MetricDefinitions absolute_metrics();     ///< errors of all frames under each alignment
-MetricDefinitions relative_metrics();     ///< relative pose errors
-MetricDefinitions end_metrics();          ///< errors at the last frame
-MetricDefinitions walk_metrics();         ///< heights, and the drift of the walk from its plan
-MetricDefinitions navigation_metrics();   ///< true waist against the commanded path, and step corrections
+MetricDefinitions estimate_metrics();     ///< errors of all frames, relative errors, errors at the last frame
+MetricDefinitions walk_metrics();         ///< heights, drift from the plan, navigation and step corrections
 MetricDefinitions loop_metrics();         ///< whether and when the loop was closed, and the errors around it
-MetricDefinitions consistency_metrics();  ///< NEES of the camera pose, NIS and use of each sensor
-MetricDefinitions landmark_metrics();     ///< landmarks of the final map
+MetricDefinitions consistency_metrics();  ///< NEES, NIS and use of each sensor, landmarks of the map
 MetricDefinitions completion_metrics();   ///< path length, and the fraction of plan and time that was tracked
 
 }  // namespace sim::score

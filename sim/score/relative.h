@@ -1,5 +1,5 @@
-// Relative pose error (Sturm et al. 2012): the error of the motion over a span of frames, meters, seconds,
-// rotation or footsteps.
+// Relative pose error (Sturm et al. 2012): the error of the motion over a span of frames, meters, seconds or
+// rotation.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,11 @@ namespace sim::score {
 /// Rotation adds up from frame to frame in consecutive spans; all spans of rotation are all pairs of poses
 /// that are delta apart.
 struct Spans {
-  enum class Unit { frames, meters, seconds, radians, degrees, footsteps } unit = Unit::frames;
+  enum class Unit { frames, meters, seconds, radians, degrees } unit = Unit::frames;
   double delta = 1;
   bool all = false;
   double tolerance = 0.1;
-  bool along_truth = false;        ///< meters and rotation: of the true path, not of the estimated one
-  std::vector<Stamp> footsteps{};  ///< planned landings of feet; every delta-th ends a span
+  bool along_truth = false;  ///< meters and rotation: of the true path, not of the estimated one
 };
 
 /// First and last index of a span.
@@ -29,7 +28,7 @@ struct Span {
   std::size_t from = 0, to = 0;
 };
 
-/// delta > 0 (frames, footsteps: a whole number). Empty if the trajectory is too short.
+/// delta > 0 (frames: a whole number). Empty if the trajectory is too short.
 std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
 
 /// The difference of the motions over one span, E = (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹

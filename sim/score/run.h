@@ -1,7 +1,9 @@
-// The input of the score: truth, plan and estimate of one run at the stamps of the frames.
+// The input of the score: truth, plan and estimate of one run at the stamps of the frames, and what several
+// metrics need of them.
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,12 +12,48 @@
 
 #include "sim/score/consistency.h"
 #include "sim/score/feet.h"
-#include "sim/score/landmarks.h"
+#include "sim/score/statistics.h"
 #include "sim/score/surfaces.h"
 #include "sim/score/trajectory.h"
 #include "sim/score/types.h"
 
 namespace sim::score {
+
+/// The pixel of a landmark in one image.
+struct StampedPixel {
+  Stamp t{0};
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
+
+/// A landmark from its initialization on.
+struct LandmarkHistory {
+  int id = 0;
+  StampedPixel first_seen;
+  std::vector<StampedPixel> accepted;  ///< matches that entered an update, in order of time
+};
+
+/// The true camera.
+struct TrueCamera {
+  /// The pixel of a point in W; nothing if it is behind the camera or outside the image.
+  std::function<std::optional<Eigen::Vector2d>(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W)>
+      project;
+  /// The unit vector in C along which a pixel looks.
+  std::function<Eigen::Vector3d(const Eigen::Vector2d& pixel)> bearing;
+};
+
+/// An early landmark that was found again.
+struct LoopLandmark {
+  int id = 0;
+  Stamp found{0};       ///< its first match that counts, anywhere on the path
+  bool closes = false;  ///< also matched after three quarters of the turn
+};
+
+/// A landmark of the filter's final map.
+struct MappedPoint {
+  int id = 0;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
+};
 
 /// The estimated camera pose. covariance: see pose_nees; absent if the estimator states none.
 struct EstimatedPose {
@@ -40,10 +78,11 @@ struct FrameUse {
   std::array<bool, kUsedSensors.size()> readings{}, accepted{};
 };
 
-/// One sensor's innovation in the frame of that time.
+/// One sensor's normalized innovation squared in the frame of that time.
 struct StampedInnovation {
   Stamp t{0};
-  Innovation innovation;
+  double square = 0;
+  int dof = 0;
 };
 
 /// The state of the filter after an observation.
@@ -51,12 +90,6 @@ struct TimedHealth {
   Stamp t{0};
   bool tracks = true;       ///< neither lost nor diverged
   bool fault_flag = false;  ///< a sensor contradicts the others
-};
-
-/// The end of the plan, and its landings of feet.
-struct PlannedTimes {
-  Stamp end{0};
-  std::vector<Stamp> footsteps;
 };
 
 /// The commanded path, laid into W at the start.
@@ -83,11 +116,26 @@ struct Run {
   std::vector<MappedPoint> map;  ///< at the end
   std::vector<Surface> surfaces;
   TrueCamera camera;
-  std::optional<PlannedTimes> planned;
+  std::optional<Stamp> plan_end;
   std::optional<std::string> no_scale = {};    ///< the reason, if the estimate's scale is unknown
   std::optional<std::string> no_matches = {};  ///< the reason, if the estimator reports no landmarks
   std::optional<std::string> diverged;         ///< the cause, if the filter gave up
   std::optional<std::string> failed = {};      ///< the cause, if the estimator failed as a program
+};
+
+/// A run from the first planned motion on, with the quantities that several metrics need, computed once. The
+/// run must outlive it.
+struct ScoreContext {
+  explicit ScoreContext(const Run& run);
+
+  const Run& run;
+  std::optional<Stamp> start;         ///< the first frame with a planned waist more than 1 mm from its start;
+                                      ///< without a planned waist the first frame with truth
+  Trajectory truth_camera, estimate;  ///< from then on
+  std::vector<PosePair> pairs;        ///< of these two
+  OrAbsent<std::vector<PoseNees>> nees;      ///< of the pairs with a covariance
+  std::optional<Absent> no_estimate;         ///< why the estimate cannot be scored, if it cannot
+  OrAbsent<std::vector<LoopLandmark>> loop;  ///< early landmarks that were found again
 };
 
 }  // namespace sim::score

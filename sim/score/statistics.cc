@@ -9,84 +9,53 @@
 namespace sim::score {
 namespace {
 
-constexpr std::size_t kExact = 50;        // 2^50 sign patterns are counted exactly in doubles
-constexpr std::size_t kExactInAll = 100;  // of the rank sum test
+constexpr std::size_t kExact = 50;  // 2^50 sign patterns are counted exactly in doubles
 
-// Twice the ranks of values, some of them chosen: shared ranks become whole numbers.
+// Twice the ranks of the sizes of differences: shared ranks become whole numbers.
 struct Ranks {
   std::vector<int> twice;
-  int twice_chosen = 0;  // sum over the chosen ones
-  double ties = 0;       // sum of t³ − t over groups of t equals
+  int twice_positive = 0;  // sum over the positive differences
+  double ties = 0;         // sum of t³ − t over groups of t equals
 };
 
-// values: each with whether it is chosen.
-Ranks rank(std::vector<std::pair<double, bool>> values) {
-  std::sort(values.begin(), values.end());
+// sizes: each with whether its difference is positive.
+Ranks rank(std::vector<std::pair<double, bool>> sizes) {
+  std::sort(sizes.begin(), sizes.end());
   Ranks ranks;
-  for (std::size_t begin = 0, end; begin < values.size(); begin = end) {
+  for (std::size_t begin = 0, end; begin < sizes.size(); begin = end) {
     end = begin;
-    while (end < values.size() && values[end].first == values[begin].first) ++end;
+    while (end < sizes.size() && sizes[end].first == sizes[begin].first) ++end;
     const double t = static_cast<double>(end - begin);
     ranks.ties += t * t * t - t;
     for (std::size_t i = begin; i < end; ++i) {
       ranks.twice.push_back(static_cast<int>(begin + 1 + end));
-      if (values[i].second) ranks.twice_chosen += ranks.twice.back();
+      if (sizes[i].second) ranks.twice_positive += ranks.twice.back();
     }
   }
   return ranks;
 }
 
-// The two-sided p-value: twice the smaller of the probabilities that the sum of ranks is at most or at least
-// the observed one. ways: the number of ways to reach each sum; all: their total.
-double exact_p(const std::vector<double>& ways, int observed, double all) {
-  const auto at = ways.begin() + observed;
-  const double below = std::accumulate(ways.begin(), at + 1, 0.0),
-               above = std::accumulate(at, ways.end(), 0.0);
-  return std::min(1.0, 2 * std::min(below, above) / all);
-}
-
-std::size_t sum(const std::vector<int>& ranks) {
-  return static_cast<std::size_t>(std::accumulate(ranks.begin(), ranks.end(), 0));
-}
-
-// Over all sign patterns.
-double exact_signed_rank(const Ranks& ranks) {
-  std::vector<double> patterns(sum(ranks.twice) + 1);
+// Twice the smaller of the probabilities, over all sign patterns, that the sum of ranks is at most or at
+// least the observed one.
+double exact_p(const Ranks& ranks) {
+  const int most = std::accumulate(ranks.twice.begin(), ranks.twice.end(), 0);
+  std::vector<double> patterns(static_cast<std::size_t>(most) + 1);  // the number of them with each sum
   patterns[0] = 1;
   for (const int r : ranks.twice)
     for (std::size_t total = patterns.size(); total-- > static_cast<std::size_t>(r);)
       patterns[total] += patterns[total - static_cast<std::size_t>(r)];
-  return exact_p(patterns, ranks.twice_chosen, std::ldexp(1.0, static_cast<int>(ranks.twice.size())));
+  const auto observed = patterns.begin() + ranks.twice_positive;
+  const double below = std::accumulate(patterns.begin(), observed + 1, 0.0),
+               above = std::accumulate(observed, patterns.end(), 0.0);
+  return std::min(1.0, 2 * std::min(below, above) / std::ldexp(1.0, static_cast<int>(ranks.twice.size())));
 }
 
-// Over all choices of `count` ranks.
-double exact_rank_sum(const Ranks& ranks, std::size_t count) {
-  const std::size_t most = sum(ranks.twice);
-  std::vector<std::vector<double>> ways(count + 1, std::vector<double>(most + 1));
-  ways[0][0] = 1;
-  for (const int r : ranks.twice)
-    for (std::size_t chosen = count; chosen > 0; --chosen)
-      for (std::size_t total = most + 1; total-- > static_cast<std::size_t>(r);)
-        ways[chosen][total] += ways[chosen - 1][total - static_cast<std::size_t>(r)];
-  return exact_p(ways[count], ranks.twice_chosen,
-                 std::accumulate(ways[count].begin(), ways[count].end(), 0.0));
-}
-
-// The normal approximation, with the correction for continuity.
-double approximate_p(const Ranks& ranks, double mean, double variance) {
-  if (variance <= 0) return 1;  // all values are equal
-  const double off = std::max(0.0, std::abs(ranks.twice_chosen / 2.0 - mean) - 0.5);
+// The normal approximation, with the corrections for ties and continuity.
+double approximate_p(const Ranks& ranks) {
+  const double n = static_cast<double>(ranks.twice.size()), mean = n * (n + 1) / 4,
+               variance = n * (n + 1) * (2 * n + 1) / 24 - ranks.ties / 48;
+  const double off = std::max(0.0, std::abs(ranks.twice_positive / 2.0 - mean) - 0.5);
   return std::erfc(off / std::sqrt(2 * variance));
-}
-
-double approximate_signed_rank(const Ranks& ranks) {
-  const double n = static_cast<double>(ranks.twice.size());
-  return approximate_p(ranks, n * (n + 1) / 4, n * (n + 1) * (2 * n + 1) / 24 - ranks.ties / 48);
-}
-
-double approximate_rank_sum(const Ranks& ranks, double m, double n) {
-  const double N = m + n;
-  return approximate_p(ranks, m * (N + 1) / 2, m * n / 12 * (N + 1 - ranks.ties / (N * (N - 1))));
 }
 
 }  // namespace
@@ -145,17 +114,6 @@ Summary summarize(const std::vector<double>& values, const Direction& direction)
   return summary;
 }
 
-double rank_sum(const std::vector<double>& a, const std::vector<double>& b) {
-  if (a.empty() || b.empty()) return 1;
-  std::vector<std::pair<double, bool>> pooled;
-  for (const double value : a) pooled.emplace_back(value, true);
-  for (const double value : b) pooled.emplace_back(value, false);
-  const Ranks ranks = rank(pooled);
-  return pooled.size() <= kExactInAll
-             ? exact_rank_sum(ranks, a.size())
-             : approximate_rank_sum(ranks, static_cast<double>(a.size()), static_cast<double>(b.size()));
-}
-
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
@@ -175,7 +133,7 @@ double wilcoxon_signed_rank(const std::vector<double>& differences) {
     if (difference != 0) signed_sizes.emplace_back(std::abs(difference), difference > 0);
   if (signed_sizes.empty()) return 1;
   const Ranks ranks = rank(signed_sizes);
-  return signed_sizes.size() <= kExact ? exact_signed_rank(ranks) : approximate_signed_rank(ranks);
+  return signed_sizes.size() <= kExact ? exact_p(ranks) : approximate_p(ranks);
 }
 
 std::vector<double> holm(const std::vector<double>& p_values) {

@@ -18,6 +18,13 @@ struct Absent {
 template <typename T>
 using OrAbsent = std::variant<T, Absent>;
 
+/// Returns function(the quantity), or why it is absent.
+template <typename T, typename F>
+OrAbsent<double> value_of(const OrAbsent<T>& quantity, F function) {
+  if (const auto* absent = std::get_if<Absent>(&quantity)) return *absent;
+  return function(std::get<T>(quantity));
+}
+
 double mean(const std::vector<double>& values);
 /// Root of the mean of the squares.
 double root_mean_square(const std::vector<double>& values);
@@ -58,18 +65,10 @@ struct Summary {
 };
 Summary summarize(const std::vector<double>& values, const Direction& direction);
 
-// --- significance of a difference between two sets of runs ---
-
 /// Two-sided p-value of the signed rank test (Wilcoxon 1945) that paired differences are symmetric about 0.
 /// Zeros are skipped; equal sizes share their mean rank. Exact for up to 50 differences, by the normal
 /// approximation with corrections for ties and continuity beyond. 1 if nothing differs. All values finite.
 double wilcoxon_signed_rank(const std::vector<double>& differences);
-
-/// Two-sided p-value of the rank sum test (Wilcoxon 1945, Mann & Whitney 1947) that two sets of values, of
-/// different seeds, come from the same distribution. Equal values share their mean rank. Exact (all ways of
-/// assigning the ranks) for up to 100 values in all, by the normal approximation with corrections for ties
-/// and continuity beyond. 1 if one set is empty. All values finite.
-double rank_sum(const std::vector<double>& a, const std::vector<double>& b);
 
 /// Returns a confidence interval of at least 95 % for the median of the distribution that the values sample,
 /// for any distribution (order statistics); nothing for fewer than 6 values.

@@ -65,44 +65,36 @@ double hit_plane(const Ray& ray, const Eigen::Vector3d& size) {
   return within ? s : kNever;
 }
 
-double hit_box(const Ray& ray, const Eigen::Vector3d& size) {
-  return entry(both(both(slab(ray, 0, size.x()), slab(ray, 1, size.y())), slab(ray, 2, size.z())));
-}
-
-double hit_cylinder(const Ray& ray, const Eigen::Vector3d& size) {
-  return entry(both(inside_tube(ray, size.x()), slab(ray, 2, size.y())));
-}
-
-double hit_ellipsoid(const Ray& ray, const Eigen::Vector3d& size) {
-  return entry(inside_ball({ray.p.cwiseQuotient(size), ray.d.cwiseQuotient(size)}, 1));
+Stretch inside_cylinder(const Ray& ray, const Eigen::Vector3d& size) {
+  return both(inside_tube(ray, size.x()), slab(ray, 2, size.y()));
 }
 
 // The union of a cylinder and two balls, which is convex: the hull of the three stretches.
 double hit_capsule(const Ray& ray, const Eigen::Vector3d& size) {
   const Eigen::Vector3d end(0, 0, size.y());
   Stretch inside{kNever, -kNever};
-  for (const Stretch& part :
-       {both(inside_tube(ray, size.x()), slab(ray, 2, size.y())), inside_ball({ray.p - end, ray.d}, size.x()),
-        inside_ball({ray.p + end, ray.d}, size.x())})
+  for (const Stretch& part : {inside_cylinder(ray, size), inside_ball({ray.p - end, ray.d}, size.x()),
+                              inside_ball({ray.p + end, ray.d}, size.x())})
     if (part.first <= part.last)
       inside = {std::min(inside.first, part.first), std::max(inside.last, part.last)};
   return entry(inside);
 }
 
 double hit(const Surface& surface, const Ray& ray) {
+  const Eigen::Vector3d& size = surface.size;
   switch (surface.kind) {
     case Surface::Kind::plane:
-      return hit_plane(ray, surface.size);
+      return hit_plane(ray, size);
     case Surface::Kind::box:
-      return hit_box(ray, surface.size);
+      return entry(both(both(slab(ray, 0, size.x()), slab(ray, 1, size.y())), slab(ray, 2, size.z())));
     case Surface::Kind::sphere:
-      return entry(inside_ball(ray, surface.size.x()));
+      return entry(inside_ball(ray, size.x()));
     case Surface::Kind::cylinder:
-      return hit_cylinder(ray, surface.size);
+      return entry(inside_cylinder(ray, size));
     case Surface::Kind::ellipsoid:
-      return hit_ellipsoid(ray, surface.size);
+      return entry(inside_ball({ray.p.cwiseQuotient(size), ray.d.cwiseQuotient(size)}, 1));
     case Surface::Kind::capsule:
-      return hit_capsule(ray, surface.size);
+      return hit_capsule(ray, size);
   }
   return kNever;
 }

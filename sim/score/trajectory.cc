@@ -20,16 +20,7 @@ Trajectory::const_iterator nearest_in_time(const Trajectory& trajectory, Stamp t
 }  // namespace
 
 std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
-  std::vector<PosePair> pairs;
-  auto paired = truth.end();
-  for (const TimedPose& pose : estimate) {
-    const auto nearest = nearest_in_time(truth, pose.t);
-    if (nearest == truth.end() || nearest == paired || std::chrono::abs(nearest->t - pose.t) > kSameStamp)
-      continue;
-    pairs.push_back({pose.t, nearest->X, pose.X});
-    paired = nearest;
-  }
-  return pairs;
+  return pair_by_nearest(truth, estimate, std::chrono::microseconds(100));
 }
 
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,

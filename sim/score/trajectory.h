@@ -25,18 +25,14 @@ struct PosePair {
   Eigen::Isometry3d X_estimate = Eigen::Isometry3d::Identity();
 };
 
-/// Stamps of one moment may differ by this much, since some programs round them.
-inline constexpr Stamp kSameStamp = std::chrono::microseconds(100);
-
-/// The pairs of poses with the same stamp, in order of time: each estimate with the nearest true pose that is
-/// not paired yet, at most kSameStamp away.
-std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate);
-
 /// Pairs each pose of the shorter trajectory with the pose of the other that is nearest in time (the earlier
 /// of two), if they are at most `most` apart; `offset` is added to the estimate's stamps. As in evo, except
 /// that each pose is used at most once: with the nearest of several.
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset = Stamp(0));
+
+/// The same for poses of one moment: at most 0.1 ms apart, since some programs round stamps.
+std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate);
 
 /// Pairs each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time and
 /// between two true poses that are more than most_gap apart.

@@ -9,6 +9,8 @@
 
 namespace sim::sensor_errors {
 
+inline slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
+
 /// Duration of a fault: [from, from + duration) on the run's clock.
 struct Span {
   double from_s = 0, duration_s = 1;
@@ -24,7 +26,6 @@ struct Span {
   }
 
  private:
-  static slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
   slam::Stamp begin() const { return stamp(from_s); }
   slam::Stamp end() const { return stamp(from_s + duration_s); }
 };

@@ -1,7 +1,6 @@
 #include "sim/sensor_errors/image_errors.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "sim/sensor_errors/random.h"
 
@@ -10,11 +9,9 @@ namespace {
 
 constexpr int kUnitWeight = 4096;  // a weight of 1
 
-std::uint64_t stream_item(slam::Stamp t) { return static_cast<std::uint64_t>(t.count()); }
-
 // The medians of 4096 intervals of equal probability of the normal distribution, in 1/4096, scaled to a
 // variance of 1 (by 2e-4). The largest is 3.67 standard deviations.
-std::array<int, 4096> make_normal_table() {
+std::array<int, 4096> normal_table() {
   std::array<double, 4096> z;
   double sum = 0;
   for (std::size_t i = 0; i < z.size(); ++i) {
@@ -25,38 +22,6 @@ std::array<int, 4096> make_normal_table() {
   for (std::size_t i = 0; i < z.size(); ++i)
     table[i] = static_cast<int>(std::lround(z[i] / std::sqrt(sum / 4096) * 4096));
   return table;
-}
-
-const std::array<int, 4096>& normal_table() {
-  static const std::array<int, 4096> table = make_normal_table();
-  return table;
-}
-
-// Index into the responses for the light of a grey level under a weight.
-std::size_t light(int grey, int weight) {
-  return static_cast<std::size_t>(std::min((grey * weight) >> 8, 4095));
-}
-
-// Gives each pixel the mean and noise of response_at(row)(column, grey). Five pixels share 64 random bits;
-// the arithmetic is fixed point with 20 binary places.
-template <typename ResponseAt>
-cv::Mat noisy(const cv::Mat& image, Random random, const ResponseAt& response_at) {
-  const std::array<int, 4096>& z = normal_table();
-  cv::Mat out(image.rows, image.cols, CV_8UC1);
-  for (int row = 0; row < image.rows; ++row) {
-    const unsigned char* from = image.ptr(row);
-    unsigned char* to = out.ptr(row);
-    const auto response_in = response_at(row);
-    for (int column = 0; column < image.cols;) {
-      std::uint64_t bits = random.bits();
-      for (const int end = std::min(column + 5, image.cols); column < end; ++column, bits >>= 12) {
-        const auto& response = response_in(column, from[column]);
-        const int sum = response.mean + z[bits & 4095] * response.sigma + (1 << 19);
-        to[column] = static_cast<unsigned char>(std::clamp(sum >> 20, 0, 255));
-      }
-    }
-  }
-  return out;
 }
 
 // Squares of random grey with corner features that are fixed in the image.
@@ -97,29 +62,34 @@ ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const st
   }
 }
 
+// Five pixels share 64 random bits; the arithmetic is fixed point with 20 binary places.
 cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) {
+  static const std::array<int, 4096> z = normal_table();
   cv::Mat image = ideal;
   for (const FramesCovered& cover : covers_)
     if (cover.holds(t)) image = covered(image, cover.fraction);
-  const int weight = static_cast<int>(std::lround(kUnitWeight * std::min(exposure(t), 1000.0)));
-  return sizes_.vignetting_fraction > 0 ? vignetted(image, weight, t) : evenly_lit(image, weight, t);
-}
-
-// Linear interpolation between independent draws, one for each exposure_time_s.
-double ImageErrors::exposure(slam::Stamp t) const {
-  double factor = 1;
-  if (sizes_.exposure_sigma_fraction > 0) {
-    const double phase = slam::seconds(t) / sizes_.exposure_time_s, whole = std::floor(phase);
-    const auto drawn = [&](double i) {
-      return Random(seed_, "image exposure", static_cast<std::uint64_t>(static_cast<std::int64_t>(i)))
-          .normal();
-    };
-    factor +=
-        sizes_.exposure_sigma_fraction * (drawn(whole) + (phase - whole) * (drawn(whole + 1) - drawn(whole)));
-  }
+  if (vignette_.size() != image.size()) vignette_ = vignette(image.size(), sizes_.vignetting_fraction);
+  double exposure = 1;
   for (const FramesDimmed& dimmed : dimmed_)
-    if (dimmed.holds(t)) factor *= dimmed.factor;
-  return std::max(factor, 0.0);
+    if (dimmed.holds(t)) exposure *= dimmed.factor;
+  const std::int64_t exposed = std::lround(kUnitWeight * std::min(exposure, 1000.0));
+  Random random(seed_, "image noise", static_cast<std::uint64_t>(t.count()));
+  cv::Mat out(image.size(), CV_8UC1);
+  for (int row = 0; row < image.rows; ++row) {
+    const unsigned char* from = image.ptr(row);
+    const int* weights = vignette_.ptr<int>(row);
+    unsigned char* to = out.ptr(row);
+    for (int column = 0; column < image.cols;) {
+      std::uint64_t bits = random.bits();
+      for (const int end = std::min(column + 5, image.cols); column < end; ++column, bits >>= 12) {
+        const int weight = static_cast<int>(weights[column] * exposed / kUnitWeight);
+        const Response& response = responses_[std::min((from[column] * weight) >> 8, 4095)];
+        const int sum = response.mean + z[bits & 4095] * response.sigma + (1 << 19);
+        to[column] = static_cast<unsigned char>(std::clamp(sum >> 20, 0, 255));
+      }
+    }
+  }
+  return out;
 }
 
 cv::Mat ImageErrors::covered(const cv::Mat& image, double fraction) const {
@@ -131,26 +101,6 @@ cv::Mat ImageErrors::covered(const cv::Mat& image, double fraction) const {
   cv::Mat out = image.clone();
   if (!middle.empty()) occlusion_texture(size, std::max(1, image.cols / 24), seed_).copyTo(out(middle));
   return out;
-}
-
-cv::Mat ImageErrors::evenly_lit(const cv::Mat& image, int weight, slam::Stamp t) const {
-  std::array<Response, 256> of_grey;
-  for (int grey = 0; grey < 256; ++grey)
-    of_grey[static_cast<std::size_t>(grey)] = responses_[light(grey, weight)];
-  return noisy(image, Random(seed_, "image noise", stream_item(t)), [&](int) {
-    return [&](int, unsigned char grey) -> const Response& { return of_grey[grey]; };
-  });
-}
-
-cv::Mat ImageErrors::vignetted(const cv::Mat& image, int weight, slam::Stamp t) {
-  if (vignette_.size() != image.size()) vignette_ = vignette(image.size(), sizes_.vignetting_fraction);
-  return noisy(image, Random(seed_, "image noise", stream_item(t)), [&](int row) {
-    return
-        [this, weight, weights = vignette_.ptr<int>(row)](int column, unsigned char grey) -> const Response& {
-          return responses_[light(
-              grey, static_cast<int>((static_cast<std::int64_t>(weights[column]) * weight) / kUnitWeight))];
-        };
-  });
 }
 
 }  // namespace sim::sensor_errors

@@ -3,11 +3,8 @@
 
 #include <array>
 #include <cstdint>
-#include <opencv2/core.hpp>
-#include <vector>
 
 #include "sim/sensor_errors/faults.h"
-#include "slam/observation.h"
 
 namespace sim::sensor_errors {
 
@@ -17,8 +14,6 @@ struct ImageOptions {
   double read_sigma_grey = 1.0, shot_sigma_grey = 1.0;
   double gain = 1.0;
   double vignetting_fraction = 0.0;
-  double exposure_sigma_fraction = 0.0;
-  double exposure_time_s = 1.0;
   double loss_fraction = 0.0;
   double latency_s = 0;
 
@@ -34,9 +29,6 @@ struct ImageOptions {
         key, 0, 1,
         "part of the light that is missing in the corners; it grows with the squared distance from "
         "the centre");
-    number<&ImageOptions::exposure_sigma_fraction>(
-        key, 0, 10, "standard deviation of the exposure about its mean, relative");
-    number<&ImageOptions::exposure_time_s>(key, 1e-3, 1e6, "correlation time of the exposure's variation");
     number<&ImageOptions::loss_fraction>(key, 0, 1, "fraction of the frames that lose their image");
     number<&ImageOptions::latency_s>(
         key, 0, 10, "least age of the picture that a frame brings; it brings the newest one that old");
@@ -53,10 +45,7 @@ class ImageErrors {
   cv::Mat apply(const cv::Mat& ideal, slam::Stamp t);
 
  private:
-  double exposure(slam::Stamp t) const;
   cv::Mat covered(const cv::Mat& image, double fraction) const;
-  cv::Mat evenly_lit(const cv::Mat& image, int weight, slam::Stamp t) const;
-  cv::Mat vignetted(const cv::Mat& image, int weight, slam::Stamp t);
 
   /// Pixel of an amount of light (1/16 grey): its mean in 2^-20 grey and its noise in 1/256 grey.
   struct Response {

@@ -3,8 +3,6 @@
 #pragma once
 
 #include <deque>
-#include <optional>
-#include <vector>
 
 #include "slam/observation.h"
 

@@ -2,14 +2,10 @@
 // plan.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "sim/sensor_errors/faults.h"
-#include "slam/observation.h"
 
 namespace sim::sensor_errors {
 
@@ -60,20 +56,14 @@ class LegErrors {
   std::optional<Eigen::Vector3d> first_p_OC_;
 };
 
-/// Errors of the planned motion, applied to one observation after another. velocity_sigma_m_s: white error of
-/// the planned velocity along x and y of P, drawn for each frame by seed and stamp, and integrated into the
-/// position.
+/// Faults of the planned motion, applied to one observation after another.
 class PlanErrors {
  public:
-  PlanErrors(double velocity_sigma_m_s, std::uint64_t seed, const std::vector<Fault>& faults);
+  explicit PlanErrors(const std::vector<Fault>& faults)
+      : missing_(faults_of<PlanMissing>(faults)), scaled_(faults_of<PlanScaled>(faults)) {}
   std::optional<slam::PlannedMotion> apply(std::optional<slam::PlannedMotion> plan, slam::Stamp t);
 
  private:
-  Eigen::Vector3d velocity_error(slam::Stamp t) const;
-
-  double velocity_sigma_m_s_;
-  std::uint64_t seed_;
-  std::optional<slam::Stamp> last_;
   std::vector<PlanMissing> missing_;
   std::vector<PlanScaled> scaled_;
   std::optional<Eigen::Vector3d> last_p_PC_;                    // as planned

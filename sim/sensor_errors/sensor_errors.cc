@@ -1,18 +1,12 @@
 #include "sim/sensor_errors/sensor_errors.h"
 
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
-#include <string>
-#include <utility>
 
 #include "sim/sensor_errors/random.h"
 #include "walking/keys.h"
 
 namespace sim::sensor_errors {
 namespace {
-
-slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
 
 template <class Spike, class Silence>
 InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& sizes, double Spike::*spike_size,
@@ -21,22 +15,6 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
   for (const Spike& spike : faults_of<Spike>(faults)) spikes.push_back({spike, spike.*spike_size});
   const auto silent = faults_of<Silence>(faults);
   return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
-}
-
-InertialErrors gyro_errors(const ErrorOptions::Gyro& o, const std::vector<Fault>& faults,
-                           std::uint64_t seed) {
-  return inertial_errors<GyroSpike, GyroSilent>(
-      "gyro",
-      {o.sigma_rad_s, o.bias_sigma_rad_s, o.bias_walk_sigma_rad_s2, o.range_rad_s, o.resolution_rad_s},
-      &GyroSpike::size_rad_s, faults, seed);
-}
-
-InertialErrors accelerometer_errors(const ErrorOptions::Accelerometer& o, const std::vector<Fault>& faults,
-                                    std::uint64_t seed) {
-  return inertial_errors<AccelerometerSpike, AccelerometerSilent>(
-      "accelerometer",
-      {o.sigma_m_s2, o.bias_sigma_m_s2, o.bias_walk_sigma_m_s3, o.range_m_s2, o.resolution_m_s2},
-      &AccelerometerSpike::size_m_s2, faults, seed);
 }
 
 void append(std::vector<slam::Observation>& all, std::vector<slam::Observation> more) {
@@ -57,16 +35,14 @@ ArrivalOrder::ArrivalOrder(std::uint64_t seed, const std::vector<Fault>& faults)
       doubled_(faults_of<FramesDoubled>(faults)),
       reordered_(faults_of<FramesReordered>(faults)) {}
 
-bool ArrivalOrder::doubled(slam::Stamp t) const { return applies(doubled_, seed_, "frame doubled", t); }
-bool ArrivalOrder::late(slam::Stamp t) const { return applies(reordered_, seed_, "frame reordered", t); }
-
 std::vector<slam::Observation> ArrivalOrder::process(slam::Observation observation) {
-  if (!late_ && late(observation.t)) {
+  if (!late_ && applies(reordered_, seed_, "frame reordered", observation.t)) {
     late_ = std::move(observation);
     return {};
   }
-  std::vector<slam::Observation> arrived(doubled(observation.t) ? 2 : 1, observation);
-  if (late_) arrived.push_back(*std::exchange(late_, {}));
+  const bool doubled = applies(doubled_, seed_, "frame doubled", observation.t);
+  std::vector<slam::Observation> arrived(doubled ? 2 : 1, observation);
+  append(arrived, flush());
   return arrived;
 }
 
@@ -78,10 +54,19 @@ std::vector<slam::Observation> ArrivalOrder::flush() {
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
     : options_((walking::check_ranges(options, "errors"), options)),
       seed_(seed),
-      gyro_(gyro_errors(options.gyro, options.faults, seed)),
-      accelerometer_(accelerometer_errors(options.accelerometer, options.faults, seed)),
+      gyro_(inertial_errors<GyroSpike, GyroSilent>(
+          "gyro",
+          {options.gyro.sigma_rad_s, options.gyro.bias_sigma_rad_s, options.gyro.bias_walk_sigma_rad_s2,
+           options.gyro.range_rad_s, options.gyro.resolution_rad_s},
+          &GyroSpike::size_rad_s, options.faults, seed)),
+      accelerometer_(inertial_errors<AccelerometerSpike, AccelerometerSilent>(
+          "accelerometer",
+          {options.accelerometer.sigma_m_s2, options.accelerometer.bias_sigma_m_s2,
+           options.accelerometer.bias_walk_sigma_m_s3, options.accelerometer.range_m_s2,
+           options.accelerometer.resolution_m_s2},
+          &AccelerometerSpike::size_m_s2, options.faults, seed)),
       image_(options.image, seed, options.faults),
-      plan_(options.plan.velocity_sigma_m_s, seed, options.faults),
+      plan_(options.faults),
       legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),
       motion_clock_(stamp(options.motion.time_offset_s)),
       arrival_order_(seed, options.faults),

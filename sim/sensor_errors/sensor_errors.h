@@ -2,16 +2,9 @@
 // from named random streams.
 #pragma once
 
-#include <cstdint>
-#include <deque>
-#include <optional>
-#include <vector>
-
-#include "sim/sensor_errors/faults.h"
 #include "sim/sensor_errors/image_errors.h"
 #include "sim/sensor_errors/motion_clock.h"
 #include "sim/sensor_errors/motion_errors.h"
-#include "slam/observation.h"
 
 namespace sim::sensor_errors {
 
@@ -56,12 +49,9 @@ struct ErrorOptions {
   ImageOptions image;
   struct Plan {
     double loss_fraction = 0.0;
-    double velocity_sigma_m_s = 0.0;
 
     static void keys(auto&& key) {
       number<&Plan::loss_fraction>(key, 0, 1, "fraction of the frames that lose their planned motion");
-      number<&Plan::velocity_sigma_m_s>(
-          key, 0, 1e3, "white noise of each frame's planned velocity, along x and y of the plan's world");
     }
   } plan;
   struct LegOdometry {
@@ -117,9 +107,6 @@ class ArrivalOrder {
   std::vector<slam::Observation> flush();  ///< what has not arrived at the end of the run
 
  private:
-  bool doubled(slam::Stamp t) const;
-  bool late(slam::Stamp t) const;
-
   std::uint64_t seed_;
   std::vector<FramesDoubled> doubled_;
   std::vector<FramesReordered> reordered_;

@@ -1,53 +1,14 @@
 #include "sim/tracking/tracking.h"
 
-#include <algorithm>
-#include <cmath>
 #include <exception>
 #include <new>
-#include <stdexcept>
 #include <utility>
+#include <variant>
 
 namespace sim::tracking {
 namespace {
 
 constexpr slam::Stamp kMapEvery = std::chrono::seconds(1);
-
-/// The calibration that the estimator receives.
-slam::Calibration miscalibrated(slam::Calibration calibration, const sensor_errors::ErrorOptions& errors) {
-  if (auto* lens = std::get_if<slam::OneParameterRadial>(&calibration.camera.lens))
-    lens->k1_px2 *= 1 + errors.calibration.distortion_fraction;
-  return calibration;
-}
-
-/// The suspect sensors in consecutive frames, each with its last cause.
-class Suspects {
- public:
-  void add(const std::string& cause) {
-    const std::string sensor = cause.substr(0, cause.find(','));
-    auto found =
-        std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) { return s.name == sensor; });
-    if (found == sensors_.end()) found = sensors_.insert(found, {sensor, "", 0});
-    found->cause = cause;
-    ++found->frames, ++frames_;
-  }
-  /// Several sensors are listed with their percentages of the frames.
-  std::string text() const {
-    if (sensors_.size() == 1) return sensors_.front().cause;
-    std::string text;
-    for (const Sensor& each : sensors_)
-      text += (text.empty() ? "" : "; ") + each.cause + " (" +
-              std::to_string(std::lround(100 * each.frames / frames_)) + " % of these frames)";
-    return text;
-  }
-
- private:
-  struct Sensor {
-    std::string name, cause;
-    double frames;
-  };
-  std::vector<Sensor> sensors_;
-  double frames_ = 0;
-};
 
 /// Returns the times of consecutive frames with a cause, each with its last one.
 template <class CauseOf>
@@ -83,21 +44,14 @@ std::vector<estimators::PoseEstimate> Tracked::estimates() const {
 }
 
 std::vector<TrackingFault> Tracked::losses() const {
-  return intervals(frames, [](const slam::FrameReport& report) -> std::optional<std::string> {
-    if (report.health == slam::Health::ok) return std::nullopt;
-    return report.cause;
+  return intervals(frames, [](const slam::FrameReport& report) {
+    return report.health == slam::Health::ok ? std::nullopt : std::optional(report.cause);
   });
 }
 
 std::vector<TrackingFault> Tracked::suspicions() const {
-  Suspects suspects;
-  return intervals(frames, [&](const slam::FrameReport& report) -> std::optional<std::string> {
-    if (report.suspect.empty()) {
-      suspects = Suspects();
-      return std::nullopt;
-    }
-    suspects.add(report.suspect);
-    return suspects.text();
+  return intervals(frames, [](const slam::FrameReport& report) {
+    return report.suspect.empty() ? std::nullopt : std::optional(report.suspect);
   });
 }
 
@@ -107,9 +61,11 @@ Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimator
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start)
     : Tracking(scenario, nullptr) {
+  estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam};
+  if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
+    lens->k1_px2 *= 1 + scenario.errors.calibration.distortion_fraction;
   try {
-    estimator_ = estimators::make_estimator(scenario.estimator, {miscalibrated(calibration, scenario.errors),
-                                                                 X_WC_start, scenario.seed, *scenario.slam});
+    estimator_ = estimators::make_estimator(scenario.estimator, start);
   } catch (const estimators::EstimatorFailed& failure) {
     tracked_.failed = failure.what();
     tracked_.log = failure.log;

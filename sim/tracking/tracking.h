@@ -51,8 +51,7 @@ struct Tracked {
   /// ready, gives no new one.
   std::vector<estimators::PoseEstimate> estimates() const;
   std::vector<TrackingFault> losses() const;
-  /// Returns when a sensor contradicted all others, with the last cause of each time. Several sensors in
-  /// turns are listed with their fractions of the frames.
+  /// Returns when a sensor contradicted all others, with the last cause of each time.
   std::vector<TrackingFault> suspicions() const;
 };
 
@@ -63,34 +62,25 @@ class Tracking {
   /// started.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start);
-
   /// Runs another estimator than the scenario's.
   Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator);
-
   /// Applies the scenario's sensor errors to an ideal observation and processes what arrives by then. An
   /// estimator that has diverged or failed gets no more observations.
   void process(slam::Observation ideal);
-
   /// Processes an observation that includes its sensor errors.
   void step(const slam::Observation& arrived);
-
   /// The newest frame; nullptr before the first.
   const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
-
   /// Returns whether the estimator has failed; its newest frame is its last answer.
   bool failed() const { return tracked_.failed.has_value(); }
-
   /// Returns the CPU time (ms) of answers in another process since the last call.
   double external_cpu_ms() { return std::exchange(external_cpu_ms_, 0); }
-
   /// Number of landmarks after the last observation.
-  int landmarks() const { return tracked_.frames.empty() ? 0 : tracked_.frames.back().report.landmarks; }
-
+  int landmarks() const { return newest() ? newest()->report.landmarks : 0; }
   /// The map after the last observation.
   std::vector<slam::MapPoint> map() const {
     return estimator_ ? estimator_->map() : std::vector<slam::MapPoint>();
   }
-
   /// Processes observations that are still delayed, ends the estimator and returns the result.
   Tracked finish();
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -20,14 +21,47 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 using score::Absent, score::Alignment, score::OrAbsent, score::PosePair, score::Similarity, score::Spans;
 
-bool is_of_orientation(const Options& options) {
-  const Relation relation = options.relation;
-  return !options.alignment && (relation == Relation::angle_deg || relation == Relation::angle_rad ||
-                                relation == Relation::rot_part);
+double of_difference(const Eigen::Isometry3d& E, Relation relation) {
+  switch (relation) {
+    case Relation::trans_part:
+    case Relation::point_distance:
+      return E.translation().norm();
+    case Relation::angle_deg:
+      return score::rotation_vector(E.linear()).norm() * 180 / std::numbers::pi;
+    case Relation::angle_rad:
+      return score::rotation_vector(E.linear()).norm();
+    case Relation::rot_part:
+      return (E.linear() - Eigen::Matrix3d::Identity()).norm();
+    case Relation::full:
+      return (E.matrix() - Eigen::Matrix4d::Identity()).norm();
+  }
+  return 0;
+}
+
+ErrorStatistics describe(const std::vector<double>& errors) {
+  const double m = score::mean(errors), rmse = score::root_mean_square(errors);
+  std::vector<double> deviations;
+  for (const double error : errors) deviations.push_back(error - m);
+  const auto quantile = [&](double p) { return score::quantile(errors, p); };
+  return {errors.size(),
+          rmse,
+          m,
+          quantile(0.5),
+          score::root_mean_square(deviations),
+          quantile(0),
+          quantile(1),
+          quantile(0.95),
+          quantile(0.99),
+          rmse * rmse * static_cast<double>(errors.size())};
+}
+
+std::string unit(Relation relation) {
+  static constexpr std::array<const char*, 6> kUnits{"m", "deg", "rad", "1", "1", "m"};
+  return kUnits[static_cast<std::size_t>(relation)];
 }
 
 Row row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
-        const std::string& why_none) {
+        const std::string& why_none = "") {
   if (errors.empty()) return {name, unit, Absent{why_none}};
   if (!std::all_of(errors.begin(), errors.end(), [](double error) { return std::isfinite(error); }))
     return {name, unit, Absent{"a value is not finite"}};
@@ -42,21 +76,37 @@ OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment a
   return score::align({pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(count)}, alignment);
 }
 
+// The errors of poses that are aligned already.
+Row aligned_row(const std::vector<PosePair>& pairs, Alignment alignment, Relation relation) {
+  std::vector<double> errors;
+  for (const PosePair& pair : pairs)
+    errors.push_back(of_difference(pair.X_true.inverse() * pair.X_estimate, relation));
+  return row("APE " + name_of(alignment), unit(relation), errors);
+}
+
 Row pose_row(const std::vector<PosePair>& pairs, Alignment alignment, const Options& options) {
   const auto found = align_first(pairs, alignment, options);
-  const std::string name = "APE " + name_of(alignment), unit_name = unit(options.relation);
-  if (const auto* const absent = std::get_if<Absent>(&found)) return {name, unit_name, *absent};
-  const auto moved = transformed(std::get<Similarity>(found), pairs);
-  return row(name, unit_name, pose_errors(moved, options.relation), "");
+  if (const auto* const absent = std::get_if<Absent>(&found))
+    return {"APE " + name_of(alignment), unit(options.relation), *absent};
+  return aligned_row(transformed(std::get<Similarity>(found), pairs), alignment, options.relation);
 }
 
 Row motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation relation) {
-  static constexpr std::array<std::string_view, 6> kUnits{"frames", "m", "s", "rad", "deg", "footsteps"};
+  static constexpr std::array<std::string_view, 5> kUnits{"frames", "m", "s", "rad", "deg"};
   const std::string name =
       fmt::format("RPE {} {}{}", which.delta, kUnits[static_cast<std::size_t>(which.unit)],
                   which.all ? " (from each pose)" : "");
-  return row(name, unit(relation), motion_errors(pairs, score::spans(pairs, which), relation),
-             "the path has no such spans");
+  std::vector<double> errors;
+  for (const score::Span& span : score::spans(pairs, which)) {
+    const PosePair &a = pairs[span.from], &b = pairs[span.to];
+    const auto distance = [&](Eigen::Isometry3d PosePair::*pose) {
+      return ((b.*pose).translation() - (a.*pose).translation()).norm();
+    };
+    errors.push_back(relation == Relation::point_distance
+                         ? std::abs(distance(&PosePair::X_true) - distance(&PosePair::X_estimate))
+                         : of_difference(score::relative_difference(pairs, span), relation));
+  }
+  return row(name, unit(relation), errors, "the path has no such spans");
 }
 
 // NEES without alignment, of the matched estimates that have a covariance.
@@ -73,7 +123,7 @@ std::vector<Row> nees_rows(const std::vector<PosePair>& pairs, const files::Traj
     orientation.push_back(nees->orientation);
   }
   if (position.empty()) return {};
-  return {row("NEES none, position", "1", position, ""), row("NEES none, orientation", "1", orientation, "")};
+  return {row("NEES none, position", "1", position), row("NEES none, orientation", "1", orientation)};
 }
 
 // The rows of a report without options: every alignment, and relative errors over the usual spans.
@@ -84,19 +134,12 @@ void add_overview(Report& report, const std::vector<PosePair>& pairs, const Opti
   Options turning = options;
   turning.relation = Relation::angle_deg;
   report.rows.push_back(pose_row(pairs, Alignment::none, turning));
-  std::vector<Spans> usual;
-  for (const double length : {0.25, 0.5, 1.0, 2.0, 4.0})
-    usual.push_back({Spans::Unit::meters, length, true, 0.1, true});
-  usual.push_back({Spans::Unit::seconds, 1, true});
+  std::vector<Spans> usual{{Spans::Unit::seconds, 1, true}};
+  for (const double length : {4.0, 2.0, 1.0, 0.5, 0.25})
+    usual.insert(usual.begin(), {Spans::Unit::meters, length, true, 0.1, true});
   for (const Spans& which : usual)
     for (const Relation relation : {options.relation, Relation::angle_deg})
       report.rows.push_back(motion_row(pairs, which, relation));
-}
-
-// The numbers of a row under the names that evo gives them.
-std::vector<std::pair<std::string, double>> numbers(const ErrorStatistics& s) {
-  return {{"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median}, {"std", s.std}, {"min", s.min},
-          {"max", s.max},   {"p95", s.p95},   {"p99", s.p99},       {"sse", s.sse}};
 }
 
 std::string line(const Row& row) {
@@ -133,33 +176,35 @@ void require_orientation(std::vector<Row>& rows, Relation relation) {
 }
 
 Report score_files(const fs::path& truth, const fs::path& estimate, const Options& options) {
-  const PairedFiles files = pair_files(truth, estimate, options.pairing, !is_of_orientation(options));
-  Report report;
-  report.truth = files.truth;
-  report.estimate = files.estimate;
-  report.matched = files.pairs.size();
-  report.poses = files.estimate_file.rows.size();
-  report.pairing = files.pairing;
-  report.coverage = files.coverage;
+  const Relation relation = options.relation;
+  const bool of_orientation =
+      !options.alignment &&
+      (relation == Relation::angle_deg || relation == Relation::angle_rad || relation == Relation::rot_part);
+  const PairedFiles files = pair_files(truth, estimate, options.pairing, !of_orientation);
   const Alignment alignment = options.alignment.value_or(Alignment::none);
-  report.alignment = name_of(alignment);
   const auto found = align_first(files.pairs, alignment, options);
   if (const auto* const absent = std::get_if<Absent>(&found))
-    throw std::invalid_argument(fmt::format("--align {}: {}", report.alignment, absent->reason));
-  report.similarity = std::get<Similarity>(found);
+    throw std::invalid_argument(fmt::format("--align {}: {}", name_of(alignment), absent->reason));
+  Report report{files.truth,
+                files.estimate,
+                files.pairs.size(),
+                files.estimate_file.rows.size(),
+                files.pairing,
+                files.coverage,
+                std::get<Similarity>(found),
+                name_of(alignment),
+                {}};
   const auto pairs = transformed(report.similarity, files.pairs);
   if (options.relative) {
-    report.rows = {motion_row(pairs, *options.relative, options.relation)};
-    if (const auto* const absent = std::get_if<Absent>(&report.rows.front().statistics);
-        absent && score::spans(pairs, *options.relative).empty())
-      throw std::invalid_argument(fmt::format("{}: {}", report.rows.front().name, absent->reason));
+    report.rows = {motion_row(pairs, *options.relative, relation)};
+    if (score::spans(pairs, *options.relative).empty())
+      throw std::invalid_argument(report.rows.front().name + ": the path has no such spans");
   } else {
-    report.rows = {
-        row("APE " + report.alignment, unit(options.relation), pose_errors(pairs, options.relation), "")};
+    report.rows = {aligned_row(pairs, alignment, relation)};
     if (!options.alignment) add_overview(report, files.pairs, options);
   }
   if (!files.has_orientation) {
-    require_orientation(report.rows, options.relation);
+    require_orientation(report.rows, relation);
     return report;
   }
   for (const Row& nees : nees_rows(files.pairs, files.estimate_file, stamp(options.pairing.offset_s)))
@@ -198,38 +243,21 @@ std::string json_text(const Report& r) {
     ordered_json entry{{"error", row.name}, {"unit", row.unit}, {"n", 0}};
     if (const auto* const s = std::get_if<ErrorStatistics>(&row.statistics)) {
       entry["n"] = s->n;
-      for (const auto& [name, value] : numbers(*s)) entry[name] = value;
+      entry.update({{"rmse", s->rmse},
+                    {"mean", s->mean},
+                    {"median", s->median},
+                    {"std", s->std},
+                    {"min", s->min},
+                    {"max", s->max},
+                    {"p95", s->p95},
+                    {"p99", s->p99},
+                    {"sse", s->sse}});
     } else {
       entry["reason"] = std::get<Absent>(row.statistics).reason;
     }
     json["errors"].push_back(entry);
   }
   return files::json_text(json, 2) + "\n";
-}
-
-std::string csv_text(const Report& r) {
-  std::string text = "error,unit,n,rmse,mean,median,std,min,max,p95,p99,sse\n";
-  for (const Row& row : r.rows) {
-    const auto* const s = std::get_if<ErrorStatistics>(&row.statistics);
-    text += fmt::format("\"{}\",{},{}", row.name, row.unit, s ? s->n : 0);
-    for (const auto& [name, value] : numbers(s ? *s : ErrorStatistics{}))
-      text += s ? fmt::format(",{}", value) : ",";
-    text += '\n';
-  }
-  return text;
-}
-
-std::string latex_text(const Report& r) {
-  std::string text =
-      "\\begin{tabular}{lrrrrrr}\n\\hline\nerror & $n$ & RMSE & mean & median & std & max \\\\\n\\hline\n";
-  for (const Row& row : r.rows) {
-    const auto* const s = std::get_if<ErrorStatistics>(&row.statistics);
-    if (!s) continue;
-    text +=
-        fmt::format("{} [{}] & {} & {:.4g} & {:.4g} & {:.4g} & {:.4g} & {:.4g} \\\\\n", row.name,
-                    row.unit == "%" ? "\\%" : row.unit, s->n, s->rmse, s->mean, s->median, s->std, s->max);
-  }
-  return text + "\\hline\n\\end{tabular}\n";
 }
 
 }  // namespace sim::trajectory_score

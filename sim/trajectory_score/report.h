@@ -8,10 +8,21 @@
 
 #include "sim/score/alignment.h"
 #include "sim/score/relative.h"
-#include "sim/trajectory_score/errors.h"
 #include "sim/trajectory_score/pairing.h"
 
 namespace sim::trajectory_score {
+
+/// The part of the difference E of two poses (or of two motions) that is the error. trans_part:
+/// |translation|, m · angle_deg, angle_rad: of its rotation · rot_part: |R − I|, full: |E − I|, both
+/// Frobenius · point_distance: of poses as trans_part; of motions the difference of the distances between
+/// their ends, m. E of poses: X_true⁻¹ X_estimate; of motions: score::relative_difference.
+enum class Relation { trans_part, angle_deg, angle_rad, rot_part, full, point_distance };
+
+/// Statistics of a list of errors, named as evo names them (std: of n, not n − 1).
+struct ErrorStatistics {
+  std::size_t n = 0;
+  double rmse = 0, mean = 0, median = 0, std = 0, min = 0, max = 0, p95 = 0, p99 = 0, sse = 0;
+};
 
 /// relative: score the motion over these spans instead of poses.
 struct Options {
@@ -49,7 +60,5 @@ Report score_files(const std::filesystem::path& truth, const std::filesystem::pa
 
 std::string table(const Report& report);  ///< for the terminal
 std::string json_text(const Report& report);
-std::string csv_text(const Report& report);
-std::string latex_text(const Report& report);
 
 }  // namespace sim::trajectory_score

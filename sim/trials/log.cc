@@ -117,10 +117,6 @@ std::string trial_key(std::initializer_list<std::string_view> parts) {
 TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
     : file_(file), purpose_(purpose), lock_(lock_for_writing(file)), fd_(lock_.fd()) {
   if (::fcntl(fd_, F_SETFL, O_APPEND) != 0) fail(file_, "cannot be opened");
-  read(purpose);
-}
-
-void TrialLog::read(std::string_view purpose) {
   Parsed parsed = parse(file_, files::read_text(file_), purpose);
   records_ = std::move(parsed.records);
   if (::ftruncate(fd_, static_cast<off_t>(parsed.whole_bytes)) != 0) fail(file_, "cannot be written");

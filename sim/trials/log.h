@@ -58,7 +58,6 @@ class TrialLog {
   void sort();
 
  private:
-  void read(std::string_view purpose);
   void append(std::string_view line) const;
 
   std::filesystem::path file_;

@@ -84,21 +84,4 @@ void CmaEs::adapt(const Eigen::VectorXd& step) {
   sigma_ *= std::exp(std::min(1.0, c_sigma_ / d_sigma_ * (length / expected_length_ - 1)));  // eq. (44)
 }
 
-void search(Study& study) {
-  const Spec& spec = study.spec();
-  std::vector<double> start;
-  for (const Range& p : spec.parameters) start.push_back(p.coordinate_of(p.start));
-  study.evaluate("start", start);
-  constexpr double kFirstStep = 0.25;  // of the range
-  CmaEs cma_es(start, kFirstStep, spec.population, spec.seed);
-  for (int tried = 1; tried + spec.population <= spec.trials; tried += spec.population) {
-    std::vector<double> losses;
-    const std::vector<std::vector<double>> generation = cma_es.ask();
-    study.prefetch(generation);
-    for (const std::vector<double>& point : generation)
-      losses.push_back(study.evaluate("search", point).loss);
-    cma_es.tell(losses);
-  }
-}
-
 }  // namespace sim::trials

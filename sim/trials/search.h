@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "sim/sensor_errors/random.h"
-#include "sim/trials/study.h"
 
 namespace sim::trials {
 
@@ -35,9 +34,5 @@ class CmaEs {
   Eigen::MatrixXd C_, B_, asked_;             // asked_: a column for each point
   sensor_errors::Random random_;
 };
-
-/// Tries the start of the spec, then whole generations up to spec.trials settings. The settings depend only
-/// on the spec and the losses found.
-void search(Study& study);
 
 }  // namespace sim::trials

@@ -4,13 +4,11 @@
 
 #include <array>
 #include <cmath>
-#include <map>
-#include <set>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/recording_key.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml_map.h"
+#include "sim/scenario/yaml.h"
 
 namespace sim::trials {
 namespace {
@@ -20,8 +18,7 @@ using scenario::fail;
 using scenario::Yaml;
 using std::string_view_literals::operator""sv;
 
-constexpr std::array kObjectives{"pose_nll"sv, "innovation_nll"sv, "rmse_m"sv};
-constexpr std::size_t kMostRecordings = 100'000;
+constexpr std::array kObjectives{"pose_nll"sv, "rmse_m"sv};
 
 void require_tunable(const Yaml& at, const std::string& key) {
   if (scenario::shapes_recording(key) || key == "name" || key == "seed")
@@ -43,138 +40,122 @@ std::vector<Range> read_parameters(const Yaml& node) {
   return all;
 }
 
-void add_folder(const Yaml& at, const fs::path& folder, std::string_view hint, RecordingSet& set) {
-  if (!fs::exists(folder / "recording" / "manifest.csv"))
-    fail(at, "recordings", fmt::format("{} has no finished recording{}", folder.string(), hint));
-  set.folders.push_back(folder);
-}
-
-void add_folders(const Yaml& at, const fs::path& folder, const std::vector<std::uint64_t>& seeds,
-                 RecordingSet& set) {
-  if (seeds.empty()) add_folder(at, folder, "; choose seeds of a folder of seeds, as in seeds: 1..5", set);
-  for (const std::uint64_t seed : seeds) add_folder(at, folder / fmt::format("seed-{}", seed), "", set);
-}
-
-void require_same_walk(const Yaml& at, const RecordingSet& set, const scenario::Scenario& scenario) {
-  const auto recorded = scenario::read_scenario(set.folders.front() / "scenario.yaml").scenario;
-  if (const auto other = scenario::first_difference(recorded, scenario))
-    fail(at, other->key,
-         fmt::format("is {} in the recordings and {} in the scenario", other->recorded, other->now));
-}
-
-RecordingSet read_set(const Yaml& node, const std::string& key, const fs::path& folder) {
-  require_map(node, key, "an entry, as in {scenario: tangent_circle.yaml, seeds: 1..4} or {recordings: DIR}");
-  RecordingSet set;
-  const Yaml* recordings = nullptr;
+/// An entry of training or hold-out: recordings that are replayed with the same changes of their scenario.
+struct Entry {
+  const Yaml* recordings = nullptr;  ///< a result folder, or a folder of seed-<n>; null: of the cache
+  std::string scenario;              ///< the file to replay with; empty: that of the result
   std::vector<std::uint64_t> seeds;
-  read_map(node, {{"recordings", [&](const Yaml& value) { recordings = &value; }},
-                  {"seeds", [&](const Yaml& value) { seeds = read_seeds(value); }},
-                  {"set", [&](const Yaml& value) { set.set = read_texts(value, "set", "[seed=2]"); }},
-                  {"with",
-                   [&](const Yaml& value) {
-                     for (const std::string& file : read_texts(value, "with", "[best.yaml]"))
-                       set.with.push_back((folder / file).lexically_normal().string());
-                   }},
-                  {"scenario", [&](const Yaml& value) {
-                     set.scenario = read_path(value, "scenario", folder).string();
-                   }}});
-  if (recordings)
-    add_folders(*recordings, read_path(*recordings, key + ".recordings", folder), seeds, set);
-  else if (set.scenario.empty())
-    fail(node, key, "expected a scenario (recordings of the cache) or recordings (a folder of results)");
-  else
-    set.seeds = seeds.empty() ? std::vector{scenario::read_scenario(set.scenario).scenario.seed} : seeds;
-  const auto scenario = first_scenario_of(set);  // a fault in it is an error of this entry
-  if (recordings) require_same_walk(node, set, scenario.scenario);
-  if (!scenario.scenario.slam) fail(node, key, "the scenario has no filter (slam)");
-  return set;
-}
+  scenario::Changes changes;
 
-std::vector<RecordingSet> read_sets(const Yaml& node, const std::string& key, const fs::path& folder) {
-  if (node.kind != Yaml::Kind::list || node.items.empty())
-    fail(node, key,
-         "expected a list of recordings, as in [{recordings: results/tangent_circle, seeds: 1..4}]");
-  std::vector<RecordingSet> all;
-  std::size_t recordings = 0;
-  for (const Yaml& item : node.items) {
-    all.push_back(read_set(item, key, folder));
-    recordings += all.back().folders.size() + all.back().seeds.size();
-    if (recordings > kMostRecordings)
-      fail(item, key, fmt::format("more than {} recordings", kMostRecordings));
+  scenario::ReadScenario read(const std::string& file, std::uint64_t seed) const {
+    scenario::Changes all = changes;
+    all.overrides.insert(all.overrides.begin(), fmt::format("seed={}", seed));
+    return scenario::read_scenario(file, all);
   }
-  return all;
-}
-
-// A run of one side: the scenario and seed of its replay, and the seed that its walk was recorded with.
-struct SeededRun {
-  scenario::Scenario scenario;
-  std::uint64_t recorded = 0;
 };
 
-std::vector<SeededRun> runs_of(const RecordingSet& set) {
-  std::vector<SeededRun> all;
-  for (const fs::path& folder : set.folders)
-    all.push_back(
-        {scenario_of(set, folder).scenario, scenario::read_scenario(folder / "scenario.yaml").scenario.seed});
-  if (set.seeds.empty()) return all;
-  const scenario::Scenario first = first_scenario_of(set).scenario;
-  const bool fixed = std::any_of(set.set.begin(), set.set.end(),
-                                 [](const std::string& change) { return change.starts_with("seed="); });
-  for (const std::uint64_t seed : set.seeds) {
-    all.push_back({first, seed});
-    if (!fixed) all.back().scenario.seed = seed;
+Entry read_entry(const Yaml& node, const std::string& key, const fs::path& folder) {
+  require_map(node, key, "an entry, as in {scenario: tangent_circle.yaml, seeds: 1..4} or {recordings: DIR}");
+  Entry entry;
+  read_map(
+      node,
+      {{"recordings", [&](const Yaml& value) { entry.recordings = &value; }},
+       {"seeds", [&](const Yaml& value) { entry.seeds = read_seeds(value); }},
+       {"set", [&](const Yaml& value) { entry.changes.overrides = read_texts(value, "set", "[seed=2]"); }},
+       {"with",
+        [&](const Yaml& value) {
+          for (const std::string& file : read_texts(value, "with", "[best.yaml]"))
+            entry.changes.with.push_back((folder / file).lexically_normal().string());
+        }},
+       {"scenario",
+        [&](const Yaml& value) { entry.scenario = read_path(value, "scenario", folder).string(); }}});
+  if (!entry.recordings && entry.scenario.empty())
+    fail(node, key, "expected a scenario (recordings of the cache) or recordings (a folder of results)");
+  return entry;
+}
+
+SpecRun run_of_result(const Yaml& node, const Entry& entry, const fs::path& folder) {
+  if (!fs::exists(folder / "recording" / "manifest.csv"))
+    fail(*entry.recordings, "recordings",
+         fmt::format("{} has no finished recording{}", folder.string(),
+                     entry.seeds.empty() ? "; choose seeds of a folder of seeds, as in seeds: 1..5" : ""));
+  const fs::path own = folder / "scenario.yaml", whole = fs::absolute(folder / "x").lexically_normal();
+  const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
+  SpecRun run{(whole.parent_path().parent_path().filename() / whole.parent_path().filename()).string(),
+              entry.read(entry.scenario.empty() ? own.string() : entry.scenario, recorded.seed),
+              recorded.seed, folder};
+  if (const auto other = scenario::first_difference(recorded, run.read.scenario))
+    fail(node, other->key,
+         fmt::format("is {} in the recordings and {} in the scenario", other->recorded, other->now));
+  return run;
+}
+
+std::vector<SpecRun> read_runs(const Yaml& node, const std::string& key, const fs::path& folder) {
+  Entry entry = read_entry(node, key, folder);
+  std::vector<SpecRun> runs;
+  if (entry.recordings) {
+    const fs::path results = read_path(*entry.recordings, key + ".recordings", folder);
+    if (entry.seeds.empty()) runs.push_back(run_of_result(node, entry, results));
+    for (const std::uint64_t seed : entry.seeds)
+      runs.push_back(run_of_result(node, entry, results / fmt::format("seed-{}", seed)));
+  } else {
+    if (entry.seeds.empty()) entry.seeds = {scenario::read_scenario(entry.scenario).scenario.seed};
+    for (const std::uint64_t seed : entry.seeds) {
+      runs.push_back({"", entry.read(entry.scenario, seed), seed});
+      runs.back().name = fmt::format("{}/seed-{}", runs.back().read.scenario.name, seed);
+    }
+  }
+  if (!runs.front().read.scenario.slam) fail(node, key, "the scenario has no filter (slam)");
+  return runs;
+}
+
+/// Throws ConfigError if a run of the hold-out has the walk and a seed of one of the training.
+void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
+                    const std::vector<SpecRun>& training) {
+  for (const SpecRun& unseen : holdout)
+    for (const SpecRun& seen : training)
+      for (const std::uint64_t seed : {unseen.recorded_seed, unseen.read.scenario.seed})
+        if ((seed == seen.recorded_seed || seed == seen.read.scenario.seed) &&
+            !scenario::first_difference(seen.read.scenario, unseen.read.scenario) &&
+            !scenario::first_difference(unseen.read.scenario, seen.read.scenario))
+          fail(node, "holdout",
+               fmt::format("seed {} of {} is also in the training, expected walks that the search does not "
+                           "see",
+                           seed, unseen.read.scenario.name));
+}
+
+/// Reads training or hold-out. `seen`: the training that a hold-out must not repeat.
+std::vector<SpecRun> read_side(const Yaml* node, const std::string& key, const fs::path& folder,
+                               const std::vector<SpecRun>& seen = {}) {
+  std::vector<SpecRun> all;
+  if (!node) return all;
+  if (node->kind != Yaml::Kind::list || node->items.empty())
+    fail(*node, key,
+         "expected a list of recordings, as in [{recordings: results/tangent_circle, seeds: 1..4}]");
+  for (const Yaml& item : node->items) {
+    std::vector<SpecRun> runs = read_runs(item, key, folder);
+    require_unseen(item, runs, seen);
+    all.insert(all.end(), runs.begin(), runs.end());
   }
   return all;
 }
 
-// Throws ConfigError if a walk of the hold-out is in the training. The same seed on another walk is a
-// warning.
-void require_unseen(const Yaml& holdout, Spec& spec) {
-  std::multimap<std::uint64_t, scenario::Scenario> seen;
-  for (const RecordingSet& set : spec.training)
-    for (const SeededRun& run : runs_of(set))
-      for (const std::uint64_t seed : std::set{run.recorded, run.scenario.seed})
-        seen.emplace(seed, run.scenario);
-  std::set<std::uint64_t> shared;
-  for (std::size_t i = 0; i < spec.holdout.size(); ++i)
-    for (const SeededRun& run : runs_of(spec.holdout[i]))
-      for (const std::uint64_t seed : std::set{run.recorded, run.scenario.seed})
-        for (auto [at, end] = seen.equal_range(seed); at != end; ++at) {
-          shared.insert(seed);
-          if (!scenario::first_difference(at->second, run.scenario) &&
-              !scenario::first_difference(run.scenario, at->second))
-            fail(holdout.items[i], "holdout",
-                 fmt::format("seed {} of {} is also in the training, expected walks that the search does not "
-                             "see",
-                             seed, run.scenario.name));
-        }
-  if (!shared.empty())
-    spec.warning =
-        fmt::format("training and hold-out share {} on different walks: their sensors draw the same noise",
-                    shared.size() == 1 ? fmt::format("seed {}", *shared.begin())
-                                       : fmt::format("{} seeds", shared.size()));
-}
-
-// Sections that the spec does not have stay empty; required ones are checked at the end.
+/// Sections that the spec does not have stay empty.
 Spec read_root(const Yaml& root, const fs::path& folder) {
   Spec spec;
-  const Yaml* holdout = nullptr;
+  const Yaml *training = nullptr, *holdout = nullptr;
   const auto value = [](const char* key, const scenario::Domain& domain, auto& into) {
     return std::pair{std::string_view(key), [=, &into](const Yaml& node) { read(node, key, domain, into); }};
   };
-  read_map(root,
-           {{"parameters", [&](const Yaml& node) { spec.parameters = read_parameters(node); }},
-            {"training", [&](const Yaml& node) { spec.training = read_sets(node, "training", folder); }},
-            {"holdout",
-             [&](const Yaml& node) {
-               holdout = &node;
-               spec.holdout = read_sets(node, "holdout", folder);
-             }},
-            value("objective", {0, 0, kObjectives}, spec.objective),
-            value("trials", {2, 1e6}, spec.trials),
-            value("population", {5, 1000}, spec.population),
-            value("seed", {}, spec.seed)});
-  if (holdout) require_unseen(*holdout, spec);
+  read_map(root, {{"parameters", [&](const Yaml& node) { spec.parameters = read_parameters(node); }},
+                  {"training", [&](const Yaml& node) { training = &node; }},
+                  {"holdout", [&](const Yaml& node) { holdout = &node; }},
+                  value("objective", {0, 0, kObjectives}, spec.objective),
+                  value("trials", {2, 1e6}, spec.trials),
+                  value("population", {5, 1000}, spec.population),
+                  value("seed", {}, spec.seed)});
+  spec.training = read_side(training, "training", folder);
+  spec.holdout = read_side(holdout, "holdout", folder, spec.training);
   return spec;
 }
 
@@ -189,9 +170,9 @@ void require_whole(const Yaml& root, const Spec& spec) {
     fail(root, "trials", fmt::format("{} are too few for a population of {}", spec.trials, spec.population));
 }
 
-// A parameter without a start gets the value of the first training recording's scenario.
+/// A parameter without a start gets the value of the first training run.
 void complete_starts(const Yaml& root, Spec& spec) {
-  const scenario::Scenario scenario = first_scenario_of(spec.training.front()).scenario;
+  const scenario::Scenario& scenario = spec.training.front().read.scenario;
   for (Range& p : spec.parameters) {
     if (!std::isnan(p.start)) continue;
     if (!scenario::has_section(scenario, p.key))
@@ -203,22 +184,6 @@ void complete_starts(const Yaml& root, Spec& spec) {
 }
 
 }  // namespace
-
-scenario::ReadScenario scenario_of(const RecordingSet& set, const fs::path& folder) {
-  const std::string own = (folder / "scenario.yaml").string();
-  if (set.scenario.empty()) return scenario::read_scenario(own, {set.set, {}, set.with});
-  return scenario_of(set, scenario::read_scenario(own).scenario.seed);
-}
-
-scenario::ReadScenario scenario_of(const RecordingSet& set, std::uint64_t seed) {
-  std::vector<std::string> changes{fmt::format("seed={}", seed)};
-  changes.insert(changes.end(), set.set.begin(), set.set.end());
-  return scenario::read_scenario(set.scenario, {changes, {}, set.with});
-}
-
-scenario::ReadScenario first_scenario_of(const RecordingSet& set) {
-  return set.folders.empty() ? scenario_of(set, set.seeds.front()) : scenario_of(set, set.folders.front());
-}
 
 std::string_view name(Objective objective) { return kObjectives[static_cast<std::size_t>(objective)]; }
 

@@ -1,14 +1,23 @@
 #include "sim/trials/sweep.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
-#include <string_view>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 
+#include "sim/files/csv.h"
+#include "sim/files/json.h"
+#include "sim/files/text_table.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml_map.h"
+#include "sim/scenario/yaml.h"
+#include "sim/score/statistics.h"
+#include "sim/trials/trial.h"
 #include "sim/trials/values.h"
 
 namespace sim::trials {
@@ -17,6 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 using scenario::fail;
 using scenario::Yaml;
+
+using nlohmann::ordered_json;
+using std::string_view_literals::operator""sv;
 
 constexpr int kSamples = 16;
 
@@ -27,23 +39,13 @@ struct Tried {
 };
 
 /// Throws ConfigError unless a sweep can set the key.
-void require_key(const Yaml& at, const std::string& key) {
+Tried read_tried(const Yaml& at, const Yaml& values) {
+  const std::string& key = at.text;
   if (key == "seed") fail(at, key, "expected seeds (--seeds 1..5)");
   if (key == "name" || key.starts_with("limits."))
     fail(at, key, "does not change a run, expected a key that does");
   if (!scenario::find_key(key)) fail(at, key, scenario::unknown_key(key));
-}
-
-Tried read_tried(const Yaml& key, const Yaml& values) {
-  require_key(key, key.text);
-  return {key, read_values(key, values)};
-}
-
-std::vector<Tried> read_all_tried(const Yaml& map) {
-  require_map(map, "parameters", "keys with values, as in {slam.vision.sigma_px: [1, 1.5, 2]}");
-  std::vector<Tried> all;
-  for (std::size_t k = 0; k < map.keys.size(); ++k) all.push_back(read_tried(map.keys[k], map.items[k]));
-  return all;
+  return {at, read_values(at, values)};
 }
 
 /// Reads the n-th argument, from 1: KEY=VALUES, the values being those of a YAML list.
@@ -54,7 +56,6 @@ Tried read_argument(const std::string& argument, int n) {
   key.text = argument.substr(0, equals);
   key.origin = {"<argument>", n, 1};
   if (equals == argument.npos) fail(key, "", fmt::format("'{}': expected KEY=VALUE,VALUE", argument));
-  require_key(key, key.text);
   const scenario::Origin origin{"<argument>", n, static_cast<int>(equals) + 1};  // the bracket is at the '='
   return read_tried(key, scenario::parse_yaml("[" + argument.substr(equals + 1) + "]", origin));
 }
@@ -90,38 +91,19 @@ Axis samples_of(const std::vector<Tried>& sampled, int samples) {
   return axis;
 }
 
-/// Throws ConfigError at the key that makes too many combinations.
-void add_axis(std::vector<Axis>& axes, Axis axis) {
-  const Setting& first = axis.front().front();
-  std::size_t n = axis.size();
-  for (const Axis& before : axes) n *= before.size();
-  if (n > kMostTrials)
-    fail(first.at, first.key, fmt::format("makes {} combinations, expected at most {}", n, kMostTrials));
-  axes.push_back(std::move(axis));
-}
-
 std::vector<Axis> axes_of(const std::vector<Tried>& parameters, int samples) {
   std::vector<Axis> axes;
   std::vector<Tried> sampled;
   for (const Tried& tried : parameters) {
     const auto* const range = std::get_if<Range>(&tried.values);
-    if (range && range->points == 0)
-      sampled.push_back(tried);
-    else
-      add_axis(axes, axis_of(tried));
+    range && range->points == 0 ? sampled.push_back(tried) : axes.push_back(axis_of(tried));
   }
-  if (!sampled.empty()) add_axis(axes, samples_of(sampled, samples));
+  if (!sampled.empty()) axes.push_back(samples_of(sampled, samples));
+  std::set<std::string> seen;
+  for (const Axis& axis : axes)
+    for (const Setting& setting : axis.front())
+      if (!seen.insert(setting.key).second) fail(setting.at, setting.key, "is given values twice");
   return axes;
-}
-
-void require_each_key_once(const SweepSpec& spec) {
-  std::vector<std::string> seen;
-  for (const Axis& axis : spec.axes)
-    for (const Setting& setting : axis.front()) {
-      if (std::find(seen.begin(), seen.end(), setting.key) != seen.end())
-        fail(setting.at, setting.key, "is given values twice");
-      seen.push_back(setting.key);
-    }
 }
 
 std::vector<fs::path> scenario_files(const Yaml& list, const fs::path& folder) {
@@ -130,12 +112,6 @@ std::vector<fs::path> scenario_files(const Yaml& list, const fs::path& folder) {
   std::vector<fs::path> files;
   for (const Yaml& item : list.items) files.push_back(read_path(item, "scenarios", folder));
   return files;
-}
-
-bool has_any_key(const Yaml& root, const scenario::MapReaders& readers) {
-  return std::any_of(root.keys.begin(), root.keys.end(), [&](const Yaml& key) {
-    return std::any_of(readers.begin(), readers.end(), [&](const auto& r) { return r.first == key.text; });
-  });
 }
 
 void apply(const Setting& setting, scenario::ReadScenario& read) {
@@ -147,28 +123,21 @@ void apply(const Setting& setting, scenario::ReadScenario& read) {
 
 /// Joins the lines of a printed list.
 std::string on_one_line(const std::string& text) {
-  std::string line;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\n')
-      i = std::min(text.find_first_not_of("\n ", i), text.size()) - 1;
-    else
-      line += text[i];
-  }
-  return line;
+  std::istringstream lines(text);
+  std::string all;
+  for (std::string line; std::getline(lines >> std::ws, line);) all += line;
+  return all;
 }
 
-std::size_t combinations(const SweepSpec& spec) {
-  std::size_t n = 1;
-  for (const Axis& axis : spec.axes) n *= axis.size();
-  return n;
-}
-
-void require_few_trials(const SweepSpec& spec, std::size_t seeds) {
-  const std::size_t n = combinations(spec), scenarios = spec.scenarios.size(), trials = n * scenarios * seeds;
-  if (trials <= kMostTrials) return;
-  const std::string why =
-      fmt::format("makes {} trials of {} combinations, {} scenarios and {} seeds, expected at most {}",
-                  trials, n, scenarios, seeds, kMostTrials);
+/// Returns the number of combinations of values. Throws ConfigError if there are too many trials.
+std::size_t combinations(const SweepSpec& spec, std::size_t seeds) {
+  double n = 1;
+  for (const Axis& axis : spec.axes) n *= static_cast<double>(axis.size());
+  const double trials = n * static_cast<double>(spec.scenarios.size() * seeds);
+  if (trials <= kMostTrials) return static_cast<std::size_t>(n);
+  const std::string why = fmt::format(
+      "makes {:.0f} trials of {:.0f} combinations, {} scenarios and {} seeds, expected at most {}", trials, n,
+      spec.scenarios.size(), seeds, kMostTrials);
   if (spec.axes.empty()) throw scenario::ConfigError(fmt::format("{}: {}", spec.name, why));
   const Setting& last = spec.axes.back().front().front();
   fail(last.at, last.key, why);
@@ -184,15 +153,49 @@ std::vector<const Point*> points_of(const SweepSpec& spec, std::size_t combinati
   return points;
 }
 
-void require_different_names(const std::vector<scenario::ReadScenario>& scenarios, const SweepSpec& spec) {
-  std::map<std::string_view, std::size_t> first;
-  for (std::size_t i = 0; i < scenarios.size(); ++i) {
-    const auto [same, is_new] = first.emplace(scenarios[i].scenario.name, i);
-    if (!is_new)
-      throw scenario::ConfigError(fmt::format(
-          "{}: has the same name as {}, '{}'; a sweep needs different names", spec.scenarios[i].string(),
-          spec.scenarios[same->second].string(), scenarios[i].scenario.name));
+/// Throws ConfigError if two of the scenarios have the same name.
+std::vector<scenario::ReadScenario> read_scenarios(const SweepSpec& spec, const scenario::Changes& changes) {
+  std::map<std::string, fs::path> files;
+  std::vector<scenario::ReadScenario> scenarios;
+  for (const fs::path& file : spec.scenarios) {
+    scenarios.push_back(scenario::read_scenario(file, changes));
+    const std::string& name = scenarios.back().scenario.name;
+    if (const auto [same, is_new] = files.emplace(name, file); !is_new)
+      throw scenario::ConfigError(
+          fmt::format("{}: has the same name as {}, '{}'; a sweep needs different names", file.string(),
+                      same->second.string(), name));
   }
+  return scenarios;
+}
+
+constexpr std::size_t kMostRows = 40;
+constexpr std::array kShown{"ate_se3_rmse_m"sv, "rmse_m"sv, "nees_position_mean"sv, "nees_orientation_mean"sv,
+                            "loop_landmarks"sv};
+
+ordered_json value_of(const std::string& printed) {
+  const ordered_json value = ordered_json::parse(printed, nullptr, false);
+  return value.is_number() || value.is_boolean() ? value : ordered_json(printed);
+}
+
+/// "0.0123", or "-" if no seed has the value.
+std::string median(const std::vector<const TrialRecord*>& records, std::string_view name) {
+  std::vector<double> values;
+  for (const TrialRecord* record : records)
+    if (const auto value = record ? record->value(name) : std::nullopt) values.push_back(*value);
+  return values.empty() ? "-" : fmt::format("{:.4g}", score::median(values));
+}
+
+std::vector<std::string> row(const SweepPlan& plan, const RecordOf& record, std::size_t c) {
+  std::vector<const TrialRecord*> records;
+  for (std::size_t i = 0; i < plan.seeds.size(); ++i) records.push_back(record(c * plan.seeds.size() + i));
+  std::vector<std::string> cells{plan.configurations[c].read.scenario.name};
+  cells.insert(cells.end(), plan.configurations[c].values.begin(), plan.configurations[c].values.end());
+  const auto completed = std::count_if(records.begin(), records.end(), [](const TrialRecord* one) {
+    return one && one->ending == "completed";
+  });
+  cells.push_back(fmt::format("{}/{}", completed, records.size()));
+  for (const std::string_view name : kShown) cells.push_back(median(records, name));
+  return cells;
 }
 
 }  // namespace
@@ -208,11 +211,19 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
       {"scenario", [&](const Yaml& value) { spec.scenarios = {read_path(value, "scenario", folder)}; }},
       {"scenarios", [&](const Yaml& value) { spec.scenarios = scenario_files(value, folder); }},
       {"seeds", [&](const Yaml& value) { spec.seeds = read_seeds(value); }},
-      {"parameters", [&](const Yaml& value) { parameters = read_all_tried(value); }},
+      {"parameters",
+       [&](const Yaml& map) {
+         require_map(map, "parameters", "keys with values, as in {slam.vision.sigma_px: [1, 1.5, 2]}");
+         for (std::size_t k = 0; k < map.keys.size(); ++k)
+           parameters.push_back(read_tried(map.keys[k], map.items[k]));
+       }},
       {"samples", [&](const Yaml& value) {
          scenario::read(value, "samples", {1, kMostTrials}, samples_of_file);
        }}};
-  if (has_any_key(root, readers))
+  const bool is_sweep = std::any_of(root.keys.begin(), root.keys.end(), [&](const Yaml& key) {
+    return std::any_of(readers.begin(), readers.end(), [&](const auto& r) { return r.first == key.text; });
+  });
+  if (is_sweep)
     read_map(root, readers);
   else
     spec.scenarios = {file};
@@ -220,7 +231,6 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
   for (std::size_t i = 0; i < arguments.size(); ++i)
     parameters.push_back(read_argument(arguments[i], static_cast<int>(i) + 1));
   spec.axes = axes_of(parameters, samples.value_or(samples_of_file));
-  require_each_key_once(spec);
   return spec;
 }
 
@@ -235,12 +245,9 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
   SweepPlan plan{spec.name, {}, {}, seeds};
   for (const Axis& axis : spec.axes)
     for (const Setting& setting : axis.front()) plan.keys.push_back(setting.key);
-  require_few_trials(spec, seeds.size());
-  std::vector<scenario::ReadScenario> scenarios;
-  for (const auto& file : spec.scenarios) scenarios.push_back(scenario::read_scenario(file, changes));
-  require_different_names(scenarios, spec);
-  for (const scenario::ReadScenario& scenario : scenarios)
-    for (std::size_t i = 0; i < combinations(spec); ++i) {
+  const std::size_t n = combinations(spec, seeds.size());
+  for (const scenario::ReadScenario& scenario : read_scenarios(spec, changes))
+    for (std::size_t i = 0; i < n; ++i) {
       Configuration configuration{scenario, {}};
       for (const Point* point : points_of(spec, i))
         for (const Setting& setting : *point) apply(setting, configuration.read);
@@ -250,6 +257,55 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
       plan.configurations.push_back(std::move(configuration));
     }
   return plan;
+}
+
+std::string scores_csv(const SweepPlan& plan, const RecordOf& record) {
+  const std::vector<std::string> names = value_names();
+  std::string text = fmt::format("trial,scenario,seed{1}{0},ending,cause,{2}\n", fmt::join(plan.keys, ","),
+                                 plan.keys.empty() ? "" : ",", fmt::join(names, ","));
+  for (std::size_t i = 0; i < plan.trials(); ++i) {
+    const TrialRecord* const one = record(i);
+    if (!one) continue;
+    const Configuration& configuration = plan.configurations[i / plan.seeds.size()];
+    text += fmt::format("{},{},{}", i, files::csv_field(configuration.read.scenario.name), one->seed);
+    for (const std::string& value : configuration.values) text += "," + files::csv_field(value);
+    text += fmt::format(",{},{}", one->ending, files::csv_field(one->cause));
+    for (const std::string& name : names) {
+      const auto value = one->value(name);
+      text += value ? fmt::format(",{}", *value) : ",";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record) {
+  std::string text;
+  for (std::size_t i = 0; i < plan.trials(); ++i) {
+    const TrialRecord* const one = record(i);
+    if (!one) continue;
+    const Configuration& configuration = plan.configurations[i / plan.seeds.size()];
+    ordered_json settings = ordered_json::object();
+    for (std::size_t k = 0; k < plan.keys.size(); ++k)
+      settings[plan.keys[k]] = value_of(configuration.values[k]);
+    ordered_json line{{"trial", i}, {"scenario", configuration.read.scenario.name}, {"settings", settings}};
+    line.update(ordered_json::parse(to_line(*one)));
+    text += files::json_text(line) + "\n";
+  }
+  return text;
+}
+
+std::string sweep_table(const SweepPlan& plan, const RecordOf& record) {
+  std::vector<std::vector<std::string>> rows{{"scenario"}};
+  rows[0].insert(rows[0].end(), plan.keys.begin(), plan.keys.end());
+  rows[0].push_back("completed");
+  for (const std::string_view name : kShown) rows[0].emplace_back(name);
+  for (std::size_t c = 0; c < std::min(plan.configurations.size(), kMostRows); ++c)
+    rows.push_back(row(plan, record, c));
+  std::string text = files::text_table(rows, {.naming = 1 + plan.keys.size()});
+  if (plan.configurations.size() > kMostRows)
+    text += fmt::format("... and {} more\n", plan.configurations.size() - kMostRows);
+  return plan.seeds.size() > 1 ? "medians over seeds\n" + text : text;
 }
 
 }  // namespace sim::trials

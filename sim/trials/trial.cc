@@ -3,24 +3,28 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <exception>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
+#include <thread>
 
+#include "sim/files/atomic_file.h"
+#include "sim/files/json.h"
+#include "sim/files/text.h"
 #include "sim/recording/manifest.h"
+#include "sim/result/result.h"
 #include "sim/result/score_file.h"
-#include "sim/result/score_input.h"
 #include "sim/scenario/keys.h"
 
 namespace sim::trials {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string name_of(const fs::path& result_folder) {
-  const fs::path folder = fs::absolute(result_folder / "x").lexically_normal().parent_path();
-  return (folder.parent_path().filename() / folder.filename()).string();
-}
 
 // Keeps the observation with a view of its image, which has no reference counter for threads to share.
 void keep(slam::Observation observation, Recording& recording) {
@@ -34,18 +38,16 @@ void keep(slam::Observation observation, Recording& recording) {
 
 Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
   Recording recording;
-  recording.name = name_of(folder);
   recording.walk = *result::read_about_of_walk(folder / "about.json").walk;
   recording::RecordingReader reader(folder / "recording");
   recording.setup = reader.setup();
   recording.hash = reader.hash();
-  while (auto ideal = reader.next()) {
+  while (auto ideal = reader.next())
     if (!errors)
       keep(std::move(*ideal), recording);
     else
       for (slam::Observation& arrived : errors->process(std::move(*ideal)))
         keep(std::move(arrived), recording);
-  }
   if (errors)
     for (slam::Observation& arrived : errors->flush()) keep(std::move(arrived), recording);
   recording.truth = recording::read_truth(folder / "recording");
@@ -75,10 +77,9 @@ double lasted_fraction(const Recording& recording, const tracking::Tracked& trac
   return end_s > 0 ? slam::seconds(losses.back().from) / end_s : 0;
 }
 
-const double kLn2Pi = std::log(2 * std::numbers::pi);
-
-// Over the scored frames.
+// Returns nullopt if the filter failed or a covariance is not positive definite.
 std::optional<double> mean_pose_nll(const score::ScoreContext& scored) {
+  if (scored.no_estimate || scored.pairs.empty()) return std::nullopt;
   double sum = 0;
   auto pose = scored.run.estimate->begin();
   for (const score::PosePair& pair : scored.pairs) {
@@ -91,12 +92,6 @@ std::optional<double> mean_pose_nll(const score::ScoreContext& scored) {
   return sum / static_cast<double>(scored.pairs.size());
 }
 
-double mean_innovation_nll(const tracking::Tracked& tracked, double image_px2) {
-  double sum = 0;
-  for (const tracking::TrackedFrame& frame : tracked.frames) sum += innovation_nll(frame.report, image_px2);
-  return sum / static_cast<double>(tracked.frames.size());
-}
-
 }  // namespace
 
 std::string errors_of(const scenario::Scenario& scenario) {
@@ -106,11 +101,8 @@ std::string errors_of(const scenario::Scenario& scenario) {
   return text;
 }
 
-Recording load_identity(const fs::path& result_folder) {
-  Recording recording;
-  recording.name = name_of(result_folder);
-  recording.hash = recording::Manifest(result_folder / "recording").hash();
-  return recording;
+std::string recording_hash(const fs::path& result_folder) {
+  return recording::Manifest(result_folder / "recording").hash();
 }
 
 Recording load(const fs::path& result_folder) { return load(result_folder, nullptr); }
@@ -130,42 +122,127 @@ std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::
   error << score::rotation_vector(X_WC_estimate.linear().transpose() * X_WC_true.linear()),
       X_WC_true.translation() - X_WC_estimate.translation();
   const double log_determinant = 2 * llt.matrixLLT().diagonal().array().log().sum();
-  return (llt.matrixL().solve(error).squaredNorm() + log_determinant + 6 * kLn2Pi) / 2;
-}
-
-double nll(const slam::Nis& nis) { return (nis.value + nis.log_determinant + nis.dof * kLn2Pi) / 2; }
-
-double innovation_nll(const slam::FrameReport& report, double image_px2) {
-  double sum = 0;
-  for (const slam::SensorInnovation& innovation : report.innovations)
-    if (innovation.sensor != "vision") sum += nll(innovation.nis);  // matches count with the update's noise
-  if (report.update) sum += nll(*report.update);
-  const auto not_found = report.searched.size() - report.matched.size();
-  return sum + static_cast<double>(not_found) * std::log(image_px2);
-}
-
-std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tracked& tracked,
-                           const score::Metrics& metrics, const slam::CameraIntrinsics& camera) {
-  const auto rmse = metrics.at("rmse_m").value;
-  if (scored.no_estimate || !rmse) return std::nullopt;
-  const auto pose = mean_pose_nll(scored);
-  if (!pose) return std::nullopt;
-  return Terms{*pose, mean_innovation_nll(tracked, 1.0 * camera.width_px * camera.height_px), *rmse};
+  return (llt.matrixL().solve(error).squaredNorm() + log_determinant + 6 * std::log(2 * std::numbers::pi)) /
+         2;
 }
 
 Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario) {
-  const result::RunRecord record{scenario,
-                                 {recording.walk.ending},
-                                 recording.setup,
-                                 recording.truth,
-                                 track(recording, scenario.scenario),
-                                 recording.hash};
+  result::RunRecord record{scenario,     {recording.walk.ending}, recording.setup, recording.truth,
+                           std::nullopt, recording.hash};
+  if (scenario.scenario.slam) record.tracked = track(recording, scenario.scenario);
   const score::Run run = result::score_input(record);
   const score::ScoreContext scored(run);
-  Trial trial{result::ending_of(record), score::evaluate(scored), std::nullopt, 1};
+  Trial trial{result::ending_of(record), score::evaluate(scored)};
+  if (!record.tracked) return trial;
   trial.lasted_fraction = lasted_fraction(recording, *record.tracked);
-  trial.terms = terms(scored, *record.tracked, trial.metrics, recording.setup.calibration.camera);
+  trial.pose_nll = mean_pose_nll(scored);
   return trial;
+}
+
+namespace {
+
+/// Does not try a recording of a failed simulation.
+TrialRecord run_on(const std::string& key, const scenario::ReadScenario& scenario,
+                   const Recording& recording) {
+  TrialRecord record{
+      key, scenario.scenario.seed, std::string(name_of(recording.walk.ending)), recording.walk.cause, {}};
+  if (recording.walk.ending == scenario::Ending::failed) return record;
+  const Trial trial = run_trial(recording, scenario);
+  if (trial.ended.ending != recording.walk.ending)
+    record.ending = name_of(trial.ended.ending), record.cause = trial.ended.cause;
+  for (const auto& [name, metric] : trial.metrics)
+    if (metric.value) record.values[name] = *metric.value;
+  if (scenario.scenario.slam) record.values["lasted_fraction"] = trial.lasted_fraction;
+  if (trial.pose_nll) record.values["pose_nll"] = *trial.pose_nll;
+  return record;
+}
+
+}  // namespace
+
+void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
+  std::string text = tasks.purpose + "\n";
+  for (const Task& task : tasks.tasks)
+    text +=
+        nlohmann::json{{"key", task.key}, {"scenario", task.scenario}, {"recording", task.recording.string()}}
+            .dump() +
+        "\n";
+  files::write_atomically(file, text);
+}
+
+TaskFile read_tasks(const std::filesystem::path& file) {
+  std::istringstream in(files::read_text(file));
+  TaskFile tasks;
+  if (!std::getline(in, tasks.purpose)) throw files::FileError(file, "cannot be read");
+  for (std::string line; std::getline(in, line);) {
+    const files::Json task(fmt::format("{}:{}", file.string(), tasks.tasks.size() + 2), line);
+    tasks.tasks.push_back({task.at("key").text(), task.at("scenario").text(), task.at("recording").text()});
+  }
+  return tasks;
+}
+
+std::vector<std::string> value_names() {
+  std::vector<std::string> names;
+  for (const auto& metric : score::metric_definitions()) names.emplace_back(metric.name);
+  names.emplace_back("pose_nll");
+  return names;
+}
+
+std::shared_ptr<Runner::Loaded> Runner::find(const std::string& name) {
+  const std::scoped_lock lock(mutex_);
+  if (!keeps_all_ && !loaded_.contains(name)) loaded_.clear();
+  std::shared_ptr<Loaded>& loaded = loaded_[name];
+  if (!loaded) loaded = std::make_shared<Loaded>();
+  return loaded;
+}
+
+// A recording is loaded with the sensor errors of the first trial that needs it. If another trial has other
+// errors, it is loaded without any, and from then on each trial applies its own.
+std::shared_ptr<const Recording> Runner::load(const Task& task, const scenario::ReadScenario& read) {
+  const auto loaded = find(task.recording.empty() ? cache_.key(read.scenario) : task.recording.string());
+  const std::scoped_lock lock(loaded->mutex);
+  const auto load_from = [&](const std::filesystem::path& folder) {
+    loaded->recording = std::make_shared<const Recording>(
+        loaded->recording ? trials::load(folder) : trials::load(folder, read.scenario));
+  };
+  const Recording* const now = loaded->recording.get();
+  if (!now || (!now->errors.empty() && now->errors != errors_of(read.scenario)))
+    task.recording.empty() ? cache_.open(read, load_from) : load_from(task.recording);
+  return loaded->recording;
+}
+
+TrialRecord Runner::run(const Task& task) {
+  const scenario::ReadScenario read = scenario::read_scenario_text(task.scenario, "task.yaml");
+  try {
+    return run_on(task.key, read, *load(task, read));
+  } catch (const files::FileError&) {
+    throw;  // a fault of the machine, such as a full disk
+  } catch (const std::exception& e) {
+    return {task.key, read.scenario.seed, std::string(name_of(scenario::Ending::not_started)), e.what(), {}};
+  }
+}
+
+RunTasks in_threads(int threads) {
+  const auto runner = std::make_shared<Runner>(true);
+  return [threads, runner](const std::vector<Task>& tasks, TrialLog& log) {
+    std::atomic<std::size_t> next{0};
+    std::vector<std::exception_ptr> faults(tasks.size());
+    const auto work = [&] {
+      for (std::size_t i = next++; i < tasks.size(); i = next++) {
+        try {
+          log.add(runner->run(tasks[i]));
+        } catch (...) {
+          faults[i] = std::current_exception();
+        }
+      }
+    };
+    {
+      std::vector<std::jthread> others;
+      for (int k = 1; k < std::min(threads, static_cast<int>(tasks.size())); ++k) others.emplace_back(work);
+      work();
+    }
+    for (const std::exception_ptr& fault : faults)
+      if (fault) std::rethrow_exception(fault);
+  };
 }
 
 }  // namespace sim::trials

@@ -1,7 +1,12 @@
-// A recording in memory, one run of the filter on it, and the terms that rate that run.
+// A recording in memory, one run of the filter on it, and the likelihood that rates that run; trials as tasks
+// for the process that runs them, and their records.
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,14 +15,14 @@
 #include "sim/scenario/ending.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
-#include "sim/score/score_context.h"
+#include "sim/score/run.h"
 #include "sim/tracking/tracking.h"
+#include "sim/trials/log.h"
 
 namespace sim::trials {
 
 /// A recording that is read once and that several threads may use at the same time.
 struct Recording {
-  std::string name;      ///< "tangent_circle/seed-1"
   scenario::Ended walk;  ///< how the walk ended
   std::string hash;      ///< of the recording's files
   recording::RecordingSetup setup;
@@ -36,46 +41,88 @@ Recording load(const std::filesystem::path& result_folder);
 /// them.
 Recording load(const std::filesystem::path& result_folder, const scenario::Scenario& scenario);
 
-/// Reads only the name and the hash of the recording.
-Recording load_identity(const std::filesystem::path& result_folder);
+/// Reads only the hash of the recording.
+std::string recording_hash(const std::filesystem::path& result_folder);
 
 /// The keys errors.* and the seed, which determine the sensor errors, as text.
 std::string errors_of(const scenario::Scenario& scenario);
-
-/// Losses of one run of the filter.
-struct Terms {
-  double pose_nll = 0;        ///< mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom
-  double innovation_nll = 0;  ///< mean over frames of −ln N(innovations; 0, S); needs no truth
-  double rmse_m = 0;          ///< of the position, not aligned
-};
 
 /// −ln N(error; 0, covariance) of a pose, see score::pose_nees. Returns nullopt unless the covariance is
 /// positive definite.
 std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                const score::Matrix6d& covariance);
 
-/// −ln N(innovation; 0, S).
-double nll(const slam::Nis& nis);
-
-/// The sum over one frame: internal measurements, also rejected ones, and accepted matches with the noise
-/// that the update expects. A landmark that was not found may be anywhere in the image: ln(its pixels).
-double innovation_nll(const slam::FrameReport& report, double image_px2);
-
-/// The terms of a run. Returns nullopt if the filter failed, a covariance is not positive definite or rmse_m
-/// has no value.
-std::optional<Terms> terms(const score::ScoreContext& scored, const tracking::Tracked& tracked,
-                           const score::Metrics& metrics, const slam::CameraIntrinsics& camera);
-
-/// One run of the filter.
+/// One run of the filter. pose_nll: the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of
+/// freedom; absent if the filter failed or a covariance is not positive definite. lasted_fraction: the part
+/// of the recording until the filter failed.
 struct Trial {
-  scenario::Ended ended;       ///< as in a result folder
-  score::Metrics metrics;      ///< as a result folder's, bit for bit
-  std::optional<Terms> terms;  ///< absent if the filter failed
-  double lasted_fraction = 1;  ///< fraction of the recording until the filter failed
+  scenario::Ended ended;   ///< as in a result folder
+  score::Metrics metrics;  ///< as a result folder's, bit for bit
+  std::optional<double> pose_nll{};
+  double lasted_fraction = 1;
 };
 
-/// Applies the sensor errors of `scenario` unless the recording contains them, runs its filter and scores it.
-/// The scenario must have a slam section. Throws std::logic_error if the recording contains other errors.
+/// Applies the sensor errors of `scenario` unless the recording contains them, runs its filter and scores it;
+/// without a slam section scores only the walk. Throws std::logic_error if the recording contains other
+/// errors.
 Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario);
+
+/// key: identifies the trial in the log. scenario: all of it as YAML, with its seed. recording: the result
+/// folder that contains the recording; empty: it is in the cache.
+struct Task {
+  std::string key, scenario;
+  std::filesystem::path recording{};
+};
+
+/// Runs tasks and adds their records to the log.
+using RunTasks = std::function<void(const std::vector<Task>&, TrialLog&)>;
+
+/// A file of tasks: the purpose of their log in the first line, then one line of JSON each.
+struct TaskFile {
+  std::string purpose;
+  std::vector<Task> tasks;
+};
+void write_tasks(const std::filesystem::path& file, const TaskFile& tasks);
+TaskFile read_tasks(const std::filesystem::path& file);
+
+/// The names of a record's values, in the order of tables: all metrics, then pose_nll.
+std::vector<std::string> value_names();
+
+/// How a Runner gets recordings that a task does not name.
+struct RecordingCache {
+  std::function<std::string(const scenario::Scenario&)> key;
+  /// Calls `use` with the result folder of the scenario's recording, recorded first if it is missing.
+  std::function<void(const scenario::ReadScenario&,
+                     const std::function<void(const std::filesystem::path&)>& use)>
+      open;
+};
+
+/// Runs tasks, keeping recordings decoded in memory. Safe to use from several threads.
+class Runner {
+ public:
+  /// keeps_all: recordings stay in memory until the end, not only until another one is needed.
+  explicit Runner(bool keeps_all, RecordingCache cache = {})
+      : keeps_all_(keeps_all), cache_(std::move(cache)) {}
+
+  /// Runs the trial; without a filter it scores only the walk. A fault of the trial is its record: "not
+  /// started". Throws FileError for a fault of the machine.
+  TrialRecord run(const Task& task);
+
+ private:
+  struct Loaded {
+    std::mutex mutex;
+    std::shared_ptr<const Recording> recording;
+  };
+  std::shared_ptr<Loaded> find(const std::string& name);
+  std::shared_ptr<const Recording> load(const Task& task, const scenario::ReadScenario& read);
+
+  bool keeps_all_;
+  RecordingCache cache_;
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<Loaded>> loaded_;
+};
+
+/// Runs tasks in that many threads of this process, all recordings in memory.
+RunTasks in_threads(int threads);
 
 }  // namespace sim::trials

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -19,12 +20,66 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
+using Point = std::vector<double>;  ///< a setting, in the unit cube (see Range)
 using Records = std::vector<const TrialRecord*>;
+
+constexpr double kFailure = 1e6;     // above the loss of any success
+constexpr double kFirstStep = 0.25;  // of the search, as a part of the range
 
 /// Metrics in tune.json, at the start and at the best setting.
 constexpr std::array kCompared{"ate_se3_rmse_m",         "rmse_m",          "nees_position_mean",
                                "nees_orientation_mean",  "nis_vision_mean", "nis_gyro_mean",
                                "nis_plan_velocity_mean", "nis_height_mean"};
+
+/// The recordings of training or of the hold-out. Each trial on them runs once and is logged.
+class Runs {
+ public:
+  Runs(const Spec& spec, const std::vector<SpecRun>& runs, const Execution& execution, TrialLog& log)
+      : spec_(spec),
+        runs_(runs),
+        log_(log),
+        run_tasks_(execution.remote ? execution.remote : in_threads(execution.threads)) {
+    for (const SpecRun& run : runs) hashes_.push_back(recording_hash(run.folder));
+  }
+
+  /// The records of each setting on each recording, taken from the log if it has them. The tasks of one
+  /// recording follow each other, so that it is decoded once for them.
+  std::vector<Records> evaluate(const std::vector<Point>& points) const {
+    std::vector<Task> tasks, missing;
+    for (std::size_t i = 0; i < runs_.size(); ++i)
+      for (const Point& point : points) tasks.push_back(task(i, point));
+    std::copy_if(tasks.begin(), tasks.end(), std::back_inserter(missing),
+                 [&](const Task& task) { return !log_.find(task.key); });
+    if (!missing.empty()) run_tasks_(missing, log_);
+    std::vector<Records> records(points.size());
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      const TrialRecord* const record = log_.find(tasks[k].key);
+      if (!record) throw files::FileError(tasks[k].recording, "the filter could not be tried on it");
+      records[k % points.size()].push_back(record);
+    }
+    return records;
+  }
+
+ private:
+  /// A walk that its estimate steers differs with each setting: its task names no recording.
+  Task task(std::size_t i, const Point& point) const {
+    scenario::Scenario scenario = runs_[i].read.scenario;
+    for (std::size_t k = 0; k < point.size(); ++k) {
+      const Range& p = spec_.parameters[k];
+      set(scenario, p.key, p.value_at(point[k]));
+      for (const std::string& also : p.also) set(scenario, also, p.value_at(point[k]));
+    }
+    const std::string text = scenario::to_yaml(scenario);
+    const bool simulate = scenario.walk.steering.by == walking::SteeredBy::estimate;
+    return {trial_key({hashes_[i], text}), text, simulate ? fs::path() : fs::absolute(runs_[i].folder)};
+  }
+
+  const Spec& spec_;
+  const std::vector<SpecRun>& runs_;
+  TrialLog& log_;
+  RunTasks run_tasks_;
+  std::vector<std::string> hashes_;
+};
 
 /// The records of training or hold-out recordings with the start and with the best setting.
 struct StartAndBest {
@@ -32,71 +87,77 @@ struct StartAndBest {
   Records start, best;
 };
 
-StartAndBest compare(const Runs& runs, const Spec& spec, const std::vector<double>& start,
-                     const std::vector<double>& best, TrialLog& log) {
-  StartAndBest both;
-  runs.prefetch({start, best}, spec.parameters, log);
-  for (std::size_t i = 0; i < runs.size(); ++i) both.runs.push_back(runs.name(i));
-  both.start = runs.evaluate(spec.parameters, start, log);
-  both.best = runs.evaluate(spec.parameters, best, log);
+StartAndBest compare(const Runs& runs, const std::vector<SpecRun>& of, const Point& start,
+                     const Point& best) {
+  const std::vector<Records> records = runs.evaluate({start, best});
+  StartAndBest both{{}, records[0], records[1]};
+  for (const SpecRun& run : of) both.runs.push_back(run.name);
   return both;
-}
-
-ordered_json number_or_null(const std::optional<double>& value) {
-  return value ? ordered_json(*value) : ordered_json(nullptr);
-}
-
-ordered_json column(const Records& records,
-                    const std::function<std::optional<double>(const TrialRecord&)>& of) {
-  ordered_json all = ordered_json::array();
-  for (const TrialRecord* record : records) all.push_back(number_or_null(of(*record)));
-  return all;
 }
 
 ordered_json to_json(const StartAndBest& both, const Spec& spec) {
   ordered_json document{{"runs", both.runs}};
   const auto add = [&](const std::string& name, const auto& of) {
-    document["values"][name] = {{"start", column(both.start, of)}, {"best", column(both.best, of)}};
+    for (const auto& [which, records] : {std::pair("start", &both.start), std::pair("best", &both.best)}) {
+      ordered_json& column = document["values"][name][which] = ordered_json::array();
+      for (const TrialRecord* record : *records) {
+        const std::optional<double> value = of(*record);
+        column.push_back(value ? ordered_json(*value) : ordered_json(nullptr));
+      }
+    }
   };
-  add(std::string(name(spec.objective)),
-      [&](const TrialRecord& r) -> std::optional<double> { return loss_of(r, spec.objective); });
+  add(std::string(name(spec.objective)), [&](const TrialRecord& r) { return loss_of(r, spec.objective); });
   for (const std::string metric : kCompared)
     add(metric, [&](const TrialRecord& r) { return r.value(metric); });
   return document;
 }
 
-ordered_json parameters_json(const Spec& spec, const std::vector<double>& best) {
-  ordered_json all = ordered_json::array();
-  for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
-    const Range& p = spec.parameters[i];
-    all.push_back({{"key", p.key},
-                   {"also", p.also},
-                   {"unit", scenario::unit_of(p.key)},
-                   {"from", p.low},
-                   {"to", p.high},
-                   {"scale", p.logarithmic ? "log" : "linear"},
-                   {"start", p.value_at(p.coordinate_of(p.start))},
-                   {"best", p.value_at(best[i])}});
+/// The outcome of the search, kept after its recordings are released.
+struct Found {
+  Point start, best;
+  StartAndBest training;
+  std::string history;  ///< as CSV
+};
+
+/// Tries the start of the spec, then whole generations of CMA-ES up to spec.trials settings. The settings
+/// depend only on the spec and the losses found.
+Found find(const Spec& spec, TrialLog& log, const Execution& execution,
+           const std::function<void(const Progress&)>& on_progress) {
+  const Runs runs(spec, spec.training, execution, log);
+  Progress progress{"search", 0, spec.trials, 0};
+  Found found;
+  found.history = "#setting,origin";
+  for (const Range& p : spec.parameters) {
+    found.start.push_back(p.coordinate_of(p.start));
+    found.history += "," + p.key;
   }
-  return all;
+  found.history += fmt::format(",{}\n", name(spec.objective));
+  const auto evaluate = [&](const char* origin, const std::vector<Point>& points) {
+    std::vector<double> losses;
+    for (const Records& records : runs.evaluate(points)) {
+      const Point& point = points[losses.size()];
+      losses.push_back(mean_loss(records, spec.objective));
+      if (progress.tried == 0 || losses.back() < progress.best)
+        found.best = point, progress.best = losses.back();
+      found.history += fmt::format("{},{}", progress.tried++, origin);
+      for (std::size_t i = 0; i < point.size(); ++i)
+        found.history += fmt::format(",{}", spec.parameters[i].value_at(point[i]));
+      found.history += fmt::format(",{}\n", losses.back());
+    }
+    on_progress(progress);
+    return losses;
+  };
+  evaluate("start", {found.start});
+  CmaEs cma_es(found.start, kFirstStep, spec.population, spec.seed);
+  while (progress.tried + spec.population <= spec.trials) {
+    const std::vector<Point> generation = cma_es.ask();
+    cma_es.tell(evaluate("search", generation));
+  }
+  found.training = compare(runs, spec.training, found.start, found.best);
+  return found;
 }
 
-std::string history(const Study& study) {
-  const Spec& spec = study.spec();
-  std::string csv = "#setting,origin";
-  for (const Range& p : spec.parameters) csv += "," + p.key;
-  csv += fmt::format(",{}\n", name(spec.objective));
-  int n = 0;
-  for (const Candidate& c : study.candidates()) {
-    csv += fmt::format("{},{}", n++, c.origin);
-    for (std::size_t i = 0; i < c.point.size(); ++i)
-      csv += fmt::format(",{}", spec.parameters[i].value_at(c.point[i]));
-    csv += fmt::format(",{}\n", c.loss);
-  }
-  return csv;
-}
-
-std::string overlay(const Spec& spec, const std::vector<double>& best, const StartAndBest& holdout) {
+std::string overlay(const Spec& spec, const Point& best, const StartAndBest& holdout) {
   std::string yaml =
       fmt::format("# Tuned by {}. On {}:\n#   {} {:.6g} -> {:.6g} (less is better)\n", spec.name,
                   files::counted(holdout.runs.size(), "hold-out run"), name(spec.objective),
@@ -109,14 +170,13 @@ std::string overlay(const Spec& spec, const std::vector<double>& best, const Sta
   return yaml;
 }
 
-std::string result_text(const Spec& spec, const std::vector<double>& best, const StartAndBest& training,
-                        const StartAndBest& holdout) {
-  std::string text = spec.warning.empty() ? "" : "warning: " + spec.warning + "\n";
+std::string result_text(const Spec& spec, const Found& found, const StartAndBest& holdout) {
+  std::string text;
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Range& p = spec.parameters[i];
-    text += fmt::format("{:<42} {:>10.4g} -> {:.4g}\n", p.key, p.start, p.value_at(best[i]));
+    text += fmt::format("{:<42} {:>10.4g} -> {:.4g}\n", p.key, p.start, p.value_at(found.best[i]));
   }
-  for (const auto& [what, both] : {std::pair{"training", &training}, std::pair{"hold-out", &holdout}})
+  for (const auto& [what, both] : {std::pair{"training", &found.training}, std::pair{"hold-out", &holdout}})
     text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}  mean of {}, less is better\n",
                         fmt::format("{} on {}", name(spec.objective), what),
                         mean_loss(both->start, spec.objective), mean_loss(both->best, spec.objective),
@@ -124,43 +184,43 @@ std::string result_text(const Spec& spec, const std::vector<double>& best, const
   return text;
 }
 
-/// The outcome of the search, kept after its recordings are released.
-struct Found {
-  std::vector<double> start, best;
-  StartAndBest training;
-  std::string history;
-};
-
-Found find(const Spec& spec, TrialLog& log, const Execution& execution,
-           const std::function<void(const Progress&)>& on_progress) {
-  const Runs runs(spec.training, execution);
-  Progress progress{"search", 0, spec.trials, 0};
-  Study study(spec, runs, log, [&](const Candidate& c) {
-    if (progress.tried == 0 || c.loss < progress.best) progress.best = c.loss;
-    ++progress.tried;
-    on_progress(progress);
-  });
-  search(study);
-  Found found;
-  found.start = study.candidates().front().point;
-  found.best = study.best().point;
-  found.training = compare(runs, spec, found.start, found.best, log);
-  found.history = history(study);
-  return found;
-}
-
 std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& holdout, bool accepted) {
-  ordered_json document{{"format_version", 3},
-                        {"name", spec.name},
-                        {"objective", name(spec.objective)},
-                        {"accepted", accepted},
-                        {"parameters", parameters_json(spec, found.best)},
-                        {"training", to_json(found.training, spec)},
-                        {"holdout", to_json(holdout, spec)}};
-  return files::json_text(document, 2) + "\n";
+  ordered_json parameters = ordered_json::array();
+  for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
+    const Range& p = spec.parameters[i];
+    parameters.push_back({{"key", p.key},
+                          {"also", p.also},
+                          {"unit", scenario::unit_of(p.key)},
+                          {"from", p.low},
+                          {"to", p.high},
+                          {"scale", p.logarithmic ? "log" : "linear"},
+                          {"start", p.value_at(p.coordinate_of(p.start))},
+                          {"best", p.value_at(found.best[i])}});
+  }
+  return files::json_text(ordered_json{{"format_version", 3},
+                                       {"name", spec.name},
+                                       {"objective", name(spec.objective)},
+                                       {"accepted", accepted},
+                                       {"parameters", parameters},
+                                       {"training", to_json(found.training, spec)},
+                                       {"holdout", to_json(holdout, spec)}},
+                          2) +
+         "\n";
 }
 
 }  // namespace
+
+double loss_of(const TrialRecord& record, Objective objective) {
+  const auto term = record.value(name(objective));
+  if (term && std::isfinite(*term)) return std::min(*term, kFailure / 2);
+  return kFailure * (2 - record.value("lasted_fraction").value_or(0));
+}
+
+double mean_loss(const Records& records, Objective objective) {
+  double sum = 0;
+  for (const TrialRecord* record : records) sum += loss_of(*record, objective);
+  return sum / static_cast<double>(records.size());
+}
 
 std::string log_purpose(const std::string& program, const Spec& spec) {
   return fmt::format("gaitslam tune {}, {}", spec.name, program);
@@ -172,8 +232,8 @@ TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execut
   TrialLog log(out / "trials.jsonl", log_purpose(program, spec));
   const Found found = find(spec, log, execution, on_progress);
   on_progress({"hold-out", 0, 0, 0});
-  const Runs unseen(spec.holdout, execution);
-  const StartAndBest holdout = compare(unseen, spec, found.start, found.best, log);
+  const StartAndBest holdout =
+      compare(Runs(spec, spec.holdout, execution, log), spec.holdout, found.start, found.best);
   const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
   log.sort();
   files::write_atomically(out / "history.csv", found.history);
@@ -182,7 +242,7 @@ TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execut
     files::write_atomically(out / "best.yaml", overlay(spec, found.best, holdout));
   else
     fs::remove(out / "best.yaml");
-  return {accepted, result_text(spec, found.best, found.training, holdout)};
+  return {accepted, result_text(spec, found, holdout)};
 }
 
 }  // namespace sim::trials

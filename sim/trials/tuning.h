@@ -4,11 +4,26 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "sim/trials/log.h"
 #include "sim/trials/spec.h"
-#include "sim/trials/study.h"
+#include "sim/trials/trial.h"
 
 namespace sim::trials {
+
+/// The loss of a trial: its objective term. A failed trial loses more than any that succeeded; early
+/// failures lose most.
+double loss_of(const TrialRecord& record, Objective objective);
+/// The mean loss over the records.
+double mean_loss(const std::vector<const TrialRecord*>& records, Objective objective);
+
+/// How trials run: in that many threads of this process, or by `remote` if it is set. It must be set if walks
+/// are steered by their estimate: each setting then needs a simulation.
+struct Execution {
+  int threads = 1;
+  RunTasks remote{};
+};
 
 /// The progress of a tuning: settings tried, of how many (0: not known), and the least loss so far.
 struct Progress {
@@ -24,8 +39,8 @@ struct TuningResult {
 };
 
 /// Tunes, and writes to `out`: trials.jsonl (the log), then history.csv, tune.json and, if accepted,
-/// best.yaml. Resumes from the log of the same spec; the result has the same bits for any `execution`.
-/// program: identifies it in the log. Throws FileError.
+/// best.yaml. Every run of the spec needs its folder. Resumes from the log of the same spec; the result has
+/// the same bits for any `execution`. program: identifies it in the log. Throws FileError.
 TuningResult tune(const Spec& spec, const std::filesystem::path& out, const Execution& execution,
                   const std::string& program, const std::function<void(const Progress&)>& on_progress);
 

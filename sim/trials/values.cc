@@ -9,7 +9,7 @@
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml_map.h"
+#include "sim/scenario/yaml.h"
 
 namespace sim::trials {
 namespace {

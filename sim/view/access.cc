@@ -1,11 +1,11 @@
 #include "sim/view/access.h"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <sys/random.h>
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/ip/address.hpp>
 #include <cctype>
 #include <stdexcept>
 
@@ -14,53 +14,24 @@ namespace {
 
 constexpr std::size_t kTokenBytes = 16, kLeastTokenLength = 22;  // 128 bits, also in base64
 
-enum class Reach { none, loopback, network, everything };
-
-Reach reach_of(const std::string& address) {
-  in_addr v4{};
-  if (::inet_pton(AF_INET, address.c_str(), &v4) == 1) {
-    const std::uint32_t number = ntohl(v4.s_addr);
-    return number == 0 ? Reach::everything : number >> 24 == 127 ? Reach::loopback : Reach::network;
-  }
-  in6_addr v6{};
-  if (::inet_pton(AF_INET6, address.c_str(), &v6) != 1) return Reach::none;
-  return IN6_IS_ADDR_UNSPECIFIED(&v6) ? Reach::everything
-         : IN6_IS_ADDR_LOOPBACK(&v6)  ? Reach::loopback
-                                      : Reach::network;
-}
-
 void require_listenable(const Access& access) {
-  const Reach reach = reach_of(access.address);
-  if (reach == Reach::none)
-    throw std::invalid_argument(
-        fmt::format("--address {}: expected an IP address of this machine", access.address));
-  if (reach == Reach::everything)
-    throw std::invalid_argument(
-        fmt::format("--address {}: expected one address of this machine", access.address));
-  if (reach == Reach::network && access.token.empty())
-    throw std::invalid_argument(
-        fmt::format("--address {}: others can reach it, expected a --token of your own", access.address));
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(access.address, error);
+  const char* const complaint = error                      ? "expected an IP address of this machine"
+                                : address.is_unspecified() ? "expected one address of this machine"
+                                : !address.is_loopback() && access.token.empty()
+                                    ? "others can reach it, expected a --token of your own"
+                                    : nullptr;
+  if (complaint) throw std::invalid_argument(fmt::format("--address {}: {}", access.address, complaint));
 }
 
-void require_strong(std::string_view token) {
-  const bool plain = std::all_of(token.begin(), token.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '-' || c == '_';
-  });
-  if (token.size() < kLeastTokenLength || !plain)
-    throw std::invalid_argument("--token: expected at least 22 letters, digits, - or _");
-}
-
-// The value of `token` in the query, or empty.
+// The value of `token`, the first of the query, or empty.
 std::string_view token_in(std::string_view target) {
-  constexpr std::string_view kName = "token=";
-  const std::size_t query = target.find('?');
-  std::string_view rest = query == target.npos ? std::string_view() : target.substr(query + 1);
-  while (!rest.empty()) {
-    const std::string_view pair = rest.substr(0, rest.find('&'));
-    if (pair.starts_with(kName)) return pair.substr(kName.size());
-    rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
-  }
-  return {};
+  constexpr std::string_view kName = "?token=";
+  const std::size_t query = target.find(kName);
+  if (query == target.npos) return {};
+  const std::string_view rest = target.substr(query + kName.size());
+  return rest.substr(0, rest.find('&'));
 }
 
 // Pages have a web scheme or an opaque origin ("null"); apps have other schemes.
@@ -82,7 +53,11 @@ std::string new_token() {
 Access checked(Access access) {
   require_listenable(access);
   if (access.token.empty()) access.token = new_token();
-  require_strong(access.token);
+  const bool plain = std::all_of(access.token.begin(), access.token.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_';
+  });
+  if (access.token.size() < kLeastTokenLength || !plain)
+    throw std::invalid_argument("--token: expected at least 22 letters, digits, - or _");
   return access;
 }
 

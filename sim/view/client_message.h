@@ -5,41 +5,23 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 
 namespace sim::view {
 
-struct Pause {};
-struct Resume {};
-/// Runs for one frame of the camera.
-struct Step {};
-/// Times real time; 0: full speed.
-struct Speed {
-  double factor = 0;
+/// op: "pause", "resume", "step" (runs for one frame of the camera), "speed", "loaded" (the page has fetched
+/// room and robot), "subscribe", "unsubscribe"; others are without use here.
+struct ClientMessage {
+  std::string op;
+  double factor = 0;  ///< of "speed": times real time; 0: full speed
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions{};  ///< (the client's number, channel)
+  std::vector<std::uint32_t> unsubscribed{};                             ///< the client's numbers
 };
-/// (the client's number, the channel's number)
-struct Subscribe {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;
-};
-struct Unsubscribe {
-  std::vector<std::uint32_t> subscriptions;
-};
-/// The page has fetched room and robot.
-struct Loaded {};
-/// A valid message without use here.
-struct Ignored {};
-struct Malformed {
-  std::string why;
-};
-
-using ClientMessage =
-    std::variant<Pause, Resume, Step, Speed, Subscribe, Unsubscribe, Loaded, Ignored, Malformed>;
 
 /// Limit of subscriptions in one message.
 inline constexpr std::size_t kMostSubscriptions = 64;
 
-/// Reads any text; returns Malformed for anything but a message.
+/// Reads any text. Throws std::invalid_argument unless it is a message.
 ClientMessage read_client_message(std::string_view text);
 
 }  // namespace sim::view

@@ -8,7 +8,7 @@
 
 #include "sim/export/ros_messages.h"
 #include "sim/files/json.h"
-#include "sim/recording/grey_png.h"
+#include "sim/recording/image_file.h"
 #include "sim/view/site.h"
 
 namespace sim::view {
@@ -17,22 +17,40 @@ namespace {
 using nlohmann::ordered_json;
 namespace ros = exports::ros;
 
-constexpr std::uint32_t kImage = 1, kInfo = 2, kImu = 3, kTruth = 4, kPlan = 5, kEstimate = 6;
 constexpr std::size_t kMostSubscribed = 64;
+constexpr std::uint32_t kImu = 3;
 
+/// Its number to clients is its place, from 1. payload: of a frame; empty if it has none.
 struct Channel {
-  std::uint32_t id;
   const char* topic;
   const exports::MessageType& type;
+  std::string (*payload)(const Frame& frame, const recording::RecordingSetup& setup);
 };
 
 const std::array<Channel, 6>& channels() {
-  static const std::array<Channel, 6> all{{{kImage, "/camera/image/compressed", ros::kCompressedImage},
-                                           {kInfo, "/camera/camera_info", ros::kCameraInfo},
-                                           {kImu, "/imu", ros::kImu},
-                                           {kTruth, "/ground_truth/pose", ros::kPoseStamped},
-                                           {kPlan, "/plan/pose", ros::kPoseStamped},
-                                           {kEstimate, "/slam/pose", ros::kPoseWithCovarianceStamped}}};
+  using Setup = recording::RecordingSetup;
+  static const std::array<Channel, 6> all{
+      {{"/camera/image/compressed", ros::kCompressedImage,
+        [](const Frame& f, const Setup&) {
+          return f.image.empty() ? ""
+                                 : ros::compressed_image(f.t, "camera", recording::encode_grey_png(f.image));
+        }},
+       {"/camera/camera_info", ros::kCameraInfo,
+        [](const Frame& f, const Setup& setup) {
+          return f.image.empty() ? "" : ros::camera_info(f.t, "camera", setup.calibration.camera);
+        }},
+       {"/imu", ros::kImu, nullptr},  // of all observations, not only of frames
+       {"/ground_truth/pose", ros::kPoseStamped,
+        [](const Frame& f, const Setup&) {
+          return f.truth ? ros::pose_stamped(f.t, "world", *f.truth) : "";
+        }},
+       {"/plan/pose", ros::kPoseStamped,
+        [](const Frame& f, const Setup&) { return f.plan ? ros::pose_stamped(f.t, "world", *f.plan) : ""; }},
+       {"/slam/pose", ros::kPoseWithCovarianceStamped, [](const Frame& f, const Setup&) {
+          return f.estimate ? ros::pose_with_covariance_stamped(
+                                  f.t, "world", *f.estimate, f.covariance.value_or(files::Matrix6d::Zero()))
+                            : "";
+        }}}};
   return all;
 }
 
@@ -44,7 +62,7 @@ void put(std::string& to, Number x) {
 ordered_json advertisement() {
   ordered_json list = ordered_json::array();
   for (const Channel& channel : channels())
-    list.push_back({{"id", channel.id},
+    list.push_back({{"id", list.size() + 1},
                     {"topic", channel.topic},
                     {"encoding", "cdr"},
                     {"schemaName", channel.type.name},
@@ -53,61 +71,16 @@ ordered_json advertisement() {
   return {{"op", "advertise"}, {"channels", list}};
 }
 
-bool is_channel(std::uint32_t id) {
-  return std::any_of(channels().begin(), channels().end(), [id](const Channel& c) { return c.id == id; });
-}
-
-void complain(Client& client, const std::string& why) {
-  client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
-}
-
-void subscribe(Client& client, const Subscribe& message) {
-  for (const auto& [id, channel] : message.subscriptions) {
-    std::erase_if(client.subscriptions, [id = id](const auto& one) { return one.first == id; });
-    if (!is_channel(channel) || client.subscriptions.size() >= kMostSubscribed)
-      complain(client, fmt::format("unknown channel {} or too many subscriptions", channel));
-    else
-      client.subscriptions.push_back({id, channel});
-  }
-}
-
-std::string payload(std::uint32_t channel, const Frame& frame, const recording::RecordingSetup& setup) {
-  const std::string camera = "camera", world = "world";
-  switch (channel) {
-    case kImage:
-      return frame.image.empty()
-                 ? ""
-                 : ros::compressed_image(frame.t, camera, recording::encode_grey_png(frame.image));
-    case kInfo:
-      return frame.image.empty() ? "" : ros::camera_info(frame.t, camera, setup.calibration.camera);
-    case kTruth:
-      return frame.truth ? ros::pose_stamped(frame.t, world, *frame.truth) : "";
-    case kPlan:
-      return frame.plan ? ros::pose_stamped(frame.t, world, *frame.plan) : "";
-    case kEstimate:
-      return frame.estimate
-                 ? ros::pose_with_covariance_stamped(frame.t, world, *frame.estimate,
-                                                     frame.covariance.value_or(files::Matrix6d::Zero()))
-                 : "";
-    default:
-      return "";
-  }
-}
-
-void send_one(Client& client, std::uint32_t subscription, slam::Stamp t, const std::string& bytes) {
-  if (bytes.empty()) return;
-  const auto ns = static_cast<std::uint64_t>(recording::file_stamp(t));
-  client.send({std::make_shared<const std::string>(foxglove_message(subscription, ns, bytes)), false, true});
+/// A binary message: op 1, subscription, log time, payload.
+void send_one(Client& client, std::uint32_t subscription, slam::Stamp t, const std::string& payload) {
+  if (payload.empty()) return;
+  std::string bytes(1, '\1');
+  put(bytes, subscription);
+  put(bytes, static_cast<std::uint64_t>(recording::file_stamp(t)));
+  client.send({std::make_shared<const std::string>(bytes + payload), false, true});
 }
 
 }  // namespace
-
-std::string foxglove_message(std::uint32_t subscription, std::uint64_t t_ns, std::string_view payload) {
-  std::string bytes(1, '\1');
-  put(bytes, subscription);
-  put(bytes, t_ns);
-  return bytes.append(payload);
-}
 
 Foxglove::Foxglove(const recording::RecordingSetup& setup) : setup_(setup), imu_(setup.imu_rate_hz) {}
 
@@ -121,13 +94,25 @@ void Foxglove::greet(Client& client) const {
   client.send(json_message(advertisement()));
 }
 
-void Foxglove::process(Client& client, const ClientMessage& message) const {
-  if (const auto* const wanted = std::get_if<Subscribe>(&message)) return subscribe(client, *wanted);
-  if (const auto* const unwanted = std::get_if<Unsubscribe>(&message)) {
-    for (const std::uint32_t id : unwanted->subscriptions)
-      std::erase_if(client.subscriptions, [id](const auto& one) { return one.first == id; });
-  } else if (const auto* const malformed = std::get_if<Malformed>(&message)) {
-    complain(client, malformed->why);
+void Foxglove::process(Client& client, std::string_view said) const {
+  const auto complain = [&](const std::string& why) {
+    client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
+  };
+  const auto drop = [&](std::uint32_t id) {
+    std::erase_if(client.subscriptions, [id](const auto& one) { return one.first == id; });
+  };
+  try {
+    const ClientMessage message = read_client_message(said);
+    for (const std::uint32_t id : message.unsubscribed) drop(id);
+    for (const auto& [id, channel] : message.subscriptions) {
+      drop(id);
+      if (channel < 1 || channel > channels().size() || client.subscriptions.size() >= kMostSubscribed)
+        complain(fmt::format("unknown channel {} or too many subscriptions", channel));
+      else
+        client.subscriptions.push_back({id, channel});
+    }
+  } catch (const std::invalid_argument& error) {
+    complain(error.what());
   }
 }
 
@@ -137,7 +122,7 @@ void Foxglove::send(const Frame& frame, const std::vector<exports::ImuReading>& 
       for (const exports::ImuReading& reading : imu)
         send_one(client, subscription, reading.t, ros::imu(reading, "imu", 0, 0));
     else
-      send_one(client, subscription, frame.t, payload(channel, frame, setup_));
+      send_one(client, subscription, frame.t, channels()[channel - 1].payload(frame, setup_));
   }
 }
 

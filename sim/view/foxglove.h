@@ -26,8 +26,8 @@ class Foxglove {
 
   /// serverInfo and advertise.
   void greet(Client& client) const;
-  /// Keeps a client's subscriptions; answers unknown channels with a status.
-  void process(Client& client, const ClientMessage& message) const;
+  /// Keeps a client's subscriptions; answers malformed messages and unknown channels with a status.
+  void process(Client& client, std::string_view said) const;
 
   /// IMU readings of an observation, also if it is not shown itself.
   std::vector<exports::ImuReading> merged(const slam::Observation& observation) {
@@ -40,8 +40,5 @@ class Foxglove {
   recording::RecordingSetup setup_;
   exports::ImuMerger imu_;
 };
-
-/// A binary message: op 1, subscription, log time, payload.
-std::string foxglove_message(std::uint32_t subscription, std::uint64_t t_ns, std::string_view payload);
 
 }  // namespace sim::view

@@ -35,8 +35,6 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
                          if (viewers == 0) pace_.release();
                        }}) {}
 
-LiveView::~LiveView() = default;
-
 void LiveView::begin(const recording::RecordingSetup& setup) {
   auto foxglove = std::make_shared<Foxglove>(setup);
   period_ = slam::Stamp(static_cast<std::int64_t>(1e9 / setup.camera_rate_hz) + 1'000'000);
@@ -71,10 +69,7 @@ bool LiveView::wants_map() {
 
 void LiveView::show(Frame frame) {
   shown_ = steady_clock::now();
-  {
-    const std::lock_guard lock(strips_mutex_);
-    strips_.add(frame);
-  }
+  strips_.add(frame);
   Message message;
   if (server_.with_room("gaitslam") > 0)
     message = {std::make_shared<const std::string>(to_message(frame)), false, true};
@@ -85,26 +80,21 @@ void LiveView::show(Frame frame) {
     if (is_own(client) && message.bytes) client.send(message);
     if (!is_own(client) && frame) foxglove_->send(*frame, imu, client);
   });
-  if (shown_ - strips_shown_ < kLeastStripsInterval) return;
+  if (shown_ - strips_shown_ < kLeastStripsInterval || !message.bytes) return;
   strips_shown_ = shown_;
   send_strips(true);
 }
 
 void LiveView::send_strips(bool is_frame) {
-  server_.for_each([this, is_frame, made = std::make_shared<Message>()](Client& client) {
-    if (!is_own(client)) return;
-    if (!made->bytes) *made = strips_message(is_frame);
-    client.send(*made);
-  });
+  Message message = json_message({{"op", "strips"}, {"html", strips_html(strips_.figures())}});
+  message.is_frame = is_frame;
+  send_to_pages(message);
 }
 
-Message LiveView::strips_message(bool is_frame) {
-  std::unique_lock lock(strips_mutex_);
-  const std::vector<pages::Figure> figures = strips_.figures();
-  lock.unlock();
-  Message message = json_message({{"op", "strips"}, {"html", strips_html(figures)}});
-  message.is_frame = is_frame;
-  return message;
+void LiveView::send_to_pages(const Message& message) {
+  server_.for_each([message](Client& client) {
+    if (is_own(client)) client.send(message);
+  });
 }
 
 void LiveView::pace(slam::Stamp t) {
@@ -113,9 +103,7 @@ void LiveView::pace(slam::Stamp t) {
 
 void LiveView::end(const std::string& how) {
   send_strips(false);
-  server_.for_each([how](Client& client) {
-    if (is_own(client)) client.send(json_message({{"op", "ended"}, {"how", how}}));
-  });
+  send_to_pages(json_message({{"op", "ended"}, {"how", how}}));
   server_.flush(kForMessages, kForPages);
 }
 
@@ -134,38 +122,38 @@ void LiveView::opened(Client& client) {
 }
 
 void LiveView::received(Client& client, std::string_view said) {
-  const ClientMessage message = read_client_message(said);
   if (!is_own(client)) {
-    if (const auto foxglove = std::atomic_load(&foxglove_)) foxglove->process(client, message);
+    if (const auto foxglove = std::atomic_load(&foxglove_)) foxglove->process(client, said);
     return;
   }
-  if (const auto* const malformed = std::get_if<Malformed>(&message))
-    return client.send(json_message({{"op", "rejected"}, {"why", malformed->why}}));
-  if (std::holds_alternative<Loaded>(message)) {
-    client.loading = false;
-    return;
+  const auto reject = [&](const std::string& why) {
+    client.send(json_message({{"op", "rejected"}, {"why", why}}));
+  };
+  try {
+    const ClientMessage message = read_client_message(said);
+    if (message.op == "loaded")
+      client.loading = false;
+    else if (!control_)
+      reject("this view is read-only: start it with --control");
+    else
+      command(message);
+  } catch (const std::invalid_argument& error) {
+    reject(error.what());
   }
-  if (!control_)
-    return client.send(
-        json_message({{"op", "rejected"}, {"why", "this view is read-only: start it with --control"}}));
-  if (command(message))
-    server_.for_each([now = pace_message()](Client& each) {
-      if (is_own(each)) each.send(now);
-    });
 }
 
-bool LiveView::command(const ClientMessage& message) {
-  if (std::holds_alternative<Pause>(message))
+void LiveView::command(const ClientMessage& message) {
+  if (message.op == "pause")
     pace_.pause();
-  else if (std::holds_alternative<Resume>(message))
+  else if (message.op == "resume")
     pace_.resume();
-  else if (std::holds_alternative<Step>(message))
+  else if (message.op == "step")
     pace_.step(period_);
-  else if (const auto* const speed = std::get_if<Speed>(&message))
-    pace_.set_speed(speed->factor);
+  else if (message.op == "speed")
+    pace_.set_speed(message.factor);
   else
-    return false;
-  return true;
+    throw std::invalid_argument("unknown op");
+  send_to_pages(pace_message());
 }
 
 }  // namespace sim::view

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "sim/recording/recording.h"
@@ -23,7 +22,6 @@ class LiveView {
  public:
   /// control: clients may pause the run, step it and set its speed. Throws as Server does.
   LiveView(const Access& access, ShownRun run, bool control);
-  ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
 
@@ -49,10 +47,10 @@ class LiveView {
  private:
   void opened(Client& client);
   void received(Client& client, std::string_view text);
-  bool command(const ClientMessage& message);
+  void command(const ClientMessage& message);
   Message pace_message() const;
   void send_strips(bool is_frame);
-  Message strips_message(bool is_frame);
+  void send_to_pages(const Message& message);
 
   bool control_;
   Pace pace_;
@@ -60,7 +58,6 @@ class LiveView {
   std::shared_ptr<Foxglove> foxglove_;    // set before the first observation, in the server's thread
   std::vector<exports::ImuReading> imu_;  // not sent yet
   std::chrono::steady_clock::time_point shown_{}, map_shown_{}, strips_shown_{};
-  std::mutex strips_mutex_;
   Strips strips_;
   slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's
   Message last_;                                        // of the server's thread

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "sim/pages/frame.h"
+#include "sim/recording/recording.h"
 #include "sim/view/server.h"
-#include "sim/view/shown_run.h"
 #include "sim/view/site.h"
 #include "sim/view/strips.h"
 
@@ -21,6 +21,8 @@ struct RobotModel {
   Model model;
   std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
+
+FootPlace place_of(const recording::TrueFoot& foot);
 
 /// Adds feet, zero-moment point and, given a robot, its bodies. frames: in order of time.
 void add_recorded(std::vector<Frame>& frames, const std::filesystem::path& recording,

@@ -28,8 +28,7 @@ class ReplaySession : public ViewSession {
   ReplaySession(const ViewRequest& request, const scenario::ReadScenario& read,
                 const std::filesystem::path& recording, const std::filesystem::path& models) {
     const recording::RecordingSetup setup = recording::RecordingReader(recording).setup();
-    ShownRun run{.label = fmt::format("{}, seed {}, replayed", read.scenario.name, read.scenario.seed),
-                 .next_follows = request.next_follows};
+    ShownRun run{.label = fmt::format("{}, seed {}, replayed", read.scenario.name, read.scenario.seed)};
     const MakeRobot make = robot_maker(models);
     std::optional<RobotModel> robot;
     if (make) robot = make(read.scenario);
@@ -41,7 +40,7 @@ class ReplaySession : public ViewSession {
       run.model = robot->model;
     else
       run.missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
-    view_.emplace(Access{request.address, request.port, request.token}, run, request.control);
+    view_.emplace(request, run, request.control);
     request.opened(url(view_->access()));
     view_->begin(setup);
     if (request.wait) view_->wait_for_viewer();

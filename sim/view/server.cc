@@ -34,23 +34,7 @@ RequestHead head_of(const Request& request) {
   return head;
 }
 
-/// Bytes of a resource, without a copy.
-struct SharedBody {
-  using value_type = std::shared_ptr<const std::string>;
-  static std::uint64_t size(const value_type& body) { return body->size(); }
-  struct writer {
-    using const_buffers_type = net::const_buffer;
-    template <bool is_request, class Fields>
-    writer(const http::header<is_request, Fields>&, const value_type& body) : body_(body) {}
-    void init(Error& error) { error = {}; }
-    boost::optional<std::pair<const_buffers_type, bool>> get(Error& error) {
-      error = {};
-      return {{const_buffers_type(body_->data(), body_->size()), false}};
-    }
-    const value_type& body_;
-  };
-};
-using Response = http::response<SharedBody>;
+using Response = http::response<http::string_body>;
 
 /// Shared by all connections, in the server's thread.
 struct Shared {
@@ -59,35 +43,19 @@ struct Shared {
   Limits limits;
   std::size_t connections = 0;
   std::list<std::weak_ptr<class SocketClient>> sockets;
-  std::list<std::weak_ptr<class HttpConnection>>
-      strangers;                           ///< oldest first; some have shown the token since
   std::atomic<int> viewers{0}, others{0};  // clients with room in their queue
+  std::size_t pages = 0;                   // viewers with or without it
 
   void count_rooms();
-  std::size_t viewers_left() const;
-  void add_stranger(const std::shared_ptr<HttpConnection>& connection);
-  /// False if every connection has shown the token.
-  bool end_oldest_stranger();
 };
 
-/// One of the connections that are counted.
-class Slot {
- public:
-  explicit Slot(Shared& shared) : shared_(shared) { ++shared_.connections; }
-  ~Slot() { --shared_.connections; }
-  Slot(const Slot&) = delete;
-  Slot& operator=(const Slot&) = delete;
-
- private:
-  Shared& shared_;
-};
+using Slot = std::shared_ptr<void>;  ///< one of the connections that are counted
 
 constexpr std::string_view kOwn = "gaitslam";
 
 class SocketClient : public Client, public std::enable_shared_from_this<SocketClient> {
  public:
-  SocketClient(std::shared_ptr<Shared> shared, std::shared_ptr<Slot> slot, beast::tcp_stream stream,
-               std::string protocol)
+  SocketClient(std::shared_ptr<Shared> shared, Slot slot, beast::tcp_stream stream, std::string protocol)
       : shared_(std::move(shared)),
         slot_(std::move(slot)),
         socket_(std::move(stream)),
@@ -167,7 +135,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     if (std::exchange(closing_, true)) return;
     beast::get_lowest_layer(socket_).close();
     shared_->count_rooms();
-    if (open_) shared_->service.closed(shared_->viewers_left());
+    if (open_) shared_->service.closed(shared_->pages);
   }
 
   template <class Action>
@@ -178,7 +146,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
   }
 
   std::shared_ptr<Shared> shared_;
-  std::shared_ptr<Slot> slot_;
+  Slot slot_;
   websocket::stream<beast::tcp_stream> socket_;
   std::string protocol_;
   MessageQueue queue_;
@@ -188,24 +156,25 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
 
 void Shared::count_rooms() {
   int own = 0, other = 0;
+  pages = 0;
   sockets.remove_if([](const auto& socket) { return socket.expired(); });
-  for (const auto& socket : sockets)
-    if (const auto client = socket.lock(); client && client->has_room()) ++(client->is_own() ? own : other);
+  for (const auto& socket : sockets) {
+    const auto client = socket.lock();
+    if (client && client->has_room()) ++(client->is_own() ? own : other);
+    if (client && client->is_own() && !client->is_closing()) ++pages;
+  }
   viewers = own, others = other;
-}
-
-std::size_t Shared::viewers_left() const {
-  std::size_t left = 0;
-  for (const auto& socket : sockets)
-    if (const auto client = socket.lock(); client && client->is_own() && !client->is_closing()) ++left;
-  return left;
 }
 
 /// A connection that speaks HTTP, request after request, until it becomes a WebSocket.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
   HttpConnection(std::shared_ptr<Shared> shared, tcp::socket socket)
-      : shared_(std::move(shared)), slot_(std::make_shared<Slot>(*shared_)), stream_(std::move(socket)) {}
+      : shared_(std::move(shared)),
+        slot_(nullptr, [shared = shared_](void*) { --shared->connections; }),
+        stream_(std::move(socket)) {
+    ++shared_->connections;
+  }
 
   void read() {
     parser_.emplace();
@@ -216,23 +185,15 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
                      [self = shared_from_this()](Error error, std::size_t) { self->on_read(error); });
   }
 
-  /// Until a request with the token has come.
-  bool is_stranger() const { return stranger_; }
-  void end() { stream_.close(); }
-
  private:
   void on_read(Error error) {
     if (error == http::error::header_limit) return answer(431, "the request's header is too long", false);
     if (error == http::error::unexpected_body || error == http::error::body_limit)
       return answer(413, "expected no body", false);
-    if (error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
-        error != http::error::end_of_stream && error != http::error::partial_message)
-      return answer(400, "this is not HTTP", false);
     if (error) return;
     const Request request = parser_->release();
     if (const auto rejected = rejection(head_of(request), shared_->access))
       return answer(rejected->status, rejected->why, false);
-    stranger_ = false;
     if (websocket::is_upgrade(request)) return upgrade(request);
     serve(path_of(plain(request.target())), request.keep_alive());
   }
@@ -240,7 +201,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void serve(std::string_view path, bool keep) try {
     const auto resource = shared_->service.resource(path);
     if (!resource) return answer(404, "no such file", keep);
-    respond(200, resource->type, resource->bytes, keep);
+    respond(200, resource->type, *resource->bytes, keep);
   } catch (const std::exception& failure) {
     answer(500, failure.what(), false);
   }
@@ -256,11 +217,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   void answer(unsigned status, std::string_view why, bool keep) {
-    respond(status, "text/plain; charset=utf-8", std::make_shared<const std::string>(std::string(why) + "\n"),
-            keep);
+    respond(status, "text/plain; charset=utf-8", std::string(why) + "\n", keep);
   }
 
-  void respond(unsigned status, const std::string& type, std::shared_ptr<const std::string> body, bool keep) {
+  void respond(unsigned status, const std::string& type, std::string body, bool keep) {
     const auto response = std::make_shared<Response>(http::status(status), 11, std::move(body));
     response->set(http::field::content_type, type);
     response->set(http::field::cache_control, "no-store");
@@ -274,42 +234,18 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     response->prepare_payload();
     stream_.expires_after(shared_->limits.response);
     http::async_write(stream_, *response, [self = shared_from_this(), response](Error error, std::size_t) {
-      self->on_written(error || response->need_eof());
+      if (!error && !response->need_eof()) return self->read();
+      Error ignored;
+      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
     });
   }
 
-  void on_written(bool end) {
-    if (!end) return read();
-    Error ignored;
-    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-  }
-
   std::shared_ptr<Shared> shared_;
-  std::shared_ptr<Slot> slot_;
+  Slot slot_;
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
-  bool stranger_ = true;
 };
-
-void Shared::add_stranger(const std::shared_ptr<HttpConnection>& connection) {
-  strangers.remove_if([](const auto& stranger) {
-    const auto known = stranger.lock();
-    return !known || !known->is_stranger();
-  });
-  strangers.push_back(connection);
-}
-
-bool Shared::end_oldest_stranger() {
-  while (!strangers.empty()) {
-    const auto oldest = strangers.front().lock();
-    strangers.pop_front();
-    if (!oldest || !oldest->is_stranger()) continue;
-    oldest->end();
-    return true;
-  }
-  return false;
-}
 
 }  // namespace
 
@@ -337,11 +273,9 @@ struct Server::Implementation {
   void accept() {
     acceptor.async_accept([this](Error error, tcp::socket socket) {
       if (error == net::error::operation_aborted) return;
-      if (!error && (shared->connections < shared->limits.clients || shared->end_oldest_stranger())) {
+      if (!error && shared->connections < shared->limits.clients) {
         socket.set_option(tcp::no_delay(true), error);
-        const auto connection = std::make_shared<HttpConnection>(shared, std::move(socket));
-        shared->add_stranger(connection);
-        connection->read();
+        std::make_shared<HttpConnection>(shared, std::move(socket))->read();
       }
       accept();
     });

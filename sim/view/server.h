@@ -34,8 +34,11 @@ class MessageQueue {
   /// False if a message that must not be lost has no room: the client must be dropped.
   bool push(Message message) {
     if (!message.is_frame && waiting_.size() - frames_ >= most_others_) return false;
-    if (message.is_frame && frames_ >= most_frames_) drop_oldest_frame();
-    frames_ += message.is_frame ? 1 : 0;
+    if (message.is_frame && ++frames_ > most_frames_) {
+      waiting_.erase(
+          std::find_if(waiting_.begin(), waiting_.end(), [](const Message& m) { return m.is_frame; }));
+      --frames_;
+    }
     waiting_.push_back(std::move(message));
     return true;
   }
@@ -51,18 +54,10 @@ class MessageQueue {
   /// For the messages of another frame, without dropping any.
   bool has_room() const { return 2 * frames_ <= most_frames_; }
   std::size_t size() const { return waiting_.size(); }
-  std::size_t dropped() const { return dropped_; }
 
  private:
-  void drop_oldest_frame() {
-    waiting_.erase(
-        std::find_if(waiting_.begin(), waiting_.end(), [](const Message& m) { return m.is_frame; }));
-    --frames_;
-    ++dropped_;
-  }
-
   std::deque<Message> waiting_;
-  std::size_t most_frames_, most_others_, frames_ = 0, dropped_ = 0;
+  std::size_t most_frames_, most_others_, frames_ = 0;
 };
 
 /// A file as it is served.
@@ -78,9 +73,8 @@ struct Limits {
   std::size_t message_bytes = 8192;           ///< of a client's WebSocket message
   std::chrono::milliseconds request{10000};   ///< until a request is complete
   std::chrono::milliseconds response{30000};  ///< until a response is taken
-  std::size_t queued_frames = 4,
-              queued_messages =
-                  64;  ///< of the other protocols, a message for each channel: 16 times the frames
+  std::size_t queued_frames = 4;              ///< of other protocols, a message for each channel: 16 times
+  std::size_t queued_messages = 64;           ///< besides
 };
 
 /// A client's WebSocket, in the server's thread.

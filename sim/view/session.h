@@ -2,7 +2,6 @@
 // sim/view/live; a build without it has stubs.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -11,6 +10,7 @@
 
 #include "sim/scenario/scenario.h"
 #include "sim/tracking/tracking.h"
+#include "sim/view/access.h"
 
 namespace sim::live {
 struct RunObserver;
@@ -21,15 +21,8 @@ struct RobotDescription;
 
 namespace sim::view {
 
-/// Listening address of the view.
-struct ViewPlace {
-  std::string address = "127.0.0.1", token;
-  std::uint16_t port = 0;
-};
-
-struct ViewRequest : ViewPlace {
+struct ViewRequest : Access {
   bool view = false, control = false, wait = false;
-  bool next_follows = false;  ///< set by a command that shows one walk after the other
   std::function<void(const std::string& url)> opened = [](const std::string&) {};
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/figure.h"
+#include "walking/hrp2.h"
 
 // Embeds the page and the files that esbuild makes from web/.
 #define GAITSLAM_EMBED(name, file)                                                          \
@@ -21,6 +23,8 @@ GAITSLAM_EMBED(gaitslam_view_style, GAITSLAM_VIEW_BUNDLE "/view.css")
 
 namespace sim::view {
 namespace {
+
+using nlohmann::ordered_json;
 
 Resource resource(std::string type, std::string_view bytes) {
   return {std::move(type), std::make_shared<const std::string>(bytes)};
@@ -35,33 +39,65 @@ std::string page_with(std::string_view token) {
   return page;
 }
 
+constexpr std::string_view kIcon =
+    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
+    "fill='#0069b0'/></svg>";
+
+ordered_json to_json(const slam::CameraIntrinsics& camera) {
+  return {{"width", camera.width_px}, {"height", camera.height_px}, {"fu", camera.fu_px},
+          {"fv", camera.fv_px},       {"u0", camera.u0_px},         {"v0", camera.v0_px}};
+}
+
+ordered_json to_json(const ShownRun& run) {
+  using walking::hrp2::kSoleMax, walking::hrp2::kSoleMin;
+  ordered_json moments = ordered_json::array();
+  for (const Moment& moment : run.moments)
+    moments.push_back({{"t", moment.t_s}, {"kind", moment.kind}, {"text", moment.text}});
+  return {{"label", run.label},
+          {"duration", run.duration_s},
+          {"sole", {kSoleMin.x(), kSoleMin.y(), kSoleMax.x(), kSoleMax.y()}},
+          {"missing", run.missing},
+          {"has_model", run.model.has_value()},
+          {"camera", run.camera ? to_json(*run.camera) : ordered_json(nullptr)},
+          {"moments", moments}};
+}
+
 }  // namespace
 
-Message json_message(const nlohmann::ordered_json& content) {
+std::vector<Moment> faults_of(const scenario::Scenario& scenario) {
+  std::vector<Moment> moments;
+  for (const sensor_errors::Fault& fault : scenario.errors.faults)
+    std::visit(
+        [&](const auto& one) {
+          std::string name = one.kName;
+          std::replace(name.begin(), name.end(), '_', ' ');
+          moments.push_back({one.from_s, "fault", fmt::format("{} for {} s", name, one.duration_s)});
+        },
+        fault);
+  return moments;
+}
+
+Message json_message(const ordered_json& content) {
   return {std::make_shared<const std::string>(files::json_text(content)), true, false};
 }
 
 Resource json_resource(std::string text) { return resource("application/json", text); }
 Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
 
-constexpr std::string_view kIcon =
-    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
-    "fill='#0069b0'/></svg>";
-
-Site::Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about) {
+Site::Site(const std::vector<ShownRun>& runs, ordered_json about) {
   add("/view.js",
       resource("text/javascript; charset=utf-8", {gaitslam_view_script_begin, gaitslam_view_script_end}));
   add("/view.css",
       resource("text/css; charset=utf-8",
                std::string(gaitslam_view_style_begin, gaitslam_view_style_end) + pages::figure_style()));
   add("/icon.svg", resource("image/svg+xml", kIcon));
-  about["runs"] = nlohmann::ordered_json::array();
+  about["runs"] = ordered_json::array();
   for (std::size_t i = 0; i < runs.size(); ++i) {
     about["runs"].push_back(to_json(runs[i]));
     if (!runs[i].model) continue;
-    add(fmt::format("/model/{}", i), bytes_resource(model_bytes(*runs[i].model)));
+    add(fmt::format("/model/{}", i), bytes_resource(runs[i].model->pieces));
     add(fmt::format("/pictures/{}", i),
-        [paint = runs[i].model->pictures] { return bytes_resource(picture_bytes(paint())); });
+        [paint = runs[i].model->pictures] { return bytes_resource(paint()); });
   }
   add("/about", json_resource(files::json_text(about)));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "sim/pages/html.h"
 #include "sim/pages/run_data.h"
@@ -10,40 +11,16 @@
 namespace sim::view {
 namespace {
 
-using Eigen::Vector2d;
 using pages::Figure;
 using pages::kDeg;
 using pages::kMm;
 using pages::Role;
 
 constexpr double kLoaded_n = 60, kUnloaded_n = 20;
-
-double cross(const Vector2d& o, const Vector2d& a, const Vector2d& b) {
-  return (a - o).x() * (b - o).y() - (a - o).y() * (b - o).x();
-}
-
-Vector2d turned(double yaw, const Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
-
-std::array<Vector2d, 4> sole_corners(const Eigen::Vector3d& place) {
-  using walking::hrp2::kSoleMax, walking::hrp2::kSoleMin;
-  std::array<Vector2d, 4> corners{Vector2d(kSoleMin.x(), kSoleMin.y()), Vector2d(kSoleMax.x(), kSoleMin.y()),
-                                  Vector2d(kSoleMax.x(), kSoleMax.y()), Vector2d(kSoleMin.x(), kSoleMax.y())};
-  for (Vector2d& corner : corners) corner = place.head<2>() + turned(place.z(), corner);
-  return corners;
-}
-
-std::vector<Vector2d> half_hull(const auto& sorted) {
-  std::vector<Vector2d> chain;
-  for (const Vector2d& p : sorted) {
-    while (chain.size() > 1 && cross(chain[chain.size() - 2], chain.back(), p) <= 0) chain.pop_back();
-    chain.push_back(p);
-  }
-  chain.pop_back();
-  return chain;
-}
+enum { kPosition, kHeading, kNees, kLandmarks, kSlip, kMargin };  // as in Strips::figures
 
 Figure strip(const char* name, const char* title, std::vector<std::pair<const char*, Role>> lines,
-             std::vector<pages::Level> levels = {}, bool bands = false) {
+             std::vector<pages::Mark> levels = {}, bool bands = false) {
   Figure f{name, title, "time [s]", ""};
   for (const auto& [line, role] : lines) {
     f.lines.push_back({line, role});
@@ -53,48 +30,38 @@ Figure strip(const char* name, const char* title, std::vector<std::pair<const ch
   return f;
 }
 
-void add(Figure& f, std::size_t line, double t, double value) {
+void add_value(Figure& f, std::size_t line, double t, double value) {
   f.lines[line].x.push_back(t), f.lines[line].y.push_back(value);
 }
 
-void add(Figure& f, std::size_t line, double t, double value, double band) {
-  add(f, line, t, value);
+void add_error(Figure& f, std::size_t line, double t, double error, double sigma) {
+  add_value(f, line, t, error);
   f.envelopes[line].x.push_back(t);
-  f.envelopes[line].low.push_back(-band), f.envelopes[line].high.push_back(band);
+  f.envelopes[line].low.push_back(-3 * sigma), f.envelopes[line].high.push_back(3 * sigma);
+}
+
+void add_corners(const Eigen::Vector3d& place, std::vector<cv::Point2f>& corners) {
+  const Eigen::AlignedBox2d sole(walking::hrp2::kSoleMin, walking::hrp2::kSoleMax);
+  for (int corner = 0; corner < 4; ++corner) {
+    const Eigen::Vector2f p = (place.head<2>() + Eigen::Rotation2Dd(place.z()) *
+                                                     sole.corner(Eigen::AlignedBox2d::CornerType(corner)))
+                                  .cast<float>();
+    corners.emplace_back(p.x(), p.y());
+  }
 }
 
 }  // namespace
 
-std::optional<Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles) {
-  Vector2d weighted = Vector2d::Zero();
+std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles) {
+  Eigen::Vector2d weighted = Eigen::Vector2d::Zero();
   double load = 0;
   for (const SoleForce& sole : soles) {
-    const Vector2d from_moments(-sole.torque.y(), sole.torque.x());  // times the force
-    weighted += sole.force.z() * sole.place.head<2>() + turned(sole.place.z(), from_moments);
+    const Eigen::Vector2d from_moments(-sole.torque.y(), sole.torque.x());  // times the force
+    weighted += sole.force.z() * sole.place.head<2>() + Eigen::Rotation2Dd(sole.place.z()) * from_moments;
     load += sole.force.z();
   }
   if (load < kUnloaded_n) return std::nullopt;
   return weighted / load;
-}
-
-std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
-  if (points.size() < 3) return points;
-  std::sort(points.begin(), points.end(), [](const Vector2d& a, const Vector2d& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
-  std::vector<Vector2d> hull = half_hull(points);
-  std::reverse(points.begin(), points.end());
-  for (const Vector2d& p : half_hull(points)) hull.push_back(p);
-  return hull;
-}
-
-double margin_inside(const std::vector<Vector2d>& polygon, const Vector2d& p) {
-  double margin = INFINITY;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    margin = std::min(margin, cross(a, b, p) / (b - a).norm());
-  }
-  return margin;
 }
 
 Strips::Strips()
@@ -114,37 +81,36 @@ void Strips::add(Frame& frame) {
   const double t = slam::seconds(frame.t);
   if (frame.feet) follow_feet(frame);
   // The lines break in frames without an estimate.
-  const pages::FrameError error = error_of(frame).value_or(pages::FrameError{Eigen::Vector4d::Constant(NAN)});
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<Eigen::Index>(axis);
-    view::add(figures_[0], axis, t, kMm * error.error(i), 3 * kMm * error.sigma(i));
-  }
-  view::add(figures_[1], 0, t, kDeg * error.error(3), 3 * kDeg * error.sigma(3));
-  view::add(figures_[2], 0, t, error.nees);
+  const pages::FrameError e = error_of(frame).value_or(pages::FrameError{});
+  for (int axis = 0; axis < 3; ++axis)
+    add_error(figures_[kPosition], static_cast<std::size_t>(axis), t, kMm * e.error(axis),
+              kMm * e.sigma(axis));
+  add_error(figures_[kHeading], 0, t, kDeg * e.error(3), kDeg * e.sigma(3));
+  add_value(figures_[kNees], 0, t, e.nees.position);
   if (!frame.report) return;
   const auto& searched = frame.report->searched;
-  view::add(figures_[3], 0, t, frame.report->landmarks);
-  view::add(figures_[3], 1, t,
-            static_cast<double>(std::count_if(searched.begin(), searched.end(),
-                                              [](const slam::Search& search) { return search.used; })));
+  const auto found = std::count_if(searched.begin(), searched.end(), [](const auto& s) { return s.used; });
+  add_value(figures_[kLandmarks], 0, t, frame.report->landmarks);
+  add_value(figures_[kLandmarks], 1, t, static_cast<double>(found));
 }
 
 void Strips::follow_feet(Frame& frame) {
   const double t = slam::seconds(frame.t);
-  std::vector<Vector2d> corners;
+  std::vector<cv::Point2f> corners;
   for (std::size_t i = 0; i < 2; ++i) {
     FootPlace& foot = (*frame.feet)[i];
     if (foot.load_n > kLoaded_n && !landed_[i]) landed_[i] = foot.truth;
     if (foot.load_n < kUnloaded_n) landed_[i].reset();
     foot.landed = landed_[i];
-    view::add(figures_[4], i, t,
-              landed_[i] ? kMm * (foot.truth - *landed_[i]).head<2>().norm() : std::nan(""));
-    if (foot.load_n <= kUnloaded_n) continue;
-    for (const Vector2d& corner : sole_corners(foot.truth)) corners.push_back(corner);
+    add_value(figures_[kSlip], i, t, landed_[i] ? kMm * (foot.truth - *landed_[i]).head<2>().norm() : NAN);
+    if (foot.load_n > kUnloaded_n) add_corners(foot.truth, corners);
   }
-  frame.support = convex_hull(std::move(corners));
-  if (frame.zmp && !frame.support.empty())
-    view::add(figures_[5], 0, t, kMm * margin_inside(frame.support, *frame.zmp));
+  frame.support.clear();
+  if (corners.empty()) return;
+  cv::convexHull(corners, frame.support);
+  if (!frame.zmp) return;
+  const cv::Point2f zmp(static_cast<float>(frame.zmp->x()), static_cast<float>(frame.zmp->y()));
+  add_value(figures_[kMargin], 0, t, kMm * cv::pointPolygonTest(frame.support, zmp, true));
 }
 
 std::string strips_html(const std::vector<pages::Figure>& figures) {

@@ -24,11 +24,6 @@ struct SoleForce {
 /// N.
 std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles);
 
-/// Corners of the convex hull, counter-clockwise (Andrew's monotone chain).
-std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points);
-/// Distance of a point from the nearest edge of a convex polygon; negative outside.
-double margin_inside(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& p);
-
 /// Collects the values of frames in order of time.
 class Strips {
  public:

@@ -15,8 +15,6 @@ const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kNew(255, 150, 40), 
     kTruePath(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250), kDark(30, 30, 30);
 constexpr double kAround_m = 5;  // of room shown around the path
 
-cv::Point2d point(const Eigen::Vector2d& p) { return {p.x(), p.y()}; }
-
 // The ellipse of so many sigmas of a covariance of px.
 void draw_ellipse(cv::Mat3b& picture, const cv::Point2d& center, const Eigen::Matrix2d& P, double sigmas,
                   const cv::Scalar& color) {
@@ -35,29 +33,6 @@ void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, con
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, color, 1, cv::LINE_AA);
 }
 
-// Drawings over the head view at a scale.
-class Overlay {
- public:
-  Overlay(cv::Mat3b& picture, double scale) : picture_(picture), scale_(scale) {}
-
-  void ellipse(const slam::Search& search) {
-    draw_ellipse(picture_, at(search.pixel), scale_ * scale_ * search.S, 3, search.used ? kUsed : kMissed);
-  }
-  void patch(const Eigen::Vector2d& pixel, const cv::Scalar& color) {
-    const double half = (slam::kPatchHalf + 0.5) * scale_;
-    const cv::Point2d center = at(pixel), corner(half, half);
-    cv::rectangle(picture_, center - corner, center + corner, color, 1, cv::LINE_AA);
-  }
-
- private:
-  cv::Point2d at(const Eigen::Vector2d& pixel) const {
-    return point(scale_ * (pixel + Eigen::Vector2d::Constant(0.5)));
-  }
-
-  cv::Mat3b& picture_;
-  double scale_;
-};
-
 }  // namespace
 
 cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& report) {
@@ -72,10 +47,18 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
     cv::cvtColor(large, color, cv::COLOR_GRAY2BGR);
     color.copyTo(picture(cv::Rect({0, 0}, color.size())));
   }
-  Overlay overlay(picture, scale);
-  for (const slam::Search& search : report.searched) overlay.ellipse(search);
-  for (const slam::Sighting& match : report.matched) overlay.patch(match.pixel, kUsed);
-  for (const slam::Sighting& first : report.initialized) overlay.patch(first.pixel, kNew);
+  const auto at = [&](const Eigen::Vector2d& pixel) {
+    return cv::Point2d(scale * (pixel.x() + 0.5), scale * (pixel.y() + 0.5));
+  };
+  const auto patch = [&](const Eigen::Vector2d& pixel, const cv::Scalar& color) {
+    const double half = (slam::kPatchHalf + 0.5) * scale;
+    const cv::Point2d corner(half, half);
+    cv::rectangle(picture, at(pixel) - corner, at(pixel) + corner, color, 1, cv::LINE_AA);
+  };
+  for (const slam::Search& search : report.searched)
+    draw_ellipse(picture, at(search.pixel), scale * scale * search.S, 3, search.used ? kUsed : kMissed);
+  for (const slam::Sighting& match : report.matched) patch(match.pixel, kUsed);
+  for (const slam::Sighting& first : report.initialized) patch(first.pixel, kNew);
   cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);
   below *= 0.3;
   write(picture, "squares: matched, blue: initialized; ellipses: searched, yellow: not found",

@@ -1,13 +1,8 @@
-// Active search: the landmarks that should be visible, their predicted pixels, and the search for them.
+// Search of an image for the landmarks that should be visible, and for corners that become new ones.
 #pragma once
 
-#include <opencv2/core.hpp>
-#include <optional>
-#include <vector>
+#include <random>
 
-#include "slam/camera.h"
-#include "slam/kalman.h"
-#include "slam/options.h"
 #include "slam/vision/landmark.h"
 
 namespace slam {
@@ -38,12 +33,10 @@ inline std::vector<Candidate> predict_view(const Kalman& kalman, const std::vect
   return candidates;
 }
 
-/// Keeps the `count` candidates with the largest trace of S, the most informative measurements (Davison et
-/// al. 2007).
+/// Keeps the `count` most informative candidates, those with the largest trace of S (Davison et al. 2007).
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count);
 
-/// Keeps candidates that together compare templates at no more than `most_px` pixels: the most informative
-/// first, and each that still fits.
+/// Keeps the most informative candidates that together compare templates at no more than `most_px` pixels.
 void keep_affordable(std::vector<Candidate>& candidates, int most_px);
 
 /// Searches a candidate inside its 3-sigma ellipse, refines the match to sub-pixel accuracy (if enabled) and
@@ -58,9 +51,29 @@ void search_line(const cv::Mat& image, const Kalman& kalman, const Camera& camer
 
 /// One step of a local search for the normal of a locally planar patch (Molton, Davison, Reid 2004, follow
 /// the gradient instead): returns the landmark's tilt, or a neighboring tilt if its template correlates
-/// better with the image at `pixel`, the match. While the view has hardly changed, all tilts correlate alike
-/// and the tilt stays.
+/// better with the image at `pixel`, the match. The tilt stays while the view has hardly changed.
 Eigen::Vector2d refined_tilt(const cv::Mat& image, const Landmark& landmark, const Eigen::Vector2d& pixel,
                              const Camera& camera, const State& state);
+
+/// A corner, and the smaller eigenvalue of Σ[gx² gxgy; gxgy gy²] over 11x11 pixels, in gray levels squared.
+struct Corner {
+  Eigen::Vector2i pixel;
+  double strength;
+};
+
+/// The strongest corner in `region` (Shi & Tomasi 1994); gradients are central differences. Pixels too close
+/// to the image's border are left out. Nothing if none is stronger than `threshold` (20 000 in MonoSLAM).
+std::optional<Corner> strongest_corner(const cv::Mat& image, const cv::Rect& region, double threshold);
+
+/// The strongest corner in a box at a random place, which leaves room for the patch. Nothing if the box
+/// contains an occupied pixel, or its corner is too weak or too close to an occupied pixel.
+std::optional<Eigen::Vector2i> propose_corner(const cv::Mat& image,
+                                              const std::vector<Eigen::Vector2d>& occupied,
+                                              const Options::Vision& options, std::mt19937_64& random);
+
+/// The sub-pixel corner near the predicted pixel by its gradients. Nothing if it lies outside the 3-sigma
+/// ellipse of the innovation covariance S, px².
+std::optional<Eigen::Vector2d> corner_near(const cv::Mat& image, const Eigen::Vector2d& predicted,
+                                           const Eigen::Matrix2d& S);
 
 }  // namespace slam

@@ -18,20 +18,10 @@ Matrix23d angles_jacobian(const Eigen::Vector3d& h) {
   return J;
 }
 
-constexpr double kNegligible = 0.05;  // as a fraction of the mean probability
-
-void normalize(std::vector<DepthParticle>& particles) {
-  double sum = 0;
-  for (const DepthParticle& p : particles) sum += p.probability;
-  for (DepthParticle& p : particles) p.probability /= sum;
-}
-
-}  // namespace
-
+/// m(θ, φ), a unit vector, and ∂m/∂(θ, φ).
 Eigen::Vector3d bearing(double theta, double phi) {
   return {std::cos(phi) * std::cos(theta), std::cos(phi) * std::sin(theta), std::sin(phi)};
 }
-
 Matrix32d bearing_jacobian(double theta, double phi) {
   Matrix32d J;
   J << -std::cos(phi) * std::sin(theta), -std::sin(phi) * std::cos(theta),  //
@@ -39,6 +29,10 @@ Matrix32d bearing_jacobian(double theta, double phi) {
       0, std::cos(phi);
   return J;
 }
+
+constexpr double kNegligible = 0.05;  // as a fraction of the mean probability
+
+}  // namespace
 
 LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
                                                 const Eigen::Vector2d& displacement,
@@ -60,20 +54,9 @@ LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray&
   return landmark;
 }
 
-Eigen::Vector3d inverse_depth_position(const Vector6d& y) {
-  return y.head<3>() + bearing(y(3), y(4)) / std::max(y(5), kLeastInverseDepth);
-}
-
-Matrix36d inverse_depth_position_jacobian(const Vector6d& y) {
-  const double rho = std::max(y(5), kLeastInverseDepth);
-  Matrix36d J;
-  J << Eigen::Matrix3d::Identity(), bearing_jacobian(y(3), y(4)) / rho, -bearing(y(3), y(4)) / (rho * rho);
-  return J;
-}
-
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r) {
   if (y(5) <= kLeastInverseDepth) return std::numeric_limits<double>::infinity();
-  const Eigen::Vector3d p = inverse_depth_position(y);
+  const Eigen::Vector3d p = position(InverseDepth{}, y);
   const Eigen::Vector3d from_now = p - r, from_anchor = p - y.head<3>();
   const double d1 = from_now.norm();
   const double cosine = from_now.dot(from_anchor) / (d1 * from_anchor.norm());
@@ -97,13 +80,18 @@ DepthMoments depth_moments(const std::vector<DepthParticle>& particles) {
 }
 
 void reweight(std::vector<DepthParticle>& particles, const std::vector<double>& likelihoods) {
+  const auto normalize = [&] {
+    double sum = 0;
+    for (const DepthParticle& p : particles) sum += p.probability;
+    for (DepthParticle& p : particles) p.probability /= sum;
+  };
   for (std::size_t i = 0; i < particles.size(); ++i) particles[i].probability *= likelihoods[i];
   std::erase_if(particles, [](const DepthParticle& p) { return !(p.probability > 0); });
   if (particles.empty()) return;
-  normalize(particles);
+  normalize();
   const double least = kNegligible / static_cast<double>(particles.size());
   std::erase_if(particles, [least](const DepthParticle& p) { return p.probability < least; });
-  normalize(particles);
+  normalize();
 }
 
 LandmarkInitialization initialize_line(const RobotVector& x, const Ray& ray, double sigma_px) {
@@ -119,15 +107,6 @@ LandmarkInitialization initialize_line(const RobotVector& x, const Ray& ray, dou
   line.J_robot.block<3, 4>(3, kOrientation) = rotated_jacobian(q, h_C);
   line.noise.block<3, 3>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
   return line;
-}
-
-bool converged(const SemiInfiniteLine& line, const Options::Depth::Particles& options) {
-  const DepthMoments depth = depth_moments(line.particles);
-  return depth.sigma_m < options.converged * depth.mean_m;
-}
-
-bool has_failed(const SemiInfiniteLine& line, const Options::Depth::Particles& options) {
-  return static_cast<int>(line.particles.size()) < options.fewest || line.attempts > options.attempts;
 }
 
 Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::Vector3d& r,
@@ -159,18 +138,20 @@ Eigen::Vector3d position(const LandmarkKind& kind, const Parameters& y) {
   if (std::holds_alternative<Point>(kind)) return y;
   if (const auto* line = std::get_if<SemiInfiniteLine>(&kind))
     return y.head<3>() + depth_moments(line->particles).mean_m * y.segment<3>(3);
-  return inverse_depth_position(y);
+  return y.head<3>() + bearing(y(3), y(4)) / std::max(y(5), kLeastInverseDepth);
 }
 
-Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> position_jacobian(const LandmarkKind& kind,
-                                                                    const Parameters& y) {
-  if (std::holds_alternative<Point>(kind)) return Eigen::Matrix3d::Identity();
+PositionJacobian position_jacobian(const LandmarkKind& kind, const Parameters& y) {
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  if (std::holds_alternative<Point>(kind)) return identity;
+  PositionJacobian J(3, 6);
   if (const auto* line = std::get_if<SemiInfiniteLine>(&kind)) {
-    Matrix36d J;
-    J << Eigen::Matrix3d::Identity(), depth_moments(line->particles).mean_m * Eigen::Matrix3d::Identity();
-    return J;
+    J << identity, depth_moments(line->particles).mean_m * identity;
+  } else {
+    const double rho = std::max(y(5), kLeastInverseDepth);
+    J << identity, bearing_jacobian(y(3), y(4)) / rho, -bearing(y(3), y(4)) / (rho * rho);
   }
-  return inverse_depth_position_jacobian(y);
+  return J;
 }
 
 Eigen::Matrix3d position_covariance(const State& state, const Landmark& landmark) {

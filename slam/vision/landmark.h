@@ -1,52 +1,29 @@
 // A landmark: its parameters in the state, which give its position, and its appearance when first seen.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <variant>
-#include <vector>
-
-#include "slam/camera.h"
-#include "slam/frame_report.h"
 #include "slam/kalman.h"
-#include "slam/observation.h"
-#include "slam/options.h"
-#include "slam/state.h"
 #include "slam/vision/patch.h"
 
 namespace slam {
 
-// By inverse depth: an anchor, a bearing and an inverse depth describe a point at any depth up to infinity.
-
-/// Civera, Davison, Montiel 2008: the parameters y = (c₀, θ, φ, ρ) describe the point c₀ + m(θ, φ)/ρ. Unlike
-/// theirs, the angles refer to world axes with z up, m = (cos φ cos θ, cos φ sin θ, sin φ), so that the pole
-/// is far from the image of a level camera at any heading.
+/// Civera, Davison, Montiel 2008: the parameters y = (c₀, θ, φ, ρ), an anchor, a bearing and an inverse
+/// depth, describe the point c₀ + m(θ, φ)/ρ at any depth up to infinity. Unlike theirs, the angles refer to
+/// world axes with z up, m = (cos φ cos θ, cos φ sin θ, sin φ): a level camera never sees the pole.
 struct InverseDepth {
   static constexpr int kSize = 6;
 };
 
-/// m(θ, φ), a unit vector, and ∂m/∂(θ, φ).
-Eigen::Vector3d bearing(double theta, double phi);
-Matrix32d bearing_jacobian(double theta, double phi);
-
-/// The parameters of a new landmark on the ray of a pixel with standard deviation sigma_px and this
-/// `displacement` by the lens, px.
+/// A new landmark on the ray of a pixel of standard deviation sigma_px; `displacement`: by the lens, px.
 LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
                                                 const Eigen::Vector2d& displacement,
                                                 const Options::Depth& options);
 
-/// c₀ + m/ρ, where ρ is limited to at least 1/(100 m), and its derivative.
-Eigen::Vector3d inverse_depth_position(const Vector6d& y);
-Matrix36d inverse_depth_position_jacobian(const Vector6d& y);
-
 /// The linearity index L_d = 4 σ_d |cos α| / d₁ of Civera, Davison, Montiel 2007. Below about 0.1, a point
-/// with Gaussian uncertainty describes the landmark as well. sigma_rho: standard deviation of ρ; r: position
-/// of the camera.
+/// with Gaussian uncertainty describes the landmark as well. sigma_rho: of ρ; r: position of the camera.
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r);
 
-// As in the paper: a semi-infinite line with depth particles (Fig. 3).
-
-/// Davison 2003: the parameters y = (c₀, ĥ), in m and as a unit vector in W, describe the line c₀ + λĥ, λ >
-/// 0, of the landmark.
+/// Davison 2003, and Fig. 3 of the paper: the parameters y = (c₀, ĥ), in m and as a unit vector in W,
+/// describe the line c₀ + λĥ, λ > 0, of the landmark; its depth λ has particles.
 struct SemiInfiniteLine {
   static constexpr int kSize = 6;
   std::vector<DepthParticle> particles;
@@ -69,12 +46,6 @@ void reweight(std::vector<DepthParticle>& particles, const std::vector<double>& 
 
 /// The parameters of a new line along the ray of a pixel with standard deviation sigma_px.
 LandmarkInitialization initialize_line(const RobotVector& x, const Ray& ray, double sigma_px);
-
-/// True if the depth is known well enough for the line to become a point.
-bool converged(const SemiInfiniteLine& line, const Options::Depth::Particles& options);
-
-/// True if too few depths are left or the line has been searched for too often.
-bool has_failed(const SemiInfiniteLine& line, const Options::Depth::Particles& options);
 
 /// A point in space: 3 parameters, p_W in m.
 struct Point {
@@ -104,12 +75,15 @@ struct Landmark {
   Parameters parameters(const State& state) const { return state.storage_x.segment(at, size()); }
 };
 
+/// The derivative of three values with respect to a landmark's parameters.
+using PositionJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6>;
+
 /// The vector from the camera to a landmark in C, of any positive length, and its derivatives.
 struct Direction {
   Eigen::Vector3d h_C;
-  Eigen::Matrix3d J_r;                                    ///< ∂h/∂r
-  Matrix34d J_q;                                          ///< ∂h/∂q
-  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> J_y;  ///< ∂h/∂y, y being the landmark's parameters
+  Eigen::Matrix3d J_r;   ///< ∂h/∂r
+  Matrix34d J_q;         ///< ∂h/∂q
+  PositionJacobian J_y;  ///< ∂h/∂y, y being the landmark's parameters
 };
 
 /// h_C = R(q)ᵀ(y − r) for a point, R(q)ᵀ(ρ(c₀ − r) + m) for inverse depth, and R(q)ᵀ(c₀ + λ̄ĥ − r) for a line
@@ -120,8 +94,7 @@ Direction direction(const LandmarkKind& kind, const Parameters& y, const Eigen::
 /// The position of the landmark, m in W, at most 100 m from the camera that first saw it.
 Eigen::Vector3d position(const LandmarkKind& kind, const Parameters& y);
 /// ∂position/∂y.
-Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> position_jacobian(const LandmarkKind& kind,
-                                                                    const Parameters& y);
+PositionJacobian position_jacobian(const LandmarkKind& kind, const Parameters& y);
 /// The covariance of the position, m² in W.
 Eigen::Matrix3d position_covariance(const State& state, const Landmark& landmark);
 

@@ -1,12 +1,9 @@
 #include "slam/vision/map.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
 
 #include "slam/vision/active_search.h"
-#include "slam/vision/corner_detector.h"
 
 namespace slam {
 namespace {
@@ -24,11 +21,6 @@ constexpr int kProposals = 5;              // corners tried for each landmark wa
 constexpr int kInitializedPerFrame = 3;    // landmarks, once the map is not empty
 constexpr Stamp kYoung{10'000'000'000};    // between a landmark's first and last view
 constexpr double kLeastViewChange = 0.02;  // motion over distance; swaying moves less, and comes back
-
-const char* kind_name(const LandmarkKind& kind) {
-  constexpr std::array kNames{"point", "inverse_depth", "line"};
-  return kNames[kind.index()];
-}
 
 bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
 
@@ -86,11 +78,11 @@ Map::Map(const Options& options, const Camera& camera, std::uint64_t seed)
 }
 
 std::vector<MapPoint> Map::points(const State& state) const {
+  constexpr std::array kKinds{"point", "inverse_depth", "line"};
   std::vector<MapPoint> points;
-  for (const Landmark& landmark : landmarks_)
-    points.push_back(
-        {landmark.id, kind_name(landmark.kind), position(landmark.kind, landmark.parameters(state)),
-         position_covariance(state, landmark), landmark.initialized, landmark.attempts, landmark.successes});
+  for (const Landmark& l : landmarks_)
+    points.push_back({l.id, kKinds[l.kind.index()], position(l.kind, l.parameters(state)),
+                      position_covariance(state, l), l.initialized, l.attempts, l.successes});
   return points;
 }
 
@@ -110,14 +102,9 @@ int Map::number_wanted(std::size_t visible, const State& state) const {
   return std::min(missing, particles.at_once - static_cast<int>(lines));
 }
 
-bool Map::is_full(const Kalman& kalman) const {
-  return landmarks_.size() >= static_cast<std::size_t>(options_.bounds.landmarks) ||
-         kalman.covariance_bytes_with(InverseDepth::kSize) > 1e6 * options_.bounds.memory_mb;
-}
-
 /// Makes room for one landmark; false if all are in view at t.
 bool Map::make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted) {
-  while (is_full(kalman)) {
+  while (landmarks_.size() >= static_cast<std::size_t>(options_.bounds.landmarks)) {
     auto worst = landmarks_.end();
     for (auto it = landmarks_.begin(); it != landmarks_.end(); ++it)
       if (it->last_visible < t && !is_line(*it) &&
@@ -200,7 +187,7 @@ void Map::convert_to_points(Kalman& kalman) {
     const Vector6d y = state.storage_x.segment<6>(landmark.at);
     const double index = linearity_index(y, inverse_depth_sigma(state, landmark), state.position());
     if (!(index < options_.depth.linearity)) continue;
-    make_point(landmark, inverse_depth_position(y), inverse_depth_position_jacobian(y), kalman);
+    make_point(landmark, position(landmark.kind, y), position_jacobian(landmark.kind, y), kalman);
   }
 }
 
@@ -221,14 +208,16 @@ void Map::search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& d
     search_line(image, kalman, camera_, options_.vision, landmark);
     const auto line = std::get<SemiInfiniteLine>(landmark.kind);
     lines.push_back({landmark.id, line.particles});
-    if (has_failed(line, options_.depth.particles)) {
+    const Options::Depth::Particles& options = options_.depth.particles;
+    const DepthMoments depth = depth_moments(line.particles);
+    if (static_cast<int>(line.particles.size()) < options.fewest || line.attempts > options.attempts) {
       deleted.push_back(landmark.id);
       erase(i, kalman);
-    } else if (converged(line, options_.depth.particles)) {
+    } else if (depth.sigma_m < options.converged * depth.mean_m) {
       const Parameters y = landmark.parameters(kalman.state());
-      const double sigma = depth_moments(line.particles).sigma_m;
       make_point(landmark, position(line, y), position_jacobian(line, y), kalman);
-      kalman.inflate(landmark.at, sigma * sigma * y.segment<3>(3) * y.segment<3>(3).transpose());
+      kalman.inflate(landmark.at,
+                     depth.sigma_m * depth.sigma_m * y.segment<3>(3) * y.segment<3>(3).transpose());
     }
   }
 }

@@ -2,15 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <opencv2/core.hpp>
-#include <optional>
 #include <random>
-#include <vector>
 
-#include "slam/camera.h"
-#include "slam/frame_report.h"
-#include "slam/kalman.h"
-#include "slam/options.h"
 #include "slam/vision/landmark.h"
 
 namespace slam {
@@ -38,47 +31,36 @@ class Map {
 
   const std::vector<Landmark>& landmarks() const { return landmarks_; }
   std::vector<MapPoint> points(const State& state) const;
-
   /// Initializes landmarks at corners away from the predicted pixels of the visible ones, until as many are
   /// visible as the options want. New landmarks are at the end of landmarks(). In a full map they replace
   /// landmarks out of view, those found least often first; the ids of these are appended to `deleted`.
   InitializationCount initialize(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible,
                                  Kalman& kalman, std::vector<int>& deleted);
-
   /// Initializes the known landmarks in the first image. Returns false if one of them is not seen.
   bool initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman);
-
   /// Records that a landmark is predicted to be visible at t.
   void record_visible(std::size_t index, Stamp t) { landmarks_[index].last_visible = t; }
-
   /// Counts one search for a landmark, and whether its match was accepted.
   void record_search(std::size_t index, bool success);
-
   /// Inflates the covariance of a measured landmark by the possible shift of its patch's apparent center with
   /// the change of view since the last inflation (viewpoint_sigma_px).
   void inflate_for_view_change(std::size_t index, Kalman& kalman);
-
   /// Improves the surface normal of a landmark that was just found at `pixel`, if the options say so.
   void refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
                       const State& state);
-
   /// Converts landmarks from inverse depth to points once their linearity index allows it.
   void convert_to_points(Kalman& kalman);
-
   /// Searches for the landmarks that are still lines. Those of sharp depth become points; those that failed
   /// are deleted, and their ids are appended to `deleted`. The depths of all are appended to `lines`.
   void search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& deleted,
                     std::vector<DepthHypotheses>& lines);
-
   /// Deletes landmarks that were searched for at least 10 times and found less than every second time
   /// (Davison et al. 2007), or with a surely negative inverse depth. Their ids are appended to `deleted`.
-  /// Returns how many of them were last in view within 10 s of their first sight: others may be hidden from
-  /// the present camera pose.
+  /// Returns how many of them were last in view within 10 s of their first sight: others may be hidden now.
   std::size_t prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:
   int number_wanted(std::size_t visible, const State& state) const;
-  bool is_full(const Kalman& kalman) const;
   bool make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted);
   void add(Landmark landmark);
   void make_point(Landmark& landmark, const Eigen::Vector3d& p_W, const Eigen::Ref<const Eigen::MatrixXd>& J,

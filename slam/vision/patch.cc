@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
@@ -53,8 +52,8 @@ bool normalize(Gray& gray, float* length = nullptr) {
 }
 
 constexpr int kWidest = 2 * kLargestSearch + 1;
-constexpr int kTogether = 16;  // neighboring correlations computed at once, in two registers of 8
-using Lane = Eigen::Array<float, 8, 1>;
+constexpr int kTogether = 16;  // neighboring correlations computed at once
+using Lane = Eigen::Array<float, kTogether, 1>;
 
 /// The range of pixels to search; its ends belong to it.
 struct Box {
@@ -76,24 +75,21 @@ class ColumnSums {
     columns_ = static_cast<std::size_t>(box.right - box.left + kPatchSide);
     for (int j = -kPatchHalf; j < kPatchHalf; ++j) add(box.top + j, 1);
   }
-  void enter(int row) { add(row + kPatchHalf, 1); }
-  void leave(int row) { add(row - kPatchHalf, -1); }
-  std::int32_t sum(std::size_t i) const { return sum_[i]; }
-  std::int32_t square(std::size_t i) const { return square_[i]; }
-
- private:
+  /// sign: 1 for a row that enters, -1 for one that leaves.
   void add(int row, std::int32_t sign) {
     const uchar* gray = image_.ptr<uchar>(row) + left_;
     for (std::size_t i = 0; i < columns_; ++i) {
       const std::int32_t g = gray[i];
-      sum_[i] += sign * g;
-      square_[i] += sign * g * g;
+      sum[i] += sign * g;
+      square[i] += sign * g * g;
     }
   }
+  std::array<std::int32_t, kWidest + 2 * kPatchHalf> sum{}, square{};
+
+ private:
   const cv::Mat& image_;
   int left_;
   std::size_t columns_;
-  std::array<std::int32_t, kWidest + 2 * kPatchHalf> sum_{}, square_{};
 };
 
 /// The gray values that the templates in a box cover, padded so that a whole register can be read past them.
@@ -109,25 +105,21 @@ class Window {
 
   /// Correlates the template with the window at kTogether places from (top, column) of the box on.
   void products(const Template& patch, int top, int column, float* sums) const {
-    Lane a = Lane::Zero(), b = a, c = a, d = a;  // four independent sums hide the latency of additions
+    Lane even = Lane::Zero(), odd = even;  // independent sums hide the latency of additions
     for (int j = 0; j < kPatchSide; ++j) {
       const float* t = patch.gray.data() + j * kPatchSide;
       const float* g = row(top + j) + column;
       for (int i = 0; i + 1 < kPatchSide; i += 2) {
-        a += t[i] * lane(g + i);
-        b += t[i] * lane(g + i + 8);
-        c += t[i + 1] * lane(g + i + 1);
-        d += t[i + 1] * lane(g + i + 9);
+        even += t[i] * Eigen::Map<const Lane>(g + i);
+        odd += t[i + 1] * Eigen::Map<const Lane>(g + i + 1);
       }
-      a += t[kPatchSide - 1] * lane(g + kPatchSide - 1);
-      b += t[kPatchSide - 1] * lane(g + kPatchSide + 7);
+      even += t[kPatchSide - 1] * Eigen::Map<const Lane>(g + kPatchSide - 1);
     }
-    Eigen::Map<Eigen::Array<float, kTogether, 1>>{sums} << a + c, b + d;
+    Eigen::Map<Lane>{sums} = even + odd;
   }
 
  private:
   static constexpr int kStride = kWidest + 2 * kPatchHalf + kTogether;
-  static Eigen::Map<const Lane> lane(const float* gray) { return Eigen::Map<const Lane>(gray); }
   float* row(int j) { return gray_.data() + j * kStride; }
   const float* row(int j) const { return gray_.data() + j * kStride; }
 
@@ -237,7 +229,7 @@ std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
   std::array<float, kWidest + kTogether> dot;
   std::optional<Match> best;
   for (int row = box.top; row <= box.bottom; ++row) {
-    sums.enter(row);
+    sums.add(row + kPatchHalf, 1);
     // A_xx x² + 2 A_xy x y + A_yy y² <= 1, solved for x
     const double y = row - center.y(), middle = -A(0, 1) * y / A(0, 0);
     const double inside = middle * middle - (A(1, 1) * y * y - 1) / A(0, 0);
@@ -249,24 +241,24 @@ std::optional<Match> search_ellipse(const cv::Mat& image, const Template& patch,
         window.products(patch, row - box.top, column - box.left, dot.data() + (column - first));
       std::int64_t sum = 0, square = 0;
       for (int i = first - box.left; i < first - box.left + 2 * kPatchHalf; ++i) {
-        sum += sums.sum(static_cast<std::size_t>(i));
-        square += sums.square(static_cast<std::size_t>(i));
+        sum += sums.sum[static_cast<std::size_t>(i)];
+        square += sums.square[static_cast<std::size_t>(i)];
       }
       for (int column = first; column <= last; ++column) {
         const auto right = static_cast<std::size_t>(column - box.left + 2 * kPatchHalf);
-        sum += sums.sum(right);
-        square += sums.square(right);
+        sum += sums.sum[right];
+        square += sums.square[right];
         const double spread = static_cast<double>(square) - static_cast<double>(sum * sum) / kPixels;
         const double correlation =
             spread > kFlat ? dot[static_cast<std::size_t>(column - first)] / std::sqrt(spread) : -1;
         if (spread > kFlat && (!best || correlation > best->correlation))
           best = Match{Eigen::Vector2d(column, row), correlation};
         const auto left = right - 2 * kPatchHalf;
-        sum -= sums.sum(left);
-        square -= sums.square(left);
+        sum -= sums.sum[left];
+        square -= sums.square[left];
       }
     }
-    sums.leave(row);
+    sums.add(row - kPatchHalf, -1);
   }
   return best;
 }

@@ -2,10 +2,7 @@
 // the search for it in an image.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <array>
 #include <opencv2/core.hpp>
-#include <optional>
 
 #include "slam/camera.h"
 

@@ -54,7 +54,7 @@ std::vector<const Landmark*> reliable_landmarks(const std::vector<Landmark>& lan
 }
 
 /// The best match of the unwarped patch anywhere in the image.
-std::optional<Match> search_everywhere(const cv::Mat& gray, const Landmark& landmark) {
+std::optional<Eigen::Vector2d> search_everywhere(const cv::Mat& gray, const Landmark& landmark) {
   const auto patch = warp(landmark.patch, Eigen::Matrix2d::Identity());
   if (!patch) return std::nullopt;
   Eigen::Matrix<float, Template::kPixels, 1> pixels = patch->gray;
@@ -65,7 +65,7 @@ std::optional<Match> search_everywhere(const cv::Mat& gray, const Landmark& land
   cv::Point at;
   cv::minMaxLoc(correlation, nullptr, &best, nullptr, &at);
   if (best < kLeastCorrelation) return std::nullopt;
-  return Match{Eigen::Vector2d(at.x + kPatchHalf, at.y + kPatchHalf), best};
+  return Eigen::Vector2d(at.x + kPatchHalf, at.y + kPatchHalf);
 }
 
 std::vector<Detection> detect(const cv::Mat& image, const std::vector<Landmark>& landmarks,
@@ -74,12 +74,11 @@ std::vector<Detection> detect(const cv::Mat& image, const std::vector<Landmark>&
   image.convertTo(gray, CV_32F);
   std::vector<Detection> all;
   for (const Landmark* landmark : reliable_landmarks(landmarks, state)) {
-    const auto match = search_everywhere(gray, *landmark);
-    const auto ray = match ? camera.unproject(match->pixel) : std::nullopt;
+    const auto pixel = search_everywhere(gray, *landmark);
+    const auto ray = pixel ? camera.unproject(*pixel) : std::nullopt;
     if (!ray) continue;
-    all.push_back({{position(landmark->kind, landmark->parameters(state)), ray->h.normalized()},
-                   match->pixel,
-                   position_covariance(state, *landmark)});
+    const Eigen::Vector3d p_W = position(landmark->kind, landmark->parameters(state));
+    all.push_back({{p_W, ray->h.normalized()}, *pixel, position_covariance(state, *landmark)});
   }
   return all;
 }
@@ -111,8 +110,8 @@ Eigen::Vector3d intersection(const BearingObservation& first, const BearingObser
 }
 
 /// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel.
-Relocation refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections,
-                  const std::vector<std::size_t>& inliers, const Camera& camera, double sigma_px) {
+Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections,
+                const std::vector<std::size_t>& inliers, const Camera& camera, double sigma_px) {
   Matrix6d information = Matrix6d::Identity();
   for (int k = 0; k < kPoseIterations; ++k) {
     information.setZero();
@@ -134,27 +133,17 @@ Relocation refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detectio
     X_WC.linear() = X_WC.linear() * rotation_matrix(quaternion_exp(step.head<3>()));
     X_WC.translation() += step.tail<3>();
   }
-  return {X_WC, information.ldlt().solve(Matrix6d::Identity())};
+  return {Stamp(0), X_WC, information.ldlt().solve(Matrix6d::Identity())};
 }
 
 /// True if two poses are the same within their uncertainties.
-bool agree(const Relocation& found, const Estimate& predicted) {
+bool agree(const Estimate& found, const Estimate& predicted) {
   Vector6d difference;
   const Eigen::AngleAxisd turn(predicted.X_WC.linear().transpose() * found.X_WC.linear());
   difference << turn.angle() * turn.axis(), found.X_WC.translation() - predicted.X_WC.translation();
   const auto sum = Matrix6d(found.covariance + predicted.covariance).llt();
   return sum.info() == Eigen::Success &&
          difference.dot(sum.solve(difference)) < kLargestDifference * kLargestDifference;
-}
-
-bool rotates_alike(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-  const auto angle = [](const Eigen::Matrix3d& R) { return Eigen::AngleAxisd(R).angle(); };
-  return angle(a.transpose() * b) <
-         std::max(kLeastDifference_rad, kLargestMotionError * std::max(angle(a), angle(b)));
-}
-
-bool moves_alike(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return (a - b).norm() < std::max(kLeastDifference_m, kLargestMotionError * std::max(a.norm(), b.norm()));
 }
 
 }  // namespace
@@ -165,17 +154,21 @@ bool RelocalizationConfirmer::is_due(Stamp t) {
   return true;
 }
 
-bool RelocalizationConfirmer::confirms(Stamp t, const Relocation& found, const Estimate& predicted,
-                                       bool plan_is_known) {
+bool RelocalizationConfirmer::confirms(const Estimate& found, const Estimate& predicted, bool plan_is_known) {
   if (agree(found, predicted)) return true;
-  const Poses now{t, found.X_WC, predicted.X_WC};
-  if (!first_ || seconds(t - first_->t) > kLongestConfirmation_s) first_ = now;
-  if (seconds(t - first_->t) < kConfirmation_s) return false;
-  const Eigen::Isometry3d M_found = first_->found.inverse() * now.found;
-  const Eigen::Isometry3d M_predicted = first_->predicted.inverse() * now.predicted;
-  first_ = now;
-  return rotates_alike(M_found.linear(), M_predicted.linear()) &&
-         (!plan_is_known || moves_alike(M_found.translation(), M_predicted.translation()));
+  if (!first_ || seconds(found.t - first_->found.t) > kLongestConfirmation_s) first_ = {found, predicted};
+  if (seconds(found.t - first_->found.t) < kConfirmation_s) return false;
+  const Eigen::Isometry3d a = first_->found.X_WC.inverse() * found.X_WC,
+                          b = first_->predicted.X_WC.inverse() * predicted.X_WC;
+  first_ = {found, predicted};
+  const auto alike = [](double difference, double least, double of_a, double of_b) {
+    return difference < std::max(least, kLargestMotionError * std::max(of_a, of_b));
+  };
+  const auto angle = [](const Eigen::Matrix3d& R) { return Eigen::AngleAxisd(R).angle(); };
+  return alike(angle(a.linear().transpose() * b.linear()), kLeastDifference_rad, angle(a.linear()),
+               angle(b.linear())) &&
+         (!plan_is_known || alike((a.translation() - b.translation()).norm(), kLeastDifference_m,
+                                  a.translation().norm(), b.translation().norm()));
 }
 
 std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
@@ -198,8 +191,8 @@ std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
   return poses;
 }
 
-std::optional<Relocation> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                                     const State& state, const Camera& camera, double sigma_px) {
+std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
+                                   const State& state, const Camera& camera, double sigma_px) {
   const std::vector<Detection> detections = detect(image, landmarks, state, camera);
   PoseInliers best;
   Eigen::Isometry3d X_best = Eigen::Isometry3d::Identity();
@@ -208,10 +201,9 @@ std::optional<Relocation> relocalize(const cv::Mat& image, const std::vector<Lan
       for (const auto& X_WC :
            poses_from_two(detections[i].bearing, detections[j].bearing, state.X_WC().linear())) {
         PoseInliers inliers = inliers_of(X_WC, detections, camera);
-        const bool more = inliers.indices.size() > best.indices.size();
-        const bool closer = inliers.indices.size() == best.indices.size() &&
-                            inliers.squared_residuals < best.squared_residuals;
-        if (!more && !closer) continue;
+        if (std::pair(inliers.indices.size(), -inliers.squared_residuals) <=
+            std::pair(best.indices.size(), -best.squared_residuals))
+          continue;
         best = std::move(inliers);
         X_best = X_WC;
       }
@@ -219,7 +211,7 @@ std::optional<Relocation> relocalize(const cv::Mat& image, const std::vector<Lan
   return refine(X_best, detections, best.indices, camera, sigma_px);
 }
 
-RobotState relocalized_state(const Relocation& found, const State& before) {
+RobotState relocalized_state(const Estimate& found, const State& before) {
   constexpr int kOthers = kRobot - kCamera;
   RobotState robot{initial_mean(found.X_WC), RobotMatrix::Zero()};
   robot.x.tail<kOthers>() = before.robot().tail<kOthers>();

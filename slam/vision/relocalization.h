@@ -2,20 +2,12 @@
 // two of them and confirmed by others.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <opencv2/core.hpp>
-#include <optional>
-#include <vector>
-
-#include "slam/camera.h"
-#include "slam/frame_report.h"
-#include "slam/state.h"
 #include "slam/vision/landmark.h"
 
 namespace slam {
 
-inline constexpr std::size_t kLeastRecognized =
-    6;  ///< landmarks of the map that confirm the pose of a lost filter
+/// Landmarks of the map that confirm the pose of a lost filter.
+inline constexpr std::size_t kLeastRecognized = 6;
 
 /// The position of a landmark and the unit vector in C towards its possible match.
 struct BearingObservation {
@@ -27,17 +19,11 @@ struct BearingObservation {
 std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
                                               const BearingObservation& second, const Eigen::Matrix3d& R_WC);
 
-/// A camera pose with the covariance of its error, ordered as in Estimate.
-struct Relocation {
-  Eigen::Isometry3d X_WC;
-  Matrix6d covariance;
-};
-
 /// Searches for well-known landmarks in the whole image and tries the poses of every two of them; the tilt is
 /// that of the state, which gyro and gravity maintain. Nothing if fewer than kLeastRecognized landmarks agree
-/// on a pose within 4 px.
-std::optional<Relocation> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                                     const State& state, const Camera& camera, double sigma_px);
+/// on a pose within 4 px. The time of the estimate is left 0.
+std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
+                                   const State& state, const Camera& camera, double sigma_px);
 
 /// Confirms poses found in the images of a lost filter. Landmarks that move with the camera, for example on
 /// something that covers the view, would otherwise be recognized too.
@@ -45,17 +31,15 @@ class RelocalizationConfirmer {
  public:
   /// True if the image at t is to be searched: five a second, because a search takes longer than a frame.
   bool is_due(Stamp t);
-  /// Adds a pose found at t and the filter's prediction. It is confirmed if both agree within their
+  /// Adds a pose found and the filter's prediction. It is confirmed if both agree within their
   /// uncertainties, or if the poses found over the last second or two have moved as predicted: up to half the
-  /// motion, because gyro or plan may have caused the loss. With `plan_is_known` false, only rotations are
-  /// compared.
-  bool confirms(Stamp t, const Relocation& found, const Estimate& predicted, bool plan_is_known);
+  /// motion, because gyro or plan may have caused the loss. Without a plan, only rotations are compared.
+  bool confirms(const Estimate& found, const Estimate& predicted, bool plan_is_known);
   void clear() { *this = {}; }
 
  private:
   struct Poses {
-    Stamp t;
-    Eigen::Isometry3d found, predicted;
+    Estimate found, predicted;
   };
   std::optional<Stamp> searched_;
   std::optional<Poses> first_;  // that is to be confirmed
@@ -63,6 +47,6 @@ class RelocalizationConfirmer {
 
 /// The robot's state after relocalization: the pose found, velocities as uncertain as those of a walking
 /// robot, and everything else as it was in the state before.
-RobotState relocalized_state(const Relocation& found, const State& before);
+RobotState relocalized_state(const Estimate& found, const State& before);
 
 }  // namespace slam

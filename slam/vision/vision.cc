@@ -1,7 +1,6 @@
 #include "slam/vision/vision.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -160,13 +159,6 @@ void MatchBiases::clear(Kalman& kalman) {
   std::fill(landmark_of_.begin(), landmark_of_.end(), kFree);
 }
 
-/// Makes the bias of a match, so far part of its noise, a state of the filter if a place is free.
-void Vision::add_bias(int landmark, Measurement& m, Kalman& kalman) {
-  if (m.bias_at >= 0 || !(options_.match_bias_sigma_px > 0)) return;
-  m.bias_at = biases_.add(landmark, false, kalman);
-  if (m.bias_at >= 0) m.R.diagonal().array() -= m.bias_gain * m.bias_gain * biases_.variance();
-}
-
 /// before: only landmarks that were initialized before this time are searched for.
 void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
                     Kalman& kalman) {
@@ -191,11 +183,15 @@ void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks
   matches_.searched.clear();
   for (const Candidate& candidate : candidates_) {
     SearchedLandmark searched{candidate.index, candidate.pixel, candidate.S};
-    if (const auto m = search_candidate(image, landmarks[candidate.index], candidate, options_)) {
+    if (auto m = search_candidate(image, landmarks[candidate.index], candidate, options_)) {
       searched.match = candidate.pixel + m->innovation;
+      if (m->bias_at < 0 &&
+          options_.match_bias_sigma_px > 0) {  // the bias becomes a state if a place is free
+        m->bias_at = biases_.add(landmarks[candidate.index].id, false, kalman);
+        if (m->bias_at >= 0) m->R.diagonal().array() -= m->bias_gain * m->bias_gain * biases_.variance();
+      }
       matches_.searched.push_back(result_.searched.size());
       matches_.measurements.push_back(*m);
-      add_bias(landmarks[candidate.index].id, matches_.measurements.back(), kalman);
     }
     result_.searched.push_back(searched);
   }

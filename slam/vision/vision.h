@@ -3,15 +3,8 @@
 #pragma once
 
 #include <algorithm>
-#include <opencv2/core.hpp>
-#include <optional>
-#include <vector>
 
-#include "slam/camera.h"
-#include "slam/kalman.h"
-#include "slam/options.h"
 #include "slam/vision/active_search.h"
-#include "slam/vision/landmark.h"
 
 namespace slam {
 
@@ -36,29 +29,21 @@ class Consensus {
 /// From another place the camera sees the landmark slightly differently from its template, so that the match
 /// has an error that hardly changes from frame to frame. As white noise, it would count as new information in
 /// each frame. It is a Gauss-Markov process in the state, two parameters for each landmark in view in units
-/// of Camera::sigma(pixel, 1), and zero by definition at the first sight. Landmarks in view share a fixed
-/// number of places in the state.
+/// of Camera::sigma(pixel, 1), and zero at the first sight. Landmarks in view share a fixed number of places.
 class MatchBiases {
  public:
   MatchBiases(const Options::Vision& options, const Options::Bounds& bounds);
-
   /// The number of places that the state must have: 0 if the options have no match bias.
   static int places(const Options::Vision& options, const Options::Bounds& bounds);
-
   /// Predicts the biases over a frame interval.
   void predict(double dt_s, Kalman& kalman) const;
-
   /// Frees the places of landmarks that are not `visible` (indices of the list of landmarks).
   void keep_visible(const std::vector<std::size_t>& visible, const std::vector<Landmark>& landmarks,
                     Kalman& kalman);
-
   /// The index in the state of a landmark's bias; -1 if it has no place.
   int at(int landmark) const;
-
-  /// Gives a free place to a landmark, with a bias of 0 at its first sight, else with the stationary
-  /// variance. Returns at().
+  /// Gives a place to a landmark, with bias 0 at its first sight, else the stationary variance; returns at().
   int add(int landmark, bool first_sight, Kalman& kalman);
-
   /// Forgets all biases, after a reset of the pose.
   void clear(Kalman& kalman);
 
@@ -97,16 +82,11 @@ class Vision {
         camera_(camera),
         most_measured_(std::min(options.measured_landmarks, bounds.measured)),
         biases_(options, bounds) {}
-
-  /// Searches the image for the landmarks and updates the state with the inliers. The result is valid until
-  /// the next call.
+  /// Searches for the landmarks and updates the state with the inliers. Valid until the next call.
   const VisionResult& update(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
-
-  /// The match biases. The caller predicts them with the state and adds the landmarks initialized after the
-  /// update.
+  /// The match biases, which the caller predicts with the state; it also adds new landmarks to them.
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
-
   /// True if landmarks that were in the map before a time are found at their predicted pixels: at least
   /// kLeastRecognized of them, and most of those searched for. Does not update the estimate.
   bool recognizes(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before, Kalman& kalman);
@@ -114,7 +94,6 @@ class Vision {
  private:
   void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
               Kalman& kalman);
-  void add_bias(int landmark, Measurement& match, Kalman& kalman);
   void find_inliers(const State& state);
 
   Options::Vision options_;

@@ -7,14 +7,8 @@ constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer one, 
 constexpr double kLargestTurn_rad = 0.1;    // 1σ; beyond it an update is too far from linear
 constexpr Stamp kDoubtful{3'000'000'000};   // before a loss, when landmarks may have been initialized wrongly
 
-std::optional<double> per_degree_of_freedom(const std::optional<Nis>& nis) {
+std::optional<double> per_dof(const std::optional<Nis>& nis) {
   return nis ? std::optional(nis->value / nis->dof) : std::nullopt;
-}
-
-/// True if landmarks can be searched for at their predicted pixels, and their matches correct the pose.
-bool is_oriented(const State& state, Stamp t) {
-  return pose_estimate(state, t).covariance.diagonal().head<3>().maxCoeff() <
-         kLargestTurn_rad * kLargestTurn_rad;
 }
 
 }  // namespace
@@ -72,7 +66,9 @@ void VisualTracking::track(const VisualInput& in) {
   result_.good_image = !(seconds(in.interval) > kLongestInterval_s);
   const bool was_lost = in.tracking.health() == Health::lost, was_blind = in.tracking.is_blind();
   if (!result_.good_image) in.tracking.blind(in.interval, "no frame arrives");
-  if (in.tracking.health() == Health::lost && !is_oriented(in.kalman.state(), in.t)) {
+  const Estimate pose = pose_estimate(in.kalman.state(), in.t);
+  if (in.tracking.health() == Health::lost &&
+      !(pose.covariance.diagonal().head<3>().maxCoeff() < kLargestTurn_rad * kLargestTurn_rad)) {
     if (was_lost) relocalize(in);  // a loss is reported once at least
     return;
   }
@@ -103,29 +99,32 @@ std::string VisualTracking::measure(const VisualInput& in) {
     if (!vision.updated) in.tracking.diverge("the vision innovation covariance is not positive definite");
     refine_landmarks(in, vision);
   }
-  report_searches(vision);
-  const TrackingStatistics statistics{seconds(in.interval),
-                                      vision.searched.size(),
-                                      vision.inliers.size(),
-                                      vision.coverage,
-                                      per_degree_of_freedom(vision.nis),
-                                      per_degree_of_freedom(in.height_nis)};
-  result_.statistics = statistics;
-  const bool failed = matching_failed(statistics);
+  for (const SearchedLandmark& s : vision.searched) {
+    const int id = map_.landmarks()[s.index].id;
+    result_.searched.push_back({id, s.predicted, s.S, s.inlier, s.match});
+    if (s.inlier) result_.matched.push_back({id, *s.match});
+  }
+  const auto vision_nis = per_dof(vision.nis), height_nis = per_dof(in.height_nis);
+  result_.statistics = {seconds(in.interval),
+                        vision.searched.size(),
+                        vision.inliers.size(),
+                        vision.coverage,
+                        vision_nis,
+                        height_nis};
+  const bool failed = matching_failed(*result_.statistics);
   if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
     for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, in.t);
   result_.deleted_young = map_.prune(in.kalman, result_.deleted);
   const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());
-  in.tracking.judge(statistics);
+  in.tracking.judge(*result_.statistics);
   if (failed) return "almost no landmark found";
   if (!vision.inliers.empty() || !result_.lines.empty()) return "";
   if (!vision.searched.empty()) return "no landmark found";
   return initialized.wanted > 0 && initialized.added == 0 ? "the image has no corner for a landmark" : "";
 }
 
-/// Improves the surface normal of one matched landmark, which bounds the cost, and adds the change of view to
-/// the uncertainty of all.
+/// Improves the surface normal of one matched landmark, and adds the change of view to all covariances.
 void VisualTracking::refine_landmarks(const VisualInput& in, const VisionResult& vision) {
   const SearchedLandmark& chosen =
       vision.searched[vision.inliers[static_cast<std::size_t>(in.frame) % vision.inliers.size()]];
@@ -148,14 +147,6 @@ InitializationCount VisualTracking::manage_map(const VisualInput& in, const Visi
   return initialized;
 }
 
-void VisualTracking::report_searches(const VisionResult& vision) {
-  for (const SearchedLandmark& s : vision.searched) {
-    const int id = map_.landmarks()[s.index].id;
-    result_.searched.push_back({id, s.predicted, s.S, s.inlier, s.match});
-    if (s.inlier) result_.matched.push_back({id, *s.match});
-  }
-}
-
 /// Reports the landmarks from index `first` on as initialized in this frame.
 void VisualTracking::report_initialized(std::size_t first) {
   for (std::size_t i = first; i < map_.landmarks().size(); ++i)
@@ -164,9 +155,10 @@ void VisualTracking::report_initialized(std::size_t first) {
 
 void VisualTracking::relocalize(const VisualInput& in) {
   if (!confirmer_.is_due(in.t)) return;
-  const auto found = slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), camera_, sigma_px_);
-  if (!found || !confirmer_.confirms(in.t, *found, pose_estimate(in.kalman.state(), in.t), in.has_plan))
-    return;
+  auto found = slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), camera_, sigma_px_);
+  if (!found) return;
+  found->t = in.t;
+  if (!confirmer_.confirms(*found, pose_estimate(in.kalman.state(), in.t), in.has_plan)) return;
   confirmer_.clear();
   in.kalman.reset_robot(relocalized_state(*found, in.kalman.state()));
   vision_.biases().clear(in.kalman);

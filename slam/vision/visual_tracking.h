@@ -2,14 +2,7 @@
 // managed map, and a recovered pose after a loss.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "slam/camera.h"
-#include "slam/frame_report.h"
-#include "slam/tracking_monitor.h"
+#include "slam/monitors.h"
 #include "slam/vision/map.h"
 #include "slam/vision/relocalization.h"
 #include "slam/vision/vision.h"
@@ -54,13 +47,10 @@ class VisualTracking {
   const CameraIntrinsics& intrinsics() const { return camera_.intrinsics(); }
   std::vector<MapPoint> map(const State& state) const { return map_.points(state); }
   const std::vector<Landmark>& landmarks() const { return map_.landmarks(); }
-
   /// Predicts the match biases over a frame interval.
   void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
-
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
-  /// Reports to `tracking` what was seen. Does nothing if vision is not enabled. The result is valid until
-  /// the next call.
+  /// Reports to `tracking` what was seen. Nothing if vision is disabled. Valid until the next call.
   const VisualResult& step(const VisualInput& input);
   /// An empty result.
   const VisualResult& skip();
@@ -70,7 +60,6 @@ class VisualTracking {
   std::string measure(const VisualInput& input);
   void refine_landmarks(const VisualInput& input, const VisionResult& vision);
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);
-  void report_searches(const VisionResult& vision);
   void report_initialized(std::size_t first);
   void relocalize(const VisualInput& input);
 

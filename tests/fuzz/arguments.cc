@@ -2,7 +2,7 @@
 #include <stdexcept>
 
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml_map.h"
+#include "sim/scenario/yaml.h"
 #include "sim/trials/sweep.h"
 #include "tests/fuzz/fuzz_input.h"
 

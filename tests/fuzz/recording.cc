@@ -4,6 +4,7 @@
 
 #include <map>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "sim/files/csv.h"
@@ -44,17 +45,14 @@ std::map<std::string, std::string> contents() {
   return all;
 }
 
-std::string manifest_row(const std::string& name, std::string_view content) {
-  sim::files::Hash hash;
-  hash.add(content);
-  return hash.hex() + "," + std::to_string(content.size()) + "," + name + "\n";
-}
-
-// Relative path -> row of the manifest.
-std::map<std::string, std::string> rows_of(const std::map<std::string, std::string>& contents) {
-  std::map<std::string, std::string> all;
-  for (const auto& [name, content] : contents) all[name] = manifest_row(name, content);
-  return all;
+void write_manifest(const std::map<std::string, std::string>& contents) {
+  std::string manifest = "#xxh3_128,bytes,path\n";
+  for (const auto& [name, content] : contents) {
+    sim::files::Hash hash;
+    hash.add(content);
+    manifest += hash.hex() + "," + std::to_string(content.size()) + "," + name + "\n";
+  }
+  fuzz::file("recording/manifest.csv", manifest);
 }
 
 const std::string& changed_file(std::uint8_t byte) {
@@ -68,14 +66,12 @@ const std::string& changed_file(std::uint8_t byte) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::map<std::string, std::string> whole = contents(), rows = rows_of(whole);
+  static std::map<std::string, std::string> files = contents();
   if (size == 0) return 0;
   const std::string& changed = changed_file(data[0]);
-  const std::string_view content = fuzz::text_of(data + 1, size - 1);
-  std::string manifest = "#xxh3_128,bytes,path\n";
-  for (const auto& [name, row] : rows) manifest += name == changed ? manifest_row(name, content) : row;
-  fuzz::file("recording/manifest.csv", manifest);
-  fuzz::file("recording/" + changed, content);
+  const std::string whole = std::exchange(files[changed], std::string(fuzz::text_of(data + 1, size - 1)));
+  write_manifest(files);
+  fuzz::file("recording/" + changed, files[changed]);
   fuzz::read_or_reject([&] {
     if (changed.starts_with("truth/")) {
       recording::read_truth(root());
@@ -84,6 +80,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       while (reader.next()) continue;
     }
   });
-  fuzz::file("recording/" + changed, whole.at(changed));
+  fuzz::file("recording/" + changed, files[changed] = whole);
   return 0;
 }

@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <opencv2/core.hpp>
 #include <tuple>
 
 #include "tests/slam/synthetic_room.h"
@@ -22,11 +21,6 @@ const synthetic::Recording& short_walk() {
     return synthetic::Recording(walk, synthetic::render(synthetic::Room(), walk));
   }();
   return recording;
-}
-
-/// The view of its camera at the start, without noise.
-cv::Mat short_walk_image() {
-  return synthetic::Room().render(Camera(synthetic::calibration().camera), short_walk().walk().X_WC(0), 1);
 }
 
 Filter filter_at_start(const Options& options, std::uint64_t seed = 1) {
@@ -51,26 +45,20 @@ void lose_image(Observation& o) { o.image = cv::Mat(); }
 
 struct Errors {
   double rms_m = 0, sigma_end_m = 0, nees_position = 0;
-  int accepted = 0, refused = 0, lost = 0;  // lost: frames with a health that is not ok
-  bool valid = true;                        // the covariance is finite and symmetric
+  int accepted = 0, lost = 0;  // lost: frames with a health that is not ok
+  bool valid = true;           // the covariance is finite and symmetric
   bool sound() const { return valid && lost == 0; }
 };
 
-using Change = std::function<void(int, Observation&)>;
-
-/// Walks the short walk; `change` is done to each observation before the filter sees it.
-Errors walk(
-    const Options& options, const Change& change = [](int, Observation&) {}) {
+/// The errors of a filter over the short walk.
+Errors walk(const Options& options) {
   const synthetic::Recording& recording = short_walk();
   Filter filter = filter_at_start(options);
   Errors e;
   const int frames = recording.walk().frames();
   for (int k = 0; k < frames; ++k) {
-    Observation o = recording.observation(k);
-    change(k, o);
-    const FrameReport& report = filter.step(o);
+    const FrameReport& report = filter.step(recording.observation(k));
     e.accepted += report.accepted;
-    e.refused += report.refused.empty() ? 0 : 1;
     const Matrix6d& P = filter.estimate().covariance;
     const Eigen::Isometry3d X_WC = recording.walk().X_WC(seconds(recording.walk().stamp(k)));
     const Eigen::Vector3d error = X_WC.translation() - filter.estimate().X_WC.translation();
@@ -99,58 +87,21 @@ Options vision_only() {
 TEST(Filter, FollowsAShortWalkWithinItsOwnUncertainty) {
   const Errors& e = default_walk();
   EXPECT_TRUE(e.sound());
-  EXPECT_LT(e.rms_m, 0.02);  // the plan is off by 3 % of 0.7 m of path and by its excess turn
-  EXPECT_LT(e.nees_position,
-            8);  // 3 expected; one walk's errors are correlated, 99 % of chi-square(3) is 11.3
+  EXPECT_LT(e.rms_m, 0.02);       // the plan is off by 3 % of 0.7 m of path and by its excess turn
+  EXPECT_LT(e.nees_position, 8);  // 3 expected; one walk's errors are correlated
   EXPECT_GT(e.accepted, 5 * short_walk().walk().frames());
 }
 
-TEST(Filter, WithoutPlanAndAccelerometerItHasNoScaleAndFollowsTheWalkWorse) {
+TEST(Filter, WithoutSensorsOfTheScaleOrWithoutVisionItsUncertaintyIsLarger) {
   // How wrong the scale is without any measurement of it is chance; that the filter does not know it is not.
-  const Errors only_vision = walk(vision_only());
+  Options blind;
+  blind.vision.enabled = false;
+  const Errors only_vision = walk(vision_only()), without = walk(blind);
   EXPECT_GT(only_vision.rms_m, default_walk().rms_m);
   EXPECT_GT(only_vision.sigma_end_m, 3 * default_walk().sigma_end_m);
-}
-
-TEST(Filter, WithoutVisionItsUncertaintyIsLarger) {
-  Options blind;
-  blind.vision.enabled = false;
-  const Errors e = walk(blind);
-  EXPECT_TRUE(e.sound());
-  EXPECT_EQ(e.accepted, 0);
-  EXPECT_GT(e.sigma_end_m, default_walk().sigma_end_m);
-}
-
-TEST(Filter, SurvivesTheLossOfImagesGyroAndPlanAtOnce) {
-  const Errors e = walk(Options{}, [](int k, Observation& o) {
-    if (k >= 50 && k < 70) o.image = cv::Mat();
-    if (k >= 60 && k < 80) o.gyro.clear(), o.accelerometer.clear();
-    if (k >= 40 && k < 66) o.plan.reset();
-  });
-  EXPECT_TRUE(e.valid);
-  // 10 frames have neither image nor gyro: the first image after them may not fit the prediction, and the
-  // filter recognizes its map in the next one.
-  EXPECT_LE(e.lost, 1);
-  EXPECT_LT(e.rms_m, 0.04);
-}
-
-TEST(Filter, GatesAndReportsASpikeOfTheGyroAndOfTheAccelerometer) {
-  const Errors spiked = walk(Options{}, [](int k, Observation& o) {
-    if (k == 80) o.gyro[2].value += Eigen::Vector3d(40, 0, 0);
-    if (k == 100) o.accelerometer[2].value += Eigen::Vector3d(0, 150, 0);
-  });
-  EXPECT_TRUE(spiked.sound());
-  EXPECT_GE(spiked.refused, 2);
-  EXPECT_LT(spiked.rms_m, default_walk().rms_m + 0.005);
-}
-
-TEST(Filter, StandingStillWithARateOfExactlyZeroIsFinite) {
-  Options blind;
-  blind.vision.enabled = false;
-  const Errors e = walk(blind, [](int, Observation& o) {
-    for (InertialSample& sample : o.gyro) sample.value.setZero();
-  });
-  EXPECT_TRUE(e.sound());
+  EXPECT_TRUE(without.sound());
+  EXPECT_EQ(without.accepted, 0);
+  EXPECT_GT(without.sigma_end_m, default_walk().sigma_end_m);
 }
 
 /// The output of a filter, in bits that can be compared.
@@ -169,18 +120,19 @@ TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
   Filter filter = filter_at_start(Options{}), undisturbed = filter_at_start(Options{});
   for (Filter* f : {&filter, &undisturbed}) step(*f, 0, 40);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const std::vector<Spoil> spoil{
-      [](auto& o) { o.t = short_walk().observation(39).t; },
-      [](auto& o) { o.t = short_walk().observation(3).t; },
-      [](auto& o) { o.t += std::chrono::hours(1); },
-      [](auto& o) { o.image = cv::Mat(240, 300, CV_8UC1, cv::Scalar(0)); },
-      [](auto& o) { o.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(0)); },
-      [](auto& o) { o.gyro[1].value.x() = kNan; },
-      [](auto& o) { o.accelerometer[1].value.y() = std::numeric_limits<double>::infinity(); },
-      [](auto& o) { o.plan->X_PC.translation().z() = kNan; }};
-  for (std::size_t i = 0; i < spoil.size(); ++i) {
-    EXPECT_NE(step(filter, 40, 41, spoil[i]).refused, "") << i;
-    EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed)) << i;
+  const std::string image = "its image is not 8-bit gray of the camera's size";
+  const std::vector<std::pair<std::string, Spoil>> kinds{
+      {"its time is not after the last one's", [](auto& o) { o.t = short_walk().observation(39).t; }},
+      {"its time is not after the last one's", [](auto& o) { o.t = short_walk().observation(3).t; }},
+      {"its time is more than 10 s after the last one's", [](auto& o) { o.t += std::chrono::hours(1); }},
+      {image, [](auto& o) { o.image = cv::Mat(240, 300, CV_8UC1, cv::Scalar(0)); }},
+      {image, [](auto& o) { o.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(0)); }},
+      {"an inertial reading is not finite", [](auto& o) { o.gyro[1].value.x() = kNan; }},
+      {"an inertial reading is not finite", [](auto& o) { o.accelerometer[1].end = Stamp(-1); }},
+      {"its plan is not finite", [](auto& o) { o.plan->p_CF.x() = kNan; }}};
+  for (const auto& [reason, spoil] : kinds) {
+    EXPECT_EQ(step(filter, 40, 41, spoil).refused, reason);
+    EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed)) << reason;
   }
   for (Filter* f : {&filter, &undisturbed}) step(*f, 40, 41);
   EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed));
@@ -193,22 +145,7 @@ TEST(Filter, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {
   EXPECT_NE(fingerprint(a), fingerprint(c));
 }
 
-TEST(Filter, FlatAndFrozenImagesAreNamedAndCostNoLandmark) {
-  for (const double gray : {-1.0, 0.0, 255.0}) {  // -1: the last image again
-    Filter filter = filter_at_start(Options{});
-    step(filter, 0, 30);
-    const cv::Mat image =
-        gray < 0 ? short_walk().observation(29).image : cv::Mat(240, 320, CV_8UC1, cv::Scalar(gray));
-    const std::size_t landmarks = filter.map().size();
-    for (int k = 30; k < 45; ++k)
-      EXPECT_EQ(step(filter, k, k + 1, [&](Observation& o) { o.image = image; }).refused,
-                gray < 0 ? "the image is the last one again" : "the image is flat");
-    EXPECT_EQ(filter.map().size(), landmarks);
-    EXPECT_GT(step(filter, 45, 46).accepted, 5);
-  }
-}
-
-TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostAndNamesTheCause) {
+TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostNamesTheCauseAndKeepsItsMap) {
   const Spoil frozen = [last = short_walk().observation(19).image](Observation& o) { o.image = last; };
   const std::vector<std::tuple<std::string, Options, Spoil>> kinds{
       {"no image arrives", {}, lose_image},
@@ -222,39 +159,18 @@ TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostAndNamesTheCause) {
   for (const auto& [cause, options, spoil] : kinds) {
     Filter filter = filter_at_start(options);
     EXPECT_EQ(step(filter, 0, 20).health, Health::ok) << cause;
+    const std::size_t landmarks = filter.map().size();
     const FrameReport report = step(filter, 20, short_walk().walk().frames(), spoil);
     EXPECT_EQ(report.health, Health::lost) << cause;
     EXPECT_EQ(report.cause, "tracking lost: " + cause);
+    EXPECT_EQ(filter.map().size(), landmarks) << cause;
   }
 }
 
-TEST(Filter, ABlindFilterIsOkAgainOnceItSeesItsMapAndDivergesIfItDoesNotInTime) {
-  Options options;
-  options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;
-  Filter filter = filter_at_start(options), other = filter_at_start(options);
-  for (Filter* f : {&filter, &other}) {
-    step(*f, 0, 20);
-    EXPECT_EQ(step(*f, 20, 35, lose_image).health, Health::ok);
-    EXPECT_EQ(step(*f, 35, 36, lose_image).health, Health::lost);
-    step(*f, 36, 40, lose_image);
-  }
-  const FrameReport found = step(filter, 40, 41);
-  EXPECT_EQ(found.health, Health::ok);
-  EXPECT_GT(found.accepted, 5);
-  EXPECT_FALSE(found.relocalized);  // the predicted pose was good enough
-  step(other, 40, 60, lose_image);
-  EXPECT_EQ(step(other, 60, 61).health, Health::diverged);
-}
-
-TEST(Filter, AGapWithoutAnyFrameIsReportedAsALoss) {
-  Filter filter = filter_at_start(Options{});
-  step(filter, 0, 20);
-  const FrameReport after = step(filter, 85, 86);  // 2.2 s later
-  EXPECT_EQ(after.health, Health::lost);
-  EXPECT_EQ(after.cause, "tracking lost: no frame arrives");
-}
-
-TEST(Filter, AClockThatStandsStillIsALoss) {
+TEST(Filter, AGapWithoutAnyFrameAndAClockThatStandsStillAreLosses) {
+  Filter with_gap = filter_at_start(Options{});
+  step(with_gap, 0, 20);
+  EXPECT_EQ(step(with_gap, 85, 86).cause, "tracking lost: no frame arrives");  // 2.2 s later
   Filter filter = filter_at_start(Options{});
   step(filter, 0, 20);
   for (int k = 0; k < 58; ++k) EXPECT_EQ(step(filter, 19, 20).health, Health::ok) << k;
@@ -263,57 +179,20 @@ TEST(Filter, AClockThatStandsStillIsALoss) {
   EXPECT_EQ(step(filter, 20, 21).health, Health::ok);
 }
 
-/// Health and cause in each frame of the short walk with half a second as both limits and without images for
-/// 0.8 s. The filter receives each observation `times` times.
-std::vector<std::string> health_without_images_for_a_while(int times) {
+TEST(Filter, ABlindFilterIsOkWithItsMapAgainAndRepeatedObservationsDoNotCountAsTimeWithoutSight) {
   Options options;
   options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;
-  Filter filter = filter_at_start(options);
-  std::vector<std::string> all;
+  Filter once = filter_at_start(options), thrice = filter_at_start(options);
   for (int k = 0; k < 60; ++k) {
-    Observation o = short_walk().observation(k);
-    if (k >= 20 && k < 44) o.image = cv::Mat();
-    FrameReport report;
-    for (int i = 0; i < times; ++i) report = filter.step(o);
-    all.push_back((report.health == Health::ok ? "ok" : "not ok; ") + report.cause);
+    const Spoil spoil = k >= 20 && k < 44 ? Spoil(lose_image) : [](Observation&) {};
+    const FrameReport report = step(once, k, k + 1, spoil);
+    FrameReport repeated;
+    for (int i = 0; i < 3; ++i) repeated = step(thrice, k, k + 1, spoil);
+    EXPECT_EQ(report.health, k < 35 || k >= 44 ? Health::ok : Health::lost) << k;
+    EXPECT_FALSE(report.relocalized) << "the predicted pose is good enough";
+    EXPECT_EQ(repeated.health, report.health) << k;
+    EXPECT_EQ(repeated.cause, report.cause) << k;
   }
-  return all;
-}
-
-TEST(Filter, RepeatedObservationsDoNotCountAsTimeWithoutSight) {
-  const auto once = health_without_images_for_a_while(1);
-  EXPECT_EQ(once[34], "ok");
-  EXPECT_EQ(once[35], "not ok; tracking lost: no image arrives");
-  EXPECT_EQ(once[44], "ok");
-  EXPECT_EQ(health_without_images_for_a_while(3), once);
-}
-
-TEST(Filter, StandingStillWithImagesIsNotALossWithAndWithoutNoise) {
-  for (const double noise : {0.0, 2.0}) {
-    synthetic::Walk still = short_walk().walk();
-    still.duration_s = 6, still.stand_s = 6, still.turns = 0, still.image_sigma = noise;
-    still.sway_m = still.bounce_m = 0;
-    const synthetic::Recording recording(
-        still, std::vector<cv::Mat>(static_cast<std::size_t>(still.frames()), short_walk_image()));
-    Filter filter(Options{}, synthetic::calibration(), still.X_WC(0), 1);
-    for (int k = 0; k < still.frames(); ++k)
-      ASSERT_EQ(filter.step(recording.observation(k)).health, Health::ok) << noise << ' ' << k;
-  }
-}
-
-TEST(Filter, KeepsToTheBoundsOfItsMapAndOfItsWork) {
-  Options options;
-  options.vision.visible_landmarks = options.vision.measured_landmarks = 1000;
-  options.bounds.landmarks = 9;
-  options.bounds.measured = 7;
-  Filter filter = filter_at_start(options);
-  for (int k = 0; k < short_walk().walk().frames(); ++k) {
-    const FrameReport& report = filter.step(short_walk().observation(k));
-    ASSERT_LE(report.landmarks, 9);
-    ASSERT_LE(report.searched.size(), 7u);
-    ASSERT_EQ(report.health, Health::ok) << report.cause;
-  }
-  EXPECT_EQ(filter.map().size(), 9u);
 }
 
 TEST(Filter, WithoutImagesPlanAndSensorsTheUncertaintyGrowsFromFrameToFrame) {
@@ -349,38 +228,7 @@ TEST(Filter, LandmarksAreMappedWhereTheyWereSeenWithinTheirUncertainty) {
     if (error.dot(p.covariance.ldlt().solve(error)) < 16.3) ++within;  // chi-square of 3, 99.9 %
   }
   EXPECT_GE(measured, 5);
-  EXPECT_GE(within,
-            0.7 * measured);  // depths are far from Gaussian at first; some corners lie on edges of furniture
-}
-
-/// Position NEES after standing still, from a start with an error drawn from the options.
-double nees_after_standing(std::uint64_t seed) {
-  synthetic::Recording noisy = short_walk();
-  noisy.reseed(seed);
-  synthetic::Normal normal(seed);
-  Options options;
-  options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;  // it stands still
-  // wide enough to be most of the error: the room's images are better than vision.sigma_px
-  options.start.sigma_position_m = options.start.sigma_orientation_rad = 0.01;
-  Eigen::Isometry3d start = noisy.walk().X_WC(0);
-  const Eigen::Vector3d turn =
-      options.start.sigma_orientation_rad * Eigen::Vector3d(normal(), normal(), normal());
-  start.linear() = start.linear() * Eigen::AngleAxisd(turn.norm(), turn.normalized());
-  start.translation() += options.start.sigma_position_m * Eigen::Vector3d(normal(), normal(), normal());
-  Filter f(options, synthetic::calibration(), start, seed);
-  for (int k = 0; k < 12; ++k) f.step(noisy.observation(k));
-  const Eigen::Vector3d error = noisy.walk().X_WC(0).translation() - f.estimate().X_WC.translation();
-  return error.dot(f.estimate().covariance.bottomRightCorner<3, 3>().llt().solve(error));
-}
-
-TEST(Filter, ErrorsOverManyStartsMatchTheCovariance) {
-  constexpr int kRuns = 30;
-  double mean = 0;
-  for (int seed = 1; seed <= kRuns; ++seed)
-    mean += nees_after_standing(static_cast<std::uint64_t>(seed)) / kRuns;
-  // chi-square of 3 x 30: 99.9 % of such means lie between 1.74 and 4.69 for a consistent filter
-  EXPECT_GT(mean, 1.74);
-  EXPECT_LT(mean, 4.69);
+  EXPECT_GE(within, 0.7 * measured);  // depths are not Gaussian at first, and some corners lie on edges
 }
 
 TEST(Filter, TheHeadingsUncertaintyNeverFallsBelowWhatItWasAtTheStart) {

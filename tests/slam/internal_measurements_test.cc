@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "slam/motion_model.h"
 #include "tests/slam/synthetic_room.h"
 
 namespace slam {
@@ -20,6 +19,7 @@ struct Walking {
     if (now) {
       predicted = internal.predict(o, *now, planned, kalman.state());
       kalman.predict(predicted.x, predicted.F, predicted.Q);
+      before = kalman.state().P().diagonal();
       result = internal.update(o, *now, planned, kalman);
     }
     now = o.t;
@@ -35,26 +35,22 @@ struct Walking {
   InternalMeasurements internal{options, synthetic::calibration().X_CG};
   std::optional<Stamp> now;
   Prediction predicted;
+  Eigen::VectorXd before;  // variances before the last update
   InternalResult result;
 };
 
 TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) {
   Walking walk;
-  const Observation o = walk.next();
-  const auto planned = walk.internal.advance_plan(o, seconds(o.t - *walk.now));
-  const Prediction p = walk.internal.predict(o, *walk.now, planned, walk.kalman.state());
-  walk.kalman.predict(p.x, p.F, p.Q);
-  const Eigen::VectorXd before = walk.kalman.state().P().diagonal();
-  const InternalResult result = walk.internal.update(o, *walk.now, planned, walk.kalman);
-  const Eigen::VectorXd after = walk.kalman.state().P().diagonal();
-  EXPECT_TRUE(result.updated);
-  EXPECT_EQ(result.rejected, "");
+  walk.step(walk.next());
+  EXPECT_TRUE(walk.result.updated);
+  EXPECT_EQ(walk.result.rejected, "");
   for (const auto& [sensor, dof] : {std::pair{"gyro", 3}, {"plan_velocity", 3}, {"height", 1}}) {
-    ASSERT_TRUE(nis_of(result.innovations, sensor)) << sensor;
-    EXPECT_EQ(nis_of(result.innovations, sensor)->dof, dof) << sensor;
+    ASSERT_TRUE(nis_of(walk.result.innovations, sensor)) << sensor;
+    EXPECT_EQ(nis_of(walk.result.innovations, sensor)->dof, dof) << sensor;
   }
+  const Eigen::VectorXd after = walk.kalman.state().P().diagonal();
   for (const int at : {kRate, kVelocity, kVelocity + 1, kPosition + 2})
-    EXPECT_LT(after(at), before(at)) << at;
+    EXPECT_LT(after(at), walk.before(at)) << at;
 }
 
 TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherTheyWereUsed) {
@@ -73,15 +69,12 @@ TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherThey
   EXPECT_EQ(use(walk, height), SensorUse::none);
 }
 
-/// The scale of a plan from a walk of 5 s with leg odometry and a step every 0.8 s, and the estimated speed
-/// at its end.
+/// The scale of a plan by a walk of 5 s with leg odometry, a step every 0.8 s, and the speed at its end.
 struct PlanByLegs {
   double error, sigma, speed_m_s;
 };
 PlanByLegs plan_by_legs(double scale) {
-  Options options;
-  options.leg_odometry.enabled = true;
-  Walking walk(options, 0);
+  Walking walk({}, 0);
   SystematicEvidence sum;
   for (int k = 0; k < 150; ++k) {
     Observation o = walk.recording.observation(k);
@@ -104,21 +97,17 @@ TEST(InternalMeasurements, LegOdometryReplacesThePlanWhichIsStillTested) {
   EXPECT_NEAR(wrong.speed_m_s, right.speed_m_s, 0.01 * right.speed_m_s);
 }
 
-/// The gyro's bias and its standard deviation about x after a second at rest, or of walking, with a bias of
-/// 0.02 rad/s.
+/// The gyro's bias about x, truly 0.02 rad/s, and its sigma after a second at rest or of walking.
 struct FoundBias {
   double mean, sigma;
 };
 FoundBias bias_after_a_second(const Options& options, bool at_rest) {
   Walking walk(options, 0);
-  const Observation first = walk.recording.observation(0);
-  const double bias_G = 0.02;  // about the camera's x, whatever that is in the axes of the chest
-  const Eigen::Vector3d bias =
-      synthetic::calibration().X_CG.linear().transpose() * Eigen::Vector3d(bias_G, 0, 0);
+  const Eigen::Vector3d bias = synthetic::calibration().X_CG.linear().transpose().col(0) * 0.02;
   const int begin = at_rest ? 0 : 30;  // the recorded robot stands for half a second
   for (int k = begin; k < begin + 30; ++k) {
     Observation o = walk.recording.observation(k);
-    if (at_rest) o.plan = first.plan;
+    if (at_rest) o.plan = walk.recording.observation(0).plan;
     for (InertialSample& reading : o.gyro)
       reading.value = bias + (at_rest ? Eigen::Vector3d(0, 0, 0) : reading.value);
     o.accelerometer.clear();

@@ -222,14 +222,12 @@ Recording::Recording(const Walk& walk, std::vector<cv::Mat> images)
   }
 }
 
-void Recording::reseed(std::uint64_t seed) { seed_ = seed; }
-
 std::vector<InertialSample> Recording::inertial(int frame, bool accelerometer, std::uint64_t salt) const {
   std::vector<InertialSample> samples;
   if (frame == 0) return samples;
   const Eigen::Isometry3d X_CG = calibration().X_CG;
   constexpr std::int64_t kTick = 5000000;
-  Normal normal(seed_ * 1000003 + static_cast<std::uint64_t>(frame) * 7919 + salt);
+  Normal normal(1000003 + static_cast<std::uint64_t>(frame) * 7919 + salt);
   const Stamp end = walk_.stamp(frame);
   for (Stamp begin = walk_.stamp(frame - 1); begin < end;) {
     const Stamp next = std::min(end, Stamp((begin.count() / kTick + 1) * kTick));
@@ -266,7 +264,7 @@ Observation Recording::observation(int frame) const {
   o.plan = plan;
   if (images_.empty()) return o;
   o.image = images_[i].clone();
-  std::mt19937_64 random(seed_ * 104729 + i);
+  std::mt19937_64 random(104729 + i);
   for (int p = 0; p < o.image.rows * o.image.cols;
        p += 4) {  // sums of 4 uniform bytes: nearly normal, σ 147.8
     const std::uint64_t bits = random(), more = random();

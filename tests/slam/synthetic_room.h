@@ -1,11 +1,8 @@
 // A textured 7 x 11 x 3 m room with furniture, ray-cast through the filter's lens, and walks along a circle.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
-#include <opencv2/core.hpp>
 #include <random>
-#include <vector>
 
 #include "slam/camera.h"
 #include "slam/observation.h"
@@ -69,14 +66,12 @@ Calibration calibration();
 /// The images of a walk without noise.
 std::vector<cv::Mat> render(const Room& room, const Walk& walk, int side = 1);
 
-/// The frames of a walk: images (rendered once), and per seed the noisy observations.
+/// The frames of a walk: images (rendered once), and the noisy observations.
 class Recording {
  public:
   /// images: as rendered, or none.
   explicit Recording(const Walk& walk, std::vector<cv::Mat> images = {});
   Observation observation(int frame) const;
-  /// Draws the noise of gyro, accelerometer and images anew.
-  void reseed(std::uint64_t seed);
   const Walk& walk() const { return walk_; }
 
  private:
@@ -85,7 +80,6 @@ class Recording {
   Walk walk_;
   std::vector<cv::Mat> images_;
   std::vector<Eigen::Isometry3d> plan_;
-  std::uint64_t seed_ = 1;
 };
 
 }  // namespace slam::synthetic

@@ -2,9 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
-#include <opencv2/core.hpp>
-#include <random>
 
 #include "slam/kalman.h"
 #include "slam/vision/patch.h"
@@ -32,6 +29,30 @@ inline RobotVector looking_ahead(const Eigen::Vector3d& p_WC = {0, 0, 1.4}) {
   x.segment<4>(kOrientation) << 0.5, -0.5, 0.5, -0.5;
   return x;
 }
+
+inline Eigen::Isometry3d camera_pose(const RobotVector& x) {
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  X_WC.linear() = rotation_matrix(x.segment<4>(kOrientation));
+  X_WC.translation() = x.segment<3>(kPosition);
+  return X_WC;
+}
+
+/// A state without any zero.
+inline RobotVector generic_state() {
+  RobotVector x = RobotVector::LinSpaced(-0.4, 0.9);
+  x.segment<4>(kOrientation) = Eigen::Vector4d(0.9, 0.1, -0.2, 0.3).normalized();
+  return x;
+}
+
+inline Eigen::Isometry3d pose(double angle, const Eigen::Vector3d& axis, const Eigen::Vector3d& at) {
+  return Eigen::Translation3d(at) * Eigen::Isometry3d(Eigen::AngleAxisd(angle, axis.normalized()));
+}
+
+/// The camera of the EuRoC flying robot, and one behind a fisheye of the same field as the default camera.
+inline const RadialTangential kEurocLens{-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
+inline const CameraIntrinsics kBrown{752, 480, 458.654, 457.296, 367.215, 248.375, kEurocLens};
+inline const Equidistant kFisheyeLens{-0.0027, 0.0019, -0.0016, 0.0002};
+inline const CameraIntrinsics kFisheye{512, 512, 191, 191, 255, 257, kFisheyeLens};
 
 /// Blocks of `side` px of random gray: corners everywhere.
 inline cv::Mat random_blocks(int columns, int side, std::uint64_t seed) {
@@ -94,15 +115,18 @@ inline Eigen::MatrixXd dense_H(const Measurement& m, int size) {
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m.rows, size);
   H.leftCols<kRobot>() = m.H_robot;
   if (m.H_landmark.cols() > 0) H.middleCols(m.landmark_at, m.H_landmark.cols()) += m.H_landmark;
+  if (m.bias_at >= 0) H.middleCols<2>(m.bias_at) += m.bias_gain * Eigen::Matrix2d::Identity();
   return H;
 }
 
-/// Three measurements stacked densely: of the robot, of a landmark and of the robot again.
+/// Three measurements stacked densely: of the robot, of a landmark with a match bias and of the robot again.
+/// Two parameters of another landmark serve as the bias.
 struct DenseStack {
   DenseStack(const State& state, Normal& normal)
       : measurements{random_measurement(3, 0, 0.1, normal), random_measurement(2, kRobot + 6, 0.3, normal),
                      random_measurement(1, 0, 0.2, normal)},
         H(6, state.size) {
+    measurements[1].bias_at = kRobot, measurements[1].bias_gain = 1.4;
     for (int row = 0; const Measurement& m : measurements) {
       H.middleRows(row, m.rows) = dense_H(m, state.size);
       R.block(row, row, m.rows, m.rows) = m.R;

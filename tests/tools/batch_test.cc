@@ -1,4 +1,5 @@
-// Several seeds through the program: the number of processes changes no file, and a crash ends one seed only.
+// Runs, replays and recordings through the program: the same bytes for any number of processes and from the
+// cache of recordings; output as text, as one JSON document, or none; and a filter that cannot see.
 #include <gmock/gmock.h>
 
 #include "tests/sim/result/result_folder.h"
@@ -6,19 +7,42 @@
 
 namespace {
 
+using nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using tests::differences;
 using tests::Ran;
 
-const std::string kWalk =
-    std::string(tests::kShortWalk) + "limits: {path_length_m.worst: {at_least: 0.01}}\n";
+const std::string kWalk = std::string(tests::kShortWalk) +
+                          "limits: {path_length_m.worst: {at_least: 0.01}, rmse_m: {at_most: 1}}\n";
 
-class BatchTest : public tests::CommandLine {
+class BatchTest : public tests::CommandLineWithCache {
  protected:
   BatchTest() {
     write("walk.yaml", kWalk);
     write("stand.yaml", tests::kStand);
+  }
+  std::string cached() const { return ok("cache list"); }
+  void expect_same(const std::string& a, const std::string& b, const std::string& without = "-") const {
+    EXPECT_THAT(differences(folder_ / a, folder_ / b, without), IsEmpty()) << a << " and " << b;
+  }
+
+  Ran checked(const std::string& schema, const std::string& file) const {
+    return shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
+                 "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR "/sim/result/schemas/" +
+                 schema + ".schema.json' " + file);
+  }
+  /// The JSON document that a command prints, after a check against its schema.
+  json document_of(const std::string& arguments, const std::string& schema) const {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_EQ(ran.complaints(), "");
+    write("printed.json", ran.out);
+    const Ran found = checked(schema, "printed.json");
+    EXPECT_EQ(found.exit_code, 0) << found.err;
+    return json::parse(ran.out);
   }
 };
 
@@ -27,35 +51,32 @@ TEST_F(BatchTest, TheNumberOfJobsChangesNoByteAndASeedOfABatchIsThatSeedRunAlone
   const std::string run =
       "run walk.yaml camera.exposure_s=0.01 camera.readout_s=0.02 camera.subframes=2 "
       "world.lights_off.from_s=0.3 world.lights_off.duration_s=0.3 ";
-  ASSERT_EQ(gaitslam(run + "--seeds 1..2 --jobs 1 --out one").exit_code, 0);
-  ASSERT_EQ(gaitslam(run + "--seeds 1..2 --jobs 2 --out two").exit_code, 0);
-  ASSERT_EQ(gaitslam(run + "seed=2 --out alone").exit_code, 0);
+  ok(run + "--seeds 1..2 --jobs 1 --out one");
+  ok(run + "--seeds 1..2 --jobs 2 --out two");
+  ok(run + "seed=2 --out alone");
   EXPECT_TRUE(std::filesystem::exists(folder_ / "one/seed-1/recording/mav0/cam0/data"));
-  EXPECT_THAT(differences(folder_ / "one", folder_ / "two"), IsEmpty());
-  EXPECT_THAT(differences(folder_ / "one/seed-2", folder_ / "alone/seed-2"), IsEmpty());
+  expect_same("one", "two");
+  expect_same("one/seed-2", "alone/seed-2");
   EXPECT_GT(std::filesystem::file_size(folder_ / "one/summary.json"), 0u);
 }
 
-TEST_F(BatchTest, ReplayOfAResultGivesItsBytes) {
+TEST_F(BatchTest, ReplayOfAResultGivesItsBytesAndTakesAnotherScenarioOfTheSameWalk) {
   short_walks("results/walk");
-  const Ran ran = gaitslam("replay results/walk/seed-1 --out again");
-  EXPECT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_THAT(differences(folder_ / "results/walk/seed-1", folder_ / "again", "recording/"), IsEmpty());
-  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --out again").exit_code, 2);
-  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --out again --force").exit_code, 0);
-}
+  const std::string replay = "replay results/walk/seed-1 --out ";
+  ok(replay + "again");
+  expect_same("results/walk/seed-1", "again", "recording/");
+  EXPECT_EQ(gaitslam(replay + "again").exit_code, 2);
+  ok(replay + "again --force");
 
-TEST_F(BatchTest, ARecordingIsReplayedWithAnotherScenarioOfTheSameWalk) {
-  short_walks("results/walk");
-  write("loud.yaml", kWalk + "errors: {gyro: {sigma_rad_s: 0.1}}\nname: walk\n");
-  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --scenario walk.yaml --out same").exit_code, 0);
-  EXPECT_EQ(gaitslam("replay results/walk/seed-1 --scenario loud.yaml --out loud").exit_code, 0);
-  EXPECT_EQ(gaitslam("compare results/walk same").out.find("SAME"), std::string::npos);
+  write("loud.yaml", std::string(tests::kShortWalk) + "errors: {gyro: {sigma_rad_s: 0.1}}\nname: walk\n");
+  ok(replay + "same --scenario walk.yaml");
+  ok(replay + "loud --scenario loud.yaml");
+  EXPECT_EQ(text_of("same/estimate.tum"), text_of("again/estimate.tum"));
   EXPECT_NE(text_of("loud/estimate.tum"), text_of("same/estimate.tum"));
   write("other.yaml", "walk: {commands: [{stand: {duration_s: 2}}]}\ncamera: {}\nslam: {}\n");
-  const Ran ran = gaitslam("replay results/walk/seed-1 --scenario other.yaml --out other");
-  EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_THAT(ran.err, HasSubstr("other.yaml: walk.commands is"));
+  const Ran other = gaitslam(replay + "other --scenario other.yaml");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("other.yaml: walk.commands is"));
 }
 
 // In a container the program that starts a batch is often process 1.
@@ -73,6 +94,141 @@ TEST_F(BatchTest, WhatSeveralSeedsSayAlikeIsSaidOnce) {
   EXPECT_EQ(ran.exit_code, 3);
   EXPECT_THAT(ran.err, HasSubstr("seeds 1, 2, 3: gaitslam: fell: "));
   EXPECT_EQ(ran.err.find("fell"), ran.err.rfind("fell")) << ran.err;
+}
+
+TEST_F(BatchTest, RunsFromTheCacheHaveTheBytesOfARunAndShareARecordingOverSensorErrorsAndFilters) {
+  const std::string run =
+                        "run stand.yaml errors.gyro.sigma_rad_s=0.05 errors.accelerometer.sigma_m_s2=0.5 "
+                        "slam.vision.sigma_px=3 --out ",
+                    fall =
+                        "run stand.yaml world.pushes='[{push: {time_s: 0.05, impulse_ns: 300}}]' "
+                        "'walk.commands=[{stand: {duration_s: 2}}]' --out ";
+  ok("record stand.yaml");
+  ok(run + "cached --cached");
+  ok(run + "live");
+  expect_same("live", "cached");
+  const std::string listed = cached();
+  EXPECT_THAT(listed, HasSubstr("stand seed 1"));
+  EXPECT_EQ(std::count(listed.begin(), listed.end(), '\n'), 2) << "one recording and the sum";
+  EXPECT_THAT(shell("find 'the cache' -name about.json -exec cat {} +").out,
+              AllOf(HasSubstr("\"stand.yaml:"), Not(HasSubstr("/gaitslam-"))))
+      << "the scenario as given";
+
+  for (const char* out : {"fell", "made --cached", "found --cached"})
+    EXPECT_EQ(gaitslam(fall + out).exit_code, 3);
+  expect_same("fell", "made");
+  expect_same("fell", "found");
+  EXPECT_THAT(text_of("fell/seed-1/about.json"), HasSubstr("fell"));
+}
+
+TEST_F(BatchTest, SeedsAreRecordedInProcessesAndOnlyWhereTheyAreMissing) {
+  EXPECT_THAT(ok("record stand.yaml --seeds 1,2 --jobs 2"), HasSubstr("seed 2: recorded, completed"));
+  EXPECT_THAT(ok("record stand.yaml --seeds 1..3"),
+              AllOf(HasSubstr("seed 1: was in the cache"), HasSubstr("seed 3: recorded")));
+  ok("run stand.yaml --seeds 1..3 --cached --jobs 2");
+  write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../stand.yaml}]\n");
+  ok("baseline update suites/ci.yaml --reason first --out made --jobs 2");
+  EXPECT_THAT(ok("regress suites/ci.yaml --out again --jobs 2 --cached"),
+              AllOf(HasSubstr("2 seeds paired"), HasSubstr("IDENTICAL"), Not(HasSubstr("SAME"))));
+  EXPECT_THAT(ok("cache clean"), HasSubstr("3 recordings removed"));
+  EXPECT_THAT(cached(), Not(HasSubstr("seed")));
+  EXPECT_EQ(gaitslam("record stand.yaml --models nowhere").err, "gaitslam: nowhere: has no models\n");
+  EXPECT_EQ(shell("GAITSLAM_CACHE_GB=much " GAITSLAM_PROGRAM " cache list").err,
+            "gaitslam: GAITSLAM_CACHE_GB is 'much', expected a number of gigabytes\n");
+}
+
+TEST_F(BatchTest, ATuningMakesTheRecordingsThatItNeedsAndFindsThemAgain) {
+  write("steps.yaml", "walk: {commands: [{straight: {forward_m: 0.1, left_m: 0}}]}\ncamera: {}\nslam: {}\n");
+  write("spec.yaml",
+        "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
+        "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3}]\n"
+        "trials: 6\npopulation: 5\n");
+  const Ran first = gaitslam("tune spec.yaml --out first --jobs 2");
+  EXPECT_LE(first.exit_code, 1) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("pose_nll on hold-out"));
+  EXPECT_THAT(text_of("first/tune.json"), HasSubstr("\"steps/seed-2\""));
+  EXPECT_THAT(ok("record steps.yaml --seeds 1..3"), Not(HasSubstr(": recorded")));
+  gaitslam("tune spec.yaml --out second");
+  EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
+}
+
+TEST_F(BatchTest, JsonIsOneDocumentAndFilesAreAsTheirSchemasSay) {
+  const json run = document_of("run walk.yaml --out r --json", "outcome");
+  EXPECT_EQ(run["folder"], "r/seed-1");
+  EXPECT_EQ(run["ending"], "completed");
+  EXPECT_EQ(run["score"], json::parse(text_of("r/seed-1/score.json")));
+  EXPECT_EQ(document_of("replay r/seed-1 --json", "outcome")["score"], run["score"]);
+  EXPECT_GT(document_of("score r/seed-1 --json", "trajectory")["errors"].size(), 2u);
+  const json seeds = document_of("run stand.yaml estimator=plan_alone --seeds 1,2 --out s --json", "outcome");
+  EXPECT_EQ(seeds["summary"], json::parse(text_of("s/summary.json")));
+  for (const auto& [schema, file] : {std::pair{"score", "s/seed-1/score.json"},
+                                     {"about", "s/seed-1/about.json"},
+                                     {"summary", "s/summary.json"},
+                                     {"score", "r/seed-1/score.json"}})
+    EXPECT_EQ(checked(schema, file).exit_code, 0) << file;
+  write("wrong.json", R"({"format_version": 1, "scenario": 7})");
+  EXPECT_NE(checked("score", "wrong.json").exit_code, 0);
+}
+
+TEST_F(BatchTest, QuietLeavesTheExitCode) {
+  write("strict.yaml", "base: walk.yaml\nlimits: {rmse_m: {at_most: 0}}\n");
+  for (const auto& [arguments, exit_code] : {std::pair{"run walk.yaml --out r -q", 0},
+                                             {"replay r/seed-1 --quiet", 0},
+                                             {"score r/seed-1 -q", 0},
+                                             {"run strict.yaml --seeds 1 --out s -q", 1}}) {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, exit_code) << arguments;
+    EXPECT_EQ(ran.out + ran.err, "") << arguments;
+  }
+  expect_refused("run none.yaml -q", "none.yaml: cannot be read");
+  expect_refused("run walk.yaml -q --json", "excludes");
+}
+
+/// Replays a short walk with changes and times that suit it.
+class Health : public BatchTest {
+ protected:
+  Health() {
+    short_walks("r");
+    write("times.yaml",
+          "slam.tracking: {lost_after_s: 0.4, give_up_s: 0.6}\n"
+          "limits: {ending: [completed], tracked_fraction: {at_least: 0.99}}\n");
+  }
+  Ran replay(const std::string& changes) const {
+    return gaitslam("replay r/seed-1 --with times.yaml --out out --force " + changes);
+  }
+};
+
+TEST_F(Health, AFilterThatNeverSeesAnythingNewDivergesAndEveryFileSaysSo) {
+  for (const auto& [change, cause] :
+       {std::pair<std::string, std::string>{"'errors.faults=[{frames_lost: {duration_s: 100}}]'",
+                                            "no image arrives"},
+        {"errors.image.gain=0", "the image is flat"},
+        {"'errors.faults=[{frames_frozen: {from_s: 0.4, duration_s: 100}}]'",
+         "the image is the last one again"}}) {
+    const Ran ran = replay(change);
+    const std::string whole = "tracking lost: " + cause + "; the map was not found again";
+    EXPECT_EQ(ran.exit_code, 3) << change << ran.out << ran.err;
+    EXPECT_THAT(ran.out, AllOf(HasSubstr("diverged"), HasSubstr("to the end: " + whole)));
+    const json scored = tests::json_of(folder_ / "out/score.json"), lost = scored["tracking"]["lost"];
+    EXPECT_EQ(scored["ending"], "diverged");
+    ASSERT_EQ(lost.size(), 1U);
+    EXPECT_EQ(lost[0]["cause"], whole);
+    EXPECT_TRUE(lost[0]["to_s"].is_null());
+    EXPECT_LT(scored["metrics"]["tracked_fraction"]["value"], 0.5);
+    EXPECT_THAT(text_of("out/frames.csv"), AllOf(HasSubstr(",lost,tracking lost: " + cause + ","),
+                                                 HasSubstr(",diverged," + whole + ",")));
+  }
+}
+
+TEST_F(Health, AFilterThatSeesAgainTracksAgainAndALimitOnTheShareOfTimeIsMissed) {
+  const Ran ran = replay("'errors.faults=[{frames_lost: {from_s: 0.5, duration_s: 0.6}}]'");
+  EXPECT_EQ(ran.exit_code, 1) << ran.out << ran.err;
+  EXPECT_THAT(ran.out, AllOf(HasSubstr("lost from "), HasSubstr(">= 0.9900  MISSED")));
+  const json scored = tests::json_of(folder_ / "out/score.json"), lost = scored["tracking"]["lost"];
+  EXPECT_EQ(scored["ending"], "completed");
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_NEAR(lost[0]["from_s"], 0.9, 0.04);  // 0.4 s after the last image, within a frame
+  EXPECT_NEAR(lost[0]["to_s"], 1.1, 0.04);
 }
 
 }  // namespace

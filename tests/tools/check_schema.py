@@ -4,17 +4,14 @@ import json
 import os
 import sys
 
-TYPES = {'object': dict, 'array': list, 'string': str, 'boolean': bool, 'null': type(None)}
+TYPES = {'object': dict, 'array': list, 'string': str, 'boolean': bool, 'null': type(None), 'integer': int,
+         'number': (int, float)}
 KNOWN = {'$schema', 'title', 'description', 'type', 'required', 'properties', 'additionalProperties', 'items', 'const',
          'enum', 'minimum', 'maximum', '$ref', '$defs'}
 
 
 def is_of(value, name):
-    if name == 'integer':
-        return isinstance(value, int) and not isinstance(value, bool)
-    if name == 'number':
-        return isinstance(value, (int, float)) and not isinstance(value, bool)
-    return isinstance(value, TYPES[name])
+    return isinstance(value, TYPES[name]) and (name == 'boolean' or not isinstance(value, bool))
 
 
 def check(value, schema, root, path):
@@ -24,17 +21,12 @@ def check(value, schema, root, path):
         return check(value, other, other, path)
     if '$ref' in schema:
         return check(value, root['$defs'][schema['$ref'].rsplit('/', 1)[1]], root, path)
-    if 'const' in schema:
-        assert value == schema['const'], f'{path}: is {value}'
-    if 'enum' in schema:
-        assert value in schema['enum'], f'{path}: is {value}'
-    if 'type' in schema:
-        names = schema['type'] if isinstance(schema['type'], list) else [schema['type']]
-        assert any(is_of(value, name) for name in names), f'{path}: is {value!r}, expected {names}'
-    if 'minimum' in schema:
-        assert value >= schema['minimum'], f'{path}: is {value}'
-    if 'maximum' in schema:
-        assert value <= schema['maximum'], f'{path}: is {value}'
+    names = schema.get('type', [])
+    names = names if isinstance(names, list) else [names]
+    assert not names or any(is_of(value, name) for name in names), f'{path}: is {value!r}, expected {names}'
+    for word, holds in (('const', lambda to: value == to), ('enum', lambda to: value in to),
+                        ('minimum', lambda to: value >= to), ('maximum', lambda to: value <= to)):
+        assert word not in schema or holds(schema[word]), f'{path}: is {value}'
     if isinstance(value, dict):
         for name in schema.get('required', []):
             assert name in value, f'{path}.{name}: is missing'

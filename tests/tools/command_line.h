@@ -12,6 +12,8 @@
 #include <iterator>
 #include <regex>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace tests {
 
@@ -57,6 +59,12 @@ class CommandLine : public testing::Test {
             text_of(".err")};
   }
   Ran gaitslam(const std::string& arguments) const { return shell(GAITSLAM_PROGRAM " " + arguments); }
+  /// Standard output of a command that must succeed.
+  std::string ok(const std::string& arguments) const {
+    const Ran ran = gaitslam(arguments);
+    EXPECT_EQ(ran.exit_code, 0) << arguments << ": " << ran.out << ran.err;
+    return ran.out;
+  }
 
   /// Writes kShortWalk as walk.yaml and copies the results of `run walk.yaml --seeds 1..3` for these seeds
   /// into `to`. The walks are made once for all tests of a build.
@@ -110,6 +118,10 @@ class CommandLine : public testing::Test {
     const std::string error = refusal(arguments);
     EXPECT_NE(error.find(complaint), error.npos) << arguments << ": " << error;
     EXPECT_EQ(entries(), before) << arguments;
+  }
+
+  void expect_refused(const std::vector<std::pair<std::string, std::string>>& complaints) const {
+    for (const auto& [arguments, complaint] : complaints) expect_refused(arguments, complaint);
   }
 
   /// Number of files and folders that the commands left.

@@ -32,10 +32,6 @@ class Interruption : public tests::CommandLineWithCache {
                  " & command=$!; while kill -0 $command && ! { " + condition +
                  "; }; do sleep 0.02; done 2>/dev/null; kill -" + signal + " $command; wait $command");
   }
-  void ok(const std::string& arguments) const {
-    const Ran ran = gaitslam(arguments);
-    ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  }
   /// Every file that a result lists exists.
   void expect_whole(const std::string& result) const {
     std::istringstream lines(text_of(result + "/.gaitslam"));
@@ -79,16 +75,16 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
 
 TEST_F(Interruption, FewerSeedsThanBeforeLeaveNoStaleOnes) {
   ok(kBlindStand + "--seeds 1..3 --out h");
-  const Ran fewer = gaitslam(kBlindStand + "--seeds 1 --out h --force");
-  ASSERT_EQ(fewer.exit_code, 0) << fewer.err;
-  EXPECT_THAT(fewer.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-2, seed-3\n"));
-  EXPECT_THAT(fewer.out, HasSubstr("walk, 1 seed\n"));
+  EXPECT_THAT(
+      ok(kBlindStand + "--seeds 1 --out h --force"),
+      testing::AllOf(HasSubstr("results of an earlier command are now in h/earlier-1: seed-2, seed-3\n"),
+                     HasSubstr("walk, 1 seed\n")));
   EXPECT_EQ(tests::json_of(folder_ / "h/summary.json")["seeds"].size(), 1u);
   ok("report h --out h.html");
   EXPECT_THAT(text_of("h.html"), Not(HasSubstr("seed 2")));
-  EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-3/score.json"));
   ok(kBlindStand + "--seeds 2 --out h --force");
-  EXPECT_TRUE(fs::exists(folder_ / "h/earlier-2/seed-1/score.json"));
+  for (const char* kept : {"h/earlier-1/seed-3/score.json", "h/earlier-2/seed-1/score.json"})
+    EXPECT_TRUE(fs::exists(folder_ / kept)) << kept;
 }
 
 TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
@@ -99,40 +95,31 @@ TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
   ended_when("[ -e killed/seed-2 ]", "KILL", run + "killed");
   EXPECT_EQ(gaitslam(kBlind + "--seeds 1..5 --out killed").exit_code, 2) << "another command";
   const auto made = fs::last_write_time(folder_ / "killed/seed-1/score.json");
-  const Ran last = gaitslam(run + "killed");
-  ASSERT_EQ(last.exit_code, 0) << last.err;
-  EXPECT_THAT(last.out, HasSubstr("finished before\n"));
+  EXPECT_THAT(ok(run + "killed"), HasSubstr("finished before\n"));
   EXPECT_EQ(fs::last_write_time(folder_ / "killed/seed-1/score.json"), made) << "it was whole";
   EXPECT_THAT(differences(folder_ / "whole", folder_ / "killed"), IsEmpty());
   EXPECT_THAT(partial("killed"), IsEmpty());
 }
 
 // The estimator appends to the file `ran`.
-TEST_F(Interruption, OlderResultsAreNotTakenForThoseOfTheInterruptedCommand) {
-  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
+TEST_F(Interruption, ResultsOfOtherProgramsOrModelsAreNotThoseOfTheInterruptedCommand) {
+  const std::string sources = GAITSLAM_SOURCE_DIR;
+  fs::copy(sources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const std::string run =
       "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1,2 --out h --force";
   ok(run);
-  ASSERT_EQ(
-      shell("echo 'open(\"ran\", \"a\").write(\"x\")' | cat - gyro.py > new && mv new gyro.py").exit_code, 0);
+  shell("echo 'open(\"ran\", \"a\").write(\"x\")' | cat - gyro.py > new && mv new gyro.py");
   ended_when("[ -e h/.unfinished ]", "KILL", run);
   fs::remove(folder_ / "ran");
-  const Ran again = gaitslam(run);
-  ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.out, Not(HasSubstr("finished before")));
+  EXPECT_THAT(ok(run), Not(HasSubstr("finished before")));
   EXPECT_EQ(text_of("ran"), "xx");
-}
 
-TEST_F(Interruption, WithOtherModelsItIsAnotherCommand) {
-  for (const char* models : {"m", "m2"})
-    fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/models", folder_ / models);
-  ASSERT_EQ(shell("echo '<!-- other -->' >> m2/office.xml").exit_code, 0);
-  const std::string blind = kBlind + "--seeds 1..3 --out h ";
-  ended_when("[ -e h/seed-2 ]", "KILL", blind + "--models m");
+  for (const char* models : {"m", "m2"}) fs::copy(sources + "/models", folder_ / models);
+  shell("echo '<!-- other -->' >> m2/office.xml");
+  const std::string blind = kBlind + "--seeds 1..3 --out k ";
+  ended_when("[ -e k/seed-2 ]", "KILL", blind + "--models m");
   EXPECT_EQ(gaitslam(blind + "--models m2").exit_code, 2);
-  const Ran other = gaitslam(blind + "--models m2 --force");
-  EXPECT_EQ(other.exit_code, 0) << other.err;
-  EXPECT_THAT(other.out, Not(HasSubstr("finished before")));
+  EXPECT_THAT(ok(blind + "--models m2 --force"), Not(HasSubstr("finished before")));
 }
 
 TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
@@ -163,22 +150,22 @@ TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderGoWithTheNextStart) {
   ::unsetenv("TMPDIR");
 }
 
+constexpr const char* kLong = "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' ";
+
 TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
-  const std::string longer =
-      "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --without camera,slam ";
-  const auto second = [&](const std::string& first, const std::string& until, const std::string& then) {
-    return shell(GAITSLAM_PROGRAM " " + longer + first + " & first=$!; until [ -e " + until +
-                 " ]; do sleep 0.02; done; " GAITSLAM_PROGRAM " " + then +
-                 "; code=$?; kill -9 $first; exit $code");
+  const auto expect_second_refused = [&](const std::string& seeds, const std::string& until,
+                                         const std::string& complaint) {
+    const Ran ran =
+        shell(GAITSLAM_PROGRAM " " + (kLong + seeds) + " --without camera,slam & first=$!; until [ -e " +
+              until + " ]; do sleep 0.02; done; " GAITSLAM_PROGRAM " " + kBlind + seeds +
+              " --force; code=$?; kill -9 $first; exit $code");
+    EXPECT_EQ(ran.exit_code, 2);
+    EXPECT_THAT(ran.err, HasSubstr(complaint));
   };
-  const Ran seeds =
-      second("--seeds 1,2 --out h", "h/.seed-1.partial", kBlind + "--seeds 1,2 --out h --force");
-  EXPECT_EQ(seeds.exit_code, 2);
-  EXPECT_THAT(seeds.err,
-              HasSubstr("h: another process is writing there: wait for it, or name another folder"));
-  const Ran one = second("--out k", "k/.seed-1.partial/recording", kBlind + "--out k --force");
-  EXPECT_EQ(one.exit_code, 2);
-  EXPECT_THAT(one.err, HasSubstr("k/seed-1: is being written by another process: wait for it"));
+  expect_second_refused("--seeds 1,2 --out h", "h/.seed-1.partial",
+                        "h: another process is writing there: wait for it, or name another folder");
+  expect_second_refused("--out k", "k/.seed-1.partial/recording",
+                        "k/seed-1: is being written by another process: wait for it");
 }
 
 TEST_F(Interruption, ItIsSaidWhatIsKept) {
@@ -187,8 +174,7 @@ TEST_F(Interruption, ItIsSaidWhatIsKept) {
       ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
       HasSubstr("gaitslam: interrupted: finished results are kept in h; to resume:\n  " GAITSLAM_PROGRAM " " +
                 seeds + "\n"));
-  const Ran one = ended_when("[ -e k/.seed-1.partial ]", "INT",
-                             "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' --out k");
+  const Ran one = ended_when("[ -e k/.seed-1.partial ]", "INT", std::string(kLong) + "--out k");
   EXPECT_THAT(one.err,
               HasSubstr("gaitslam: interrupted: nothing of this run is kept; earlier results in k are"));
   EXPECT_EQ(one.exit_code, 130);

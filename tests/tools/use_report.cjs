@@ -24,19 +24,6 @@ async function walkThrough(browser) {
   return {expected, reached, unseen};
 }
 
-// The first metric of several runs, as a number.
-async function sort(browser) {
-  const column = () => browser.value(
-    `[...document.querySelectorAll('#runs .scroll tbody tr')].map((row) => +row.children[3].textContent)`);
-  const enter = () => browser.press('Enter', 13);
-  const before = await column();
-  await browser.value(`document.querySelectorAll('#runs .scroll th button')[3].focus()`);
-  await enter();
-  const after_enter = await column();
-  await enter();
-  return {before, after_enter, after_another: await column()};
-}
-
 async function moveTime(browser) {
   const see = () => browser.value(`({t: document.querySelector('output').textContent,
     picture: document.querySelector('.scene canvas').toDataURL()})`);
@@ -117,7 +104,7 @@ async function use(browser, page) {
   await browser.open('file://' + path.resolve(page), kDrawn, {theme: 'dark'});
   await browser.send('Emulation.clearDeviceMetricsOverride');
   const keyboard = await walkThrough(browser);
-  return {keyboard, sorted: await sort(browser), map: await moveTime(browser), pointed: await point(browser), phone: await onPhone(browser), print: await print(browser)};
+  return {keyboard, map: await moveTime(browser), pointed: await point(browser), phone: await onPhone(browser), print: await print(browser)};
 }
 
 const [page, profile] = process.argv.slice(2);

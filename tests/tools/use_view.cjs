@@ -1,5 +1,5 @@
 // Uses the view in headless Chromium and prints the findings as one JSON object.
-// Usage: node use_view.cjs live|playback|watch|series|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
+// Usage: node use_view.cjs live|playback|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
 const {say} = require('./browser.cjs');
 
 const kReady = `document.documentElement?.dataset.ready === 'true'`;
@@ -99,18 +99,6 @@ async function watch(browser, url) {
   return {...short(await look(browser)), how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 
-// Each walk that a command shows at this address, one after the other.
-async function series(browser, url, count) {
-  await browser.open(url, kReady);
-  const labels = [];
-  while (labels.length < count) {
-    const label = await browser.value(`gaitslamPage.panes[0].run.about.label`).catch(() => null);  // while it opens the next
-    if (label && label !== labels.at(-1)) labels.push(label);
-    await browser.rest(20);
-  }
-  return {labels};
-}
-
 async function picture(browser, url, seconds, file, width = 1200, height = 900, theme = 'light') {
   await browser.open(url, kReady, {width: +width, height: +height, theme});
   await browser.until(`document.documentElement?.dataset.model === 'true' && gaitslamPage.duration > ${seconds}`);
@@ -124,5 +112,5 @@ async function picture(browser, url, seconds, file, width = 1200, height = 900, 
 }
 
 const [what, url, profile, ...more] = process.argv.slice(2);
-const uses = {live: useLive, playback: usePlayback, watch, series, picture};
+const uses = {live: useLive, playback: usePlayback, watch, picture};
 say(profile, (browser) => uses[what](browser, url, ...more));

@@ -1,29 +1,17 @@
 #include "walking/stabilizer.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-
-#include "tests/walking/standing.h"
-#include "walking/hrp2.h"
+#include "tests/walking/walks.h"
 #include "walking/kinematics.h"
-#include "walking/plan.h"
 
 namespace walking {
 namespace {
 
-using Eigen::Vector3d;
+using Eigen::Vector2d, Eigen::Vector3d;
 
+constexpr double kWeight = hrp2::kMass * kGravity;
 const Vector3d kUp = Vector3d::UnitZ(), kStill = Vector3d::Zero();
 
 double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
-TEST(Attitude, StaysWhereItIsAtRest) {
-  Attitude attitude(kUp);
-  for (int k = 0; k < 1000; ++k) attitude.update(kStill, kGravity * kUp, kStill, kPeriod);
-  EXPECT_EQ(attitude.up(), kUp);
-}
 
 TEST(Attitude, FollowsATurnByTheGyro) {
   Attitude attitude(kUp);
@@ -33,8 +21,7 @@ TEST(Attitude, FollowsATurnByTheGyro) {
     R = R * Eigen::AngleAxisd(rate.norm() * kPeriod, rate.normalized());
     attitude.update(rate, R.transpose() * (kGravity * kUp), kStill, kPeriod);
   }
-  // The correction sees the vertical one tick ahead of the gyro's: 4e-3 rad of it, times gain 0.15/s, over
-  // 0.5 s.
+  // The correction sees the vertical one tick ahead of the gyro's: 4e-3 rad, times gain 0.15/s, over 0.5 s.
   EXPECT_LT(angle_between(attitude.up(), R.transpose() * kUp), 5e-4);
   EXPECT_GT(angle_between(attitude.up(), kUp), 0.2);
 }
@@ -68,10 +55,6 @@ TEST(Attitude, IsNotTiltedByAnAccelerationItIsGiven) {
   EXPECT_LT(angle_between(with_motion.up(), kUp), 1e-12);
   EXPECT_GT(angle_between(without_motion.up(), kUp), 0.01);
 }
-
-using Eigen::Vector2d, Eigen::Vector3d;
-
-constexpr double kWeight = hrp2::kMass * kGravity;
 
 Reference on_the_left_foot() {
   Reference reference = standing();
@@ -126,7 +109,7 @@ double distance(const Posture& a, const Posture& b) {
 double roll_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(2, 1), X.linear()(2, 2)); }
 double pitch_of(const Eigen::Isometry3d& X) { return std::asin(-X.linear()(2, 0)); }
 
-TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlanned) {
+TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlannedOrItIsSwitchedOff) {
   StabilizerOptions options;
   options.leg_compliance.enabled = false;  // this one only acts on the planned load
   for (const auto& [reference, left] : {std::pair{standing(), 0.5}, std::pair{on_the_left_foot(), 1.0}}) {
@@ -135,24 +118,23 @@ TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlanned) {
     EXPECT_LT(distance(posture, posture_of(reference)), 1e-9);
     EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
   }
-}
-
-TEST(Stabilizer, LeavesThePlanAloneWhenSwitchedOff) {
-  StabilizerOptions options;
   options.enabled = false;
-  Stabilizer stabilizer(options);
-  EXPECT_EQ(distance(after(stabilizer, standing(), SensorReadings{}, 10), posture_of(standing())), 0);
+  Stabilizer off(options);
+  EXPECT_EQ(distance(after(off, standing(), SensorReadings{}, 10), posture_of(standing())), 0);
 }
 
-TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCenterOfMass) {
-  Stabilizer stabilizer(estimators_alone());
-  const double pitch = 0.02;
-  stabilizer.step(standing(), turning(0, pitch));
-  EXPECT_NEAR(stabilizer.state().tilt.y(), pitch, 1e-5);  // the accelerometer pulls back 0.15/s · 5 ms of it
-  // The whole body turns about the ankles.
-  const double height = standing().com.z() - hrp2::kAnkleHeight;
-  EXPECT_NEAR(stabilizer.state().com_error.x(), pitch * height, 1e-4);  // second order of the tilt
-  EXPECT_NEAR(stabilizer.state().com_error.y(), 0, 1e-9);
+TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCenterOfMassUnlessAttitudeIsOff) {
+  StabilizerOptions options = estimators_alone();
+  for (const double pitch : {0.02, 0.0}) {
+    options.attitude.enabled = pitch != 0;
+    Stabilizer stabilizer(options);
+    stabilizer.step(standing(), turning(0, 0.02));
+    EXPECT_NEAR(stabilizer.state().tilt.y(), pitch, 1e-5);  // the accelerometer pulls back 0.15/s · 5 ms
+    // The whole body turns about the ankles.
+    const double height = standing().com.z() - hrp2::kAnkleHeight;
+    EXPECT_NEAR(stabilizer.state().com_error.x(), pitch * height, 1e-4);  // second order of the tilt
+    EXPECT_NEAR(stabilizer.state().com_error.y(), 0, 1e-9);
+  }
 }
 
 TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCenterOfMassIs) {
@@ -165,28 +147,22 @@ TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCenterOfMassIs) {
   EXPECT_GT(stabilizer.state().zmp_desired.x() - standing().zmp.x(), error);
 }
 
-TEST(Stabilizer, WithoutAttitudeTheWaistCountsAsUpright) {
-  StabilizerOptions options;
-  options.attitude.enabled = false;
-  Stabilizer stabilizer(options);
-  stabilizer.step(standing(), turning(0, 0.02));
-  EXPECT_EQ(stabilizer.state().tilt.norm(), 0);
-  EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
-}
-
+// Each leg is made longer by its planned load over its stiffness.
 TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
-  Reference reference = standing();
-  reference.zmp.y() = 0.04;  // on the way to the left foot
+  Reference to_the_left = standing();
+  to_the_left.zmp.y() = 0.04;
   StabilizerOptions options = estimators_alone();
   options.leg_compliance.enabled = true;
-  for (const bool enabled : {true, false}) {
-    options.distribution.enabled = enabled;
+  for (const auto& [distributed, reference, left] : {std::tuple(true, to_the_left, (0.04 + 0.095) / 0.19),
+                                                     {false, to_the_left, 0.5},
+                                                     {true, on_the_left_foot(), 1.0}}) {
+    options.distribution.enabled = distributed;
     Stabilizer stabilizer(options);
-    const Posture posture = after(stabilizer, reference, as_planned(reference, 0.5), 200);
-    const double more = posture.X_PR.translation().z() - posture.X_PL.translation().z();
-    const double left = enabled ? (0.04 + 0.095) / 0.19 : 0.5;
-    // Each leg is made longer by its load over its stiffness.
-    EXPECT_NEAR(more, (2 * left - 1) * kWeight / options.leg_compliance.stiffness_n_m, 1e-9);
+    const Posture posture = after(stabilizer, reference, as_planned(reference, 0.5), 400);
+    const double longer_left = reference.X_PL.translation().z() - posture.X_PL.translation().z(),
+                 longer_right = reference.X_PR.translation().z() - posture.X_PR.translation().z();
+    EXPECT_NEAR(longer_left, left * kWeight / options.leg_compliance.stiffness_n_m, 1e-9);
+    EXPECT_NEAR(longer_right, (1 - left) * kWeight / options.leg_compliance.stiffness_n_m, 1e-9);
   }
 }
 
@@ -237,16 +213,6 @@ TEST(Stabilizer, LowersTheFootThatCarriesTooLittle) {
   EXPECT_DOUBLE_EQ(posture.X_PL.translation().z(), -posture.X_PR.translation().z());
 }
 
-TEST(Stabilizer, MakesALegLongerByWhatItsLoadCompressesIt) {
-  StabilizerOptions options = estimators_alone();
-  options.leg_compliance.enabled = true;
-  Stabilizer stabilizer(options);
-  const Reference reference = on_the_left_foot();
-  const Posture posture = after(stabilizer, reference, as_planned(reference, 1.0), 400);
-  EXPECT_NEAR(posture.X_PL.translation().z(), -kWeight / options.leg_compliance.stiffness_n_m, 1e-9);
-  EXPECT_EQ(posture.X_PR.translation(), reference.X_PR.translation());
-}
-
 TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverTheReadings) {
   StabilizerOptions options;
   Stabilizer stabilizer(options);
@@ -257,12 +223,10 @@ TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverTheReadings) {
   const Posture posture = after(stabilizer, standing(), readings, 400);
   EXPECT_TRUE(posture.X_PB.matrix().allFinite() && posture.X_PL.matrix().allFinite() &&
               posture.X_PR.matrix().allFinite());
-  EXPECT_LE(std::abs(roll_of(posture.X_PL)),
-            kLargestAnkle_rad + 0.01);  // roll and pitch combined
+  EXPECT_LE(std::abs(roll_of(posture.X_PL)), kLargestAnkle_rad + 0.01);  // roll and pitch combined
   EXPECT_LE(std::abs(posture.X_PL.translation().z()),
             kLargestFootDifference_m / 2 + kWeight / options.leg_compliance.stiffness_n_m + 1e-12);
 }
 
 }  // namespace
-
 }  // namespace walking

@@ -1,23 +1,14 @@
 #include "walking/steering.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <functional>
 
-#include "tests/walking/smooth_walk.h"
-#include "walking/footsteps.h"
+#include "tests/walking/walks.h"
 #include "walking/kinematics.h"
 
 namespace walking {
 namespace {
 
-WalkOptions straight() {
-  WalkOptions options;
-  options.commands = {Stand{1}, Straight{1.5, 0}, Stand{1}};
-  return options;
-}
+WalkOptions straight() { return walk_of({Stand{1}, Straight{1.5, 0}, Stand{1}}); }
 
 SteeringOptions eager() {
   SteeringOptions options;
@@ -28,17 +19,16 @@ SteeringOptions eager() {
 
 /// The plan's world in W at a time.
 using Drift = std::function<FootPose(double t_s)>;
+FootPose none(double) { return {}; }
 
-/// A walk that is steered by an estimate that knows the drift, with a latency of 0.1 s.
+/// A walk that is steered by an estimate that knows the drift until a time, with a latency of 0.1 s.
 struct SteeredWalk {
-  SteeredWalk(
-      const SteeringOptions& options, const Drift& drift,
-      const std::function<bool(double)>& known = [](double) { return true; })
+  SteeredWalk(const SteeringOptions& options, const Drift& drift, double known_until_s = 1e9)
       : plan(straight()), steering(options, plan) {
     std::optional<PlaceEstimate> newest;
     for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
       const double t_s = static_cast<double>(tick) * kPeriod - 0.1;
-      if (t_s > 0 && known(t_s)) {
+      if (t_s > 0 && t_s < known_until_s) {
         const Eigen::Isometry3d& X_PL = walk[walk.size() - 20].X_PL;
         const FootPose planned{X_PL.translation().head<2>(), 0};
         newest = PlaceEstimate{t_s, planned, drift(t_s) * planned};
@@ -75,7 +65,7 @@ void expect_within_limits(const SteeredWalk& steered, const SteeringOptions& opt
 }
 
 TEST(Steering, WithoutAnErrorThePlanKeepsItsBits) {
-  const SteeredWalk steered(eager(), [](double) { return FootPose{}; });
+  const SteeredWalk steered(eager(), none);
   const auto plain = planned(straight());
   ASSERT_EQ(steered.walk.size(), plain.size());
   for (std::size_t k = 0; k < plain.size(); ++k) {
@@ -104,27 +94,22 @@ TEST(Steering, EndsWithinTheToleranceOfItsGoalAlthoughThePlanDrifts) {
 TEST(Steering, AJumpOfTheEstimateIsTakenUpInLimitedSteps) {
   for (const FootPose& jump :
        {FootPose{{0.3, 0}, 0}, FootPose{{0, -0.3}, 0}, FootPose{{0, 0}, 10 * kDegree}}) {
-    const Drift drift = [&](double t) { return t < 4 ? FootPose{} : jump; };
-    const SteeringOptions options = eager();
-    const SteeredWalk steered(options, drift);
-    expect_within_limits(steered, options);
+    const SteeredWalk steered(eager(), [&](double t) { return t < 4 ? FootPose{} : jump; });
+    expect_within_limits(steered, eager());
     expect_smooth(steered.walk);
   }
 }
 
 TEST(Steering, AStepIsCorrectedFromTheFirstDecisionAfterTheEstimateOn) {
-  const Drift drift = [](double t) { return t < 4 ? FootPose{} : FootPose{{0.01, 0}, 0}; };
-  const SteeredWalk steered(eager(), drift);
-  for (const StepCorrection& c : steered.steering.corrections())
-    if (c.decided_s < 4.1) {
-      EXPECT_EQ(c.correction.position.norm(), 0) << c.decided_s;
-    }
+  const SteeredWalk steered(eager(), [](double t) { return t < 4 ? FootPose{} : FootPose{{0.01, 0}, 0}; });
   const auto& all = steered.steering.corrections();
   const auto first = std::find_if(all.begin(), all.end(), [](const auto& c) { return c.decided_s >= 4.1; });
+  for (auto before = all.begin(); before != first; ++before)
+    EXPECT_EQ(before->correction.position.norm(), 0) << before->decided_s;
   ASSERT_NE(first, all.end());
   EXPECT_NEAR(first->correction.position.x(), -0.01, 1e-9);  // the whole error at gain 1
-  EXPECT_NEAR(static_cast<double>(steered.plan.touch_down(first->step)) * kPeriod - first->decided_s, 1.6,
-              0.02);
+  const double landed_s = static_cast<double>(steered.plan.touch_down(first->step)) * kPeriod;
+  EXPECT_NEAR(landed_s - first->decided_s, 1.6, 0.02);
 }
 
 TEST(Steering, ErrorsWithinTheDeadBandAreLeftAlone) {
@@ -142,18 +127,14 @@ TEST(Steering, ErrorsWithinTheDeadBandAreLeftAlone) {
   }
   for (const StepCorrection& c : steering.corrections()) {
     EXPECT_EQ(c.correction.position.x(), 0);
-    if (c.step == 0) {
-      EXPECT_NEAR(c.correction.position.y(), -0.004, 1e-9);
-    }
   }
+  EXPECT_NEAR(steering.corrections().at(0).correction.position.y(), -0.004, 1e-9);
 }
 
-TEST(Steering, StopsOnBothFeetWhenTheEstimateStaysLost) {
+TEST(Steering, StopsOnBothFeetWhenTheEstimateStaysLostOrGoesOnByThePlan) {
   SteeringOptions options = eager();
   options.lost_s = 2;
-  const auto until_4_s = [](double t) { return t < 4; };
-  const SteeredWalk steered(
-      options, [](double) { return FootPose{}; }, until_4_s);
+  const SteeredWalk steered(options, none, 4);
   ASSERT_TRUE(steered.steering.stopped_s());
   EXPECT_GT(*steered.steering.stopped_s(), 5.9);
   EXPECT_LT(*steered.steering.stopped_s(), 5.9 + 0.9);  // at the next step
@@ -161,16 +142,10 @@ TEST(Steering, StopsOnBothFeetWhenTheEstimateStaysLost) {
   const Reference& end = steered.walk.back();
   EXPECT_NEAR((end.X_PL.translation() - end.X_PR.translation()).norm(), 0.19, 1e-9);
   expect_smooth(steered.walk);
-}
-
-TEST(Steering, GoesOnByThePlanWhenToldTo) {
-  SteeringOptions options = eager();
-  options.lost_s = 2;
   options.on_lost = OnLost::go_on;
-  const SteeredWalk steered(
-      options, [](double) { return FootPose{}; }, [](double t) { return t < 4; });
-  EXPECT_FALSE(steered.steering.stopped_s());
-  EXPECT_EQ(steered.walk.size(), planned(straight()).size());
+  const SteeredWalk going_on(options, none, 4);
+  EXPECT_FALSE(going_on.steering.stopped_s());
+  EXPECT_EQ(going_on.walk.size(), planned(straight()).size());
 }
 
 TEST(Steering, AddsNoMoreStepsAtTheEndThanStated) {

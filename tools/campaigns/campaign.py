@@ -9,8 +9,7 @@ kills: sends SIGKILL at random moments of each command that writes, then runs th
 result or a user file has other bytes or is gone, or if the rerun does not end as the command does without a kill.
 faults: replays the recording of RESULT (`run scenarios/tangent_circle.yaml`) under faults of its sensors. A try is lost if
 there is no result.
-walks: walks random sequences of commands with the default gait, on a bare floor. A try is lost if the robot falls.
-Tries are kept in DIR/journal.jsonl: rerun the command to resume."""
+walks: walks random sequences of commands with the default gait, on a bare floor. A try is lost if the robot falls."""
 import argparse
 import hashlib
 import json
@@ -25,45 +24,52 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-FRAMES = '{kind}: {{from_s: 12, duration_s: {s}{more}}}'
 
 
 def listed(*faults):
     return ['errors.faults=[' + ', '.join('{' + fault + '}' for fault in faults) + ']']
 
 
+def during(kind, s, more='', begin=12):
+    return f'{kind}: {{from_s: {begin}, duration_s: {s}{more}}}'
+
+
+def always(kind, more=''):
+    return listed(during(kind, 1000, more, 0))
+
+
 def frames(kind, s, more=''):
-    return listed(FRAMES.format(kind=kind, s=s, more=more))
+    return listed(during(f'frames_{kind}', s, more))
 
 
 FAULTS = {
     'none': [],
-    **{f'frames lost for {s} s': frames('frames_lost', s) for s in (0.5, 2, 5, 25)},
-    'all frames lost': listed('frames_lost: {from_s: 0, duration_s: 1000}'),
-    **{f'frames frozen for {s} s': frames('frames_frozen', s) for s in (0.5, 2, 5, 25)},
-    **{f'frames at {f} of their light for 5 s': frames('frames_dimmed', 5, f', factor: {f}') for f in (0.5, 0.1, 0.01, 0)},
-    **{f'frames covered to {f} for 5 s': frames('frames_covered', 5, f', fraction: {f}') for f in (0.3, 0.6, 1)},
-    **{f'{f} of frames doubled for 10 s': frames('frames_doubled', 10, f', fraction: {f}') for f in (0.2, 1)},
-    **{f'{f} of frames reordered for 10 s': frames('frames_reordered', 10, f', fraction: {f}') for f in (0.2, 1)},
+    **{f'frames lost for {s} s': frames('lost', s) for s in (0.5, 2, 5, 25)},
+    'all frames lost': always('frames_lost'),
+    **{f'frames frozen for {s} s': frames('frozen', s) for s in (0.5, 2, 5, 25)},
+    **{f'frames at {f} of their light for 5 s': frames('dimmed', 5, f', factor: {f}') for f in (0.5, 0.1, 0.01, 0)},
+    **{f'frames covered to {f} for 5 s': frames('covered', 5, f', fraction: {f}') for f in (0.3, 0.6, 1)},
+    **{f'{f} of frames doubled for 10 s': frames('doubled', 10, f', fraction: {f}') for f in (0.2, 1)},
+    **{f'{f} of frames reordered for 10 s': frames('reordered', 10, f', fraction: {f}') for f in (0.2, 1)},
     'black camera': ['errors.image.gain=0'],
     'half the light': ['errors.image.gain=0.5'],
     'grey noise of 8': ['errors.image.read_sigma_grey=8'],
     'grey noise of 30': ['errors.image.read_sigma_grey=30'],
     'half of the frames lost': ['errors.image.loss_fraction=0.5'],
     'frames 0.1 s late': ['errors.image.latency_s=0.1'],
-    'gyro silent for 5 s': listed('gyro_silent: {from_s: 12, duration_s: 5}'),
-    'gyro silent': listed('gyro_silent: {from_s: 0, duration_s: 1000}'),
+    'gyro silent for 5 s': listed(during('gyro_silent', 5)),
+    'gyro silent': always('gyro_silent'),
     **{f'gyro spike of {s} rad/s': listed(f'gyro_spike: {{from_s: 12, size_rad_s: {s}}}') for s in (1, 10, 1000)},
     'gyro noise of 0.1 rad/s': ['errors.gyro.sigma_rad_s=0.1'],
     'gyro bias of 0.05 rad/s': ['errors.gyro.bias_sigma_rad_s=0.05'],
     'gyro range of 0.3 rad/s': ['errors.gyro.range_rad_s=0.3'],
-    'accelerometer silent': listed('accelerometer_silent: {from_s: 0, duration_s: 1000}'),
+    'accelerometer silent': always('accelerometer_silent'),
     'accelerometer spike of 100 m/s²': listed('accelerometer_spike: {from_s: 12, size_m_s2: 100}'),
-    'plan missing for 5 s': listed('plan_missing: {from_s: 18, duration_s: 5}'),
-    'plan missing': listed('plan_missing: {from_s: 0, duration_s: 1000}'),
-    'plan 20 % too long': listed('plan_scaled: {from_s: 0, duration_s: 1000, factor: 1.2}'),
-    'plan 20 % too short': listed('plan_scaled: {from_s: 0, duration_s: 1000, factor: 0.8}'),
-    'gyro and frames lost for 5 s': listed('gyro_silent: {from_s: 12, duration_s: 5}', 'frames_lost: {from_s: 12, duration_s: 5}'),
+    'plan missing for 5 s': listed(during('plan_missing', 5, begin=18)),
+    'plan missing': always('plan_missing'),
+    'plan 20 % too long': always('plan_scaled', ', factor: 1.2'),
+    'plan 20 % too short': always('plan_scaled', ', factor: 0.8'),
+    'gyro and frames lost for 5 s': listed(during('gyro_silent', 5), during('frames_lost', 5)),
     'sensors 20 ms apart': ['errors.motion.time_offset_s=0.02'],
 }
 
@@ -93,34 +99,11 @@ COMMANDS = {
 VARYING = ('timing.csv', 'timing.json', 'junit.xml')
 
 
-class Journal:
-    """The tries so far by name; an unfinished last line is dropped."""
-
-    def __init__(self, folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        self.file = folder / 'journal.jsonl'
-        lines = self.file.read_text().splitlines(keepends=True) if self.file.exists() else []
-        whole = [line for line in lines if line.endswith('\n')]
-        self.entries = {entry['name']: entry for entry in map(json.loads, whole)}
-        self.file.write_text(''.join(whole))
-
-    def add(self, name, **values):
-        self.entries[name] = {'name': name, **values}
-        with self.file.open('a') as out:
-            out.write(json.dumps(self.entries[name]) + '\n')
-            out.flush()
-            os.fsync(out.fileno())
-
-
-def progress(done, total):
-    if sys.stderr.isatty():
-        print(f'\r{done} of {total}   ', end='\n' if done == total else '', file=sys.stderr, flush=True)
-
-
 def write_table(folder, columns, rows, closing):
     lines = ['| ' + ' | '.join(columns) + ' |', '|' + '---|' * len(columns)]
     lines += ['| ' + ' | '.join(str(value) for value in row) + ' |' for row in rows]
     text = '\n'.join(lines) + '\n\n' + closing + '\n'
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / 'table.md').write_text(text)
     print(text)
 
@@ -132,20 +115,15 @@ def replay(args, name, number):
     found = next(out.rglob('score.json'), None)
     score = json.loads(found.read_text()) if found else {}
     metrics = {key: value['value'] for key, value in score.get('metrics', {}).items()}
-    return {'exit_code': ran.returncode, 'ending': score.get('ending', 'no result'), 'metrics': metrics,
-            'stderr': ran.stderr[-300:]}
+    return {'exit_code': ran.returncode, 'ending': score.get('ending', 'no result'), 'metrics': metrics}
 
 
 def faults(args):
-    journal, names = Journal(args.out), list(FAULTS)[:args.count]
-    for number, name in enumerate(names):
-        if name not in journal.entries:
-            journal.add(name, **replay(args, name, number))
-        progress(number + 1, len(names))
     rows = []
-    for entry in (journal.entries[name] for name in names):
-        rmse, share = (entry['metrics'].get(key) for key in ('rmse_m', 'tracked_fraction'))
-        rows.append([entry['name'], entry['ending'], entry['exit_code'], '' if rmse is None else f'{1000 * rmse:.1f}',
+    for number, name in enumerate(list(FAULTS)[:args.count]):
+        result = replay(args, name, number)
+        rmse, share = (result['metrics'].get(key) for key in ('rmse_m', 'tracked_fraction'))
+        rows.append([name, result['ending'], result['exit_code'], '' if rmse is None else f'{1000 * rmse:.1f}',
                      '' if share is None else f'{100 * share:.0f}'])
     crashed = [row[0] for row in rows if row[2] not in (0, 1, 3)]
     write_table(args.out, ['fault', 'ending', 'exit code', 'rmse [mm]', 'tracked [%]'], rows,
@@ -181,41 +159,23 @@ class Place:
 
     def call(self, command):
         process = self.start(command)
-        complaint = process.communicate()[1]
-        return process.returncode, complaint[-300:]
+        return process.communicate()[1][-300:], process.returncode
 
     def must(self, command):
-        code, complaint = self.call(command)
+        complaint, code = self.call(command)
         if code > 1:
             raise SystemExit(f'{" ".join(command)}: {complaint}')
         return code
 
     def clear(self):
-        shutil.rmtree(self.folder / 'out', ignore_errors=True)
-        shutil.rmtree(self.folder / 'cache', ignore_errors=True)
+        for name in ('out', 'cache'):
+            shutil.rmtree(self.folder / name, ignore_errors=True)
         (self.folder / 'out.html').unlink(missing_ok=True)
 
 
-def unkilled(place, command):
-    """Exit code, output and duration of a command that is not killed."""
-    place.clear()
-    start = time.monotonic()
-    code = place.must(command)
-    return code, digests(place.folder), time.monotonic() - start
-
-
-def wait_for_end(group):
-    """Waits until no process of the group is left."""
-    try:
-        while True:
-            os.killpg(group, 0)
-            time.sleep(0.01)
-    except ProcessLookupError:
-        pass
-
-
 def try_once(place, command, reference, moment):
-    """Kills the command at this fraction of its duration; returns what was lost, or an empty string."""
+    """Kills the command at this fraction of its duration; returns what was lost, or an empty string. reference: exit code,
+    digests and duration of the command that is not killed."""
     code, files, duration = reference
     place.clear()
     kept = digests(place.folder)
@@ -223,11 +183,15 @@ def try_once(place, command, reference, moment):
     time.sleep(moment * duration)
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
-    wait_for_end(process.pid)
-    after = digests(place.folder)
+    try:
+        while True:  # until no process of the group is left
+            os.killpg(process.pid, 0)
+            time.sleep(0.01)
+    except ProcessLookupError:
+        after = digests(place.folder)
     if any(after.get(name) != digest for name, digest in kept.items()):
         return 'an earlier file is gone or changed'
-    again, complaint = place.call(command)
+    complaint, again = place.call(command)
     if again != code:
         return f'exit code {again} instead of {code}: {complaint}'
     finished = digests(place.folder)
@@ -237,21 +201,18 @@ def try_once(place, command, reference, moment):
 
 def kills(args):
     args.out = args.out.resolve()
-    journal, place, references, random_moment = Journal(args.out), Place(args), {}, random.Random(1)
+    place, references, random_moment = Place(args), {}, random.Random(1)
+    tries = {kind: [] for kind in COMMANDS}  # what each lost
     for number in range(args.count):
-        kind, moment = list(COMMANDS)[number % len(COMMANDS)], random_moment.uniform(0, 1)
-        if f'{number}' not in journal.entries:
-            if kind not in references:
-                references[kind] = unkilled(place, COMMANDS[kind])
-            lost = try_once(place, COMMANDS[kind], references[kind], moment)
-            journal.add(f'{number}', command=kind, moment=moment, lost=lost)
-        progress(number + 1, args.count)
-    entries = list(journal.entries.values())
-    lost = [f'{entry["command"]}: {entry["lost"]}' for entry in entries if entry['lost']]
-    rows = [[kind, sum(entry['command'] == kind for entry in entries),
-             sum(entry['command'] == kind and bool(entry['lost']) for entry in entries)] for kind in COMMANDS]
-    write_table(args.out, ['command', 'kills', 'lost'], rows,
-                f'{len(entries)} kills, {len(lost)} lost' + ''.join('\n' + text for text in lost))
+        kind = list(COMMANDS)[number % len(COMMANDS)]
+        if kind not in references:
+            place.clear()
+            start = time.monotonic()
+            references[kind] = place.must(COMMANDS[kind]), digests(place.folder), time.monotonic() - start
+        tries[kind].append(try_once(place, COMMANDS[kind], references[kind], random_moment.uniform(0, 1)))
+    lost = [f'{kind}: {what}' for kind in COMMANDS for what in tries[kind] if what]
+    write_table(args.out, ['command', 'kills', 'lost'], [[kind, len(all), sum(map(bool, all))] for kind, all in tries.items()],
+                f'{args.count} kills, {len(lost)} lost' + ''.join('\n' + text for text in lost))
     return 1 if lost else 0
 
 
@@ -270,20 +231,16 @@ def random_commands(draw):
 
 
 def walks(args):
-    journal, draw, scenario = Journal(args.out), random.Random(1), args.out / 'walk.yaml'
+    draw, scenario, lost = random.Random(1), args.out / 'walk.yaml', []
+    args.out.mkdir(parents=True, exist_ok=True)
     scenario.write_text('world: {room: floor}\nwalk:\n  commands: [{stand: {duration_s: 1}}]\n')
-    for number in range(args.count):
-        commands, out = random_commands(draw), args.out / 'run'
-        if f'{number}' not in journal.entries:
-            ran = subprocess.run([args.program, 'run', scenario, f'walk.commands={commands}', f'seed={number + 1}', '--out', out,
-                                  '--force', '-q'], capture_output=True, text=True, check=False, timeout=600)
-            journal.add(f'{number}', commands=commands, exit_code=ran.returncode, stderr=ran.stderr[-300:])
-            shutil.rmtree(out, ignore_errors=True)
-        progress(number + 1, args.count)
-    lost = [entry for entry in journal.entries.values() if entry['exit_code']]
-    write_table(args.out, ['seed', 'commands', 'exit code', 'cause'],
-                [[int(entry['name']) + 1, entry['commands'], entry['exit_code'], entry['stderr'].strip()] for entry in lost],
-                f'{len(journal.entries)} walks, {len(lost)} lost')
+    for number in range(1, args.count + 1):
+        commands = random_commands(draw)
+        ran = subprocess.run([args.program, 'run', scenario, f'walk.commands={commands}', f'seed={number}', '--out', args.out / 'run',
+                              '--force', '-q'], capture_output=True, text=True, check=False, timeout=600)
+        if ran.returncode:
+            lost.append([number, commands, ran.returncode, ran.stderr[-300:].strip()])
+    write_table(args.out, ['seed', 'commands', 'exit code', 'cause'], lost, f'{args.count} walks, {len(lost)} lost')
     return 1 if lost else 0
 
 

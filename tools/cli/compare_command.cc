@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
-#include <memory>
 #include <set>
 
 #include "sim/files/text.h"
@@ -10,27 +8,19 @@
 #include "sim/regression/results.h"
 #include "sim/scenario/limits.h"
 #include "sim/scenario/recording_key.h"
-#include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"
-#include "tools/cli/shared/usage_error.h"
-#include "tools/cli/shared/verdict_files.h"
 
 namespace cli {
 namespace {
 
-namespace regression = sim::regression;
-namespace scenario = sim::scenario;
-namespace fs = std::filesystem;
-
 constexpr const char* kCompareExamples = R"(
 Examples:
-  gaitslam compare results/before results/after
   gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
 Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios with seed-<n>. Common seeds are
-paired and compared by the signed rank test; sets without a common seed by the rank sum test. Scenarios with
-different names or walks need --across, because one may be harder than the other.
+paired and compared by the signed rank test. Scenarios with different names or walks need --across, because one may
+be harder than the other.
 The verdicts and exit codes are those of gaitslam regress.)";
 
 struct CompareRequest {
@@ -46,14 +36,14 @@ regression::Gate parse_gate(const std::string& text) {
   regression::Gate gate{text.substr(0, equals)};
   if (!sim::score::find_metric(gate.metric))
     throw UsageError(fmt::format("--gate {}: {}", text, scenario::unknown_metric(gate.metric)));
-  const char *begin = text.data() + std::min(equals + 1, text.size()), *end = text.data() + text.size();
-  const bool percent = end != begin && end[-1] == '%';
-  double value = 0;
-  const auto [stop, fault] = std::from_chars(begin, end - percent, value);
-  if (fault != std::errc{} || stop != end - percent || !(value >= 0))
+  std::string_view number = std::string_view(text).substr(std::min(equals + 1, text.size()));
+  const bool percent = number.ends_with('%');
+  if (percent) number.remove_suffix(1);
+  const auto value = sim::files::parse_finite(number);
+  if (!value || *value < 0)
     throw UsageError(fmt::format("--gate {}: expected a tolerance, as in {}=10% or {}=0.002", text,
                                  gate.metric, gate.metric));
-  (percent ? gate.percent : gate.absolute) = value;
+  (percent ? gate.percent : gate.absolute) = *value;
   return gate;
 }
 
@@ -74,20 +64,13 @@ const regression::ResultSet* find(const std::vector<regression::ResultSet>& sets
 }
 
 /// Throws UsageError if two folders contain the same scenario.
-void require_each_once(const std::vector<regression::ResultSet>& sets) {
+std::vector<regression::ResultSet> read_sets(const fs::path& folder) {
+  std::vector<regression::ResultSet> sets = regression::read_result_sets(folder);
   for (const regression::ResultSet& set : sets)
     if (const regression::ResultSet* first = find(sets, set.results.name); first != &set)
       throw UsageError(fmt::format("{} and {} contain the same scenario, {}; compare one of them",
                                    first->folder.string(), set.folder.string(), set.results.name));
-}
-
-regression::ScenarioVerdict judge(const regression::ResultSet* before, const regression::ResultSet& now,
-                                  const std::vector<regression::Gate>& gates) {
-  regression::ScenarioVerdict verdict =
-      before ? regression::compare(before->results, now.results, gates)
-             : regression::without_counterpart(now.results, gates, regression::Verdict::added);
-  verdict.limits = regression::judge_limits(now.scenario, now.results.seeds);
-  return verdict;
+  return sets;
 }
 
 /// The folder for a message: of a single result its own, not the one that contains it.
@@ -102,8 +85,8 @@ void require_same_scenario(const regression::ResultSet& before, const regression
   if (before.results.name != now.results.name)
     throw UsageError(fmt::format("{} is of the scenario {}, {} of {}; {}", place(request.before, before),
                                  before.results.name, place(request.after, now), now.results.name, kInsist));
-  auto other = sim::scenario::first_difference(before.scenario, now.scenario);
-  if (!other) other = sim::scenario::first_difference(now.scenario, before.scenario);
+  auto other = scenario::first_difference(before.scenario, now.scenario);
+  if (!other) other = scenario::first_difference(now.scenario, before.scenario);
   if (other)
     throw UsageError(fmt::format("{} and {}: {} differs, so the walks are different scenarios; {}",
                                  place(request.before, before), place(request.after, now), other->key,
@@ -133,13 +116,10 @@ std::string estimators_of(const std::vector<regression::ResultSet>& sets) {
   return names == std::set<std::string>{"filter"} ? "" : fmt::format(", {}", fmt::join(names, ", "));
 }
 
-int compare(const CompareRequest& request) {
-  request.files.require_replaceable();
+int compare(CompareRequest& request) {
+  require_replaceable(request.files);
   const auto gates = gates_of(request);
-  const auto before = regression::read_result_sets(request.before),
-             now = regression::read_result_sets(request.after);
-  require_each_once(before);
-  require_each_once(now);
+  const auto before = read_sets(request.before), now = read_sets(request.after);
   if (!request.across) require_comparable(before, now, request);
   regression::Comparison comparison{
       fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(),
@@ -153,14 +133,17 @@ int compare(const CompareRequest& request) {
         return "tools/gaitslam run " +
                sim::files::shell_word(((fs::exists(one) ? one : request.after) / "scenario.yaml").string());
       }};
-  const bool one_of_each = before.size() == 1 && now.size() == 1;
-  for (const regression::ResultSet& set : now)
-    comparison.scenarios.push_back(
-        judge(one_of_each ? &before.front() : find(before, set.results.name), set, gates));
-  for (const regression::ResultSet& set : before)
-    if (!one_of_each && !find(now, set.results.name))
-      comparison.scenarios.push_back(
-          regression::without_counterpart(set.results, gates, regression::Verdict::missing));
+  std::vector<regression::ScenarioResults> baseline;
+  for (const regression::ResultSet& set : before) baseline.push_back(set.results);
+  if (before.size() == 1 && now.size() == 1) baseline.front().name = now.front().results.name;
+  std::vector<Judged> judged;
+  for (const regression::ResultSet& set : now) judged.push_back({set.results, set.scenario, gates});
+  comparison.scenarios = verdicts_of(baseline, judged, gates);
+  for (std::size_t i = 0; i < now.size(); ++i)
+    for (const regression::ScenarioResults& other : baseline)
+      if (other.name == now[i].results.name && comparison.scenarios[i].n_baseline == 0)
+        throw UsageError(fmt::format("{} and {} have no seed in common; run the same seeds of both",
+                                     request.before.string(), now[i].folder.string()));
   report_verdicts(comparison, request.files);
   return regression::exit_code(comparison.scenarios);
 }
@@ -168,18 +151,14 @@ int compare(const CompareRequest& request) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<CompareRequest>();
-  CLI::App* command = app.add_subcommand("compare", "Compare two sets of results");
-  command->add_option("before", request->before, "the folder of results to compare with")->required();
-  command->add_option("after", request->after, "the folder of results to judge")->required();
-  command
-      ->add_option("--gate", request->gates,
-                   "a metric and its tolerance, as in rmse_m=10% or rmse_m=0.002; may be given several times")
+  auto [command, request] =
+      add_command(app, exit_code, "compare", "Compare two sets of results", kCompareExamples, compare);
+  command.add_option("before", request.before, "the folder of results to compare with")->required();
+  command.add_option("after", request.after, "the folder of results to judge")->required();
+  command.add_option("--gate", request.gates, "a metric and its tolerance, such as rmse_m=10%; repeatable")
       ->allow_extra_args(false);
-  command->add_flag("--across", request->across, "compare different scenarios, too");
-  add_verdict_files(*command, request->files);
-  command->footer(kCompareExamples);
-  command->callback([request, &exit_code] { exit_code = compare(*request); });
+  command.add_flag("--across", request.across, "compare different scenarios, too");
+  add_verdict_files(command, request.files);
 }
 
 }  // namespace cli

@@ -1,26 +1,31 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
-#include <memory>
 #include <sstream>
 
+#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/limits.h"
 #include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
+#include "walking/pattern_generator.h"
 
 namespace cli {
 namespace {
 
-namespace scenario = sim::scenario;
-
 constexpr const char* kConfigExamples = R"(
 Examples:
   gaitslam config scenarios/tangent_circle.yaml slam.gyro.sigma_rad_s=0.02
-  gaitslam config scenarios/tangent_circle.yaml --yaml
   gaitslam config --keys)";
+
+constexpr const char* kCheckExamples = R"(
+Examples:
+  gaitslam check scenarios/hall.yaml scenarios/tangent_circle.yaml world.seed=7
+Exit codes: 0 all scenarios are valid; 2 one is not.)";
 
 struct ConfigRequest {
   std::string scenario;
@@ -33,37 +38,30 @@ void print_row(const std::string& key, const std::string& value, std::string_vie
   std::cout << fmt::format("{:<46} {:<12} {:<6} {:<10} {}\n", key, value, unit, standard, origin);
 }
 
-/// Prints a list below its key, one item to a line.
-void print_list(const std::string& key, const std::string& list, const std::string& origin) {
-  print_row(key, "", "", "", origin);
-  std::istringstream lines(list);
-  for (std::string line; std::getline(lines, line);) {
-    if (line != "[") std::cout << line << '\n';
-  }
-}
-
-std::string origin_of(const scenario::ReadScenario& read, const std::string& key) {
-  const auto found = read.origin.find(key);
-  return found == read.origin.end() ? "default" : found->second;
-}
-
 void print_values(const scenario::ReadScenario& read) {
+  const auto origin = [&](const std::string& key) {
+    const auto found = read.origin.find(key);
+    return found == read.origin.end() ? "default" : found->second;
+  };
   print_row("key", "value", "unit", "default", "from");
   for (const auto& key : scenario::scenario_keys()) {
     if (!scenario::has_section(read.scenario, key.name)) continue;
-    const std::string value = key.print(read.scenario), origin = origin_of(read, key.name);
-    if (value.find('\n') != value.npos) {
-      print_list(key.name, value, origin);
-    } else {
+    const std::string value = key.print(read.scenario);
+    if (value.find('\n') == value.npos) {
       print_row(key.name, value, scenario::unit_of(key.name), key.print(scenario::default_scenario()),
-                origin);
+                origin(key.name));
+      continue;
     }
+    print_row(key.name, "", "", "", origin(key.name));  // a list is printed below, one item to a line
+    std::istringstream lines(value);
+    for (std::string line; std::getline(lines, line);)
+      if (line != "[") std::cout << line << '\n';
   }
   for (const scenario::MetricLimit& limit : read.scenario.limits.metrics) {
     const std::string key =
         fmt::format("limits.{}.{}", scenario::subject(limit), scenario::word(limit.bound));
     print_row(key, fmt::format("{}", limit.value), sim::score::find_metric(limit.metric)->unit, "",
-              origin_of(read, key));
+              origin(key));
   }
 }
 
@@ -86,23 +84,83 @@ void print_keys() {
   }
 }
 
-void config(const ConfigRequest& request) {
-  if (request.keys) return print_keys();
+int config(ConfigRequest& request) {
+  if (request.keys) {
+    print_keys();
+    return 0;
+  }
   if (request.scenario.empty()) throw UsageError("config: expected a scenario's YAML file, or --keys");
   const scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   request.yaml ? void(std::cout << scenario::to_yaml(read.scenario)) : print_values(read);
+  return 0;
+}
+
+struct CheckRequest {
+  std::vector<std::string> files;  ///< and changes
+  scenario::Changes changes;
+};
+
+/// Reads the file, plans its walk and checks its clearance; prints the first error.
+bool is_valid(const std::string& file, const scenario::Changes& changes) {
+  try {
+    const auto read = scenario::read_scenario(file, changes);
+    require_models(read, standard_models());
+    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, standard_models()));
+    const bool looked = require_clear_walk(read, standard_models());
+    std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n", file,
+                             static_cast<double>(plan.ticks()) * walking::kPeriod,
+                             looked ? "" : "; whether it is clear of its room was not checked: no simulator");
+    return true;
+  } catch (const scenario::ConfigError& e) {
+    std::cerr << sim::files::sanitize(e.what()) << '\n';
+  } catch (const std::exception& e) {
+    std::cerr << sim::files::sanitize(fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
+  }
+  return false;
+}
+
+/// True for a change, as in world.seed=7; false for a file.
+bool is_change(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  return equals != std::string::npos &&
+         argument.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") == equals;
+}
+
+int check(CheckRequest& request) {
+  std::vector<std::string>& files = request.files;
+  const auto first_change = std::stable_partition(
+      files.begin(), files.end(), [](const std::string& argument) { return !is_change(argument); });
+  request.changes.overrides.assign(first_change, files.end());
+  files.erase(first_change, files.end());
+  if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
+  int exit_code = 0;
+  for (const std::string& file : files)
+    if (!is_valid(file, request.changes)) exit_code = 2;
+  return exit_code;
 }
 
 }  // namespace
 
-void add_config(CLI::App& app, int&) {
-  auto request = std::make_shared<ConfigRequest>();
-  CLI::App* command = app.add_subcommand("config", "Print the value and origin of every key of a scenario");
-  add_scenario(*command, request->scenario, request->changes);
-  command->add_flag("--keys", request->keys, "list all keys with range, default and meaning");
-  command->add_flag("--yaml", request->yaml, "print the whole scenario as YAML");
-  command->footer(kConfigExamples);
-  command->callback([request] { config(*request); });
+void add_config(CLI::App& app, int& exit_code) {
+  auto [command, request] =
+      add_command(app, exit_code, "config", "Print the value and origin of every key of a scenario",
+                  kConfigExamples, config);
+  add_scenario(command, request.scenario, request.changes);
+  command.add_flag("--keys", request.keys, "list all keys with range, default and meaning");
+  command.add_flag("--yaml", request.yaml, "print the whole scenario as YAML");
+}
+
+void add_check(CLI::App& app, int& exit_code) {
+  auto [command, request] =
+      add_command(app, exit_code, "check",
+                  "Check scenarios: read them, plan their walks and look whether those are clear of their "
+                  "rooms, without simulating",
+                  kCheckExamples, check);
+  command.add_option("scenarios", request.files, "YAML files, and keys with new values for all of them")
+      ->option_text("FILE ... [key=value ...]")
+      ->required();
+  add_with(command, request.changes);
+  add_without(command, request.changes);
 }
 
 }  // namespace cli

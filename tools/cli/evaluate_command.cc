@@ -1,12 +1,9 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
+#include <boost/algorithm/string/replace.hpp>
 #include <chrono>
 #include <map>
-#include <memory>
-#include <optional>
 
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
@@ -15,13 +12,9 @@
 #include "sim/replay/replay.h"
 #include "sim/result/score_table.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/scenario.h"
-#include "sim/score/alignment.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/processes.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
@@ -31,23 +24,18 @@ namespace {
 
 namespace estimators = sim::estimators;
 namespace exports = sim::exports;
-namespace replay = sim::replay;
-namespace result = sim::result;
-namespace scenario = sim::scenario;
 namespace score = sim::score;
 
 constexpr const char* kEvaluateExamples = R"(
 Examples:
   gaitslam evaluate results/tangent_circle/seed-1 --format euroc --command './run_my_slam.sh {folder} {trajectory}'
   gaitslam evaluate results/*/seed-* --format orbslam3 --pose imu --align se3 --name orbslam3 --command '...'
-For each recording: exports what the filter received, without any truth, to a folder of its own, runs the command with
-{folder} and {trajectory} replaced, reads the trajectory that the command has written (TUM, EuRoC csv or KITTI with
-times.txt beside it), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out.
-Limits are those of the recorded scenario, or given here, as in limits.ate_se3_rmse_m.at_most=0.1.
-Rerun the command to resume after an interruption. The exit codes are those of gaitslam run; a command that fails, takes
-too long or writes no trajectory ends as estimator_failed, 3. The highest of several recordings counts.
-A header of the trajectory that names its columns (tx, qw, p_RS_R_x [m], ...) is obeyed. Folders that other programs
-recorded are not accepted: score their trajectories with gaitslam score.)";
+For each recording: exports what the filter received, without any truth, to {folder}, runs the command, reads the
+{trajectory} that it has written (TUM, EuRoC csv or KITTI with times.txt beside it; a header that names its columns is
+obeyed), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario,
+or given here, as in limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
+The exit codes are those of gaitslam run; a command that fails, takes too long or writes no trajectory ends as
+estimator_failed, 3. The highest of several recordings counts.)";
 
 struct EvaluateRequest : OutRequest {
   std::vector<std::string> results, limits;  ///< limits: key=value
@@ -55,56 +43,29 @@ struct EvaluateRequest : OutRequest {
   std::optional<std::string> name, align, pose;
   double within_s = 3600;
   bool undistort = false, keep = false;
-  int jobs = 1;
-  std::optional<pid_t> parent;
+  std::optional<int> jobs;
+  BatchMember batch;
 };
-
-/// The default output of the programs that read a format.
-struct Convention {
-  const char* format;
-  replay::PosedBody body;
-  const char* align;
-};
-constexpr std::array kConventions{Convention{"euroc", replay::PosedBody::imu, "yaw"},
-                                  Convention{"openvins", replay::PosedBody::imu, "yaw"},
-                                  Convention{"orbslam3", replay::PosedBody::camera, "sim3"},
-                                  Convention{"tum", replay::PosedBody::camera, "sim3"}};
-
-const Convention& convention_of(const std::string& format) {
-  std::vector<std::string_view> names;
-  for (const Convention& convention : kConventions) {
-    if (convention.format == format) return convention;
-    names.push_back(convention.format);
-  }
-  throw UsageError(fmt::format("--format: expected one of {}, not '{}'{}", fmt::join(names, ", "), format,
-                               scenario::did_you_mean(format, names)));
-}
 
 replay::PosedBody body_of(const EvaluateRequest& request) {
-  if (!request.pose) return convention_of(request.format).body;
-  if (*request.pose == "camera") return replay::PosedBody::camera;
-  if (*request.pose == "imu") return replay::PosedBody::imu;
-  throw UsageError(fmt::format("--pose {}: expected camera or imu", *request.pose));
+  const bool of_imu = request.format == "euroc" || request.format == "openvins";
+  const std::string name = request.pose.value_or(of_imu ? "imu" : "camera");
+  if (name != "camera" && name != "imu")
+    throw UsageError(fmt::format("--pose {}: expected camera or imu", name));
+  return name == "imu" ? replay::PosedBody::imu : replay::PosedBody::camera;
 }
 
 score::Alignment alignment_of(const EvaluateRequest& request) {
-  const std::string name = request.align.value_or(convention_of(request.format).align);
-  if (const auto alignment = score::alignment_of(name)) return *alignment;
-  throw UsageError(fmt::format("--align {}: expected none, origin, yaw, se3, sim3 or scale", name));
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += by.size())
-    text.replace(at, what.size(), by);
-  return text;
+  const bool has_scale = request.format == "euroc" || request.format == "openvins";
+  return alignment_named(request.align.value_or(has_scale ? "yaw" : "sim3"));
 }
 
 /// Runs the command on the export to its end.
 replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
   replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
-  const std::string command =
-      replaced(replaced(request.command, "{folder}", sim::files::shell_word((scratch / "export").string())),
-               "{trajectory}", sim::files::shell_word(run.trajectory.string()));
+  std::string command = request.command;
+  boost::replace_all(command, "{folder}", sim::files::shell_word((scratch / "export").string()));
+  boost::replace_all(command, "{trajectory}", sim::files::shell_word(run.trajectory.string()));
   estimators::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command});
   try {
     program.run(std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -150,9 +111,8 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
     const result::Timing timing;
     const replay::ExternalRun run = run_command(request, scratch);
     const replay::WalkEnd walk = replay::read_walk_end(folder);
-    const result::ResultPlace place{
-        result_folder, sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
-    outcome = replay::score_external(job.read, folder / "recording", walk, run, place, timing);
+    outcome = replay::score_external(job.read, folder / "recording", walk, run,
+                                     result_place(result_folder, walk.models_hash), timing);
   }
   return cli::report(outcome, result_folder);
 }
@@ -184,18 +144,12 @@ std::vector<ResultJob> read_jobs(const EvaluateRequest& request) {
   return all;
 }
 
-/// Throws UsageError if a result would replace a recording that is read.
-void require_outside_of_all(const fs::path& folder, const std::vector<ResultJob>& jobs) {
-  for (const ResultJob& written : jobs)
-    for (const ResultJob& read : jobs) require_outside(folder / written.result(), *read.recording);
-}
-
 int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const EvaluateRequest& request) {
   const auto ended = make_results(
       jobs, out,
       {.models = {},
        .title = fmt::format("{} on {} recordings", jobs[0].read.scenario.estimator.name, jobs.size()),
-       .backend = {.jobs = request.jobs},
+       .backend = {.jobs = request.jobs.value_or(1)},
        .keeps_other_seeds = true});
   print_complaints(jobs, ended);
   int exit_code = 0;
@@ -211,36 +165,33 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
 }
 
 /// Separates limits.KEY=VALUE from the folders. Throws UsageError for another key.
-EvaluateRequest with_limits(EvaluateRequest request) {
-  for (const std::string& word : request.results) {
-    const std::size_t equals = word.find('=');
-    if (word.starts_with("limits.") && equals != word.npos)
+void separate_limits(EvaluateRequest& request) {
+  const auto is_limit = [](const std::string& word) {
+    return word.starts_with("limits.") && word.find('=') != word.npos;
+  };
+  for (const std::string& word : request.results)
+    if (is_limit(word))
       request.limits.push_back(word);
-    else if (equals != word.npos && !fs::exists(word))
+    else if (word.find('=') != word.npos && !fs::exists(word))
       throw UsageError(fmt::format("{}: only limits may be changed, as in limits.rmse_m.at_most=0.1", word));
-  }
-  std::erase_if(request.results, [&](const std::string& word) {
-    return std::find(request.limits.begin(), request.limits.end(), word) != request.limits.end();
-  });
+  std::erase_if(request.results, is_limit);
   if (request.results.empty()) throw UsageError("results: expected the folder of a run");
-  return request;
 }
 
-int evaluate(const EvaluateRequest& typed) {
-  const EvaluateRequest request = with_limits(typed);
-  if (request.parent) die_with(*request.parent);
-  convention_of(request.format), body_of(request), alignment_of(request);
+int evaluate(EvaluateRequest& request) {
+  join_batch(request.batch);
+  separate_limits(request);
+  require_one_of({"euroc", "openvins", "orbslam3", "tum"}, request.format, "--format");
+  body_of(request), alignment_of(request);
   if (request.command.find("{trajectory}") == std::string::npos)
     throw UsageError("--command: expected {trajectory} in it, the file that it is to write");
   const std::vector<ResultJob> jobs = read_jobs(request);
   const fs::path standard = fs::path("results") / jobs[0].read.scenario.estimator.name;
-  require_outside_of_all(request.out ? fs::path(*request.out) : standard, jobs);
+  for (const ResultJob& written : jobs)
+    for (const ResultJob& read : jobs)
+      require_outside((request.out ? fs::path(*request.out) : standard) / written.result(), *read.recording);
   // One recording has no identity, so that others can be evaluated beside it into the same folder.
-  const std::string identity =
-      jobs.size() == 1
-          ? ""
-          : identity_of(jobs, {request.format, request.pose.value_or(""), request.align.value_or(""),
-                               request.undistort ? "undistorted" : "", request.keep ? "kept" : ""});
+  const std::string identity = jobs.size() == 1 ? "" : identity_of(jobs, {});
   const OutFolder out(request, standard,
                       {.results = results_of(jobs), .continues = true, .identity = identity});
   return jobs.size() == 1 ? evaluate_one(jobs[0], out.path() / jobs[0].result(), request)
@@ -250,37 +201,26 @@ int evaluate(const EvaluateRequest& typed) {
 }  // namespace
 
 void add_evaluate(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<EvaluateRequest>();
-  CLI::App* command =
-      app.add_subcommand("evaluate", "Run another SLAM program on exported recordings and score it");
-  command->add_option("results", request->results, "folders of runs, and limits as key=value")->required();
-  command
-      ->add_option("--command", request->command,
-                   "shell command with {folder}, the export, and {trajectory}, the file that it is to write")
+  auto [command, request] =
+      add_command(app, exit_code, "evaluate", "Run another SLAM program on exported recordings and score it",
+                  kEvaluateExamples, evaluate);
+  command.add_option("results", request.results, "folders of runs, and limits as key=value")->required();
+  command.add_option("--command", request.command, "shell command with {folder} and {trajectory}")
       ->required();
-  command->add_option("--format", request->format, "format of the export: euroc, openvins, orbslam3 or tum")
-      ->required();
-  command->add_option("--name", request->name,
-                      "what the results call the program; without it, that of its file");
-  command->add_option(
-      "--pose", request->pose,
-      "what its poses are of: camera or imu; unless given imu for euroc and openvins, else camera");
-  command->add_option(
-      "--align", request->align,
-      "how its world is aligned with the true one: none, origin, yaw, se3, sim3 or scale; unless given "
-      "yaw for euroc and openvins, else sim3");
-  command->add_option("--within", request->within_s, "time limit of the command, in s")
+  command.add_option("--format", request.format, "euroc, openvins, orbslam3 or tum")->required();
+  command.add_option("--name", request.name, "name of the program in results (default: that of its file)");
+  command.add_option("--pose", request.pose,
+                     "what its poses are of: imu (default of euroc and openvins) or camera");
+  command.add_option("--align", request.align,
+                     "none, origin, yaw (default of euroc and openvins), se3, sim3 or scale");
+  command.add_option("--within", request.within_s, "time limit of the command, in s")
       ->check(CLI::Range(0.001, 1e9))
       ->capture_default_str();
-  command->add_flag("--undistort", request->undistort,
-                    "rectify images to a pinhole camera, as tum always does");
-  command->add_flag("--keep", request->keep,
-                    "keep the trajectory in the result as trajectory.txt, also one that cannot be used");
-  add_jobs(*command, request->jobs);
-  add_out(*command, *request);
-  add_parent(*command, request->parent);
-  command->footer(kEvaluateExamples);
-  command->callback([request, &exit_code] { exit_code = evaluate(*request); });
+  command.add_flag("--undistort", request.undistort, "rectify the images, as tum always does");
+  command.add_flag("--keep", request.keep, "keep the trajectory, also a useless one, as trajectory.txt");
+  add_jobs(command, request.jobs, "number of processes at a time (default 1)");
+  add_out(command, request);
+  add_batch_member(command, request.batch);
 }
 
 }  // namespace cli

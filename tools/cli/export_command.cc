@@ -1,20 +1,21 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <signal.h>
+#include <sys/wait.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
-#include <memory>
-#include <optional>
+#include <opencv2/core.hpp>
+#include <utility>
 
 #include "sim/export/export.h"
 #include "sim/files/atomic_file.h"
-#include "sim/recording/asl_folder.h"
-#include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
-#include "sim/view/session.h"
+#include "sim/recording/filter_input.h"
+#include "sim/view/video_frame.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/jobs/backend.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/shared/model_files.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 
@@ -23,15 +24,14 @@ namespace {
 
 namespace exports = sim::exports;
 namespace files = sim::files;
-namespace scenario = sim::scenario;
+namespace recording = sim::recording;
 
 constexpr const char* kExportExamples = R"(
 Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
-  gaitslam export results/tangent_circle/seed-1 --format mcap
   gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
 The export contains the input of the filter, sensor errors included. Its folder, RESULT/export/FORMAT by default, has
-a README.md with the command line of the target program. Folders that other programs recorded are not accepted.)";
+a README.md with the command line of the target program.)";
 
 struct ExportRequest : OutRequest {
   fs::path result;
@@ -40,25 +40,14 @@ struct ExportRequest : OutRequest {
   fs::path models = standard_models();
 };
 
-void check_format(const std::string& name) {
-  const std::vector<std::string>& names = exports::export_formats();
-  if (std::find(names.begin(), names.end(), name) == names.end())
-    throw UsageError(
-        fmt::format("--format: expected one of {}, not '{}'{}", fmt::join(names, ", "), name,
-                    scenario::did_you_mean(name, std::vector<std::string_view>(names.begin(), names.end()))));
+void require_recording(const fs::path& result) {
+  if (!fs::is_directory(result / "recording"))
+    throw UsageError(fmt::format("{}: has no recording/: expected the folder of a run", result.string()));
 }
 
-int export_result(const ExportRequest& request) {
-  check_format(request.format);
-  if (!fs::is_directory(request.result))
-    throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
-  if (sim::recording::is_asl_folder(request.result))
-    throw UsageError(
-        fmt::format("{}: was recorded by another program: expected the folder of a run of gaitslam",
-                    request.result.string()));
-  if (!fs::is_directory(request.result / "recording"))
-    throw UsageError(
-        fmt::format("{}: has no recording/: expected the folder of a run", request.result.string()));
+int export_result(ExportRequest& request) {
+  require_one_of(exports::export_formats(), request.format, "--format");
+  require_recording(request.result);
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
   require_outside(out.path(), request.result);
@@ -73,23 +62,146 @@ int export_result(const ExportRequest& request) {
   return 0;
 }
 
+constexpr const char* kVideoExamples = R"(
+Examples:
+  gaitslam video results/tangent_circle/seed-1 --out walk.webm
+The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
+search ellipses of the landmarks and the patches that were matched; the robot from outside, in a build with the
+simulator, with its true waist and its measured joint angles; and the map from above. The video is RESULT/video.mp4
+unless --out names a .mp4 or .webm file.)";
+
+struct VideoRequest : OutRequest {
+  fs::path result;
+};
+
+fs::path file_of(const VideoRequest& request) {
+  const fs::path file = request.out ? fs::path(*request.out) : request.result / "video.mp4";
+  if (file.extension() != ".mp4" && file.extension() != ".webm")
+    throw UsageError(fmt::format("--out: expected a .mp4 or .webm file, not '{}'", file.string()));
+  if (!request.out && files::has_marker(request.result) && !request.force)
+    files::list_outputs(request.result, {"video.mp4"});
+  else
+    require_new_file(file, request.force);
+  return file;
+}
+
+/// Encodes pictures by the program ffmpeg. The file appears, whole, when finish() is called.
+class Encoder {
+ public:
+  Encoder(const fs::path& video, double rate_hz)
+      : video_(video), rate_hz_(rate_hz), partial_(video.string() + ".frames") {
+    ::signal(SIGPIPE, SIG_IGN);  // add() reports that ffmpeg ended early
+  }
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
+  ~Encoder() {
+    if (ffmpeg_) ::pclose(ffmpeg_);
+  }
+
+  void add(const cv::Mat3b& picture) {
+    if (!ffmpeg_) ffmpeg_ = ::popen(command(picture.size()).c_str(), "w");
+    if (!ffmpeg_) throw std::runtime_error("ffmpeg cannot be started");
+    if (std::fwrite(picture.data, 3, picture.total(), ffmpeg_) == picture.total()) return;
+    require_success();
+    throw std::runtime_error("ffmpeg ended early");
+  }
+  void finish() {
+    if (!ffmpeg_) throw UsageError("the recording has no frames");
+    require_success();
+    fs::rename(made_, video_);
+  }
+
+ private:
+  std::string command(const cv::Size& size) const {
+    return fmt::format(
+        "exec ffmpeg -loglevel error -xerror -y -f rawvideo -pix_fmt bgr24 -video_size {}x{} -framerate {} "
+        "-i - "
+        "-pix_fmt yuv420p -bitexact {} {} 2>{}",
+        size.width, size.height, rate_hz_,
+        video_.extension() == ".webm" ? "-c:v libvpx-vp9 -crf 32 -b:v 0 -deadline realtime -cpu-used 8"
+                                      : "-c:v libx264 -crf 23 -preset fast -movflags +faststart",
+        files::shell_word(made_.string()), files::shell_word((scratch_ / "errors").string()));
+  }
+
+  /// Ends the input of ffmpeg and waits for its end.
+  void require_success() {
+    const int status = ::pclose(std::exchange(ffmpeg_, nullptr));
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 127)
+      throw std::runtime_error("ffmpeg cannot be run; Debian's package ffmpeg has it");
+    const std::string errors = files::read_text(scratch_ / "errors");
+    if (status != 0)
+      throw std::runtime_error(fmt::format("ffmpeg failed: {}", errors.substr(0, errors.find('\n'))));
+  }
+
+  fs::path video_;
+  double rate_hz_;
+  files::AtomicFolder partial_;
+  fs::path made_ = partial_.path() / video_.filename();
+  TemporaryFolder scratch_;
+  std::FILE* ffmpeg_ = nullptr;
+};
+
+/// The last of the poses that is not after t.
+const files::TimedPose* at(const std::vector<files::TimedPose>& poses, slam::Stamp t) {
+  const auto after = std::upper_bound(poses.begin(), poses.end(), t,
+                                      [](slam::Stamp s, const files::TimedPose& pose) { return s < pose.t; });
+  return after == poses.begin() ? nullptr : &*std::prev(after);
+}
+
+int video(VideoRequest& request) {
+  require_recording(request.result);
+  const fs::path file = file_of(request);
+  const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
+  if (!scenario.slam) throw UsageError(fmt::format("{}: no filter ran", request.result.string()));
+  const recording::Truth truth = recording::read_truth(request.result / "recording");
+  recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);
+  slam::Filter filter(*scenario.slam, input.setup().calibration, input.setup().X_WC_start, scenario.seed);
+  const sim::view::RobotView robot_view =
+      sim::view::robot_from_outside(scenario, request.result / "recording", standard_models());
+  sim::view::MapView map(truth.camera);
+  Encoder encoder(file, input.setup().camera_rate_hz);
+  const OnInterrupt on_interrupt("nothing was written; rerun the command");
+  ProgressLine progress("video of " + request.result.string());
+  while (auto observation = input.next()) {
+    const slam::FrameReport& report = filter.step(*observation);
+    std::vector<cv::Mat> panels{sim::view::draw_view(*observation, report)};
+    const files::TimedPose* waist = at(truth.waist, observation->t);
+    if (robot_view && waist) panels.push_back(robot_view(observation->t, waist->X));
+    panels.push_back(map.draw(filter.estimate(), filter.map()));
+    cv::Mat picture;
+    cv::hconcat(panels, picture);
+    encoder.add(picture);
+    if (!truth.camera.empty())
+      progress.show(slam::seconds(observation->t) / std::max(1e-3, slam::seconds(truth.camera.back().t)));
+  }
+  encoder.finish();
+  std::cout << file.string() << '\n';
+  return 0;
+}
+
 }  // namespace
 
 void add_export(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<ExportRequest>();
-  CLI::App* command =
-      app.add_subcommand("export", "Write a run in the format of another SLAM program or viewer");
-  add_result(*command, request->result);
+  auto [command, request] =
+      add_command(app, exit_code, "export", "Write a run in the format of another SLAM program or viewer",
+                  kExportExamples, export_result);
+  add_result(command, request.result);
   command
-      ->add_option("--format", request->format,
-                   fmt::format("one of {}", fmt::join(exports::export_formats(), ", ")))
+      .add_option("--format", request.format,
+                  fmt::format("one of {}", fmt::join(exports::export_formats(), ", ")))
       ->required();
-  add_out(*command, *request);
-  command->add_flag("--undistort", request->undistort,
-                    "rectify images to a pinhole camera, as tum always does");
-  add_models(*command, request->models);
-  command->footer(kExportExamples);
-  command->callback([request, &exit_code] { exit_code = export_result(*request); });
+  add_out(command, request);
+  command.add_flag("--undistort", request.undistort, "rectify the images, as tum always does");
+  add_models(command, request.models);
+}
+
+void add_video(CLI::App& app, int& exit_code) {
+  auto [command, request] = add_command(
+      app, exit_code, "video", "Make a video of the camera images, the matched landmarks and the map",
+      kVideoExamples, video);
+  add_result(command, request.result);
+  command.add_option("--out", request.out, "the .mp4 or .webm file to write");
+  command.add_flag("--force", request.force, "replace an existing file");
 }
 
 }  // namespace cli

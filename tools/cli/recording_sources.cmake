@@ -6,7 +6,7 @@ file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/sim/room/*.cc ${SOURCE}/sim/room/*.h)
 list(APPEND RECORDING_SOURCES
   sim/recording/recording.h sim/recording/recording_writer.cc sim/score/types.h)
-foreach(PART files/csv files/hash recording/grey_png recording/manifest recording/recording_format recording/sensor_yaml sensor_errors/random
+foreach(PART files/csv files/hash recording/image_file recording/manifest recording/recording_format recording/sensor_yaml sensor_errors/random
     live/frame_pipeline live/steering_pose_buffer live/recorded live/run live/self_check scenario/lists score/surfaces)
   list(APPEND RECORDING_SOURCES sim/${PART}.cc sim/${PART}.h)
 endforeach()

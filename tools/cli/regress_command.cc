@@ -2,41 +2,25 @@
 #include <fmt/ranges.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <memory>
 
 #include "sim/files/text.h"
 #include "sim/regression/report.h"
 #include "sim/regression/results.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/suite.h"
-#include "tools/cli/jobs/terminal.h"
-#include "tools/cli/shared/model_files.h"
-#include "tools/cli/shared/options.h"
-#include "tools/cli/shared/verdict_files.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
 
-namespace regression = sim::regression;
-namespace result = sim::result;
-
 constexpr const char* kRegressExamples = R"(
 Examples:
-  gaitslam regress scenarios/suites/ci.yaml --jobs 2
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
   gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --cached
-Verdicts:
-  IDENTICAL  the same bits on every seed
-  SAME       within the tolerance
-  BETTER     better by more than the tolerance, and significantly
-  FAIL       worse by more than the tolerance, and significantly
-  NOISY      beyond the tolerance, but possibly by chance
-  NEW        the baseline does not have it
-  MISSING    the baseline has it and the results do not; counts as a failure
+Verdicts: IDENTICAL, the same bits on every seed; SAME, within the tolerance; BETTER or FAIL, beyond the tolerance and
+significantly; NOISY, beyond it, but possibly by chance; NEW or MISSING (a failure), only one of the sides has it.
 Significance is decided by the signed rank test paired by seed, with Holm's correction over the gates of a scenario,
 at 5 %. With fewer than 8 seeds more than half of them must be beyond the tolerance and none in the other direction.
 Exit codes: 0 as good as the baseline; 1 worse, or a limit missed; 2 wrong usage, configuration or baseline; 3 a run
@@ -45,7 +29,6 @@ ended in a way that its scenario does not allow.)";
 constexpr const char* kBaselineExamples = R"(
 Examples:
   gaitslam baseline update --reason "the stabilizer damps the ankles" --jobs 2
-  gaitslam baseline update scenarios/suites/ci.yaml --seeds 1..10 --reason "ten seeds"
   gaitslam baseline update --results results/regress-ci --reason "as the last regress had it"
 Shows what changes, then writes the file. Results that miss a limit of their scenario are not written.
 Exit codes: 0 written; 1 a limit is missed; 2 wrong usage or configuration; 3 a run failed.)";
@@ -61,14 +44,12 @@ void require_comparable(const regression::Baseline& baseline, const SuiteRun& ru
     const std::string& name = scenario.read.scenario.name;
     const regression::ScenarioResults* before = baseline.find(name);
     if (!before) continue;
-    if (regression::config_hash(before->config) != regression::config_hash(scenario.file_config)) {
-      const auto differences =
-          regression::compare(*before, {name, scenario.file_config, {}}, {}).other_config;
+    const auto differences = regression::config_differences(before->config, scenario.file_config);
+    if (!differences.empty())
       throw UsageError(
           fmt::format("{}: {} has another configuration than the baseline {}: {}; run 'gaitslam baseline "
                       "update' to store it",
                       scenario.entry.file.string(), name, file, fmt::join(differences, "; ")));
-    }
     for (const std::uint64_t seed : run.seeds) {
       const auto has = [&](const result::SeedScore& s) { return s.seed == seed; };
       if (std::none_of(before->seeds.begin(), before->seeds.end(), has))
@@ -79,20 +60,8 @@ void require_comparable(const regression::Baseline& baseline, const SuiteRun& ru
   }
 }
 
-void write(const RegressRequest& request, const regression::Comparison& comparison) {
-  report_verdicts(comparison, request.files);
-  if (!request.github) return;
-  text_out() << regression::github_annotations(comparison);
-  const char* const summary = std::getenv("GITHUB_STEP_SUMMARY");
-  if (!summary) return;
-  std::ofstream out(summary, std::ios::app);
-  out << regression::markdown(comparison);
-  out.close();
-  if (!out) throw sim::files::FileError(summary, "cannot be written");
-}
-
-int regress(const RegressRequest& request) {
-  request.files.require_replaceable();
+int regress(RegressRequest& request) {
+  require_replaceable(request.files);
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
   const regression::Baseline baseline = regression::read_baseline(file);
@@ -101,7 +70,13 @@ int regress(const RegressRequest& request) {
   const std::string title = fmt::format("gaitslam regress: suite {} against {} (revision {})", run.name, file,
                                         baseline.history.empty() ? "?" : baseline.history.back().revision);
   const regression::Comparison comparison = compare_with(baseline.scenarios, run, request, title);
-  write(request, comparison);
+  report_verdicts(comparison, request.files);
+  if (request.github) {
+    text_out() << regression::github_annotations(comparison);
+    if (const char* const summary = std::getenv("GITHUB_STEP_SUMMARY"))
+      if (!(std::ofstream(summary, std::ios::app) << regression::markdown(comparison) << std::flush))
+        throw sim::files::FileError(summary, "cannot be written");
+  }
   return regression::exit_code(comparison.scenarios);
 }
 
@@ -110,40 +85,32 @@ struct BaselineRequest : SuiteRequest {
   bool dry_run = false;
 };
 
-/// Prints changes of the number of seeds, which the verdicts do not show.
-void print_differences(const regression::Baseline& before, const SuiteRun& run) {
+/// Compares with the old baseline, whatever its configurations. Prints the verdicts, and changes of the
+/// number of seeds, which these do not show. Returns the exit code by the limits only, because an update is
+/// meant to change metrics.
+int show(const regression::Baseline& before, const SuiteRun& run, const BaselineRequest& request,
+         const std::string& file) {
+  regression::Comparison comparison =
+      compare_with(before.scenarios, run, request, "gaitslam baseline update: " + file + " before and after");
+  std::cout << regression::verdict_table(comparison, colours());
   for (const SuiteScenario& s : run.scenarios) {
     const regression::ScenarioResults* old = before.find(s.results.name);
     if (old && old->seeds.size() != run.seeds.size())
       std::cout << fmt::format("{}: {} seeds -> {}\n", s.results.name, old->seeds.size(), run.seeds.size());
   }
+  for (regression::ScenarioVerdict& verdict : comparison.scenarios) verdict.metrics.clear();
+  return regression::exit_code(comparison.scenarios);
 }
 
-/// Compares with the old baseline, whatever its configurations, and prints the verdicts.
-regression::Comparison show(const regression::Baseline& before, const SuiteRun& run,
-                            const BaselineRequest& request, const std::string& file) {
-  const regression::Comparison comparison =
-      compare_with(before.scenarios, run, request, "gaitslam baseline update: " + file + " before and after");
-  std::cout << regression::verdict_table(comparison, colours());
-  print_differences(before, run);
-  return comparison;
-}
-
-/// The exit code by the limits only, because an update is meant to change metrics.
-int limits_exit_code(std::vector<regression::ScenarioVerdict> verdicts) {
-  for (regression::ScenarioVerdict& verdict : verdicts) verdict.metrics.clear();
-  return regression::exit_code(verdicts);
-}
-
-int update(const BaselineRequest& request) {
+int update(BaselineRequest& request) {
   if (request.reason.find_first_not_of(" \t") == request.reason.npos)
     throw UsageError("--reason: is empty, expected the reason for the change");
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
   regression::Baseline baseline;
-  if (std::filesystem::exists(file)) baseline = regression::read_baseline(file);
+  if (fs::exists(file)) baseline = regression::read_baseline(file);
   run_suite(request, run);
-  if (const int code = limits_exit_code(show(baseline, run, request, file).scenarios); code != 0) {
+  if (const int code = show(baseline, run, request, file); code != 0) {
     std::cerr << fmt::format("gaitslam: {}: not changed, because a result misses a limit\n", file);
     return code;
   }
@@ -159,32 +126,26 @@ int update(const BaselineRequest& request) {
 }  // namespace
 
 void add_regress(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<RegressRequest>();
-  request->models = standard_models();
-  CLI::App* command = app.add_subcommand("regress", "Run a suite and compare it with its baseline");
-  command->add_option("suite", request->suite, "the suite's YAML file")->required();
-  add_overrides(*command, request->overrides, "in all scenarios");
-  add_suite_options(*command, *request);
-  add_verdict_files(*command, request->files);
-  command->add_flag("--github", request->github, "annotate the log and the summary of a GitHub Actions job");
-  command->footer(kRegressExamples);
-  command->callback([request, &exit_code] { exit_code = regress(*request); });
+  auto [command, request] = add_command(
+      app, exit_code, "regress", "Run a suite and compare it with its baseline", kRegressExamples, regress);
+  command.add_option("suite", request.suite, "the suite's YAML file")->required();
+  add_overrides(command, request.overrides, "in all scenarios");
+  add_suite_options(command, request);
+  add_verdict_files(command, request.files);
+  command.add_flag("--github", request.github, "annotate the log and the summary of a GitHub Actions job");
 }
 
 void add_baseline(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<BaselineRequest>();
-  request->models = standard_models();
-  CLI::App* baseline = app.add_subcommand("baseline", "Manage the results that a suite is compared with");
-  baseline->require_subcommand(1);
-  CLI::App* command = baseline->add_subcommand("update", "Run a suite and store its scores as the baseline");
-  command->add_option("suite", request->suite, "the suite's YAML file")->capture_default_str();
-  command->add_option("--reason", request->reason, "the reason for the change, stored in the baseline")
-      ->required();
-  add_suite_options(*command, *request);
-  command->add_flag("--dry-run", request->dry_run, "show what would change and write nothing");
-  command->footer(kBaselineExamples);
-  baseline->footer(kBaselineExamples);
-  command->callback([request, &exit_code] { exit_code = update(*request); });
+  CLI::App& baseline = *app.add_subcommand("baseline", "Manage the results that a suite is compared with");
+  baseline.require_subcommand(1);
+  baseline.footer(kBaselineExamples);
+  auto [command, request] =
+      add_command(baseline, exit_code, "update", "Run a suite and store its scores as the baseline",
+                  kBaselineExamples, update);
+  command.add_option("suite", request.suite, "the suite's YAML file")->capture_default_str();
+  command.add_option("--reason", request.reason, "why, stored in the baseline")->required();
+  add_suite_options(command, request);
+  command.add_flag("--dry-run", request.dry_run, "show what would change and write nothing");
 }
 
 }  // namespace cli

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <memory>
-#include <optional>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
@@ -15,24 +13,15 @@
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/results.h"
-#include "tools/cli/jobs/terminal.h"
-#include "tools/cli/shared/model_files.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
-#include "tools/cli/shared/view_session.h"
 
 namespace cli {
 namespace {
 
-namespace replay = sim::replay;
-namespace result = sim::result;
-namespace scenario = sim::scenario;
-
 constexpr const char* kReplayExamples = R"(
 Examples:
-  gaitslam replay results/tangent_circle/seed-1
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
   gaitslam replay MH_01_easy --out DIR                        # an external EuRoC/ASL folder
@@ -52,19 +41,10 @@ struct ReplayRequest : OutRequest {
 
 /// Throws UsageError if the command line changes a key that shapes the recording.
 void require_replayable(const scenario::ReadScenario& read) {
-  for (const auto& [key, origin] : read.origin) {
-    if (scenario::shapes_recording(key) && origin.starts_with("argument")) {
+  for (const auto& [key, origin] : read.origin)
+    if (scenario::shapes_recording(key) && origin.starts_with("argument"))
       throw UsageError(
           fmt::format("{}: shapes the recording, which a replay cannot change; run the scenario again", key));
-    }
-  }
-}
-
-void require_same_walk(const scenario::Scenario& recorded, const scenario::Scenario& scenario,
-                       const std::string& file, const ReplayRequest& request) {
-  if (const auto other = sim::scenario::first_difference(recorded, scenario))
-    throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", file, other->key,
-                                 other->recorded, request.result.string(), other->now));
 }
 
 /// Throws UsageError if the program to start is named only in the result, which may be untrusted.
@@ -72,11 +52,9 @@ void require_asked_for(const scenario::ReadScenario& read, const scenario::Scena
                        const ReplayRequest& request) {
   const sim::estimators::EstimatorChoice& choice = read.scenario.estimator;
   if (choice.source == sim::estimators::Source::built_in || choice != recorded.estimator) return;
-  const auto& changes = request.changes.overrides;
-  if (request.scenario || std::any_of(changes.begin(), changes.end(), [](const std::string& change) {
-        return change.starts_with("estimator=");
-      }))
-    return;
+  if (request.scenario) return;
+  for (const std::string& change : request.changes.overrides)
+    if (change.starts_with("estimator=")) return;
   throw UsageError(fmt::format(
       "{}: estimator: is {}, which a replay starts only if the command names it, expected "
       "--scenario {} or estimator=filter",
@@ -84,20 +62,17 @@ void require_asked_for(const scenario::ReadScenario& read, const scenario::Scena
       sim::files::shell_word((request.result / "scenario.yaml").string())));
 }
 
-/// Reads the origin of each key from about.json, as the scenario.yaml of a result lists every key.
-void keep_origin(scenario::ReadScenario& read, const fs::path& result) {
-  if (!fs::exists(result / "about.json")) return;
-  auto origin = sim::result::read_about(result / "about.json").set_by;
+/// Reads the origin of each key from about.json, as the scenario.yaml of a result lists every key. Another
+/// scenario has its own; naming the file of the result only allows its estimator to start.
+void keep_origin(scenario::ReadScenario& read, const ReplayRequest& request) {
+  std::error_code error;
+  if (request.scenario && !fs::equivalent(*request.scenario, request.result / "scenario.yaml", error)) return;
+  if (!fs::exists(request.result / "about.json")) return;
+  auto origin = result::read_about(request.result / "about.json").set_by;
   if (origin.empty()) return;
   for (const auto& [key, by] : read.origin)
     if (by.starts_with("argument")) origin[key] = by;
   read.origin = std::move(origin);
-}
-
-/// Returns false for the result's own file: naming it only allows its estimator to start.
-bool replaces_scenario(const ReplayRequest& request) {
-  std::error_code error;
-  return request.scenario && !fs::equivalent(*request.scenario, request.result / "scenario.yaml", error);
 }
 
 scenario::ReadScenario read_request(const ReplayRequest& request) {
@@ -111,16 +86,16 @@ scenario::ReadScenario read_request(const ReplayRequest& request) {
   const scenario::ReadScenario read = scenario::read_scenario(file, request.changes);
   const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
   const std::string& last = request.changes.with.empty() ? file : request.changes.with.back();
-  if (last != own.string()) require_same_walk(recorded, read.scenario, last, request);
+  if (const auto other = scenario::first_difference(recorded, read.scenario); other && last != own.string())
+    throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", last, other->key,
+                                 other->recorded, request.result.string(), other->now));
   require_asked_for(read, recorded, request);
   return read;
 }
 
-int replay_result(const ReplayRequest& request) {
-  if (request.batch.parent) die_with(*request.batch.parent);
-  if (!fs::is_directory(request.result)) {
+int replay_result(ReplayRequest& request) {
+  if (!fs::is_directory(request.result))
     throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
-  }
   const bool external = sim::recording::is_asl_folder(request.result);
   if (external && request.scenario)
     throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
@@ -131,10 +106,8 @@ int replay_result(const ReplayRequest& request) {
     for (const std::string& remark : folder.sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
   }
   require_replayable(read);
-  if (request.batch.set_by)
-    take_origin(read, *request.batch.set_by);
-  else if (!external && !replaces_scenario(request))
-    keep_origin(read, request.result);
+  if (!external) keep_origin(read, request);
+  join_batch(request.batch, &read);
   if (!read.scenario.slam) throw UsageError("no slam section: there is no filter to run");
   const OutFolder out(request, request.result / "replay", {.replaces = true});
   require_outside(out.path(), request.result);
@@ -154,8 +127,7 @@ int replay_result(const ReplayRequest& request) {
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());
-    const result::ResultPlace place{
-        out.path(), sim::files::Existing::replace, {}, kVersion, kRevision, libraries(), walk.models_hash};
+    const result::ResultPlace place = result_place(out.path(), walk.models_hash);
     const auto show = [&](double part) { progress.show(part); };
     outcome = external ? replay::replay_external(read, request.result, place, show)
                        : replay::replay(read, request.result / "recording", walk, place, show,
@@ -170,20 +142,19 @@ int replay_result(const ReplayRequest& request) {
 }  // namespace
 
 void add_replay(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<ReplayRequest>();
-  CLI::App* command = app.add_subcommand("replay", "Run the filter again on the recording of a run");
-  add_result(*command, request->result, ", or a folder in the EuRoC/ASL layout");
-  add_overrides(*command, request->changes.overrides, "(errors.*, slam.*, limits.* and seed)");
-  add_with(*command, request->changes);
-  command->add_option("--scenario", request->scenario, "replay with another scenario file of the same walk");
-  add_out(*command, *request);
-  add_all_metrics(*command, request->all_metrics);
-  add_output(*command);
-  add_models(*command, request->models);
-  add_view(*command, request->view);
-  add_batch_member(*command, request->batch);
-  command->footer(kReplayExamples);
-  command->callback([request, &exit_code] { exit_code = replay_result(*request); });
+  auto [command, request] =
+      add_command(app, exit_code, "replay", "Run the filter again on the recording of a run", kReplayExamples,
+                  replay_result);
+  add_result(command, request.result, ", or a folder in the EuRoC/ASL layout");
+  add_overrides(command, request.changes.overrides, "(errors.*, slam.*, limits.* and seed)");
+  add_with(command, request.changes);
+  command.add_option("--scenario", request.scenario, "replay with another scenario file of the same walk");
+  add_out(command, request);
+  add_all_metrics(command, request.all_metrics);
+  add_output(command);
+  add_models(command, request.models);
+  add_view(command, request.view);
+  add_batch_member(command, request.batch);
 }
 
 }  // namespace cli

@@ -1,45 +1,39 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <filesystem>
 #include <iostream>
-#include <memory>
+#include <map>
+#include <set>
 #include <string_view>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
+#include "sim/pages/leaderboard.h"
 #include "sim/pages/pages.h"
-#include "sim/pages/run_figures.h"
+#include "sim/scenario/limits.h"
+#include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/child.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/shared/interruption.h"
+#include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
-#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {
 
-namespace fs = std::filesystem;
 namespace pages = sim::pages;
 
 constexpr const char* kReportExamples = R"(
 Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
-  gaitslam report results/tangent_circle --out report.html            # all seeds of the folder
   gaitslam report results/regress-ci --out report.html                # a suite, or any folder of results, by scenario
   gaitslam report results/sweep-hall --out report.html                # a sweep: heat maps or lines over its keys
-  gaitslam report results/tangent_circle/seed-1 --plots svg,png --out figures   # pictures in a folder
+  gaitslam report results/tangent_circle/seed-1 --plots svg --out figures   # pictures in a folder
 The page contains everything that it shows and needs no network.)";
 
 constexpr double kWidth = 720, kHeight = 300, kEqualHeight = 560;  // px of pictures
 
-struct ReportRequest {
+struct ReportRequest : OutRequest {
   std::vector<std::string> results;
-  std::string out;
-  std::vector<std::string> plots;
-  bool force = false;
+  std::string plots;  ///< their format; empty: a page
 };
 
 bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
@@ -48,20 +42,18 @@ bool has_own_page(const fs::path& folder) { return pages::is_sweep(folder) || pa
 
 /// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
-  constexpr std::string_view kSeed = "seed-";
-  std::vector<std::pair<std::uint64_t, fs::path>> seeds;
+  std::map<std::uint64_t, fs::path> seeds;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename();
-    if (!name.starts_with(kSeed) || !is_result(entry.path())) continue;
-    const auto seed = sim::files::parse_number<std::uint64_t>(std::string_view(name).substr(kSeed.size()));
+    if (!name.starts_with("seed-") || !is_result(entry.path())) continue;
+    const auto seed = sim::files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
     if (!seed)
       throw UsageError(
           fmt::format("{}: expected a name seed-<n> with a whole number; a result of another name "
                       "is reported by naming its folder",
                       entry.path().string()));
-    seeds.push_back({*seed, entry.path()});
+    seeds[*seed] = entry.path();
   }
-  std::sort(seeds.begin(), seeds.end());
   std::vector<fs::path> folders;
   for (const auto& [seed, path] : seeds) folders.push_back(path);
   return folders;
@@ -73,18 +65,15 @@ std::vector<fs::path> results_in(const fs::path& folder) {
   if (is_result(folder)) return {folder};
   std::vector<fs::path> all = seeds_in(folder);
   if (!all.empty()) return all;
-  std::vector<fs::path> below;
+  std::set<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename();
     if (entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") &&
         !name.starts_with("earlier-") && name != "export")
-      below.push_back(entry.path());
+      below.insert(entry.path());
   }
-  std::sort(below.begin(), below.end());
-  for (const fs::path& next : below) {
-    const std::vector<fs::path> found = results_in(next);
-    all.insert(all.end(), found.begin(), found.end());
-  }
+  for (const fs::path& next : below)
+    for (fs::path& found : results_in(next)) all.push_back(std::move(found));
   return all;
 }
 
@@ -108,32 +97,22 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   return all;
 }
 
-/// Writes figures as files; rsvg-convert makes the PNG files.
-void write_plots(const std::vector<pages::Figure>& figures, const fs::path& folder,
-                 const ReportRequest& request) {
-  const auto wanted = [&](const char* format) {
-    return std::find(request.plots.begin(), request.plots.end(), format) != request.plots.end();
-  };
-  for (const pages::Figure& figure : figures) {
-    const fs::path svg = folder / (figure.name + ".svg"), png = folder / (figure.name + ".png");
-    sim::files::write_atomically(svg, to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
-    if (wanted("png")) FedChild({"rsvg-convert", "--zoom", "2", "-o", png.string(), svg.string()}).finish();
-    if (!wanted("svg")) fs::remove(svg);
-  }
+void write_plots(const std::vector<pages::Figure>& figures, const fs::path& folder) {
+  for (const pages::Figure& figure : figures)
+    sim::files::write_atomically(folder / (figure.name + ".svg"),
+                                 to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
 }
 
-int make_plots(const std::vector<pages::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
+void make_plots(const std::vector<pages::RunData>& runs, const OutFolder& out) {
   for (const pages::RunData& run : runs) require_outside(out.path(), run.folder);
   sim::files::AtomicFolder folder(out.path(), sim::files::Existing::replace);
   for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
-    write_plots(run_figures(run), own, request);
+    write_plots(run_figures(run), own);
   }
-  write_plots(comparison_figures(runs), folder.path(), request);
+  for (const auto& [scenario, figures] : comparison_figures(runs)) write_plots(figures, folder.path());
   folder.commit();
-  std::cout << "figures in " << request.out << '\n';
-  return 0;
 }
 
 std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine& progress) {
@@ -153,38 +132,81 @@ std::string page_of(const ReportRequest& request, ProgressLine& progress) {
   return pages::runs_page(read_runs(request, progress));
 }
 
-int make_report(const ReportRequest& request) {
+int make_report(ReportRequest& request) {
   if (!request.plots.empty()) {
-    const OutFolder out({request.out, request.force}, {}, {.replaces = true});
-    ProgressLine progress("report");
-    return make_plots(read_runs(request, progress), request, out);
+    const OutFolder out(request, {}, {.replaces = true});
+    {
+      ProgressLine progress("report");
+      make_plots(read_runs(request, progress), out);
+    }
+    std::cout << "figures in " << *request.out << '\n';
+    return 0;
   }
-  require_new_file(request.out, request.force);
+  require_new_file(*request.out, request.force);
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
-    sim::files::write_atomically(request.out, page_of(request, progress));
+    sim::files::write_atomically(*request.out, page_of(request, progress));
   }
-  std::cout << "report in " << request.out << '\n';
+  std::cout << "report in " << *request.out << '\n';
+  return 0;
+}
+
+constexpr const char* kLeaderboardExamples = R"(
+Examples:
+  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
+  gaitslam leaderboard results --csv table.csv --html table.html
+A row for each scenario, estimator and folder of results, with the best of a scenario first: by
+coverage (share of true poses with an estimate; 0 of an incomplete run), then by the first metric.
+Errors after an alignment have columns of their own, such as rmse_m_after_sim3. Keys are listed if
+rows of the same scenario and estimator differ in them. Results that cannot be read are left out.)";
+
+struct LeaderboardRequest {
+  std::vector<fs::path> folders;
+  std::vector<std::string> metrics;
+  std::optional<std::string> csv, html;
+  bool force = false;
+};
+
+int show_leaderboard(LeaderboardRequest& request) {
+  for (const auto& [file, option] : {std::pair{request.csv, "--csv"}, {request.html, "--html"}})
+    if (file) require_new_file(*file, request.force, option);
+  for (const std::string& metric : request.metrics)
+    if (!sim::score::find_metric(metric))
+      throw UsageError(fmt::format("--metric {}: {}", metric, sim::scenario::unknown_metric(metric)));
+  const pages::Leaderboard board = pages::leaderboard(
+      request.folders, request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics);
+  if (request.csv) sim::files::write_atomically(*request.csv, pages::leaderboard_csv(board));
+  if (request.html) sim::files::write_atomically(*request.html, pages::leaderboard_page(board));
+  std::cout << pages::leaderboard_table(board);
+  for (const std::string& why : board.left_out) std::cerr << "warning: left out: " << why << '\n';
   return 0;
 }
 
 }  // namespace
 
 void add_report(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<ReportRequest>();
-  CLI::App* command = app.add_subcommand("report", "Write an HTML page, or pictures, about results");
-  command
-      ->add_option("results", request->results, "result folders or folders of results; a sweep or a tuning")
+  auto [command, request] =
+      add_command(app, exit_code, "report", "Write an HTML page, or pictures, about results", kReportExamples,
+                  make_report);
+  command.add_option("results", request.results, "result folders or folders of results; a sweep or a tuning")
       ->required();
-  command->add_option("--out", request->out, "the HTML file to write; with --plots a folder")->required();
-  command->add_option("--plots", request->plots, "write pictures instead of a page: svg, png or both")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"svg", "png"}));
-  command->add_flag("--force", request->force,
-                    "overwrite an existing file, or a folder of pictures made by gaitslam");
-  command->footer(kReportExamples);
-  command->callback([request, &exit_code] { exit_code = make_report(*request); });
+  command.add_option("--out", request.out, "the HTML file to write; with --plots a folder")->required();
+  command.add_option("--plots", request.plots, "write pictures instead of a page: svg")
+      ->check(CLI::IsMember({"svg"}));
+  command.add_flag("--force", request.force, "replace a file, or a folder of pictures made by gaitslam");
+}
+
+void add_leaderboard(CLI::App& app, int& exit_code) {
+  auto [command, request] =
+      add_command(app, exit_code, "leaderboard", "Put the estimators in a tree of results into one table",
+                  kLeaderboardExamples, show_leaderboard);
+  command.add_option("folders", request.folders, "folders of results, at any depth")->required();
+  command.add_option("--metric", request.metrics, "a metric to show; may be given several times")
+      ->allow_extra_args(false);
+  command.add_option("--csv", request.csv, "write the table as CSV to a file");
+  command.add_option("--html", request.html, "write the table as a page to a file");
+  command.add_flag("--force", request.force, "replace existing files");
 }
 
 }  // namespace cli

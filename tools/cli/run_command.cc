@@ -1,38 +1,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/recordings.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/jobs/terminal.h"
 #include "tools/cli/shared/live.h"
-#include "tools/cli/shared/model_files.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
-#include "tools/cli/shared/view_session.h"
 
 namespace cli {
 namespace {
 
-namespace replay = sim::replay;
-namespace result = sim::result;
-namespace scenario = sim::scenario;
-
 constexpr const char* kRunExamples = R"(
 Examples:
-  gaitslam run scenarios/tangent_circle.yaml
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
-  gaitslam run scenarios/tangent_circle.yaml --json > outcome.json
   gaitslam run scenarios/tangent_circle.yaml --view --control
 Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>. Only files that gaitslam made are
 replaced, each result when the new one is whole. With --seeds, results of other seeds there are moved to earlier-<n>;
@@ -67,22 +55,19 @@ result::Outcome run_cached(const scenario::ReadScenario& read, const result::Res
                         replaying, replay::Recorded::copied);
 }
 
-/// A process of several has one core.
-int threads(const RunRequest& request) { return request.jobs.value_or(request.batch.parent ? 1 : 2); }
-
 int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
   const auto view = view_of_run(request.view, read, request.models);
   result::Outcome outcome;
   {
     ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
-    const result::ResultPlace place{
-        folder,      sim::files::Existing::replace,        request.models, kVersion, kRevision,
-        libraries(), scenario::models_hash(request.models)};
+    const result::ResultPlace place =
+        result_place(folder, scenario::models_hash(request.models), request.models);
     const auto show = [&](double part) { progress.show(part); };
-    outcome = request.cached
-                  ? run_cached(read, place, show)
-                  : run_live(read, place, show, threads(request), view ? &view->run_observer() : nullptr);
+    const int threads =
+        request.jobs.value_or(request.batch.parent ? 1 : 2);  // a process of several has one core
+    outcome = request.cached ? run_cached(read, place, show)
+                             : run_live(read, place, show, threads, view ? &view->run_observer() : nullptr);
   }
   if (view)
     view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.",
@@ -90,21 +75,10 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
   return cli::report(outcome, folder, request.all_metrics);
 }
 
-void require_one_walk_to_view(const RunRequest& request) {
-  if (request.view.view && (request.seeds || request.cached))
-    throw UsageError(
-        fmt::format("--view shows one live walk, expected no {}", request.seeds ? "--seeds" : "--cached"));
-}
-
-void require_no_seed_typed(const RunRequest& request) {
-  const bool seed_typed =
-      std::any_of(request.changes.overrides.begin(), request.changes.overrides.end(),
-                  [](const std::string& argument) { return argument.starts_with("seed="); });
-  if (seed_typed) throw UsageError("--seeds and seed= are both given, expected one of them");
-}
-
 int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
-  require_no_seed_typed(request);
+  for (const std::string& argument : request.changes.overrides)
+    if (argument.starts_with("seed="))
+      throw UsageError("--seeds and seed= are both given, expected one of them");
   const auto jobs = jobs_of_seeds({read, ""}, parse_seeds(*request.seeds));
   const OutFolder out(request, standard_folder(read),
                       {.names = {"summary.json"},
@@ -128,12 +102,13 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   return exit_code;
 }
 
-int run(const RunRequest& request) {
-  if (request.batch.parent) die_with(*request.batch.parent);
+int run(RunRequest& request) {
   require_simulator();
-  require_one_walk_to_view(request);
+  if (request.view.view && (request.seeds || request.cached))
+    throw UsageError(
+        fmt::format("--view shows one live walk, expected no {}", request.seeds ? "--seeds" : "--cached"));
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
-  if (request.batch.set_by) take_origin(read, *request.batch.set_by);
+  join_batch(request.batch, &read);
   require_models(read, request.models);
   if (request.seeds) require_clear_walk(read, request.models);  // once, with the name of the given file
   if (request.seeds) return run_seeds(read, request);
@@ -145,25 +120,19 @@ int run(const RunRequest& request) {
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<RunRequest>();
-  CLI::App* command = app.add_subcommand("run", "Simulate a walk, run the filter on it and score both");
-  add_scenario(*command, request->scenario, request->changes)->required();
-  add_seeds(*command, request->seeds);
-  add_jobs(*command, request->jobs,
-           "number of cores to use: processes at a time with --seeds (default 1), otherwise 1 or 2 (default "
-           "2: images "
-           "are rendered beside the walk)");
-  add_out(*command, *request);
-  add_models(*command, request->models);
-  command->add_flag(
-      "--cached", request->cached,
-      "replay the recording of this walk from the cache; record it there first if it is missing");
-  add_all_metrics(*command, request->all_metrics);
-  add_output(*command);
-  add_view(*command, request->view);
-  add_batch_member(*command, request->batch);
-  command->footer(kRunExamples);
-  command->callback([request, &exit_code] { exit_code = run(*request); });
+  auto [command, request] = add_command(
+      app, exit_code, "run", "Simulate a walk, run the filter on it and score both", kRunExamples, run);
+  add_scenario(command, request.scenario, request.changes)->required();
+  add_seeds(command, request.seeds, "run several seeds, each in its own process");
+  add_jobs(command, request.jobs,
+           "processes at a time with --seeds (default 1); else cores, 1 or 2 (default)");
+  add_out(command, request);
+  add_models(command, request.models);
+  add_cached(command, request.cached);
+  add_all_metrics(command, request.all_metrics);
+  add_output(command);
+  add_view(command, request.view);
+  add_batch_member(command, request.batch);
 }
 
 }  // namespace cli

@@ -1,14 +1,5 @@
 #include "tools/cli/commands.h"
 
-namespace cli {
-
-void add_commands(CLI::App& app, int& exit_code) {
-  add_run(app, exit_code);
-  add_record(app, exit_code);
-  add_replay(app, exit_code);
-  add_score(app, exit_code);
-  add_check(app, exit_code);
-  add_config(app, exit_code);
+std::vector<cli::AddCommand*> cli::commands() {
+  return {add_run, add_record, add_replay, add_score, add_check, add_config};
 }
-
-}  // namespace cli

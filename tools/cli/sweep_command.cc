@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
-#include <memory>
-#include <optional>
 #include <set>
 
 #include "sim/files/atomic_file.h"
@@ -12,11 +10,8 @@
 #include "sim/files/text.h"
 #include "sim/trials/sweep.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/recordings.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/jobs/trials.h"
-#include "tools/cli/shared/live.h"
-#include "tools/cli/shared/model_files.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
@@ -24,7 +19,6 @@
 namespace cli {
 namespace {
 
-namespace scenario = sim::scenario;
 namespace trials = sim::trials;
 
 constexpr const char* kSweepExamples = R"help(
@@ -32,21 +26,12 @@ Examples:
   gaitslam sweep scenarios/tangent_circle.yaml slam.vision.sigma_px=1,1.5,2 --seeds 1..5 --jobs 2
   gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s={from: 0.003, to: 0.03, points: 5}' world.seed=1,2,3
   gaitslam sweep scenarios/hall.yaml 'slam.vision.sigma_px={from: 0.5, to: 5}' --samples 32
-  gaitslam sweep sweep.yaml --jobs 2 --out DIR        # a file, as below
-A file:
-  scenarios: [tangent_circle.yaml, hall.yaml]         # or scenario: FILE
-  seeds: 1..5
-  parameters:                                         # as in the file of a tuning
-    slam.vision.sigma_px: [1, 1.5, 2]
-    slam.gyro.sigma_rad_s: {from: 0.003, to: 0.03, points: 5}
-    slam.motion.sigma_acceleration_m_s2: {from: 0.1, to: 10}
-  samples: 32
+  gaitslam sweep sweep.yaml --jobs 2 --out DIR   # {scenarios: [hall.yaml], seeds: 1..5, parameters: {KEY: VALUES}}
 Every combination is tried on every scenario and seed. A range with points is a grid of even factors (scale: linear:
 of even distances); ranges without points are sampled together (Sobol). `also` gives further keys the same value.
 The filter runs on recordings from the cache; missing ones are simulated first. The results are scores.csv and
-scores.jsonl, the same bytes for any number of jobs, and scenarios/, from which any trial can be run; gaitslam report
-draws them. A killed sweep loses no finished trial: rerun the command to resume.
-To search for the best setting use gaitslam tune.
+scores.jsonl, and scenarios/, from which any trial can be run; gaitslam report draws them. Rerun the command to resume
+after an interruption. To search for the best setting use gaitslam tune.
 Exit codes: 0 all were tried; 2 wrong usage or configuration; 3 some crashed or could not be started.)help";
 
 struct SweepRequest : OutRequest {
@@ -60,15 +45,10 @@ struct SweepRequest : OutRequest {
   bool dry_run = false;
 };
 
-std::vector<std::uint64_t> seeds_of(const SweepRequest& request, const trials::SweepSpec& spec) {
-  if (request.seeds) return parse_seeds(*request.seeds);
-  if (!spec.seeds.empty()) return spec.seeds;
-  return {scenario::read_scenario(spec.scenarios[0]).scenario.seed};
-}
-
 /// A plan with the key and the recording of each trial.
 struct Sweep {
   trials::SweepPlan plan;
+  std::string purpose;  ///< the first line of the log, which identifies the sweep
   std::vector<std::string> keys, recordings;
   std::map<std::string, scenario::ReadScenario> scenario_of;  ///< by recording, the first that replays it
   std::set<std::string> missing;                              ///< recordings that are not in the cache
@@ -76,15 +56,23 @@ struct Sweep {
 
 Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
   const trials::SweepSpec spec = trials::read_sweep(request.file, request.arguments, request.samples);
-  Sweep sweep{trials::plan_sweep(spec, seeds_of(request, spec), request.changes), {}, {}, {}, {}};
+  const std::vector<std::uint64_t> seeds =
+      request.seeds        ? parse_seeds(*request.seeds)
+      : spec.seeds.empty() ? std::vector{scenario::read_scenario(spec.scenarios[0]).scenario.seed}
+                           : spec.seeds;
+  Sweep sweep{trials::plan_sweep(spec, seeds, request.changes), {}, {}, {}, {}, {}};
   const std::string program = program_identity();
+  sim::files::Hash hash;
   for (std::size_t i = 0; i < sweep.plan.trials(); ++i) {
     const scenario::ReadScenario read = sweep.plan.scenario(i);
     const scenario::Scenario& scenario = read.scenario;
     sweep.recordings.push_back(recordings.key(scenario));
     sweep.keys.push_back(trials::trial_key({program, sweep.recordings[i], inputs_of(scenario)}));
+    hash.add(sweep.keys[i]);
     sweep.scenario_of.emplace(sweep.recordings[i], read);
   }
+  sweep.purpose = fmt::format(R"({{"log":"trials","of":"{}","trials":{},"hash":"{}"}})", sweep.plan.name,
+                              sweep.keys.size(), hash.hex());
   for (const auto& [key, read] : sweep.scenario_of)
     if (!recordings.find(read.scenario)) sweep.missing.insert(key);
   return sweep;
@@ -110,44 +98,27 @@ void list_configurations(const trials::SweepPlan& plan) {
   }
 }
 
-/// The first line of the log, which identifies the sweep.
-std::string purpose(const Sweep& sweep) {
-  sim::files::Hash hash;
-  for (const std::string& key : sweep.keys) hash.add(key);
-  return fmt::format(R"({{"log":"trials","of":"{}","trials":{},"hash":"{}"}})", sweep.plan.name,
-                     sweep.keys.size(), hash.hex());
-}
+/// What an earlier command left in the folder: trials of this sweep, all or some of them, or of another one.
+enum class Earlier { none, some, all, other };
 
-/// Throws UsageError if the folder has the log of another sweep.
-void require_own_log(const fs::path& log, const std::string& purpose) {
-  if (!fs::exists(log)) return;
+Earlier earlier_trials(const fs::path& log, const Sweep& sweep) {
+  if (!fs::exists(log)) return Earlier::none;
   const std::string text = sim::files::read_text(log);
-  const std::size_t end = text.find('\n');  // npos: a process was killed while it wrote the line
-  if (end != text.npos && std::string_view(text).substr(0, end) != purpose)
-    throw UsageError(
-        fmt::format("{}: belongs to another sweep, other scenarios, another program or other files of the "
-                    "estimator; --force "
-                    "starts again, --out names another folder",
-                    log.string()));
+  const std::size_t end = text.find('\n');
+  if (end == text.npos) return Earlier::some;  // a process was killed while it wrote the line
+  if (std::string_view(text).substr(0, end) != sweep.purpose) return Earlier::other;
+  const auto records = trials::read_trial_log(log, sweep.purpose);
+  const bool all = std::all_of(sweep.keys.begin(), sweep.keys.end(),
+                               [&](const std::string& key) { return records.contains(key); });
+  return all ? Earlier::all : Earlier::some;
 }
 
-/// Removes the trials of an earlier sweep, once, and leaves its scores until new ones replace them.
-void remove_earlier_trials(const OutFolder& folder) {
-  constexpr const char* kRemoved = "earlier trials removed";
-  if (folder.has_made(kRemoved)) return;
-  require_ended_arrays(folder.path() / "slurm");
-  fs::remove(folder.path() / "trials.jsonl");
-  remove_parts(folder.path() / "parts");
-  remove_arrays(folder.path() / "slurm");
-  folder.note_made(kRemoved);
-}
-
-void make_recordings(const Sweep& sweep, const Recordings& recordings, const Backend& backend) {
-  std::vector<scenario::ReadScenario> scenarios;
-  for (const std::string& key : sweep.missing) scenarios.push_back(sweep.scenario_of.at(key));
-  if (scenarios.empty()) return;
-  require_simulator();
-  recordings.make(scenarios, backend);  // the trials of a failed recording report it
+/// Removes trials of earlier commands, and leaves their scores until new ones replace them.
+void remove_trials(const fs::path& folder) {
+  require_ended_arrays(folder / "slurm");
+  fs::remove(folder / "trials.jsonl");
+  remove_parts(folder / "parts");
+  remove_arrays(folder / "slurm");
 }
 
 /// The tasks without a record in the log, in the order of their recordings.
@@ -164,15 +135,12 @@ std::vector<trials::Task> tasks_left(const Sweep& sweep, const trials::TrialLog&
 }
 
 /// Writes the scenarios that were swept, so that any trial can be run from the folder.
-void write_scenarios(const Sweep& sweep, const fs::path& out) {
+void write_scenarios(const Sweep& sweep, const fs::path& folder) {
   std::set<std::string> written;
-  fs::create_directories(out / "scenarios");
-  for (const trials::Configuration& configuration : sweep.plan.configurations) {
-    const scenario::Scenario& scenario = configuration.read.scenario;
-    if (written.insert(scenario.name).second)
-      sim::files::write_atomically(out / "scenarios" / (scenario.name + ".yaml"),
-                                   scenario::to_yaml(scenario));
-  }
+  fs::create_directories(folder);
+  for (const trials::Configuration& configuration : sweep.plan.configurations)
+    if (const auto& scenario = configuration.read.scenario; written.insert(scenario.name).second)
+      sim::files::write_atomically(folder / (scenario.name + ".yaml"), scenario::to_yaml(scenario));
 }
 
 /// Writes and prints the scores; returns the exit code.
@@ -195,65 +163,65 @@ int finish(const Sweep& sweep, const trials::TrialLog& log, const fs::path& out)
   return causes.empty() ? 0 : 3;
 }
 
-int sweep(const SweepRequest& request) {
+int sweep(SweepRequest& request) {
   require_usable(request.backend, request.out.value_or(""));
   const Recordings recordings(request.models);
   const Sweep sweep = prepare(request, recordings);
+  const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
+  const fs::path log_file = (request.out ? fs::path(*request.out) : standard) / "trials.jsonl";
+  const Earlier earlier = earlier_trials(log_file, sweep);
+  if (earlier == Earlier::other && !request.force && !request.dry_run)
+    throw UsageError(
+        fmt::format("{}: belongs to another sweep, other scenarios, another program or other files of the "
+                    "estimator; --force starts again, --out names another folder",
+                    log_file.string()));
   announce(sweep);
   if (request.dry_run) {
     list_configurations(sweep.plan);
     return 0;
   }
-  const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
-  const fs::path old_log = (request.out ? fs::path(*request.out) : standard) / "trials.jsonl";
-  if (!request.force) require_own_log(old_log, purpose(sweep));
   const OutFolder folder(
       request, standard,
       {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios/", "parts/", "slurm/"},
-       .continues = fs::exists(old_log),
-       .identity = purpose(sweep) + (request.force ? " --force" : "")});
+       .continues = earlier != Earlier::none});
   const fs::path& out = folder.path();
-  if (request.force) remove_earlier_trials(folder);
-  fs::create_directories(out);
-  write_scenarios(sweep, out);
-  trials::TrialLog log(out / "trials.jsonl", purpose(sweep));
+  if (request.force && (earlier == Earlier::all || earlier == Earlier::other)) remove_trials(out);
+  write_scenarios(sweep, out / "scenarios");
+  trials::TrialLog log(log_file, sweep.purpose);
   Backend backend = request.backend;
   backend.spool = out / "slurm";
   const std::vector<trials::Task> left = tasks_left(sweep, log);
   if (log.size() > 0)
     std::cout << fmt::format("{} finished before\n", sim::files::counted(log.size(), "trial"));
   if (!left.empty()) {
-    make_recordings(sweep, recordings, backend);
-    in_processes({out / "parts", purpose(sweep), request.models, "sweep " + sweep.plan.name}, backend)(left,
-                                                                                                       log);
+    std::vector<scenario::ReadScenario> missing;
+    for (const std::string& key : sweep.missing) missing.push_back(sweep.scenario_of.at(key));
+    recordings.make(missing, backend);  // the trials of a failed recording report it
+    in_processes({out / "parts", sweep.purpose, request.models, "sweep " + sweep.plan.name}, backend)(left,
+                                                                                                      log);
   }
   remove_arrays(backend.spool);
   log.sort();
-  const int exit_code = finish(sweep, log, out);
-  folder.finished();
-  return exit_code;
+  return finish(sweep, log, out);
 }
 
 }  // namespace
 
 void add_sweep(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<SweepRequest>();
-  CLI::App* command = app.add_subcommand("sweep", "Try many values of a scenario's keys and score them");
-  command->add_option("file", request->file, "the YAML file of a sweep or of a scenario")->required();
-  command->add_option("values", request->arguments, "values to try (gaitslam config --keys)")
+  auto [command, request] = add_command(
+      app, exit_code, "sweep", "Try many values of a scenario's keys and score them", kSweepExamples, sweep);
+  command.add_option("file", request.file, "the YAML file of a sweep or of a scenario")->required();
+  command.add_option("values", request.arguments, "values to try (gaitslam config --keys)")
       ->option_text("key=a,b,c ... key={from: a, to: b} ...");
-  command->add_option("--seeds", request->seeds, "seeds, as in 1..5 or 1,2,7, instead of those of the file");
-  command
-      ->add_option("--samples", request->samples, "number of samples of ranges without points (default 16)")
+  add_seeds(command, request.seeds, "seeds instead of those of the file");
+  command.add_option("--samples", request.samples, "number of samples of ranges without points (default 16)")
       ->check(CLI::Range(std::size_t{1}, trials::kMostTrials));
-  add_backend_options(*command, request->backend);
-  add_without(*command, request->changes);
-  add_with(*command, request->changes);
-  add_out(*command, *request);
-  add_models(*command, request->models);
-  command->add_flag("--dry-run", request->dry_run, "print what would be tried and simulated, then stop");
-  command->footer(kSweepExamples);
-  command->callback([request, &exit_code] { exit_code = sweep(*request); });
+  add_backend_options(command, request.backend);
+  add_without(command, request.changes);
+  add_with(command, request.changes);
+  add_out(command, request);
+  add_models(command, request.models);
+  command.add_flag("--dry-run", request.dry_run, "print what would be tried and simulated, then stop");
 }
 
 }  // namespace cli

@@ -2,32 +2,24 @@
 #include <pthread.h>
 #include <signal.h>
 
-#include <iostream>
-#include <memory>
-#include <vector>
-
 #include "sim/files/text.h"
 #include "sim/view/playback.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/shared/model_files.h"
 #include "tools/cli/shared/options.h"
-#include "tools/cli/shared/view_session.h"
 
 namespace cli {
 namespace {
 
-namespace fs = std::filesystem;
 namespace view = sim::view;
 
 constexpr const char* kViewExamples = R"(
 Examples:
-  gaitslam view results/tangent_circle/seed-1
   gaitslam view results/tangent_circle/seed-1 results/tangent_circle/seed-2      # side by side
   gaitslam view results/tangent_circle/seed-1/replay --port 8020
 Prints a URL; #t=SECONDS after it opens that time. Ctrl-C ends the view. gaitslam run --view shows a walk live.)";
 
-struct RequestToView : ViewPlace {
+struct RequestToView : Access {
   std::vector<std::string> results;
   fs::path models = standard_models();
 };
@@ -48,51 +40,32 @@ void require_results(const std::vector<std::string>& results) {
   }
 }
 
-/// While it exists, the signals that end a program only end wait().
-class UntilInterrupted {
- public:
-  UntilInterrupted() {
-    ::sigemptyset(&signals_);
-    for (const int one : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&signals_, one);
-    ::pthread_sigmask(SIG_BLOCK, &signals_, &before_);
-  }
-  ~UntilInterrupted() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  UntilInterrupted(const UntilInterrupted&) = delete;
-  UntilInterrupted& operator=(const UntilInterrupted&) = delete;
-
-  void wait() const {
-    int which = 0;
-    ::sigwait(&signals_, &which);
-  }
-
- private:
-  sigset_t signals_{}, before_{};
-};
-
-int view_results(const RequestToView& request) {
+int view_results(RequestToView& request) {
   require_results(request.results);
   const view::MakeRobot make_robot = view::robot_maker(request.models);
   std::vector<view::Playback> results;
   for (const std::string& result : request.results)
     results.push_back(view::read_playback(result, make_robot));
-  const UntilInterrupted interrupted;  // before the server's threads, which inherit it
-  const view::PlaybackView shown({request.address, request.port, request.token}, results);
+  sigset_t signals{};
+  ::sigemptyset(&signals);
+  for (const int one : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&signals, one);
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before the server's threads, which inherit it
+  const view::PlaybackView shown(request, results);
   print_view(view::url(shown.access()));
-  interrupted.wait();
+  int which = 0;
+  ::sigwait(&signals, &which);
   return 0;
 }
 
 }  // namespace
 
 void add_view_command(CLI::App& app, int& exit_code) {
-  auto request = std::make_shared<RequestToView>();
-  CLI::App* command = app.add_subcommand(
-      "view", "Show finished results in the browser: robot, images, map and errors over time");
-  command->add_option("results", request->results, "one result folder, or two of one scenario")->required();
-  add_view_place(*command, *request);
-  add_models(*command, request->models);
-  command->footer(kViewExamples);
-  command->callback([request, &exit_code] { exit_code = view_results(*request); });
+  auto [command, request] = add_command(
+      app, exit_code, "view", "Show finished results in the browser: robot, images, map and errors over time",
+      kViewExamples, view_results);
+  command.add_option("results", request.results, "one result folder, or two of one scenario")->required();
+  add_view_place(command, request);
+  add_models(command, request.models);
 }
 
 }  // namespace cli

@@ -10,9 +10,3 @@ export function element(tag, attributes = {}, ...children) {
 }
 
 export const color = (role) => getComputedStyle(document.documentElement).getPropertyValue('--' + role).trim();
-
-export function toggleTheme() {
-  const {dataset} = document.documentElement;
-  const dark = dataset.theme ? dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
-  dataset.theme = dark ? 'light' : 'dark';
-}

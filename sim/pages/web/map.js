@@ -11,11 +11,7 @@ function draw(holder) {
   const scene = new Scene(run, 'orbit'), last = run.frames.length - 1, time = element('output');
   const show = (index) => { time.textContent = `${run.frames[index].t.toFixed(1)} s`; scene.show(index); };
   const slider = element('input', {type: 'range', min: 0, max: last, value: last, 'aria-label': 'time', oninput: () => show(+slider.value)});
-  const ellipsoids = element('input', {type: 'checkbox', checked: '', onchange: () => {
-    scene.ellipsoids.visible = ellipsoids.checked;
-    scene.draw();
-  }});
-  holder.append(scene.element, element('div', {class: 'controls'}, 'time', slider, time, element('label', {}, ellipsoids, ' landmark ellipsoids')));
+  holder.append(scene.element, element('div', {class: 'controls'}, 'time', slider, time));
   scene.lookAtPath();
   show(last);
   scenes.push(scene);
@@ -36,6 +32,5 @@ function drawMaps() {
 
 const repaint = () => scenes.forEach((scene) => scene.paint());
 addEventListener('drawmaps', drawMaps);
-addEventListener('themechange', repaint);
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', repaint);
+for (const media of ['print', '(prefers-color-scheme: dark)']) matchMedia(media).addEventListener('change', repaint);
 drawMaps();

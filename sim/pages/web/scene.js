@@ -84,12 +84,15 @@ function meshOf(piece) {
   return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors}));
 }
 
+function place(object, [x, y, z, ...quaternion]) {
+  object.position.set(x, y, z);
+  object.quaternion.set(...quaternion).normalize();
+}
+
 export class Scene {
   /// mode: 'follow' the robot, 'orbit' about the path, or through the 'head' camera.
   constructor(run, mode = 'follow') {
-    Object.assign(this, {run, mode});
-    this.read = this.readSteps = this.readPlanned = 0;
-    this.bodies = [];
+    Object.assign(this, {run, mode, read: 0, bodies: []});
     this.scene = new THREE.Scene();
     this.element = element('div', {class: 'scene', tabindex: 0, role: 'application',
       'aria-label': 'room, robot and map in three dimensions; arrow keys turn the view, plus and minus zoom'});
@@ -182,15 +185,12 @@ export class Scene {
         path.last = p;
       }
     }
-    for (; this.readSteps < this.run.landed.length; ++this.readSteps) this.addStep(this.landed, this.run.landed[this.readSteps]);
-    for (; this.readPlanned < this.run.planned.length; ++this.readPlanned) this.addStep(this.planned, this.run.planned[this.readPlanned]);
-  }
-
-  addStep(lines, {corners}) {
-    corners.forEach((corner, i) => {
-      lines.add(...corner, kAboveGround);
-      lines.add(...corners[(i + 1) % 4], kAboveGround);
-    });
+    for (const name of ['landed', 'planned']) {
+      const lines = this[name];  // eight points for each step
+      for (const {corners} of this.run[name].slice(lines.length / 8)) {
+        for (const corner of corners.flatMap((from, i) => [from, corners[(i + 1) % 4]])) lines.add(...corner, kAboveGround);
+      }
+    }
   }
 
   show(index) {
@@ -198,8 +198,7 @@ export class Scene {
     const frame = this.run.frames[index];
     if (!frame) return;
     for (const path of Object.values(this.paths)) path.show(index + 1);
-    this.landed.show(8 * this.run.landed.filter(({t}) => t <= frame.t).length);
-    this.planned.show(8 * this.run.planned.filter(({t}) => t <= frame.t).length);
+    for (const name of ['landed', 'planned']) this[name].show(8 * this.run[name].filter(({t}) => t <= frame.t).length);
     this.placeBodies(frame.bodies);
     for (const [name, object] of Object.entries(this.frusta)) this.placeFrustum(object, frame[name]);
     this.placeEllipsoid(this.own.matrix, frame.estimate, frame.ellipsoid?.map((x) => 10 * x));
@@ -213,17 +212,13 @@ export class Scene {
   placeBodies(poses) {
     this.bodies.forEach((body, i) => {
       body.visible = Boolean(poses);
-      if (!poses) return;
-      body.position.set(poses[7 * i], poses[7 * i + 1], poses[7 * i + 2]);
-      body.quaternion.set(poses[7 * i + 3], poses[7 * i + 4], poses[7 * i + 5], poses[7 * i + 6]).normalize();
+      if (poses) place(body, poses.slice(7 * i, 7 * i + 7));
     });
   }
 
   placeFrustum(object, pose) {
     object.visible = Boolean(pose) && this.mode !== 'head';
-    if (!pose) return;
-    object.position.set(pose[0], pose[1], pose[2]);
-    object.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize();
+    if (pose) place(object, pose);
   }
 
   placeEllipsoid(matrix, p, axes) {
@@ -266,9 +261,8 @@ export class Scene {
       this.controls.target.copy(target);
       this.camera.lookAt(target);
     }
-    this.head.position.set(pose[0], pose[1], pose[2]);
-    // three.js looks along -z with y up, optical axes along z with y down
-    this.head.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize().multiply(new THREE.Quaternion(1, 0, 0, 0));
+    place(this.head, pose);
+    this.head.quaternion.multiply(new THREE.Quaternion(1, 0, 0, 0));  // three.js looks along -z with y up
   }
 
   /// Looks at the whole true path from above and aside.

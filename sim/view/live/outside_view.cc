@@ -20,10 +20,11 @@ using namespace camera;
 using namespace physics;
 using Eigen::Vector3d;
 
+constexpr int kDensity = 2;  // drawn so many times as dense, for smooth edges
 constexpr double kFocal_px = 620;
-const Pinhole kView{.width_px = kPanelWidth,
-                    .height_px = kPanelHeight,
-                    .focal_px = kFocal_px,
+const Pinhole kView{.width_px = kDensity * kPanelWidth,
+                    .height_px = kDensity * kPanelHeight,
+                    .focal_px = kDensity * kFocal_px,
                     .left = -0.5 * kPanelWidth / kFocal_px,
                     .top = -0.5 * kPanelHeight / kFocal_px};
 const Vector3d kFromWaist(2.0, 1.45, 1.1), kLookedAt(0, 0, 0.15);  // m, from the waist
@@ -42,7 +43,7 @@ class Drawing {
           const std::filesystem::path& models)
       : model_(load_model(scenario.world.robot, scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
-        scene_(*model_, {kView}, 4, scenario.world.seed, Channels::rgb, Robot::whole),
+        scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
         encoders_(recording / "mav0/encoders0/data.csv", 1 + walking::kJoints),
         more_(encoders_.next()) {}
 
@@ -50,8 +51,9 @@ class Drawing {
     pose(t, X_WB);
     const Vector3d waist = X_WB.translation();
     cv::Mat picture;
-    cv::cvtColor(scene_.draw(*data_, looking(waist + kFromWaist, waist + kLookedAt)), picture,
-                 cv::COLOR_RGB2BGR);
+    cv::resize(scene_.draw(*data_, looking(waist + kFromWaist, waist + kLookedAt)), picture,
+               {kPanelWidth, kPanelHeight}, 0, 0, cv::INTER_AREA);
+    cv::cvtColor(picture, picture, cv::COLOR_RGB2BGR);
     return picture;
   }
 

@@ -1,12 +1,14 @@
 // The view of a run: passes the state of the simulator on as plain numbers.
 #include <fmt/format.h>
 
+#include <array>
 #include <deque>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "sim/camera/drawn_model.h"
-#include "sim/camera/urdf.h"
 #include "sim/export/export.h"
+#include "sim/files/json.h"
 #include "sim/live/recorded.h"
 #include "sim/live/run.h"
 #include "sim/view/live_view.h"
@@ -18,13 +20,38 @@ namespace {
 
 constexpr int kLargestPicture_px = 512;
 
+/// Numbers of four bytes, as this little-endian machine has them.
+void put(std::string& to, const auto& numbers) {
+  static_assert(sizeof(numbers[0]) == 4);
+  to.append(reinterpret_cast<const char*>(numbers.data()), 4 * numbers.size());
+}
+
 Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t seed) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  std::string numbers;
+  for (const camera::DrawnPiece& piece : robot->pieces()) {
+    list.push_back({{"body", piece.body},
+                    {"picture", piece.picture},
+                    {"vertices", piece.positions.size() / 3},
+                    {"indices", piece.indices.size()}});
+    for (const auto* const part : {&piece.positions, &piece.normals, &piece.colours, &piece.uv})
+      put(numbers, *part);
+    put(numbers, piece.indices);
+  }
+  std::string head = files::json_text(list);
+  head.append((4 - head.size() % 4) % 4, ' ');
   Model model;
-  for (const camera::DrawnPiece& piece : robot->drawn().pieces)
-    model.pieces.push_back(
-        {piece.body, piece.picture, piece.positions, piece.normals, piece.colours, piece.uv, piece.indices});
+  put(model.pieces, std::array{static_cast<std::uint32_t>(head.size())});
+  model.pieces += head + numbers;
   model.pictures = [robot, seed] {
-    return drawn_pictures(robot->model(), robot->drawn(), seed, kLargestPicture_px);
+    std::string bytes;
+    for (const cv::Mat3b& picture : robot->pictures(seed, kLargestPicture_px)) {
+      put(bytes, std::array{picture.cols, picture.rows});
+      for (int row = 0; row < picture.rows; ++row)
+        bytes.append(reinterpret_cast<const char*>(picture.ptr(row)),
+                     3 * static_cast<std::size_t>(picture.cols));
+    }
+    return bytes;
   };
   return model;
 }
@@ -34,11 +61,8 @@ std::shared_ptr<camera::PosedRobot> posed_robot(const scenario::Scenario& scenar
   return std::make_shared<camera::PosedRobot>(scenario.world.robot, scenario.world.room, models);
 }
 
-ShownRun shown_run(const scenario::ReadScenario& read, const std::shared_ptr<camera::PosedRobot>& robot,
-                   bool next_follows) {
-  const scenario::Scenario& scenario = read.scenario;
-  ShownRun run{.label = fmt::format("{}, seed {}", read.scenario.name, scenario.seed),
-               .next_follows = next_follows};
+ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<camera::PosedRobot>& robot) {
+  ShownRun run{.label = fmt::format("{}, seed {}", scenario.name, scenario.seed)};
   run.moments = faults_of(scenario);
   run.model = model_of(robot, scenario.world.seed);
   if (scenario.camera)
@@ -47,10 +71,6 @@ ShownRun shown_run(const scenario::ReadScenario& read, const std::shared_ptr<cam
     run.missing.emplace_back("No head images: the scenario has no camera.");
   if (!scenario.slam) run.missing.emplace_back("No estimate: the scenario has no filter.");
   return run;
-}
-
-FootPlace place_of(const recording::TrueFoot& foot) {
-  return {foot.truth, foot.plan, foot.planned_down, foot.load_n};
 }
 
 void require_joints(const Eigen::VectorXd& q) {
@@ -65,8 +85,7 @@ class LiveSession : public ViewSession {
   LiveSession(const ViewRequest& request, const scenario::ReadScenario& read,
               const std::filesystem::path& models)
       : robot_(posed_robot(read.scenario, models)),
-        view_(Access{request.address, request.port, request.token},
-              shown_run(read, robot_, request.next_follows), request.control) {
+        view_(request, shown_run(read.scenario, robot_), request.control) {
     request.opened(url(view_.access()));
     if (request.wait) view_.wait_for_viewer();
     observer_.begins = [this](const recording::RecordingSetup& setup) { view_.begin(setup); };
@@ -85,15 +104,13 @@ class LiveSession : public ViewSession {
  private:
   void stamp(const live::StampedState& state) {
     if (!view_.has_viewers()) return;
-    if (!bodies_) bodies_.emplace(*state.world.model(), robot_->drawn().bodies);
     Frame frame{.t = state.t};
-    frame.bodies = bodies_->of(*state.world.data());
+    frame.bodies = body_poses(*state.world.model(), *state.world.data(), robot_->bodies());
     frame.truth = state.world.X_WC();
     frame.plan = state.X_PC;
     frame.feet = {place_of(state.feet.left), place_of(state.feet.right)};
     frame.zmp = zero_moment_point({SoleForce{state.feet.left.truth, state.left.force, state.left.torque},
                                    SoleForce{state.feet.right.truth, state.right.force, state.right.torque}});
-    frame.planned_zmp = state.plan.zmp;
     stamped_.push_back(std::move(frame));
   }
 
@@ -111,7 +128,6 @@ class LiveSession : public ViewSession {
 
   std::shared_ptr<camera::PosedRobot> robot_;
   live::RunObserver observer_;
-  std::optional<camera::BodyPoses> bodies_;  // of the plant
   std::deque<Frame> stamped_;
   LiveView view_;
 };
@@ -123,7 +139,7 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
   const auto robot = posed_robot(scenario, models);
   auto description = std::make_shared<exports::RobotDescription>();
   description->urdf = camera::urdf(robot->model());
-  description->links = robot->drawn().bodies;
+  description->links = robot->bodies();
   description->poses = [robot](const Eigen::VectorXd& q) {
     require_joints(q);
     const std::vector<float> poses = robot->poses({Eigen::Isometry3d::Identity(), q});

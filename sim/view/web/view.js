@@ -1,5 +1,5 @@
 // The page: panes of one run or two, the time line that they share, and the keys.
-import {element, toggleTheme} from '../../pages/web/dom.js';
+import {element} from '../../pages/web/dom.js';
 import {Run} from '../../pages/web/run.js';
 import {Pane} from './pane.js';
 import {getJson, listen} from './source.js';
@@ -30,8 +30,7 @@ class Page {
     this.note = element('span', {class: 'soft', role: 'status'});
     this.moments = element('nav', {'aria-label': 'moments'});
     document.body.append(
-      element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), this.note,
-        button('day / night', 'n', () => this.toggleTheme())),
+      element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), this.note),
       element('main', {class: `panes-${this.panes.length}`}, this.panes.map((pane) => pane.element)),
       element('footer', {}, element('div', {class: 'controls'}, this.play, this.step, this.speeds, this.views, this.slider, this.clock), this.moments));
     this.speeds.value = this.live ? 0 : 1;
@@ -140,11 +139,6 @@ class Page {
     for (const pane of this.panes) pane.scene?.setMode(mode, Math.max(0, pane.index));
   }
 
-  toggleTheme() {
-    toggleTheme();
-    this.repaint();
-  }
-
   repaint() { this.panes.forEach((pane) => pane.repaint()); }
 
   key(event) {
@@ -152,7 +146,7 @@ class Page {
     const action = {' ': () => this.toggle(), '.': () => this.stepOn(), ',': () => this.stepBy(-1), ArrowRight: () => this.stepBy(event.shiftKey ? 30 : 1),
       ArrowLeft: () => this.stepBy(event.shiftKey ? -30 : -1), Home: () => this.go(0), End: () => (this.live ? this.resume() : this.go(this.duration)),
       f: () => this.speeds.disabled || this.setSpeed(0), 1: () => this.speeds.disabled || this.setSpeed(1), 4: () => this.speeds.disabled || this.setSpeed(0.25),
-      r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head'), n: () => this.toggleTheme()}[event.key];
+      r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head')}[event.key];
     if (!action) return;
     event.preventDefault();
     action();
@@ -194,15 +188,6 @@ class Page {
   closed() {
     dataset.closed = 'true';
     if (!this.ended) this.note.textContent = 'The connection is closed: the run or its program has ended.';
-    if (this.about.runs[0].next_follows) this.awaitNext();
-  }
-
-  /// Opens the next walk as soon as it is shown at this address.
-  async awaitNext() {
-    for (;;) {
-      await new Promise((resolve) => setTimeout(resolve, 200));
-      if (await getJson('/about').catch(() => null)) return location.reload();
-    }
   }
 
   receive({op, paused, speed, how, why, html}) {

@@ -3,13 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
-#include "sim/physics/model.h"
+#include "sim/camera/scene.h"
 #include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
@@ -22,56 +24,36 @@ GeomMesh mesh_of(const std::string& geom, const std::string& assets = "") {
   return geom_mesh(*SmallModel("<asset>" + assets + "</asset><worldbody>" + geom + "</worldbody>").load(), 0);
 }
 
-// Volume of a closed surface, by the divergence theorem; negative if triangles face inwards.
-double volume(const GeomMesh& mesh) {
-  double sum = 0;
-  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const auto p = [&](std::size_t corner) { return mesh.vertices[mesh.indices[i + corner]].p; };
-    sum += double(p(0).dot(p(1).cross(p(2)))) / 6;
-  }
-  return sum;
-}
-
 }  // namespace
 
 // Round shapes are 20-sided prisms and less: a circle has 20/(2 pi) sin(2 pi/20) = 0.984 of its area; a
-// sphere's stacks of 30 degrees take 8 % more.
-TEST(GeomMesh, EnclosesTheVolumeOfItsShape) {
+// sphere's stacks of 30 degrees take 8 % more. A facet of 18 by 30 degrees leans from the normals at its
+// corners by up to half its diagonal, 17 degrees; an ellipsoid of 1 : 3 stretches that.
+TEST(GeomMesh, EnclosesTheVolumeOfItsShapeWithTheNormalsOfItsTriangles) {
   constexpr double pi = std::numbers::pi;
   const struct {
     const char* geom;
-    double volume, least_part;
-  } shapes[] = {{"<geom type='box' size='0.1 0.2 0.3'/>", 8 * 0.1 * 0.2 * 0.3, 0.9999},
-                {"<geom type='cylinder' size='0.2 0.5'/>", pi * 0.04 * 1, 0.98},
-                {"<geom type='sphere' size='0.3'/>", 4 * pi / 3 * 0.027, 0.9},
-                {"<geom type='ellipsoid' size='0.1 0.2 0.3'/>", 4 * pi / 3 * 0.006, 0.9},
-                {"<geom type='capsule' size='0.1 0.4'/>", pi * 0.01 * 0.8 + 4 * pi / 3 * 0.001, 0.95}};
+    double volume, least_part, least_cosine;
+  } shapes[] = {{"<geom type='plane' size='1 2 1'/>", 0, 0, 0.999},
+                {"<geom type='box' size='0.1 0.2 0.3'/>", 8 * 0.1 * 0.2 * 0.3, 0.9999, 0.999},
+                {"<geom type='cylinder' size='0.2 0.5'/>", pi * 0.04 * 1, 0.98, 0.95},
+                {"<geom type='sphere' size='0.3'/>", 4 * pi / 3 * 0.027, 0.9, 0.95},
+                {"<geom type='ellipsoid' size='0.1 0.2 0.3'/>", 4 * pi / 3 * 0.006, 0.9, 0.7},
+                {"<geom type='capsule' size='0.1 0.4'/>", pi * 0.01 * 0.8 + 4 * pi / 3 * 0.001, 0.95, 0.95}};
   for (const auto& shape : shapes) {
-    const double found = volume(mesh_of(shape.geom));
-    EXPECT_GT(found, shape.least_part * shape.volume) << shape.geom;
-    EXPECT_LT(found, 1.0001 * shape.volume) << shape.geom;
-  }
-}
-
-// A facet of 18 by 30 degrees leans from the normals at its corners by up to half its diagonal, 17 degrees;
-// an ellipsoid of 1 : 3 stretches that.
-TEST(GeomMesh, NormalsAreThoseOfTheTriangles) {
-  for (const char* geom :
-       {"<geom type='box' size='0.1 0.2 0.3'/>", "<geom type='cylinder' size='0.2 0.5'/>",
-        "<geom type='sphere' size='0.3'/>", "<geom type='capsule' size='0.1 0.4'/>",
-        "<geom type='ellipsoid' size='0.1 0.2 0.3'/>", "<geom type='plane' size='1 2 1'/>"}) {
-    const GeomMesh mesh = mesh_of(geom);
+    const GeomMesh mesh = mesh_of(shape.geom);
+    double volume = 0;  // by the divergence theorem; negative if triangles face inwards
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-      const std::array corners{mesh.vertices[mesh.indices[i]], mesh.vertices[mesh.indices[i + 1]],
-                               mesh.vertices[mesh.indices[i + 2]]};
-      const Vector3f facet = (corners[1].p - corners[0].p).cross(corners[2].p - corners[0].p).normalized();
-      for (const GeomMesh::Vertex& corner : corners) {
-        EXPECT_NEAR(corner.normal.norm(), 1, 1e-5) << geom;
-        EXPECT_GT(corner.normal.dot(facet),
-                  std::string(geom).find("ellipsoid") != std::string::npos ? 0.7 : 0.95)
-            << geom;
+      const auto corner = [&](std::size_t k) { return mesh.vertices[mesh.indices[i + k]]; };
+      const Vector3f a = corner(0).p, b = corner(1).p, c = corner(2).p;
+      volume += double(a.dot(b.cross(c))) / 6;
+      for (const std::size_t k : {0, 1, 2}) {
+        EXPECT_NEAR(corner(k).normal.norm(), 1, 1e-5) << shape.geom;
+        EXPECT_GT(corner(k).normal.dot((b - a).cross(c - a).normalized()), shape.least_cosine) << shape.geom;
       }
     }
+    EXPECT_GE(volume, shape.least_part * shape.volume) << shape.geom;
+    EXPECT_LE(volume, 1.0001 * shape.volume) << shape.geom;
   }
 }
 
@@ -79,8 +61,7 @@ TEST(GeomMesh, NormalsAreThoseOfTheTriangles) {
 TEST(GeomMesh, APictureCoversAPlaneOnceOrAsOftenAsItsMaterialRepeatsIt) {
   const std::string assets =
       "<texture name='t' type='2d' builtin='flat' width='4' height='4' rgb1='1 1 1'/>"
-      "<material name='once' texture='t'/><material name='often' texture='t' texrepeat='3 2'/>"
-      "<material name='uniform' texture='t' texuniform='true' texrepeat='2 2'/>";
+      "<material name='once' texture='t'/><material name='often' texture='t' texrepeat='3 2'/>";
   const auto uv_at = [&](const std::string& material, float x, float y) {
     const GeomMesh mesh = mesh_of("<geom type='plane' size='2 0.5 1' material='" + material + "'/>", assets);
     for (const GeomMesh::Vertex& vertex : mesh.vertices)
@@ -91,35 +72,21 @@ TEST(GeomMesh, APictureCoversAPlaneOnceOrAsOftenAsItsMaterialRepeatsIt) {
   EXPECT_EQ(uv_at("once", 2, -0.5f), Vector2f(1, 1));
   EXPECT_EQ(uv_at("often", 2, 0.5f) - uv_at("often", -2, 0.5f), Vector2f(3, 0));
   EXPECT_EQ(uv_at("often", 2, -0.5f) - uv_at("often", 2, 0.5f), Vector2f(0, 2));
-  EXPECT_EQ(uv_at("uniform", 2, -0.5f) - uv_at("uniform", -2, 0.5f), Vector2f(4, 1));  // 1 per meter
 }
 
-TEST(GeomMesh, AMeshIsDrawnWithSharpEdgesAndAHeightFieldIsRefused) {
-  const GeomMesh block = mesh_of(
-      "<geom type='mesh' mesh='block'/>",
-      "<mesh name='block' vertex='-1 -2 -3  1 -2 -3  -1 2 -3  1 2 -3  -1 -2 3  1 -2 3  -1 2 3  1 2 3'/>");
-  EXPECT_NEAR(volume(block), 48, 1e-4);
-  for (const GeomMesh::Vertex& vertex : block.vertices)
-    EXPECT_NEAR(vertex.normal.cwiseAbs().maxCoeff(), 1, 1e-5);
+TEST(GeomMesh, AHeightFieldIsRefused) {
   EXPECT_THROW(
       mesh_of("<geom type='hfield' hfield='h'/>", "<hfield name='h' nrow='2' ncol='2' size='1 1 1 1'/>"),
       std::invalid_argument);
 }
 
-using namespace physics;
 namespace {
-
-using Eigen::Vector3f;
 
 const std::string kHeadlight =
     "<visual><headlight ambient='0.2 0.2 0.2' diffuse='0.9 0.9 0.9' specular='1 1 1'/></visual>";
 
 Lamps lamps(const std::string& lights, const std::string& robot = "<worldbody/>") {
-  const Model model = SmallModel(kHeadlight + "<worldbody>" + lights + "</worldbody>", robot).load();
-  const Data data(mj_makeData(model.get()));
-  mj_kinematics(model.get(), data.get());
-  mj_camlight(model.get(), data.get());
-  return Lamps(*model, *data);
+  return Lamps(*SmallModel(kHeadlight + "<worldbody>" + lights + "</worldbody>", robot).load());
 }
 
 }  // namespace
@@ -153,6 +120,63 @@ TEST(Paint, IsOfTheMaterialUnlessTheGeomHasAColorOfItsOwn) {
   EXPECT_EQ(paint_of(*model, 0).emission, 0.5f);
   EXPECT_EQ(paint_of(*model, 1).rgb, Vector3f(0, 1, 0));
   EXPECT_EQ(paint_of(*model, 1).emission, 0);
+}
+
+namespace {
+
+const Pinhole kView{240, 180, 120, -1, -0.75, 0, 0, {}};
+
+Eigen::Isometry3d looking(double yaw) {
+  Eigen::Matrix3d R_level;  // optical axes of a camera that looks along x
+  R_level << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return Eigen::Translation3d(0.9, 0.15, 1.3) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+         Eigen::Isometry3d(Eigen::AngleAxisd(R_level));
+}
+
+// Two planes that face the camera, 2 m and 3 m ahead, and a sheet that shows it its back.
+const char kSheets[] =
+    "<visual><headlight ambient='1 1 1' diffuse='0 0 0'/></visual><worldbody>"
+    "<geom type='plane' size='9 9 1' pos='3.9 0.15 1.3' xyaxes='0 -1 0 0 0 1' rgba='0.4 0.4 0.4 1'/>"
+    "<geom type='plane' size='0.5 0.5 1' pos='2.9 0.15 1.3' xyaxes='0 -1 0 0 0 1' rgba='0.8 0.8 0.8 1'/>"
+    "<geom type='plane' size='9 9 1' pos='1.9 0.15 1.3' xyaxes='0 1 0 0 0 1' rgba='0.2 0.2 0.2 1'/>"
+    "<geom type='sphere' size='0.3' pos='1.9 0.15 1.3' rgba='1 1 1 0'/></worldbody>";
+
+}  // namespace
+
+TEST(Scene, NearSurfacesHideFarOnesBacksAndTransparentThingsAreNotSeenAndMaskedPartsAreBlack) {
+  const Model model = SmallModel(kSheets).load();
+  Pinhole masked = kView;
+  masked.unsampled = {{0, 0, 40, 30}, {200, 100, 40, 80}};
+  Scene scene(*model, {masked}, 1, Channels::grey);
+  const cv::Mat1b picture = scene.draw(*data_at_rest(*model), looking(0));
+  for (int row = 0; row < picture.rows; ++row)
+    for (int column = 0; column < picture.cols; ++column) {
+      const double across = std::abs(column - 119.5), down = std::abs(row - 89.5);  // edges: 0.5 / 2 * 120 px
+      const bool is_masked = std::ranges::any_of(masked.unsampled, [&](const cv::Rect& area) {
+        return area.contains({column, row});
+      });
+      ASSERT_EQ(picture(row, column), is_masked                  ? 0
+                                      : across < 30 && down < 30 ? 204
+                                                                 : 102)
+          << row << " " << column;
+    }
+}
+
+// Two roundings of colors against one of their brightness, and eight bits of a texel's fraction for each.
+TEST(Scene, GreyIsTheBrightnessOfTheColorsWithinTwoLevels) {
+  const Model model = load_model("hrp2", "office", models());
+  const Data data = data_at_rest(*model);
+  Scene grey(*model, {kView}, 1, Channels::grey), colored(*model, {kView}, 1, Channels::rgb);
+  for (const double yaw : {0.0, 1.5, 3.0, 4.5})
+    for (const float light : {1.0f, 0.3f}) {
+      cv::Mat expected;
+      cv::cvtColor(colored.draw(*data, looking(yaw), light), expected, cv::COLOR_RGB2GRAY);
+      const cv::Mat found = grey.draw(*data, looking(yaw), light);
+      EXPECT_LE(cv::norm(found, expected, cv::NORM_INF), 2) << yaw << " " << light;
+      cv::Scalar mean, contrast;
+      cv::meanStdDev(found, mean, contrast);
+      EXPECT_GT(contrast[0], light * 10) << "there is something to compare";
+    }
 }
 
 }  // namespace sim::camera

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <map>
 #include <string>
-#include <variant>
 
 #include "sim/scenario/scenario.h"
 #include "tests/sim/scenario/complaint.h"
@@ -24,6 +24,14 @@ Number at(const std::string& message, std::size_t byte) {
   return number;
 }
 
+void expect_words(const std::string& payload, const std::map<std::size_t, std::uint32_t>& expected) {
+  for (const auto& [byte, word] : expected) EXPECT_EQ(at<std::uint32_t>(payload, byte), word) << byte;
+}
+
+void expect_numbers(const std::string& payload, const std::map<std::size_t, double>& expected) {
+  for (const auto& [byte, number] : expected) EXPECT_EQ(at<double>(payload, byte), number) << byte;
+}
+
 TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
   Start start;
   start.calibration.camera.lens = slam::Equidistant{0.1, 0.2, 0.3, 0.4};
@@ -38,16 +46,14 @@ TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
   EXPECT_EQ(message[4], 1);
   EXPECT_EQ(at<std::uint64_t>(message, 8), 288 + options.size());
   const std::string payload = message.substr(16);
-  EXPECT_EQ(at<std::uint32_t>(payload, 0), 2U);
-  EXPECT_EQ(at<std::uint32_t>(payload, 4), 2U);  // equidistant
-  EXPECT_EQ(at<std::uint32_t>(payload, 8), 320U);
-  EXPECT_EQ(at<std::uint32_t>(payload, 12), 240U);
-  EXPECT_EQ(at<double>(payload, 16), start.calibration.camera.fu_px);
-  EXPECT_EQ(at<double>(payload, 40), start.calibration.camera.v0_px);
-  EXPECT_EQ(at<double>(payload, 72), 0.4);
-  EXPECT_EQ(at<double>(payload, 80 + 72), 7);
-  EXPECT_EQ(at<double>(payload, 176 + 8), -std::sin(0.5));  // first row, second column
-  EXPECT_EQ(payload[272], '\x88');                          // least byte first
+  const slam::CameraIntrinsics& camera = start.calibration.camera;
+  expect_words(payload, {{0, 2}, {4, 2}, {8, 320}, {12, 240}});  // 4: equidistant
+  expect_numbers(payload, {{16, camera.fu_px},
+                           {40, camera.v0_px},
+                           {72, 0.4},
+                           {80 + 72, 7},
+                           {176 + 8, -std::sin(0.5)}});  // first row, second column
+  EXPECT_EQ(payload[272], '\x88');                       // least byte first
   EXPECT_EQ(at<std::uint64_t>(payload, 280), options.size());
   EXPECT_EQ(payload.substr(288), options);
 }
@@ -62,24 +68,22 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
   o.accelerometer = {{slam::Stamp(1), slam::Stamp(2), {0, 0, 9.81}}};
   o.plan.emplace();
   o.plan->v_PC_C << 0.1, 0.2, 0.3;
+  o.plan->w_PC_C.y() = 0.7, o.plan->p_CF.x() = 0.8;
   o.plan->support = slam::Support::right;
   o.plan->legs.emplace();
   o.plan->legs->p_CS << 0.4, 0.5, 0.6;
   const std::string payload = observation_message(o).substr(16);
   ASSERT_EQ(payload.size(), 328U + 3 * 40 + 320 * 240);
   EXPECT_EQ(at<std::int64_t>(payload, 0), 123456789);
-  EXPECT_EQ(at<std::uint32_t>(payload, 8), 320U);
-  EXPECT_EQ(at<std::uint32_t>(payload, 16), 2U);
-  EXPECT_EQ(at<std::uint32_t>(payload, 20), 1U);
-  EXPECT_EQ(at<std::uint32_t>(payload, 24), 1U);
-  EXPECT_EQ(at<double>(payload, 32), 1);  // of the identity
-  EXPECT_EQ(at<double>(payload, 32 + 96), 0.1);
-  EXPECT_EQ(at<std::uint32_t>(payload, 32 + 168), 2U);
-  EXPECT_EQ(at<std::uint32_t>(payload, 204), 1U);
-  EXPECT_EQ(at<double>(payload, 208), 1);  // of the identity
-  EXPECT_EQ(at<double>(payload, 304 + 16), 0.6);
-  EXPECT_EQ(at<double>(payload, 328 + 40 + 16), 4);
-  EXPECT_EQ(at<double>(payload, 328 + 80 + 32), 9.81);
+  expect_words(payload, {{8, 320}, {16, 2}, {20, 1}, {24, 1}, {32 + 168, 2}, {204, 1}});
+  expect_numbers(payload, {{32, 1},  // of the identity
+                           {32 + 96, 0.1},
+                           {152 + 8, 0.7},
+                           {176, 0.8},
+                           {208, 1},
+                           {304 + 16, 0.6},
+                           {328 + 40 + 16, 4},
+                           {328 + 80 + 32, 9.81}});
   EXPECT_EQ(payload.back(), 99);
 }
 

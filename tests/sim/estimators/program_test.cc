@@ -11,6 +11,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <tuple>
 
 #include "sim/estimators/child_program.h"
 #include "sim/tracking/tracking.h"
@@ -57,22 +58,8 @@ Tracked track_program(const std::string& behavior, const std::string& message = 
   return track_program(Tracking(scenario_with(misbehaving(behavior, message, limits)), {}, X_WC));
 }
 
-TEST(Program, AnswersAreEstimates) {
-  const Tracked tracked = track_program("nothing");
-  EXPECT_FALSE(tracked.failed) << *tracked.failed;
-  const auto estimates = tracked.estimates();
-  ASSERT_EQ(estimates.size(), 6U);
-  EXPECT_EQ(estimates[5].t, std::chrono::milliseconds(165));
-  EXPECT_EQ(estimates[5].X_WC.translation(), Eigen::Vector3d(1, 2, 3));
-  EXPECT_FALSE(estimates[5].covariance);
-  EXPECT_TRUE(tracked.untracked.empty());
-}
-
-struct Misbehavior {
-  const char *behavior, *message, *cause;
-};
-
 TEST(Program, AFailureNamesItsCause) {
+  using Misbehavior = std::tuple<const char*, const char*, const char*>;
   for (const auto& [behavior, message, cause] : std::vector<Misbehavior>{
            {"crash", "3", "killed by signal 6"},
            {"killed", "3", "killed by signal 9"},
@@ -166,10 +153,14 @@ TEST(Program, GivingUpIsADivergence) {
   EXPECT_EQ(tracked.untracked.size(), 3U);
 }
 
-TEST(Program, OneMadeByTheHeaderPrintsToTheLog) {
+TEST(Program, OneMadeByTheHeaderAnswersAndPrintsToTheLog) {
   const Tracked tracked = track_program("print", "3, header");
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
-  EXPECT_EQ(tracked.frames.size(), 6U);
+  const auto estimates = tracked.estimates();
+  ASSERT_EQ(estimates.size(), 6U);
+  EXPECT_EQ(estimates[5].t, std::chrono::milliseconds(165));
+  EXPECT_EQ(estimates[5].X_WC.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(tracked.untracked.empty());
   EXPECT_EQ(tracked.log, "printed by the estimator\n");
   EXPECT_EQ(track_program("print_and_crash", "3, header").log, "printed by the estimator\n");
 }
@@ -181,19 +172,15 @@ TEST(Program, ItsLatestMapIsKept) {
   EXPECT_EQ(tracked.map[0].p_W.z(), 1.5);
 }
 
-TEST(Program, AMissingOneIsWrongInput) {
-  for (const char* estimator :
-       {"{program: /nowhere/my_slam}", "{program: no-such-program-anywhere}", "{program: /tmp}"})
-    EXPECT_THROW(Tracking(scenario_with(estimator), {}, Eigen::Isometry3d::Identity()), std::invalid_argument)
-        << estimator;
-}
-
-TEST(Program, ArgumentsInTheProgramsWordGetAHint) {
-  try {
-    Tracking(scenario_with("{program: './my_slam --stdio'}"), {}, Eigen::Isometry3d::Identity());
-    FAIL();
-  } catch (const std::invalid_argument& refused) {
-    EXPECT_THAT(refused.what(), HasSubstr("words of a list, as in [./my_slam, --stdio]"));
+TEST(Program, OneThatCannotBeStartedIsWrongInput) {
+  for (const auto& [program, cause] :
+       {std::pair("/nowhere/my_slam", "the program /nowhere/my_slam cannot be started"),
+        {"no-such-program-anywhere", "cannot be started"},
+        {"/tmp", "cannot be started"},
+        {"./my_slam --stdio", "words of a list, as in [./my_slam, --stdio]"}}) {
+    const scenario::Scenario scenario = scenario_with(fmt::format("{{program: '{}'}}", program));
+    EXPECT_THAT([&] { Tracking(scenario, {}, Eigen::Isometry3d::Identity()); },
+                testing::ThrowsMessage<std::invalid_argument>(HasSubstr(cause)));
   }
 }
 
@@ -228,19 +215,10 @@ bool is_gone(pid_t process) {
   return !(in >> id >> name >> state) || state == "Z" || state == "X";
 }
 
-pid_t wait_for_number(const std::filesystem::path& file) {
-  for (int k = 0; k < 2000; ++k) {
-    pid_t number = 0;
-    if (std::ifstream(file) >> number) return number;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  return 0;
-}
-
-bool is_soon_gone(pid_t process) {
-  for (int k = 0; k < 2000 && !is_gone(process); ++k)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  return is_gone(process);
+template <class Condition>
+bool is_soon(const Condition& condition) {
+  for (int k = 0; k < 2000 && !condition(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  return condition();
 }
 
 /// A program that starts another one in a new session. The parent of the other one ends at once.
@@ -252,14 +230,12 @@ class Leaving : public testing::Test {
   }
   /// Waits until both run.
   void wait() {
-    program_ = wait_for_number(its_), started_ = wait_for_number(theirs_);
-    ASSERT_GT(program_, 0);
-    ASSERT_GT(started_, 0);
+    ASSERT_TRUE(is_soon([&] { return bool(std::ifstream(its_) >> program_); }));
+    ASSERT_TRUE(is_soon([&] { return bool(std::ifstream(theirs_) >> started_); }));
     EXPECT_FALSE(is_gone(started_));
   }
   void expect_gone() const {
-    EXPECT_TRUE(is_soon_gone(program_));
-    EXPECT_TRUE(is_soon_gone(started_));
+    EXPECT_TRUE(is_soon([&] { return is_gone(program_) && is_gone(started_); }));
   }
 
  private:

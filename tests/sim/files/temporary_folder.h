@@ -1,4 +1,4 @@
-// A folder of a test's own, gone when the test is.
+// A folder of a test's own, gone when the test is; the error of a call; the permissions of a user.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,7 +7,19 @@
 #include <filesystem>
 #include <string>
 
+#include "sim/files/text.h"
+
 namespace sim::files {
+
+/// The text of the FileError that a call throws; empty if it throws none.
+std::string error_of(const auto& call) {
+  try {
+    call();
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "";
+}
 
 class TemporaryFolder {
  public:
@@ -27,6 +39,19 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+};
+
+/// Root has all permissions: continues as another user while this object lives.
+class AsUser {
+ public:
+  AsUser() { EXPECT_TRUE(before_ != 0 || seteuid(kNobody) == 0); }
+  ~AsUser() { EXPECT_EQ(seteuid(before_), 0); }
+  AsUser(const AsUser&) = delete;
+  AsUser& operator=(const AsUser&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  const uid_t before_ = geteuid();
 };
 
 }  // namespace sim::files

@@ -1,7 +1,7 @@
 // Runs with collisions with walls and furniture, without camera and filter.
 #include <fstream>
 
-#include "sim/live/room_check.h"
+#include "sim/live/recorded.h"
 #include "tests/sim/live/run_folder.h"
 
 namespace {
@@ -20,9 +20,6 @@ walk:
     - stand: {duration_s: 0.5}
     - straight: {forward_m: 9}
 )";
-constexpr const char* kToTheWall =
-    "walk: {commands: [{straight: {forward_m: -1.3}}, {tangent_arc: {radius_m: 0.3, angle_deg: 90}}, "
-    "{straight: {forward_m: 4}}]}\n";
 constexpr const char* kStanding = "walk: {commands: [{stand: {duration_s: 4}}]}\nworld: {room: narrow}\n";
 
 // A cupboard 0.4 m ahead of the start.
@@ -54,9 +51,9 @@ TEST_F(CollisionTest, APlanThroughTheFurnitureIsRejectedAtItsCommandAndLeavesNot
 TEST_F(CollisionTest, AnArgumentIsNamedWhenItContainsTheCommands) {
   EXPECT_THAT(
       [&] {
-        sim::live::require_clear_walk(
+        sim::live::clear_plan(
             read(kAhead, {"seed=2", "walk.commands=[{stand: {duration_s: 1}}, {straight: {forward_m: 5}}]"}),
-            kModels);
+            {"hrp2", "office", kModels});
       },
       testing::ThrowsMessage<sim::scenario::ConfigError>(
           StartsWith("<argument>:2:42: walk.commands[1]: straight: at ")));
@@ -73,12 +70,6 @@ TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) 
   EXPECT_EQ(about["walk_ending"], "collided");
   EXPECT_EQ(about["walk_cause"], outcome.cause);
   EXPECT_EQ(json("ahead", "score.json")["ending"], "collided");
-}
-
-TEST_F(CollisionTest, TheRobotDoesNotLeaveTheBuilding) {
-  const Outcome outcome = run("wall", read(kToTheWall, {"limits.ending=[collided]"}));
-  EXPECT_EQ(outcome.ending, Ending::collided);
-  EXPECT_THAT(outcome.cause, HasSubstr(" touched wall_left at ("));
 }
 
 // The plan is clear: what pushes do is not planned.

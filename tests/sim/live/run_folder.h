@@ -8,15 +8,13 @@
 
 #include "sim/live/run.h"
 #include "sim/replay/replay.h"
+#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"
 
 namespace tests {
 
 class RunFolder : public testing::Test {
  protected:
-  RunFolder() { std::filesystem::create_directories(folder_); }
-  ~RunFolder() override { std::filesystem::remove_all(folder_); }
-
   static sim::scenario::ReadScenario read(const char* text, const std::vector<std::string>& overrides = {},
                                           const std::vector<std::string>& without = {}) {
     return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, without});
@@ -50,10 +48,12 @@ class RunFolder : public testing::Test {
   }
 
   static inline const std::filesystem::path kModels = std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models";
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
-      ("gaitslam run " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + " " +
-       std::to_string(getpid()));
+
+ private:
+  const sim::files::TemporaryFolder temporary_;
+
+ protected:
+  const std::filesystem::path folder_ = temporary_.path();
 };
 
 }  // namespace tests

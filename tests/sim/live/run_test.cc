@@ -45,6 +45,11 @@ class RunTest : public tests::RunFolder {
     fs::copy(shared_, folder_ / name, fs::copy_options::recursive);
   }
   static void TearDownTestSuite() { fs::remove_all(shared_); }
+  void expect_checked(const std::string& name) const {
+    const nlohmann::json check = json(name, "recording/self_check.json");
+    EXPECT_GE(check["view_px"]["points"], 30) << check;  // fewer are not judged
+    EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
+  }
 
   static inline const fs::path shared_ =
       fs::temp_directory_path() / ("gaitslam run " + std::to_string(getpid()));
@@ -54,9 +59,7 @@ TEST_F(RunTest, SameSeedGivesTheSameBitsHoweverImagesAreDrawnAndPassesTheSelfChe
   live("one");
   ASSERT_EQ(run("two", scenario(), 2).exit_code, 0) << "images drawn beside the walk";
   EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
-  const nlohmann::json check = json("one", "recording/self_check.json");
-  EXPECT_GE(check["view_px"]["points"], 30) << check;  // fewer are not judged
-  EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
+  expect_checked("one");
 }
 
 TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitAndAnotherGyroAnotherOne) {
@@ -77,9 +80,7 @@ TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
   ASSERT_EQ(run("live", by_plan).ending, Ending::completed);
   ASSERT_EQ(replay("live", "replay", by_plan).ending, Ending::completed);
   EXPECT_THAT(changed_by_replay("live", "replay"), IsEmpty());
-  const nlohmann::json check = json("live", "recording/self_check.json");
-  EXPECT_GE(check["view_px"]["points"], 30) << check;
-  EXPECT_LT(check["view_px"]["median"], check["view_px"]["at_most"]) << check;
+  expect_checked("live");
   EXPECT_GT(score("live", "track_completion"), 0.9);
   ASSERT_EQ(replay("live", "by legs", read(kLarge)).ending, Ending::completed);
   EXPECT_NE(file("replay", "estimate.tum"), file("by legs", "estimate.tum"));

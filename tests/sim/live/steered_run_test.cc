@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "sim/scenario/yaml.h"
 #include "tests/sim/live/run_folder.h"
 
 namespace {
@@ -83,11 +82,6 @@ TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
   EXPECT_EQ(outcome.ending, Ending::stopped);
   EXPECT_THAT(outcome.cause, HasSubstr("stopped on both feet"));
   EXPECT_EQ(outcome.exit_code, 0);
-  ASSERT_EQ(run("on", read(kWalk,
-                           {"walk.steering.by=truth", "walk.steering.lost_s=1", "walk.steering.on_lost=go_on",
-                            "errors.faults=[{estimate_lost: {from_s: 4, duration_s: 100}}]"}))
-                .ending,
-            Ending::completed);
 }
 
 TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
@@ -100,23 +94,6 @@ TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     EXPECT_LE(score(name, "correction_largest_m"), std::hypot(0.03, 0.02) + 1e-9);
   }
-}
-
-TEST(SteeredScenario, WithoutAnEstimatorIsRejected) {
-  const auto complaint = [](const std::vector<std::string>& overrides) {
-    try {
-      sim::scenario::read_scenario_text(kWalk, "walk.yaml", {overrides, {}});
-    } catch (const sim::scenario::ConfigError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
-  };
-  EXPECT_EQ(complaint({}), "");
-  EXPECT_EQ(complaint({"walk.steering.by=truth"}), "");
-  EXPECT_THAT(complaint({"walk.steering.by=estimate"}),
-              HasSubstr("walk.steering.by: is estimate, which needs the sections 'camera' and 'slam'"));
-  EXPECT_THAT(complaint({"errors.faults=[{estimate_frozen: {}}]"}),
-              HasSubstr("errors.faults: disturb the estimate that steers, but walk.steering.by is plan"));
 }
 
 }  // namespace

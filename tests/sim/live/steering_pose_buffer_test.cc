@@ -94,10 +94,8 @@ TEST(SteeringPoseBuffer, AreUsedOnlyOnceTheyAreOldEnough) {
   EXPECT_EQ(places.newest(50ms)->t_s, 0.033);
   EXPECT_EQ(places.newest(60ms)->t_s, 0.033);
   EXPECT_EQ(places.newest(67ms)->t_s, 0.067);
-}
-
-TEST(SteeringPoseBuffer, WaitForTheEndOfTheExposure) {
-  EXPECT_EQ(SteeringPoseBuffer(late(0.01), {}, 30ms).usable_until(100ms), slam::Stamp(70ms));
+  const SteeringPoseBuffer exposed(late(0.01), {}, 30ms);  // waits for the end of the exposure
+  EXPECT_EQ(exposed.usable_until(100ms), slam::Stamp(70ms));
 }
 
 TEST(SteeringPoseBuffer, LostOnesAreLeftOut) {

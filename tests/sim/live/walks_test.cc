@@ -1,15 +1,13 @@
 // Whole walks of the shipped scenarios, without camera and filter.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "sim/live/recorded.h"
 #include "sim/live/run.h"
-#include "tests/sim/physics/test_worlds.h"
+#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/scenario/scenario_files.h"
 
 namespace sim::live {
@@ -48,37 +46,16 @@ INSTANTIATE_TEST_SUITE_P(, LongWalks, testing::ValuesIn(distinct_walks()), scena
 // A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that asks its
 // filter to give up ("diverged") completes here without it.
 TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
-  const fs::path out = fs::temp_directory_path() / ("gaitslam walks " + std::to_string(getpid()));
-  fs::create_directories(out);
+  const files::TemporaryFolder out;
   const scenario::ReadScenario read = without_filter(GetParam());
-  const result::ResultPlace place{out / "walk", files::Existing::reject, physics::models(), "1", "test", {}};
+  const fs::path models = fs::path(GAITSLAM_SOURCE_DIR) / "models";
+  const result::ResultPlace place{out / "walk", files::Existing::reject, models, "1", "test", {}};
   const result::Outcome outcome = run(read, place, [](double) {});
   const bool stops = read.scenario.limits.ending == std::vector<std::string>{"stopped"};
   EXPECT_EQ(outcome.ending, stops ? scenario::Ending::stopped : scenario::Ending::completed) << outcome.cause;
   if (const auto& allowed = read.scenario.limits.ending; std::ranges::count(allowed, "completed") > 0) {
     EXPECT_EQ(outcome.exit_code, 0);
   }
-  fs::remove_all(out);
-}
-
-class LongWalksFarAway : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(, LongWalksFarAway,
-                         testing::Values("tangent_quadrant", "tangent_circle", "perpendicular_circle_trial1",
-                                         "perpendicular_circle", "straight_10m"),
-                         [](const auto& test) { return test.param; });
-
-TEST_P(LongWalksFarAway, DriftAsTheyDoAtTheOrigin) {
-  // Even: the floor's waves belong to the place.
-  const fs::path file = scenario::scenario_folder() / (std::string(GetParam()) + ".yaml");
-  const scenario::Scenario s =
-      scenario::read_scenario(file, {{"world.variation.floor_height_m=0"}, {"camera", "slam"}}).scenario;
-  const physics::PlantVariation drawn = plant_variation(s.seed, s.world);
-  const physics::Walked here = physics::walk(s.walk, s.stabilizer, s.world, drawn);
-  const physics::Walked there = physics::walk(s.walk, s.stabilizer, s.world, drawn, physics::far_away());
-  ASSERT_EQ(there.status.condition, physics::Condition::ok) << there.status.cause;
-  // Twice what ten seeds showed: rounding differs, and what slips at the limit of friction enlarges it.
-  EXPECT_LT((here.X_PB.translation() - there.X_PB.translation()).norm(), 0.006);
-  EXPECT_LT(Eigen::AngleAxisd(here.X_PB.linear().transpose() * there.X_PB.linear()).angle(), 0.004);
 }
 
 }  // namespace

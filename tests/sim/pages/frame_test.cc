@@ -15,8 +15,7 @@ slam::Search search(double variance_u, double variance_v) {
 }
 
 TEST(FrameJson, AFrameThatKnowsNothingHasItsTimeAlone) {
-  const json read = json::parse(to_json(Frame{.t = std::chrono::milliseconds(1234)}));
-  EXPECT_EQ(read, json({{"t", 1.234}}));
+  EXPECT_EQ(to_json(Frame{.t = std::chrono::milliseconds(1234)}).dump(), R"({"t":1.234})");
 }
 
 TEST(FrameError, IsEstimateMinusTruth) {
@@ -25,21 +24,21 @@ TEST(FrameError, IsEstimateMinusTruth) {
   frame.truth = frame.estimate = Eigen::Isometry3d::Identity();
   frame.estimate->translation() = Eigen::Vector3d(0.01, -0.02, 0.03);
   frame.estimate->rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
-  EXPECT_TRUE(std::isnan(error_of(frame)->nees)) << "without a covariance";
+  EXPECT_TRUE(std::isnan(error_of(frame)->nees.position)) << "without a covariance";
   frame.covariance = files::Matrix6d::Identity() * 1e-4;
   const auto error = error_of(frame);
   EXPECT_TRUE(error->error.isApprox(Eigen::Vector4d(0.01, -0.02, 0.03, 0.1), 1e-12));
   EXPECT_TRUE(error->sigma.isApprox(Eigen::Vector4d::Constant(0.01), 1e-9));
-  EXPECT_NEAR(error->nees, 14, 1e-9) << "(1 + 4 + 9) sigmas squared";
+  EXPECT_NEAR(error->nees.position, 14, 1e-9) << "(1 + 4 + 9) sigmas squared";
 }
 
 TEST(FrameJson, EllipsesAreOfThreeSigmasAlongTheirLongerAxis) {
   Frame frame;
   frame.report.emplace().searched = {search(4, 9)};
-  const json ellipse = json::parse(to_json(frame))["searches"][0];
+  const auto ellipse = to_json(frame)["searches"][0];
   EXPECT_EQ(ellipse[3], 9.0);  // 3 sqrt(9)
   EXPECT_EQ(ellipse[4], 6.0);
-  EXPECT_NEAR(std::abs(ellipse[5].get<double>()), 1.571, 1e-9);  // along v
+  EXPECT_NEAR(std::abs(ellipse[5].get<double>()), 1.5708, 1e-9);  // along v
 }
 
 TEST(FrameJson, SearchesAreFoundMissedOrRejected) {
@@ -48,7 +47,7 @@ TEST(FrameJson, SearchesAreFoundMissedOrRejected) {
   found.used = true;
   found.match = rejected.match = Eigen::Vector2d(101, 51);
   frame.report.emplace().searched = {found, missed, rejected};
-  const json searches = json::parse(to_json(frame))["searches"];
+  const auto searches = to_json(frame)["searches"];
   EXPECT_EQ(searches[0][6], "found");
   EXPECT_EQ(searches[1][6], "missed");
   EXPECT_EQ(searches[2][6], "rejected");
@@ -60,20 +59,21 @@ TEST(FrameJson, WhatIsNotFiniteIsNullAndTextIsData) {
   Frame frame;
   frame.zmp = Eigen::Vector2d(NAN, INFINITY);
   frame.report.emplace().refused = "</script><b>\"&\xff";
-  const json read = json::parse(to_json(frame));
+  const json read = json::parse(to_message(frame).substr(4));
   EXPECT_EQ(read["zmp"], json({nullptr, nullptr}));
   EXPECT_EQ(read["state"].get<std::string>().substr(0, 58),
             "tracking, no landmark searched for; rejected: </script><b>");
 }
 
 TEST(FrameJson, TheStateIsASentence) {
-  slam::FrameReport report;
+  Frame frame;
+  slam::FrameReport& report = frame.report.emplace();
   report.searched = {search(1, 1)};
-  EXPECT_EQ(state_in_words(report), "tracking");
+  EXPECT_EQ(to_json(frame)["state"], "tracking");
   report.health = slam::Health::lost;
   report.cause = "almost no landmark found";
   report.suspect = "inconsistent: gyro, x";
-  EXPECT_EQ(state_in_words(report), "lost: almost no landmark found; inconsistent: gyro, x");
+  EXPECT_EQ(to_json(frame)["state"], "lost: almost no landmark found; inconsistent: gyro, x");
 }
 
 TEST(FrameMessage, JsonAndImageAreInOneMessage) {

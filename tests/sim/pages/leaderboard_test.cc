@@ -56,32 +56,38 @@ TEST_F(LeaderboardTest, AlignedAndUnalignedErrorsHaveColumnsOfTheirOwn) {
   add("a/seed-1", "aligned", {{"rmse_m", 0.25}, {"poses_matched", 9}}, 1, "sim3");
   add("a/seed-2", "aligned", {{"rmse_m", 0.5}, {"poses_matched", 9}}, 2);
   const std::string csv = leaderboard_csv(board());
-  EXPECT_THAT(csv, HasSubstr(",coverage,rmse_m,rmse_m_after_sim3,cpu_ms_mean,"));
-  EXPECT_THAT(csv, HasSubstr("walk,aligned,none,1,1,1,0.5,,"));
-  EXPECT_THAT(csv, HasSubstr("walk,aligned,sim3,1,1,1,,0.25,"));
+  EXPECT_THAT(csv, HasSubstr(",coverage,runs,completed,rmse_m,rmse_m_after_sim3,cpu_ms_mean,"));
+  EXPECT_THAT(csv, HasSubstr("walk,aligned,1,1,1,0.5,,,,,,2,"));
+  EXPECT_THAT(csv, HasSubstr("walk,aligned,1,1,1,,0.25,,,,sim3,1,"));
+}
+
+TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
+  for (const int seed : {1, 2}) {
+    const std::string result = "a/seed-" + std::to_string(seed);
+    add(result, "filter", {{"rmse_m", 0.1 * seed}, {"poses_matched", 9}}, seed);
+    write(result + "/timing.json",
+          R"({"frame_cpu_ms_mean": 3, "frame_cpu_ms_median": 2, "frame_cpu_ms_p99": 7})");
+  }
+  EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",cpu_ms_mean,cpu_ms_median,cpu_ms_p99,alignment,seeds,"));
+  EXPECT_THAT(leaderboard_csv(board()), testing::ContainsRegex("walk,filter,1,2,2,0.15[0-9]*,3,2,7,,1 2,"));
 }
 
 TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
-  for (const auto& [folder, height] : {std::pair{"a", "0.05"}, {"b", "0.06"}}) {
-    for (const int seed : {1, 2, 3}) {
-      const std::string result = std::string(folder) + "/seed-" + std::to_string(seed);
-      add(result, "filter", {{"rmse_m", 0.1}}, seed);
-      write(result + "/scenario.yaml",
-            std::string("walk: {commands: [{stand: {duration_s: 1}}], step_height_m: ") + height + "}\n");
+  for (const auto& [folder, height] : {std::pair<std::string, std::string>{"a", "0.05"}, {"b", "0.06"}}) {
+    for (const int seed : {1, 2}) {
+      add(folder + "/seed-" + std::to_string(seed), "filter", {{"rmse_m", 0.1}}, seed);
+      write(folder + "/seed-" + std::to_string(seed) + "/scenario.yaml",
+            "walk: {commands: [{stand: {duration_s: 1}}], step_height_m: " + height + "}\n");
     }
   }
-  const std::string table = leaderboard_table(board());
-  EXPECT_THAT(table, HasSubstr("1-3"));
-  EXPECT_THAT(table, HasSubstr("walk.step_height_m=0.05"));
-  EXPECT_THAT(table, HasSubstr("walk.step_height_m=0.06"));
-}
-
-TEST_F(LeaderboardTest, CpuIsMeanMedianAndP99) {
-  add("a/seed-1", "filter", {{"rmse_m", 0.1}, {"poses_matched", 9}});
-  write("a/seed-1/timing.json",
-        R"({"frame_cpu_ms_mean": 3, "frame_cpu_ms_median": 2, "frame_cpu_ms_p99": 7})");
-  EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",cpu_ms_mean,cpu_ms_median,cpu_ms_p99,seeds,"));
-  EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",0.1,3,2,7,1,"));
+  add("c/seed-1", "filter", {{"rmse_m", 0.1}});  // without a scenario: it neither has keys nor differs
+  EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",seeds,changed,folder\n"));
+  for (const std::string key : {"walk.step_height_m=0.05", "walk.step_height_m=0.06"}) {
+    EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",1 2," + key + ","));
+    EXPECT_THAT(leaderboard_table(board()), HasSubstr(key));
+  }
+  std::filesystem::remove_all(folder_ / "b");
+  EXPECT_THAT(leaderboard_table(board()), Not(HasSubstr("changed")));
 }
 
 TEST_F(LeaderboardTest, OneBrokenResultDoesNotEndIt) {
@@ -105,7 +111,7 @@ TEST_F(LeaderboardTest, NamesAreNeutral) {
     EXPECT_THAT(text, Not(HasSubstr("\xe2\x80\xae")));
   }
   EXPECT_THAT(leaderboard_csv(board()), HasSubstr("walk,'=cmd|"));
-  EXPECT_THAT(leaderboard_csv(board()), HasSubstr("walk,evil?row?[2J?,unknown,"));
+  EXPECT_THAT(leaderboard_csv(board()), HasSubstr("walk,evil?row?[2J?,"));
   EXPECT_THAT(leaderboard_table(board()), HasSubstr("evil?row?[2J?"));
 }
 

@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <random>
+
+#include "sim/files/text.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace {
 
@@ -51,13 +51,13 @@ TEST(PaperRows, DriftsAgreeWithinAFactorOfTwoWhateverTheirSigns) {
 }
 
 TEST(PaperRows, DriftsBelowTheNegligibleAgree) {
-  PaperRuns runs;
-  runs["tangent_quadrant"] = {run(1, {{"plan_drift_x_m", -0.009}, {"plan_drift_yaw_deg", 0.9}})};
-  EXPECT_EQ(row(paper_rows(runs), "Tangent quadrant: drift in X").agreement, Agreement::agrees);
-  EXPECT_EQ(row(paper_rows(runs), "Tangent quadrant: drift in yaw").agreement, Agreement::agrees);
-  runs["tangent_quadrant"] = {run(1, {{"plan_drift_x_m", -0.012}, {"plan_drift_yaw_deg", 1.1}})};
-  EXPECT_EQ(row(paper_rows(runs), "Tangent quadrant: drift in X").agreement, Agreement::differs);
-  EXPECT_EQ(row(paper_rows(runs), "Tangent quadrant: drift in yaw").agreement, Agreement::differs);
+  for (const auto& [x, yaw, agreement] :
+       {std::tuple{-0.009, 0.9, Agreement::agrees}, {-0.012, 1.1, Agreement::differs}}) {
+    const auto rows =
+        paper_rows({{"tangent_quadrant", {run(1, {{"plan_drift_x_m", x}, {"plan_drift_yaw_deg", yaw}})}}});
+    EXPECT_EQ(row(rows, "Tangent quadrant: drift in X").agreement, agreement);
+    EXPECT_EQ(row(rows, "Tangent quadrant: drift in yaw").agreement, agreement);
+  }
 }
 
 TEST(PaperRows, ClosingWhereThePaperFailedDiffersForItsFilterAndIsBetterForOurs) {
@@ -101,71 +101,15 @@ TEST(PaperPage, CountsRowsByTheirAgreement) {
                 std::to_string(paper_rows(runs).size() - 1) + ".</p>"));
 }
 
-TEST(PaperPage, SaysWhereItDiffers) {
-  PaperRuns runs;
-  runs["hall_paper"] = {run(1, {{"loop_closed", 1}})};
-  const std::string page = paper_page(runs, "abc");
-  const std::string differ = page.substr(page.find("<h2>Differences</h2>"));
-  EXPECT_THAT(differ, HasSubstr("<li>The hall, the paper&#39;s filter (V). Paper: fails"));
-  EXPECT_THAT(paper_page({}, "abc"), HasSubstr("No row differs"));
+/// Figure 3 of the depths.csv with these rows.
+Figure depths(const std::string& rows) {
+  const sim::files::TemporaryFolder folder;
+  sim::files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + rows);
+  return depths_figure(folder / "depths.csv");
 }
 
-// Steps of 0.8 s: the height changes by `jump` in the frame after an impact and by noise elsewhere.
-struct Heights {
-  Column t, z, impacts;
-};
-Heights heights(double jump, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  Heights h;
-  double z = 1;
-  for (int i = 0; i < 30 * 40; ++i) {
-    const double t = i / 30.0;
-    if (i % 24 == 6) h.impacts.push_back(t - 0.01);
-    z += 1e-4 * (static_cast<double>(random() % 2001) - 1000) / 1000 + (i % 24 == 6 ? jump : 0);
-    h.t.push_back(t), h.z.push_back(z);
-  }
-  return h;
-}
-
-TEST(ImpactLink, FindsJumpsThatFollowImpacts) {
-  const Heights h = heights(0.001, 1);
-  const auto link = impact_link(h.t, h.z, h.impacts);
-  ASSERT_TRUE(link);
-  EXPECT_LT(link->p, 1e-6) << "in all of 50 steps";
-  // One of three frames after an impact changes by 1 mm, all others by 0.05 mm in the mean: (1 + 2 x 0.05) /
-  // 3 / 0.05.
-  EXPECT_NEAR(link->ratio, 7.3, 0.7);
-}
-
-TEST(ImpactLink, FindsNoneInNoiseMoreOftenThanItsLevel) {
-  int found = 0;
-  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const Heights h = heights(0, seed);
-    found += impact_link(h.t, h.z, h.impacts)->p < 0.05;
-  }
-  EXPECT_GT(found, 1);
-  EXPECT_LT(found, 21) << "10 of 200 are expected; 21 or more come in 0.1 % of all cases";
-}
-
-TEST(ImpactLink, IsNotAskedOfAShortWalk) {
-  const Heights h = heights(0, 1);
-  EXPECT_FALSE(impact_link(Column(99, 0.0), Column(99, 1.0), h.impacts));
-  EXPECT_FALSE(impact_link(h.t, h.z, {1, 2}));
-}
-
-class Depths : public testing::Test {
- protected:
-  std::filesystem::path file_ =
-      testing::TempDir() + "gaitslam_depths_" + testing::UnitTest::GetInstance()->current_test_info()->name();
-  ~Depths() override { std::filesystem::remove(file_); }
-  Figure figure(const std::string& rows) {
-    std::ofstream(file_) << "#timestamp [ns],landmark,depth [m],probability\n" << rows;
-    return depths_figure(file_);
-  }
-};
-
-TEST_F(Depths, TheFigureIsOfTheLandmarkThatTookMostImagesToBecomeKnown) {
-  const Figure f = figure(
+TEST(Depths, TheFigureIsOfTheLandmarkThatTookMostImagesToBecomeKnown) {
+  const Figure f = depths(
       "0,1,2,0.5\n0,1,8,0.5\n"                  // 1: never known
       "0,2,3,0.5\n0,2,5,0.5\n33000000,2,4,1\n"  // 2: after two images
       "0,3,1,0.5\n0,3,9,0.5\n1,3,5,0.5\n1,3,9,0.5\n2,3,6,0.9\n2,3,7,0.1\n3,3,6,1\n");
@@ -174,10 +118,7 @@ TEST_F(Depths, TheFigureIsOfTheLandmarkThatTookMostImagesToBecomeKnown) {
   EXPECT_THAT(f.lines[0].x, testing::ElementsAre(1, 9));
   EXPECT_EQ(f.lines[3].name, "after 4 images");
   EXPECT_THAT(f.lines[3].y, testing::ElementsAre(1));
-}
-
-TEST_F(Depths, NothingIsDrawnWhereNoDepthBecameKnown) {
-  EXPECT_THAT(figure("0,1,2,0.5\n0,1,8,0.5\n").lines, IsEmpty());
+  EXPECT_THAT(depths("0,1,2,0.5\n0,1,8,0.5\n").lines, IsEmpty()) << "no depth became known";
 }
 
 }  // namespace

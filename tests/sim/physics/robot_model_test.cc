@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <mujoco/mujoco.h>
 
 #include "tests/sim/physics/test_worlds.h"
 #include "walking/kinematics.h"
@@ -112,17 +111,6 @@ TEST(RobotModel, HasTheMassAndCenterOfMassOfThePlanInHalfSitting) {
   // it is an assumption.
   EXPECT_LT((com - walking::hrp2::kComInWaist - Eigen::Vector3d(0, 0.001550, 0)).norm(), 2e-5);
   EXPECT_NEAR(world.com().z(), walking::hrp2::kComHeight, 2e-5);
-}
-
-TEST(RobotModel, HasTheLegGeometryOfThePlan) {
-  walking::JointVector q = half_sitting();
-  q.head<12>() << 0.1, -0.05, -0.5, 0.9, -0.45, 0.08, -0.2, 0.15, -0.6, 1.1, -0.3, -0.1;
-  const World world({}, {}, q, Eigen::Isometry3d::Identity(), {"hrp2", "office", models()});
-  const Eigen::Isometry3d X_BW = world.X_WB().inverse();
-  const auto right = walking::sole_in_waist(walking::Side::right, q.segment<6>(0));
-  const auto left = walking::sole_in_waist(walking::Side::left, q.segment<6>(6));
-  EXPECT_LT(((X_BW * world.X_WR()).matrix() - right.matrix()).norm(), 1e-12);  // rounding
-  EXPECT_LT(((X_BW * world.X_WL()).matrix() - left.matrix()).norm(), 1e-12);
 }
 
 TEST(RobotModel, HasTheBushesOfLegOdometry) {

@@ -1,7 +1,4 @@
-#include "sim/physics/soles.h"
-
 #include <gtest/gtest.h>
-#include <mujoco/mujoco.h>
 
 #include "tests/sim/physics/test_worlds.h"
 
@@ -10,15 +7,10 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-World standing_on(const WorldOptions& options, const PlantVariation& draw = {},
-                  const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity()) {
-  return World(options, draw, half_sitting(), X_WB, {"hrp2", options.room, models()});
-}
-
 Vector2d horizontal(const Eigen::Isometry3d& X) { return X.translation().head<2>(); }
 
 TEST(Soles, PressEvenlyEnoughToResistYawAsAFlatSoleDoes) {
-  World world = standing_on({});
+  World world = standing();
   run(world, 2000);
   const mjData* d = world.data();
   double load = 0, moment = 0;
@@ -37,7 +29,7 @@ TEST(Soles, PressEvenlyEnoughToResistYawAsAFlatSoleDoes) {
 TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   WorldOptions options;
   options.pushes = {{.time_s = 1, .impulse_ns = 60, .direction_rad = 0, .duration_s = 3}};  // 20 of 84 N
-  World world = standing_on(options);
+  World world = standing({}, Eigen::Isometry3d::Identity(), options);
   run(world, 1500);
   world.sole_contacts_since_last();
   const Vector2d before = horizontal(world.X_WL());
@@ -48,16 +40,15 @@ TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimetre a second
   // The push tilts the sole a little on its pads, which moves the point below the ankle too.
   EXPECT_NEAR(contact.creep.x(), moved.x(), 0.2 * moved.x());
-  EXPECT_NEAR(contact.load, walking::hrp2::kMass * walking::kGravity / 2,
-              15);  // the push loads both feet alike
+  EXPECT_NEAR(contact.load, walking::hrp2::kMass * walking::kGravity / 2, 15);  // both feet alike
 }
 
 TEST(Soles, SlideWhereTheFloorIsSlippery) {
   WorldOptions options;
   options.pushes = {{.time_s = 0.5, .impulse_ns = 20, .direction_rad = 0, .duration_s = 1}};
-  World dry = standing_on(options);
+  World dry = standing({}, Eigen::Isometry3d::Identity(), options);
   options.floor_patches = {{-1, 1, -1, 1, 0.02}};
-  World wet = standing_on(options);
+  World wet = standing({}, Eigen::Isometry3d::Identity(), options);
   run(dry, 1500);
   run(wet, 1500);
   EXPECT_LT(dry.X_WL().translation().x() - 0.0095, 0.001);
@@ -67,7 +58,7 @@ TEST(Soles, SlideWhereTheFloorIsSlippery) {
 TEST(Soles, StandOnTheFloorsHeight) {
   PlantVariation draw;
   draw.floor = {{0.004, Vector2d(0, 2), 0}};  // 4 mm cos(2 y): even in x
-  World world = standing_on({}, draw);
+  World world = standing(draw);
   run(world, 1000);
   const double height = height_at(horizontal(world.X_WL()), draw.floor);
   EXPECT_GT(height, 0.0035);
@@ -86,7 +77,7 @@ TEST(Push, GoesByTheHeadingOfTheWaist) {
   options.pushes = {{.time_s = 0.2, .impulse_ns = 10, .direction_rad = std::numbers::pi / 2}};
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()));
-  World world = standing_on(options, {}, X_WB);
+  World world = standing({}, X_WB, options);
   run(world, 200);
   const Vector3d before = world.com();
   run(world, 100);

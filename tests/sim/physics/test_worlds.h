@@ -5,14 +5,9 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
-#include <string>
 
-#include "sim/physics/model.h"
 #include "sim/physics/walking_robot.h"
-#include "sim/physics/world.h"
-#include "walking/hrp2.h"
 
 namespace sim::physics {
 
@@ -21,16 +16,14 @@ using walking::hrp2::half_sitting;
 inline std::filesystem::path models() { return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models"; }
 
 inline World standing(const PlantVariation& draw = {},
-                      const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity()) {
-  WorldOptions options;
-  options.room = "floor";
-  return World(options, draw, half_sitting(), X_WB, {"hrp2", options.room, models()});
+                      const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity(),
+                      WorldOptions options = {}, const char* room = "floor") {
+  options.room = room;
+  return World(options, draw, half_sitting(), X_WB, {"hrp2", room, models()});
 }
 
 inline void run(World& world, int milliseconds) {
-  for (int k = 0; k < milliseconds; ++k) {
-    world.step();
-  }
+  for (int k = 0; k < milliseconds; ++k) world.step();
 }
 
 /// Waist at the end, true and planned, in the plan's world P.

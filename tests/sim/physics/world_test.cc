@@ -1,18 +1,12 @@
-#include "sim/physics/world.h"
-
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <fstream>
-
-#include "sim/physics/imu.h"
 #include "tests/sim/physics/test_worlds.h"
-#include "walking/plan.h"
 
 namespace sim::physics {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::HasSubstr;
 const Eigen::Vector3d kDown(0, 0, -walking::kGravity);
 
 ImuState tilted() {
@@ -24,12 +18,14 @@ ImuState tilted() {
   return state;
 }
 
-TEST(Imu, AtRestMeasuresGravityUpwardsAndNoTurn) {
+TEST(Imu, AtRestMeasuresGravityUpwardsAndNothingOverAnEmptyInterval) {
   ImuState from, to;
   to.t = walking::kTick;
-  const ImuReading reading = reading_between(from, to, kDown);
+  const ImuReading reading = reading_between(from, to, kDown), empty = reading_between(from, from, kDown);
   EXPECT_EQ(reading.gyro, Eigen::Vector3d::Zero());
   EXPECT_EQ(reading.specific_force, -kDown);
+  EXPECT_EQ(empty.begin, empty.end);
+  EXPECT_EQ(empty.specific_force, Eigen::Vector3d::Zero());
 }
 
 TEST(Imu, IntegratingAReadingLeadsFromOneStateToTheNext) {
@@ -66,18 +62,8 @@ TEST(Imu, MeasuresTheMeanOfAForceAlongItsAxesAsTheyTurn) {
   to.R_WG = from.R_WG * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
   const Eigen::Vector3d force = reading_between(from, to, kDown).specific_force;
   EXPECT_LT((force - sum / n).norm(), walking::kGravity * angle * angle / 24 + 1e-6);
-  EXPECT_GT((from.R_WG.transpose() * -kDown - sum / n).norm(),
-            0.05);  // along the axes at the beginning it is not
+  EXPECT_GT((from.R_WG.transpose() * -kDown - sum / n).norm(), 0.05);  // not along the axes at the start
 }
-
-TEST(Imu, GivesNothingOverAnEmptyInterval) {
-  const ImuReading reading = reading_between(tilted(), tilted(), kDown);
-  EXPECT_EQ(reading.begin, reading.end);
-  EXPECT_EQ(reading.gyro, Eigen::Vector3d::Zero());
-}
-
-using namespace std::chrono_literals;
-using testing::HasSubstr;
 
 TEST(World, BeginsWithTheSolesOnTheFloorWhereverTheWaistIs) {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -103,8 +89,8 @@ TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
   run(world, 5000);
   EXPECT_EQ(world.status().condition, Condition::ok) << world.status().cause;
   EXPECT_EQ(world.time(), 5s);
-  EXPECT_LT((world.X_WB().translation() - Eigen::Vector3d(0, 0, walking::hrp2::kWaistHeight)).norm(),
-            0.005);  // servos and ankle bushes yield
+  const Eigen::Vector3d half_sitting(0, 0, walking::hrp2::kWaistHeight);
+  EXPECT_LT((world.X_WB().translation() - half_sitting).norm(), 0.005);  // servos and ankle bushes yield
 }
 
 TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
@@ -114,8 +100,8 @@ TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
   run(world, 5);
   const walking::SensorReadings readings = world.sensor_readings();
   const double weight = walking::hrp2::kMass * walking::kGravity;
-  EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight,
-              2.0);  // the sole plates hang below the sensors
+  // The sole plates hang below the sensors.
+  EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight, 2.0);
   EXPECT_NEAR(readings.accelerometer.norm(), walking::kGravity, 0.02);
   EXPECT_LT(readings.gyro.norm(), 0.01);
   // Center of pressure in x of the soles: under the center of mass.
@@ -145,41 +131,38 @@ TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheStabilize
   EXPECT_EQ(split.sensor_readings().gyro, whole.sensor_readings().gyro);
 }
 
-TEST(World, RunsTwiceToTheSameBits) {
-  World a = standing(), b = standing();
-  run(a, 500);
-  run(b, 500);
-  EXPECT_EQ(a.X_WC().matrix(), b.X_WC().matrix());
-  EXPECT_EQ(a.sensor_readings().accelerometer, b.sensor_readings().accelerometer);
+/// Commands the joints of half-sitting with others at these angles.
+void bend(World& world, std::initializer_list<std::pair<int, double>> joints) {
+  walking::JointVector q = half_sitting();
+  for (const auto& [joint, angle] : joints) q[joint] = angle;
+  world.command(q, walking::JointVector::Zero());
+}
+
+/// The end is final: the physics stands still.
+void expect_ended(World& world, Condition condition) {
+  EXPECT_EQ(world.status().condition, condition) << world.status().cause;
+  const auto when = world.time();
+  run(world, 10);
+  EXPECT_EQ(world.time(), when);
 }
 
 TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {
   World world = standing();
-  walking::JointVector q = half_sitting();
-  q[4] = q[10] = 0.5;  // both ankles pitch: it tips over
-  world.command(q, walking::JointVector::Zero());
+  bend(world, {{4, 0.5}, {10, 0.5}});  // both ankles pitch: it tips over
   run(world, 4000);
-  EXPECT_EQ(world.status().condition, Condition::fell);
-  const auto when = world.time();
-  run(world, 10);
-  EXPECT_EQ(world.time(), when);  // final: the physics stands still
+  expect_ended(world, Condition::fell);
 }
 
 TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {
   World world = standing();
-  walking::JointVector q = half_sitting();
-  q[1] = 0.25;   // right hip rolls inwards
-  q[7] = -0.25;  // left hip rolls inwards
-  world.command(q, walking::JointVector::Zero());
+  bend(world, {{1, 0.25}, {7, -0.25}});  // both hips roll inwards
   run(world, 2000);
-  EXPECT_EQ(world.status().condition, Condition::collided);
+  expect_ended(world, Condition::collided);
 }
 
 /// Standing in the office with the waist at (x, y), heading along x.
 World in_office(double x, double y) {
-  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  X_WB.translation() << x, y, 0;
-  return World({}, {}, half_sitting(), X_WB, {"hrp2", "office", models()});
+  return standing({}, Eigen::Isometry3d(Eigen::Translation3d(x, y, 0)), {}, "office");
 }
 
 // desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs a third of a meter from the
@@ -188,16 +171,11 @@ TEST(World, AHandThatBrushesADeskIsACollision) {
   World world = in_office(3.9, 2.4);
   run(world, 200);
   ASSERT_EQ(world.status().condition, Condition::ok) << world.status().cause;
-  walking::JointVector q = half_sitting();
-  q[walking::hrp2::kRightArm + 1] = -0.6;  // the shoulder rolls outwards
-  world.command(q, walking::JointVector::Zero());
+  bend(world, {{walking::hrp2::kRightArm + 1, -0.6}});  // the shoulder rolls outwards
   run(world, 1000);
-  EXPECT_EQ(world.status().condition, Condition::collided);
+  expect_ended(world, Condition::collided);
   EXPECT_THAT(world.status().cause, testing::MatchesRegex("RARM_LINK[3-6] touched desk_1 at .*"));
-  const auto when = world.time();
-  EXPECT_GT(when, 200ms);
-  run(world, 10);
-  EXPECT_EQ(world.time(), when);  // final: the physics stands still
+  EXPECT_GT(world.time(), 200ms);
 }
 
 TEST(World, WhatStandsInAnObjectHasCollidedFromTheBeginning) {
@@ -226,31 +204,28 @@ std::filesystem::path models_with_floor(const char* folder_name, const char* flo
   return folder;
 }
 
-TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
-  const auto folder =
-      models_with_floor("few_contacts",
-                        "<mujoco><size nconmax='4'/><worldbody><geom name='floor' type='plane' "
-                        "size='20 20 1' condim='3'/></worldbody></mujoco>");
+World standing_on_floor_of(const std::filesystem::path& folder, const std::string& robot = "hrp2") {
   WorldOptions options;
   options.room = "floor";
-  World world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(),
-              {"hrp2", "floor", folder});  // ten pads touch the floor
+  return World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), {robot, "floor", folder});
+}
+
+TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
+  World world = standing_on_floor_of(models_with_floor(
+      "few_contacts",
+      "<mujoco><size nconmax='4'/><worldbody><geom name='floor' type='plane' size='20 20 1' condim='3'/>"
+      "</worldbody></mujoco>"));  // ten pads touch the floor
   world.step();
   EXPECT_EQ(world.status().condition, Condition::physics_failed);
   EXPECT_THAT(world.status().cause, HasSubstr("contact"));
 }
 
 TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
-  WorldOptions options;
-  const auto load = [&](const std::filesystem::path& folder) {
-    World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), {options.robot, options.room, folder});
-  };
   const auto folder =
       models_with_floor("broken_models", "<mujoco><worldbody><geom shape='cube'/></worldbody></mujoco>");
-  EXPECT_THAT([&] { load(folder); }, testing::ThrowsMessage<std::runtime_error>(HasSubstr("shape")));
-
-  options.robot = "no_such_robot";
-  EXPECT_THAT([&] { load(models()); },
+  EXPECT_THAT([&] { standing_on_floor_of(folder); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("shape")));
+  EXPECT_THAT([] { standing_on_floor_of(models(), "no_such_robot"); },
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("no_such_robot.xml")));
 }
 
@@ -261,5 +236,4 @@ TEST(World, RefusesADrawOfTheWrongSize) {
 }
 
 }  // namespace
-
 }  // namespace sim::physics

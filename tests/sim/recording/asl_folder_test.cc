@@ -87,14 +87,11 @@ class RecordedElsewhere : public testing::Test {
   }
   /// Returns the error of reading the whole folder.
   std::string complaint() const {
-    try {
+    return files::error_of([&] {
       AslFolder reader(folder_.path());
       while (reader.next()) continue;
       read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}});
-    } catch (const files::FileError& error) {
-      return error.what();
-    }
-    return "";
+    });
   }
 
   files::TemporaryFolder folder_;
@@ -170,18 +167,14 @@ TEST_F(RecordedElsewhere, TruthIsInterpolatedAtTheFramesAndAlignedWithTheStart) 
   EXPECT_EQ(truth[1].t, Stamp{49999872});
   // from (2, 0, 0) halfway between the first two to (3, 4, 0), four fifths between the others
   EXPECT_NEAR((truth[1].X.translation() - truth[0].X.translation()).norm(), std::hypot(1, 4), 1e-4);
-}
-
-TEST_F(RecordedElsewhere, WithoutTruthThereAreNoTruePoses) {
   fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
-  EXPECT_EQ(complaint(), "");
+  EXPECT_TRUE(read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}}).empty());
 }
-
-struct Fault {
-  const char *file, *from, *to, *complaint;
-};
 
 TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
+  struct Fault {
+    const char *file, *from, *to, *complaint;
+  };
   const std::vector<Fault> faults{
       {"cam0/data.csv", "1403636579813555456", "14036365798135x",
        "cam0/data.csv:3:1: expected a finite number"},
@@ -212,21 +205,12 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
       {"cam0/sensor.yaml", "45.8654", "0", "cam0/sensor.yaml: camera: focal lengths must be positive"},
       {"cam0/sensor.yaml", "-0.28340811", "-2834", "cam0/sensor.yaml: camera: its distortion coefficients"},
       {"imu0/sensor.yaml", "1.6968e-04", "-1.6968e-04", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
-      {"imu0/sensor.yaml", "1.6968e-04", "1e300", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
       {"state_groundtruth_estimate0/data.csv", "0,1,0,0,0", "0,2,0,0,0", "data.csv:2:27: the quaternion"},
       {"cam0/sensor.yaml", "camera_model", "resolution",
        "cam0/sensor.yaml:14:1: resolution: given twice, first in line 13, expected once"},
-      {"cam0/sensor.yaml", "  rows", "  cols", "cam0/sensor.yaml:7:3: cols: given twice, first in line 6"},
-      {"imu0/sensor.yaml", "gyroscope_random_walk", "rate_hz",
-       "imu0/sensor.yaml:8:1: rate_hz: given twice, first in line 6"},
       {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: 0",
        "imu0/sensor.yaml:6:10: rate_hz: expected a number of Hz from 0.001 to 1000000, found \"0\""},
       {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: .nan", "imu0/sensor.yaml:6:10: rate_hz: expected a num"},
-      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: -1e308", "imu0/sensor.yaml:6:10: rate_hz: expected a"},
-      {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: -20",
-       "cam0/sensor.yaml:12:10: rate_hz: expected a number"},
-      {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: 1e308",
-       "cam0/sensor.yaml:12:10: rate_hz: expected a num"},
       {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: [20]", "cam0/sensor.yaml:12:10: rate_hz: expected a num"},
       {"imu0/data.csv", "3,0,0", "3,1e308,0",
        "imu0/data.csv:4:23: gyroscope: 1e+308 rad/s, expected from -10000000 to 10000000 rad/s"},
@@ -243,15 +227,6 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
   EXPECT_EQ(complaint(), "");
 }
 
-TEST_F(RecordedElsewhere, AKeyGivenTwiceInTheMountingOfTheTruthOrInThePlanIsRefused) {
-  const std::string mounting = "T_BS:\n  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n";
-  write("state_groundtruth_estimate0/sensor.yaml", mounting + mounting);
-  EXPECT_THAT(complaint(), HasSubstr("sensor.yaml:3:1: T_BS: given twice, first in line 1"));
-  write("plan0/sensor.yaml", plan_yaml({}) + "rate_hz: 30\n");
-  write("plan0/data.csv", recording_format::kPlanHeader + "\n");
-  EXPECT_THAT(complaint(), HasSubstr("plan0/sensor.yaml:12:1: rate_hz: given twice, first in line 4"));
-}
-
 TEST_F(RecordedElsewhere, WhatIsMissingIsNamed) {
   for (const char* name : {"cam0/sensor.yaml", "cam0/data.csv", "imu0/sensor.yaml", "imu0/data.csv"}) {
     const fs::path file = folder_ / "mav0" / name, kept = folder_ / "kept";
@@ -264,10 +239,10 @@ TEST_F(RecordedElsewhere, WhatIsMissingIsNamed) {
 TEST_F(RecordedElsewhere, AnImuOrATruthOfAnotherClockIsNamedBeforeTheFirstFrame) {
   const auto reading = [&] { AslFolder reader(folder_.path()); };
   write("imu0/data.csv", "#timestamp [ns],x,y,z\n11900000000,1,0,0\n11920000000,2,0,0\n");
-  EXPECT_THAT(reading,
-              testing::ThrowsMessage<files::FileError>(HasSubstr(
-                  "imu0/data.csv: none of its readings is between the images: they are from 11.900 s to "
-                  "11.920 s, the images from 1403636579.764 s to 1403636579.814 s")));
+  EXPECT_THAT(
+      files::error_of(reading),
+      HasSubstr("imu0/data.csv: none of its readings is between the images: they are from 11.900 s to "
+                "11.920 s, the images from 1403636579.764 s to 1403636579.814 s"));
   write("imu0/data.csv", "#timestamp [ns],x,y,z\n1403636579758555392,1,0,0\n1403636579778555392,2,0,0\n");
   EXPECT_EQ(complaint(), "");
   const std::string header = "#timestamp,x,y,z,w,x,y,z\n";
@@ -280,57 +255,41 @@ TEST_F(RecordedElsewhere, AnImuOrATruthOfAnotherClockIsNamedBeforeTheFirstFrame)
 }
 
 TEST_F(RecordedElsewhere, ColumnsAreReadByTheirNamesAndUnits) {
-  const auto first_rates = [&] {
-    AslFolder reader(folder_.path());
-    const auto o = reader.next();
-    return std::pair(o->gyro.at(0).value, o->accelerometer.at(0).value);
+  const auto first = [&](const std::string& header, const std::string& values) {
+    write("imu0/data.csv",
+          header + "\n1403636579758555392," + values + "\n1403636579778555392," + values + "\n");
+    return AslFolder(folder_.path()).next().value();
   };
-  const Eigen::Vector3d rate(0.1, 0.2, 0.3), acceleration(1, 2, 3);
   for (const auto& [header, values] : std::vector<std::pair<std::string, std::string>>{
-           {"#timestamp [ns],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2],w_RS_S_x [rad "
-            "s^-1],w_RS_S_y "
-            "[rad s^-1],w_RS_S_z [rad s^-1]",
-            "1,2,3,0.1,0.2,0.3"},
-           {"timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z", "0.1,0.2,0.3,1,2,3"},
+           {"timestamp,alpha_x,alpha_y,alpha_z,omega_x,omega_y,omega_z", "1,2,3,0.1,0.2,0.3"},
            {"time,gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,accx,accy,accz",
             "5.729577951308232,11.459155902616464,17.188733853924695,1,2,3"},
            {"#t,angular_velocity.x (deg/s),angular_velocity.y (deg/s),angular_velocity.z (deg/s),ax [g],ay "
             "[g],az [g]",
             "5.729577951308232,11.459155902616464,17.188733853924695,0.10197162129779283,0.20394324259558566,"
             "0.3059148638933785"}}) {
-    write("imu0/data.csv",
-          header + "\n1403636579758555392," + values + "\n1403636579778555392," + values + "\n");
-    const auto [w, a] = first_rates();
-    EXPECT_LT((w - rate).norm() + (a - acceleration).norm(), 1e-12) << header;
+    const slam::Observation o = first(header, values);
+    EXPECT_LT((o.gyro.at(0).value - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-12) << header;
+    EXPECT_LT((o.accelerometer.at(0).value - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12) << header;
   }
-  write("imu0/data.csv",
-        "#timestamp [ns],wx,wy,wz,mag_x,mag_y,mag_z\n1403636579758555392,1,2,3,4,5,6\n"
-        "1403636579778555392,1,2,3,4,5,6\n");
-  AslFolder reader(folder_.path());
-  EXPECT_TRUE(reader.next()->accelerometer.empty()) << "a magnetometer is none";
+  EXPECT_TRUE(first("#timestamp [ns],wx,wy,wz,mag_x,mag_y,mag_z", "1,2,3,4,5,6").accelerometer.empty())
+      << "a magnetometer is none";
 }
 
 TEST_F(RecordedElsewhere, StampsAreReadInTheUnitThatAllOfThemHave) {
-  const auto begins = [&] {
+  const auto begins = [&](const std::string& rows) {
+    write("imu0/data.csv", "#timestamp,x,y,z\n" + rows);
     AslFolder reader(folder_.path());
     std::vector<std::int64_t> all;
     while (const auto o = reader.next())
       for (const auto& sample : o->gyro) all.push_back(sample.begin.count() / 1000);
     return all;
   };
-  const std::string header = "#timestamp,x,y,z\n";
-  write("imu0/data.csv",
-        header + "1403636579750000000,1,0,0\n1403636579770000000,1,0,0\n1403636579790000000,1,0,0\n");
-  const auto expected = begins();
-  for (const char* rows :
-       {"1.40363657975e+18,1,0,0\n1.40363657977e+18,1,0,0\n1.40363657979e+18,1,0,0\n",
-        "1403636579750000000.0,1,0,0\n1403636579770000000.0,1,0,0\n1403636579790000000.0,1,0,0\n",
-        "1403636579750000,1,0,0\n1403636579770000,1,0,0\n1403636579790000,1,0,0\n",
-        "1403636579750,1,0,0\n1403636579770,1,0,0\n1403636579790,1,0,0\n",
-        "1403636579.75,1,0,0\n1403636579.77,1,0,0\n1403636579.790,1,0,0\n"}) {
-    write("imu0/data.csv", header + rows);
-    EXPECT_EQ(begins(), expected) << rows;
-  }
+  const auto expected =
+      begins("1403636579750000000,1,0,0\n1403636579770000000,1,0,0\n1403636579790000000,1,0,0\n");
+  for (const char* rows : {"1.40363657975e+18,1,0,0\n1.40363657977e+18,1,0,0\n1.40363657979e+18,1,0,0\n",
+                           "1403636579.75,1,0,0\n1403636579.77,1,0,0\n1403636579.790,1,0,0\n"})
+    EXPECT_EQ(begins(rows), expected) << rows;
 }
 
 TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
@@ -365,12 +324,6 @@ TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
   const AslFolder chain(folder_.path());
   EXPECT_TRUE(chain.sensors().X_BC.isApprox(X_BC, 1e-12));
   EXPECT_EQ(chain.sensors().noise.gyro_density, 1.7e-04);
-}
-
-TEST_F(RecordedElsewhere, AByteOrderMarkIsNoPartOfTheHeader) {
-  for (const char* name : {"cam0/data.csv", "cam0/sensor.yaml", "imu0/data.csv"})
-    write(name, "\xef\xbb\xbf" + files::read_text(folder_ / "mav0" / name));
-  EXPECT_EQ(complaint(), "");
 }
 
 TEST_F(RecordedElsewhere, AFileThatIsNoImageIsNamed) {

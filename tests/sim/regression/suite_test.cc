@@ -6,6 +6,8 @@
 
 #include <fstream>
 
+#include "sim/files/text.h"
+#include "sim/regression/results.h"
 #include "sim/scenario/yaml.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -26,14 +28,12 @@ class SuiteTest : public testing::Test {
     std::ofstream(folder_ / "suites/ci.yaml") << text;
     return read_suite(folder_ / "suites/ci.yaml");
   }
-  void expect_refused(const std::string& text, const std::string& why) const {
-    try {
-      read(text);
-      ADD_FAILURE() << text;
-    } catch (const scenario::ConfigError& e) {
-      EXPECT_THAT(e.what(), HasSubstr(why));
-      EXPECT_THAT(e.what(), HasSubstr(".yaml"));
-    }
+  void expect_refused(const std::vector<std::pair<std::string, std::string>>& suites) const {
+    for (const auto& [text, why] : suites)
+      EXPECT_THAT(
+          ([&, suite = text] { read(suite); }),
+          testing::ThrowsMessage<scenario::ConfigError>(testing::AllOf(HasSubstr(why), HasSubstr(".yaml"))))
+          << text;
   }
   const files::TemporaryFolder folder_;
 };
@@ -63,45 +63,36 @@ scenarios:
   EXPECT_EQ(suite.entries[1].gates, default_gates());
 }
 
-TEST_F(SuiteTest, WhatIsNoSuiteIsRefused) {
-  expect_refused("seeds: 1..3\nscenarios: []\n", "the suite is empty");
-  expect_refused("seeds: 1..3\n", "the suite is empty");
-  expect_refused("scenarios: [{scenario: ../walk.yaml}]\n", "seeds: missing");
-  expect_refused("seeds: 1\nscenarios: [{scenario: ../none.yaml}]\n", "none.yaml: cannot be read");
-  expect_refused("seeds: 1\nscenarios: [{set: [a=b]}]\n", "scenario: missing");
-  expect_refused("seeds: 1\nscenarios: [{scenraio: x}]\n",
-                 "ci.yaml:2:14: scenraio: unknown key; did you mean 'scenario'?");
-  expect_refused("seed: 1\n", "did you mean 'seeds'?");
-  expect_refused("[]\n", "expected a suite");
-  expect_refused("seeds: 1\nscenarios: [{scenario: ../walk.yaml}, {scenario: ../walk.yaml}]\n",
-                 "two scenarios are called 'walk'");
-  expect_refused("seeds: 1\nscenarios: [{scenario: ../walk.yaml, set: [walk.step=1]}]\n", "unknown key");
-}
-
-TEST_F(SuiteTest, WhatIsWrongInASetOrWithoutIsSaidWithItsPlace) {
-  const std::string one = "seeds: 1\nscenarios: [{scenario: ../walk.yaml, ";
-  expect_refused(one + "set: [walk.step=1]}]\n", "ci.yaml:2:44: set: walk.step: unknown key");
-  expect_refused(one + "set: [name=a, seed=x]}]\n", "ci.yaml:2:57: set: seed: ");
-  expect_refused(one + "set: [name]}]\n", "ci.yaml:2:44: set: 'name': expected key=value");
-  expect_refused(one + "set: [[name=a]]}]\n", "ci.yaml:2:44: set: expected text, as in [seed=1]");
-  expect_refused(one + "set: name=a}]\n", "ci.yaml:2:43: set: expected a list, as in [seed=1]");
-  expect_refused(one + "without: [slma]}]\n",
-                 "ci.yaml:2:48: without: 'slma', expected camera or slam; did you mean 'slam'?");
-  expect_refused(one + "without: slam}]\n", "ci.yaml:2:47: without: expected a list, as in [slam]");
-}
-
-TEST_F(SuiteTest, GatesThatAreWrongAreRefused) {
-  const auto gate = [](const std::string& text) {
-    return "seeds: 1\nscenarios: [{scenario: ../walk.yaml, gate: " + text + "}]\n";
-  };
-  expect_refused(gate("{rsme_m: {percent: 1}}"), "unknown metric 'rsme_m'; did you mean 'rmse_m'?");
-  expect_refused(gate("{rmse_m: 10}"), "expected a tolerance");
-  expect_refused(gate("{rmse_m: {percent: -1}}"), "gate.rmse_m.percent");
-  expect_refused(gate("{rmse_m: {precent: 1}}"), "did you mean 'percent'?");
-  expect_refused(gate("{}"), "has 0 metrics, expected 1 to 6");
-  expect_refused(gate("{rmse_m: {}, rpe_1m_m: {}, rpe_1m_deg: {}, end_yaw_error_deg: {}, ate_se3_rmse_m: {}, "
-                      "ate_yaw_rmse_m: {}, ate_sim3_rmse_m: {}}"),
-                 "has 7 metrics, expected 1 to 6");
+TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
+  const std::string one = "seeds: 1\nscenarios: [{scenario: ../walk.yaml, ", gate = one + "gate: ";
+  expect_refused(
+      {{"seeds: 1..3\nscenarios: []\n", "the suite is empty"},
+       {"seeds: 1..3\n", "the suite is empty"},
+       {"scenarios: [{scenario: ../walk.yaml}]\n", "seeds: missing"},
+       {"seeds: 1\nscenarios: [{scenario: ../none.yaml}]\n", "none.yaml: cannot be read"},
+       {"seeds: 1\nscenarios: [{set: [a=b]}]\n", "scenario: missing"},
+       {"seeds: 1\nscenarios: [{scenraio: x}]\n",
+        "ci.yaml:2:14: scenraio: unknown key; did you mean 'scenario'?"},
+       {"seed: 1\n", "did you mean 'seeds'?"},
+       {"[]\n", "expected a suite"},
+       {"seeds: 1\nscenarios: [{scenario: ../walk.yaml}, {scenario: ../walk.yaml}]\n",
+        "two scenarios are called 'walk'"},
+       {one + "set: [walk.step=1]}]\n", "ci.yaml:2:44: set: walk.step: unknown key"},
+       {one + "set: [name=a, seed=x]}]\n", "ci.yaml:2:57: set: seed: "},
+       {one + "set: [name]}]\n", "ci.yaml:2:44: set: 'name': expected key=value"},
+       {one + "set: [[name=a]]}]\n", "ci.yaml:2:44: set: expected text, as in [seed=1]"},
+       {one + "set: name=a}]\n", "ci.yaml:2:43: set: expected a list, as in [seed=1]"},
+       {one + "without: [slma]}]\n",
+        "ci.yaml:2:48: without: 'slma', expected camera or slam; did you mean 'slam'?"},
+       {one + "without: slam}]\n", "ci.yaml:2:47: without: expected a list, as in [slam]"},
+       {gate + "{rsme_m: {percent: 1}}}]\n", "unknown metric 'rsme_m'; did you mean 'rmse_m'?"},
+       {gate + "{rmse_m: 10}}]\n", "expected a tolerance"},
+       {gate + "{rmse_m: {percent: -1}}}]\n", "gate.rmse_m.percent"},
+       {gate + "{rmse_m: {precent: 1}}}]\n", "did you mean 'percent'?"},
+       {gate + "{}}]\n", "has 0 metrics, expected 1 to 6"},
+       {gate + "{rmse_m: {}, rpe_1m_m: {}, rpe_1m_deg: {}, end_yaw_error_deg: {}, ate_se3_rmse_m: {}, "
+               "ate_yaw_rmse_m: {}, ate_sim3_rmse_m: {}}}]\n",
+        "has 7 metrics, expected 1 to 6"}});
 }
 
 TEST_F(SuiteTest, AConfigurationIsWhatFileAndChangesSetNotWhatJudgesIt) {
@@ -115,6 +106,44 @@ TEST_F(SuiteTest, AConfigurationIsWhatFileAndChangesSetNotWhatJudgesIt) {
   EXPECT_EQ(config(walk, {"seed=9", "limits.rmse_m.at_most=1", "name=x"}), plain);
   EXPECT_NE(config(walk, {"walk.step_length_m=0.2"}), plain);
   EXPECT_EQ(config(walk + "camera: {}\n", {}).at("camera"), "present");
+}
+
+Baseline example() {
+  Baseline baseline;
+  baseline.history = {{"abc", "a \"first\" one", "some processor"}, {"def", "better", "another"}};
+  ScenarioResults walk{"walk", {{"walk.step_length_m", "0.1"}, {"walk.commands", "\n  - stand: {}"}}, {}};
+  walk.seeds.push_back(
+      {1, scenario::Ending::completed, 0, {{"rmse_m", "m", 0.1}, {"loop_closed", "1", {}}}, "aa"});
+  walk.seeds.push_back(
+      {7, scenario::Ending::fell, 3, {{"rmse_m", "m", 1.0 / 3}, {"loop_closed", "1", 1.0}}, "bb"});
+  baseline.scenarios.push_back(walk);
+  return baseline;
+}
+
+TEST(Baseline, ReadsBackWhatWasWrittenToTheBit) {
+  const files::TemporaryFolder folder;
+  const auto file = folder / "ci.json";
+  write_baseline(file, example());
+  const std::string text = files::read_text(file);
+  EXPECT_THAT(text, HasSubstr("\n\"rmse_m\": [0.1,0.3333333333333333],\n")) << "a metric is a line";
+  const Baseline read = read_baseline(file);
+  EXPECT_EQ(read.history.at(0).reason, "a \"first\" one");
+  EXPECT_EQ(read.history.at(1).processor, "another");
+  EXPECT_EQ(read.find("run"), nullptr);
+  ASSERT_NE(read.find("walk"), nullptr);
+  EXPECT_EQ(read.find("walk")->config, example().scenarios[0].config);
+  write_baseline(file, read);
+  EXPECT_EQ(files::read_text(file), text);
+  for (const auto& [wrong, why] :
+       {std::pair{text.substr(0, text.size() / 2), "ci.json: expected a JSON object"},
+        {std::string("{}"), "ci.json: format_version: is missing"}}) {
+    files::write_text(file, wrong);
+    EXPECT_THAT([&] { read_baseline(file); }, testing::ThrowsMessage<files::FileError>(HasSubstr(why)));
+  }
+  std::filesystem::remove(file);
+  EXPECT_THAT([&] { read_baseline(file); },
+              testing::ThrowsMessage<files::FileError>(
+                  HasSubstr("ci.json: does not exist; 'gaitslam baseline update' makes a baseline")));
 }
 
 }  // namespace

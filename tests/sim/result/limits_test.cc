@@ -70,14 +70,6 @@ TEST(Summary, TheWorstIsOnTheSideOfTheLimitElseByTheMetricsDefinition) {
   EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
 }
 
-TEST(Summary, ALimitOnTheWorstSeedIsJudgedOnItsOwnSide) {
-  const Summary summary = summarize(limited({{"nees_position_mean", "worst", Bound::at_most, 5},
-                                             {"nees_position_mean", "worst", Bound::at_least, 1}}),
-                                    seeds_of("nees_position_mean", {0.2, 6}));
-  EXPECT_TRUE(summary.limits.at(0).missed());
-  EXPECT_TRUE(summary.limits.at(1).missed());
-}
-
 TEST(Summary, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
   SeedScore one = seed(1, 0.1, 1);
   one.metrics.insert(one.metrics.begin(), {"poses_matched", "1", 100});
@@ -98,12 +90,8 @@ TEST(Summary, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
   EXPECT_THAT(
       summary_table(summarize(limited({}), {seed(1, 0.1, 1)})),
       testing::AllOf(HasSubstr("walk, 1 seed\n"), HasSubstr("0.1        0.1          -        0.1\n")));
-}
-
-TEST(Summary, WithoutScoresTheTableHasNoMetrics) {
-  const std::string table = summary_table(summarize(limited({}), {{1, scenario::Ending::crashed, 3, {}}}));
-  EXPECT_THAT(table, HasSubstr("no metrics: no seed has a score\n"));
-  EXPECT_THAT(table, Not(HasSubstr("median")));
+  EXPECT_THAT(summary_table(summarize(limited({}), {{1, scenario::Ending::crashed, 3, {}}})),
+              testing::AllOf(HasSubstr("no metrics: no seed has a score\n"), Not(HasSubstr("median"))));
 }
 
 TEST(Summary, TheExitCodeIsThatOfTheWorstSeedOrOfAMissedLimitOverSeeds) {
@@ -119,7 +107,8 @@ TEST(Summary, TheExitCodeIsThatOfTheWorstSeedOrOfAMissedLimitOverSeeds) {
                                                       {"mean", Bound::at_most, 0.31, 0},
                                                       {"mean", Bound::at_most, 0.29, 1},
                                                       {"worst", Bound::at_most, 0.59, 1},
-                                                      {"worst", Bound::at_least, 0.1, 0}})
+                                                      {"worst", Bound::at_least, 0.1, 0},
+                                                      {"worst", Bound::at_least, 0.11, 1}})
     EXPECT_EQ(
         exit_code(summarize(limited({{kAte, aggregate, bound, value}}), seeds_of(kAte, {0.1, 0.2, 0.6}))),
         code)
@@ -130,17 +119,16 @@ TEST(Summary, ALimitOverSeedsIsMissedIfOneOfThemHasNoValue) {
   const MetricLimit median{kAte, "median", Bound::at_most, 1};
   EXPECT_EQ(exit_code(summarize(limited({median}), {seed(1, {}, 1)})), 1);
   EXPECT_EQ(exit_code(summarize(limited({median}, false), {seed(1, {}, 1)})), 0) << "no filter was to run";
-  for (const std::string aggregate : {"worst", "median", "mean"})
-    for (const bool filter : {true, false}) {  // without a filter: a metric of the walk itself
-      const Summary summary = summarize(limited({{kAte, aggregate, Bound::at_most, 1}}, filter),
-                                        {seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)});
-      EXPECT_EQ(exit_code(summary), 1) << aggregate;
-      EXPECT_THAT(summary_table(summary), HasSubstr("limit ate_se3_rmse_m." + aggregate +
-                                                    " at_most 1: -  MISSED: no value of 2 of 3 seeds\n"));
-      EXPECT_EQ(to_json(summary)["limits"][0].dump(),
-                R"({"metric":"ate_se3_rmse_m.)" + aggregate +
-                    R"(","at_most":1.0,"value":null,"passed":false,"reason":"no value of 2 of 3 seeds"})");
-    }
+  for (const bool filter : {true, false}) {  // without a filter: a metric of the walk itself
+    const Summary summary =
+        summarize(limited({median}, filter), {seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)});
+    EXPECT_EQ(exit_code(summary), 1);
+    EXPECT_THAT(summary_table(summary),
+                HasSubstr("limit ate_se3_rmse_m.median at_most 1: -  MISSED: no value of 2 of 3 seeds\n"));
+    EXPECT_EQ(to_json(summary)["limits"][0].dump(),
+              R"({"metric":"ate_se3_rmse_m.median","at_most":1.0,"value":null,"passed":false,)"
+              R"("reason":"no value of 2 of 3 seeds"})");
+  }
 }
 
 TEST(Summary, ScoresAreReadFromTheSeedsFolders) {
@@ -159,10 +147,7 @@ TEST(Summary, ScoresAreReadFromTheSeedsFolders) {
   EXPECT_EQ(read_seed_score(root.path(), 1, 3).ending, scenario::Ending::crashed);
   EXPECT_EQ(read_seed_score(root.path(), 1, 2).ending, scenario::Ending::not_started);
   EXPECT_THROW(read_seed_score(root.path(), 1, 0), files::FileError);
-  for (const char* text :
-       {"", "{", "[]", R"({"ending":1,"metrics":{}})", R"({"ending":"fell","metrics":{"a":3}})"})
-    EXPECT_THAT([&] { read(text); }, testing::ThrowsMessage<files::FileError>(HasSubstr("seed-7/score.json")))
-        << text;
+  EXPECT_THAT([&] { read("{"); }, testing::ThrowsMessage<files::FileError>(HasSubstr("seed-7/score.json")));
 }
 
 TEST(Summary, TheFileContainsEverythingUnderItsName) {

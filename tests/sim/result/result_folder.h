@@ -7,33 +7,24 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <regex>
 #include <string>
+#include <vector>
 
 #include "sim/files/text.h"
 
 namespace tests {
 
-/// A marker without the lines about the recording, which a replay does not have.
-inline std::string without_recording(const std::string& marker) {
-  std::string text;
-  std::istringstream lines(marker);
-  for (std::string line; std::getline(lines, line);)
-    if (!line.starts_with("recording/")) text += line + "\n";
-  return text;
-}
-
-/// Relative path -> content of every file below a folder, except timing.* and those in `without`.
+/// Relative path -> content of every file below a folder, except timing.* and those in `without`. The marker
+/// is read without the lines about the recording, which a replay does not have.
 inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
                                                 const std::string& without = "-") {
   std::map<std::string, std::string> contents;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    const std::string name = std::filesystem::relative(entry.path(), folder);
-    if (!entry.is_regular_file() || entry.path().filename().string().starts_with("timing.") ||
-        name.starts_with(without))
-      continue;
-    contents[name] = sim::files::read_text(entry.path());
-    if (entry.path().filename() == ".gaitslam") contents[name] = without_recording(contents[name]);
+    const std::string name = std::filesystem::relative(entry.path(), folder), last = entry.path().filename();
+    if (!entry.is_regular_file() || last.starts_with("timing.") || name.starts_with(without)) continue;
+    std::string& content = contents[name] = sim::files::read_text(entry.path());
+    if (last == ".gaitslam") content = std::regex_replace(content, std::regex("(^|\n)recording/[^\n]*"), "");
   }
   return contents;
 }

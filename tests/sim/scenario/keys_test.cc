@@ -1,61 +1,20 @@
+// Properties of every key, and the errors that each has to report.
 #include "sim/scenario/keys.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <iterator>
-#include <optional>
 #include <set>
-#include <sstream>
+#include <typeinfo>
 
-#include "sim/scenario/scenario.h"
-#include "sim/score/metrics.h"
 #include "tests/sim/scenario/complaint.h"
 
 namespace sim::scenario {
 namespace {
 
 using testing::HasSubstr;
-
-/// Values of all types; each key takes one of them that is not its default.
-std::vector<std::string> values_for(const Key& key) {
-  std::vector<std::string> values{
-      "true",
-      "false",
-      "37",
-      "20000",
-      "3",
-      "0.0625",
-      "0.3",
-      "0.7",
-      "2.5",
-      "0.004",
-      "1e5",
-      "[fell]",
-      "[[1, 2, 3]]",
-      "{program: [./mine, --stdio], options: {a: {b: 1}}}",
-      "[{stand: {duration_s: 2}}]",
-      "[{gyro_silent: {}}]",
-      "[{push: {time_s: 1, impulse_ns: 3}}]",
-      "[{patch: {x_min_m: 1, x_max_m: 2, y_min_m: 1, y_max_m: 2, friction: 0.3}}]"};
-  const std::string one_of = "one of ";
-  if (!key.expected.starts_with(one_of)) return values;
-  std::string words = key.expected.substr(one_of.size());
-  std::replace(words.begin(), words.end(), ',', ' ');
-  std::istringstream in(words);
-  return {std::istream_iterator<std::string>(in), {}};
-}
-
-/// The default scenario with another value of that key.
-std::optional<Scenario> changed(const Key& key) {
-  for (const std::string& value : values_for(key)) {
-    Scenario scenario = default_scenario();
-    if (!complaint_of([&] { key.read(parse_yaml(value, {"test"}), scenario); }).empty()) continue;
-    if (key.print(scenario) != key.print(default_scenario())) return scenario;
-  }
-  return std::nullopt;
-}
+using testing::StartsWith;
 
 TEST(Keys, ReadWhatTheyPrintAndTouchNothingElse) {
   for (const auto& key : scenario_keys()) {
@@ -71,18 +30,15 @@ TEST(Keys, ReadWhatTheyPrintAndTouchNothingElse) {
   }
 }
 
-TEST(Keys, EveryDefaultLiesWithinItsOwnRange) {
+TEST(Keys, HaveATextOfTheirOwnAndADefaultWithinTheirRange) {
+  std::set<std::string> meanings;
   for (const auto& key : scenario_keys()) {
+    EXPECT_TRUE(meanings.insert(key.doc).second) << key.name;
+    EXPECT_FALSE(key.doc.empty() || key.expected.empty()) << key.name;
     if (key.name == "name" || key.name == "walk.commands") continue;  // these two have no default
     Scenario s = default_scenario();
     EXPECT_NO_THROW(key.read(parse_yaml(key.print(s), {"default"}), s)) << key.name;
-    EXPECT_FALSE(key.doc.empty() || key.expected.empty()) << key.name;
   }
-}
-
-TEST(Keys, EachHasATextThatNoOtherHas) {
-  std::set<std::string> meanings;
-  for (const auto& key : scenario_keys()) EXPECT_TRUE(meanings.insert(key.doc).second) << key.name;
 }
 
 /// Stands for a member of any type in an aggregate's braces.
@@ -104,11 +60,13 @@ constexpr int members() {
 /// A visitor of `keys` that expects one key for each member of the options and of their parts.
 class Count : public walking::KeyVisitor {
  public:
-  template <class Options>
-  static void expect_one_for_each_member(const std::string& name) {
-    Count count;
-    Options::keys(count);
-    EXPECT_EQ(count.count_, members<Options>()) << name;
+  template <class... Options>
+  static void expect_one_for_each_member_of() {
+    const auto expect = []<class Each>(Count count, const Each*) {
+      Each::keys(count);
+      EXPECT_EQ(count.count_, members<Each>()) << typeid(Each).name();
+    };
+    (expect(Count(), static_cast<const Options*>(nullptr)), ...);
   }
 
   void number(auto&&...) { ++count_; }
@@ -116,70 +74,119 @@ class Count : public walking::KeyVisitor {
   void choice(auto&&...) { ++count_; }
   void value(auto&&...) { ++count_; }
   template <class Part, class Owner>
-  void part(std::string_view name, Part Owner::*) {
+  void part(std::string_view, Part Owner::*) {
     ++count_;
-    expect_one_for_each_member<Part>(std::string(name));
+    expect_one_for_each_member_of<Part>();
   }
 
  private:
   int count_ = 0;
 };
 
-TEST(Keys, ThereIsOneForEachOption) {
-  Count::expect_one_for_each_member<walking::WalkOptions>("walk");
-  Count::expect_one_for_each_member<walking::StabilizerOptions>("stabilizer");
-  Count::expect_one_for_each_member<physics::WorldOptions>("world");
-  Count::expect_one_for_each_member<camera::CameraOptions>("camera");
-  Count::expect_one_for_each_member<sensor_errors::ErrorOptions>("errors");
-  Count::expect_one_for_each_member<slam::Options>("slam");
-}
-
-TEST(Keys, ThereIsOneForEachFieldOfAnItem) {
-  Count::expect_one_for_each_member<walking::Stand>("stand");
-  Count::expect_one_for_each_member<walking::Straight>("straight");
-  Count::expect_one_for_each_member<walking::TangentArc>("tangent_arc");
-  Count::expect_one_for_each_member<walking::PerpendicularArc>("perpendicular_arc");
-  Count::expect_one_for_each_member<walking::Step>("steps");
-  Count::expect_one_for_each_member<walking::Turn>("turn");
-  Count::expect_one_for_each_member<walking::GoTo>("go_to");
-  Count::expect_one_for_each_member<walking::Repeat>("repeat");
-  Count::expect_one_for_each_member<physics::Push>("push");
-  Count::expect_one_for_each_member<physics::FloorPatch>("patch");
+TEST(Keys, ThereIsOneForEachOptionAndEachFieldOfAnItem) {
+  Count::expect_one_for_each_member_of<
+      walking::WalkOptions, walking::StabilizerOptions, physics::WorldOptions, camera::CameraOptions,
+      sensor_errors::ErrorOptions, slam::Options, walking::Stand, walking::Straight, walking::TangentArc,
+      walking::PerpendicularArc, walking::Step, walking::Turn, walking::GoTo, walking::Repeat, physics::Push,
+      physics::FloorPatch>();
 }
 
 TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
-  std::vector<std::string> names, sections;
+  std::set<std::string> names, sections;
+  std::string section;
   for (const auto& key : scenario_keys()) {
-    names.push_back(key.name);
-    const std::string section = key.name.substr(0, key.name.rfind('.'));
-    if (sections.empty() || sections.back() != section) sections.push_back(section);
+    EXPECT_TRUE(names.insert(key.name).second) << key.name;
+    const std::string now = key.name.substr(0, key.name.rfind('.'));
+    EXPECT_TRUE(now == section || sections.insert(now).second) << key.name;
+    section = now;
   }
-  for (auto* list : {&names, &sections}) {
-    std::sort(list->begin(), list->end());
-    EXPECT_EQ(std::adjacent_find(list->begin(), list->end()), list->end());
-  }
-}
-
-TEST(Keys, TakeTheirNamesFromTheirMembers) {
-  static_assert(walking::member_name<&physics::Push::impulse_ns>() == "impulse_ns");
-  EXPECT_NE(find_key("errors.gyro.sigma_rad_s"), nullptr);
+  EXPECT_TRUE(names.contains("errors.gyro.sigma_rad_s"));
 }
 
 TEST(Keys, FormerNamesGetAMessageWithTheNewOne) {
-  for (const auto& [line, note] : std::vector<std::pair<std::string, std::string>>{
-           {"slam.vision.lasting_s", "was renamed to slam.vision.match_bias_s"},
-           {"slam.tracking.height_bound", "is gone: it is a constant"},
-           {"limits.tracked_share.at_most", "metric tracked_share was renamed to tracked_fraction"},
-           {"limits.yaw_rmse_deg.at_most", "metric yaw_rmse_deg is gone: no limit, page or README used it"}})
+  for (const auto& [line, note] :
+       {std::pair<std::string, std::string>{"slam.vision.lasting_s",
+                                            "was renamed to slam.vision.match_bias_s"},
+        {"limits.tracked_share.at_most", "metric tracked_share was renamed to tracked_fraction"}})
     EXPECT_EQ(complaint(kAll + line + ": 1\n"), "test.yaml:4:1: " + line + ": " + note);
-  EXPECT_EQ(former_name("slam"), "");
 }
 
 TEST(Keys, CarryTheirUnitInTheName) {
   EXPECT_EQ(unit_of("walk.step_length_m"), "m");
-  EXPECT_EQ(unit_of("slam.gyro.sigma_rad_s"), "rad/s");
   EXPECT_EQ(unit_of("slam.motion.sigma_acceleration_m_s2"), "m/s²");
   EXPECT_EQ(unit_of("slam.vision.visible_landmarks"), "");
+}
+
+/// Returns the error of a scenario that starts with this line.
+std::string complaint_about(const std::string& line) {
+  const bool commands = line.starts_with("walk.commands");
+  return complaint(line + (commands ? "\n" : "\nwalk.commands: [{stand: {}}]\n") + "camera: {}\nslam: {}\n");
+}
+
+/// Each key of the kind ("a number", "a whole number", "true or false", ...) rejects each value at its place,
+/// naming the key and the expected values.
+void expect_rejected(const std::string& kind, const std::vector<std::string>& values) {
+  int keys = 0;
+  for (const Key& key : scenario_keys()) {
+    if (!key.expected.starts_with(kind)) continue;
+    ++keys;
+    for (const std::string& value : values) {
+      const std::string message = complaint_about(key.name + ": " + value);
+      EXPECT_THAT(message, StartsWith(fmt::format("test.yaml:1:{}: {}: is ", key.name.size() + 3, key.name)))
+          << value;
+      EXPECT_THAT(message, HasSubstr("expected " + key.expected)) << value;
+    }
+  }
+  EXPECT_GT(keys, 0) << kind;
+}
+
+TEST(BadValues, EachTypeIsWrittenOneWay) {
+  const std::vector<std::string> numbers{
+      ".nan", "nan", ".inf",  "-inf", "1e999", "0x10",   "0o7",  "010", "-007", "1_0", "0,5", "1 m", "1m",
+      "one",  "'1'", "\"1\"", "true", "[1]",   "{a: 1}", "1..2", "--1", "+1",   "1e",  "½",   "1/2"};
+  expect_rejected("a number", numbers);
+  expect_rejected("a whole number", numbers);
+  expect_rejected("a whole number", {"1.5", "1.0", "1e3", "99999999999999999999"});
+  expect_rejected("true or false",
+                  {"yes", "no", "on", "off", "True", "FALSE", "1", "0", "t", "'true'", "[true]", "{a: 1}"});
+  expect_rejected("one of", {"neither", "1", "true", "[wide]", "{a: 1}", "''"});
+  expect_rejected("a name", {"../up", "/etc/passwd", "a/b", ".hidden", "..", "'a b'", "'a;b'", "[a]",
+                             "{a: 1}", "''", "$HOME", std::string(101, 'a')});
+}
+
+TEST(BadValues, NumbersKeepTheirRange) {
+  for (const Key& key : scenario_keys()) {
+    double lowest = 0, highest = 0;
+    const std::size_t from = key.expected.find("number from ");
+    if (from == key.expected.npos) continue;
+    ASSERT_EQ(std::sscanf(key.expected.c_str() + from, "number from %lf to %lf", &lowest, &highest), 2);
+    for (const double outside : {lowest - 1, 2 * highest + 1})
+      EXPECT_THAT(complaint_about(fmt::format("{}: {:.0f}", key.name, outside)),
+                  HasSubstr("expected " + key.expected));
+  }
+}
+
+TEST(BadValues, AnEmptyValueIsRejected) {
+  for (const auto& key : scenario_keys())
+    for (const std::string nothing : {"", "~", "null"})
+      EXPECT_THAT(complaint_about(key.name + ": " + nothing),
+                  testing::AllOf(StartsWith("test.yaml:1:1: " + key.name + ": "), HasSubstr("expected ")));
+}
+
+TEST(BadKeys, ATypoGetsTheNameOfTheKey) {
+  for (const auto& key : scenario_keys()) {
+    if (key.name.size() < 5) continue;
+    std::string doubled = key.name, dropped = key.name, swapped = key.name;
+    doubled.insert(doubled.size() - 2, 1, doubled[doubled.size() - 2]);
+    dropped.erase(dropped.size() - 2, 1);
+    std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
+    for (const std::string& slip : {doubled, dropped, swapped}) {
+      if (slip == key.name || find_key(slip) != nullptr) continue;
+      EXPECT_THAT(complaint_about(slip + ": 1"),
+                  StartsWith("test.yaml:1:1: " + slip + ": unknown key; did you mean '"));
+    }
+    EXPECT_THAT(complaint_about(dropped + ": 1"), HasSubstr("did you mean '" + key.name + "'?"));
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,15 +16,11 @@ inline std::filesystem::path scenario_folder() {
 }
 
 /// Files in scenarios/suites and scenarios/tuning are not scenarios, those in scenarios/bases are parts.
-inline bool is_scenario(const std::filesystem::path& file) {
-  const std::string folder = file.parent_path().filename();
-  return file.extension() == ".yaml" && folder != "suites" && folder != "tuning" && folder != "bases";
-}
-
 inline std::vector<std::filesystem::path> scenario_files() {
+  const std::set<std::string> others{"suites", "tuning", "bases"};
   std::vector<std::filesystem::path> files;
   for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder()))
-    if (is_scenario(file)) files.push_back(file);
+    if (file.extension() == ".yaml" && !others.contains(file.parent_path().filename())) files.push_back(file);
   std::sort(files.begin(), files.end());
   return files;
 }

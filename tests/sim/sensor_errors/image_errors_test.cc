@@ -7,38 +7,47 @@ namespace {
 
 using slam::Stamp;
 
-cv::Mat even(int grey) { return cv::Mat(240, 320, CV_8UC1, cv::Scalar(grey)); }
-
-ImageOptions silent() {
+ImageOptions noise(double read, double shot, double gain = 1) {
   ImageOptions sizes;
-  sizes.read_sigma_grey = sizes.shot_sigma_grey = 0;
+  sizes.read_sigma_grey = read, sizes.shot_sigma_grey = shot, sizes.gain = gain;
   return sizes;
 }
 
-struct Spread {
-  double mean = 0, sigma = 0;
-};
-
-Spread spread(const ImageOptions& sizes, int grey) {
-  cv::Scalar mean, sigma;
-  cv::meanStdDev(ImageErrors(sizes, 1, {}).apply(even(grey), Stamp(1)), mean, sigma);
-  return {mean[0], sigma[0]};
+cv::Mat received(const ImageOptions& sizes, int grey, Stamp t = Stamp(1)) {
+  return ImageErrors(sizes, 1, {}).apply(cv::Mat(240, 320, CV_8UC1, cv::Scalar(grey)), t);
 }
 
-TEST(ImageErrors, GainMakesLightAndNoiseGreater) {
-  ImageOptions sizes;
-  sizes.read_sigma_grey = 2, sizes.shot_sigma_grey = 3, sizes.gain = 4;
-  const Spread bright = spread(sizes, 40);
-  const double expected = std::sqrt(16 * (4 + 9.0 * 40 / 255) + 1.0 / 12);  // 1/12: rounding to whole levels
-  EXPECT_NEAR(bright.mean, 160, 0.018 * expected);  // five standard errors of 76800 pixels
-  EXPECT_NEAR(bright.sigma / expected, 1, 0.013);
-  EXPECT_NEAR(spread(sizes, 255).mean, 255, 1e-9);  // and saturates
+TEST(ImageErrors, NoiseHasTheSpreadAskedForAtEveryGreyAndGain) {
+  for (const auto& [grey, gain] : {std::pair(30, 1.0), {128, 1.0}, {220, 1.0}, {40, 4.0}}) {
+    cv::Scalar mean, sigma;
+    cv::meanStdDev(received(noise(2, 3, gain), grey), mean, sigma);
+    const double expected = std::sqrt(gain * gain * (4 + 9.0 * grey / 255) + 1.0 / 12);  // and rounding
+    EXPECT_NEAR(mean[0], gain * grey, 0.018 * expected);  // five standard errors of 76800 pixels
+    EXPECT_NEAR(sigma[0] / expected, 1, 0.013);
+  }
+}
+
+TEST(ImageErrors, NoiseSaturatesInsteadOfWrapping) {
+  for (const int grey : {0, 255})  // half of the noise goes outward
+    EXPECT_NEAR(cv::countNonZero(received(noise(100, 50), grey) == grey), 240 * 320 / 2, 240 * 320 / 50);
+}
+
+TEST(ImageErrors, NeighboringPixelsAndFramesAreUncorrelated) {
+  cv::Mat a, b;
+  received(noise(10, 0), 128, Stamp(1)).convertTo(a, CV_64F, 1, -128);
+  received(noise(10, 0), 128, Stamp(2)).convertTo(b, CV_64F, 1, -128);
+  const double variance = 100, n = 240 * 320;
+  EXPECT_NEAR(a.dot(b) / n / variance, 0, 5 / std::sqrt(n));
+  for (int shift = 1; shift <= 6; ++shift) {  // five pixels share a draw
+    const cv::Mat left = a.colRange(0, 320 - shift).clone(), right = a.colRange(shift, 320).clone();
+    EXPECT_NEAR(left.dot(right) / n / variance, 0, 5 / std::sqrt(n)) << shift;
+  }
 }
 
 TEST(ImageErrors, VignettingTakesItsFractionInTheCornersAndNothingInTheMiddle) {
-  ImageOptions sizes = silent();
+  ImageOptions sizes = noise(0, 0);
   sizes.vignetting_fraction = 0.5;
-  const cv::Mat image = ImageErrors(sizes, 1, {}).apply(even(200), Stamp(1));
+  const cv::Mat image = received(sizes, 200);
   EXPECT_EQ(image.at<unsigned char>(120, 160), 200);
   EXPECT_EQ(image.at<unsigned char>(0, 0), 100);
   EXPECT_EQ(image.at<unsigned char>(239, 319), 100);
@@ -47,33 +56,11 @@ TEST(ImageErrors, VignettingTakesItsFractionInTheCornersAndNothingInTheMiddle) {
 }
 
 TEST(ImageErrors, VignettingDarkensTheLightAndNotTheNoiseOfReadingIt) {
-  ImageOptions sizes = silent();
-  sizes.read_sigma_grey = 5;
-  const auto corner = [&] {
-    return ImageErrors(sizes, 1, {}).apply(even(100), Stamp(1))(cv::Rect(0, 0, 1, 1)).at<unsigned char>(0, 0);
-  };
-  const int plain = corner();
+  ImageOptions sizes = noise(5, 0);
+  const int plain = received(sizes, 100).at<unsigned char>(0, 0);
   sizes.vignetting_fraction = 0.5;
   EXPECT_NE(plain, 100);
-  EXPECT_EQ(corner() - 50, plain - 100);
-}
-
-TEST(ImageErrors, TheExposureWandersAsFarAndAsFastAsItIsAskedTo) {
-  ImageOptions sizes = silent();
-  sizes.exposure_sigma_fraction = 0.1;
-  sizes.exposure_time_s = 2;
-  ImageErrors errors(sizes, 1, {});
-  const auto grey = [&](double t) {
-    return errors.apply(cv::Mat(1, 1, CV_8UC1, cv::Scalar(100)), Stamp(std::llround(t * 1e9)))
-        .at<unsigned char>(0, 0);
-  };
-  double squares = 0;
-  constexpr int n = 1000;
-  for (int i = 0; i < n; ++i) {
-    squares += (grey(2.0 * i) - 100.0) * (grey(2.0 * i) - 100.0);
-    EXPECT_NEAR(grey(2.0 * i + 1), (grey(2.0 * i) + grey(2.0 * i + 2)) / 2.0, 1.01);  // rounding of three
-  }
-  EXPECT_NEAR(std::sqrt(squares / n) / 10, 1, 0.12);  // five standard errors
+  EXPECT_EQ(received(sizes, 100).at<unsigned char>(0, 0) - 50, plain - 100);
 }
 
 }  // namespace

@@ -26,28 +26,17 @@ Observation observed(int k) {
   return o;
 }
 
-std::vector<Observation> through(Stamp offset, int frames) {
+/// All frames by a clock with that offset; the one without a plan: lost on the way to it.
+std::vector<Observation> through(Stamp offset, int frames, int without_plan = -1) {
   MotionClock clock(offset);
   std::vector<Observation> all;
-  for (int k = 0; k < frames; ++k)
-    for (Observation& o : clock.process(observed(k))) all.push_back(std::move(o));
+  for (int k = 0; k < frames; ++k) {
+    Observation ideal = observed(k);
+    if (k == without_plan) ideal.plan.reset();
+    for (Observation& o : clock.process(std::move(ideal))) all.push_back(std::move(o));
+  }
   for (Observation& o : clock.flush()) all.push_back(std::move(o));
   return all;
-}
-
-// Readings lie within their frame, leave no gap and are what was felt `offset` before their stamps.
-void expect_stamped_late_by(double offset_ms, const Observation& o) {
-  ASSERT_FALSE(o.gyro.empty());
-  EXPECT_EQ(o.gyro.front().begin, o.t - Stamp(30 * kMs));
-  EXPECT_EQ(o.gyro.back().end, o.t);
-  for (std::size_t i = 0; i < o.gyro.size(); ++i) {
-    if (i > 0) {
-      EXPECT_EQ(o.gyro[i].begin, o.gyro[i - 1].end);
-    }
-    const double middle_ms = 1e3 * slam::seconds(o.gyro[i].begin + o.gyro[i].end) / 2;
-    EXPECT_NEAR(o.gyro[i].value.x(), middle_ms - offset_ms, 2.5);  // half a reading, if it was split
-  }
-  EXPECT_EQ(o.accelerometer.size(), o.gyro.size());
 }
 
 TEST(MotionClock, ThatIsRightChangesNothing) {
@@ -61,31 +50,33 @@ TEST(MotionClock, ThatIsRightChangesNothing) {
   }
 }
 
+// Readings lie within their frame, leave no gap, and they and the plan are of `offset` before their stamps.
 TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
   for (const double offset_ms : {7.0, -7.0, 40.0, -40.0}) {
     const auto all = through(Stamp(static_cast<std::int64_t>(offset_ms * 1e6)), 8);
     ASSERT_EQ(all.size(), 8u);
-    for (std::size_t k = 3; k < 6; ++k) {  // the first and last lack what was before and comes after
-      EXPECT_EQ(all[k].t, observed(static_cast<int>(k)).t);
-      expect_stamped_late_by(offset_ms, all[k]);
-      const double planned_ms = 30.0 * static_cast<double>(k) - offset_ms;
-      EXPECT_NEAR(all[k].plan->X_PC.translation().x(), planned_ms, 1e-9);
-      EXPECT_NEAR(all[k].plan->v_PC_C.y(), planned_ms, 1e-9);
-      EXPECT_NEAR(all[k].plan->legs->X_OC.translation().y(), planned_ms, 1e-9);
-      EXPECT_NEAR(all[k].plan->legs->p_CS.z(), planned_ms, 1e-9);
-      EXPECT_NEAR(Eigen::AngleAxisd(all[k].plan->X_PC.linear()).angle(), 1e-3 * planned_ms, 1e-9);
+    for (int k = 3; k < 6; ++k) {  // the first and last lack what was before and comes after
+      const Observation& o = all[static_cast<std::size_t>(k)];
+      ASSERT_EQ(o.t, observed(k).t);
+      Stamp begin = o.t - Stamp(30 * kMs);
+      for (const slam::InertialSample& reading : o.gyro) {
+        EXPECT_EQ(reading.begin, std::exchange(begin, reading.end));
+        const double middle_ms = 1e3 * slam::seconds(reading.begin + reading.end) / 2;
+        EXPECT_NEAR(reading.value.x(), middle_ms - offset_ms, 2.5);  // half a reading, if it was split
+      }
+      EXPECT_EQ(begin, o.t);
+      EXPECT_EQ(o.accelerometer.size(), o.gyro.size());
+      const double planned_ms = 30.0 * k - offset_ms;
+      const slam::PlannedMotion& plan = *o.plan;
+      for (const double ms : {plan.X_PC.translation().x(), plan.v_PC_C.y(), plan.legs->X_OC.translation().y(),
+                              plan.legs->p_CS.z(), 1e3 * Eigen::AngleAxisd(plan.X_PC.linear()).angle()})
+        EXPECT_NEAR(ms, planned_ms, 1e-6);
     }
   }
 }
 
 TEST(MotionClock, GivesNoPlanWhereOneOfTheTwoThatSurroundItIsMissing) {
-  MotionClock clock(Stamp(7 * kMs));
-  std::vector<Observation> all;
-  for (int k = 0; k < 6; ++k) {
-    Observation o = observed(k);
-    if (k == 3) o.plan.reset();
-    for (Observation& assembled : clock.process(o)) all.push_back(std::move(assembled));
-  }
+  const auto all = through(Stamp(7 * kMs), 6, 3);
   EXPECT_TRUE(all[2].plan && !all[3].plan && !all[4].plan && all[5].plan);
 }
 

@@ -52,14 +52,15 @@ TEST_F(SpecFile, SaysWhatIsTunedOnWhatAndByWhat) {
       "parameters:\n  slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}\n"
       "  slam.vision.sigma_px: {from: 0.1, to: 4, start: 2, also: [slam.vision.gate_sigma_px]}\n"
       "training: [{recordings: walks, seeds: '1,3', set: [slam.height.sigma_m=0.1]}]\n"
-      "holdout: [{recordings: walks/seed-2}]\nobjective: innovation_nll\ntrials: 90\nseed: 7\n");
+      "holdout: [{recordings: walks/seed-2}]\nobjective: rmse_m\ntrials: 90\nseed: 7\n");
   EXPECT_EQ(spec.name, "spec");
   ASSERT_EQ(spec.parameters.size(), 2U);
   EXPECT_EQ(spec.parameters[0].start, 0.02);  // of the recorded scenario
   EXPECT_EQ(spec.parameters[1].also, std::vector<std::string>{"slam.vision.gate_sigma_px"});
-  ASSERT_EQ(spec.training.size(), 1U);
-  EXPECT_EQ(spec.training[0].folders[1], (folder_ / "walks/seed-3"));
-  EXPECT_EQ(spec.objective, Objective::innovation_nll);
+  ASSERT_EQ(spec.training.size(), 2U);
+  EXPECT_EQ(spec.training[1].folder, (folder_ / "walks/seed-3"));
+  EXPECT_EQ(spec.training[1].name, "walks/seed-3");
+  EXPECT_EQ(spec.objective, Objective::rmse_m);
   EXPECT_EQ(spec.trials, 90);
 }
 
@@ -113,20 +114,13 @@ TEST_F(SpecFile, MayNameScenariosWhoseRecordingsTheCacheHas) {
   const Spec spec = read(gyro +
                          "training: [{scenario: walk.yaml, seeds: 2..4, set: [slam.height.sigma_m=0.1]}]\n"
                          "holdout: [{scenario: walk.yaml}]\n");
-  EXPECT_EQ(spec.training[0].seeds, (std::vector<std::uint64_t>{2, 3, 4}));
-  EXPECT_TRUE(spec.training[0].folders.empty());
-  EXPECT_EQ(spec.holdout[0].seeds, std::vector<std::uint64_t>{7});
+  ASSERT_EQ(spec.training.size(), 3U);
+  EXPECT_EQ(spec.training[1].name, "walk/seed-3");
+  EXPECT_EQ(spec.training[1].folder, "");
+  EXPECT_EQ(spec.training[1].read.scenario.seed, 3U);
+  EXPECT_EQ(spec.training[1].read.scenario.slam->height.sigma_m, 0.1);
+  EXPECT_EQ(spec.holdout[0].recorded_seed, 7U);
   EXPECT_EQ(spec.parameters[0].start, 0.05);
-  const scenario::Scenario third = scenario_of(spec.training[0], 3).scenario;
-  EXPECT_EQ(third.seed, 3U);
-  EXPECT_EQ(third.slam->height.sigma_m, 0.1);
-  EXPECT_EQ(spec.warning, "");
-  std::ofstream(folder_ / "long.yaml")
-      << "walk: {commands: [stand: {duration_s: 2}]}\ncamera: {}\nslam: {}\n";
-  EXPECT_THAT(read(gyro + "training: [{scenario: walk.yaml, seeds: 2..4}]\n"
-                          "holdout: [{scenario: long.yaml, seeds: 4}]\n")
-                  .warning,
-              HasSubstr("share seed 4 on different walks"));
   EXPECT_THAT(complaint(gyro + "training: [{seeds: 1..2}]\n"),
               HasSubstr("spec.yaml:2:12: training: expected a scenario"));
   EXPECT_THROW(read(gyro + "training: [{scenario: none.yaml}]\n"), scenario::ConfigError);

@@ -1,11 +1,13 @@
-// Plans of sweeps, right ones and wrong ones.
+// Values to try and plans of sweeps, right ones and wrong ones.
 #include "sim/trials/sweep.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
+#include "sim/trials/values.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::trials {
@@ -14,7 +16,89 @@ namespace {
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
-using testing::StartsWith;
+
+/// The values of slam.vision.sigma_px in YAML.
+Values values(const std::string& text, const std::string& key = "slam.vision.sigma_px") {
+  const scenario::Yaml map = scenario::parse_yaml(key + ": " + text, {"spec.yaml"});
+  return read_values(map.keys[0], map.items[0]);
+}
+
+std::string error_of(const std::string& text, const std::string& key = "slam.vision.sigma_px") {
+  try {
+    values(text, key);
+  } catch (const scenario::ConfigError& e) {
+    return e.what();
+  }
+  return "none";
+}
+
+std::vector<std::string> grid(const std::string& text) {
+  std::vector<std::string> texts;
+  for (const double value : std::get<Range>(values(text)).grid())
+    texts.push_back(number_node(value, {}, true).text);
+  return texts;
+}
+
+TEST(Values, AreAListOrOneValueOrARange) {
+  EXPECT_EQ(std::get<0>(values("0.50"))[0].text, "0.50");
+  EXPECT_EQ(std::get<0>(values("[1, 2, 3]")).size(), 3u);
+  const Range range =
+      std::get<Range>(values("{from: 1, to: 4, start: 3, scale: linear, also: [slam.height.sigma_m]}"));
+  EXPECT_FALSE(range.logarithmic);
+  EXPECT_EQ(range.start, 3);
+  EXPECT_THAT(range.also, ElementsAre("slam.height.sigma_m"));
+  EXPECT_EQ(std::get<Range>(values("[{from: 1, to: 2}]")).high, 2);
+}
+
+TEST(Values, OfAGridHaveEvenDistancesOrFactors) {
+  EXPECT_THAT(grid("{from: 1, to: 2, points: 5, scale: linear}"),
+              ElementsAre("1", "1.25", "1.5", "1.75", "2"));
+  EXPECT_THAT(grid("{from: 0.01, to: 10, points: 4}"), ElementsAre("0.01", "0.1", "1", "10"));
+}
+
+TEST(Values, ErrorsNameThePlace) {
+  for (const auto& [text, error] : std::vector<std::pair<std::string, std::string>>{
+           {"{from: 1, too: 2}", "spec.yaml:1:33: too: unknown key; did you mean 'to'?"},
+           {"{from: 1}", "expected both from and to"},
+           {"{from: 2, to: 1}", "expected a rising range"},
+           {"{from: 1, to: abc}", "spec.yaml:1:37: slam.vision.sigma_px: "},
+           {"{from: -1, to: 1}", "spec.yaml:1:30: slam.vision.sigma_px: "},
+           {"{from: 1, to: 2, points: 1}", "points: is '1', expected a whole number"},
+           {"{from: 1, to: 2, start: 3}", "start 3 is outside 1 to 2"},
+           {"{from: 1, to: 2, also: [slam.visio.sigma_px]}", "did you mean"},
+           {"[]", "has no values"}})
+    EXPECT_THAT(error_of(text), HasSubstr(error)) << text;
+  EXPECT_THAT(error_of("{from: 0, to: 1}", "slam.depth.linearity"), HasSubstr("must start above 0"));
+  EXPECT_THAT(error_of("{from: 1, to: 2}", "slam.gyro.enabled"),
+              HasSubstr("expected a key that is a number"));
+}
+
+TEST(Range, GoesFromLowToHighByItsLogarithmOrLinearly) {
+  const Range log{"k", {}, 0.001, 0.1, 0.01, true}, linear{"k", {}, -1, 3, 0, false};
+  EXPECT_NEAR(log.value_at(0.5), 0.01, 1e-16);
+  EXPECT_EQ(log.value_at(0), 0.001);
+  EXPECT_EQ(log.value_at(1), 0.1);
+  EXPECT_NEAR(log.coordinate_of(0.01), 0.5, 1e-15);
+  EXPECT_EQ(linear.value_at(0.5), 1);
+  EXPECT_EQ(linear.coordinate_of(0), 0.25);
+}
+
+TEST(Set, GivesAKeyExactlyTheNumber) {
+  scenario::Scenario scenario =
+      scenario::read_scenario_text("walk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {}\n",
+                                   "s.yaml")
+          .scenario;
+  set(scenario, "slam.gyro.sigma_rad_s", 0.1 + 0.2);
+  EXPECT_EQ(scenario.slam->gyro.sigma_rad_s, 0.1 + 0.2);
+}
+
+TEST(Sobol, FirstPointsAreThoseOfJoeAndKuo) {
+  const auto points = sobol_points(7, 3);  // the worked example beside their direction numbers
+  EXPECT_THAT(points, ElementsAre(ElementsAre(0.5, 0.5, 0.5), ElementsAre(0.75, 0.25, 0.25),
+                                  ElementsAre(0.25, 0.75, 0.75), ElementsAre(0.375, 0.375, 0.625),
+                                  ElementsAre(0.875, 0.875, 0.125), ElementsAre(0.625, 0.125, 0.875),
+                                  ElementsAre(0.125, 0.625, 0.375)));
+}
 
 class Sweep : public testing::Test {
  protected:
@@ -54,13 +138,6 @@ class Sweep : public testing::Test {
   files::TemporaryFolder folder_;
 };
 
-TEST_F(Sweep, OfAScenarioAloneIsThatScenarioOnEachSeed) {
-  const SweepPlan one = plan("walk.yaml", {});
-  EXPECT_EQ(one.trials(), 2u);
-  EXPECT_EQ(one.scenario(1).scenario.seed, 2u);
-  EXPECT_EQ(one.scenario(1).scenario.name, "walk");
-}
-
 TEST_F(Sweep, TriesEveryCombinationTheLastKeyFastest) {
   const SweepPlan grid = plan("walk.yaml", {"slam.vision.sigma_px=1,2",
                                             "slam.gyro.sigma_rad_s={from: 0.01, to: 0.03, points: 3, "
@@ -72,6 +149,7 @@ TEST_F(Sweep, TriesEveryCombinationTheLastKeyFastest) {
   EXPECT_EQ(grid.trials(), 12u);
   EXPECT_EQ(grid.scenario(11).scenario.slam->vision.sigma_px, 2);
   EXPECT_EQ(grid.scenario(11).scenario.seed, 2u);
+  EXPECT_EQ(plan("walk.yaml", {}).trials(), 2u) << "the scenario alone, on each seed";
 }
 
 TEST_F(Sweep, RangesWithoutPointsAreSampledTogether) {
@@ -106,50 +184,47 @@ samples: 4
 }
 
 TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
-  const auto expect = [&](const std::vector<std::string>& arguments, const std::string& text) {
-    EXPECT_THAT(complaint("walk.yaml", arguments), HasSubstr(text));
-  };
   EXPECT_EQ(complaint("walk.yaml", {"slam.vision.sigma=1,2"}),
             "<argument>:1:1: slam.vision.sigma: unknown key; did you mean 'slam.vision.sigma_px'?");
-  expect({"world.seed=1", "slam.vision.sigma_px=1,x"},
-         "<argument>:2:24: slam.vision.sigma_px: is 'x', expected a number");
-  expect({"slam.vision.sigma_px=1,,2"}, "<argument>:1:24: ");
-  expect({"slam.vision.sigma_px"}, "expected KEY=VALUE,VALUE");
-  expect({"slam.vision.sigma_px=1", "slam.vision.sigma_px=2"},
-         "<argument>:2:1: slam.vision.sigma_px: is given values twice");
-  expect({"seed=1,2"}, "expected seeds (--seeds 1..5)");
-  expect({"limits.rmse_m=1"}, "does not change a run");
+  for (const auto& [arguments, text] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"world.seed=1", "slam.vision.sigma_px=1,x"},
+            "<argument>:2:24: slam.vision.sigma_px: is 'x', expected a number"},
+           {{"slam.vision.sigma_px=1,,2"}, "<argument>:1:24: "},
+           {{"slam.vision.sigma_px"}, "expected KEY=VALUE,VALUE"},
+           {{"slam.vision.sigma_px=1", "slam.vision.sigma_px=2"},
+            "<argument>:2:1: slam.vision.sigma_px: is given values twice"},
+           {{"seed=1,2"}, "expected seeds (--seeds 1..5)"},
+           {{"limits.rmse_m=1"}, "does not change a run"}})
+    EXPECT_THAT(complaint("walk.yaml", arguments), HasSubstr(text));
   EXPECT_THAT(complaint("blind.yaml", {"slam.vision.sigma_px=1"}), HasSubstr("blind has no such section"));
   EXPECT_THAT(complaint("none.yaml", {}), HasSubstr("cannot be read"));
 }
 
 TEST_F(Sweep, WhatIsWrongInAFileIsNamedWithItsPlace) {
-  const auto expect = [&](const std::string& text, const std::string& what) {
+  for (const auto& [text, what] : std::vector<std::pair<std::string, std::string>>{
+           {"scenario: walk.yaml\nsede: 1\n", "spec.yaml:2:1: sede: unknown key; did you mean 'seeds'?"},
+           {"scenario: walk.yaml\nparameters:\n  slam.vision.sigma_px: [1, -2]\n",
+            "spec.yaml:3:29: slam.vision.sigma_px: is '-2', expected a number"},
+           {"parameters: {slam.vision.sigma_px: [1]}\n", "spec.yaml:1:1: scenario: missing"},
+           {"scenarios: []\n", "spec.yaml:1:12: scenarios: expected a list"},
+           {"scenario: walk.yaml\nsamples: 1000000\n",
+            "spec.yaml:2:10: samples: is '1000000', expected a whole number from 1 to 100000"},
+           {"scenario: walk.yaml\nseeds: [1, 2]\n", "spec.yaml:2:8: seeds: expected seeds"},
+           {"scenarios: [walk.yaml, walk.yaml]\n", "a sweep needs different names"}})
     EXPECT_THAT(complaint_of_file(text), HasSubstr(what)) << text;
-  };
-  expect("scenario: walk.yaml\nsede: 1\n", "spec.yaml:2:1: sede: unknown key; did you mean 'seeds'?");
-  expect("scenario: walk.yaml\nparameters:\n  slam.vision.sigma_px: [1, -2]\n",
-         "spec.yaml:3:29: slam.vision.sigma_px: is '-2', expected a number");
-  expect("parameters: {slam.vision.sigma_px: [1]}\n", "spec.yaml:1:1: scenario: missing");
-  expect("scenarios: []\n", "spec.yaml:1:12: scenarios: expected a list");
-  expect("scenario: walk.yaml\nsamples: 1000000\n",
-         "spec.yaml:2:10: samples: is '1000000', expected a whole number from 1 to 100000");
-  expect("scenario: walk.yaml\nseeds: [1, 2]\n", "spec.yaml:2:8: seeds: expected seeds");
-  expect("scenarios: [walk.yaml, walk.yaml]\n", "a sweep needs different names");
 }
 
 TEST_F(Sweep, MoreTrialsThanAnyoneWaitsForAreRejectedAtTheKeyThatAsksForThem) {
   const std::string thousand = "{from: 1, to: 1000, points: 1000, scale: linear}";
   EXPECT_EQ(complaint_of_file("scenario: walk.yaml\nparameters:\n  world.seed: " + thousand +
                               "\n  slam.vision.sigma_px: {from: 1, to: 2, points: 101}\n"),
-            "spec.yaml:4:3: slam.vision.sigma_px: makes 101000 combinations, expected at most 100000");
+            "spec.yaml:4:3: slam.vision.sigma_px: makes 202000 trials of 101000 combinations, 1 scenarios "
+            "and 2 seeds, "
+            "expected at most 100000");
   EXPECT_THAT(complaint_of_file(
                   "scenarios: [walk.yaml, blind.yaml]\nparameters: {world.seed: " + thousand + "}\n", 51),
               EndsWith("world.seed: makes 102000 trials of 1000 combinations, 2 scenarios and 51 seeds, "
                        "expected at most 100000"));
-  EXPECT_THAT(complaint_of_file("scenario: walk.yaml\nparameters: {world.seed: {from: 1, to: 200000, points: "
-                                "100001, scale: linear}}\n"),
-              HasSubstr("points: is '100001', expected a whole number from 2 to 100000"));
 }
 
 }  // namespace

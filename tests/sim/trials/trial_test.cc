@@ -1,8 +1,11 @@
-// Trials from memory against replays from the disk, and against each other.
+// The likelihood of a pose against values computed by hand, and trials from memory against replays from the
+// disk.
 #include "sim/trials/trial.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <thread>
 
 #include "sim/replay/replay.h"
@@ -12,6 +15,23 @@
 
 namespace sim::trials {
 namespace {
+
+// The position's x is correlated with the rotation about x.
+TEST(PoseNll, IsThatOfTheDensityOfTheErrorWithItsCorrelations) {
+  score::Matrix6d P = score::Matrix6d::Identity() * 1e-4;
+  P(0, 3) = P(3, 0) = 0.6e-4;  // |P| = 1e-24 (1 − 0.36)
+  Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+  truth.translation().x() = 0.03;                                               // 3 σ
+  truth.linear() = Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitY()).matrix();  // 2 σ
+  const double expected = (9 / 0.64 + 4 + std::log(0.64e-24) + 6 * std::log(2 * std::numbers::pi)) / 2;
+  EXPECT_NEAR(pose_nll(truth, Eigen::Isometry3d::Identity(), P).value(), expected, 1e-9);
+}
+
+TEST(PoseNll, HasNoValueWhereACovarianceIsNotPositiveDefinite) {
+  score::Matrix6d P = score::Matrix6d::Identity();
+  P(2, 2) = -1;
+  EXPECT_FALSE(pose_nll(Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity(), P));
+}
 
 constexpr int kFrames = 40;
 
@@ -34,9 +54,8 @@ class Trials : public testing::Test {
     return tests::json_of(folder_ / "replay" / "score.json");
   }
 
-  static std::filesystem::path folder_;
+  static inline std::filesystem::path folder_;
 };
-std::filesystem::path Trials::folder_;
 
 void expect_same(const Trial& trial, const nlohmann::json& score) {
   EXPECT_EQ(name_of(trial.ended.ending), score["ending"].get<std::string>());
@@ -72,11 +91,8 @@ TEST_F(Trials, OfOneRecordingInTwoThreadsGiveTheSameBits) {
     std::jthread first([&] { together[0] = run_trial(recording, wanted[0]); });
     std::jthread second([&] { together[1] = run_trial(recording, wanted[1]); });
   }
-  EXPECT_NE(alone[0].terms->pose_nll, alone[1].terms->pose_nll);
-  for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(alone[i].terms->pose_nll, together[i].terms->pose_nll);
-    EXPECT_EQ(alone[i].terms->innovation_nll, together[i].terms->innovation_nll);
-  }
+  EXPECT_NE(alone[0].pose_nll, alone[1].pose_nll);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(alone[i].pose_nll, together[i].pose_nll);
 }
 
 TEST_F(Trials, ThatAskForOtherErrorsThanTheRecordingHasInItAreRefused) {
@@ -85,13 +101,13 @@ TEST_F(Trials, ThatAskForOtherErrorsThanTheRecordingHasInItAreRefused) {
   EXPECT_THROW(run_trial(recording, scenario({"seed=2"})), std::logic_error);
 }
 
-TEST_F(Trials, OfAFilterThatFailsHaveNoTermsButTellHowLongItLasted) {
+TEST_F(Trials, OfAFilterThatFailsHaveNoLikelihoodButTellHowLongItLasted) {
   // No landmark is ever found again at a correlation of 1.
   const auto failing = scenario(
       {"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3", "slam.tracking.give_up_s=0.3"});
   const Trial trial = run_trial(load(folder_), failing);
   EXPECT_EQ(trial.ended.ending, scenario::Ending::diverged);
-  EXPECT_FALSE(trial.terms);
+  EXPECT_FALSE(trial.pose_nll);
   EXPECT_GT(trial.lasted_fraction, 0);
   EXPECT_LT(trial.lasted_fraction, 1);
 }

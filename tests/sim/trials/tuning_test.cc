@@ -1,17 +1,16 @@
-// Tunings of a short walk: the same answer for any number of threads, and after any number of kills.
+// The search on functions with a known minimum. Tunings of a short walk: the same answer for any number of
+// threads, and from a part of the log.
 #include "sim/trials/tuning.h"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"
-#include "sim/sensor_errors/random.h"
+#include "sim/trials/search.h"
 #include "tests/sim/result/result_folder.h"
 #include "tests/sim/trials/synthetic_result.h"
 
@@ -20,25 +19,71 @@ namespace {
 
 namespace fs = std::filesystem;
 
+template <typename F>
+std::vector<double> best_of(CmaEs search, int generations, const F& value) {
+  std::vector<double> best;
+  for (int g = 0; g < generations; ++g) {
+    const auto asked = search.ask();
+    std::vector<double> values;
+    for (const auto& x : asked) {
+      values.push_back(value(x));
+      if (best.empty() || values.back() < value(best)) best = x;
+    }
+    search.tell(values);
+  }
+  return best;
+}
+
+// A valley a hundred times as long as wide, along a diagonal.
+double valley(const std::vector<double>& x) {
+  const double along = x[0] + x[1] - 1.3, across = x[0] - x[1] - 0.3;
+  return along * along + 1e4 * across * across;
+}
+
+TEST(CmaEs, FindsTheEndOfAStretchedValley) {
+  const auto best = best_of(CmaEs({0.1, 0.9}, 0.25, 8, 1), 100, valley);
+  EXPECT_NEAR(best[0], 0.8, 1e-4);
+  EXPECT_NEAR(best[1], 0.5, 1e-4);
+}
+
+TEST(CmaEs, FindsALeastValueOnTheEdgeAndNeverLeavesTheCube) {
+  const auto best = best_of(CmaEs({0.5, 0.5, 0.5}, 0.3, 10, 2), 80, [](const std::vector<double>& x) {
+    for (const double part : x) EXPECT_TRUE(part >= 0 && part <= 1);
+    return x[0] + std::abs(x[1] - 0.25) - x[2];
+  });
+  EXPECT_NEAR(best[0], 0, 1e-3);
+  EXPECT_NEAR(best[1], 0.25, 1e-3);
+  EXPECT_NEAR(best[2], 1, 1e-3);
+}
+
+TEST(CmaEs, AsksTheSameForTheSameSeedAndOtherwiseForAnother) {
+  EXPECT_EQ(CmaEs({0.5}, 0.2, 6, 3).ask(), CmaEs({0.5}, 0.2, 6, 3).ask());
+  EXPECT_NE(CmaEs({0.5}, 0.2, 6, 3).ask(), CmaEs({0.5}, 0.2, 6, 4).ask());
+}
+
+// Only the order of values counts.
+TEST(CmaEs, DoesNotCareHowMuchWorseAFailureIs) {
+  const auto with_failures = [](double failure) {
+    return best_of(CmaEs({0.4, 0.4}, 0.25, 8, 5), 20, [&](const std::vector<double>& x) {
+      return x[0] > 0.6 ? failure : valley({x[0] + 0.3, x[1]});
+    });
+  };
+  EXPECT_EQ(with_failures(1e6), with_failures(1e9));
+}
+
 TrialRecord success(double nll) {
   return {"k", 1, "completed", "", {{"pose_nll", nll}, {"lasted_fraction", 1}}};
 }
 TrialRecord failure(double lasted) { return {"k", 1, "diverged", "lost", {{"lasted_fraction", lasted}}}; }
 double loss(const TrialRecord& record) { return loss_of(record, Objective::pose_nll); }
 
-TEST(Failure, IsWorseThanAnySuccessAndTheWorseTheEarlier) {
+TEST(Failure, IsWorseThanAnySuccessTheWorseTheEarlierAndTheMoreRunsFail) {
   EXPECT_LT(loss(success(-20)), loss(success(1e5)));
   EXPECT_LT(loss(success(1e300)), loss(failure(1)));
   EXPECT_LT(loss(failure(0.9)), loss(failure(0.1)));
   EXPECT_TRUE(std::isfinite(loss(failure(0))));
-}
-
-TEST(Failure, OfOneRunIsBetterThanOfTwo) {
   const TrialRecord good = success(-5), late = failure(0.99), early = failure(0.01);
-  const auto mean = [](std::vector<const TrialRecord*> records) {
-    return mean_loss(records, Objective::pose_nll);
-  };
-  EXPECT_LT(mean({&good, &early}), mean({&late, &late}));
+  EXPECT_LT(mean_loss({&good, &early}, Objective::pose_nll), mean_loss({&late, &late}, Objective::pose_nll));
 }
 
 constexpr const char* kSpec = R"(
@@ -71,30 +116,12 @@ class Tunings : public testing::Test {
   static TuningResult tuned(const Spec& spec, const std::string& out, int jobs) {
     return tune(spec, folder_ / out, {jobs}, "test", [](const Progress&) {});
   }
-  /// Tunes in a process that is killed after so many milliseconds; whether it was done before.
-  static bool killed_after(int milliseconds, const Spec& spec, const std::string& out) {
-    const pid_t child = fork();
-    if (child == 0) {
-      tuned(spec, out, 2);
-      _exit(0);
-    }
-    usleep(static_cast<useconds_t>(1000 * milliseconds));
-    kill(child, SIGKILL);
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status);
-  }
   static std::map<std::string, std::string> answer_of(const std::string& out) {
     return tests::files(folder_ / out, "trials.jsonl");
   }
-  static std::size_t finished(const std::string& out) {
-    const std::string log = files::read_text(folder_ / out / "trials.jsonl");
-    return static_cast<std::size_t>(std::count(log.begin(), log.end(), '\n'));
-  }
 
-  static fs::path folder_;
+  static inline fs::path folder_;
 };
-fs::path Tunings::folder_;
 
 TEST_F(Tunings, GiveTheSameAnswerForAnyNumberOfThreads) {
   const TuningResult one = tuned(spec(), "one", 1), three = tuned(spec(), "three", 3);
@@ -103,21 +130,14 @@ TEST_F(Tunings, GiveTheSameAnswerForAnyNumberOfThreads) {
   EXPECT_TRUE(answer_of("one").contains("tune.json"));
 }
 
-TEST_F(Tunings, KilledAtRandomMomentsLoseNoFinishedTrialAndEndAlike) {
+TEST_F(Tunings, FromTheFirstHalfOfItsLogATuningEndsAlike) {
   tuned(spec(), "whole", 1);
-  sensor_errors::Random random(20061121, "moments of killing");
-  std::size_t before = 0;
-  int kills = 0;
-  for (bool done = false; !done; ++kills) {
-    ASSERT_LT(kills, 200);
-    done = killed_after(10 + static_cast<int>(120 * random.uniform()) * (1 + kills / 4), spec(), "killed");
-    const std::size_t now = finished("killed");
-    EXPECT_GE(now, before);
-    before = now;
-  }
-  EXPECT_GE(kills, 3);  // else the moments say nothing
-  EXPECT_EQ(tests::differences(answer_of("whole"), answer_of("killed")), std::vector<std::string>{});
-  EXPECT_EQ(finished("whole"), finished("killed"));
+  const std::string log = files::read_text(folder_ / "whole/trials.jsonl");
+  fs::create_directory(folder_ / "half");
+  files::write_text(folder_ / "half/trials.jsonl", log.substr(0, log.size() / 2));
+  tuned(spec(), "half", 2);
+  EXPECT_EQ(tests::differences(answer_of("whole"), answer_of("half")), std::vector<std::string>{});
+  EXPECT_EQ(files::read_text(folder_ / "half/trials.jsonl"), log);
 }
 
 // Each remote task reads its recording, as a process on another machine does.
@@ -126,7 +146,7 @@ TEST_F(Tunings, GiveTheSameAnswerWhereTrialsRunRemotelyAGenerationAtOnce) {
   std::size_t most = 0;
   const RunTasks remote = [&](const std::vector<Task>& tasks, TrialLog& log) {
     most = std::max(most, tasks.size());
-    for (const Task& task : tasks) log.add(Runner(1).run(task));
+    for (const Task& task : tasks) log.add(Runner(false).run(task));
   };
   tune(spec(), folder_ / "remote", {1, remote}, "test", [](const Progress&) {});
   EXPECT_EQ(tests::differences(answer_of("in threads"), answer_of("remote")), std::vector<std::string>{});
@@ -152,8 +172,7 @@ TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {
 // The hold-out run has a gyro a hundred times as noisy as training: what fits there is worse here.
 TEST_F(Tunings, WorseOnHoldoutAreRefused) {
   Spec wrong = spec();
-  wrong.holdout[0].set.push_back(
-      "errors.gyro.sigma_rad_s=0.1");  // what the start expects, and training has not
+  wrong.holdout[0].read.scenario.errors.gyro.sigma_rad_s = 0.1;  // what the start expects
   wrong.parameters.resize(1);
   const TuningResult result = tuned(wrong, "worse", 2);
   EXPECT_FALSE(result.accepted);

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -35,10 +36,7 @@ class RawClient {
   RawClient& operator=(const RawClient&) = delete;
 
   bool connected() const { return connected_; }
-  void send(std::string_view bytes) {
-    sent_all_ = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == ssize_t(bytes.size());
-  }
-  bool sent_all() const { return sent_all_; }
+  void send(std::string_view bytes) { ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
 
   /// True if the other side closes within that time; keeps the bytes received before.
   bool is_closed_within(int ms) {
@@ -85,20 +83,15 @@ class RawClient {
   }
 
   int fd_;
-  bool connected_ = false, closed_ = false, sent_all_ = true;
+  bool connected_ = false, closed_ = false;
   std::string received_;
 };
 
 /// A frame as clients send it, masked with zeros; `first`: FIN and opcode.
 inline std::string client_frame(unsigned char first, std::string_view payload) {
-  std::string frame(1, char(first));
-  if (payload.size() < 126) {
-    frame += char(0x80 | payload.size());
-  } else {
-    frame += char(0x80 | 126);
-    frame += char(payload.size() >> 8);
-    frame += char(payload.size() & 0xff);
-  }
+  const std::size_t size = payload.size();
+  std::string frame{char(first), char(0x80 | std::min<std::size_t>(size, 126))};
+  if (size >= 126) frame += {char(size >> 8), char(size & 0xff)};
   return frame.append(4, '\0').append(payload);
 }
 inline std::string text_frame(std::string_view payload) { return client_frame(0x81, payload); }

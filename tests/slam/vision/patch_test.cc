@@ -10,29 +10,25 @@
 namespace slam {
 namespace {
 
-TEST(Patch, RefinesToAFewHundredthsOfAPixel) {
+TEST(Patch, RefinesToAFewHundredthsOfAPixelAtAnyBrightnessAndContrast) {
   const Template t = template_at(pattern(0, 0), {70, 60});
-  for (const double shift : {0.1, 0.35, 0.5, 0.8}) {
-    const auto match = refine(pattern(shift, -shift / 2), t, {70, 60});
-    ASSERT_TRUE(match);
-    EXPECT_NEAR(match->pixel.x(), 70 + shift, 0.03);  // gray values are whole numbers, samples bilinear
-    EXPECT_NEAR(match->pixel.y(), 60 - shift / 2, 0.03);
-    EXPECT_GT(match->correlation, 0.99);
-  }
+  for (const double shift : {0.1, 0.35, 0.5, 0.8})
+    for (const double contrast : {1.0, 0.5}) {
+      cv::Mat image;
+      pattern(shift, -shift / 2).convertTo(image, CV_8U, contrast, 20 * (1 - contrast));
+      const auto match = refine(image, t, {70, 60});
+      ASSERT_TRUE(match);
+      EXPECT_NEAR(match->pixel.x(), 70 + shift, 0.05);  // gray values are whole numbers, samples bilinear
+      EXPECT_NEAR(match->pixel.y(), 60 - shift / 2, 0.05);
+      EXPECT_GT(match->correlation, 0.99);
+    }
 }
 
-TEST(Patch, BrightnessAndContrastDoNotMatter) {
-  const Template t = template_at(pattern(0, 0), {70, 60});
-  cv::Mat dim;
-  pattern(0.4, 0).convertTo(dim, CV_8U, 0.5, 20);
-  const auto match = refine(dim, t, {70, 60});
-  ASSERT_TRUE(match);
-  EXPECT_NEAR(match->pixel.x(), 70.4, 0.05);  // half the gray levels are left
-}
-
-TEST(Patch, FlatPatchesMakeNoTemplate) {
+TEST(Patch, FlatPatchesMakeNoTemplateAndAreNotFound) {
   const cv::Mat flat(120, 160, CV_8UC1, cv::Scalar(90));
-  EXPECT_FALSE(warp(cut_patch(flat, {70, 60}), Eigen::Matrix2d::Identity()));
+  const Eigen::Matrix2d I = Eigen::Matrix2d::Identity();
+  EXPECT_FALSE(warp(cut_patch(flat, {70, 60}), I));
+  EXPECT_FALSE(search_ellipse(flat, template_at(pattern(0, 0), {70, 60}), {70, 60}, I, 3));
 }
 
 TEST(Patch, ViewChangeIsTheDerivativeThroughTheSurface) {
@@ -82,13 +78,6 @@ TEST(Patch, SurfacesSeenTooObliquelyAreNotMatched) {
   EXPECT_FALSE(view_change(camera, first, now, p, surface_normal(first, p, {0, 0}), seen->pixel));
 }
 
-double correlation(const cv::Mat& a, const Eigen::Vector2i& p, const cv::Mat& b, const Eigen::Vector2i& q) {
-  cv::Mat result;
-  const auto box = [](const Eigen::Vector2i& c) { return cv::Rect(c.x() - 5, c.y() - 5, 11, 11); };
-  cv::matchTemplate(b(box(q)), a(box(p)), result, cv::TM_CCOEFF_NORMED);
-  return result.at<float>(0, 0);
-}
-
 TEST(EllipseSearch, FindsWhatTheSearchOfEveryPixelWithOpenCvFinds) {
   const cv::Mat first = pattern(0, 0), now = pattern(3, -2);
   const Eigen::Vector2i at(70, 60);
@@ -97,25 +86,19 @@ TEST(EllipseSearch, FindsWhatTheSearchOfEveryPixelWithOpenCvFinds) {
   S << 4, 1.5, 1.5, 3;
   const auto found = search_ellipse(now, template_at(first, at), center, S, 3);
   ASSERT_TRUE(found);
+  cv::Mat scores;
+  cv::matchTemplate(now, first(cv::Rect(at.x() - 5, at.y() - 5, 11, 11)), scores, cv::TM_CCOEFF_NORMED);
   double best = -1;
   Eigen::Vector2i where(0, 0);
   for (int v = 20; v < 100; ++v)
     for (int u = 20; u < 140; ++u) {
       const Eigen::Vector2d nu = Eigen::Vector2d(u, v) - center;
       if (nu.dot(S.inverse() * nu) > 9) continue;
-      const double c = correlation(first, at, now, {u, v});
+      const double c = scores.at<float>(v - 5, u - 5);
       if (c > best) best = c, where = {u, v};
     }
   EXPECT_EQ(found->pixel, where.cast<double>());
   EXPECT_NEAR(found->correlation, best, 1e-5);  // single precision
-}
-
-TEST(EllipseSearch, LooksNowhereOutsideTheEllipse) {
-  const cv::Mat image = pattern(0, 0);
-  const auto found =
-      search_ellipse(image, template_at(image, {70, 60}), {80, 60}, Eigen::Matrix2d::Identity(), 3);
-  ASSERT_TRUE(found);
-  EXPECT_LE((found->pixel - Eigen::Vector2d(80, 60)).norm(), 3);
 }
 
 TEST(EllipseSearch, StaysInsideTheImageAndItsCostBounded) {
@@ -123,12 +106,6 @@ TEST(EllipseSearch, StaysInsideTheImageAndItsCostBounded) {
   const Template t = template_at(image, {70, 60});
   EXPECT_TRUE(search_ellipse(image, t, {4, 4}, 1e6 * Eigen::Matrix2d::Identity(), 3));
   EXPECT_FALSE(search_ellipse(image, t, {-60, 60}, Eigen::Matrix2d::Identity(), 3));
-}
-
-TEST(EllipseSearch, FindsNothingInAFlatImage) {
-  const cv::Mat flat(120, 160, CV_8UC1, cv::Scalar(90));
-  EXPECT_FALSE(
-      search_ellipse(flat, template_at(pattern(0, 0), {70, 60}), {70, 60}, Eigen::Matrix2d::Identity(), 3));
 }
 
 }  // namespace

@@ -2,21 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <opencv2/core.hpp>
 #include <tuple>
 
 #include "slam/filter.h"
-#include "tests/slam/synthetic_room.h"
+#include "tests/slam/test_scenes.h"
 
 namespace slam {
 namespace {
 
-Eigen::Isometry3d pose(double yaw, double tilt, const Eigen::Vector3d& at) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
-               Eigen::AngleAxisd(tilt, Eigen::Vector3d(0.6, -0.8, 0)).matrix();
-  X.translation() = at;
-  return X;
+Eigen::Isometry3d tilted(double yaw, const Eigen::Vector3d& at) {
+  return pose(yaw, {0, 0, 1}, at) * pose(0.3, {0.6, -0.8, 0}, {0, 0, 0});
 }
 
 BearingObservation seen(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_W) {
@@ -24,21 +19,18 @@ BearingObservation seen(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_
 }
 
 TEST(PosesFromTwo, ContainTheTruePoseWhateverTheHeadingOfTheGuess) {
-  const Eigen::Isometry3d X_WC = pose(2.2, 0.3, {0.4, -0.7, 1.4});
+  const Eigen::Isometry3d X_WC = tilted(2.2, {0.4, -0.7, 1.4});
   const BearingObservation a = seen(X_WC, {3, 1, 2}), b = seen(X_WC, {-1, 4, 0.5});
   for (const double guess : {-2.0, 0.0, 0.3, 3.0}) {
-    const auto poses =
-        poses_from_two(a, b, Eigen::Matrix3d(pose(guess, 0.3, Eigen::Vector3d::Zero()).linear()));
     double nearest = 1e9;
-    for (const Eigen::Isometry3d& found : poses)
+    for (const Eigen::Isometry3d& found : poses_from_two(a, b, tilted(guess, {0, 0, 0}).linear()))
       nearest = std::min(nearest, (found.matrix() - X_WC.matrix()).norm());
     EXPECT_LT(nearest, 1e-9) << guess;
   }
 }
 
 TEST(PosesFromTwo, DoNotExistIfTheRaysCannotMeet) {
-  const BearingObservation a{{0, 0, 5}, {1, 0, 0}},
-      b{{0, 0, -5}, {0, 1, 0}};  // level lines, 10 m apart in height
+  const BearingObservation a{{0, 0, 5}, {1, 0, 0}}, b{{0, 0, -5}, {0, 1, 0}};  // level, 10 m apart in height
   EXPECT_TRUE(poses_from_two(a, b, Eigen::Matrix3d::Identity()).empty());
 }
 
@@ -46,7 +38,7 @@ TEST(Relocalization, TheRobotsStateHasThePoseFoundTheVelocitiesOfAWalkAndItsOldB
   State before;
   before.storage_x = RobotVector::LinSpaced(0.1, 3.0);
   before.storage_P = RobotMatrix::Identity() * 0.5;
-  const Relocation found{pose(0.4, 0.2, {1, 2, 3}), 0.01 * Matrix6d::Identity()};
+  const Estimate found{Stamp(0), tilted(0.4, {1, 2, 3}), 0.01 * Matrix6d::Identity()};
   const RobotState after = relocalized_state(found, before);
   EXPECT_EQ(after.x.head<3>(), Eigen::Vector3d(1, 2, 3));
   EXPECT_LT((rotation_matrix(after.x.segment<4>(kOrientation)) - found.X_WC.linear()).norm(), 1e-15);
@@ -60,46 +52,40 @@ TEST(Relocalization, TheRobotsStateHasThePoseFoundTheVelocitiesOfAWalkAndItsOldB
   EXPECT_EQ((after.P.bottomLeftCorner<kRobot - kCamera, kCamera>().norm()), 0);
 }
 
-Eigen::Isometry3d moved(double x, double yaw) { return pose(yaw, 0, {x, 0, 0}); }
-
-Relocation found_at(const Eigen::Isometry3d& X_WC) { return {X_WC, 1e-6 * Matrix6d::Identity()}; }
-
-Estimate predicted_at(const Eigen::Isometry3d& X_WC, double sigma = 0.001) {
-  return {.X_WC = X_WC, .covariance = sigma * sigma * Matrix6d::Identity()};
-}
-
 Stamp at_s(double t) { return Stamp(static_cast<Stamp::rep>(1e9 * t)); }
+
+/// A pose at t, moved along x and turned.
+Estimate estimate(double t, double x, double yaw, double sigma = 0.001) {
+  return {at_s(t), pose(yaw, {0, 0, 1}, {x, 0, 0}), sigma * sigma * Matrix6d::Identity()};
+}
 
 TEST(RelocalizationConfirmer, ConfirmsAtOnceAPoseThatAgreesWithThePrediction) {
   RelocalizationConfirmer confirmer;
-  EXPECT_TRUE(confirmer.confirms(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.002, 0.2)), true));
-  EXPECT_FALSE(confirmer.confirms(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.1, 0.2)), true));
-  EXPECT_TRUE(confirmer.confirms(at_s(0), found_at(moved(1, 0.2)), predicted_at(moved(1.1, 0.2), 0.1), true));
+  EXPECT_TRUE(confirmer.confirms(estimate(0, 1, 0.2), estimate(0, 1.002, 0.2), true));
+  EXPECT_FALSE(confirmer.confirms(estimate(0, 1, 0.2), estimate(0, 1.1, 0.2), true));
+  EXPECT_TRUE(confirmer.confirms(estimate(0, 1, 0.2), estimate(0, 1.1, 0.2, 0.1), true));
 }
 
 TEST(RelocalizationConfirmer, ConfirmsAnotherPoseThatMovesAsPredictedForASecond) {
   RelocalizationConfirmer confirmer;
-  for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8})
-    EXPECT_FALSE(confirmer.confirms(at_s(t), found_at(moved(2 + 0.2 * t, 0.3 * t)),
-                                    predicted_at(moved(0.2 * t, 0.2 * t)), true))
+  for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0})
+    EXPECT_EQ(confirmer.confirms(estimate(t, 2 + 0.2 * t, 0.3 * t), estimate(t, 0.2 * t, 0.2 * t), true),
+              t == 1)
         << t;
-  EXPECT_TRUE(confirmer.confirms(at_s(1), found_at(moved(2.2, 0.3)), predicted_at(moved(0.2, 0.2)), true));
 }
 
 TEST(RelocalizationConfirmer, DoesNotConfirmAPoseFromLandmarksThatMoveWithTheCamera) {
   for (const auto& [speed, rate, plan] : {std::tuple{0.2, 0.0, true}, {0.0, 0.2, true}, {0.0, 0.2, false}}) {
     RelocalizationConfirmer confirmer;
     for (double t = 0; t < 10; t += 0.2)
-      EXPECT_FALSE(
-          confirmer.confirms(at_s(t), found_at(moved(-2, 0)), predicted_at(moved(speed * t, rate * t)), plan))
-          << t;
+      EXPECT_FALSE(confirmer.confirms(estimate(t, -2, 0), estimate(t, speed * t, rate * t), plan)) << t;
   }
 }
 
 TEST(RelocalizationConfirmer, ComparesNoDistancesWithoutAPlan) {
   RelocalizationConfirmer confirmer;
-  confirmer.confirms(at_s(0), found_at(moved(2, 0)), predicted_at(moved(0, 0)), false);
-  EXPECT_TRUE(confirmer.confirms(at_s(1), found_at(moved(2, 0.2)), predicted_at(moved(1, 0.2)), false));
+  EXPECT_FALSE(confirmer.confirms(estimate(0, 2, 0), estimate(0, 0, 0), false));
+  EXPECT_TRUE(confirmer.confirms(estimate(1, 2, 0.2), estimate(1, 1, 0.2), false));
 }
 
 TEST(RelocalizationConfirmer, SearchesFiveTimesASecond) {
@@ -138,9 +124,8 @@ Filter lost_filter(int until, const Options::Tracking& tracking) {
 
 /// Distance of the estimate from the true position at a frame, m.
 double error_m(const Filter& filter, int frame) {
-  return (filter.estimate().X_WC.translation() -
-          walk().walk().X_WC(seconds(walk().walk().stamp(frame))).translation())
-      .norm();
+  const Eigen::Isometry3d X_WC = walk().walk().X_WC(seconds(walk().walk().stamp(frame)));
+  return (filter.estimate().X_WC.translation() - X_WC.translation()).norm();
 }
 
 TEST(Relocalization, AFilterThatWasCarriedAwayFindsItsTruePose) {
@@ -179,40 +164,30 @@ cv::Mat cover(int frame) {
   return picture + noise;
 }
 
-TEST(Relocalization, AFilterWithACoveredViewContinuesAtItsPrediction) {
-  Options options;
-  options.tracking.lost_after_s = 0.5;
-  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
-  bool lost = false;
-  for (int k = 0; k < 75; ++k) {
-    Observation o = walk().observation(k);
-    const bool covered = k >= 40 && k < 60;
-    if (covered) o.image = cover(k);
-    const FrameReport& report = filter.step(o);
-    lost = lost || report.health == Health::lost;
-    EXPECT_TRUE(k < 63 || report.health == Health::ok) << k << report.cause;
-    EXPECT_FALSE(report.relocalized) << "gyro, accelerometer and plan tracked it";
-    EXPECT_LT(error_m(filter, k), 0.05) << k;
+TEST(Relocalization, AFilterWithACoveredViewContinuesAtItsPredictionButNotAfterALossOfGyroAndPlanToo) {
+  for (const bool covered : {true, false}) {  // false: without any input
+    Options options;
+    options.tracking.lost_after_s = 0.5;
+    Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
+    bool lost = false, found = false;
+    for (int k = 0; k < 75; ++k) {
+      Observation o = walk().observation(k);
+      if (k >= 30 && k < 50)
+        o = covered ? Observation{o.t, cover(k), o.gyro, o.accelerometer, o.plan}
+                    : Observation{o.t, {}, {}, {}, {}};
+      const FrameReport& report = filter.step(o);
+      const bool is_lost = report.health == Health::lost;
+      found = found || report.relocalized;
+      EXPECT_TRUE(is_lost || found || !lost || covered) << k << " no match near the prediction is trusted";
+      lost = lost || is_lost;
+      EXPECT_FALSE(covered && (report.relocalized || (is_lost && k >= 53))) << k << report.cause;
+      if (covered || (lost && !is_lost)) {
+        EXPECT_LT(error_m(filter, k), 0.05) << covered << k;
+      }
+    }
+    EXPECT_TRUE(lost);
+    EXPECT_EQ(found, !covered);
   }
-  EXPECT_TRUE(lost);
-}
-
-TEST(Relocalization, WithoutImagesAndGyroNoMatchNearThePredictionIsTrusted) {
-  Options options;
-  options.tracking.lost_after_s = 0.5;
-  Filter filter(options, synthetic::calibration(), walk().walk().X_WC(0), 1);
-  bool lost = false, found = false;
-  for (int k = 0; k < 75; ++k) {
-    Observation o = walk().observation(k);
-    if (k >= 30 && k < 50) o.image = cv::Mat(), o.gyro.clear(), o.accelerometer.clear(), o.plan.reset();
-    const FrameReport& report = filter.step(o);
-    lost = lost || report.health == Health::lost;
-    found = found || report.relocalized;
-    if (!lost || report.health == Health::lost) continue;
-    EXPECT_TRUE(found) << k;
-    EXPECT_LT(error_m(filter, k), 0.05) << k;
-  }
-  EXPECT_TRUE(found);
 }
 
 TEST(Relocalization, AFilterThatDoesNotRecognizeItsMapDiverges) {

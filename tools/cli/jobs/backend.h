@@ -1,18 +1,62 @@
 // Runs command lines of this program: as processes on this machine, or as a job array of a Slurm cluster.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "tools/cli/jobs/processes.h"
+#include "sim/files/atomic_file.h"
+#include "sim/scenario/scenario.h"
 
 namespace CLI {
 class App;
 }
 
 namespace cli {
+
+/// A new temporary folder, removed by the destructor. Each also removes those of killed processes on the same
+/// machine: their locks are free.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+  std::optional<sim::files::FileLock> lock_;
+};
+
+/// Makes the kernel kill this process when its parent ends. For a process started with --die-with-parent.
+void die_with(pid_t parent);
+
+/// A command line of this program, without its name. Its command accepts --die-with-parent.
+struct CommandLine {
+  std::vector<std::string> words;
+  double cost = 1;  ///< relative to the others, for the progress
+};
+using CommandLines = std::vector<CommandLine>;
+
+/// How a process ended.
+struct Ended {
+  int exit_code = 0;      ///< 3 when a signal killed it
+  std::string complaint;  ///< its standard error, and the signal that killed it
+};
+
+/// The part of their cost that is done: part(i) of each, 0 to 1.
+double part_of_cost(const CommandLines& lines, const std::function<double(std::size_t)>& part);
+
+/// Called now and then with the part of the work that is done, 0 to 1.
+using ShowPart = std::function<void(double)>;
+/// Called when one of the processes has ended, with the index of its command line.
+using OnEnded = std::function<void(std::size_t)>;
 
 struct Backend {
   std::string name = "local";
@@ -31,9 +75,10 @@ void add_backend_options(CLI::App& command, Backend& backend);
 /// of a file. Call it before anything is made.
 void require_usable(const Backend& backend, const std::string& folder);
 
-/// Runs the command lines and returns how they ended, in their order. On Slurm the elements of the array last
-/// at least half a minute, those of a lost node are restarted, and after a kill the same call resumes;
-/// on_ended is not called there. Throws UsageError.
+/// Runs the running program, even if its file was replaced, with each of the command lines. Returns how they
+/// ended, in their order. On Slurm the elements of the array last at least half a minute, those of a lost
+/// node are restarted, and after a kill the same call resumes; on_ended is not called there. Throws
+/// UsageError.
 std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
                            const OnEnded& on_ended = {});
 
@@ -48,20 +93,24 @@ void require_ended_arrays(const std::filesystem::path& spool);
 /// it.
 void remove_arrays(const std::filesystem::path& spool);
 
-/// A folder for files that the processes read: temporary, or on Slurm the spool. The files exist as long as
-/// this object, on Slurm longer if an exception ends the command.
-class SharedFolder {
+/// Files that the processes read: each scenario as it is now, so that later edits change no queued job, and
+/// the origins of its keys. They exist as long as this object, on Slurm longer if an exception ends the
+/// command.
+class FrozenScenarios {
  public:
-  explicit SharedFolder(const Backend& backend);
-  ~SharedFolder();
-  SharedFolder(const SharedFolder&) = delete;
-  SharedFolder& operator=(const SharedFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name);
+  /// In a temporary folder, on Slurm in the spool.
+  explicit FrozenScenarios(const Backend& backend);
+  ~FrozenScenarios();
+  FrozenScenarios(const FrozenScenarios&) = delete;
+  FrozenScenarios& operator=(const FrozenScenarios&) = delete;
+
+  /// The words of a command line: the file of that name, and --set-by with the origins.
+  std::vector<std::string> words(const std::string& name, const sim::scenario::ReadScenario& read);
 
  private:
   std::optional<TemporaryFolder> temporary_;
   std::filesystem::path folder_;
-  std::vector<std::filesystem::path> files_;
+  std::set<std::string> written_;
 };
 
 }  // namespace cli

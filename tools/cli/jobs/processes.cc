@@ -1,5 +1,3 @@
-#include "tools/cli/jobs/processes.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -8,16 +6,21 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
+#include "tools/cli/jobs/backend.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/shared/usage_error.h"
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 namespace {
@@ -32,27 +35,18 @@ constexpr const char* kLock = ".gaitslam-temporary";  // no folder of results ha
 /// The file for the progress of the process, beside its log.
 fs::path part_file(const fs::path& log) { return log.string() + ".part"; }
 
-/// Our environment, and the name of that file.
-std::vector<std::string> environment_of(const fs::path& log) {
-  std::vector<std::string> all{fmt::format("{}={}", kProgressFile, part_file(log).string())};
-  for (char** variable = environ; *variable; ++variable) all.emplace_back(*variable);
-  return all;
-}
-
-std::vector<char*> pointers_to(std::vector<std::string>& words) {
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  return pointers;
-}
-
 /// Starts this program with its standard error written to a file.
 pid_t start(const CommandLine& line, const fs::path& log) {
   std::vector<std::string> words{"gaitslam"};
   words.insert(words.end(), line.words.begin(), line.words.end());
   words.insert(words.end(), {"--die-with-parent", std::to_string(getpid())});
-  std::vector<std::string> variables = environment_of(log);
-  const std::vector<char*> argv = pointers_to(words), environment = pointers_to(variables);
+  std::vector<char*> argv, environment;
+  for (std::string& word : words) argv.push_back(word.data());
+  std::string progress_file = fmt::format("{}={}", kProgressFile, part_file(log).string());
+  environment.push_back(progress_file.data());
+  for (char** variable = environ; *variable; ++variable) environment.push_back(*variable);
+  argv.push_back(nullptr);
+  environment.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
@@ -65,10 +59,10 @@ pid_t start(const CommandLine& line, const fs::path& log) {
 }
 
 Ended ended(int status, const fs::path& log) {
-  if (WIFEXITED(status)) return {WEXITSTATUS(status), sim::files::read_text(log)};
+  const std::string text = sim::files::read_text(log);
+  if (WIFEXITED(status)) return {WEXITSTATUS(status), text};
   const int signal = WTERMSIG(status);
-  return {3,
-          sim::files::read_text(log) + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal))};
+  return {3, text + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal))};
 }
 
 /// True for a TemporaryFolder of this user's ended process.
@@ -85,52 +79,7 @@ bool is_abandoned(const fs::path& folder) {
   }
 }
 
-void remove_abandoned(const fs::path& all) {
-  std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(all, fault))
-    if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
-}
-
-fs::path folder_for_temporary_files() {
-  const char* const named = std::getenv("TMPDIR");
-  const fs::path folder = named ? named : "/tmp";
-  std::error_code fault;
-  if (!fs::is_directory(folder, fault))
-    throw UsageError(fmt::format("TMPDIR: {}: expected a folder for temporary files", folder.string()));
-  return folder;
-}
-
-}  // namespace
-
-TemporaryFolder::TemporaryFolder() {
-  const fs::path all = folder_for_temporary_files();
-  remove_abandoned(all);
-  std::string pattern = (all / kTemporary).string();
-  if (mkdtemp(pattern.data()) == nullptr)
-    throw UsageError(fmt::format("{}: {}", pattern, std::strerror(errno)));
-  path_ = pattern;
-  lock_ = FileLock::take(path_ / kLock, FileLock::How::exclusive);
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
-void die_with(pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) raise(SIGKILL);
-}
-
-double part_of_cost(const CommandLines& lines, const std::function<double(std::size_t)>& part) {
-  double done = 0, all = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    done += lines[i].cost * part(i);
-    all += lines[i].cost;
-  }
-  return done / all;
-}
-
+/// `jobs` processes at a time.
 std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
                                  const OnEnded& on_ended) {
   const TemporaryFolder temporary;
@@ -159,6 +108,87 @@ std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, co
     ++done;
   }
   return all;
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder() {
+  const char* const named = std::getenv("TMPDIR");
+  const fs::path all = named ? named : "/tmp";
+  std::error_code fault;
+  if (!fs::is_directory(all, fault))
+    throw UsageError(fmt::format("TMPDIR: {}: expected a folder for temporary files", all.string()));
+  for (const auto& entry : fs::directory_iterator(all, fault))
+    if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
+  std::string pattern = (all / kTemporary).string();
+  if (mkdtemp(pattern.data()) == nullptr)
+    throw UsageError(fmt::format("{}: {}", pattern, std::strerror(errno)));
+  path_ = pattern;
+  lock_ = FileLock::take(path_ / kLock, FileLock::How::exclusive);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+void die_with(pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) raise(SIGKILL);
+}
+
+double part_of_cost(const CommandLines& lines, const std::function<double(std::size_t)>& part) {
+  double done = 0, all = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    done += lines[i].cost * part(i);
+    all += lines[i].cost;
+  }
+  return done / all;
+}
+
+void require_usable(const Backend& backend, const std::string& folder) {
+  if (!backend.slurm() || folder.find_first_of("\n\r") == folder.npos) return;
+  throw UsageError(fmt::format("--out '{}': has a line break, which Slurm command lines cannot have",
+                               folder.substr(0, folder.find_first_of("\n\r"))));
+}
+
+void add_backend_options(CLI::App& command, Backend& backend) {
+  command.add_option("--jobs", backend.jobs, "processes at a time (default 1); array elements on Slurm")
+      ->check(CLI::Range(1, 100000));
+  command.add_option("--backend", backend.name, "processes on this machine, or a job array on the cluster")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->capture_default_str();
+}
+
+std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
+                           const OnEnded& on_ended) {
+  if (command_lines.empty()) return {};
+  return backend.slurm() ? run_on_slurm(command_lines, backend, show)
+                         : run_processes(command_lines, std::max(backend.jobs, 1), show, on_ended);
+}
+
+FrozenScenarios::FrozenScenarios(const Backend& backend) {
+  if (!backend.slurm()) temporary_.emplace();
+  folder_ = temporary_ ? *temporary_ / "" : backend.spool;
+  fs::create_directories(folder_);
+}
+
+FrozenScenarios::~FrozenScenarios() {
+  if (temporary_ || std::uncaught_exceptions() > 0) return;  // a job that may still run reads them
+  std::error_code ignored;
+  for (const std::string& name : written_)
+    for (const char* end : {".yaml", ".set_by.json"}) fs::remove(folder_ / (name + end), ignored);
+  fs::remove(folder_, ignored);  // only if it is empty
+}
+
+std::vector<std::string> FrozenScenarios::words(const std::string& name,
+                                                const sim::scenario::ReadScenario& read) {
+  const fs::path file = folder_ / (name + ".yaml"), set_by = folder_ / (name + ".set_by.json");
+  if (written_.insert(name).second) {
+    sim::files::write_text(file, sim::scenario::to_yaml(read.scenario));
+    sim::files::write_text(set_by, sim::files::json_text(nlohmann::ordered_json(read.origin)));
+  }
+  return {file.string(), "--set-by", set_by.string()};
 }
 
 }  // namespace cli

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <utility>
 
-#include "tools/cli/jobs/terminal.h"
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 namespace {
@@ -26,6 +26,11 @@ std::size_t columns_of(std::FILE* stream) {
 }
 
 std::atomic<int> live_lines = 0;
+
+std::string duration_text(double seconds) {
+  const int whole = static_cast<int>(seconds + 0.5);
+  return whole < 100 ? fmt::format("{} s", whole) : fmt::format("{} min {:02} s", whole / 60, whole % 60);
+}
 
 /// The file that the parent named; the variable is not passed on to child processes.
 std::filesystem::path file_of_parent() {
@@ -52,11 +57,6 @@ std::optional<double> RemainingTime::at(double part, double spent_s) {
   const double left_s = std::max(0.0, *end_s_ - spent_s);
   if (!shown_s_ || left_s < *shown_s_ || left_s > kSlower * *shown_s_ + kSlower_s) shown_s_ = left_s;
   return shown_s_;
-}
-
-std::string duration_text(double seconds) {
-  const int whole = static_cast<int>(seconds + 0.5);
-  return whole < 100 ? fmt::format("{} s", whole) : fmt::format("{} min {:02} s", whole / 60, whole % 60);
 }
 
 std::string progress_text(const std::string& what, std::optional<double> part, double spent_s,

@@ -29,10 +29,7 @@ class RemainingTime {
   std::optional<double> end_s_, shown_s_;  ///< when the job will be done; the time left as last returned
 };
 
-/// "42 s", or "3 min 05 s" from 100 s on.
-std::string duration_text(double seconds);
-
-/// "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 12 s" if the part is not known.
+/// "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 3 min 05 s" if the part is not known.
 std::string progress_text(const std::string& what, std::optional<double> part, double spent_s,
                           std::optional<double> left_s, const std::string& at);
 

@@ -7,18 +7,16 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
-#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/terminal.h"
+#include "tools/cli/shared/live.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {
@@ -28,7 +26,9 @@ namespace files = sim::files;
 namespace result = sim::result;
 namespace scenario = sim::scenario;
 
-std::string seed_name(std::uint64_t seed) { return fmt::format("seed-{}", seed); }
+void report_damage(const std::string& what) {
+  std::cerr << fmt::format("gaitslam: ignored a damaged recording in the cache: {}\n", what);
+}
 
 /// Empty if the file is missing or damaged: the result is then made again.
 result::About about(const fs::path& folder) try {
@@ -44,32 +44,6 @@ bool is_by_this_program(const fs::path& folder) {
   return exact || fs::last_write_time(folder / "about.json") > fs::last_write_time("/proc/self/exe");
 }
 
-/// Files that the processes of the jobs read: each scenario as it is now, so that later edits change no
-/// queued job, and the origins of its keys.
-class FrozenScenarios {
- public:
-  explicit FrozenScenarios(const Backend& backend) : shared_(backend) {}
-
-  /// The arguments for the job's scenario: `option` (may be empty) and the file, seed, and origins.
-  std::vector<std::string> arguments(const ResultJob& job, const std::string& option) {
-    const std::string& name = job.read.scenario.name;
-    if (!files_.contains(name)) {
-      files_[name] = {(shared_ / (name + ".yaml")).string(), (shared_ / (name + ".set_by.json")).string()};
-      files::write_text(files_[name].first, scenario::to_yaml(job.read.scenario));
-      files::write_text(files_[name].second, files::json_text(nlohmann::ordered_json(job.read.origin)));
-    }
-    std::vector<std::string> words;
-    if (!option.empty()) words.push_back(option);
-    words.insert(words.end(),
-                 {files_[name].first, fmt::format("seed={}", job.seed()), "--set-by", files_[name].second});
-    return words;
-  }
-
- private:
-  SharedFolder shared_;
-  std::map<std::string, std::pair<std::string, std::string>> files_;  ///< by the scenario's name
-};
-
 CommandLine line_of(const ResultJob& job, const fs::path& out, const ResultOptions& options,
                     FrozenScenarios& frozen) {
   std::vector<std::string> words;
@@ -82,14 +56,25 @@ CommandLine line_of(const ResultJob& job, const fs::path& out, const ResultOptio
     return {words, job.cost};
   }
   if (job.recording)
-    add({"replay", job.recording->string(), "--out", (out / job.result()).string()});
+    add({"replay", job.recording->string(), "--out", (out / job.result()).string(), "--scenario"});
   else
     add({"run", "--out", (out / job.folder).string(), "--models", options.models.string()});
-  add(frozen.arguments(job, job.recording ? "--scenario" : ""));
+  add(frozen.words(job.read.scenario.name, job.read));
+  add({fmt::format("seed={}", job.seed()), "--force"});
   if (options.cached && !job.recording) words.emplace_back("--cached");
-  words.emplace_back("--force");
-  add(options.more);
   return {words, job.cost};
+}
+
+/// True if this program made the result from the job's scenario, seed, and recording or models.
+bool is_finished(const fs::path& folder, const ResultJob& job, const std::string& models_hash) {
+  for (const char* file : {"score.json", "about.json", "scenario.yaml"})
+    if (!fs::is_regular_file(folder / file)) return false;
+  if (!is_by_this_program(folder) ||
+      files::read_text(folder / "scenario.yaml") != scenario::to_yaml(job.read.scenario))
+    return false;
+  if (!job.recording) return about(folder).models == models_hash;
+  const std::string recorded = about(*job.recording).recording;  // empty before the walk was recorded
+  return !recorded.empty() && recorded == about(folder).recording;
 }
 
 /// Distinguishes a folder from its replacement: device and inode, or nullopt if it does not exist.
@@ -138,13 +123,67 @@ void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
 
 }  // namespace
 
-std::string ResultJob::result() const { return (fs::path(folder) / seed_name(seed())).string(); }
+Recordings::Recordings(fs::path models)
+    : models_(std::move(models)),
+      models_hash_(scenario::models_hash(models_)),
+      program_(recording_identity()),
+      cache_(sim::recording::cache_place()) {}
+
+std::string Recordings::key(const scenario::Scenario& scenario) const {
+  std::string programs = program_;
+  // The estimator and its inputs shape a walk that the estimate steers.
+  if (scenario.walk.steering.by == walking::SteeredBy::estimate)
+    programs += program_identity() + sim::estimators::estimator_files_identity(scenario.estimator);
+  return scenario::recording_key(scenario, models_hash_, programs);
+}
+
+std::optional<sim::recording::CachedRecording> Recordings::find(const scenario::Scenario& scenario) const {
+  return cache_.find(key(scenario), report_damage);
+}
+
+sim::recording::CachedRecording Recordings::get(const scenario::ReadScenario& read,
+                                                const result::Progress& progress) const {
+  const auto walk = [&](const fs::path& folder) {
+    scenario::ReadScenario recorded = read;
+    if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
+    run_live(recorded, result_place(folder, models_hash_, models_), progress);
+  };
+  return cache_.get(key(read.scenario), {read.scenario.name, read.scenario.seed}, walk, report_damage);
+}
+
+std::vector<Recordings::Made> Recordings::make(const std::vector<scenario::ReadScenario>& scenarios,
+                                               const Backend& backend) const {
+  FrozenScenarios frozen(backend);
+  CommandLines lines;
+  std::vector<Made> all;
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < scenarios.size(); ++i) {
+    const auto found = find(scenarios[i].scenario);
+    all.push_back({found ? found->folder : ""});
+    if (found) continue;
+    lines.push_back({{"record", "--models", fs::absolute(models_).string()}});
+    for (std::string& word : frozen.words(key(scenarios[i].scenario), scenarios[i]))
+      lines.back().words.push_back(std::move(word));
+    missing.push_back(i);
+  }
+  if (missing.empty()) return all;
+  require_simulator();
+  ProgressLine progress(fmt::format("{} recordings", missing.size()));
+  const std::vector<Ended> ended = run_all(lines, backend, [&](double part) { progress.show(part); });
+  for (std::size_t k = 0; k < missing.size(); ++k) {
+    const auto found = find(scenarios[missing[k]].scenario);
+    all[missing[k]] = {found ? found->folder : "", true, ended[k]};
+  }
+  return all;
+}
+
+std::string ResultJob::result() const { return (fs::path(folder) / fmt::format("seed-{}", seed())).string(); }
 
 std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std::uint64_t>& seeds) {
   std::vector<ResultJob> jobs(seeds.size(), job);
   for (std::size_t i = 0; i < seeds.size(); ++i) {
     jobs[i].read.scenario.seed = seeds[i];
-    if (job.recording) jobs[i].recording = *job.recording / seed_name(seeds[i]);
+    if (job.recording) jobs[i].recording = *job.recording / fmt::format("seed-{}", seeds[i]);
   }
   return jobs;
 }
@@ -214,17 +253,6 @@ void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Ende
                              of.size() > 1 ? "s" : "", fmt::join(of, ", "), what.second);
 }
 
-bool is_finished(const fs::path& folder, const ResultJob& job, const std::string& models_hash) {
-  for (const char* file : {"score.json", "about.json", "scenario.yaml"})
-    if (!fs::is_regular_file(folder / file)) return false;
-  if (!is_by_this_program(folder) ||
-      files::read_text(folder / "scenario.yaml") != scenario::to_yaml(job.read.scenario))
-    return false;
-  if (!job.recording) return about(folder).models == models_hash;
-  const std::string recorded = about(*job.recording).recording;  // empty before the walk was recorded
-  return !recorded.empty() && recorded == about(folder).recording;
-}
-
 std::string inputs_of(const scenario::Scenario& scenario) {
   return scenario::to_yaml(scenario) + sim::estimators::estimator_files_identity(scenario.estimator);
 }
@@ -241,15 +269,11 @@ std::string identity_of(const std::vector<ResultJob>& jobs, const std::vector<st
       hash.add_part(inputs_of(scenario));
     }
     hash.add_part(job.result());
+    for (const std::string& word : job.command) hash.add_part(word);
     hash.add_part(job.recording ? fs::weakly_canonical(*job.recording).string() : "");
     last = &job;
   }
   return hash.hex();
-}
-
-void take_origin(scenario::ReadScenario& read, const fs::path& set_by) {
-  read.origin.clear();
-  for (const auto& [key, by] : files::read_json(set_by).entries()) read.origin[key] = by.text();
 }
 
 }  // namespace cli

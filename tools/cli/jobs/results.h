@@ -1,18 +1,52 @@
-// Results of runs, each made by its own process. Finished ones are kept when an interrupted command is rerun;
-// stale ones are moved aside.
+// Recordings and results of runs, each made by its own process. Finished ones are kept when an interrupted
+// command is rerun; stale results are moved aside.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "sim/recording/cache.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/scenario.h"
 #include "tools/cli/jobs/backend.h"
 #include "tools/cli/shared/out_folder.h"
 
 namespace cli {
+
+/// Recordings of the cache, made by simulating the walk if they are missing.
+class Recordings {
+ public:
+  /// models: the folder of the models of robot and rooms. Throws FileError, std::invalid_argument.
+  explicit Recordings(fs::path models);
+
+  /// The name of the scenario's recording in the cache.
+  std::string key(const sim::scenario::Scenario& scenario) const;
+
+  /// Returns the recording from the cache after checking every byte, or nullopt if it is missing.
+  std::optional<sim::recording::CachedRecording> find(const sim::scenario::Scenario& scenario) const;
+
+  /// Returns the recording from the cache; this process records it if it is missing. Throws what a run
+  /// throws.
+  sim::recording::CachedRecording get(const sim::scenario::ReadScenario& read,
+                                      const sim::result::Progress& progress) const;
+
+  struct Made {
+    fs::path folder;      ///< in the cache; empty if it could not be made
+    bool is_new = false;  ///< made by this call
+    Ended ended{};        ///< of its process
+  };
+  /// Makes the recordings that are missing.
+  std::vector<Made> make(const std::vector<sim::scenario::ReadScenario>& scenarios,
+                         const Backend& backend) const;
+
+  const sim::recording::CachePlace& place() const { return cache_.place(); }
+
+ private:
+  fs::path models_;
+  std::string models_hash_, program_;
+  sim::recording::Cache cache_;
+};
 
 /// A result folder to make.
 struct ResultJob {
@@ -39,7 +73,6 @@ struct ResultOptions {
   bool cached = false;        ///< simulate only the walks that the cache does not have
   bool counts_older = false;  ///< keep finished results of older commands
   bool keeps_other_seeds = false;
-  std::vector<std::string> more{};  ///< arguments of every process
 };
 
 /// Makes the results that are not finished and returns how their processes ended, in the order of the jobs
@@ -56,9 +89,6 @@ std::vector<sim::result::SeedScore> read_scores(const std::vector<ResultJob>& jo
 /// Prints what failed processes wrote to standard error, once for all seeds with the same complaint.
 void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Ended>& ended);
 
-/// True if this program made the result from the job's scenario, seed, and recording or models.
-bool is_finished(const fs::path& result, const ResultJob& job, const std::string& models_hash);
-
 /// Identifies the inputs of a scenario: its YAML and the contents of its estimator's files.
 std::string inputs_of(const sim::scenario::Scenario& scenario);
 
@@ -70,10 +100,7 @@ std::vector<std::string> results_of_other_seeds(const fs::path& root,
                                                 const std::vector<std::uint64_t>& seeds);
 
 /// Moves these folders of `root` into its first folder earlier-<n> that does not exist yet, and reports it on
-/// standard output. Throws a FileError that names those that cannot be moved, after the others were.
+/// standard output.
 void set_aside(const fs::path& root, const std::vector<std::string>& names);
-
-/// Reads the origin of each key from `set_by`. For the process of a job.
-void take_origin(sim::scenario::ReadScenario& read, const fs::path& set_by);
 
 }  // namespace cli

@@ -3,25 +3,25 @@
 
 #include <algorithm>
 #include <ostream>
+#include <set>
 
 #include "sim/files/text.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/jobs/terminal.h"
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 
 std::vector<std::string> results_of_other_seeds(const fs::path& root,
                                                 const std::vector<std::uint64_t>& seeds) {
-  std::vector<std::uint64_t> others;
+  std::set<std::uint64_t> others;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(root, none)) {
     const std::string name = entry.path().filename();
     if (!name.starts_with("seed-") || !fs::exists(entry.path() / "score.json", none)) continue;
     const auto seed = sim::files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
     if (!seed || name != fmt::format("seed-{}", *seed)) continue;  // the program writes no seed-07
-    if (std::find(seeds.begin(), seeds.end(), *seed) == seeds.end()) others.push_back(*seed);
+    if (std::find(seeds.begin(), seeds.end(), *seed) == seeds.end()) others.insert(*seed);
   }
-  std::sort(others.begin(), others.end());
   std::vector<std::string> names;
   for (const std::uint64_t seed : others) names.push_back(fmt::format("seed-{}", seed));
   return names;
@@ -33,18 +33,9 @@ void set_aside(const fs::path& root, const std::vector<std::string>& names) {
   while (fs::exists(fs::symlink_status(root / fmt::format("earlier-{}", n)))) ++n;
   const fs::path aside = root / fmt::format("earlier-{}", n);
   fs::create_directory(aside);
-  std::vector<std::string> moved, kept;
-  for (const std::string& name : names) {
-    std::error_code fault;
-    fs::rename(root / name, aside / name, fault);
-    fault ? kept.push_back(fmt::format("{}: {}", name, fault.message())) : moved.push_back(name);
-  }
-  if (!moved.empty())
-    text_out() << fmt::format("results of an earlier command are now in {}: {}\n", aside.string(),
-                              fmt::join(moved, ", "));
-  if (kept.empty()) return;
-  if (moved.empty()) fs::remove(aside);
-  throw sim::files::FileError(aside, fmt::format("cannot be moved there: {}", fmt::join(kept, "; ")));
+  for (const std::string& name : names) fs::rename(root / name, aside / name);
+  text_out() << fmt::format("results of an earlier command are now in {}: {}\n", aside.string(),
+                            fmt::join(names, ", "));
 }
 
 }  // namespace cli

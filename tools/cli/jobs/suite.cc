@@ -3,20 +3,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iostream>
+#include <set>
+#include <string_view>
 
+#include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
-#include "sim/result/score_input.h"
+#include "sim/result/result.h"
 #include "sim/scenario/recording_key.h"
 #include "tools/cli/shared/live.h"
-#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {
 
-namespace regression = sim::regression;
-namespace result = sim::result;
-namespace scenario = sim::scenario;
+/// A format of verdicts, and the first bytes of its files.
+struct VerdictFormat {
+  const char* option;
+  std::string_view start;
+  std::string (*text)(const regression::Comparison&);
+};
+constexpr std::array kFormats{
+    VerdictFormat{"--junit", "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"gaitslam ",
+                  regression::junit},
+    VerdictFormat{"--markdown", "### gaitslam ", regression::markdown},
+    VerdictFormat{"--json", "{\n  \"title\": \"gaitslam ", regression::verdicts_json}};
 
 /// Throws UsageError unless the result was made with the scenario that would be run.
 void require_made_with(const fs::path& folder, scenario::Scenario scenario, std::uint64_t seed) {
@@ -39,27 +50,15 @@ regression::ScenarioResults read_results(const fs::path& root, const SuiteScenar
   return results;
 }
 
-/// The planned time of a walk.
-double planned_s(const walking::WalkOptions& walk) {
-  const auto steps = result::planned_times(walk).footsteps;
-  return steps.empty() ? 1 : std::max(1.0, slam::seconds(steps.back()));
-}
-
 /// A second of simulated walk costs the same in each scenario.
 std::vector<ResultJob> jobs_of(const SuiteRun& run) {
   std::vector<ResultJob> jobs;
   for (const SuiteScenario& s : run.scenarios) {
-    const ResultJob job{s.read, s.read.scenario.name, {}, planned_s(s.read.scenario.walk)};
+    const ResultJob job{
+        s.read, s.read.scenario.name, {}, slam::seconds(result::plan_end(s.read.scenario.walk))};
     for (ResultJob& of_seed : jobs_of_seeds(job, run.seeds)) jobs.push_back(std::move(of_seed));
   }
   return jobs;
-}
-
-/// Throws UsageError if a job could not start.
-void require_started(const std::vector<ResultJob>& jobs, const std::vector<Ended>& ended) {
-  for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (ended[i].exit_code == 2)
-      throw UsageError(fmt::format("seed {}: {}", jobs[i].seed(), ended[i].complaint));
 }
 
 void run_jobs(const SuiteRequest& request, SuiteRun& run) {
@@ -77,7 +76,9 @@ void run_jobs(const SuiteRequest& request, SuiteRun& run) {
                                                         sim::files::counted(run.seeds.size(), "seed")),
                                    .backend = backend,
                                    .cached = request.cached});
-  require_started(jobs, ended);
+  for (std::size_t i = 0; i < jobs.size(); ++i)
+    if (ended[i].exit_code == 2)  // it could not start
+      throw UsageError(fmt::format("seed {}: {}", jobs[i].seed(), ended[i].complaint));
   print_complaints(jobs, ended);
   const std::vector<result::SeedScore> scores = read_scores(jobs, ended, out.path());
   for (std::size_t i = 0; i < run.scenarios.size(); ++i) {
@@ -109,13 +110,11 @@ const SuiteScenario* find(const SuiteRun& run, const std::string& name) {
 }  // namespace
 
 void add_suite_options(CLI::App& command, SuiteRequest& request) {
-  command.add_option("--baseline", request.baseline,
-                     "the file of the baseline, instead of ../baselines/<suite>.json");
-  command.add_option("--seeds", request.seeds, "seeds, as in 1..10 or 1,2,7, instead of those of the suite");
+  command.add_option("--baseline", request.baseline, "instead of ../baselines/<suite>.json");
+  add_seeds(command, request.seeds, "seeds instead of those of the suite");
   add_backend_options(command, request.backend);
-  command.add_option("--results", request.results,
-                     "judge the results in DIR/<scenario>/seed-<n> and run nothing");
-  command.add_flag("--cached", request.cached, "replay recordings from the cache; record missing ones first");
+  command.add_option("--results", request.results, "judge DIR/<scenario>/seed-<n>, run nothing");
+  add_cached(command, request.cached);
   add_out(command, request);
   add_models(command, request.models);
 }
@@ -156,23 +155,32 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
   run_jobs(request, run);
 }
 
+std::vector<regression::ScenarioVerdict> verdicts_of(const std::vector<regression::ScenarioResults>& baseline,
+                                                     const std::vector<Judged>& now,
+                                                     const std::vector<regression::Gate>& gates_of_missing) {
+  std::vector<regression::ScenarioVerdict> verdicts;
+  std::set<std::string> judged;
+  for (const Judged& one : now) {
+    const auto before = std::find_if(baseline.begin(), baseline.end(),
+                                     [&](const auto& b) { return b.name == one.results.name; });
+    verdicts.push_back(regression::compare(before == baseline.end() ? regression::ScenarioResults() : *before,
+                                           one.results, one.gates));
+    verdicts.back().limits = regression::judge_limits(one.scenario, one.results.seeds);
+    judged.insert(one.results.name);
+  }
+  for (const regression::ScenarioResults& before : baseline)
+    if (!judged.contains(before.name))
+      verdicts.push_back(regression::compare(before, {before.name, {}, {}}, gates_of_missing));
+  return verdicts;
+}
+
 regression::Comparison compare_with(const std::vector<regression::ScenarioResults>& baseline,
                                     const SuiteRun& run, const SuiteRequest& request,
                                     const std::string& title) {
   regression::Comparison comparison{title, {}, {}, {}};
-  for (const SuiteScenario& s : run.scenarios) {
-    const auto before = std::find_if(baseline.begin(), baseline.end(),
-                                     [&](const auto& b) { return b.name == s.read.scenario.name; });
-    comparison.scenarios.push_back(
-        before == baseline.end()
-            ? regression::without_counterpart(s.results, s.entry.gates, regression::Verdict::added)
-            : regression::compare(*before, s.results, s.entry.gates));
-    comparison.scenarios.back().limits = regression::judge_limits(s.read.scenario, s.results.seeds);
-  }
-  for (const regression::ScenarioResults& before : baseline)
-    if (!find(run, before.name))
-      comparison.scenarios.push_back(
-          regression::without_counterpart(before, regression::default_gates(), regression::Verdict::missing));
+  std::vector<Judged> now;
+  for (const SuiteScenario& s : run.scenarios) now.push_back({s.results, s.read.scenario, s.entry.gates});
+  comparison.scenarios = verdicts_of(baseline, now, regression::default_gates());
   comparison.file = [&run, &request](const std::string& name) {
     const SuiteScenario* scenario = find(run, name);
     return scenario ? scenario->entry.file.string() : request.suite.string();
@@ -182,6 +190,45 @@ regression::Comparison compare_with(const std::vector<regression::ScenarioResult
     return scenario ? repro(request, *scenario, seed) : "";
   };
   return comparison;
+}
+
+void add_verdict_files(CLI::App& command, VerdictFiles& files) {
+  command.add_option("--junit", files[0], "write JUnit XML to a file");
+  command.add_option("--markdown", files[1], "write Markdown tables to a file");
+  add_quiet(command);
+  const auto take_json = [&files](const std::string& file) {
+    if (file.empty())  // CLI11 passes this for an option without a value
+      choose_output(Output::json);
+    else
+      files[2] = file;
+  };
+  command
+      .add_option_function<std::string>(
+          "--json", take_json, "print only JSON (schemas/verdicts.schema.json), or write it to a file")
+      ->expected(0, 1)
+      ->option_text("[FILE]")
+      ->excludes("--quiet");
+}
+
+void require_replaceable(const VerdictFiles& files) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (!files[i]) continue;
+    require_folder_of(*files[i], kFormats[i].option);
+    if (!fs::exists(fs::symlink_status(*files[i]))) continue;
+    sim::files::require_regular(*files[i]);
+    sim::files::InputFile in(*files[i], sim::files::kMostOfText);
+    const std::string_view found = in.next();
+    if (!found.empty() && !found.starts_with(kFormats[i].start))
+      throw UsageError(fmt::format(
+          "{}: exists and was not written by gaitslam; name another file, or remove it", files[i]->string()));
+  }
+}
+
+void report_verdicts(const regression::Comparison& comparison, const VerdictFiles& files) {
+  text_out() << regression::verdict_table(comparison, colours());
+  if (output() == Output::json) std::cout << regression::verdicts_json(comparison);
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (files[i]) sim::files::write_atomically(*files[i], kFormats[i].text(comparison));
 }
 
 }  // namespace cli

@@ -1,18 +1,24 @@
 #include "tools/cli/jobs/trials.h"
 
 #include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <iostream>
 #include <set>
 
 #include "sim/files/text.h"
+#include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/results.h"
+#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {
 
-namespace fs = std::filesystem;
 namespace trials = sim::trials;
 
 constexpr std::size_t kMostTasks = 32;  // of a part: half a minute, enough for an array element
@@ -47,23 +53,23 @@ std::vector<fs::path> write_parts(const std::vector<trials::Task>& tasks, const 
 }
 
 fs::path log_of(const fs::path& part) { return fs::path(part).replace_extension(".log"); }
+/// The file with the key of the running task, which survives a crash.
+fs::path running_file(const fs::path& part) { return fs::path(part).replace_extension(".under_way"); }
 
-std::size_t lines_of(const fs::path& file) {
-  if (!fs::exists(file)) return 0;
-  const std::string text = sim::files::read_text(file);
-  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-}
-
-/// Records that parts have written by now.
+/// Records that parts have written by now, each after the first line of its log.
 std::size_t finished(const std::vector<fs::path>& parts) {
   std::size_t n = 0;
-  for (const fs::path& part : parts) n += std::max<std::size_t>(lines_of(log_of(part)), 1) - 1;
+  for (const fs::path& part : parts) {
+    if (!fs::exists(log_of(part))) continue;
+    const std::string text = sim::files::read_text(log_of(part));
+    n +=
+        static_cast<std::size_t>(std::max<std::ptrdiff_t>(std::count(text.begin(), text.end(), '\n'), 1) - 1);
+  }
   return n;
 }
 
 void remove_part(const fs::path& part) {
-  for (const char* file : {".tasks", ".log", ".under_way"})
-    fs::remove(fs::path(part).replace_extension(file));
+  for (const fs::path& file : {part, log_of(part), running_file(part)}) fs::remove(file);
 }
 
 /// Moves the records of the parts to the log, then removes the parts.
@@ -75,22 +81,10 @@ void collect(const std::vector<fs::path>& parts, trials::TrialLog& log, const Tr
   }
 }
 
-std::vector<trials::Task> left(const std::vector<trials::Task>& tasks, const trials::TrialLog& log) {
-  std::vector<trials::Task> without_record;
-  for (const trials::Task& task : tasks)
-    if (!log.find(task.key)) without_record.push_back(task);
-  return without_record;
-}
-
-void print_each_complaint_once(const std::vector<Ended>& ended) {
-  std::set<std::string> printed;
-  for (const Ended& one : ended)
-    if (one.exit_code != 0 && printed.insert(one.complaint).second) std::cerr << one.complaint;
-}
-
-void run_parts(const std::vector<trials::Task>& tasks, trials::TrialLog& log, const TrialsPlace& place,
+void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const TrialsPlace& place,
                const Backend& backend) {
-  std::vector<trials::Task> rest = left(tasks, log);
+  const auto has_record = [&](const trials::Task& task) { return log.find(task.key) != nullptr; };
+  std::erase_if(rest, has_record);
   if (rest.empty()) return;
   const std::size_t total = rest.size();
   ProgressLine progress(fmt::format("{}, {} trials", place.title, total));
@@ -106,8 +100,69 @@ void run_parts(const std::vector<trials::Task>& tasks, trials::TrialLog& log, co
       progress.show(static_cast<double>(total - before + finished(parts)) / static_cast<double>(total));
     });
     collect(parts, log, place);
-    rest = left(tasks, log);
-    if (rest.size() == before) return print_each_complaint_once(ended);
+    std::erase_if(rest, has_record);
+    if (rest.size() < before) continue;
+    std::set<std::string> printed;
+    for (const Ended& one : ended)
+      if (one.exit_code != 0 && printed.insert(one.complaint).second) std::cerr << one.complaint;
+    return;
+  }
+}
+
+struct TrialsRequest {
+  fs::path tasks;
+  fs::path models = standard_models();
+  BatchMember batch;
+};
+
+void run_tasks(const TrialsRequest& request) {
+  const trials::TaskFile file = trials::read_tasks(request.tasks);
+  trials::TrialLog log(log_of(request.tasks), file.purpose);
+  const Recordings recordings(request.models);
+  // Successive trials mostly use the same recording.
+  trials::Runner runner(false, {[&](const sim::scenario::Scenario& s) { return recordings.key(s); },
+                                [&](const sim::scenario::ReadScenario& read, const auto& use) {
+                                  use(recordings.get(read, [](double) {}).folder);
+                                }});
+  for (const trials::Task& task : file.tasks) {
+    if (log.find(task.key)) continue;
+    sim::files::write_text(running_file(request.tasks), task.key);
+    log.add(runner.run(task));
+  }
+}
+
+/// Logs the crash of the running task. Throws UsageError if none was running.
+void log_crash(const TrialsRequest& request, int signal) {
+  const trials::TaskFile file = trials::read_tasks(request.tasks);
+  const std::string running =
+      fs::exists(running_file(request.tasks)) ? sim::files::read_text(running_file(request.tasks)) : "";
+  trials::TrialLog log(log_of(request.tasks), file.purpose);
+  for (const trials::Task& task : file.tasks)
+    if (task.key == running && !log.find(task.key))
+      return log.add({task.key,
+                      sim::scenario::read_scenario_text(task.scenario, "task.yaml").scenario.seed,
+                      "crashed",
+                      fmt::format("killed by signal {} ({})", signal, strsignal(signal)),
+                      {}});
+  throw UsageError(fmt::format("{}: killed by signal {} before any trial", request.tasks.string(), signal));
+}
+
+/// A trial that crashes is logged, and the others continue in a new process.
+int run_trials(TrialsRequest& request) {
+  join_batch(request.batch);
+  for (const pid_t supervisor = getpid();;) {
+    const pid_t child = fork();
+    if (child < 0) throw UsageError(std::string("no process for the trials: ") + std::strerror(errno));
+    if (child == 0) {
+      die_with(supervisor);
+      run_tasks(request);  // main, in the child, reports what it throws
+      return 0;
+    }
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    if (WIFEXITED(status)) return WEXITSTATUS(status);
+    log_crash(request, WTERMSIG(status));
   }
 }
 
@@ -123,6 +178,15 @@ trials::RunTasks in_processes(const TrialsPlace& place, const Backend& backend) 
   return [place, backend](const std::vector<trials::Task>& tasks, trials::TrialLog& log) {
     run_parts(tasks, log, place, backend);
   };
+}
+
+/// The hidden command that runs the tasks of a part.
+void add_trials(CLI::App& app, int& exit_code) {
+  auto [command, request] = add_command(app, exit_code, "trials", "Run the tasks of a file", "", run_trials);
+  command.group("");
+  command.add_option("tasks", request.tasks)->required();
+  add_models(command, request.models);
+  add_batch_member(command, request.batch);
 }
 
 }  // namespace cli

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "sim/trials/task.h"
+#include "sim/trials/trial.h"
 #include "tools/cli/jobs/backend.h"
 
 namespace cli {

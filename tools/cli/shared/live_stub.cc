@@ -1,5 +1,5 @@
 #include "tools/cli/shared/live.h"
-#include "tools/cli/shared/usage_error.h"
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 

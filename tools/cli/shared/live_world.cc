@@ -1,6 +1,6 @@
 #include <mujoco/mujoco.h>
 
-#include "sim/live/room_check.h"
+#include "sim/live/recorded.h"
 #include "sim/live/run.h"
 #include "sim/physics/nominal_body.h"
 #include "tools/cli/shared/live.h"
@@ -16,7 +16,8 @@ sim::result::Outcome run_live(const sim::scenario::ReadScenario& scenario,
 void require_simulator() {}
 
 bool require_clear_walk(const sim::scenario::ReadScenario& read, const std::filesystem::path& models) {
-  sim::live::require_clear_walk(read, models);
+  const sim::physics::WorldOptions& world = read.scenario.world;
+  sim::live::clear_plan(read, {world.robot, world.room, models});
   return true;
 }
 

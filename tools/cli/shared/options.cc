@@ -1,17 +1,41 @@
 #include "tools/cli/shared/options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "sim/scenario/yaml_map.h"
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "sim/files/json.h"
+#include "sim/files/text.h"
+#include "sim/scenario/yaml.h"
+#include "tools/cli/jobs/backend.h"
 
 namespace cli {
+namespace {
 
-CLI::Option* add_scenario(CLI::App& command, std::string& file, sim::scenario::Changes& changes) {
-  CLI::Option* const scenario = command.add_option("scenario", file, "the scenario's YAML file");
+void require_model(const scenario::ReadScenario& read, const std::string& key, const std::string& name,
+                   const std::set<std::string>& known) {
+  if (known.contains(name)) return;
+  const auto set_by = read.origin.find(key);
+  const std::vector<std::string_view> candidates(known.begin(), known.end());
+  throw scenario::ConfigError(fmt::format("{}: {}: is '{}', expected one of {}{}",
+                                          set_by == read.origin.end() ? read.scenario.name : set_by->second,
+                                          key, name, fmt::join(known, ", "),
+                                          scenario::did_you_mean(name, candidates)));
+}
+
+}  // namespace
+
+CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes) {
+  CLI::Option* const option = command.add_option("scenario", file, "the scenario's YAML file");
   add_overrides(command, changes.overrides, "(gaitslam config --keys lists the keys)");
   add_with(command, changes);
   add_without(command, changes);
-  return scenario;
+  return option;
 }
 
 void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which) {
@@ -19,64 +43,127 @@ void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const
       ->option_text("key=value ...");
 }
 
-void add_with(CLI::App& command, sim::scenario::Changes& changes) {
+void add_with(CLI::App& command, scenario::Changes& changes) {
   command
-      .add_option("--with", changes.with,
-                  "YAML file with keys to replace in the scenario, such as the best.yaml of a tuning; "
-                  "later files win")
+      .add_option("--with", changes.with, "YAML file with keys to replace, such as a best.yaml; repeatable")
       ->option_text("FILE")
       ->allow_extra_args(false);
 }
 
-void add_without(CLI::App& command, sim::scenario::Changes& changes) {
+void add_without(CLI::App& command, scenario::Changes& changes) {
   command.add_option("--without", changes.without, "sections to leave out, as in camera,slam")
       ->delimiter(',')
       ->allow_extra_args(false);
 }
 
-void add_result(CLI::App& command, std::filesystem::path& result, const std::string& or_else) {
+void add_result(CLI::App& command, fs::path& result, const std::string& or_else) {
   command.add_option("result", result, "a result folder, such as results/tangent_circle/seed-1" + or_else)
       ->required();
 }
 
-void add_models(CLI::App& command, std::filesystem::path& models) {
+void add_models(CLI::App& command, fs::path& models) {
   command.add_option("--models", models, "folder of the models of the robot and the rooms");
 }
 
-void add_seeds(CLI::App& command, std::optional<std::string>& seeds) {
-  command.add_option("--seeds", seeds, "run several seeds, each in its own process: 1..5 or 1,2,7");
-}
-
-void add_jobs(CLI::App& command, int& jobs) {
-  command.add_option("--jobs", jobs, "number of processes at a time")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
+  command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
 }
 
 void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text) {
   command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
 }
 
-void add_all_metrics(CLI::App& command, bool& all) {
-  command.add_flag("--all-metrics", all,
-                   "show all metrics, not only the most important ones and those with limits");
+void add_cached(CLI::App& command, bool& cached) {
+  command.add_flag("--cached", cached, "replay recordings from the cache; record missing ones first");
 }
 
-void add_parent(CLI::App& command, std::optional<pid_t>& parent) {
-  command.add_option("--die-with-parent", parent)->group("");
+void add_all_metrics(CLI::App& command, bool& all) {
+  command.add_flag("--all-metrics", all, "show more than the main metrics and those with limits");
 }
 
 void add_batch_member(CLI::App& command, BatchMember& member) {
   command.add_option("--set-by", member.set_by)->group("");
-  add_parent(command, member.parent);
+  command.add_option("--die-with-parent", member.parent)->group("");
+}
+
+void join_batch(const BatchMember& member, scenario::ReadScenario* read) {
+  if (member.parent) die_with(*member.parent);
+  if (!member.set_by || !read) return;
+  read->origin.clear();
+  for (const auto& [key, by] : sim::files::read_json(*member.set_by).entries()) read->origin[key] = by.text();
+}
+
+void require_one_of(const std::vector<std::string>& names, const std::string& typed,
+                    const std::string& option) {
+  if (std::find(names.begin(), names.end(), typed) != names.end()) return;
+  throw UsageError(
+      fmt::format("{}: expected one of {}, not '{}'{}", option, fmt::join(names, ", "), typed,
+                  scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end()))));
+}
+
+sim::score::Alignment alignment_named(const std::string& name) {
+  if (const auto alignment = sim::score::alignment_of(name)) return *alignment;
+  throw UsageError(fmt::format("--align {}: expected none, origin, yaw, se3, sim3 or scale", name));
 }
 
 std::vector<std::uint64_t> parse_seeds(const std::string& text) {
   try {
-    return sim::scenario::parse_seeds(text);
+    return scenario::parse_seeds(text);
   } catch (const std::invalid_argument& e) {
     throw UsageError(fmt::format("--seeds {}: {}", text, e.what()));
   }
+}
+
+void add_view_place(CLI::App& command, Access& place) {
+  command.add_option("--port", place.port, "port of the view; 0: any free one")->capture_default_str();
+  command.add_option("--address", place.address, "listening address; one that others reach needs a --token")
+      ->capture_default_str();
+  command
+      .add_option("--token", place.token,
+                  "secret in the URL, at least 22 letters, digits, - or _ (default: a random one)")
+      ->envname("GAITSLAM_VIEW_TOKEN");  // other users of the machine cannot read it there
+}
+
+void add_view(CLI::App& command, ViewRequest& request) {
+  CLI::Option* const view =
+      command.add_flag("--view", request.view, "show the walk live in the browser; prints a URL");
+  command.add_flag("--control", request.control, "the view may pause, step and slow down")->needs(view);
+  command.add_flag("--wait", request.wait, "start when the view is open in a browser")->needs(view);
+  add_view_place(command, request);
+  for (const char* option : {"--port", "--address"}) command.get_option(option)->needs(view);
+  request.opened = print_view;
+}
+
+// With --json, standard output is for the document.
+void print_view(const std::string& url) {
+  (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
+}
+
+fs::path standard_models() {
+  std::error_code fault;
+  if (fs::is_directory(GAITSLAM_MODELS, fault)) return GAITSLAM_MODELS;
+  return fs::read_symlink("/proc/self/exe", fault).parent_path().parent_path() / "share/gaitslam/models";
+}
+
+// A robot has actuators; a room has none and is part of no other model.
+void require_models(const scenario::ReadScenario& read, const fs::path& models) {
+  std::set<std::string> robots, rooms;
+  std::map<std::string, std::string> texts;
+  std::error_code fault;
+  for (const auto& entry : fs::directory_iterator(models, fault))
+    if (entry.path().extension() == ".xml")
+      texts[entry.path().stem().string()] = sim::files::read_text(entry.path());
+  for (const auto& [name, text] : texts) {
+    const std::string include = fmt::format("<include file=\"{}.xml\"", name);
+    if (text.find("<actuator") != text.npos)
+      robots.insert(name);
+    else if (std::none_of(texts.begin(), texts.end(),
+                          [&](const auto& other) { return other.second.find(include) != std::string::npos; }))
+      rooms.insert(name);
+  }
+  if (texts.empty()) throw sim::files::FileError(models, "has no models");
+  require_model(read, "world.robot", read.scenario.world.robot, robots);
+  require_model(read, "world.room", read.scenario.world.room, rooms);
 }
 
 }  // namespace cli

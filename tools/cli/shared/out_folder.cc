@@ -16,8 +16,6 @@
 #include "sim/files/text.h"
 #include "sim/result/score_file.h"
 #include "sim/result/score_table.h"
-#include "tools/cli/jobs/terminal.h"
-#include "tools/cli/shared/usage_error.h"
 
 namespace cli {
 namespace {
@@ -41,13 +39,6 @@ bool contains(const fs::path& folder, const fs::path& path) {
   return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();
 }
 
-void require_folder(const fs::path& path) {
-  if (path.empty()) throw UsageError("--out: is empty, expected a folder for results");
-  std::error_code fault;
-  if (fs::exists(path, fault) && !fs::is_directory(path, fault))
-    throw UsageError(fmt::format("{}: is a file, expected a folder for results", path.string()));
-}
-
 /// True if the folder contains only what a command writes before its first result, or leaves when it is
 /// killed.
 bool has_no_results(const fs::path& folder) {
@@ -57,19 +48,6 @@ bool has_no_results(const fs::path& folder) {
     return name == files::kMarker || name == kUnfinished || files::is_partial(entry.path());
   };
   return std::all_of(fs::directory_iterator(folder, fault), {}, is_trace);
-}
-
-void require_empty(const fs::path& folder) {
-  if (!has_no_results(folder))
-    throw UsageError(
-        fmt::format("{}: exists already; --force replaces what the command writes there", folder.string()));
-}
-
-/// 0, or the errno that prevents writing in the folder.
-int why_not_writable(const fs::path& folder) {
-  std::error_code fault;
-  if (!fs::is_directory(folder, fault)) return ENOTDIR;
-  return access(folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
 }
 
 /// Returns what the same command finished before it was interrupted; nothing if it was not.
@@ -86,10 +64,24 @@ std::optional<std::set<std::string>> made_before(const fs::path& folder, const s
   return made;
 }
 
-void require_absent(const fs::path& folder, const std::vector<std::string>& results) {
-  for (const std::string& result : results)
+/// Throws UsageError if --force is needed: something is there that the command would replace.
+void require_free(const fs::path& folder, const OutUse& use) {
+  if (!use.continues && !has_no_results(folder))
+    throw UsageError(
+        fmt::format("{}: exists already; --force replaces what the command writes there", folder.string()));
+  for (const std::string& result : use.results)
     if (fs::exists(folder / result / "score.json"))
       throw UsageError(fmt::format("{}: exists already; --force replaces it", (folder / result).string()));
+}
+
+/// Throws UsageError unless a folder can be made there, in `existing`, and written.
+void require_writable(const fs::path& path, const fs::path& existing) {
+  std::error_code fault;
+  int why = fs::is_directory(existing, fault) ? 0 : ENOTDIR;
+  if (why == 0 && access(existing.c_str(), W_OK | X_OK) != 0) why = errno;
+  if (why != 0)
+    throw UsageError(
+        fmt::format("{}: cannot be written: {}: {}", path.string(), existing.string(), std::strerror(why)));
 }
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
@@ -136,11 +128,13 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
       names_(use.names),
       identity_(use.identity),
       on_interrupt_(kept_text(path_, use)) {
-  require_folder(path_);
+  std::error_code fault;
+  if (path_.empty()) throw UsageError("--out: is empty, expected a folder for results");
+  if (fs::exists(path_, fault) && !fs::is_directory(path_, fault))
+    throw UsageError(fmt::format("{}: is a file, expected a folder for results", path_.string()));
   const auto made = made_before(path_, use.identity);
   made_ = made.value_or(std::set<std::string>());
-  if (request.out && !request.force && !made)
-    use.continues ? require_absent(path_, use.results) : require_empty(path_);
+  if (request.out && !request.force && !made) require_free(path_, use);
   if (use.replaces) {
     if (contains(path_, fs::current_path()))
       throw UsageError(
@@ -150,22 +144,18 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   }
   for (const std::string& result : use.results) files::require_replaceable(path_ / result);
   existing_ = nearest_existing(path_);
-  if (const int why = why_not_writable(existing_); why != 0)
-    throw UsageError(
-        fmt::format("{}: cannot be written: {}: {}", path_.string(), existing_.string(), std::strerror(why)));
+  require_writable(path_, existing_);
   if (!identity_.empty()) names_.push_back(kUnfinished);
-  if (!names_.empty()) begin(made.has_value());
+  if (!names_.empty()) {
+    fs::create_directories(path_);
+    lock_ = files::FileLock::take_folder(path_);
+    if (!lock_)
+      throw UsageError(fmt::format(
+          "{}: another process is writing there: wait for it, or name another folder", path_.string()));
+    files::list_outputs(path_, names_);
+    if (!identity_.empty() && !made) files::write_atomically(path_ / kUnfinished, identity_ + "\n");
+  }
   if (!use.replaces) files::remove_leftovers(path_);
-}
-
-void OutFolder::begin(bool resumes) {
-  fs::create_directories(path_);
-  lock_ = files::FileLock::take_folder(path_);
-  if (!lock_)
-    throw UsageError(fmt::format("{}: another process is writing there: wait for it, or name another folder",
-                                 path_.string()));
-  files::list_outputs(path_, names_);
-  if (!identity_.empty() && !resumes) files::write_atomically(path_ / kUnfinished, identity_ + "\n");
 }
 
 void OutFolder::note_made(const std::string& name) const {

@@ -10,11 +10,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/result/result.h"
-#include "tools/cli/shared/interruption.h"
-
-namespace CLI {
-class App;
-}
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 
@@ -70,8 +66,6 @@ class OutFolder {
   void finished() const;
 
  private:
-  void begin(bool resumes);
-
   fs::path path_, existing_;
   std::vector<std::string> names_;
   std::string identity_;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
-#include <array>
 #include <fstream>
 #include <opencv2/core/utility.hpp>
 
@@ -20,14 +19,6 @@ std::string cpuinfo(const std::string& field) {
   return "unknown";
 }
 
-std::string hash_of_this_program() {
-  std::ifstream in("/proc/self/exe", std::ios::binary);
-  sim::files::Hash hash;
-  for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
-    hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
-  return hash.hex();
-}
-
 }  // namespace
 
 const char* const kVersion = GAITSLAM_VERSION;
@@ -40,6 +31,11 @@ std::map<std::string, std::string> libraries() {
   return all;
 }
 
+sim::result::ResultPlace result_place(const std::filesystem::path& folder, const std::string& models_hash,
+                                      const std::filesystem::path& models) {
+  return {folder, sim::files::Existing::replace, models, kVersion, kRevision, libraries(), models_hash};
+}
+
 std::string processor() { return cpuinfo("model name"); }
 
 std::string recording_identity() {
@@ -50,8 +46,10 @@ std::string recording_identity() {
 
 std::string program_identity() {
   const std::string revision = kRevision;
-  const bool known = revision != "unknown" && !revision.ends_with('+');
-  return fmt::format("{} {}", kVersion, known ? revision : hash_of_this_program());
+  if (revision != "unknown" && !revision.ends_with('+')) return fmt::format("{} {}", kVersion, revision);
+  sim::files::Hash hash;
+  hash.add(sim::files::read_text("/proc/self/exe"));
+  return fmt::format("{} {}", kVersion, hash.hex());
 }
 
 std::string version_text() {

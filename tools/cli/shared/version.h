@@ -1,8 +1,11 @@
 // Sources and libraries of this program.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <string>
+
+#include "sim/result/result.h"
 
 namespace cli {
 
@@ -17,6 +20,10 @@ extern const char* const kRecordingSources;
 
 /// The libraries in use and their versions.
 std::map<std::string, std::string> libraries();
+
+/// The place of a result that this program makes, which replaces an earlier one.
+sim::result::ResultPlace result_place(const std::filesystem::path& folder, const std::string& models_hash,
+                                      const std::filesystem::path& models = {});
 
 /// The model name of the processor.
 std::string processor();

@@ -1,7 +1,7 @@
 // The view in a build without the simulator: only replays and results, without room and robot.
 #include "sim/view/playback.h"
 #include "tools/cli/shared/live.h"
-#include "tools/cli/shared/view_session.h"
+#include "tools/cli/shared/options.h"
 
 namespace sim::view {
 

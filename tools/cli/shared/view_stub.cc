@@ -1,27 +1,26 @@
 // The runner, which tools/gaitslam builds for users without the view.
-#include "tools/cli/shared/usage_error.h"
-#include "tools/cli/shared/view_session.h"
+#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/terminal.h"
 
 namespace sim::view {
 namespace {
 
-void require_no_view(const ViewRequest& request) {
+std::unique_ptr<ViewSession> no_view(const ViewRequest& request) {
   if (request.view)
     throw cli::UsageError("--view: this program was built without it; tools/gaitslam builds the whole one");
+  return nullptr;
 }
 
 }  // namespace
 
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario&,
                                          const std::filesystem::path&) {
-  require_no_view(request);
-  return nullptr;
+  return no_view(request);
 }
 
 std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const scenario::ReadScenario&,
                                             const std::filesystem::path&, const std::filesystem::path&) {
-  require_no_view(request);
-  return nullptr;
+  return no_view(request);
 }
 
 }  // namespace sim::view

@@ -1,0 +1,159 @@
+#include "sim/export/export_context.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/files/text.h"
+#include "sim/recording/image_file.h"
+#include "slam/observation.h"
+
+namespace sim::exports {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Format {
+  const char* name;
+  void (*write)(const ExportContext&);
+  bool knows_lenses = true;  ///< else the images are always undistorted
+  int passes = 1;            ///< how often the recording is read
+};
+
+constexpr Format kFormats[]{{"euroc", export_euroc},
+                            {"tum", export_tum, false},
+                            {"mcap", export_mcap},
+                            {"orbslam3", export_orbslam3},
+                            {"openvins", export_openvins, true, 2}};
+
+constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
+constexpr double kLeastAccelerometerWalk = 1e-5;
+
+// A mean of white noise over dt has the standard deviation density/√dt.
+recording::ImuNoise noise_of(const sensor_errors::ErrorOptions& errors) {
+  const sensor_errors::ErrorOptions::Gyro& gyro = errors.gyro;
+  const sensor_errors::ErrorOptions::Accelerometer& accelerometer = errors.accelerometer;
+  return {std::max(kLeastGyroWalk, gyro.sigma_rad_s * std::sqrt(slam::kReadingPeriod_s)),
+          std::max(kLeastGyroWalk, gyro.bias_walk_sigma_rad_s2),
+          std::max(kLeastAccelerometerWalk, accelerometer.sigma_m_s2 * std::sqrt(slam::kReadingPeriod_s)),
+          std::max(kLeastAccelerometerWalk, accelerometer.bias_walk_sigma_m_s3)};
+}
+
+}  // namespace
+
+std::vector<std::string> export_formats() {
+  std::vector<std::string> names;
+  for (const Format& format : kFormats) names.push_back(format.name);
+  return names;
+}
+
+void export_run(const ExportedRun& run, const std::string& format, const std::filesystem::path& folder,
+                files::Existing existing) {
+  const auto found = std::ranges::find_if(kFormats, [&](const Format& f) { return f.name == format; });
+  if (found == std::end(kFormats)) throw std::out_of_range("no export format " + format);
+  files::AtomicFolder durable(folder, existing);
+  found->write(ExportContext(run, durable.path(), run.undistort || !found->knows_lenses, found->passes));
+  durable.commit();
+}
+
+ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, bool undistort, int passes)
+    : run(run_),
+      folder(folder_),
+      setup(recording::RecordingReader(run.result / "recording").setup()),
+      noise(noise_of(run.errors)),
+      equidistant_(fit_equidistant(camera())),
+      passes_(passes) {
+  if (undistort) undistortion_.emplace(camera());
+  setup.calibration.camera = undistort ? undistortion_->pinhole() : equidistant_.camera;
+}
+
+std::vector<files::TumRow> ExportContext::estimate() const {
+  const fs::path file = run.result / "estimate_cov.txt";
+  return run.with_truth && fs::exists(file) ? files::read_tum(file) : std::vector<files::TumRow>{};
+}
+
+fs::path ExportContext::new_file(const std::string& name) const {
+  const fs::path file = folder / name;
+  fs::create_directories(file.parent_path());
+  return file;
+}
+
+void ExportContext::write(const std::string& name, std::string_view bytes) const {
+  files::write_text(new_file(name), bytes);
+}
+
+void ExportContext::write_png(const std::string& name, const cv::Mat& image) const {
+  write(name, recording::encode_grey_png(exported(image)));
+}
+
+std::string ExportContext::lens_text() const {
+  if (undistortion_)
+    return fmt::format(
+        R"(The lens distortion is removed from the images by bilinear interpolation. They are those of an ideal pinhole
+camera with f = {} px and its principal point at ({}, {}); each of their pixels lies inside the recorded image.
+)",
+        camera().fu_px, camera().u0_px, camera().v0_px);
+  return fmt::format(
+      R"(The camera's own lens model has one radial parameter, which few programs know. It is stated here as the
+equidistant model of Kannala and Brandt (2006), fitted over the whole image: {:.4f} px root mean square, at most
+{:.4f} px. The images are as the camera gave them. `gaitslam export ... --undistort` removes the lens distortion
+from the images instead: they are then exactly those of a pinhole camera.
+)",
+      equidistant_.rms_px, equidistant_.largest_px);
+}
+
+void ExportContext::write_readme(const std::string& text) const {
+  constexpr const char* kReadme = R"(# {}, seed {}
+
+A walk simulated by GaitSLAM: the input of its filter, sensor noise included.
+
+{}
+## Conventions
+
+Times begin at {} s. An IMU reading is the mean over 1/{} s, stamped in the middle of that interval. Its noise is
+stated as a density: gyro {:.3g} rad/s/sqrt(Hz), accelerometer {:.3g} m/s^2/sqrt(Hz), which is the standard
+deviation of a 5 ms reading times the square root of 5 ms. The random walks of the biases are {} rad/s^2/sqrt(Hz)
+and {} m/s^3/sqrt(Hz); where the biases are constant, these are {} and {}, because programs divide by them.
+Camera axes: x right, y down, z forward. World: z up, origin under the start. The body frame is the chest IMU.
+The stamps of the IMU are {} s later than those of the camera.
+
+{})";
+  write("README.md", fmt::format(kReadme, run.name, run.seed, text, recording::kEpoch.count() / 1'000'000'000,
+                                 setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density,
+                                 noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
+                                 kLeastAccelerometerWalk, run.errors.motion.time_offset_s, lens_text()));
+}
+
+std::string written_seconds(slam::Stamp t) {
+  return fmt::format("{}.{:09}", recording::file_stamp(t) / 1'000'000'000,
+                     recording::file_stamp(t) % 1'000'000'000);
+}
+
+std::string real(double x) {
+  const std::string text = fmt::format("{}", x);
+  return text.find_first_of(".e") == text.npos ? text + ".0" : text;
+}
+
+std::string matrix_text(const Eigen::Isometry3d& X, std::string_view before, std::string_view after,
+                        std::string_view between) {
+  std::string text;
+  for (int row = 0; row < 4; ++row)
+    text += fmt::format("{}{}{}, {}, {}, {}{}", row ? between : "", before, real(X(row, 0)), real(X(row, 1)),
+                        real(X(row, 2)), real(X(row, 3)), after);
+  return text;
+}
+
+std::string tum_text(const std::vector<files::TimedPose>& poses) {
+  std::string text;
+  for (const files::TimedPose& pose : poses) text += files::tum_row(recording::kEpoch + pose.t, pose.X);
+  return text;
+}
+
+std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera) {
+  const auto* k = std::get_if<slam::Equidistant>(&camera.lens);
+  return k ? std::optional(std::array{k->k1, k->k2, k->k3, k->k4}) : std::nullopt;
+}
+
+}  // namespace sim::exports

@@ -1,0 +1,224 @@
+#include "slam/monitors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "slam/vision/patch.h"
+
+namespace slam {
+namespace {
+
+constexpr double kStill_rad_s = 0.02;
+constexpr int kNoisyImages = 5;
+
+constexpr double kLeastFound = 0.2;        // fraction of the landmarks searched for
+constexpr double kLeastCoverage = 0.4;     // fraction of the image
+constexpr std::size_t kLeastSearched = 5;  // landmarks
+constexpr double kVisionBound = 3;         // mean NIS per degree of freedom, where 1 is expected
+constexpr double kHeightBound = 10;        // mean NIS, where 1 is expected
+constexpr const char* kNotFoundAgain = "; the map was not found again";
+
+constexpr double kEvidenceMemory_s = 30;
+constexpr double kOrdinary = 0.02;  // relative systematic error
+constexpr double kScatter = 1.5;    // of the gyro, relative to what is assumed
+constexpr double kMemory = 1200;    // second differences: 2 s of three axes
+constexpr double kFewest = 600;     // second differences
+
+constexpr double kImageMemory_s = 5;
+constexpr double kFewestSearches = 60;
+constexpr double kLeastFoundAgain = 0.6;  // of the landmarks searched for
+constexpr double kMostUnreliable = 4;     // landmarks within the memory
+constexpr double kLossMemory_s = 20;
+constexpr double kLossLasts_s = 2;   // as bad as another loss
+constexpr double kMostLosses = 1.5;  // within the memory
+
+bool is_finite(const PlannedMotion& plan) {
+  return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
+         plan.p_CF.allFinite() &&
+         (!plan.legs || (plan.legs->X_OC.matrix().allFinite() && plan.legs->p_CS.allFinite()));
+}
+
+double length_s(const InertialSample& reading) { return seconds(reading.end - reading.begin); }
+
+bool follows(const InertialSample& next, const InertialSample& reading) {
+  return next.begin == reading.end && std::abs(length_s(next) - length_s(reading)) < 1e-4 &&
+         length_s(next) > 0;
+}
+
+}  // namespace
+
+std::string malformation(const Observation& o, const CameraIntrinsics& camera) {
+  if (!o.image.empty() &&
+      (o.image.type() != CV_8UC1 || o.image.cols != camera.width_px || o.image.rows != camera.height_px))
+    return "its image is not 8-bit gray of the camera's size";
+  for (const auto* samples : {&o.gyro, &o.accelerometer})
+    for (const InertialSample& sample : *samples)
+      if (!sample.value.allFinite() || sample.end < sample.begin) return "an inertial reading is not finite";
+  if (o.plan && !is_finite(*o.plan)) return "its plan is not finite";
+  return "";
+}
+
+bool stands_still(const Observation& o, const std::optional<PlannedInterval>& planned,
+                  const Options& options) {
+  if (!options.plan_velocity.enabled || !planned || !planned->standing || !options.gyro.enabled) return false;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const InertialSample& reading : o.gyro) sum += reading.value;
+  return !o.gyro.empty() && sum.norm() / static_cast<double>(o.gyro.size()) < kStill_rad_s;
+}
+
+ImageDefect ImageCheck::defect(const cv::Mat& image, bool stands_still) {
+  const bool frozen =
+      !previous_.empty() && std::equal(image.begin<uchar>(), image.end<uchar>(), previous_.begin<uchar>());
+  if (stands_still && !frozen && !previous_.empty() && noisy_ < kNoisyImages) {
+    const int differing = cv::countNonZero(image != previous_);  // all over two images at rest: noise
+    noisy_ = 2 * differing > image.rows * image.cols ? noisy_ + 1 : 0;
+  }
+  image.copyTo(previous_);
+  cv::Scalar mean, contrast;
+  cv::meanStdDev(image, mean, contrast);
+  if (contrast[0] < kFlatContrast) return {"the image is flat", true};
+  if (frozen) return {"the image is the last one again", !stands_still || noisy_ >= kNoisyImages};
+  return {};
+}
+
+bool matching_failed(const TrackingStatistics& s) {
+  return s.searched >= kLeastSearched && s.coverage > kLeastCoverage &&
+         static_cast<double>(s.accepted) < kLeastFound * static_cast<double>(s.searched);
+}
+
+/// Adds a value, if there is one; returns true if the window is full and its mean exceeds the bound.
+bool TrackingMonitor::MovingMean::exceeds(const std::optional<double>& value, double bound) {
+  if (!value) return false;
+  values[count++ % values.size()] = *value;
+  return count >= values.size() &&
+         std::accumulate(values.begin(), values.end(), 0.0) > bound * static_cast<double>(values.size());
+}
+
+void TrackingMonitor::judge(const TrackingStatistics& s) {
+  if (health_ != Health::ok) return;
+  failing_s_ = matching_failed(s) ? failing_s_ + s.dt_s : 0;
+  const bool vision = vision_.exceeds(s.vision_nis, kVisionBound);
+  const bool height = height_.exceeds(s.height_nis, kHeightBound);
+  if (failing_s_ > options_.lost_after_s) return lose("almost no landmark found");
+  if (vision) return lose("matches are further from their predicted pixels than the covariance allows");
+  if (height) return lose("the height is further from the planned one than the covariance allows");
+}
+
+void TrackingMonitor::lose(const std::string& why, bool blind) {
+  health_ = Health::lost;
+  cause_ = "tracking lost: " + why;
+  refused_ = lost_ = Stamp(0);
+  blind_loss_ = blind;
+}
+
+void TrackingMonitor::blind(Stamp interval, const std::string& why) {
+  blind_ += interval;
+  if (health_ == Health::ok && seconds(blind_) > options_.lost_after_s) lose(why, true);
+}
+
+void TrackingMonitor::refuse(Stamp interval, const std::string& why) {
+  refused_ += interval;
+  if (health_ == Health::lost && seconds(refused_) > options_.give_up_s)
+    return diverge(cause_ + kNotFoundAgain);
+  if (health_ == Health::ok && seconds(refused_) > options_.lost_after_s)
+    lose("observations are rejected because " + why, true);
+}
+
+void TrackingMonitor::sees() {
+  blind_ = Stamp(0);
+  if (!is_blind()) return;
+  health_ = Health::ok;
+  cause_.clear();
+}
+
+void TrackingMonitor::diverge(const std::string& cause) {
+  if (health_ == Health::diverged) return;
+  health_ = Health::diverged;
+  cause_ = cause;
+}
+
+void TrackingMonitor::remains_lost(Stamp interval) {
+  if (health_ != Health::lost) return;
+  lost_ += interval;
+  if (seconds(lost_) > options_.give_up_s) diverge(cause_ + kNotFoundAgain);
+}
+
+void GyroNoiseTest::add(const std::vector<InertialSample>& readings) {
+  for (const InertialSample& reading : readings) {
+    if (follows(reading, last_) && follows(last_, before_)) {
+      const double sigma = options_.sigma_rad_s * std::sqrt(6 * kReadingPeriod_s / length_s(reading));
+      const Eigen::Vector3d second = reading.value - 2 * last_.value + before_.value;
+      const double median = 0.6745 * sigma;  // of the absolute value of a normal variable
+      beyond_ += static_cast<double>((second.array().abs() > kScatter * median).count());
+      count_ += 3;
+      const double keep = count_ > kMemory ? kMemory / count_ : 1;
+      count_ *= keep, beyond_ *= keep;
+    }
+    before_ = last_;
+    last_ = reading;
+  }
+}
+
+bool GyroNoiseTest::scatters() const { return count_ >= kFewest && beyond_ > 0.5 * count_; }
+
+void ImageTest::add(double dt_s, std::size_t searched, std::size_t accepted, std::size_t unreliable) {
+  const double keep = std::exp(-dt_s / kImageMemory_s);
+  searched_ = keep * searched_ + static_cast<double>(searched);
+  accepted_ = keep * accepted_ + static_cast<double>(accepted);
+  unreliable_ = keep * unreliable_ + static_cast<double>(unreliable);
+}
+
+void ImageTest::add_health(double dt_s, bool lost, bool good_image) {
+  losses_ *= std::exp(-dt_s / kLossMemory_s);
+  const bool begins = lost && !lost_;
+  if (begins) loss_counts_ = good_image;
+  if (lost && loss_counts_) losses_ += begins ? 1 : dt_s / kLossLasts_s;
+  lost_ = lost;
+}
+
+bool ImageTest::fails() const {
+  const bool not_found = searched_ > kFewestSearches && accepted_ < kLeastFoundAgain * searched_;
+  return (not_found && unreliable_ > kMostUnreliable) || losses_ > kMostLosses;
+}
+
+void SensorMonitor::add(const Evidence& evidence, double dt_s) {
+  const double keep = std::exp(-dt_s / kEvidenceMemory_s);
+  for (std::size_t k = 0; k < evidence.size(); ++k) {
+    sums_[k].score = keep * sums_[k].score + evidence[k].score;
+    sums_[k].information = keep * sums_[k].information + evidence[k].information;
+  }
+}
+
+double SensorMonitor::sigmas(int error) const {
+  const auto& [score, information] = sums_[static_cast<std::size_t>(error)];
+  if (!(information > 0)) return 0;
+  const double delta = score / information;
+  return std::copysign(std::max(0.0, std::abs(delta) - kOrdinary), delta) * std::sqrt(information);
+}
+
+std::string SensorMonitor::suspect() const {
+  if (options_.gyro.enabled && gyro_.scatters())
+    return "inconsistent: gyro, its readings scatter more than 1.5 times as much as assumed";
+  if (images_.fails()) return "inconsistent: images, landmarks are not found at their predicted pixels";
+  const Options::Tracking& bounds = options_.tracking;
+  const bool has_vision = options_.vision.enabled,
+             has_scale = has_vision && options_.plan_velocity.enabled && options_.accelerometer.enabled;
+  struct Error {
+    bool tested;
+    int index;
+    double bound;
+    const char *what, *more, *less;
+  };
+  for (const Error& e :
+       {Error{has_vision, kLensDistortion, bounds.lens_bound,
+              "images, the assumed distortion of the lens is too ", "large", "small"},
+        {has_scale, kLegScale, bounds.plan_bound, "leg odometry, its distances are too ", "long", "short"},
+        {has_scale, kPlanScale, bounds.plan_bound, "plan, its distances are too ", "long", "short"}})
+    if (const double wrong = sigmas(e.index); e.tested && std::abs(wrong) > e.bound)
+      return std::string("inconsistent: ") + e.what + (wrong > 0 ? e.more : e.less) + " by " +
+             std::to_string(std::lround(std::abs(wrong))) + " standard deviations";
+  return "";
+}
+
+}  // namespace slam

@@ -1,0 +1,101 @@
+// Gyro, accelerometer, walking plan and leg odometry: their readings over one frame interval, and their
+// measurements. The accelerometer's readings are the input of the motion model.
+#pragma once
+
+#include "slam/measurement.h"
+#include "slam/options.h"
+
+namespace slam {
+
+/// Mean angular rate of the camera over one frame interval, rad/s in C, and its standard deviation per axis.
+struct MeanRate {
+  Eigen::Vector3d w_C;
+  double sigma_rad_s;
+};
+
+/// Log(Π Exp(w_i dt_i))/Δt over the readings inside (from, to], expressed in C. The standard deviation is
+/// that of one reading, reduced by averaging; for the part of the interval without readings it grows by the
+/// change of rate that the motion model allows. Nothing if less than half the interval is covered. With
+/// GyroReadings::last the result is the last reading.
+std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
+                                  const Eigen::Matrix3d& R_CG, const Options& options);
+
+/// The measurement h = ω + bias of the camera's rate (Stasse et al. 2006, section IV-C; Davison et al.
+/// 2007); h = ω if it is not by the gyro.
+Measurement measure_rate(const RobotVector& x, const MeanRate& rate, bool by_gyro = true);
+
+/// v̄⁺ − v̄ = R_WC increment_C + duration g, where v̄ is the mean velocity over a frame interval, R_WC the
+/// orientation at the frame between the two intervals and g gravity.
+struct VelocityIncrement {
+  Eigen::Vector3d increment_C;  ///< m/s
+  double duration_s;
+  double sigma_m_s;  ///< per axis
+};
+
+/// Gyro and accelerometer readings of one frame interval (from, to].
+struct InertialInterval {
+  Stamp from{0}, to{0};
+  std::vector<InertialSample> gyro, accelerometer;
+};
+
+/// Integration by parts gives v̄⁺ − v̄ = ∫(t₊ − t) a dt/Δ₊ over the later interval + ∫(t − t₋) a dt/Δ over the
+/// earlier one. Here a is the acceleration of the chest, rotated by the gyro into the axes of the camera at
+/// the frame between the intervals; the motion of the chest relative to the camera is subtracted.
+/// gyro_bias_C: rad/s in C. Nothing if readings are missing or the intervals do not adjoin.
+std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earlier,
+                                                    const InertialInterval& later,
+                                                    const Eigen::Isometry3d& X_CG,
+                                                    const Eigen::Vector3d& gyro_bias_C,
+                                                    const Options& options);
+
+/// The motion of the camera over one frame interval, as planned or from leg odometry.
+struct PlannedVelocity {
+  Eigen::Vector3d velocity;  ///< mean, m/s, along the axes of C at the end or along the plan's world axes
+  Eigen::Vector3d rate;      ///< mean angular velocity, rad/s in C
+  Eigen::Vector3d p_CF;      ///< mean position of the support foot, m in C
+  /// Planned velocity without the swaying of single steps, m/s in C. The stride error is relative to it.
+  Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
+  double sigma_m_s = 0;  ///< standard deviation of the velocity's error per axis
+};
+
+/// The motion over one frame interval, planned and measured by leg odometry.
+struct PlannedInterval {
+  PlannedVelocity plan;
+  bool standing = false;                     ///< the plan does not move
+  std::optional<PlannedVelocity> legs = {};  ///< replaces the plan, if the filter is to use leg odometry
+  SystematicEvidence plan_scale = {};  ///< from the comparison with leg odometry, at the end of two steps
+};
+
+/// Follows the plan from frame to frame.
+class PlanHistory {
+ public:
+  /// The motion since the previous frame, dt_s ago. Nothing if this frame or the previous one has no plan.
+  std::optional<PlannedInterval> advance(const std::optional<PlannedMotion>& plan, double dt_s,
+                                         const Options& options);
+  /// True until the first planned motion that is not that of a standing robot.
+  bool at_rest() const { return previous_ && !moved_; }
+
+ private:
+  SystematicEvidence compare_two_steps(const PlannedMotion& now, bool landed, bool standing);
+
+  std::optional<PlannedMotion> previous_;
+  std::optional<PlannedMotion> start_;  // at a landing, of the two steps that are compared
+  int landings_ = 0;                    // since then
+  double since_landing_s_ = 1e9;
+  Eigen::Vector3d steady_C_ = Eigen::Vector3d::Zero();  // low-pass filtered planned velocity, m/s in C
+  bool moved_ = false;
+};
+
+/// The measurement h = R(q)ᵀ v + e in the robot's axes, or h = v + R(q) e in the plan's (Stasse et al. 2006,
+/// section IV-B). The error e is the sum of kSwayVelocity and the stride error times the steady velocity.
+/// Beyond the paper, rotation unknown to the plan, as the robot tilts on its compliant ankles, is about the
+/// support foot (robot's axes only): the camera also moves by the horizontal part of p_CF × (ω − ω_plan). The
+/// vertical part is left out because the next foot lands on the same floor, so that it must not accumulate
+/// from step to step. scale: the systematic error of its source, kPlanScale or kLegScale.
+Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
+                             const Options::PlanVelocity& options, int scale = kPlanScale);
+
+/// The measurement h = r_z of the camera's planned height, m (Stasse et al. 2006, section IV-B).
+Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options);
+
+}  // namespace slam

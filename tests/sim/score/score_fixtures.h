@@ -1,0 +1,104 @@
+// Poses, trajectories, a camera and a room for tests of the score: upright poses, deterministic ones without
+// symmetry, and the simplest of cameras.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "sim/score/metrics.h"
+#include "sim/score/run.h"
+
+namespace sim::score {
+
+/// A number in (−1, 1) that looks like no other's.
+inline double scatter(int i, int j) {
+  const double x = std::sin(12.9898 * i + 78.233 * j) * 43758.5453;
+  return 2 * (x - std::floor(x)) - 1;
+}
+
+inline Eigen::Vector3d scattered(int i, int j) {
+  return {scatter(i, j), scatter(i, j + 1), scatter(i, j + 2)};
+}
+
+inline Eigen::Isometry3d scattered_pose(int i, int j, double size = 1) {
+  const Eigen::Vector3d turn = size * scattered(i, j);
+  Eigen::Isometry3d X(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+  X.translation() = size * scattered(i, j + 3);
+  return X;
+}
+
+inline Eigen::Matrix3d about_z(double angle) {
+  return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
+/// An upright pose at a place (m), turned about z by `yaw_rad`.
+inline Eigen::Isometry3d upright(double x, double y, double z, double yaw_rad = 0) {
+  Eigen::Isometry3d X(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
+  X.translation() = Eigen::Vector3d(x, y, z);
+  return X;
+}
+
+/// Pairs of a curve in space, whose poses turn, with a scattered version of itself.
+inline std::vector<PosePair> noisy_pairs(int count, double size) {
+  std::vector<PosePair> pairs;
+  for (int i = 0; i < count; ++i) {
+    const double s = 0.1 * i;
+    Eigen::Isometry3d X(Eigen::AngleAxisd(s, Eigen::Vector3d(0.1, 0.2, 1).normalized()));
+    X.translation() = Eigen::Vector3d(std::cos(s), std::sin(s), 0.3 * std::sin(2 * s));
+    pairs.push_back({i * Stamp(33'333'333), X, X * scattered_pose(i + 1, 1, size)});
+  }
+  return pairs;
+}
+
+/// A pinhole camera of 90° across and 320x240.
+inline TrueCamera square_camera() {
+  TrueCamera camera;
+  camera.project = [](const Eigen::Isometry3d& X_WC,
+                      const Eigen::Vector3d& p_W) -> std::optional<Eigen::Vector2d> {
+    const Eigen::Vector3d p_C = X_WC.inverse() * p_W;
+    if (p_C.z() <= 0) return std::nullopt;
+    const Eigen::Vector2d pixel = 160 * p_C.head<2>() / p_C.z() + Eigen::Vector2d(160, 120);
+    if (pixel.x() < 0 || pixel.x() > 320 || pixel.y() < 0 || pixel.y() > 240) return std::nullopt;
+    return pixel;
+  };
+  camera.bearing = [](const Eigen::Vector2d& pixel) {
+    return Eigen::Vector3d((pixel.x() - 160) / 160, (pixel.y() - 120) / 160, 1).normalized();
+  };
+  return camera;
+}
+
+/// A room 3 m high, seen from inside, with walls `half_width` (m) away from the origin.
+inline Surface box_room(double half_width) {
+  return {Surface::Kind::box, upright(0, 0, 1.5), {half_width, half_width, 1.5}};
+}
+
+/// A camera at the origin, 1.4 m up, level, looking along x of W turned left by `turn`.
+inline Eigen::Isometry3d looking(double turn) {
+  Eigen::Isometry3d X = upright(0, 0, 1.4);
+  X.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  X.linear() = about_z(turn) * X.linear();
+  return X;
+}
+
+/// A run and its metrics.
+class RunTest : public testing::Test {
+ protected:
+  Metric metric(const std::string& name) const { return evaluate(run).at(name); }
+  /// The value, which must be there.
+  double value(const std::string& name) const {
+    const Metric found = metric(name);
+    EXPECT_TRUE(found.value) << name << ": " << found.reason;
+    return found.value.value_or(std::nan(""));
+  }
+  /// Why there is no value.
+  std::string reason(const std::string& name) const {
+    const Metric found = metric(name);
+    EXPECT_FALSE(found.value) << name;
+    return found.reason;
+  }
+  score::Run run;
+};
+
+}  // namespace sim::score

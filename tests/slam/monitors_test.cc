@@ -1,0 +1,262 @@
+#include "slam/monitors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <tuple>
+
+#include "tests/slam/test_scenes.h"
+
+namespace slam {
+namespace {
+
+const TrackingStatistics kFailed{0.5, 12, 1, 1, {}, {}}, kGood{0.5, 12, 10, 1, {}, {}};
+constexpr Stamp kHalf = std::chrono::milliseconds(500);
+
+TrackingMonitor monitor_after(int frames, const TrackingStatistics& statistics) {
+  TrackingMonitor monitor{Options::Tracking{}};
+  for (int k = 0; k < frames; ++k) monitor.judge(statistics);
+  return monitor;
+}
+
+/// An event of half a second that leads to a loss, and the cause of the loss.
+struct Trouble {
+  std::function<void(TrackingMonitor&)> happens;
+  std::string cause;
+  bool blinds;
+};
+const std::vector<Trouble> kTroubles{
+    {[](auto& m) { m.judge(kFailed); }, "tracking lost: almost no landmark found", false},
+    {[](auto& m) { m.blind(kHalf, "the image is flat"); }, "tracking lost: the image is flat", true},
+    {[](auto& m) { m.refuse(kHalf, "its plan is not finite"); },
+     "tracking lost: observations are rejected because its plan is not finite", true}};
+
+TEST(TrackingMonitor, ALossAfterTwoSecondsNamesItsCauseAndEndsByRelocalizationOrAsADivergence) {
+  for (const Trouble& trouble : kTroubles) {
+    TrackingMonitor monitor{Options::Tracking{}};
+    for (int k = 0; k < 4; ++k) trouble.happens(monitor);
+    EXPECT_EQ(monitor.health(), Health::ok) << trouble.cause;
+    trouble.happens(monitor);
+    EXPECT_EQ(monitor.health(), Health::lost);
+    EXPECT_EQ(monitor.is_blind(), trouble.blinds);
+    EXPECT_EQ(monitor.cause(), trouble.cause);
+    EXPECT_EQ(monitor.in_doubt(), !trouble.blinds);
+    TrackingMonitor given_up = monitor, found = monitor;
+    monitor.sees();
+    EXPECT_EQ(monitor.health(), trouble.blinds ? Health::ok : Health::lost)
+        << "only missing sight ends with sight";
+    EXPECT_EQ(monitor.cause().empty(), trouble.blinds);
+    found.relocalized();
+    EXPECT_EQ(found.health(), Health::ok);
+    EXPECT_EQ(found.cause(), "");
+    EXPECT_FALSE(found.in_doubt());
+    for (int k = 0; k < 20; ++k) given_up.remains_lost(kHalf);
+    EXPECT_EQ(given_up.health(), Health::lost);
+    given_up.remains_lost(kHalf);
+    EXPECT_EQ(given_up.health(), Health::diverged);
+    given_up.diverge("another cause");
+    EXPECT_EQ(given_up.cause(), trouble.cause + "; the map was not found again");
+  }
+}
+
+TEST(TrackingMonitor, OnlyRejectedObservationsEndInADivergence) {
+  TrackingMonitor monitor{Options::Tracking{}};
+  for (int k = 0; k < 25; ++k) monitor.refuse(kHalf, "its plan is not finite");
+  EXPECT_EQ(monitor.health(), Health::lost);
+  monitor.refuse(kHalf, "its plan is not finite");
+  EXPECT_EQ(monitor.health(), Health::diverged);
+}
+
+TEST(TrackingMonitor, OneGoodFrameInTwoSecondsIsEnough) {
+  const std::vector<std::function<void(TrackingMonitor&)>> good{
+      [](auto& m) { m.judge(kGood); }, [](auto& m) { m.sees(); }, [](auto& m) { m.accept(); }};
+  for (std::size_t i = 0; i < kTroubles.size(); ++i) {
+    TrackingMonitor monitor{Options::Tracking{}};
+    for (int k = 0; k < 40; ++k) {
+      kTroubles[i].happens(monitor);
+      if (k % 3 == 0) good[i](monitor);
+    }
+    EXPECT_EQ(monitor.health(), Health::ok) << kTroubles[i].cause;
+  }
+}
+
+TEST(TrackingMonitor, AnOccludedPartOfTheImageIsNotAFailure) {
+  TrackingStatistics occluded = kFailed;
+  occluded.coverage = 0.3;
+  EXPECT_EQ(monitor_after(20, occluded).health(), Health::ok);
+}
+
+TEST(TrackingMonitor, TrackingIsLostWhenTheMeanInnovationOfFifteenFramesIsTooLarge) {
+  TrackingStatistics matches = kGood, height = kGood;
+  matches.vision_nis = height.height_nis = 20;
+  EXPECT_EQ(monitor_after(14, matches).health(), Health::ok);
+  EXPECT_NE(monitor_after(15, matches).cause().find("matches are further"), std::string::npos);
+  EXPECT_NE(monitor_after(15, height).cause().find("the height is further"), std::string::npos);
+  matches.vision_nis = 1;
+  TrackingMonitor monitor = monitor_after(100, matches);
+  matches.vision_nis = 20;
+  monitor.judge(matches);
+  EXPECT_EQ(monitor.health(), Health::ok);  // a single outlier does not count
+}
+
+TEST(ImageCheck, FlatImagesBlindAndRepeatedOnesUnlessTheCameraIsKnownToStandStill) {
+  const cv::Mat image = random_blocks(320, 8, 1);
+  for (const bool still : {true, false}) {
+    ImageCheck check;
+    check.defect(image, still);
+    for (int k = 0; k < 20; ++k) EXPECT_EQ(check.defect(image, still).blinds, !still) << k;
+    EXPECT_TRUE(check.defect(cv::Mat(240, 320, CV_8UC1, cv::Scalar(0)), still).blinds);
+  }
+}
+
+TEST(ImageCheck, ARepeatedImageOfACameraWithNoiseBlindsAlsoIfItStandsStill) {
+  ImageCheck check;
+  for (std::uint64_t k = 0; k < 6; ++k) EXPECT_EQ(check.defect(random_blocks(320, 1, k), true).reason, "");
+  EXPECT_TRUE(check.defect(random_blocks(320, 1, 5), true).blinds);
+}
+
+TEST(StandsStill, IsKnownOnlyIfPlanAndGyroAgree) {
+  Observation o;
+  o.gyro = {{Stamp(0), Stamp(5), {0.01, 0, -0.01}}, {Stamp(5), Stamp(10), {-0.01, 0, 0.01}}};
+  const PlannedVelocity still{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  const PlannedInterval stands{still, true}, walks{still, false};
+  Options without_plan, without_gyro;
+  without_plan.plan_velocity.enabled = without_gyro.gyro.enabled = false;
+  EXPECT_TRUE(stands_still(o, stands, {}));
+  EXPECT_FALSE(stands_still(o, walks, {}));
+  EXPECT_FALSE(stands_still(o, std::nullopt, {}));
+  EXPECT_FALSE(stands_still(o, stands, without_plan));
+  EXPECT_FALSE(stands_still(o, stands, without_gyro));
+  for (InertialSample& reading : o.gyro) reading.value.y() = 0.2;
+  EXPECT_FALSE(stands_still(o, stands, {}));
+  o.gyro.clear();
+  EXPECT_FALSE(stands_still(o, stands, {}));
+}
+
+using testing::HasSubstr;
+
+/// The evidence of a systematic error δ, known with standard deviation sigma.
+Evidence evidence(int which, double delta, double sigma) {
+  Evidence all{};
+  all[static_cast<std::size_t>(which)] = {delta / (sigma * sigma), 1 / (sigma * sigma)};
+  return all;
+}
+
+SensorMonitor monitor_after(int which, double delta, double sigma, const Options& options = {}) {
+  SensorMonitor monitor(options);
+  for (int k = 0; k < 100; ++k)
+    monitor.add(evidence(which, delta, 10 * sigma), 0);  // together as certain as one of sigma
+  return monitor;
+}
+
+TEST(SensorMonitor, NamesASensorThatTheInnovationsContradictByMoreThanTheBound) {
+  Options strict, no_scale;
+  strict.tracking.plan_bound = 3, strict.tracking.lens_bound = 8;
+  no_scale.accelerometer.enabled = false;  // no other sensor measures the scale
+  const std::string plan = "inconsistent: plan, its distances are too ", by = " standard deviations";
+  const std::vector<std::tuple<int, double, double, Options, std::string>> cases{
+      {kPlanScale, 0.11, 0.01, {}, plan + "long by 9" + by},  // 2 % are ordinary
+      {kPlanScale, -0.08, 0.01, {}, plan + "short by 6" + by},
+      {kPlanScale, 0.059, 0.01, {}, ""},
+      {kPlanScale, -0.4, 0.1, {}, ""},
+      {kPlanScale, 0.055, 0.01, {}, ""},
+      {kPlanScale, 0.055, 0.01, strict, plan + "long by 4" + by},
+      {kPlanScale, 0.2, 0.01, no_scale, ""},
+      {kLegScale, 0.11, 0.01, {}, "inconsistent: leg odometry, its distances are too long by 9" + by},
+      {kLensDistortion, 0.11, 0.01, strict,
+       "inconsistent: images, the assumed distortion of the lens is too large by 9" + by},
+      {kLensDistortion, 0.07, 0.01, strict, ""}};
+  for (const auto& [which, delta, sigma, options, suspect] : cases)
+    EXPECT_EQ(monitor_after(which, delta, sigma, options).suspect(), suspect) << which << ' ' << delta;
+  EXPECT_EQ(SensorMonitor(Options{}).suspect(), "");
+}
+
+TEST(SensorMonitor, ASmallErrorOfThePlanDoesNotBecomeCertainOnALongWalkAndIsForgottenWhenReset) {
+  SensorMonitor monitor{Options{}};
+  for (int frame = 0; frame < 30 * 900; ++frame) {  // in 30 s the error is known within 0.014
+    monitor.add(evidence(kPlanScale, 0.035, 0.014 * 30), 1.0 / 30);
+    ASSERT_EQ(monitor.suspect(), "") << frame / 30.0 << " s";
+  }
+  EXPECT_GT(monitor.sigmas(kPlanScale), 0.5);
+  monitor.reset();
+  EXPECT_EQ(monitor.sigmas(kPlanScale), 0);
+}
+
+/// Readings of 5 ms with noise while the sensor turns to and fro by 0.5 rad/s, with impacts of 2 rad/s.
+std::vector<InertialSample> noisy_readings(double sigma, double seconds_, std::uint64_t seed) {
+  Normal normal(seed);
+  std::vector<InertialSample> all;
+  for (int i = 0; i < static_cast<int>(200 * seconds_); ++i) {
+    const Stamp begin = std::chrono::milliseconds(5 * i);
+    const double turn = 0.5 * std::sin(2 * 3.14159 * 0.005 * i / 1.6) + (i % 160 == 0 ? 2 : 0);
+    const Eigen::Vector3d noise = sigma * random_matrix(3, 1, normal);
+    all.push_back({begin, begin + std::chrono::milliseconds(5), Eigen::Vector3d(turn, 0, 0) + noise});
+  }
+  return all;
+}
+
+TEST(GyroNoiseTest, FindsTwiceTheNoiseWithinThreeSecondsWithoutFalsePositives) {
+  const Options::Gyro options;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    GyroNoiseTest sound(options), noisy(options);
+    for (const InertialSample& reading : noisy_readings(options.sigma_rad_s, 60, seed)) {
+      sound.add({reading});
+      EXPECT_FALSE(sound.scatters()) << seed << ", " << seconds(reading.end) << " s";
+    }
+    noisy.add(noisy_readings(2 * options.sigma_rad_s, 3, seed));
+    EXPECT_TRUE(noisy.scatters()) << seed;
+  }
+}
+
+TEST(GyroNoiseTest, ReadingsThatAFrameSplitsAreNotCompared) {
+  GyroNoiseTest monitor{Options::Gyro{}};
+  std::vector<InertialSample> split = noisy_readings(1, 60, 1);
+  for (std::size_t i = 0; i < split.size(); i += 2) split[i].begin += std::chrono::milliseconds(1);
+  monitor.add(split);
+  EXPECT_FALSE(monitor.scatters());
+}
+
+TEST(ImageTest, FailsWhereLandmarksAreNotFoundAndDeletedAgain) {
+  ImageTest sound, other, dark;
+  for (int frame = 0; frame < 100; ++frame) {
+    sound.add(0.033, 12, 10, frame % 50 == 0);
+    other.add(0.033, 12, 5, frame % 10 == 0);
+    dark.add(0.033, 12, 1, 0);
+  }
+  EXPECT_FALSE(sound.fails());
+  EXPECT_TRUE(other.fails());
+  EXPECT_FALSE(dark.fails());  // nothing is found, and no landmark is blamed for it
+}
+
+/// True if the test fails after losses in these frames of 300 at 30 Hz; the images from `dark` on are bad.
+bool fails_after(const std::vector<std::pair<int, int>>& losses, int dark = 300) {
+  ImageTest monitor;
+  for (int frame = 0; frame < 300; ++frame) {
+    bool lost = false;
+    for (const auto& [from, to] : losses) lost = lost || (frame >= from && frame < to);
+    monitor.add_health(1.0 / 30, lost, frame < dark);
+    if (monitor.fails()) return true;
+  }
+  return false;
+}
+
+TEST(ImageTest, FailsWhereTrackingIsLostForLongOrTwiceAlthoughTheImagesAreGood) {
+  EXPECT_FALSE(fails_after({{100, 115}}));
+  EXPECT_TRUE(fails_after({{100, 140}}));
+  EXPECT_TRUE(fails_after({{100, 103}, {200, 203}}));
+  EXPECT_FALSE(fails_after({{100, 290}}, 90));  // the loss started with a bad image
+}
+
+TEST(SensorMonitor, NamesGyroBeforeImagesBeforeLegOdometryBeforeThePlanThatIsComparedWithIt) {
+  SensorMonitor monitor = monitor_after(kPlanScale, 0.09, 0.01);
+  monitor.add(evidence(kLegScale, 0.11, 0.001), 0);
+  EXPECT_THAT(monitor.suspect(), HasSubstr("inconsistent: leg odometry"));
+  for (int frame = 0; frame < 100; ++frame) monitor.images().add(0.033, 12, 5, frame % 10 == 0);
+  EXPECT_THAT(monitor.suspect(), HasSubstr("inconsistent: images, landmarks"));
+  monitor.gyro().add(noisy_readings(1, 5, 1));
+  EXPECT_THAT(monitor.suspect(), HasSubstr("inconsistent: gyro"));
+}
+
+}  // namespace
+}  // namespace slam

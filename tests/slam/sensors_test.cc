@@ -1,0 +1,307 @@
+#include "slam/sensors.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/slam/test_scenes.h"
+
+namespace slam {
+namespace {
+
+using std::chrono::milliseconds;
+
+const Eigen::Vector3d kRateVector(0.3, -0.7, 1.1), kZero(0, 0, 0);
+
+/// Readings of 5 ms from `from` to `to`, each of the given value, added to others.
+std::vector<InertialSample> readings(int from_ms, int to_ms, const Eigen::Vector3d& value,
+                                     std::vector<InertialSample> samples = {}) {
+  for (milliseconds t(from_ms); t < milliseconds(to_ms); t += milliseconds(5))
+    samples.push_back({t, t + milliseconds(5), value});
+  return samples;
+}
+
+std::optional<MeanRate> rate_of(const std::vector<InertialSample>& samples, int from_ms, int to_ms,
+                                const Options& options = {}) {
+  return mean_rate(samples, milliseconds(from_ms), milliseconds(to_ms), Eigen::Matrix3d::Identity(), options);
+}
+
+TEST(Gyro, ReadingsAboutDifferentAxesAreComposedInTheirOrder) {
+  const auto rate = rate_of(readings(20, 40, {0, 30, 0}, readings(0, 20, {20, 0, 0})), 0, 40);
+  const Eigen::Vector4d turned = quaternion_product(quaternion_exp({0.4, 0, 0}), quaternion_exp({0, 0.6, 0}));
+  EXPECT_LT((quaternion_exp(0.04 * rate->w_C) - turned).norm(), 1e-14);
+  EXPECT_GT((rate->w_C - Eigen::Vector3d(10, 15, 0)).norm(), 1);  // what a plain average would say
+}
+
+TEST(Gyro, ReadingsOutsideTheIntervalAreLeftOutAndStraddlingOnesCut) {
+  const auto samples = readings(50, 60, {9, 9, 9}, readings(10, 50, kRateVector, readings(0, 10, {9, 9, 9})));
+  const auto rate = rate_of(samples, 13, 46);
+  ASSERT_TRUE(rate);
+  EXPECT_LT((rate->w_C - kRateVector).norm(), 1e-13);
+  EXPECT_NEAR(rate->sigma_rad_s, 0.01 * std::sqrt(0.005 / 0.033), 1e-12);
+}
+
+TEST(Gyro, AGapAddsWhatTheRateMayHaveChangedMeanwhileAndMoreThanHalfLeavesNothing) {
+  EXPECT_FALSE(rate_of({}, 0, 40));
+  EXPECT_FALSE(rate_of(readings(0, 15, kRateVector), 0, 40));
+  const auto full = rate_of(readings(0, 40, kRateVector), 0, 40),
+             half = rate_of(readings(0, 20, kRateVector), 0, 40);
+  EXPECT_LT((half->w_C - kRateVector).norm(), 1e-13);  // still a rate, not one with zeros averaged in
+  EXPECT_GT(half->sigma_rad_s, 5 * full->sigma_rad_s);
+}
+
+TEST(Gyro, TheLastReadingAloneIsTheRateAtTheFrame) {
+  Options options;
+  options.gyro.readings = GyroReadings::last;
+  const auto rate = rate_of(readings(25, 30, 2 * kRateVector, readings(0, 25, kRateVector)), 0, 30, options);
+  ASSERT_TRUE(rate);
+  EXPECT_EQ(rate->w_C, Eigen::Vector3d(2 * kRateVector));
+  EXPECT_EQ(rate->sigma_rad_s, options.gyro.sigma_rad_s);
+  EXPECT_FALSE(rate_of({}, 0, 30, options));
+}
+
+synthetic::Walk noise_free() {
+  synthetic::Walk walk;
+  walk.gyro_sigma_rad_s = walk.accelerometer_sigma_m_s2 = 0;
+  return walk;
+}
+
+InertialInterval interval(const synthetic::Recording& recording, int frame) {
+  const Observation o = recording.observation(frame);
+  return {recording.walk().stamp(frame - 1), o.t, o.gyro, o.accelerometer};
+}
+
+TEST(Gyro, TurnsTheCameraOfAWalkExactlyAsItTurned) {
+  const synthetic::Recording recording(noise_free());
+  for (const int frame : {40, 100, 301}) {
+    const auto [from, to, gyro, accelerometer] = interval(recording, frame);
+    const auto rate = mean_rate(gyro, from, to, synthetic::calibration().X_CG.linear(), Options{});
+    ASSERT_TRUE(rate);
+    const auto R_WC = [&](Stamp t) -> Eigen::Matrix3d { return recording.walk().X_WC(seconds(t)).linear(); };
+    const Eigen::Matrix3d turned = R_WC(from).transpose() * R_WC(to);
+    const Eigen::Vector4d q = quaternion_exp(rate->w_C * seconds(to - from));
+    EXPECT_NEAR((rotation_matrix(q) - turned).norm(), 0, 1e-12);
+  }
+}
+
+TEST(Accelerometer, IncrementIsTheChangeOfTheCamerasMeanVelocityAndAbsentWhenReadingsAreMissing) {
+  const synthetic::Recording recording(noise_free());
+  for (int frame = 60; frame < 140; frame += 7) {
+    const InertialInterval earlier = interval(recording, frame);
+    InertialInterval later = interval(recording, frame + 1);
+    const auto X_CG = synthetic::calibration().X_CG;
+    const auto increment = velocity_increment(earlier, later, X_CG, kZero, Options{});
+    ASSERT_TRUE(increment);
+    const auto X_WC = [&](Stamp t) { return recording.walk().X_WC(seconds(t)); };
+    const auto velocity = [&](const InertialInterval& i) -> Eigen::Vector3d {
+      return (X_WC(i.to).translation() - X_WC(i.from).translation()) / seconds(i.to - i.from);
+    };
+    const Eigen::Vector3d measured = X_WC(later.from).linear() * increment->increment_C +
+                                     increment->duration_s * Eigen::Vector3d(0, 0, -9.81);
+    // m/s: the acceleration is taken as constant over readings of 5 ms
+    EXPECT_NEAR((measured - velocity(later) + velocity(earlier)).norm(), 0, 3e-5);
+    later.accelerometer.erase(later.accelerometer.begin() + 2);
+    EXPECT_FALSE(velocity_increment(earlier, later, X_CG, kZero, Options{}));
+  }
+}
+
+const PlannedVelocity kPlanned{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}, {0.15, 0.05, 0.2}};
+
+Eigen::Vector3d innovation(const RobotVector& x, const PlannedVelocity& planned,
+                           const Options::PlanVelocity& options) {
+  return measure_velocity(x, planned, options).innovation;
+}
+
+Options::PlanVelocity plan_options(VelocityAxes axes, bool pivots_on_foot) {
+  Options::PlanVelocity options;
+  options.axes = axes, options.pivots_on_foot = pivots_on_foot;
+  return options;
+}
+
+TEST(Plan, VelocityInTheRobotsAxesDoesNotDependOnTheHeading) {
+  const RobotVector x = generic_state();
+  const Eigen::Vector4d turn = quaternion_exp({0, 0, 1.3});
+  RobotVector turned = x, flipped = x;
+  turned.segment<4>(kOrientation) = quaternion_product(turn, x.segment<4>(kOrientation));
+  turned.segment<3>(kVelocity) = rotation_matrix(turn) * x.segment<3>(kVelocity);
+  flipped.segment<4>(kOrientation) *= -1;  // another sign of the quaternion is the same orientation
+  EXPECT_LT((innovation(x, kPlanned, {}) - innovation(turned, kPlanned, {})).norm(), 1e-14);
+  EXPECT_EQ(innovation(flipped, kPlanned, {}), innovation(x, kPlanned, {}));
+  const auto world = plan_options(VelocityAxes::plan, true);
+  EXPECT_GT((innovation(x, kPlanned, world) - innovation(turned, kPlanned, world)).norm(), 0.1);
+}
+
+/// The camera pose after t of a body that stands by its plan but tilts about its foot.
+Eigen::Isometry3d tilted(const Eigen::Vector3d& w_W, const Eigen::Vector3d& foot_W, double t) {
+  return Eigen::Translation3d(foot_W) * pose(w_W.norm() * t, w_W, kZero) * Eigen::Translation3d(-foot_W) *
+         pose(0.7, {1, -1, 2}, {0.3, 0.1, 1.4});
+}
+
+TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraAsTheModelSaysButForItsHeight) {
+  const Eigen::Vector3d w_W(0.2, -0.1, 0.05), foot_W(0.2, -0.1, 0);
+  const Eigen::Isometry3d now = tilted(w_W, foot_W, 0), later = tilted(w_W, foot_W, 1e-6),
+                          earlier = tilted(w_W, foot_W, -1e-6);
+  RobotVector x = RobotVector::Zero();
+  const Eigen::Quaterniond q(now.linear());
+  x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
+  x.segment<3>(kVelocity) = (later.translation() - earlier.translation()) / 2e-6;
+  x.segment<3>(kRate) = now.linear().transpose() * w_W;
+  const PlannedVelocity standing{kZero, kZero, now.inverse() * foot_W};
+  const Eigen::Vector3d left = now.linear() * innovation(x, standing, {});
+  EXPECT_LT(left.head<2>().norm(), 1e-9);  // rounding 1e-16 / step 1e-6
+  EXPECT_NEAR(left.z(), -x(kVelocity + 2), 1e-9);
+  EXPECT_GT(innovation(x, standing, plan_options(VelocityAxes::robot, false)).norm(), 0.2);
+}
+
+TEST(Plan, StridesTooLongAndTurnedAndSwayingChangeThePlannedVelocity) {
+  RobotVector x = RobotVector::Zero();
+  x.segment<4>(kOrientation) = generic_state().segment<4>(kOrientation);
+  x.segment<2>(kStrideError) << 0.02, 0.05;
+  const Eigen::Vector3d sway_C(-0.01, 0.02, 0.04), planned_C(0.2, 0.03, -0.1);
+  x.segment<3>(kSwayVelocity) = sway_C;
+  // 2 % of it, and 0.05 of it turned aside
+  const Eigen::Vector3d true_C = planned_C - sway_C - Eigen::Vector3d(0.004 + 0.005, 0, -0.002 + 0.01);
+  const Eigen::Matrix3d R_WC = rotation_matrix(x.segment<4>(kOrientation));
+  x.segment<3>(kVelocity) = R_WC * true_C;
+  PlannedVelocity stride{planned_C, kZero, kZero, planned_C};
+  EXPECT_LT(innovation(x, stride, plan_options(VelocityAxes::robot, false)).norm(), 1e-15);
+  stride.velocity = R_WC * planned_C;
+  EXPECT_LT(innovation(x, stride, plan_options(VelocityAxes::plan, false)).norm(), 1e-15);
+}
+
+TEST(Plan, TheVelocityDependsOnTheScaleOfItsSource) {
+  const Measurement plan = measure_velocity(generic_state(), kPlanned, {}),
+                    legs = measure_velocity(generic_state(), kPlanned, {}, kLegScale);
+  EXPECT_EQ(plan.H_robot, legs.H_robot);
+  EXPECT_EQ(Eigen::Vector3d(plan.sensitivity.col(kPlanScale)), kPlanned.steady_C);
+  EXPECT_EQ(legs.sensitivity.col(kLegScale), plan.sensitivity.col(kPlanScale));
+  EXPECT_EQ(plan.sensitivity.col(kLegScale).norm() + legs.sensitivity.col(kPlanScale).norm(), 0);
+}
+
+/// The motion between two frames 0.1 s apart.
+PlannedInterval moved(const PlannedMotion& before, const PlannedMotion& now, const Options& options) {
+  PlanHistory history;
+  EXPECT_FALSE(history.advance(before, 0, options));
+  return history.advance(now, 0.1, options).value();
+}
+
+TEST(PlanHistory, GivesTheMeanVelocityBetweenTwoFramesInARowThatHaveAPlan) {
+  Options along_robot, along_plan;
+  along_plan.plan_velocity.axes = VelocityAxes::plan;
+  PlannedMotion before, now;
+  before.X_PC = pose(0.4, {0, 0, 1}, {1, 2, 1.4});
+  now.X_PC = before.X_PC * pose(0.02, {1, 2, 3}, kZero);
+  now.X_PC.translation() += Eigen::Vector3d(0.03, -0.01, 0.005);
+  before.p_CF = {0, 1.4, 0};
+  now.p_CF = {0.02, 1.4, 0.04};
+  const PlannedVelocity world = moved(before, now, along_plan).plan,
+                        robot = moved(before, now, along_robot).plan;
+  EXPECT_LT((world.velocity - Eigen::Vector3d(0.3, -0.1, 0.05)).norm(), 1e-14);
+  EXPECT_LT((now.X_PC.linear() * robot.velocity - world.velocity).norm(), 1e-14);
+  EXPECT_LT((robot.rate - 0.2 * Eigen::Vector3d(1, 2, 3).normalized()).norm(), 1e-13);
+  EXPECT_LT((robot.p_CF - Eigen::Vector3d(0.01, 1.4, 0.02)).norm(), 1e-15);
+  EXPECT_EQ(robot.sigma_m_s, along_robot.plan_velocity.sigma_m_s);
+  EXPECT_FALSE(moved(before, now, along_robot).standing);
+  EXPECT_TRUE(moved(before, before, along_robot).standing);
+  PlanHistory history;
+  for (const auto& plan : {std::optional(now), {}, {now}}) EXPECT_FALSE(history.advance(plan, 0.1, {}));
+}
+
+TEST(PlanHistory, LegOdometryReplacesThePlanIfItIsGivenAlongTheRobotsAxes) {
+  Options options, along_plan, disabled;
+  along_plan.plan_velocity.axes = VelocityAxes::plan;
+  disabled.leg_odometry.enabled = false;
+  PlannedMotion before, now, without_legs;
+  now.X_PC.translation().x() = 0.03;
+  before.legs = LegMotion{Eigen::Isometry3d::Identity(), {0, 1.4, 0}};
+  now.legs = LegMotion{pose(0.01, {0, 1, 0}, {0, 0, 0.02}), {0, 1.4, -0.04}};
+  const PlannedInterval interval = moved(before, now, options);
+  EXPECT_NEAR(interval.plan.velocity.x(), 0.3, 1e-15);
+  ASSERT_TRUE(interval.legs);
+  const Eigen::Vector3d v_O(0, 0, 0.2);
+  EXPECT_LT((interval.legs->velocity - now.legs->X_OC.linear().transpose() * v_O).norm(), 1e-15);
+  EXPECT_LT((interval.legs->rate - Eigen::Vector3d(0, 0.1, 0)).norm(), 1e-12);
+  EXPECT_EQ(interval.legs->p_CF, Eigen::Vector3d(0, 1.4, -0.02));
+  EXPECT_EQ(interval.legs->steady_C, interval.plan.steady_C);
+  EXPECT_FALSE(moved(before, now, along_plan).legs);
+  EXPECT_FALSE(moved(before, now, disabled).legs);
+  EXPECT_FALSE(moved(without_legs, now, options).legs);
+}
+
+/// A robot that walks along y of the plan's world, a step of 0.1 m in each of eight frames, with plan and
+/// odometry, whose worlds are turned against each other. sways_m: sideways, to each side in turn.
+std::vector<PlannedMotion> stepping(double scale, double sways_m = 0) {
+  Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
+  X_PC.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;  // z of C is y of P
+  const Eigen::Isometry3d X_OP = pose(1.2, {0, 0, 1}, {3, 4, 0});
+  std::vector<PlannedMotion> frames;
+  for (int k = 0; k < 8; ++k) {
+    X_PC.translation() << (k % 2 == 0 ? sways_m : -sways_m), 0.1 * k, 1.4;
+    const LegMotion legs{X_OP * X_PC, kZero};
+    X_PC.translation() << 0, 0.1 * scale * k, 1.4;
+    frames.push_back({X_PC, kZero, kZero, kZero, k % 2 == 0 ? Support::left : Support::right, legs});
+  }
+  return frames;
+}
+
+/// The evidence of each of the frames from 1 on.
+std::vector<SystematicEvidence> evidence(const std::vector<PlannedMotion>& frames) {
+  PlanHistory history;
+  std::vector<SystematicEvidence> all;
+  for (const PlannedMotion& frame : frames)
+    if (const auto interval = history.advance(frame, 0.8, {})) all.push_back(interval->plan_scale);
+  return all;
+}
+
+TEST(PlanHistory, EveryTwoStepsLegOdometryTellsTheScaleOfThePlan) {
+  for (const double sways_m : {0.0, 0.03}) {
+    const auto all = evidence(stepping(1.1, sways_m));
+    for (const std::size_t k : {0U, 1U, 3U, 5U}) EXPECT_EQ(all[k].information, 0) << k;  // a landing starts
+    for (const std::size_t k : {2U, 4U, 6U}) {
+      EXPECT_NEAR(all[k].score / all[k].information, 0.1, 1e-12) << k;
+      EXPECT_NEAR(all[k].information, 0.2 * 0.2 / (0.005 * 0.005), 1e-9) << k;
+    }
+  }
+}
+
+TEST(PlanHistory, TwoStepsStartAnewWhileThePlanStandsAndWithoutLegOdometry) {
+  auto without_legs = stepping(1), standing = stepping(1);
+  without_legs[2].legs.reset();
+  standing[2].X_PC = standing[1].X_PC;
+  for (const auto& all : {evidence(standing), evidence(without_legs)}) {
+    for (const std::size_t k : {0U, 1U, 2U, 3U, 5U}) EXPECT_EQ(all[k].information, 0) << k;
+    for (const std::size_t k : {4U, 6U}) EXPECT_GT(all[k].information, 0) << k;
+  }
+}
+
+TEST(PlanHistory, LegOdometryIsLessCertainJustAfterALanding) {
+  const Options options;
+  PlanHistory history;
+  PlannedMotion now;
+  now.legs.emplace();
+  now.support = Support::left;
+  history.advance(now, 0, options);
+  const auto noise = [&](Support support, double ahead_m, double dt_s) {
+    now.support = support;
+    now.X_PC.translation().x() += ahead_m;
+    return history.advance(now, dt_s, options)->legs->sigma_m_s / options.leg_odometry.sigma_m_s;
+  };
+  EXPECT_DOUBLE_EQ(noise(Support::left, 0.1, 0.03), 1);
+  EXPECT_DOUBLE_EQ(noise(Support::right, 0.1, 0.03), 6);
+  EXPECT_DOUBLE_EQ(noise(Support::right, 0.1, 0.03), 6);
+  EXPECT_DOUBLE_EQ(noise(Support::right, 0.1, 0.2), 1);
+  EXPECT_DOUBLE_EQ(noise(Support::left, 0, 0.03), 1);  // it stands
+}
+
+TEST(PlanHistory, ASwayingWalksSteadyVelocityIsItsMean) {
+  PlanHistory history;
+  PlannedMotion now;
+  Eigen::Vector3d steady_C = kZero;
+  for (int k = 0; k < 400; ++k) {  // 8 s, swaying in 1.6 s by four times the mean velocity
+    now.X_PC.translation().x() += 0.02 * (0.05 + 0.2 * std::sin(6.2831853 * k / 80));
+    if (const auto interval = history.advance(now, 0.02, {})) steady_C = interval->plan.steady_C;
+  }
+  EXPECT_NEAR(steady_C.x(), 0.05, 0.2 / 6.28 + 0.001);  // a first-order mean leaves 1/2π of the swaying
+  EXPECT_EQ(steady_C.z(), 0);
+}
+
+}  // namespace
+}  // namespace slam

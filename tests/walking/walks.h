@@ -1,0 +1,104 @@
+// Planned walks of tests, and what holds for each of them: ZMP, center of mass, waist and feet are
+// continuous, as are their velocities.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "walking/pattern_generator.h"
+
+namespace walking {
+
+inline constexpr double kDegree = std::numbers::pi / 180;
+
+inline WalkOptions walk_of(std::vector<Command> commands) {
+  WalkOptions options;
+  options.commands = std::move(commands);
+  return options;
+}
+
+inline std::vector<Reference> planned(PatternGenerator generator) {
+  std::vector<Reference> walk;
+  for (std::size_t k = 0; k < generator.ticks(); ++k) walk.push_back(generator.next());
+  return walk;
+}
+inline std::vector<Reference> planned(const WalkOptions& options) {
+  return planned(PatternGenerator(options));
+}
+
+/// The robot in half-sitting, feet together, the ZMP under the center of mass.
+inline Reference standing() {
+  Reference reference;
+  reference.com = hrp2::kComInWaist + Eigen::Vector3d(0, 0, hrp2::kWaistHeight);
+  reference.zmp = reference.zmp_reference = reference.com.head<2>();
+  reference.X_PB.translation().z() = hrp2::kWaistHeight;
+  reference.X_PL.translation() << hrp2::kAnkleX, hrp2::kFootSpacing / 2, 0;
+  reference.X_PR.translation() << hrp2::kAnkleX, -hrp2::kFootSpacing / 2, 0;
+  return reference;
+}
+
+inline double yaw_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
+
+/// Speed between two ticks, m/s.
+inline double speed(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (b.translation() - a.translation()).norm() / kPeriod;
+}
+
+/// Turning rate between two ticks, rad/s.
+inline double turning(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return std::remainder(yaw_of(b) - yaw_of(a), 2 * std::numbers::pi) / kPeriod;
+}
+
+/// Derivatives of the center of mass agree, its jerk (m/s³) and the steps of the ZMP (m) are bounded.
+inline void expect_smooth_body(const Reference& a, const Reference& b, double most_jerk, double most_step) {
+  // Between ticks the jerk is constant: velocity and position follow exactly.
+  const Eigen::Vector3d jerk = (b.com_acceleration - a.com_acceleration) / kPeriod;
+  const Eigen::Vector3d velocity = a.com_velocity + kPeriod * (a.com_acceleration + kPeriod / 2 * jerk);
+  const Eigen::Vector3d com =
+      a.com + kPeriod * (a.com_velocity + kPeriod / 2 * (a.com_acceleration + kPeriod / 3 * jerk));
+  ASSERT_LT(jerk.norm(), most_jerk);
+  ASSERT_LT((b.com_velocity - velocity).norm(), 1e-12);
+  ASSERT_LT((b.com - com).norm(), 1e-12);
+  ASSERT_LT((b.zmp - a.zmp).norm(), most_step);
+  ASSERT_LT((b.zmp_reference - a.zmp_reference).norm(), most_step);
+  ASSERT_LT((b.zmp - b.zmp_reference).norm(), 0.02);
+}
+
+/// A foot moves in the air only, and its velocity does not jump. alone: the support by this foot.
+inline void expect_smooth_foot(const Reference* tick, Eigen::Isometry3d Reference::*foot, Support alone) {
+  const Eigen::Isometry3d &earlier = tick[-2].*foot, &before = tick[-1].*foot, &now = tick->*foot;
+  if (tick->support == alone || (tick->support == Support::both && tick[-1].support == Support::both)) {
+    ASSERT_TRUE(now.matrix() == before.matrix());
+    ASSERT_EQ(now.translation().z(), 0);
+  }
+  ASSERT_LT(speed(before, now), 0.95);              // 0.8 m/s for a stride of 0.3 m
+  ASSERT_LT(std::abs(turning(before, now)), 0.90);  // 1.5 · 0.4 rad / 0.70 s
+  const Eigen::Vector3d change = now.translation() - 2 * before.translation() + earlier.translation();
+  ASSERT_LT(change.norm() / kPeriod, 0.025);  // velocity: 4.6 m/s² in 5 ms at most
+}
+
+inline void expect_smooth(const std::vector<Reference>& walk) {
+  double widest = 0;
+  for (const Reference& r : walk)
+    widest = std::max(widest, (r.X_PL.translation() - r.X_PR.translation()).head<2>().norm());
+  // The smoothing window's largest weight is a fifth of the way from foot to foot.
+  const double zmp_step = 0.2 * widest, jerk = zmp_step * kGravity / 0.81 / kPeriod;
+  for (std::size_t k = 2; k < walk.size(); ++k) {
+    const Reference &before = walk[k - 2], &now = walk[k - 1], &after = walk[k];
+    expect_smooth_body(now, after, jerk, zmp_step);
+    expect_smooth_foot(&after, &Reference::X_PL, Support::left);
+    expect_smooth_foot(&after, &Reference::X_PR, Support::right);
+    // The waist's velocities are the central differences of its pose; the yaw's acceleration jumps at
+    // lift-off, by 2.2 rad/s² at most.
+    const Eigen::Vector3d velocity = (after.X_PB.translation() - before.X_PB.translation()) / (2 * kPeriod);
+    EXPECT_LT((now.waist_velocity - velocity).norm(), kPeriod * kPeriod / 6 * jerk);
+    EXPECT_NEAR(now.waist_yaw_rate, turning(before.X_PB, after.X_PB) / 2, 6e-3);
+    ASSERT_FALSE(testing::Test::HasFailure()) << "at " << after.t_s;
+  }
+}
+
+}  // namespace walking

@@ -1,0 +1,91 @@
+#include "tools/cli/shared/terminal.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <iostream>
+#include <string_view>
+
+#include "sim/files/text.h"
+
+namespace cli {
+namespace {
+
+Output chosen = Output::text;
+std::string typed_command = "gaitslam";
+
+// Filled before the handler is installed, which may only call async-signal-safe functions.
+std::array<char, 8192> text_at_interrupt;
+volatile sig_atomic_t text_bytes = 0;
+
+extern "C" void print_and_end(int signal_number) {
+  [[maybe_unused]] const ssize_t n =
+      ::write(STDERR_FILENO, text_at_interrupt.data(), static_cast<std::size_t>(text_bytes));
+  ::signal(signal_number, SIG_DFL);
+  ::raise(signal_number);  // it ends the process when this handler returns
+}
+
+// Replaces one handler by another, but none that ignores the signal, as nohup sets.
+void exchange_handlers(void (*from)(int), void (*to)(int)) {
+  for (const int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction now {};
+    if (::sigaction(signal_number, nullptr, &now) == 0 && now.sa_handler == from) ::signal(signal_number, to);
+  }
+}
+
+}  // namespace
+
+Output output() { return chosen; }
+
+void choose_output(Output output) { chosen = output; }
+
+std::ostream& text_out() {
+  static std::ostream nowhere(nullptr);
+  return chosen == Output::text ? std::cout : nowhere;
+}
+
+void add_quiet(CLI::App& command) {
+  command.add_flag_callback(
+      "-q,--quiet", [] { choose_output(Output::quiet); }, "print nothing but errors");
+}
+
+void add_output(CLI::App& command) {
+  add_quiet(command);
+  const auto choose = [] { choose_output(Output::json); };
+  command.add_flag_callback("--json", choose, "print one JSON document (schemas/outcome.schema.json)")
+      ->excludes("--quiet");
+}
+
+bool can_redraw(int stream) {
+  const char* const kind = std::getenv("TERM");
+  return isatty(stream) == 1 && kind && std::string_view(kind) != "dumb";
+}
+
+bool colours() {
+  const char* const unwanted = std::getenv("NO_COLOR");
+  return can_redraw(STDOUT_FILENO) && (!unwanted || *unwanted == '\0');
+}
+
+void remember_command(int argc, char** argv) {
+  const char* const launcher = std::getenv("GAITSLAM_TYPED_AS");  // set by tools/gaitslam
+  typed_command = sim::files::shell_word(launcher ? launcher : argv[0]);
+  for (int i = 1; i < argc; ++i) typed_command += " " + sim::files::shell_word(argv[i]);
+}
+
+OnInterrupt::OnInterrupt(const std::string& kept) {
+  const std::string text = fmt::format("{}gaitslam: interrupted: {}:\n  {}\n",
+                                       isatty(STDERR_FILENO) == 1 ? "\n" : "", kept, typed_command);
+  const std::size_t bytes = std::min(text.size(), text_at_interrupt.size());
+  std::copy_n(text.begin(), bytes, text_at_interrupt.begin());
+  text_bytes = static_cast<sig_atomic_t>(bytes);
+  exchange_handlers(SIG_DFL, print_and_end);
+}
+
+OnInterrupt::~OnInterrupt() { exchange_handlers(print_and_end, SIG_DFL); }
+
+}  // namespace cli

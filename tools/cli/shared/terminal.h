@@ -1,0 +1,53 @@
+// What the program says: the error of wrong usage, the output that was chosen, colors, and the message of an
+// interrupted command.
+#pragma once
+
+#include <iosfwd>
+#include <stdexcept>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace cli {
+
+/// The command line is invalid. main prints the message and exits with code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// text: for people. quiet: nothing but errors, on standard error. json: one JSON document and nothing else.
+enum class Output { text, quiet, json };
+
+Output output();
+void choose_output(Output output);
+
+/// The stream of text for people: standard output, or none with --quiet or --json.
+std::ostream& text_out();
+
+/// The option --quiet, and --json as a flag.
+void add_quiet(CLI::App& command);
+void add_output(CLI::App& command);
+
+/// True if a stream (STDOUT_FILENO, STDERR_FILENO) is a terminal that can redraw lines.
+bool can_redraw(int stream);
+/// True if standard output is a terminal with colors and NO_COLOR is not set.
+bool colours();
+
+/// Keeps the command line as the user typed it; called by main.
+void remember_command(int argc, char** argv);
+
+/// While it lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps and the command line that
+/// resumes it, before they end the process as they do by default. One at a time.
+class OnInterrupt {
+ public:
+  /// kept: what is kept and what the command line that follows does.
+  explicit OnInterrupt(const std::string& kept);
+  ~OnInterrupt();
+  OnInterrupt(const OnInterrupt&) = delete;
+  OnInterrupt& operator=(const OnInterrupt&) = delete;
+};
+
+}  // namespace cli
