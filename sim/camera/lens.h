@@ -49,7 +49,7 @@ inline constexpr double kSourceDensity = 1.2;
 class LensWarp {
  public:
   explicit LensWarp(const CameraModel& camera);
-  /// Of the left and the right half of the image.
+  /// The pinhole of the whole image, or those of its left and its right half.
   const std::vector<Pinhole>& views() const { return views_; }
   /// Returns the position in the picture of the views side by side that pixel (u, v) samples (pixel centers
   /// are whole).

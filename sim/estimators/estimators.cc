@@ -55,7 +55,7 @@ class FilterEstimator : public Estimator {
   slam::Filter filter_;
 };
 
-/// An estimator whose answers are checked; its map is the latest one in an answer.
+/// Checks the answers of an estimator and keeps the latest map that an answer contains.
 class CheckedEstimator : public Estimator {
  public:
   Answer step(const slam::Observation& observation) final {

@@ -168,7 +168,7 @@ std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::I
 
 std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
                                          const files::Matrix6d& P) {
-  // Of (position, rotation about W's axes) by (rotation about C's, position).
+  // The derivative of (position, rotation about axes W) with respect to (rotation about axes C, position).
   files::Matrix6d J = files::Matrix6d::Zero();
   J.topRightCorner<3, 3>().setIdentity();
   J.bottomLeftCorner<3, 3>() = X.linear();
