@@ -205,10 +205,10 @@ TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
   if (!stated && text.header) stated = text.header->time_unit();
   for (const Line& line : text.lines) {
     const std::size_t n = line.size();
-    if (commas && n < columns.least())
-      line.fail(fmt::format("expected at least {} numbers, found {}", columns.least(), n));
     if (!commas && n != first.size() && !(with_covariance && (n == 8 || n == 20)))
       line.fail(fmt::format("expected {} numbers, found {}", with_covariance ? 20 : first.size(), n));
+    if (n < columns.least())
+      line.fail(fmt::format("expected at least {} numbers, found {}", columns.least(), n));
   }
   const TimeUnit& unit = unit_of(text, columns.stamp, stated);
   TrajectoryFile read;

@@ -171,6 +171,7 @@ TEST_F(TrajectoryFileTest, ErrorsNamePlaceAndReason) {
            {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n", ":2: expected 8 numbers, found 7"},
            {"2 0 0 4 0 1 0 5 0 0 1 6\n", ":1:1: the first three columns are not a rotation"},
            {"1,2,3\n", ":1: expected at least 8 numbers, found 3"},
+           {"#t,px,py,pz,qx,qy,qz,qw\n22000\n", ":2: expected at least 8 numbers, found 1"},
            {"# c\n0 0 0 x 0 0 0 1\n", ":2:7: expected a finite number, found \"x\""},
            {"0 0 0 nan 0 0 0 1\n", ":1:7: expected a finite number"},
            {"0 0 0 0 0 0 0 0\n", ":1:9: the quaternion is not of length 1"}})
