@@ -136,6 +136,24 @@ constexpr std::array<std::pair<const char*, double WalkOptions::*>, 6> kNumbers{
      {"preview_s", &WalkOptions::preview_s},
      {"com_height_m", &WalkOptions::com_height_m}}};
 
+/// Returns "; the cause is ..., with ... the legs can follow".
+std::string cause_text(const std::string& key, double now, double instead) {
+  std::ostringstream text;
+  text << "; the cause is walk." << key << " " << now << ", with " << instead << " the legs can follow";
+  return text.str();
+}
+
+/// Returns the cause if the walk is feasible with the default radius of the arc at that index; else "".
+template <class Arc>
+std::string radius_cause(WalkOptions options, std::size_t command, const auto& fails) {
+  auto* const arc = std::get_if<Arc>(&options.commands[command]);
+  if (!arc) return "";
+  const double radius_m = std::exchange(arc->radius_m, Arc{}.radius_m);
+  if (fails(options)) return "";
+  const std::string key = "commands[" + std::to_string(command) + "]." + Arc::kName + ".radius_m";
+  return cause_text(key, radius_m, Arc{}.radius_m);
+}
+
 }  // namespace
 
 PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model)
@@ -144,18 +162,21 @@ PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& 
   if (!fault) return;
   std::ostringstream text;
   text << "walk.commands[" << fault->command << "]: at " << fault->t_s << " s " << fault->obstacle;
-  WalkOptions changed = options;
+  const auto fails = [&](const WalkOptions& other) {
+    return leg_fault(PatternGenerator(std::make_unique<State>(other, model))).has_value();
+  };
+  std::string cause;
   for (const auto& [key, number] : kNumbers) {
+    WalkOptions changed = options;
     changed.*number = WalkOptions{}.*number;
     const bool differs = changed.*number != options.*number;
-    if (differs && !leg_fault(PatternGenerator(std::make_unique<State>(changed, model)))) {
-      text << "; the cause is walk." << key << " " << options.*number << ", with " << changed.*number
-           << " the legs can follow";
-      break;
-    }
-    changed.*number = options.*number;
+    if (cause.empty() && differs && !fails(changed))
+      cause = cause_text(key, options.*number, changed.*number);
   }
-  throw std::invalid_argument(text.str());
+  const auto command = static_cast<std::size_t>(fault->command);
+  if (cause.empty()) cause = radius_cause<TangentArc>(options, command, fails);
+  if (cause.empty()) cause = radius_cause<PerpendicularArc>(options, command, fails);
+  throw std::invalid_argument(text.str() + cause);
 }
 PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::move(state)) {}
 PatternGenerator::PatternGenerator(const PatternGenerator& other)

@@ -104,7 +104,7 @@ TEST(PatternGenerator, AfterTheLastTickTheRobotStands) {
   }
 }
 
-TEST(PatternGenerator, StepsBeyondTheLegsAreRefusedWithTheCommandTheLegAndAKeyOfTheWalkThatIsTheCause) {
+TEST(PatternGenerator, StepsBeyondTheLegsAreRefusedWithTheCommandTheLegAndAKeyThatIsTheCause) {
   WalkOptions long_steps = walk_of({Stand{1}, Straight{2, 0}});
   long_steps.step_length_m = 0.4;
   WalkOptions low = walk_of({Stand{0.1}, Steps{{{0, 0.49, 0}, {0, -0.19, 0}, {0, 0.49, 0}, {0, -0.19, 0}}}});
@@ -117,7 +117,8 @@ TEST(PatternGenerator, StepsBeyondTheLegsAreRefusedWithTheCommandTheLegAndAKeyOf
       {long_steps, "; the cause is walk.step_length_m 0.4, with 0.15 the legs can follow"},
       {low, "; the cause is walk.com_height_m 0.3, with 0.814 the legs can follow"},
       {blind, "; the cause is walk.preview_s 0.1, with 1.6 the legs can follow"},
-      {tight, ""}};
+      {tight,
+       R"(; the cause is walk\.commands\[1\]\.tangent_arc\.radius_m 0.2, with 0.75 the legs can follow)"}};
   for (const auto& [options, cause] : cases)
     EXPECT_THAT([&o = options] { PatternGenerator generator(o); },
                 testing::ThrowsMessage<std::invalid_argument>(testing::MatchesRegex(
