@@ -145,6 +145,14 @@ std::string csv_field(std::string_view text) {
   return quoted + "\"";
 }
 
+std::string neutral_field(const std::string& text) {
+  std::string name = sanitize(text);
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == '\n' || c == '\t'; }, '?');
+  const bool formula = !name.empty() && std::string_view("=+-@").find(name[0]) != std::string_view::npos;
+  return csv_field(formula && !parse_number<double>(name) ? "'" + name : name);
+}
+
 std::string csv_fields(const Eigen::Vector3d& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
 
 std::string csv_fields(const Eigen::Isometry3d& X) {

@@ -62,6 +62,9 @@ class CsvReader {
 
 /// A text as a field, quoted as in RFC 4180 if needed; line breaks in it become blanks.
 std::string csv_field(std::string_view text);
+/// The same for a name that a stranger may have chosen: neither a terminal nor a spreadsheet obeys it.
+/// Control characters become '?', and an apostrophe stands before what would be a formula; numbers stay.
+std::string neutral_field(const std::string& text);
 /// Fewest digits that round-trip, separated by commas.
 std::string csv_fields(const Eigen::Vector3d& v);
 /// Position, then rotation by rows: the twelve fields that CsvReader::pose reads.

@@ -50,7 +50,7 @@ std::string state_in_words(const slam::FrameReport& report) {
   if (report.relocalized) words += "; recognized its map";
   if (!report.suspect.empty()) words += "; " + report.suspect;
   if (!report.refused.empty()) words += "; rejected: " + report.refused;
-  return words;
+  return files::sanitize(words);
 }
 
 /// [landmark, u, v, half axes, angle of the longer one, outcome, place of the match]

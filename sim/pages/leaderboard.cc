@@ -134,16 +134,6 @@ std::vector<std::string> value_columns(const Leaderboard& board) {
   return columns;
 }
 
-/// A name as a field that neither a terminal nor a spreadsheet obeys: no control characters, and an
-/// apostrophe before what would be a formula.
-std::string field(std::string name) {
-  name = files::sanitize(name);
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return c == '\n' || c == '\t'; }, '?');
-  if (!name.empty() && std::string_view("=+-@").find(name[0]) != std::string_view::npos) name.insert(0, "'");
-  return files::csv_field(name);
-}
-
 /// The titles and the rows. exact: all digits and columns; else without columns that no row has a value in.
 std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool exact) {
   const auto number = [&](double x) { return exact ? fmt::format("{}", x) : fmt::format("{:.4g}", x); };
@@ -220,8 +210,7 @@ std::string leaderboard_csv(const Leaderboard& board) {
   std::string text;
   for (const std::vector<std::string>& line : lines_of(board, true)) {
     std::vector<std::string> fields;
-    for (const std::string& cell : line)
-      fields.push_back(cell == "-" ? "" : files::parse_number<double>(cell) ? cell : field(cell));
+    for (const std::string& cell : line) fields.push_back(cell == "-" ? "" : files::neutral_field(cell));
     text += fmt::format("{}\n", fmt::join(fields, ","));
   }
   return text;

@@ -206,7 +206,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
   const fs::path folder = file.parent_path();
   SweepSpec spec{file.stem().string(), {}, {}, {}};
   std::vector<Tried> parameters;
-  int samples_of_file = kSamples;
+  std::optional<int> samples_of_file;
   const scenario::MapReaders readers{
       {"scenario", [&](const Yaml& value) { spec.scenarios = {read_path(value, "scenario", folder)}; }},
       {"scenarios", [&](const Yaml& value) { spec.scenarios = scenario_files(value, folder); }},
@@ -218,7 +218,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
            parameters.push_back(read_tried(map.keys[k], map.items[k]));
        }},
       {"samples", [&](const Yaml& value) {
-         scenario::read(value, "samples", {1, kMostTrials}, samples_of_file);
+         scenario::read(value, "samples", {1, kMostTrials}, samples_of_file.emplace());
        }}};
   const bool is_sweep = std::any_of(root.keys.begin(), root.keys.end(), [&](const Yaml& key) {
     return std::any_of(readers.begin(), readers.end(), [&](const auto& r) { return r.first == key.text; });
@@ -230,7 +230,14 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
   if (spec.scenarios.empty()) fail(root, "scenario", "missing, expected a scenario's YAML file");
   for (std::size_t i = 0; i < arguments.size(); ++i)
     parameters.push_back(read_argument(arguments[i], static_cast<int>(i) + 1));
-  spec.axes = axes_of(parameters, samples.value_or(samples_of_file));
+  const bool is_sampled = std::any_of(parameters.begin(), parameters.end(), [](const Tried& tried) {
+    const auto* const range = std::get_if<Range>(&tried.values);
+    return range && range->points == 0;
+  });
+  if ((samples || samples_of_file) && !is_sampled)
+    throw scenario::ConfigError(fmt::format(
+        "{}: samples: no parameter is a range without points, which samples are for", file.string()));
+  spec.axes = axes_of(parameters, samples ? *samples : samples_of_file.value_or(kSamples));
   return spec;
 }
 
@@ -267,9 +274,9 @@ std::string scores_csv(const SweepPlan& plan, const RecordOf& record) {
     const TrialRecord* const one = record(i);
     if (!one) continue;
     const Configuration& configuration = plan.configurations[i / plan.seeds.size()];
-    text += fmt::format("{},{},{}", i, files::csv_field(configuration.read.scenario.name), one->seed);
-    for (const std::string& value : configuration.values) text += "," + files::csv_field(value);
-    text += fmt::format(",{},{}", one->ending, files::csv_field(one->cause));
+    text += fmt::format("{},{},{}", i, files::neutral_field(configuration.read.scenario.name), one->seed);
+    for (const std::string& value : configuration.values) text += "," + files::neutral_field(value);
+    text += fmt::format(",{},{}", one->ending, files::neutral_field(one->cause));
     for (const std::string& name : names) {
       const auto value = one->value(name);
       text += value ? fmt::format(",{}", *value) : ",";

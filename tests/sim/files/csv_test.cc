@@ -39,6 +39,16 @@ TEST_F(CsvTest, AQuotedFieldIsReadAsItIs) {
   EXPECT_THAT(rows("a\n" + csv_field("two\nlines \"\"") + "\n"), ElementsAre(ElementsAre("two lines \"\"")));
 }
 
+TEST_F(CsvTest, NamesOfStrangersAreNoFormulasAndNoCommands) {
+  for (const auto& [name, field] : {std::pair{"=1+1", "'=1+1"},
+                                    {"@sum", "'@sum"},
+                                    {"-0.5", "-0.5"},
+                                    {"-x,y", "\"'-x,y\""},
+                                    {"a\x1b[2J\n", "a?[2J?"},
+                                    {"plain", "plain"}})
+    EXPECT_EQ(neutral_field(name), field);
+}
+
 TEST_F(CsvTest, WhatIsWrongWithQuotesIsNamedWithItsPlace) {
   EXPECT_EQ(complaint("a,b\n1,\"2\n3,4\n"), "rows.csv:2: a quoted field does not end");
   EXPECT_EQ(complaint("a,b\n\"1\"2,3\n"), "rows.csv:2:4: expected a comma after the quoted field");

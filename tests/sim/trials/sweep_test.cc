@@ -209,6 +209,7 @@ TEST_F(Sweep, WhatIsWrongInAFileIsNamedWithItsPlace) {
            {"scenarios: []\n", "spec.yaml:1:12: scenarios: expected a list"},
            {"scenario: walk.yaml\nsamples: 1000000\n",
             "spec.yaml:2:10: samples: is '1000000', expected a whole number from 1 to 100000"},
+           {"scenario: walk.yaml\nsamples: 4\n", "samples: no parameter is a range without points"},
            {"scenario: walk.yaml\nseeds: [1, 2]\n", "spec.yaml:2:8: seeds: expected seeds"},
            {"scenarios: [walk.yaml, walk.yaml]\n", "a sweep needs different names"}})
     EXPECT_THAT(complaint_of_file(text), HasSubstr(what)) << text;
