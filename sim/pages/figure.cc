@@ -281,7 +281,7 @@ std::string figure_style() {
   std::string css =
       "svg{font-family:sans-serif;font-size:12px}text{" + color("fill", "text", "#333") + "}.paper{" +
       color("fill", "panel", "#fff") + "}.grid{stroke-width:1;" + color("stroke", "edge", "#ddd") +
-      "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.thin{stroke-width:.8}.envelope{"
+      "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.thin{stroke-width:1}.envelope{"
       "opacity:.2}.dots{fill:none;"
       "stroke-width:4.4;stroke-linecap:round}.line,.dots,.level{"
       "vector-effect:non-scaling-stroke}"

@@ -74,7 +74,11 @@ Column smoothed_nis(const Table& frames, const std::string& sensor) {
 void add_filter(std::vector<Figure>& figures, const RunData& run) {
   const Table& frames = *run.filter_frames;
   const Column t = frames.seconds("timestamp");
-  Figure nis{"nis", "Normalized innovation squared by degrees of freedom, mean over 1 s", kTime, "NIS / dof"};
+  Figure nis{
+      "nis",
+      "Normalized innovation squared by degrees of freedom, mean over 1 s (1 expected; gray: 95 % with three "
+      "rows)",
+      kTime, "NIS / dof"};
   nis.logarithmic = true;
   constexpr std::array kRoles{Role::estimate, Role::first, Role::plan, Role::second};
   static_assert(kRoles.size() == score::kSensors.size());
@@ -87,8 +91,7 @@ void add_filter(std::vector<Figure>& figures, const RunData& run) {
       nis.remarks.push_back(fmt::format("{} {:.2g}: {}", name, *mean, score::nis_verdict(*mean)));
   }
   const score::Band band = score::mean_band(3, 2 * kHalfSecond + 1);  // of a sensor with three rows
-  nis.envelopes = {{"95 % of a consistent sensor with three rows", Role::truth, t,
-                    Column(t.size(), band.low / 3), Column(t.size(), band.high / 3)}};
+  nis.envelopes = {{"95 %", Role::truth, t, Column(t.size(), band.low / 3), Column(t.size(), band.high / 3)}};
   nis.levels = {{"expected", 1}};
   Figure matches{"matches", "Landmarks in the map, searched for and accepted", kTime, "count"};
   matches.whole_y = true;
