@@ -44,21 +44,9 @@ auto innovations(const tracking::Tracked& tracked) {
     const slam::FrameReport& r = frame.report;
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
       if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i]))
-        all[i].push_back({r.t, nis->value, nis->dof});
+        all[i].push_back({r.t, nis->value, nis->dof, nis->lagged, nis->lagged_square});
   }
   return all;
-}
-
-/// Of the images, from the accepted matches.
-std::vector<score::InnovationRow> vision_rows(const tracking::Tracked& tracked) {
-  std::vector<score::InnovationRow> rows;
-  for (const tracking::TrackedFrame& frame : tracked.frames)
-    for (const slam::Search& search : frame.report.searched) {
-      if (!search.used || !search.match) continue;
-      const Eigen::Vector2d z = search.S.llt().matrixL().solve(*search.match - search.pixel);
-      for (const int axis : {0, 1}) rows.push_back({frame.report.t, 2 * search.landmark + axis, z(axis)});
-    }
-  return rows;
 }
 
 std::vector<score::FrameUse> use(const tracking::Tracked& tracked) {
@@ -222,7 +210,6 @@ score::Run score_input(const RunRecord& record) {
   run.landmarks = landmarks(*record.tracked);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   run.innovations = innovations(*record.tracked);
-  run.innovation_rows[0] = vision_rows(*record.tracked);  // the only sensor whose innovations are reported
   run.map = map(*record.tracked);
   run.failed = record.tracked->failed;
   const auto failure = record.tracked->failure();

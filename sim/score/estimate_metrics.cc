@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <utility>
 
 #include "sim/score/alignment.h"
 #include "sim/score/landmarks.h"
@@ -115,25 +113,6 @@ MetricDefinition nis_metric(std::size_t sensor) {
           Direction::away_from(1)};
 }
 
-// Bar-Shalom et al. 2001, eq. 5.4.2-8 with lag 1, over the rows of consecutive frames.
-Value lag1_correlation(const std::vector<InnovationRow>& rows, Stamp start) {
-  std::map<int, InnovationRow> newest;  // by row
-  Stamp now{0}, before{0};
-  double products = 0, first = 0, second = 0;
-  for (const InnovationRow& row : rows) {
-    if (row.t < start) continue;
-    if (row.t != now) before = std::exchange(now, row.t);
-    const auto [last, is_new] = newest.try_emplace(row.row, row);
-    if (!is_new && last->second.t == before) {
-      products += last->second.normalized * row.normalized;
-      first += last->second.normalized * last->second.normalized, second += row.normalized * row.normalized;
-    }
-    last->second = row;
-  }
-  if (first * second <= 0) return Absent{"no innovations of consecutive frames were reported"};
-  return products / std::sqrt(first * second);
-}
-
 MetricDefinition lag1_metric(std::size_t sensor) {
   const std::string name(kSensors[sensor]);
   return {"innovation_lag1_" + name,
@@ -141,7 +120,15 @@ MetricDefinition lag1_metric(std::size_t sensor) {
           "Correlation of the normalized innovations of the sensor " + name +
               " from frame to frame, from the first planned motion on; 0 if they are white.",
           Needs::estimate,
-          [sensor](C c) { return lag1_correlation(c.run.innovation_rows[sensor], *c.start); },
+          [sensor](C c) -> Value {  // Bar-Shalom et al. 2001, eq. 5.4.2-8 with lag 1
+            double products = 0, squares = 0;
+            for (const StampedInnovation& innovation : c.run.innovations[sensor]) {
+              if (innovation.t < *c.start) continue;
+              products += innovation.lagged, squares += innovation.lagged_square;
+            }
+            if (squares <= 0) return Absent{"no innovations of consecutive frames were reported"};
+            return products / squares;
+          },
           largest_magnitude};
 }
 
