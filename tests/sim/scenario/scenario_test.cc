@@ -1,7 +1,6 @@
 #include "sim/scenario/scenario.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <bit>
 #include <cmath>
