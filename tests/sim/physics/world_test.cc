@@ -146,18 +146,14 @@ void expect_ended(World& world, Condition condition) {
   EXPECT_EQ(world.time(), when);
 }
 
-TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {
-  World world = standing();
-  bend(world, {{4, 0.5}, {10, 0.5}});  // both ankles pitch: it tips over
-  run(world, 4000);
-  expect_ended(world, Condition::fell);
-}
-
-TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {
-  World world = standing();
-  bend(world, {{1, 0.25}, {7, -0.25}});  // both hips roll inwards
-  run(world, 2000);
-  expect_ended(world, Condition::collided);
+TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWayAndThatFeetTouchedWhenOneIsMovedIntoTheOther) {
+  World falling = standing(), crossing = standing();
+  bend(falling, {{4, 0.5}, {10, 0.5}});  // both ankles pitch: it tips over
+  run(falling, 4000);
+  expect_ended(falling, Condition::fell);
+  bend(crossing, {{1, 0.25}, {7, -0.25}});  // both hips roll inwards
+  run(crossing, 2000);
+  expect_ended(crossing, Condition::collided);
 }
 
 /// Standing in the office with the waist at (x, y), heading along x.
@@ -165,8 +161,7 @@ World in_office(double x, double y) {
   return standing({}, Eigen::Isometry3d(Eigen::Translation3d(x, y, 0)), {}, "office");
 }
 
-// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs a third of a meter from the
-// waist.
+// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs 0.33 m from the waist.
 TEST(World, AHandThatBrushesADeskIsACollision) {
   World world = in_office(3.9, 2.4);
   run(world, 200);
