@@ -63,14 +63,14 @@ Vector2d centroid(const cv::Rect& window, Brightness brightness) {
 }
 
 // By the filter's camera model, which shares no code with the renderer's lens.
-Vector2d expected_centroid(const slam::Camera& camera, const cv::Rect& window, const Vector3d& p_C,
+Vector2d expected_centroid(const slam::Camera& seen, const cv::Rect& window, const Vector3d& p_C,
                            double radius) {
   return centroid(window, [&](int u, int v) {
     constexpr int parts = 4;
     int covered = 0;
     for (int part = 0; part < parts * parts; ++part) {
       const Vector2d in_pixel((part % parts + 0.5) / parts - 0.5, (part / parts + 0.5) / parts - 0.5);
-      const Vector3d ray = camera.unproject(Vector2d(u, v) + in_pixel)->h.normalized();
+      const Vector3d ray = seen.unproject(Vector2d(u, v) + in_pixel)->h.normalized();
       covered += ray.cross(p_C).norm() < radius;
     }
     return double(covered);
@@ -104,10 +104,8 @@ TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
       const Data plant = data_at_rest(camera.model());
       std::vector<Vector2d> error(balls.size(), Vector2d::Zero());
       for (int pose = 0; pose < poses; ++pose) {
-        // rad: a third of a pixel and less from pose to pose
-        const Vector3d turn(0, 0.0017 * pose, 0.0011 * pose);
-        const Eigen::Quaterniond q_pose =
-            q * Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
+        const Vector3d turn(0, 0.0017 * pose, 0.0011 * pose);  // rad: a third of a pixel from pose to pose
+        const Eigen::Quaterniond q_pose = q * Eigen::AngleAxisd(turn.norm(), turn.stableNormalized());
         Eigen::Map<Eigen::Matrix<double, 7, 1>>(plant->qpos) << p, q_pose.w(), q_pose.vec();
         const cv::Mat1b image = camera.render(*plant);
         for (std::size_t i = 0; i < balls.size(); ++i) {
@@ -121,9 +119,8 @@ TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
         }
       }
       for (const Vector2d& e : error) EXPECT_LT(e.norm(), 0.1) << width;
-      const Vector2d mean =
-          std::accumulate(error.begin(), error.end(), Vector2d(0, 0)) / double(error.size());
-      EXPECT_LT(mean.norm(), 0.02);  // half a pixel forgotten anywhere would show here first
+      const Vector2d sum = std::accumulate(error.begin(), error.end(), Vector2d(0, 0));
+      EXPECT_LT(sum.norm() / double(error.size()), 0.02);  // half a pixel forgotten would show here first
     }
 }
 

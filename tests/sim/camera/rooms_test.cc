@@ -44,9 +44,8 @@ struct Room {
 };
 const Room kOffice{"office", {0.9, 0.15}, {11, 7, 3}, 2}, kHall{"hall", {0.9, 3.65}, {25, 18, 3}, 4};
 
-bool is_shell(const score::Surface& surface) {
-  return surface.kind == score::Surface::Kind::plane && surface.size.prod() == 0 &&
-         surface.size.maxCoeff() > 3;
+bool is_shell(const score::Surface& s) {
+  return s.kind == score::Surface::Kind::plane && s.size.prod() == 0 && s.size.maxCoeff() > 3;
 }
 
 // The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
@@ -139,15 +138,13 @@ TEST(RoomSurfaces, RaysMeetThemWhereMuJoCosDo) {
     constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
     for (int i = 0; i < 3000; ++i) {
       const Vector3d from{random.uniform(0.0, 1.8), random.uniform(-0.6, 1.1), random.uniform(1.2, 1.5)};
-      const Vector3d along =
-          Vector3d{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)}
-              .normalized();
+      Vector3d along{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)};
+      along.normalize();
       int geom;
       const double expected = mj_ray(model.get(), data.get(), from.data(), along.data(), room, 1, -1, &geom);
       const std::optional<double> found = score::first_hit(surfaces, from, along);
       ASSERT_TRUE(found.has_value());
-      ASSERT_NEAR(*found, expected, 1e-6)
-          << "geom " << geom;  // rounding of distances of some meters, grazing included
+      ASSERT_NEAR(*found, expected, 1e-6) << geom;  // rounding of some meters, grazing included
     }
   }
 }

@@ -71,8 +71,7 @@ TEST(PlaceEstimate, CovarianceIsThatOfThePoseError) {
     const auto moved = [&](double by) {
       slam::Estimate e = believed;
       if (i < 3)
-        e.X_WC.linear() =
-            e.X_WC.linear() * Eigen::AngleAxisd(by, Eigen::Vector3d::Unit(i)).toRotationMatrix();
+        e.X_WC.rotate(Eigen::AngleAxisd(by, Eigen::Vector3d::Unit(i)));
       else
         e.X_WC.translation()(i - 3) += by;
       return place_estimate(e, planned()).estimated;
@@ -160,8 +159,7 @@ TEST(OrderedWorker, LeavesUndoneWhatHasNotBegunWhenItEnds) {
     worker.do_next([&] { begun.set_value(), go_on.get_future().wait(); });
     begun.get_future().wait();
     worker.do_next([&] { second = true; });
-    later =
-        std::jthread([&] { std::this_thread::sleep_for(std::chrono::milliseconds(20)), go_on.set_value(); });
+    later = std::jthread([&] { std::this_thread::sleep_for(20ms), go_on.set_value(); });
   }
   EXPECT_FALSE(second);
 }

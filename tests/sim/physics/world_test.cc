@@ -9,11 +9,13 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 const Eigen::Vector3d kDown(0, 0, -walking::kGravity);
 
+Eigen::Matrix3d about_x(double angle) {
+  return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+}
+
 ImuState tilted() {
   ImuState state;
-  state.R_WG =
-      (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY()))
-          .toRotationMatrix();
+  state.R_WG = about_x(0.3) * Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY());
   state.v_WG = Eigen::Vector3d(0.4, -0.1, 0.05);
   return state;
 }
@@ -37,9 +39,8 @@ TEST(Imu, IntegratingAReadingLeadsFromOneStateToTheNext) {
   const ImuReading reading = reading_between(from, to, kDown);
   const double dt = walking::kPeriod;
   const Eigen::Vector3d turn = reading.gyro * dt;
-  const Eigen::Matrix3d R = from.R_WG * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-  const Eigen::Matrix3d R_amid =
-      from.R_WG * Eigen::AngleAxisd(turn.norm() / 2, turn.normalized()).toRotationMatrix();
+  const Eigen::Matrix3d R = from.R_WG * Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  const Eigen::Matrix3d R_amid = from.R_WG * Eigen::AngleAxisd(turn.norm() / 2, turn.normalized());
   const Eigen::Vector3d v = from.v_WG + dt * (R_amid * reading.specific_force + kDown);
   EXPECT_LT((R - to.R_WG).norm(), 1e-12);  // rounding of one Log and one Exp
   EXPECT_LT((v - to.v_WG).norm(), 1e-14);
@@ -55,11 +56,10 @@ TEST(Imu, MeasuresTheMeanOfAForceAlongItsAxesAsTheyTurn) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   constexpr int n = 1000;
   for (int i = 0; i < n; ++i) {
-    to.R_WG =
-        from.R_WG * Eigen::AngleAxisd(angle * (i + 0.5) / n, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    to.R_WG = from.R_WG * about_x(angle * (i + 0.5) / n);
     sum -= to.R_WG.transpose() * kDown;
   }
-  to.R_WG = from.R_WG * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  to.R_WG = from.R_WG * about_x(angle);
   const Eigen::Vector3d force = reading_between(from, to, kDown).specific_force;
   EXPECT_LT((force - sum / n).norm(), walking::kGravity * angle * angle / 24 + 1e-6);
   EXPECT_GT((from.R_WG.transpose() * -kDown - sum / n).norm(), 0.05);  // not along the axes at the start

@@ -114,8 +114,7 @@ cv::Mat picture(int width, int height) {
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u) {
       const int noise = static_cast<int>(256 * random.uniform());
-      image.at<unsigned char>(v, u) =
-          static_cast<unsigned char>(2 * v < height ? noise : u + 2 * v + noise / 64);
+      image.at<uchar>(v, u) = static_cast<uchar>(2 * v < height ? noise : u + 2 * v + noise / 64);
     }
   return image;
 }

@@ -51,9 +51,8 @@ TEST_F(Base, HasABaseOfItsOwnRelativeToItselfAndTheLastOneSettingAKeyCounts) {
   file("a.yaml", kAll + "seed: 1\nwalk.step_length_m: 0.1\nwalk.preview_s: 2\nlimits.rmse_m.at_most: 1\n");
   file("bases/b.yaml", "base: ../a.yaml\nwalk: {step_length_m: 0.2}\n");
   file("noise.yaml", "slam.gyro.sigma_rad_s: 0.2\nwalk.preview_s: 1.8\n");
-  const std::string c =
-      file("c.yaml", "base: [bases/b.yaml, noise.yaml]\nseed: 3\nlimits: {rmse_m: {at_most: 2}}\n");
-  const Scenario s = read_scenario(c).scenario;
+  file("c.yaml", "base: [bases/b.yaml, noise.yaml]\nseed: 3\nlimits: {rmse_m: {at_most: 2}}\n");
+  const Scenario s = read_scenario(path("c.yaml")).scenario;
   EXPECT_EQ(s.seed, 3u);
   EXPECT_EQ(s.walk.step_length_m, 0.2);
   EXPECT_EQ(s.walk.preview_s, 1.8);
@@ -68,9 +67,8 @@ TEST_F(Base, ThatIsMissingOrNoFileIsNamedWhereItIsAskedFor) {
       path("s.yaml") + ":2:7: base: " + path("none.yaml") + ": cannot be read: No such file or directory");
   EXPECT_THAT(complaint_about(file("s.yaml", "base: ..\n")), HasSubstr("s.yaml:1:7: base: "));
   for (const std::string nothing : {"", "[]", "{a: 1}", "[[a.yaml]]", "''"})
-    EXPECT_THAT(
-        complaint_about(file("s.yaml", "base: " + nothing + "\n")),
-        EndsWith("base: expected a scenario file or a list of them, as in base: tangent_circle.yaml"));
+    EXPECT_THAT(complaint_about(file("s.yaml", "base: " + nothing + "\n")),
+                HasSubstr("base: expected a scenario file or a list of them, as in base: "));
 }
 
 TEST_F(Base, ThatComesBackToItselfIsRefused) {
@@ -83,8 +81,7 @@ TEST_F(Base, ThatComesBackToItselfIsRefused) {
 }
 
 TEST_F(Base, IsNoKeyOfTheCommandLineAndNoneBelowASection) {
-  EXPECT_THAT(complaint(kAll, {{"base=a.yaml"}, {}}),
-              HasSubstr("<argument>:1:1: base: belongs in a scenario"));
+  EXPECT_THAT(complaint(kAll, {{"base=a.yaml"}, {}}), HasSubstr("1:1: base: belongs in a scenario"));
   EXPECT_THAT(complaint(kWalk + "world: {base: a.yaml}"), HasSubstr("world.base: unknown key"));
   EXPECT_THAT(complaint("bsae: a.yaml\n"), EndsWith("did you mean 'base'?"));
 }

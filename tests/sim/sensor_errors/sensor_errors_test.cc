@@ -20,8 +20,8 @@ slam::Observation observation(int frame) {
   slam::Observation o;
   o.t = Stamp(33'000'000ll * (frame + 1));
   o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(128));
-  for (int i = 0; i < 6; ++i)
-    o.gyro.push_back(reading(33000 * frame + 5000 * i, 33000 * frame + 5000 * (i + 1)));
+  for (int us = 33000 * frame; us < 33000 * frame + 30000; us += 5000)
+    o.gyro.push_back(reading(us, us + 5000));
   o.accelerometer = o.gyro;
   o.plan.emplace();
   return o;
