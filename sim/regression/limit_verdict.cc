@@ -7,7 +7,7 @@
 
 #include "sim/regression/verdict.h"
 #include "sim/result/limits.h"
-#include "sim/scenario/limits.h"
+#include "sim/scenario/keys.h"
 
 namespace sim::regression {
 namespace {

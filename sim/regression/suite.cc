@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdio>
 
-#include "sim/scenario/limits.h"
+#include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
 #include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"

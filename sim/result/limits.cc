@@ -9,7 +9,7 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/result/json.h"
-#include "sim/scenario/limits.h"
+#include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 
 namespace sim::result {

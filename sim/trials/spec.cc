@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "sim/scenario/keys.h"
-#include "sim/scenario/recording_key.h"
 #include "sim/scenario/value.h"
 #include "sim/scenario/yaml.h"
 

@@ -6,7 +6,6 @@
 
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/limits.h"
 #include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"

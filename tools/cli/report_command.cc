@@ -9,7 +9,7 @@
 #include "sim/files/text.h"
 #include "sim/pages/leaderboard.h"
 #include "sim/pages/pages.h"
-#include "sim/scenario/limits.h"
+#include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"

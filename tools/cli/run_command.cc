@@ -5,7 +5,7 @@
 
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
-#include "sim/scenario/recording_key.h"
+#include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"

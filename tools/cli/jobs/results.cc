@@ -14,7 +14,7 @@
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
 #include "sim/result/score_file.h"
-#include "sim/scenario/recording_key.h"
+#include "sim/scenario/keys.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/version.h"

@@ -11,7 +11,7 @@
 #include "sim/files/text.h"
 #include "sim/regression/results.h"
 #include "sim/result/result.h"
-#include "sim/scenario/recording_key.h"
+#include "sim/scenario/keys.h"
 #include "tools/cli/shared/live.h"
 
 namespace cli {
