@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "sim/regression/verdict.h"
 #include "sim/result/limits.h"
@@ -42,6 +43,22 @@ LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& o
           .worst_seed = passed || seeds.empty() ? 0 : worst->seed};
 }
 
+LimitVerdict missed_by_all(const scenario::Scenario& scenario, const std::vector<result::SeedScore>& seeds) {
+  LimitVerdict verdict;
+  verdict.what = "misses a limit";
+  std::size_t missed = 0;
+  for (const result::SeedScore& seed : seeds) {
+    const auto judged =
+        result::judge_run(scenario, [&](const std::string& metric) { return seed.value(metric); });
+    if (std::any_of(judged.begin(), judged.end(), [](const auto& limit) { return limit.missed(); }))
+      ++missed;
+    else if (std::exchange(verdict.passed, false))
+      verdict.worst_seed = seed.seed;
+  }
+  verdict.observed = fmt::format("{}/{}", missed, seeds.size());
+  return verdict;
+}
+
 }  // namespace
 
 std::string_view word(const LimitVerdict& verdict) {
@@ -49,8 +66,12 @@ std::string_view word(const LimitVerdict& verdict) {
 }
 
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
-                                       const std::vector<result::SeedScore>& seeds) {
+                                       const std::vector<result::SeedScore>& seeds, bool expects_missed) {
   std::vector<LimitVerdict> all{endings(scenario, seeds)};
+  if (expects_missed) {
+    all.push_back(missed_by_all(scenario, seeds));
+    return all;
+  }
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
     if (!limit.aggregate.empty()) continue;
     std::size_t judged = 0, met = 0;

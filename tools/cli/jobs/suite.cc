@@ -165,7 +165,7 @@ std::vector<regression::ScenarioVerdict> verdicts_of(const std::vector<regressio
                                      [&](const auto& b) { return b.name == one.results.name; });
     verdicts.push_back(regression::compare(before == baseline.end() ? regression::ScenarioResults() : *before,
                                            one.results, one.gates));
-    verdicts.back().limits = regression::judge_limits(one.scenario, one.results.seeds);
+    verdicts.back().limits = regression::judge_limits(one.scenario, one.results.seeds, one.expects_missed);
     judged.insert(one.results.name);
   }
   for (const regression::ScenarioResults& before : baseline)
@@ -179,7 +179,8 @@ regression::Comparison compare_with(const std::vector<regression::ScenarioResult
                                     const std::string& title) {
   regression::Comparison comparison{title, {}, {}, {}};
   std::vector<Judged> now;
-  for (const SuiteScenario& s : run.scenarios) now.push_back({s.results, s.read.scenario, s.entry.gates});
+  for (const SuiteScenario& s : run.scenarios)
+    now.push_back({s.results, s.read.scenario, s.entry.gates, s.entry.expects_missed});
   comparison.scenarios = verdicts_of(baseline, now, regression::default_gates());
   comparison.file = [&run, &request](const std::string& name) {
     const SuiteScenario* scenario = find(run, name);

@@ -58,6 +58,7 @@ struct Judged {
   const sim::regression::ScenarioResults& results;
   const sim::scenario::Scenario& scenario;  ///< with its limits
   const std::vector<sim::regression::Gate>& gates;
+  bool expects_missed = false;  ///< see judge_limits()
 };
 /// Compares results with those of the same name in a baseline and judges limits. A scenario that only one of
 /// them has is NEW or MISSING.
