@@ -59,7 +59,7 @@ TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
 TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
   const std::string sweep = "sweep walk.yaml world.floor_friction=0.15,0.3 --out s --backend slurm ",
                     other = "sweep walk.yaml world.floor_friction=0.3,0.15 --out s --backend slurm --force";
-  on_slurm(sweep, "HELD=1 timeout -s KILL 5");
+  on_slurm(sweep + "& until [ -e jobs.calls ]; do sleep 0.05; done; kill -KILL $!; wait $!", "HELD=1");
   const std::string files = "find s -type f | grep -v -e .unfinished -e .gaitslam | sort | xargs cksum",
                     before = shell("rm jobs.calls; " + files).out;
   EXPECT_THAT(before, HasSubstr("/element.sh"));
