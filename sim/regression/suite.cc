@@ -71,6 +71,12 @@ SuiteEntry read_entry(const Yaml& node, const std::filesystem::path& folder) {
                      entry.set = value.items;
                    }},
                   {"without", [&](const Yaml& value) { entry.changes.without = read_without(value); }},
+                  {"expect",
+                   [&](const Yaml& value) {
+                     if (value.text != "limits_missed")
+                       fail(value, "expect", fmt::format("'{}', expected limits_missed", value.text));
+                     entry.expects_missed = true;
+                   }},
                   {"gate", [&](const Yaml& value) { entry.gates = read_gates(value); }}});
   if (entry.file.empty()) fail(node, "scenario", "missing, expected a scenario's YAML file");
   return entry;

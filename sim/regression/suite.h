@@ -35,6 +35,7 @@ struct SuiteEntry {
   std::filesystem::path file;
   scenario::Changes changes;
   std::vector<Gate> gates;
+  bool expects_missed = false;        ///< `expect: limits_missed`: every seed is to miss a limit
   std::vector<scenario::Yaml> set{};  ///< the overrides of `changes` as they stand in the file
 };
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "sim/files/text.h"
 #include "sim/result/limits.h"
@@ -192,6 +193,19 @@ LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& o
           .worst_seed = passed || seeds.empty() ? 0 : worst->seed};
 }
 
+LimitVerdict missed_by_all(const scenario::Scenario& scenario, const std::vector<result::SeedScore>& seeds) {
+  LimitVerdict verdict{.what = "misses a limit"};
+  std::size_t missed = 0;
+  for (const result::SeedScore& seed : seeds)
+    if (std::ranges::any_of(result::judge_run(scenario, [&](const auto& m) { return seed.value(m); }),
+                            &result::JudgedLimit::missed))
+      ++missed;
+    else if (std::exchange(verdict.passed, false))
+      verdict.worst_seed = seed.seed;
+  verdict.observed = fmt::format("{}/{}", missed, seeds.size());
+  return verdict;
+}
+
 }  // namespace
 
 std::optional<double> tolerated_factor(const Gate& gate) {
@@ -253,8 +267,12 @@ std::string_view word(const LimitVerdict& verdict) {
 }
 
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
-                                       const std::vector<result::SeedScore>& seeds) {
+                                       const std::vector<result::SeedScore>& seeds, bool expects_missed) {
   std::vector<LimitVerdict> all{endings(scenario, seeds)};
+  if (expects_missed) {
+    all.push_back(missed_by_all(scenario, seeds));
+    return all;
+  }
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
     if (!limit.aggregate.empty()) continue;
     std::size_t judged = 0, met = 0;

@@ -272,6 +272,7 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
     write_tracked(folder, *record.tracked);
   }
   const score::Run input = score_input(record);
+  if (!input.odometry.empty()) write_tum(folder / "odometry.tum", input.odometry);
   write_feet(folder / "feet.csv", input.feet);
   if (input.steered && input.desired) write_steering(folder, record, *input.desired);
   score::Metrics metrics;

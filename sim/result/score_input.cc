@@ -48,6 +48,18 @@ auto innovations(const tracking::Tracked& tracked) {
   return all;
 }
 
+/// Of the images, from the accepted matches.
+std::vector<score::InnovationRow> vision_rows(const tracking::Tracked& tracked) {
+  std::vector<score::InnovationRow> rows;
+  for (const tracking::TrackedFrame& frame : tracked.frames)
+    for (const slam::Search& search : frame.report.searched) {
+      if (!search.used || !search.match) continue;
+      const Eigen::Vector2d z = search.S.llt().matrixL().solve(*search.match - search.pixel);
+      for (const int axis : {0, 1}) rows.push_back({frame.report.t, 2 * search.landmark + axis, z(axis)});
+    }
+  return rows;
+}
+
 std::vector<score::FrameUse> use(const tracking::Tracked& tracked) {
   static_assert(score::kUsedSensors == slam::kSensorNames);
   std::vector<score::FrameUse> all;
@@ -191,12 +203,15 @@ score::Run score_input(const RunRecord& record) {
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked);
+  for (const estimators::PoseEstimate& pose : record.tracked->odometry)
+    run.odometry.push_back({pose.t, pose.X_WC});
   const bool is_filter = uses_filter(record.scenario.scenario);
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
   if (is_filter) run.use = use(*record.tracked);
   run.landmarks = landmarks(*record.tracked);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   run.innovations = innovations(*record.tracked);
+  run.innovation_rows[0] = vision_rows(*record.tracked);  // the only sensor whose innovations are reported
   for (const slam::MapPoint& point : record.tracked->map)
     run.map.push_back({point.id, point.p_W, point.covariance});
   run.failed = record.tracked->failed;

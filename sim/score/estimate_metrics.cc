@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "sim/score/alignment.h"
 #include "sim/score/landmarks.h"
@@ -31,6 +33,14 @@ MetricDefinition ate_metric(const std::string& name, const std::string& alignmen
           [how](C c) { return ate(c, how); },
           largest,
           headline};
+}
+
+Value odometry_ate(C c) {
+  if (c.run.odometry.empty()) return Absent{"odometry without images did not run beside the estimator"};
+  const std::vector<PosePair> pairs = pair_by_stamp(c.truth_camera, c.run.odometry);
+  return value_of(align(pairs, Alignment::se3), [&](const Similarity& S) -> Value {
+    return root_mean_square(position_errors(transformed(S, pairs)));
+  });
 }
 
 Value scale_error(C c) {
@@ -105,6 +115,36 @@ MetricDefinition nis_metric(std::size_t sensor) {
           Direction::away_from(1)};
 }
 
+// Bar-Shalom et al. 2001, eq. 5.4.2-8 with lag 1, over the rows of consecutive frames.
+Value lag1_correlation(const std::vector<InnovationRow>& rows, Stamp start) {
+  std::map<int, InnovationRow> newest;  // by row
+  Stamp now{0}, before{0};
+  double products = 0, first = 0, second = 0;
+  for (const InnovationRow& row : rows) {
+    if (row.t < start) continue;
+    if (row.t != now) before = std::exchange(now, row.t);
+    const auto [last, is_new] = newest.try_emplace(row.row, row);
+    if (!is_new && last->second.t == before) {
+      products += last->second.normalized * row.normalized;
+      first += last->second.normalized * last->second.normalized, second += row.normalized * row.normalized;
+    }
+    last->second = row;
+  }
+  if (first * second <= 0) return Absent{"no innovations of consecutive frames were reported"};
+  return products / std::sqrt(first * second);
+}
+
+MetricDefinition lag1_metric(std::size_t sensor) {
+  const std::string name(kSensors[sensor]);
+  return {"innovation_lag1_" + name,
+          "1",
+          "Correlation of the normalized innovations of the sensor " + name +
+              " from frame to frame, from the first planned motion on; 0 if they are white.",
+          Needs::estimate,
+          [sensor](C c) { return lag1_correlation(c.run.innovation_rows[sensor], *c.start); },
+          largest_magnitude};
+}
+
 // The fraction of the answers from the first planned motion on with readings of a sensor, or, of those with
 // readings, with accepted ones.
 Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
@@ -155,6 +195,10 @@ MetricDefinitions estimate_metrics() {
       {"scale_error_percent", "%",
        "Excess length of the estimated path, by the scale of the alignment of ate_sim3_rmse_m.", Needs::scale,
        scale_error, largest_magnitude, kHeadline},
+      {"odometry_ate_se3_rmse_m", "m",
+       "ate_se3_rmse_m of the same sensors without images (estimator: odometry), which runs beside any other "
+       "estimator: what images add.",
+       Needs::walk, odometry_ate},
       {"poses_matched", "1",
        "Number of estimated poses that have the stamp of a true one, within 0.1 ms, from the first planned "
        "motion on: the errors are taken over these.",
@@ -201,6 +245,7 @@ MetricDefinitions consistency_metrics() {
       nees_metric("position", &PoseNees::position, Needs::scale),
       nees_metric("orientation", &PoseNees::orientation, Needs::estimate)};
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(nis_metric(sensor));
+  for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(lag1_metric(sensor));
   for (std::size_t sensor = 0; sensor < kUsedSensors.size(); ++sensor) add_use(all, sensor);
   all.push_back({"landmark_rmse_m", "m",
                  "Root mean square distance of the final map's landmarks from the point at which the ray "

@@ -85,6 +85,15 @@ struct StampedInnovation {
   int dof = 0;
 };
 
+/// One row of a sensor's innovation, divided by its predicted standard deviation after the rows above it are
+/// taken out (L⁻¹ν, S = LLᵀ): white with variance 1 if the filter is consistent. row: of an image two per
+/// landmark.
+struct InnovationRow {
+  Stamp t{0};
+  int row = 0;
+  double normalized = 0;
+};
+
 /// The state of the filter after an observation.
 struct TimedHealth {
   Stamp t{0};
@@ -109,7 +118,10 @@ struct Run {
   std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
   /// While it tracked; absent: the filter was not run.
   std::optional<std::vector<EstimatedPose>> estimate;
+  Trajectory
+      odometry;  ///< by the same sensors without images; empty if that did not run beside the estimator
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
+  std::array<std::vector<InnovationRow>, kSensors.size()> innovation_rows;  ///< in order of time
   std::vector<FrameUse> use;        ///< of each answer; empty if the estimator does not report it
   std::vector<TimedHealth> health;  ///< after every observation; not tracking after a divergence
   std::vector<LandmarkHistory> landmarks;

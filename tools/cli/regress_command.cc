@@ -155,7 +155,8 @@ regression::Comparison compare_with(const std::vector<regression::ScenarioResult
   std::vector<Judged> now;
   for (const SuiteScenario& s : run.scenarios)
     now.push_back({s.results, s.read.scenario, s.entry.gates,
-                   [&](std::uint64_t seed) { return repro(request, s, seed); }, s.entry.file.string()});
+                   [&](std::uint64_t seed) { return repro(request, s, seed); }, s.entry.file.string(),
+                   s.entry.expects_missed});
   regression::Comparison comparison{title, verdicts_of(baseline, now, regression::default_gates())};
   for (regression::ScenarioVerdict& verdict : comparison.scenarios)
     if (verdict.file.empty()) verdict.file = request.suite.string();

@@ -50,7 +50,7 @@ scenarios:
   - scenario: ../walk.yaml
     set: [walk.step_length_m=0.1]
     gate: {rmse_m: {percent: 10}, loop_landmarks: {percent: 5, absolute: 2}}
-  - {scenario: ../walk.yaml, set: [name=other], without: [slam]}
+  - {scenario: ../walk.yaml, set: [name=other], without: [slam], expect: limits_missed}
 )");
   EXPECT_EQ(suite.name, "ci");
   EXPECT_EQ(suite.seeds, "1..3");
@@ -60,6 +60,7 @@ scenarios:
   EXPECT_THAT(suite.entries[0].gates, ElementsAre(Gate{"rmse_m", 10, 0}, Gate{"loop_landmarks", 5, 2}));
   EXPECT_THAT(suite.entries[1].changes.without, ElementsAre("slam"));
   EXPECT_EQ(suite.entries[1].gates, default_gates());
+  EXPECT_TRUE(!suite.entries[0].expects_missed && suite.entries[1].expects_missed);
 }
 
 TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
@@ -76,6 +77,7 @@ TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
        {"[]\n", "expected a suite"},
        {"seeds: 1\nscenarios: [{scenario: ../walk.yaml}, {scenario: ../walk.yaml}]\n",
         "two scenarios are called 'walk'"},
+       {one + "expect: passed}]\n", "expect: 'passed', expected limits_missed"},
        {one + "set: [walk.step=1]}]\n", "ci.yaml:2:44: set: walk.step: unknown key"},
        {one + "set: [name=a, seed=x]}]\n", "ci.yaml:2:57: set: seed: "},
        {one + "set: [name]}]\n", "ci.yaml:2:44: set: 'name': expected key=value"},

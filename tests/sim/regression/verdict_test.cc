@@ -184,6 +184,19 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
   EXPECT_EQ(exit_code({ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}), 3);
 }
 
+TEST(Verdict, WhereMissedLimitsAreExpectedEverySeedMustMissOne) {
+  scenario::Scenario scenario;
+  scenario.slam.emplace();
+  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.05}};
+  const auto judged = [&](const ScenarioResults& runs) {
+    return judge_limits(scenario, runs.seeds, true).at(1);
+  };
+  EXPECT_FALSE(judged(results(kThree)).passed);
+  EXPECT_EQ(judged(results(kThree)).observed, "2/3");
+  EXPECT_EQ(judged(results(kThree)).worst_seed, 1u);
+  EXPECT_TRUE(judged(results({1.1, {}, 1.2})).passed);
+}
+
 TEST(Verdict, ASeedWithoutAValueMissesItsLimitIfAFilterWasToRun) {
   scenario::Scenario scenario;
   scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.15}};

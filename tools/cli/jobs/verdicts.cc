@@ -37,7 +37,7 @@ std::vector<regression::ScenarioVerdict> verdicts_of(const std::vector<regressio
     const auto before = std::ranges::find(baseline, one.results.name, &regression::ScenarioResults::name);
     auto& verdict = verdicts.emplace_back(regression::compare(
         before == baseline.end() ? regression::ScenarioResults() : *before, one.results, one.gates));
-    verdict.limits = regression::judge_limits(one.scenario, one.results.seeds);
+    verdict.limits = regression::judge_limits(one.scenario, one.results.seeds, one.expects_missed);
     verdict.repro = one.repro;
     verdict.file = one.file;
     judged.insert(one.results.name);

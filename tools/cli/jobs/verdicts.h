@@ -21,6 +21,7 @@ struct Judged {
   const std::vector<regression::Gate>& gates;
   std::function<std::string(std::uint64_t seed)> repro;
   std::string file = "";
+  bool expects_missed = false;  ///< see judge_limits()
 };
 /// Compares results with those of the same name in a baseline and judges limits. A scenario that only one of
 /// them has is NEW or MISSING.
