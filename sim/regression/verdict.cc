@@ -194,7 +194,8 @@ LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& o
 }
 
 LimitVerdict missed_by_all(const scenario::Scenario& scenario, const std::vector<result::SeedScore>& seeds) {
-  LimitVerdict verdict{.what = "misses a limit"};
+  LimitVerdict verdict;
+  verdict.what = "misses a limit";
   std::size_t missed = 0;
   for (const result::SeedScore& seed : seeds)
     if (std::ranges::any_of(result::judge_run(scenario, [&](const auto& m) { return seed.value(m); }),
