@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -77,12 +76,6 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by
   if (!tracked.untracked.empty() && tracked.untracked.front() < last)  // poses of a file, with gaps
     std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
   return all;
-}
-
-std::vector<score::MappedPoint> map(const tracking::Tracked& tracked) {
-  std::vector<score::MappedPoint> points;
-  for (const slam::MapPoint& point : tracked.map) points.push_back({point.id, point.p_W, point.covariance});
-  return points;
 }
 
 score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
@@ -162,10 +155,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk,
   for (const walking::Timeline::Lap& lap : timeline.laps())
     path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
                            static_cast<std::int64_t>(lap.end) * walking::kTick);
-  if (walk.steering.by == walking::SteeredBy::plan)
-    path.waist = waist_plan;
-  else
-    path.waist = uncorrected(walk, waist_plan);
+  path.waist = walk.steering.by == walking::SteeredBy::plan ? waist_plan : uncorrected(walk, waist_plan);
   return path;
 }
 
@@ -173,8 +163,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk,
 
 score::Stamp plan_end(const walking::WalkOptions& walk) {
   const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
-  return std::chrono::nanoseconds(std::llround(1e9 * walking::kPeriod)) *
-         static_cast<std::int64_t>(timeline.ticks());
+  return static_cast<std::int64_t>(timeline.ticks()) * walking::kTick;
 }
 
 std::vector<files::TimedPose> planned_camera(const RunRecord& record) {
@@ -210,7 +199,8 @@ score::Run score_input(const RunRecord& record) {
   run.landmarks = landmarks(*record.tracked);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   run.innovations = innovations(*record.tracked);
-  run.map = map(*record.tracked);
+  for (const slam::MapPoint& point : record.tracked->map)
+    run.map.push_back({point.id, point.p_W, point.covariance});
   run.failed = record.tracked->failed;
   const auto failure = record.tracked->failure();
   if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;

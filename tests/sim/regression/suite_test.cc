@@ -7,7 +7,6 @@
 #include <fstream>
 
 #include "sim/files/text.h"
-#include "sim/regression/results.h"
 #include "sim/scenario/yaml.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -140,12 +139,11 @@ TEST(Baseline, ReadsBackWhatWasWrittenToTheBit) {
        {std::pair{text.substr(0, text.size() / 2), "ci.json: expected a JSON object"},
         {std::string("{}"), "ci.json: format_version: is missing"}}) {
     files::write_text(file, wrong);
-    EXPECT_THAT([&] { read_baseline(file); }, testing::ThrowsMessage<files::FileError>(HasSubstr(why)));
+    EXPECT_THAT(files::error_of([&] { read_baseline(file); }), HasSubstr(why));
   }
   std::filesystem::remove(file);
-  EXPECT_THAT([&] { read_baseline(file); },
-              testing::ThrowsMessage<files::FileError>(
-                  HasSubstr("ci.json: does not exist; 'gaitslam baseline update' makes a baseline")));
+  EXPECT_THAT(files::error_of([&] { read_baseline(file); }),
+              HasSubstr("ci.json: does not exist; 'gaitslam baseline update' makes a baseline"));
 }
 
 }  // namespace
