@@ -204,23 +204,6 @@ TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
         << kPayloads[static_cast<std::size_t>(k)];
 }
 
-TEST_F(ReportTest, PicturesOfAnEditedRecordingAreNotPutIntoAPage) {
-  short_walks("one");
-  write("secret.png", "secret");
-  const std::string images = "one/seed-1/recording/mav0/cam0/data", names = text_of(images + ".csv");
-  const std::size_t first = names.find(',', names.find('\n')) + 1, end = names.find('\n', first);
-  write(images + ".csv", std::string(names).replace(first, end - first, "../../../../../../secret.png"));
-  expect_refused("report one --out x.html", "data.csv");
-  write(images + ".csv", names);
-  const std::string picture = images + "/" + names.substr(first, end - first);
-  std::filesystem::remove(folder_ / picture);
-  std::filesystem::create_symlink(folder_ / "secret.png", folder_ / picture);
-  expect_refused("report one --out x.html", "leads out of the folder");
-  std::filesystem::remove(folder_ / picture);
-  write(picture, "secret");
-  expect_refused("report one --out x.html", picture);
-}
-
 TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   short_walks("two");
   std::filesystem::create_directory(folder_ / "empty");

@@ -3,7 +3,7 @@
 #include <signal.h>
 
 #include "sim/files/text.h"
-#include "sim/view/playback.h"
+#include "sim/view/site.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/options.h"

@@ -6,7 +6,7 @@
 #include "sim/camera/head_camera.h"
 #include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
-#include "sim/score/surfaces.h"
+#include "sim/score/types.h"
 #include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
