@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/score/landmarks.h"
 #include "sim/score/run.h"
 
 namespace sim::score {

@@ -10,12 +10,9 @@
 namespace sim::score {
 namespace {
 
-using std::chrono::milliseconds;
-using std::numbers::pi;
-using testing::HasSubstr;
+using std::chrono::milliseconds, std::numbers::pi, testing::HasSubstr;
 
-/// Stands for 2 s, then walks a circle of 1 m radius to the left in 40 s, camera ahead, in a room of 10 x 10
-/// x 3 m.
+/// Stands for 2 s, then walks a circle of 1 m radius to the left in 40 s, in a room of 10 x 10 x 3 m.
 class Evaluate : public RunTest {
  protected:
   Evaluate() {
