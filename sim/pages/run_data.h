@@ -92,7 +92,7 @@ struct RunData {
   std::optional<Path> waist_estimate;  ///< of a steered walk, like waist_desired and corrected_steps
   std::optional<Path> waist_desired;
   std::optional<Errors> errors;
-  std::optional<Table> filter_frames, feet, frame_times, corrected_steps;
+  std::optional<Table> filter_frames, feet, frame_times, corrected_steps, answers;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 
   /// "tangent_circle, seed 1", followed by the estimator unless that is the filter, and by its alignment.

@@ -96,6 +96,11 @@ void require_different_names(const Suite& suite, const std::filesystem::path& fi
 
 }  // namespace
 
+bool is_suite(const std::filesystem::path& file) {
+  const Yaml root = scenario::parse_yaml_file(file);
+  return std::ranges::any_of(root.keys, [](const Yaml& key) { return key.text == "scenarios"; });
+}
+
 Suite read_suite(const std::filesystem::path& file) {
   const Yaml root = scenario::parse_yaml_file(file);
   require_map(root, "", "a suite: {seeds: 1..3, scenarios: [{scenario: FILE}]}");

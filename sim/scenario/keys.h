@@ -34,7 +34,8 @@ bool has_section(const Scenario& scenario, std::string_view key);
 /// does, too.
 bool shapes_recording(std::string_view key);
 
-/// True for a key that shapes the estimates of a filter: below errors or slam, and `estimator`.
+/// True for a key that shapes the estimates of a filter: below errors or slam, `estimator`, and below
+/// estimator.time.
 bool shapes_estimate(std::string_view key);
 
 /// True for a key that shapes the recording of that scenario: shapes_recording(key), and if the estimate

@@ -62,6 +62,8 @@ std::optional<RecordingDifference> first_difference(const Scenario& recorded, co
 
 std::string counterfactual(const Scenario& recorded, const Scenario& scenario) {
   if (recorded.walk.steering.by != walking::SteeredBy::estimate) return "";
+  if (recorded.estimator_time.model == TimeModel::measured)
+    return "the recorded walk was steered by answers whose measured times are not repeatable";
   if (recorded.seed != scenario.seed)
     return fmt::format("the recorded walk was steered with seed {}, not {}", recorded.seed, scenario.seed);
   for (const auto& key : scenario_keys()) {
