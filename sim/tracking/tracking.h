@@ -47,6 +47,9 @@ struct Tracked {
   std::vector<slam::Stamp> dropped;        ///< observations that found the estimator busy
   std::optional<std::string> failed = {};  ///< why it failed as a program
   std::string log = {};                    ///< standard error of an external estimator
+  /// The poses by the same sensors without images (estimator: odometry); empty if that is the estimator
+  /// itself, without plan and legs, or if it diverged.
+  std::vector<estimators::PoseEstimate> odometry = {};
 
   /// Returns why the estimate did not reach the end: it diverged, was still lost, or the estimator failed.
   std::optional<scenario::Ended> failure() const;
@@ -104,6 +107,7 @@ class Tracking {
   void ask(const slam::Observation& arrived, slam::Stamp arrival);
   void drop(const slam::Observation& arrived);
   void add_missed(slam::Observation& observation);
+  std::vector<estimators::PoseEstimate> odometry() const;
 
   sensor_errors::SensorErrors errors_;
   scenario::EstimatorTime time_;
@@ -114,6 +118,8 @@ class Tracking {
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
   double external_cpu_ms_ = 0;
   std::size_t answers_ = 0;
+  std::optional<estimators::Start> odometry_start_;
+  std::vector<slam::Observation> arrived_;  // without images, for Tracked::odometry
   Tracked tracked_;
 };
 
